@@ -1,0 +1,138 @@
+"""The eight-word image: what crosses the backplane between logic and a module.
+
+A module of this family exchanges eight 16-bit words in each direction. Words
+are signed in the PLC (INT); bits are numbered 0 to 15 from the least
+significant one. An image is a view of 16 bytes, little-endian, so a rack can
+keep all of its images in one block of memory and a recorder can take the
+block as it is, without an encoding step.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Iterator
+
+WORDS = 8
+"""Words in an image [3601 manual, chapter 1: 8 input and 8 output words]."""
+
+IMAGE_BYTES = 2 * WORDS
+"""Bytes in an image."""
+
+WORD_MIN = -32_768
+WORD_MAX = 32_767
+UNSIGNED_MAX = 65_535
+
+if sys.byteorder != "little":  # pragma: no cover - none of the supported machines
+    raise RuntimeError("scanrack keeps its images little-endian and needs a little-endian machine")
+
+
+def signed_word(value: int) -> int:
+    """Return `value` as the PLC shows it: a signed 16-bit word.
+
+    >>> signed_word(0x843E), signed_word(63)
+    (-31682, 63)
+
+    Args:
+        value: -32,768 to 65,535; values above 32,767 are the unsigned reading of a word.
+
+    Raises:
+        ValueError: the value fits neither reading of 16 bits.
+    """
+    if not WORD_MIN <= value <= UNSIGNED_MAX:
+        raise ValueError(f"word {value} is out of range: allowed are {WORD_MIN} to {UNSIGNED_MAX}")
+    return value - 65_536 if value > WORD_MAX else value
+
+
+class Image:
+    """Eight signed words that logic, modules and recorders share.
+
+    `raw` is the same memory as 16 bytes (little-endian), `words` as eight
+    signed integers. Both are live: writing one changes the other. Index and
+    iterate an image as eight words; writing accepts the unsigned reading, too.
+
+    >>> image = Image([0x843E, 0x003F, 1])
+    >>> image[0], image.bit(0, 15), bytes(image.raw[:4]).hex()
+    (-31682, True, '3e843f00')
+
+    Args:
+        words: up to eight words, -32,768 to 65,535 each; missing ones are 0.
+        buffer: 16 writable bytes to be a view of, instead of memory of its own.
+
+    Raises:
+        ValueError: more than eight words, a word out of range, or a buffer of another size.
+    """
+
+    __slots__ = ("raw", "words")
+
+    raw: memoryview
+    words: memoryview
+
+    def __init__(self, words: Iterable[int] = (), *, buffer: memoryview | bytearray | None = None) -> None:
+        self.raw = memoryview(bytearray(IMAGE_BYTES) if buffer is None else buffer).cast("B")
+        if len(self.raw) != IMAGE_BYTES or self.raw.readonly:
+            raise ValueError(f"an image needs {IMAGE_BYTES} writable bytes, got {len(self.raw)}")
+        self.words = self.raw.cast("h")
+        values = list(words)
+        if len(values) > WORDS:
+            raise ValueError(f"an image has {WORDS} words, got {len(values)}")
+        for index, value in enumerate(values):
+            self.words[index] = signed_word(value)
+
+    def __getitem__(self, index: int) -> int:
+        return self.words[index]  # type: ignore[no-any-return]
+
+    def __setitem__(self, index: int, value: int) -> None:
+        self.words[index] = signed_word(value)
+
+    def __len__(self) -> int:
+        return WORDS
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(self.words.tolist())
+
+    def __eq__(self, other: object) -> bool:
+        if isinstance(other, Image):
+            return self.raw.tobytes() == other.raw.tobytes()
+        return NotImplemented
+
+    __hash__ = None  # type: ignore[assignment]  # an image is mutable
+
+    def __bytes__(self) -> bytes:
+        return self.raw.tobytes()
+
+    def __repr__(self) -> str:
+        return f"Image({self.words.tolist()})"
+
+    def bit(self, word: int, bit: int) -> bool:
+        """Return whether `bit` (0 to 15) of `word` (0 to 7) is set."""
+        _check_address(word, bit)
+        return bool(self.words[word] >> bit & 1)
+
+    def set_bit(self, word: int, bit: int, on: bool) -> None:
+        """Set or clear `bit` (0 to 15) of `word` (0 to 7)."""
+        _check_address(word, bit)
+        unsigned = self.words[word] & 0xFFFF
+        unsigned = unsigned | 1 << bit if on else unsigned & ~(1 << bit)
+        self.words[word] = signed_word(unsigned)
+
+    def copy(self) -> Image:
+        """Return an image of its own memory with the same words."""
+        twin = Image()
+        twin.raw[:] = self.raw
+        return twin
+
+    def load(self, other: Image) -> None:
+        """Take over all eight words of `other` at once."""
+        self.raw[:] = other.raw
+
+    def clear(self) -> None:
+        """Set all eight words to 0."""
+        self.raw[:] = _ZEROS
+
+
+_ZEROS = bytes(IMAGE_BYTES)
+
+
+def _check_address(word: int, bit: int) -> None:
+    if not (0 <= word < WORDS and 0 <= bit <= 15):
+        raise ValueError(f"no such bit: word {word}, bit {bit}; words are 0 to {WORDS - 1}, bits 0 to 15")

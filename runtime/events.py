@@ -1,0 +1,32 @@
+"""What a module, the CPU or the machine tells about beside the images.
+
+Events go into the trace, the closing summary and the log; nothing in the rack
+acts on them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+JsonValue = str | int | float | bool | None | list[int] | list[str]
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """One thing that happened.
+
+    Attributes:
+        at_ns: virtual time.
+        kind: what sort of thing: "rule" (a rule of the manual fired), "move" (a motion began or
+            ended), "stimulus" (the machine's timeline acted), "indicator" (an LED changed).
+        name: the rule's id, the move's kind, the input's name.
+        text: a sentence for people.
+        fields: further values, by name.
+    """
+
+    at_ns: int
+    kind: str
+    name: str
+    text: str
+    fields: Mapping[str, JsonValue] = field(default_factory=dict)
