@@ -1,0 +1,147 @@
+"""The encoder: counts by the shaft, counts by hand, and the Z line.
+
+    counts by the shaft  c = direction * floor(shaft * counts_per_step)
+    counts               c + what has been turned by hand
+
+The Z line lies at the counts m = marker_at + n * marker_every of c. A Z pulse
+is given by the step with which c comes to m, or passes over it, from either
+side: going up from c0 to c1 if c0 < m <= c1, going down if c1 <= m < c0. Standing on m is no
+pulse; neither is leaving it.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right, insort
+from collections import deque
+from dataclasses import dataclass
+
+from .spec import EncoderSpec
+
+
+class ShaftEncoder:
+    """What the shaft's travel makes the encoder count.
+
+    Args:
+        spec: the encoder; None = none is coupled to the shaft, it counts 0 for ever.
+    """
+
+    __slots__ = ("_denominator", "_marker_at", "_marker_every", "_numerator", "direction")
+
+    def __init__(self, spec: EncoderSpec | None) -> None:
+        self.direction = spec.direction if spec else 0
+        self._numerator = spec.counts_per_step.numerator if spec else 0
+        self._denominator = spec.counts_per_step.denominator if spec else 1
+        self._marker_every = spec.marker_every if spec else None
+        self._marker_at = spec.marker_at if spec else 0
+
+    def counts(self, shaft: int) -> int:
+        """Return the counts at a shaft position.
+
+        >>> from fractions import Fraction
+        >>> encoder = ShaftEncoder(EncoderSpec(Fraction(5, 2)))
+        >>> [encoder.counts(shaft) for shaft in (-1, 0, 1, 2)]
+        [-3, 0, 2, 5]
+        """
+        return self.direction * (shaft * self._numerator // self._denominator)
+
+    def shaft_reaching(self, direction: int, counts: int) -> int:
+        """Return the shaft position at which, turning in `direction`, the counts come to `counts` or past it.
+
+        Only for an encoder on the shaft, and for counts that lie ahead.
+        """
+        turned = self.direction * counts
+        if direction > 0:  # the least position with floor(position * ratio) >= turned
+            return -(-turned * self._denominator // self._numerator)
+        # the greatest position with floor(position * ratio) <= turned
+        return -(-(turned + 1) * self._denominator // self._numerator) - 1
+
+    def next_marker(self, direction: int, shaft: int) -> int | None:
+        """Return the count of the next Z line that the shaft, turning in `direction`, comes to."""
+        if self._marker_every is None:
+            return None
+        sense = direction * self.direction
+        beyond = sense * (self.counts(shaft) - self._marker_at) // self._marker_every + 1
+        return self._marker_at + sense * beyond * self._marker_every
+
+
+@dataclass(frozen=True, slots=True)
+class _Turn:
+    """Somebody turns the encoder: `counts` spread evenly from `start_ns` to `end_ns`."""
+
+    start_ns: int
+    end_ns: int
+    counts: int
+
+    def counted(self, now_ns: int) -> int:
+        """Counts made by `now_ns`, rounded toward zero."""
+        if now_ns >= self.end_ns:
+            return self.counts
+        if now_ns <= self.start_ns:
+            return 0
+        made = abs(self.counts) * (now_ns - self.start_ns) // (self.end_ns - self.start_ns)
+        return made if self.counts > 0 else -made
+
+    def instant_of(self, count: int) -> int:
+        """When the `count`-th count (1 to |counts|) is made."""
+        return self.start_ns - (-count * (self.end_ns - self.start_ns) // abs(self.counts))
+
+
+class HandTurning:
+    """Counts and Z pulses that somebody gives by hand, one turn after the other."""
+
+    __slots__ = ("_done", "_end_ns", "_markers", "_turns")
+
+    def __init__(self) -> None:
+        self._done = 0
+        self._end_ns = 0
+        self._turns: deque[_Turn] = deque()
+        self._markers: list[int] = []
+
+    def turn(self, counts: int, start_ns: int, end_ns: int) -> None:
+        """Plan a turn.
+
+        Raises:
+            ValueError: it ends before it starts, or starts before the turn planned last ends.
+        """
+        if end_ns < start_ns:
+            raise ValueError(f"turn_encoder: end_ns is {end_ns}; allowed: {start_ns} (start_ns) or more")
+        if self._turns and start_ns < self._end_ns:
+            raise ValueError(f"turn_encoder: start_ns is {start_ns}; the turn before ends at {self._end_ns}")
+        if counts:
+            self._turns.append(_Turn(start_ns, end_ns, counts))
+            self._end_ns = end_ns
+
+    def counts(self, now_ns: int) -> int:
+        """Return the counts turned by `now_ns`; time never goes back from one call to the next."""
+        while self._turns and now_ns >= self._turns[0].end_ns:
+            self._done += self._turns.popleft().counts
+        return self._done + self._turns[0].counted(now_ns) if self._turns else self._done
+
+    def reached_ns(self, counts: int, now_ns: int) -> int | None:
+        """Return when the counts by hand come to `counts`, or past it, from where they are at `now_ns`."""
+        before = self.counts(now_ns)
+        if before == counts:
+            return now_ns
+        sense = 1 if counts > before else -1
+        at_start = self._done
+        for turn in self._turns:
+            needed = (counts - at_start) * sense
+            if turn.counts * sense >= needed:
+                return turn.instant_of(needed)
+            at_start += turn.counts
+        return None
+
+    def mark(self, at_ns: int) -> None:
+        """Plan a Z pulse."""
+        insort(self._markers, at_ns)
+
+    def next_marker_ns(self, now_ns: int) -> int | None:
+        """Return when the next Z pulse after `now_ns` is; earlier ones are forgotten."""
+        del self._markers[: bisect_right(self._markers, now_ns)]
+        return self._markers[0] if self._markers else None
+
+    def let_go(self, now_ns: int) -> None:
+        """Forget what was planned for later than `now_ns`."""
+        self._done = self.counts(now_ns)
+        self._turns.clear()
+        del self._markers[bisect_right(self._markers, now_ns) :]

@@ -1,0 +1,227 @@
+"""The machine that a module is bolted to.
+
+Its true position is not the module's count: the module tells which motor steps
+it makes, the machine how far the shaft has followed and what its switches,
+stations and people make of the inputs. The module asks ahead (`steps_to_…`,
+`next_change_ns`), so that it can go from one thing that happens to the next
+without a loop over steps or ticks. Everything is a closed form in integers and
+the same however often it is asked.
+"""
+
+from __future__ import annotations
+
+from ...io_images.amci3601.bits import InputBit
+from ..events import Event
+from .encoder import HandTurning, ShaftEncoder
+from .shaft import FAR, Shaft
+from .spec import MachineSpec
+from .stimuli import Stimuli
+from .switches import SwitchTable
+
+NOTHING_WIRED = MachineSpec()
+
+
+class Machine:
+    """A machine at rest at t = 0 with its shaft at 0.
+
+    `now_ns` never goes back from one call to the next, whatever is called.
+
+    Args:
+        spec: what it consists of.
+        seed: of whatever is left to chance.
+    """
+
+    __slots__ = (
+        "_encoder",
+        "_first",
+        "_hand",
+        "_last",
+        "_levels",
+        "_moving",
+        "_refused",
+        "_shaft",
+        "_stimuli",
+        "_switches",
+        "spec",
+    )
+
+    def __init__(self, spec: MachineSpec = NOTHING_WIRED, seed: int = 0) -> None:
+        self.spec = spec
+        self._shaft = Shaft(spec.slips, spec.jams, seed)
+        self._switches = SwitchTable(spec.switches)
+        self._stimuli = Stimuli(spec)
+        self._encoder = ShaftEncoder(spec.encoder)
+        self._hand = HandTurning()
+        self._refused = spec.fed_inputs
+        for entry in spec.timeline:
+            self._refused |= entry.input.value
+        self._moving = False
+        self._stimuli.rest(0, 0)
+        self._refresh()
+
+    @property
+    def shaft(self) -> int:
+        """True position, steps; 0 at power-up of the rack, never reset by the module."""
+        return self._shaft.position
+
+    @property
+    def events(self) -> list[Event]:
+        """Timeline actions and station pulses that have passed, in order of time; the module empties it."""
+        return self._stimuli.events
+
+    # --- motion
+
+    def depart(self, now_ns: int) -> None:
+        """Take notice that a motion begins: stations stop their work. `follow` implies it."""
+        self._moving = True
+        self._stimuli.depart(now_ns)
+        self._forget_levels()
+
+    def follow(self, direction: int, steps: int, now_ns: int) -> None:
+        """Take notice that the motor has made more steps, all of them up to and including `now_ns`.
+
+        Args:
+            direction: +1 or -1.
+            steps: 0 or more; 0 is no news.
+            now_ns: virtual time.
+        """
+        if steps:
+            if not self._moving:
+                self.depart(now_ns)
+            self._shaft.follow(direction, steps)
+
+    def rest(self, now_ns: int) -> None:
+        """Take notice that the motion has ended: a station with the shaft at its position begins its work.
+
+        Without a motion since the last time this is no news.
+        """
+        if self._moving:
+            self._moving = False
+            self._stimuli.rest(now_ns, self._shaft.position)
+            self._forget_levels()
+
+    def steps_to_shaft(self, direction: int, target: int) -> int | None:
+        """Return the motor steps in `direction` until the shaft is at `target`.
+
+        Returns:
+            0 = it is there. None = it never gets there: `target` lies behind, or beyond a jam.
+        """
+        return self._shaft.steps_to(direction, target)
+
+    # --- inputs
+
+    def levels(self, now_ns: int) -> int:
+        """Return the mask of energised inputs (InputBit values) at `now_ns`."""
+        if now_ns >= self._stimuli.next_ns:
+            self._stimuli.advance(now_ns)
+            self._refresh()
+        elif not self._first <= self._shaft.position <= self._last:
+            self._refresh()
+        return self._levels
+
+    def _refresh(self) -> None:
+        """Work out the levels, and the shaft positions between which they hold."""
+        stimuli = self._stimuli
+        self._first, self._last, mask = self._switches.row(self._shaft.position)
+        self._levels = (mask | stimuli.pulses) & ~stimuli.held_mask | stimuli.held
+
+    def _forget_levels(self) -> None:
+        """Have the next query work the levels out anew: no position is between these two."""
+        self._first, self._last = FAR, -FAR
+
+    def steps_to_switch(self, direction: int) -> int | None:
+        """Return the motor steps in `direction` until a switch next changes its input.
+
+        The timeline may hold that input, which then shows nothing of it.
+
+        Returns:
+            1 or more; None = never.
+        """
+        first, last, _ = self._switches.row(self._shaft.position)
+        target = last + 1 if direction > 0 else first - 1
+        return self._shaft.steps_to(direction, target) if -FAR <= target <= FAR else None
+
+    def next_change_ns(self, now_ns: int) -> int | None:
+        """Return the next instant after `now_ns` at which timeline or stations act; None = never."""
+        if now_ns >= self._stimuli.next_ns:
+            self._stimuli.advance(now_ns)
+            self._forget_levels()
+        return self._stimuli.next_ns if self._stimuli.next_ns < FAR else None
+
+    def set_input(self, bit: InputBit, energised: bool) -> None:
+        """Give an input a level from the bench, from now on.
+
+        Raises:
+            ValueError: a switch, a station or the timeline sees to that input.
+        """
+        if self._refused & bit.value:
+            raise ValueError(
+                f"set_input: {bit.name} is wired to the machine; allowed: inputs that it leaves free"
+            )
+        self._stimuli.hold(bit, energised)
+        self._forget_levels()
+
+    # --- encoder
+
+    def encoder_counts(self, now_ns: int) -> int:
+        """Return the x4 counts since power-up: by the shaft, and by hand."""
+        return self._encoder.counts(self._shaft.position) + self._hand.counts(now_ns)
+
+    def steps_to_counts(self, direction: int, counts: int, now_ns: int) -> int | None:
+        """Return the motor steps in `direction` until the encoder has come to `counts` or past it.
+
+        Past it is meant in the motor's direction: `counts` or more for +1,
+        `counts` or less for -1. The hand is taken to rest from `now_ns` on.
+
+        Returns:
+            0 = it has. None = never: a jam, no encoder, or one that counts the other way.
+        """
+        wanted = counts - self._hand.counts(now_ns)
+        if (self._encoder.counts(self._shaft.position) - wanted) * direction >= 0:
+            return 0
+        if self._encoder.direction <= 0:
+            return None
+        return self._shaft.steps_to(direction, self._encoder.shaft_reaching(direction, wanted))
+
+    def steps_to_marker(self, direction: int) -> int | None:
+        """Return the motor steps in `direction` until the shaft gives the next Z pulse.
+
+        Returns:
+            1 or more; None = never: a jam, or no Z line.
+        """
+        marker = self._encoder.next_marker(direction, self._shaft.position)
+        if marker is None:
+            return None
+        return self._shaft.steps_to(direction, self._encoder.shaft_reaching(direction, marker))
+
+    def turn_encoder(self, counts: int, start_ns: int, end_ns: int) -> None:
+        """Let somebody turn the encoder: `counts` spread evenly, the last one at `end_ns`.
+
+        Args:
+            counts: x4, signed.
+            start_ns: not before the turn given last has ended.
+            end_ns: `start_ns` or later.
+
+        Raises:
+            ValueError: the times are not so.
+        """
+        self._hand.turn(counts, start_ns, end_ns)
+
+    def counts_reached_ns(self, counts: int, now_ns: int) -> int | None:
+        """Return when hand-turning alone brings the encoder to `counts` or past it; None = never.
+
+        Past it is meant from where it is at `now_ns`; if it is there, that is the answer.
+        """
+        return self._hand.reached_ns(counts - self._encoder.counts(self._shaft.position), now_ns)
+
+    def marker_at(self, at_ns: int) -> None:
+        """Give a Z pulse from the bench at `at_ns`."""
+        self._hand.mark(at_ns)
+
+    def next_marker_ns(self, now_ns: int) -> int | None:
+        """Return when the next Z pulse from the bench after `now_ns` is; None = none is planned."""
+        return self._hand.next_marker_ns(now_ns)
+
+    def let_go(self, now_ns: int) -> None:
+        """Let go of the encoder: counts and Z pulses planned for later than `now_ns` never come."""
+        self._hand.let_go(now_ns)

@@ -1,0 +1,307 @@
+"""The machine as its user describes it: switches, timeline, encoder, slips, jams, stations.
+
+Positions are true shaft positions in motor steps, 0 where the machine stands
+when the rack powers up, CW positive. Times are ns since power-up. Everything
+here is data; `machine.Machine` is what it does. Whatever can't be built is
+refused with a ValueError that names field, value and what is allowed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+
+from ...io_images.amci3601.bits import InputBit
+
+
+def refusal(owner: object, field: str, value: object, allowed: str) -> ValueError:
+    """Return the error for a field of `owner` that has a value it can't have."""
+    return ValueError(f"{type(owner).__name__}.{field} is {value!r}; allowed: {allowed}")
+
+
+def _check_whole(owner: object, field: str, least: int | None = None) -> None:
+    value = getattr(owner, field)
+    whole = isinstance(value, int) and not isinstance(value, bool)
+    if not whole or (least is not None and value < least):
+        raise refusal(owner, field, value, "a whole number" + ("" if least is None else f", {least} or more"))
+
+
+def _check_choice(owner: object, field: str, choices: tuple[object, ...]) -> None:
+    value = getattr(owner, field)
+    if not any(value is choice or (value == choice and type(value) is type(choice)) for choice in choices):
+        raise refusal(owner, field, value, ", ".join(map(repr, choices)))
+
+
+def _check_input(owner: object, value: object) -> None:
+    if not (isinstance(value, InputBit) and value in tuple(InputBit)):
+        raise refusal(owner, "input", value, "one of " + ", ".join(str(bit.name) for bit in InputBit))
+
+
+@dataclass(frozen=True, slots=True)
+class Switch:
+    """A switch or sensor on the machine, operated while the shaft is in a closed range of positions.
+
+    Several switches may feed one input: normally open ones in parallel (any of
+    them energises it), normally closed ones in series (any of them opens the
+    circuit). One input can't have both kinds.
+
+    Attributes:
+        input: the module's input it is wired to.
+        first: lowest shaft position that operates it, steps; None = open-ended.
+        last: highest shaft position that operates it, steps; None = open-ended.
+        normally_closed: the input is energised outside the range instead of inside.
+    """
+
+    input: InputBit
+    first: int | None
+    last: int | None
+    normally_closed: bool = False
+
+    def __post_init__(self) -> None:
+        _check_input(self, self.input)
+        for field in ("first", "last"):
+            if getattr(self, field) is not None:
+                _check_whole(self, field)
+        if self.first is not None and self.last is not None and self.last < self.first:
+            raise refusal(self, "last", self.last, f"{self.first} (first) or more, or None")
+        _check_choice(self, "normally_closed", (False, True))
+
+    def operated(self, shaft: int) -> bool:
+        """Return whether the shaft at this position operates the switch.
+
+        >>> home = Switch(InputBit.HOME, 3000, 3500)
+        >>> home.operated(2999), home.operated(3000), home.operated(3500), home.operated(3501)
+        (False, True, True, False)
+        """
+        return (self.first is None or shaft >= self.first) and (self.last is None or shaft <= self.last)
+
+    def closed(self, shaft: int) -> bool:
+        """Return whether the contact is closed with the shaft at this position."""
+        return self.operated(shaft) is not self.normally_closed
+
+
+@dataclass(frozen=True, slots=True)
+class TimelineEntry:
+    """What somebody does to one input at one time; it holds until the next entry for that input.
+
+    On an input that a switch or a station feeds, an entry is a fault: a stuck
+    contact (True) or a broken wire (False), until an entry with None repairs it.
+
+    Attributes:
+        at_ns: when, ns since power-up.
+        input: the module's input.
+        energised: the level from then on; None = as the machine's switch or station says.
+    """
+
+    at_ns: int
+    input: InputBit
+    energised: bool | None
+
+    def __post_init__(self) -> None:
+        _check_whole(self, "at_ns", 0)
+        _check_input(self, self.input)
+        _check_choice(self, "energised", (True, False, None))
+
+
+def press(
+    at_ns: int, input: InputBit, for_ns: int, *, normally_closed: bool = False
+) -> tuple[TimelineEntry, TimelineEntry]:
+    """Return the two timeline entries of a button that is pressed and let go.
+
+    >>> [(entry.at_ns, entry.energised) for entry in press(3_200, InputBit.EXTERNAL, 50)]
+    [(3200, True), (3250, False)]
+
+    Args:
+        at_ns: when it is pressed.
+        input: the input it is wired to.
+        for_ns: how long it is held, 1 or more.
+        normally_closed: pressing it de-energises the input. (The level before the first
+            press is then an entry of its own, at 0.)
+
+    Raises:
+        ValueError: `for_ns` is less than 1, or an entry can't be made of the rest.
+    """
+    if for_ns < 1:
+        raise ValueError(f"press: for_ns is {for_ns!r}; allowed: 1 or more")
+    pressed = not normally_closed
+    return TimelineEntry(at_ns, input, pressed), TimelineEntry(at_ns + for_ns, input, not pressed)
+
+
+@dataclass(frozen=True, slots=True)
+class EncoderSpec:
+    """A quadrature encoder that the shaft turns.
+
+    Attributes:
+        counts_per_step: x4 counts per step of the shaft, more than 0: a Fraction or a whole number.
+        direction: +1 counts up when the shaft turns CW, -1 down.
+        marker_every: counts from one Z pulse to the next (x4 counts per turn); None = no Z wired.
+        marker_at: a count at which the Z line lies (the others are `marker_every` apart).
+    """
+
+    counts_per_step: Fraction
+    direction: int = 1
+    marker_every: int | None = None
+    marker_at: int = 0
+
+    def __post_init__(self) -> None:
+        ratio: object = self.counts_per_step
+        if isinstance(ratio, bool) or not isinstance(ratio, int | Fraction) or ratio <= 0:
+            raise refusal(self, "counts_per_step", ratio, "a Fraction or a whole number, more than 0")
+        object.__setattr__(self, "counts_per_step", Fraction(ratio))
+        _check_choice(self, "direction", (1, -1))
+        if self.marker_every is not None:
+            _check_whole(self, "marker_every", 1)
+        _check_whole(self, "marker_at")
+
+
+@dataclass(frozen=True, slots=True)
+class Slip:
+    """Steps that the motor makes and the shaft does not, where the load is heavy.
+
+    When the motor sets out from shaft position `at` in `direction`, the shaft
+    stays there for `steps` motor steps and follows from then on. Reversing the
+    motor ends a slip; what was left of it is forgotten.
+
+    Attributes:
+        at: shaft position.
+        steps: motor steps lost each time, 1 or more.
+        direction: +1 or -1 for that direction only, 0 for both.
+        times: how often it happens in all, 1 or more; None = without end.
+        chance: 0 to 1, how likely it is each time the motor sets out from there.
+    """
+
+    at: int
+    steps: int
+    direction: int = 0
+    times: int | None = 1
+    chance: float | Fraction = 1.0
+
+    def __post_init__(self) -> None:
+        _check_whole(self, "at")
+        _check_whole(self, "steps", 1)
+        _check_choice(self, "direction", (1, -1, 0))
+        if self.times is not None:
+            _check_whole(self, "times", 1)
+        chance: object = self.chance
+        if isinstance(chance, bool) or not isinstance(chance, int | float | Fraction) or not 0 <= chance <= 1:
+            raise refusal(self, "chance", chance, "a number from 0 to 1")
+
+
+@dataclass(frozen=True, slots=True)
+class Jam:
+    """A position that the shaft can't pass in one direction; the other way it moves at once.
+
+    Attributes:
+        at: the last shaft position it reaches.
+        direction: +1 or -1.
+    """
+
+    at: int
+    direction: int
+
+    def __post_init__(self) -> None:
+        _check_whole(self, "at")
+        _check_choice(self, "direction", (1, -1))
+
+
+@dataclass(frozen=True, slots=True)
+class Station:
+    """A station that works on the part in front of it and says when it is done.
+
+    When a motion has come to rest with the shaft exactly at `position`, the
+    station works for `work_ns` and then energises its input for `pulse_ns`. A
+    motion that begins before the pulse does cancels it; a pulse that has begun
+    lasts its time.
+
+    Attributes:
+        position: shaft position.
+        input: the module's input it is wired to; several stations may share one.
+        work_ns: 0 or more.
+        pulse_ns: 1 or more.
+    """
+
+    position: int
+    input: InputBit
+    work_ns: int
+    pulse_ns: int
+
+    def __post_init__(self) -> None:
+        _check_whole(self, "position")
+        _check_input(self, self.input)
+        _check_whole(self, "work_ns", 0)
+        _check_whole(self, "pulse_ns", 1)
+
+
+@dataclass(frozen=True, slots=True)
+class MachineSpec:
+    """All of a machine. An empty one is a motor on a bench with nothing wired to the inputs.
+
+    Attributes:
+        switches: what the shaft's position operates.
+        timeline: what people do, in any order; entries of the same instant act in the order given.
+        encoder: the encoder on the shaft, or None.
+        slips: where steps are lost.
+        jams: where the shaft is blocked.
+        stations: what signals when it is done.
+    """
+
+    switches: tuple[Switch, ...] = ()
+    timeline: tuple[TimelineEntry, ...] = ()
+    encoder: EncoderSpec | None = None
+    slips: tuple[Slip, ...] = ()
+    jams: tuple[Jam, ...] = ()
+    stations: tuple[Station, ...] = ()
+
+    def __post_init__(self) -> None:
+        for field, kind in _PARTS:
+            self._check_parts(field, kind)
+        if self.encoder is not None and not isinstance(self.encoder, EncoderSpec):
+            raise refusal(self, "encoder", self.encoder, "an EncoderSpec or None")
+        self._check_wiring()
+
+    def _check_parts(self, field: str, kind: type) -> None:
+        parts = getattr(self, field)
+        if not isinstance(parts, Iterable):
+            raise refusal(self, field, parts, f"a sequence of {kind.__name__}")
+        object.__setattr__(self, field, tuple(parts))
+        for part in getattr(self, field):
+            if not isinstance(part, kind):
+                raise refusal(self, field, part, f"{kind.__name__} only")
+
+    def _check_wiring(self) -> None:
+        opening = {switch.input for switch in self.switches if switch.normally_closed}
+        closing = {switch.input for switch in self.switches if not switch.normally_closed}
+        for bit in sorted(opening & closing):
+            raise refusal(
+                self, "switches", str(bit.name), "normally open or normally closed, not both on one input"
+            )
+        for station in self.stations:
+            if station.input in opening | closing:
+                raise refusal(self, "stations", station, "an input that no switch feeds")
+        for entry in self.timeline:
+            if entry.energised is None and not self.fed_inputs & entry.input.value:
+                raise refusal(
+                    self, "timeline", entry, "energised None on inputs with a switch or station only"
+                )
+
+    @property
+    def fed_inputs(self) -> int:
+        """Mask of the inputs that a switch or a station feeds.
+
+        >>> MachineSpec(switches=(Switch(InputBit.HOME, 0, 9),)).fed_inputs
+        4
+        """
+        mask = 0
+        for bit in [switch.input for switch in self.switches] + [station.input for station in self.stations]:
+            mask |= bit.value
+        return mask
+
+
+_PARTS: tuple[tuple[str, type], ...] = (
+    ("switches", Switch),
+    ("timeline", TimelineEntry),
+    ("slips", Slip),
+    ("jams", Jam),
+    ("stations", Station),
+)

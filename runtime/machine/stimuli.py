@@ -1,0 +1,133 @@
+"""Levels that change by time: the timeline, the stations, and who holds an input on the bench.
+
+    rest                 depart                 (another motion)
+     |<---- work_ns ---->|                       work cancelled: no pulse
+     |<---- work_ns ---->|<-- pulse_ns -->|      the pulse has begun: it lasts its time
+
+An input is *held* once a timeline entry or the bench has given it a level; a
+held input shows that level, any other one what switches and stations feed it.
+"""
+
+from __future__ import annotations
+
+from ...io_images.amci3601.bits import InputBit
+from ..events import Event
+from .shaft import FAR
+from .spec import MachineSpec, Station, TimelineEntry
+
+_LEVEL = {True: "energised", False: "de-energised"}
+
+
+def _name(bit: InputBit) -> str:
+    return str(bit.name).lower()
+
+
+class _Work:
+    """A station with what it is about to do."""
+
+    __slots__ = ("due_ns", "station", "until_ns")
+
+    def __init__(self, station: Station) -> None:
+        self.station = station
+        self.due_ns = FAR  # when its pulse begins, FAR = it is not working
+        self.until_ns = FAR  # when its pulse ends, FAR = there is none
+
+
+class Stimuli:
+    """What changes the inputs by time.
+
+    Time never goes back from one call to the next.
+
+    Attributes:
+        next_ns: when something acts next, FAR = never.
+        held_mask: inputs that are held.
+        held: those of them that are energised.
+        pulses: inputs that a station is pulsing.
+        events: what has acted so far, in order of time; whoever reads it empties it.
+    """
+
+    __slots__ = ("_entries", "_fed", "_index", "_works", "events", "held", "held_mask", "next_ns", "pulses")
+
+    def __init__(self, spec: MachineSpec) -> None:
+        self._entries = sorted(spec.timeline, key=lambda entry: entry.at_ns)
+        self._index = 0
+        self._works = [_Work(station) for station in spec.stations]
+        self._fed = spec.fed_inputs
+        self.held_mask = 0
+        self.held = 0
+        self.pulses = 0
+        self.events: list[Event] = []
+        self.next_ns = self._soonest_ns()
+
+    def _soonest_ns(self) -> int:
+        soonest = self._entries[self._index].at_ns if self._index < len(self._entries) else FAR
+        for work in self._works:
+            soonest = min(soonest, work.due_ns, work.until_ns)
+        return soonest
+
+    def advance(self, now_ns: int) -> None:
+        """Let everything act that is due by `now_ns`."""
+        while self.next_ns <= now_ns:
+            self._act_at(self.next_ns)
+            self.next_ns = self._soonest_ns()
+
+    def _act_at(self, at_ns: int) -> None:
+        while self._index < len(self._entries) and self._entries[self._index].at_ns == at_ns:
+            self._act(self._entries[self._index])
+            self._index += 1
+        for work in self._works:
+            if work.due_ns == at_ns:
+                self._begin_pulse(work)
+            elif work.until_ns == at_ns:
+                self._end_pulse(work)
+        self.pulses = 0
+        for work in self._works:
+            if work.until_ns != FAR:
+                self.pulses |= work.station.input.value
+
+    def _act(self, entry: TimelineEntry) -> None:
+        self.hold(entry.input, entry.energised)
+        self._tell(entry.at_ns, entry.input, self._sentence(entry), entry.energised)
+
+    def _sentence(self, entry: TimelineEntry) -> str:
+        name = _name(entry.input).replace("_", " ")
+        if entry.energised is None:
+            return f"The {name} input follows the machine again."
+        if self._fed & entry.input.value:
+            return f"The {name} input stays {_LEVEL[entry.energised]}, whatever the machine does."
+        return f"The {name} input is {_LEVEL[entry.energised]}."
+
+    def hold(self, bit: InputBit, energised: bool | None) -> None:
+        """Hold an input at a level, or let it go (None)."""
+        mask = bit.value
+        self.held_mask = self.held_mask & ~mask if energised is None else self.held_mask | mask
+        self.held = self.held | mask if energised else self.held & ~mask
+
+    def _begin_pulse(self, work: _Work) -> None:
+        """Begin a pulse, or prolong the one that still lasts."""
+        at_ns, station = work.due_ns, work.station
+        work.due_ns, work.until_ns = FAR, work.due_ns + station.pulse_ns
+        self._tell(at_ns, station.input, f"The station at {station.position} is done and signals it.", True)
+
+    def _end_pulse(self, work: _Work) -> None:
+        at_ns, station = work.until_ns, work.station
+        work.until_ns = FAR
+        self._tell(at_ns, station.input, f"The station at {station.position} ends its signal.", False)
+
+    def _tell(self, at_ns: int, bit: InputBit, text: str, energised: bool | None) -> None:
+        self.events.append(Event(at_ns, "stimulus", _name(bit), text, {"energised": energised}))
+
+    def rest(self, now_ns: int, shaft: int) -> None:
+        """Let the stations at this shaft position begin their work: the motion has ended."""
+        self.advance(now_ns)
+        for work in self._works:
+            if work.station.position == shaft:
+                work.due_ns = now_ns + work.station.work_ns
+        self.next_ns = self._soonest_ns()
+
+    def depart(self, now_ns: int) -> None:
+        """Let the stations stop their work: a motion begins."""
+        self.advance(now_ns)
+        for work in self._works:
+            work.due_ns = FAR
+        self.next_ns = self._soonest_ns()

@@ -1,0 +1,73 @@
+"""Which inputs the switches energise, as a table over the shaft's position.
+
+    shaft      ...  -1 | 0 ............ 2999 | 3000 .. 3500 | 3501 ...
+    bounds             0                     3000           3501
+    masks      CCW     -                     HOME           -
+
+A table row ends only where some input changes, so its ends are what
+`steps_to_switch` looks for.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterable, Sequence
+
+from .shaft import FAR
+from .spec import Switch
+
+
+class SwitchTable:
+    """The inputs' levels as far as switches feed them.
+
+    Args:
+        switches: checked by MachineSpec: no input with both kinds of contact.
+    """
+
+    __slots__ = ("_bounds", "_masks")
+
+    def __init__(self, switches: Sequence[Switch]) -> None:
+        self._bounds: list[int] = []
+        self._masks = [energised(switches, -FAR)]
+        for bound in sorted(set(_edges(switches))):
+            mask = energised(switches, bound)
+            if mask != self._masks[-1]:
+                self._bounds.append(bound)
+                self._masks.append(mask)
+
+    def row(self, shaft: int) -> tuple[int, int, int]:
+        """Return (first, last, mask): the closed range around `shaft` in which no level changes.
+
+        An open end is -FAR or +FAR.
+        """
+        index = bisect_right(self._bounds, shaft)
+        first = self._bounds[index - 1] if index else -FAR
+        last = self._bounds[index] - 1 if index < len(self._bounds) else FAR
+        return first, last, self._masks[index]
+
+
+def _edges(switches: Iterable[Switch]) -> Iterable[int]:
+    for switch in switches:
+        if switch.first is not None:
+            yield switch.first
+        if switch.last is not None:
+            yield switch.last + 1
+
+
+def energised(switches: Iterable[Switch], shaft: int) -> int:
+    """Return the mask of inputs that these switches energise with the shaft at a position.
+
+    Normally open switches on one input are in parallel, normally closed ones in series.
+
+    >>> from ...io_images.amci3601.bits import InputBit
+    >>> limits = [Switch(InputBit.CW_LIMIT, 90, None, True), Switch(InputBit.CW_LIMIT, None, -90, True)]
+    >>> energised(limits, -95), energised(limits, 0), energised(limits, 95)
+    (0, 16, 0)
+    """
+    on = off = 0
+    for switch in switches:
+        if switch.closed(shaft):
+            on |= switch.input.value
+        elif switch.normally_closed:
+            off |= switch.input.value
+    return on & ~off
