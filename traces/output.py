@@ -1,0 +1,247 @@
+"""The file behind a recorder: whole records, and room kept for the end.
+
+A trace without its summary opens in few tools, and a disk that is full has no
+room for one. So room is held from the start by a ballast, an anonymous file in
+the same directory, as large as what may still have to be written when nothing
+else fits: the open chunk, its index and the summary.
+
+    disk  | trace ............ | ballast |          recording
+    disk  | trace .......................|X         no room: the ballast goes,
+    disk  | trace ...........chunk|                 the chunk is finished,
+    disk  | trace ...........chunk|summary|         the recorder told, the summary written
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import tempfile
+from pathlib import Path
+from typing import BinaryIO, Protocol
+
+NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT})
+"""What a full disk and a used-up quota answer."""
+
+SUMMARY_BYTES_PER_WRITE = 256
+"""More than what one write adds to the summary: at most one chunk index of 77 + 10 bytes per channel."""
+
+_GROWTH = 64 * 1024
+
+
+class TraceFull(OSError):  # noqa: N818 - it says what is the matter
+    """The trace can take no more.
+
+    Attributes:
+        complete: all that was recorded up to now is in the file; otherwise the file was cut
+            back to its last whole record, and what came after its last whole chunk is lost.
+    """
+
+    def __init__(self, message: str, *, complete: bool) -> None:
+        super().__init__(message)
+        self.complete = complete
+
+
+class RawFile(Protocol):
+    """An unbuffered file, as `open(path, "wb", buffering=0)` gives it."""
+
+    def write(self, data: memoryview, /) -> int | None:
+        """Write as much of `data` as goes; return how much that was."""
+        ...
+
+    def truncate(self, size: int, /) -> int:
+        """Cut the file to `size` bytes."""
+        ...
+
+    def close(self) -> None:
+        """Close the file."""
+        ...
+
+
+class Room(Protocol):
+    """Room on the disk that can be given back at once."""
+
+    size: int
+    """Bytes held."""
+
+    def grow(self, size: int) -> None:
+        """Hold `size` bytes more; OSError where they can't be had."""
+        ...
+
+    def release(self) -> None:
+        """Give all of it back to the disk."""
+        ...
+
+
+class Ballast:
+    """Room held by an anonymous file in a directory.
+
+    Args:
+        directory: where; the file has no name there, and goes with the process.
+
+    Raises:
+        OSError: no file can be made there.
+    """
+
+    def __init__(self, directory: Path) -> None:
+        self.size = 0
+        self._file: BinaryIO = tempfile.TemporaryFile(dir=directory, buffering=0)  # noqa: SIM115
+
+    def grow(self, size: int) -> None:
+        """Hold `size` bytes more, truly allocated: noise, since some file systems store zeros as nothing.
+
+        Raises:
+            OSError: the disk has no room for them.
+        """
+        noise = memoryview(os.urandom(size))
+        while noise:
+            written = self._file.write(noise)
+            self.size += written
+            noise = noise[written:]
+
+    def release(self) -> None:
+        """Give the room back."""
+        self.size = 0
+        self._file.close()
+
+
+class TraceFile:
+    """Takes whole records and keeps its word about them.
+
+    `full` becomes true once the ballast has been used up: what was written by
+    then is safe, the summary still fits, and nothing else should follow.
+
+    Args:
+        raw: where the bytes go, empty.
+        name: what messages call it.
+        room: the ballast, None to do without. Without one, a full disk costs the open chunk
+            and the summary.
+    """
+
+    def __init__(self, raw: RawFile, name: str, room: Room | None = None) -> None:
+        self.name = name
+        self.full = False
+        self.failure: TraceFull | None = None
+        self._raw = raw
+        self._room = room
+        self._whole = 0
+        self._needed = 0 if room is None else room.size
+
+    def tell(self) -> int:
+        """Return how many bytes have been written."""
+        return self._whole
+
+    def flush(self) -> None:
+        """Do nothing: nothing is kept back."""
+
+    def write(self, data: bytes, /) -> int:
+        """Append whole records.
+
+        Raises:
+            TraceFull: they could not be written, ballast or not; the file has been cut back to
+                its last whole record and takes no more.
+        """
+        if self.failure is not None:
+            raise self.failure
+        if data:
+            try:
+                self._push(memoryview(data))
+            except OSError as error:
+                self._abandon(error)
+            self._whole += len(data)
+            self._keep_up()
+        return len(data)
+
+    def close(self) -> None:
+        """Close the file and give the ballast back.
+
+        Raises:
+            OSError: the system reports at this late point that data was lost.
+        """
+        if self._room is not None:
+            self._room.release()
+            self._room = None
+        self._raw.close()
+
+    def _push(self, rest: memoryview) -> None:
+        while rest:
+            try:
+                written = self._raw.write(rest)
+            except OSError as error:
+                if error.errno not in NO_ROOM or not self._release():
+                    raise
+            else:
+                if not written:
+                    raise OSError(errno.EIO, "the file takes no more bytes")
+                rest = rest[written:]
+
+    def _release(self) -> bool:
+        """Give up the ballast; return whether there was one."""
+        if self._room is None:
+            return False
+        self._room.release()
+        self._room = None
+        self.full = True
+        return True
+
+    def _keep_up(self) -> None:
+        """Let the ballast grow with the summary; where it can't, the file is full in good time."""
+        self._needed += SUMMARY_BYTES_PER_WRITE
+        if self._room is not None and self._needed > self._room.size:
+            try:
+                self._room.grow(_GROWTH)
+            except OSError:
+                self.full = True
+
+    def _abandon(self, error: OSError) -> None:
+        """Cut the file back to its last whole record and raise `TraceFull`."""
+        self.full = True
+        try:
+            self._raw.truncate(self._whole)
+            state = f"it was cut back to its last whole record, at byte {self._whole:,}"
+        except OSError as worse:
+            state = f"it could not even be cut back to byte {self._whole:,} ({worse.strerror})"
+        message = f"{self.name}: {error.strerror}; {state}, and has no summary"
+        self.failure = TraceFull(message, complete=False)
+        raise self.failure from error
+
+
+def open_trace_file(path: Path, ballast_bytes: int) -> TraceFile:
+    """Open `path` for a new trace, replacing what is there.
+
+    A device or pipe has no ballast, nor has a file in a directory that takes no new files.
+
+    Raises:
+        OSError: the path can't be written or the ballast found no room; the message says why,
+            and nothing has changed.
+    """
+    if path.is_dir():
+        raise _refusal(path, "it is a directory")
+    if not path.parent.is_dir():
+        raise _refusal(path, f"there is no directory {str(path.parent)!r}")
+    room = _ballast(path, ballast_bytes)
+    try:
+        raw = path.open("wb", buffering=0)
+    except OSError as error:
+        if room is not None:
+            room.release()
+        raise _refusal(path, str(error.strerror)) from error
+    return TraceFile(raw, str(path), room)
+
+
+def _refusal(path: Path, why: str) -> OSError:
+    return OSError(f"the trace {str(path)!r} can't be written: {why}")
+
+
+def _ballast(path: Path, size: int) -> Ballast | None:
+    if path.exists() and not path.is_file():
+        return None
+    try:
+        room = Ballast(path.parent)
+    except PermissionError:
+        return None
+    try:
+        room.grow(size)
+    except OSError as error:
+        room.release()
+        raise _refusal(path, f"{error.strerror}; {size:,} bytes are held for its end") from error
+    return room

@@ -1,0 +1,250 @@
+"""The flight recorder: every scan into an MCAP file, and what is not an image beside it.
+
+    /scan      one message per scan: its number, flags and the rack's memory block as it stands
+    /events /stimuli /forces /cpu /faults      JSON, on change only
+
+`sequence` is the scan number (modulo 2**32), `log_time` and `publish_time` are
+virtual ns. Nothing in the file depends on when, where or in which process it
+was written, so equal runs give equal bytes.
+
+The calls must not be broken off half-way: who handles Ctrl-C does so between
+scans, with a signal handler that takes a note.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Never
+
+from .layout import SLOT_BYTES, SlotInfo, check_slots
+from .output import TraceFile, TraceFull, open_trace_file
+from .schema import CDR_PREFIX, MESSAGE_ENCODING, PROFILE, SCAN_HEAD, SCHEMA_ENCODING, scan_schema
+from .topics import MESSAGE_ENCODING as JSON_ENCODING
+from .topics import SCAN_TOPIC, TOPICS
+from .topics import SCHEMA_ENCODING as JSON_SCHEMA_ENCODING
+from .wordmap import word_map
+from .writer import StockWriter, TraceWriter
+
+FORMAT = 1
+"""Version of what a trace holds and how; a reader refuses a later one."""
+
+METADATA = "scanrack"
+"""Name of the metadata record."""
+
+CHUNK_BYTES_MAX = 1024 * 1024
+CHUNK_SCANS = 4096
+"""Most scans in a chunk, which is what a killed process loses at most: 8 s of machine time at 2 ms."""
+
+_MESSAGE_HEAD_BYTES = 31
+_BALLAST_SLACK = 64 * 1024
+_SEQUENCE_MASK = 0xFFFF_FFFF
+
+Value = str | int | float | bool | None | list[int] | list[str]
+
+
+@dataclass(frozen=True, slots=True)
+class Attachment:
+    """A file that travels with the trace.
+
+    Attributes:
+        name: its name, without a path of this machine.
+        data: its content.
+        media_type: what kind of content that is.
+    """
+
+    name: str
+    data: bytes
+    media_type: str = "text/plain"
+
+
+class ScanRecorder:
+    """Records the scans of a rack; a listener of the scan loop.
+
+    Args:
+        target: path of the trace, replaced if it exists, or an open file of traces.output.
+        memory: the rack's memory block, read at every scan: per slot the output image, then the
+            input image, 32 bytes in all.
+        slots: what sits in them, in the order of the memory block.
+        scan_period_ns: nominal time from scan to scan.
+        seed: what anything random in the run was seeded with.
+        program: source of the logic. It is attached, and its SHA-256 goes into the metadata.
+        rack_file: the rack file, likewise.
+        metadata: further entries of the metadata record.
+        attachments: further files.
+        chunk_scans: most scans in a chunk; fewer lose less when the process is killed.
+
+    Raises:
+        ValueError: slots and memory block do not fit, or a slot is given twice.
+        OSError: the target can't be written; TraceFull if it is the disk that is full.
+    """
+
+    def __init__(
+        self,
+        target: Path | str | TraceFile,
+        memory: bytearray,
+        slots: Sequence[SlotInfo],
+        *,
+        scan_period_ns: int,
+        seed: int = 0,
+        program: Attachment | None = None,
+        rack_file: Attachment | None = None,
+        metadata: Mapping[str, str] | None = None,
+        attachments: Sequence[Attachment] = (),
+        chunk_scans: int = CHUNK_SCANS,
+    ) -> None:
+        self._slots = check_slots(slots)
+        if len(memory) != SLOT_BYTES * len(slots):
+            wanted = SLOT_BYTES * len(slots)
+            raise ValueError(f"{len(slots)} slots need a memory block of {wanted} bytes, got {len(memory)}")
+        self._memory = memory
+        self._schema = scan_schema(self._slots)
+        self._states: dict[str, Mapping[str, Value]] = {}
+        self._closed = False
+        head = {
+            **self._facts(scan_period_ns, seed),
+            **_hashes(program=program, rack=rack_file),
+            **(metadata or {}),
+        }
+        files = [file for file in (program, rack_file, *attachments) if file is not None]
+        files.append(Attachment("words.json", word_map(self._slots).encode(), "application/json"))
+        message = _MESSAGE_HEAD_BYTES + SCAN_HEAD.size + len(memory)
+        chunk_bytes = min(CHUNK_BYTES_MAX, chunk_scans * message)
+        if not isinstance(target, TraceFile):
+            ballast = 2 * chunk_bytes + sum(len(file.data) for file in files) + _BALLAST_SLACK
+            target = open_trace_file(Path(target), ballast)
+        self._file = target
+        self._begin(chunk_bytes, head, files)
+
+    def _begin(self, chunk_bytes: int, head: dict[str, str], files: Sequence[Attachment]) -> None:
+        """Write all that comes before the first chunk."""
+        try:
+            self._writer: TraceWriter = StockWriter(
+                self._file, profile=PROFILE, library=f"scanrack {head['scanrack']}", chunk_bytes=chunk_bytes
+            )
+            self._channel = self._writer.channel(
+                SCAN_TOPIC, MESSAGE_ENCODING, self._schema.name, SCHEMA_ENCODING, self._schema.text
+            )
+            self._channels = {
+                topic.name: self._writer.channel(
+                    topic.name, JSON_ENCODING, topic.schema, JSON_SCHEMA_ENCODING, topic.schema_text
+                )
+                for topic in TOPICS
+            }
+            self._writer.add_metadata(METADATA, head)
+            for file in files:
+                self._writer.add_attachment(file.name, file.media_type, file.data)
+        except OSError:
+            self._file.close()
+            raise
+        self._add: Callable[[int, int, bytes, int, int], object] = self._writer.add_message
+        self._pack = SCAN_HEAD.pack
+        if self._file.full:
+            self.close()
+            self._refuse("before the first scan")
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Record a finished scan: the memory block as it stands.
+
+        Args:
+            scan: its number, 0 or more.
+            now_ns: virtual time of its input latch.
+            flags: what the CPU was doing, 0 to 2**32 - 1.
+
+        Raises:
+            TraceFull: the disk is full. This scan is in the trace, later ones are not; `close`
+                still writes the summary.
+        """
+        number = scan & _SEQUENCE_MASK
+        data = self._pack(CDR_PREFIX, number, flags) + self._memory
+        self._add(self._channel, now_ns, data, now_ns, number)
+        if self._file.full:
+            self._refuse(f"at scan {scan}")
+
+    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, Value]) -> None:
+        """Record something that is not an image. A state that has not changed is not written again.
+
+        Args:
+            scan: number of the scan in which it became known.
+            now_ns: when it happened.
+            topic: one of traces.topics.TOPICS.
+            fields: its values by name.
+
+        Raises:
+            ValueError: there is no such topic.
+            TraceFull: as in `scan`.
+        """
+        if topic not in self._channels:
+            raise ValueError(f"topic {topic!r} is not recorded: allowed are {', '.join(self._channels)}")
+        if topic in _STATES:
+            if self._states.get(topic) == fields:
+                return
+            self._states[topic] = dict(fields)
+        text = json.dumps(
+            {"scan": scan, **fields}, ensure_ascii=False, allow_nan=False, separators=(",", ":")
+        )
+        self._add(self._channels[topic], now_ns, text.encode(), now_ns, scan & _SEQUENCE_MASK)
+        if self._file.full:
+            self._refuse(f"at scan {scan}")
+
+    def close(self) -> None:
+        """Write the open chunk and the summary, and close the file.
+
+        Raises:
+            TraceFull: not even the room held for it was enough.
+        """
+        if self._closed:
+            return
+        self._closed = True
+        try:
+            if self._file.failure is None:
+                self._writer.finish()
+        finally:
+            self._file.close()
+
+    def _refuse(self, when: str) -> Never:
+        """Take nothing more, and raise `TraceFull`."""
+        message = f"{self._file.name}: the disk is full; the trace is complete and ends {when}"
+
+        def refuse(*_: object) -> Never:
+            raise TraceFull(message, complete=True)
+
+        self._add = refuse
+        refuse()
+
+    def _facts(self, scan_period_ns: int, seed: int) -> dict[str, str]:
+        """Return the metadata that every trace has."""
+        facts = {
+            "format": str(FORMAT),
+            "layout": self._schema.layout,
+            "scan_period_ns": str(scan_period_ns),
+            "seed": str(seed),
+            "slots": " ".join(str(slot.number) for slot in self._slots),
+        }
+        for slot in self._slots:
+            facts[f"slot.{slot.number}.module"] = slot.module
+            facts[f"slot.{slot.number}.firmware"] = slot.firmware
+        return facts | {name: _version(name) for name in ("scanrack", "mcap")}
+
+
+_STATES = frozenset(topic.name for topic in TOPICS if topic.state)
+
+
+def _hashes(**files: Attachment | None) -> dict[str, str]:
+    return {
+        f"{name}_sha256": hashlib.sha256(file.data).hexdigest()
+        for name, file in files.items()
+        if file is not None
+    }
+
+
+def _version(distribution: str) -> str:
+    """Return the version of a distribution; "unknown" where it runs without being installed."""
+    try:
+        return version(distribution)
+    except PackageNotFoundError:
+        return "unknown"

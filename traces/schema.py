@@ -1,0 +1,92 @@
+"""The schema of a scan: named fields over the raw words, for any MCAP viewer.
+
+`ros2msg` text with the nested definitions behind separators, one message type
+per module and direction:
+
+    uint32 scan
+    uint32 flags
+    Amci3601 slot1
+    ====...
+    MSG: scanrack/Amci3601
+    Amci3601Out out
+    Amci3601In in
+    ====...
+    MSG: scanrack/Amci3601Out
+    int16 command_msw
+    ...
+
+The payload is CDR, little-endian. Two uint32 and then nothing but int16 leave
+no gap in it, so the rack's memory block is copied as it is:
+
+    byte  0            4     8      12
+          00 01 00 00  scan  flags  slot outputs, slot inputs, ...
+
+Viewers merge schemas of one name, so the name carries a hash of the text. It
+is joined without an underscore: ROS 2 allows letters and digits only in the
+name of a message, and its decoders hold to that.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from struct import Struct
+
+from .layout import SlotInfo, module_words
+
+SCHEMA_ENCODING = "ros2msg"
+MESSAGE_ENCODING = "cdr"
+PROFILE = "ros2"
+NAME_STEM = "scanrack/msg/Scan"
+
+CDR_PREFIX = 0x0000_0100
+"""The bytes 00 01 00 00 read as a little-endian word: CDR, little-endian, no options."""
+
+SCAN_HEAD = Struct("<III")
+"""CDR prefix, scan number modulo 2**32, flags; the memory block follows."""
+
+_SEPARATOR = 80 * "="
+_HASH_DIGITS = 12
+
+
+@dataclass(frozen=True, slots=True)
+class ScanSchema:
+    """The schema of the scans of one rack.
+
+    Attributes:
+        layout: hash of the text, twelve hexadecimal digits.
+        text: the ros2msg definition.
+    """
+
+    layout: str
+    text: str
+
+    @property
+    def name(self) -> str:
+        """The schema's name, one per layout."""
+        return NAME_STEM + self.layout
+
+
+def scan_schema(slots: Sequence[SlotInfo]) -> ScanSchema:
+    """Return the schema of a scan of these slots.
+
+    >>> schema = scan_schema([SlotInfo(1, "amci3601", "4.1")])
+    >>> schema.text.splitlines()[:3], schema.name == "scanrack/msg/Scan" + schema.layout
+    (['uint32 scan', 'uint32 flags', 'Amci3601 slot1'], True)
+    """
+    words = [module_words(slot.module) for slot in slots]
+    scan = ["uint32 scan", "uint32 flags"]
+    scan += [f"{names.message} slot{slot.number}" for slot, names in zip(slots, words, strict=True)]
+    lines = [*scan]
+    for names in dict.fromkeys(words):
+        stem = names.message
+        lines += _message(stem, [f"{stem}Out out", f"{stem}In in"])
+        lines += _message(f"{stem}Out", [f"int16 {name}" for name in names.outputs])
+        lines += _message(f"{stem}In", [f"int16 {name}" for name in names.inputs])
+    text = "\n".join(lines) + "\n"
+    return ScanSchema(hashlib.sha256(text.encode()).hexdigest()[:_HASH_DIGITS], text)
+
+
+def _message(name: str, fields: list[str]) -> list[str]:
+    return [_SEPARATOR, f"MSG: scanrack/{name}", *fields]

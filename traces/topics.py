@@ -1,0 +1,104 @@
+"""The topics beside the scans: what is not an image, as JSON, on change only.
+
+Every message carries the number of the scan in which it became known.
+
+    /events     something happened in a module      a rule fired, a move began or ended
+    /stimuli    the machine or a person acted       a button of the timeline, a station's pulse
+    /forces     which bits are forced, in full      told again when it changes
+    /cpu        mode and health of the CPU, in full told again when it changes
+    /faults     the CPU faulted                     scan and cause
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+
+SCAN_TOPIC = "/scan"
+MESSAGE_ENCODING = "json"
+SCHEMA_ENCODING = "jsonschema"
+
+Properties = dict[str, dict[str, str]]
+
+_SCAN: Properties = {
+    "scan": {"type": "integer", "description": "number of the scan in which it became known"}
+}
+_SLOT: Properties = {"slot": {"type": "integer", "description": "number of the slot it belongs to"}}
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """A topic of JSON messages.
+
+    Attributes:
+        name: the channel's topic.
+        schema: name of its schema.
+        says: what it tells, for the schema.
+        properties: JSON schema of the fields it is known to carry; others may come with them.
+        state: a message tells a state in full, so an unchanged one is not written again.
+    """
+
+    name: str
+    schema: str
+    says: str
+    properties: Properties
+    state: bool = False
+
+    @property
+    def schema_text(self) -> str:
+        """The JSON schema of its messages."""
+        schema = {
+            "title": self.schema,
+            "description": self.says,
+            "type": "object",
+            "properties": {**_SCAN, **self.properties},
+            "required": ["scan"],
+        }
+        return json.dumps(schema, indent=2)
+
+
+TOPICS = (
+    Topic(
+        "/events",
+        "scanrack.Event",
+        "Something happened in a module.",
+        {
+            **_SLOT,
+            "kind": {"type": "string", "description": "rule, move or indicator"},
+            "name": {"type": "string", "description": "id of the rule, kind of the move, name of the LED"},
+            "text": {"type": "string", "description": "a sentence for people"},
+        },
+    ),
+    Topic(
+        "/stimuli",
+        "scanrack.Stimulus",
+        "The machine or a person acted on a module.",
+        {
+            **_SLOT,
+            "kind": {"type": "string", "description": "stimulus"},
+            "name": {"type": "string", "description": "name of the input"},
+            "text": {"type": "string", "description": "a sentence for people"},
+        },
+    ),
+    Topic(
+        "/forces",
+        "scanrack.Forces",
+        "The forces in effect, all of them.",
+        {},
+        state=True,
+    ),
+    Topic(
+        "/cpu",
+        "scanrack.Cpu",
+        "Mode and health of the CPU.",
+        {"mode": {"type": "string", "description": "program, run, test or single scan"}},
+        state=True,
+    ),
+    Topic(
+        "/faults",
+        "scanrack.Fault",
+        "The CPU faulted.",
+        {"text": {"type": "string", "description": "what went wrong, and where"}},
+    ),
+)
+"""Every topic beside /scan, in the order of their channels."""
