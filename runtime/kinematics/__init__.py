@@ -1,0 +1,43 @@
+"""Kinematics: motions as closed forms of time, exact in integers.
+
+A motion is planned once (`move`, `run`, `single_step`, `blend`) and changed by
+planning anew from an instant of it (`stop`, `change_speed`, `register`). In
+between it is only evaluated: where it is at an instant, at which instant it
+makes a step. Nothing advances, so nothing depends on how often it is asked.
+
+Time is in ns, travel in 1e-12 step, speed in 1e-3 step/s, all integers; steps
+are whole ones.
+"""
+
+from .blend import BlendLeg, blend, check_blend
+from .motion import Motion
+from .plans import change_speed, move, peak_speed, register, run, single_step, stop
+from .profile import Profile
+from .segment import FOREVER, Cruise, Cubic, Quadratic, Segment
+from .shape import MILLI, PICO, Shape, ramp_distance, ramp_time_ns, stopping_distance
+
+__all__ = [
+    "FOREVER",
+    "MILLI",
+    "PICO",
+    "BlendLeg",
+    "Cruise",
+    "Cubic",
+    "Motion",
+    "Profile",
+    "Quadratic",
+    "Segment",
+    "Shape",
+    "blend",
+    "change_speed",
+    "check_blend",
+    "move",
+    "peak_speed",
+    "ramp_distance",
+    "ramp_time_ns",
+    "register",
+    "run",
+    "single_step",
+    "stop",
+    "stopping_distance",
+]

@@ -1,0 +1,86 @@
+"""Blend moves: up to sixteen segments, each with a speed of its own, run as one motion.
+
+Each segment ramps from the speed of the one before it (the first from the
+starting speed) to its own, then goes on at it for the rest of its length. The
+last one also contains the final ramp down to the starting speed, so the
+lengths add up to the distance [chapter 4, Blend Move; chapter 5, blend blocks].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from .course import Course
+from .motion import Motion
+from .shape import MILLI, PICO, Shape, ramp_distance
+
+BlendLeg = tuple[int, int, int, Shape]
+"""Length in steps, speed in steps/s, rate in steps/ms/s, shape of the ramp."""
+
+
+def blend(
+    now_ns: int,
+    origin: int,
+    direction: int,
+    start_sps: int,
+    segments: Sequence[BlendLeg],
+    final_deceleration_spmss: int,
+    final_shape: Shape,
+) -> Motion:
+    """Plan a blend move.
+
+    >>> two = [(2000, 5000, 20, Shape.CONSTANT), (3000, 3000, 20, Shape.CONSTANT)]
+    >>> profile = blend(0, 0, -1, 1000, two, 10, Shape.CONSTANT)
+    >>> profile.final_steps, profile.position_at(profile.end_ns)
+    (5000, -5000)
+
+    Args:
+        now_ns: when it begins.
+        origin: step count at which it begins.
+        direction: +1 or -1.
+        start_sps: starting speed in steps/s.
+        segments: length (from 1), speed (from the starting speed on), rate (from 1), shape, each.
+        final_deceleration_spmss: of the ramp down at the end, from 1.
+        final_shape: of the ramp down at the end.
+
+    Raises:
+        ValueError: no such direction, no segments, or a segment too short for its ramps.
+    """
+    check_blend(start_sps, segments, final_deceleration_spmss, final_shape)
+    course, speed_msps, end = Course(now_ns), MILLI * start_sps, 0
+    for length, speed_sps, rate_spmss, shape in segments[:-1]:
+        course.ramp(speed_msps, MILLI * speed_sps, rate_spmss, shape)
+        speed_msps, end = MILLI * speed_sps, end + length * PICO
+        course.cruise_to(end, speed_msps)
+    length, speed_sps, rate_spmss, shape = segments[-1]
+    course.ramp(speed_msps, MILLI * speed_sps, rate_spmss, shape)
+    end += length * PICO
+    course.arrive(end, MILLI * speed_sps, MILLI * start_sps, final_deceleration_spmss, final_shape)
+    return course.ended(direction, origin)
+
+
+def check_blend(
+    start_sps: int, segments: Sequence[BlendLeg], final_deceleration_spmss: int, final_shape: Shape
+) -> None:
+    """Check that every segment is long enough for the ramps that it contains.
+
+    Args:
+        start_sps: starting speed in steps/s.
+        segments: as for `blend`.
+        final_deceleration_spmss: as for `blend`.
+        final_shape: as for `blend`.
+
+    Raises:
+        ValueError: no segments, or one too short for its ramps (by chapter 2's distances, exactly).
+    """
+    if not segments:
+        raise ValueError("a blend without segments: allowed is 1 and more")
+    speed_msps = MILLI * start_sps
+    for number, (length, speed_sps, rate_spmss, shape) in enumerate(segments, start=1):
+        needed = ramp_distance(speed_msps, MILLI * speed_sps, rate_spmss, shape)
+        speed_msps = MILLI * speed_sps
+        if number == len(segments) and speed_sps > start_sps:
+            needed += ramp_distance(speed_msps, MILLI * start_sps, final_deceleration_spmss, final_shape)
+        if length < 1 or length * PICO < needed:
+            least = max(1, -(-needed // PICO))
+            raise ValueError(f"blend segment {number} is {length} steps long: its ramps need {least}")

@@ -1,0 +1,127 @@
+"""A motion: travel as a closed form of time, from its first step to its last.
+
+    travel_at      picosteps since it began, always upward
+    steps_at       whole steps: floor(travel)
+    position_at    origin + direction * steps
+    instant_of     the least instant at which so many steps are made
+
+A motion is a value: evaluating it changes nothing, in whatever order it is
+done. At a joint of two segments the later one holds, from `end_ns` on the axis
+stands still.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Sequence
+
+from .segment import FOREVER, Cruise, Segment
+from .shape import PICO
+
+
+class Motion:
+    """What a step generator is about to do, from `start_ns` until something else is planned.
+
+    Instants before `start_ns` are not part of it and must not be asked for.
+
+    Attributes:
+        direction: +1 (CW) or -1 (CCW).
+        origin: step count at which the travel was 0.
+        segments: in order of time, without gap; empty if it ends as it begins.
+        start_ns: its first instant. A motion that took over from another one starts with the
+            travel made so far.
+        end_ns: the instant of its last step, None for an endless one.
+        final_steps: whole steps it will have made, None for an endless one.
+    """
+
+    __slots__ = (
+        "_begins",
+        "_ends",
+        "_latest",
+        "_track",
+        "direction",
+        "end_ns",
+        "final_steps",
+        "origin",
+        "segments",
+        "start_ns",
+    )
+
+    def __init__(
+        self,
+        direction: int,
+        origin: int,
+        start_ns: int,
+        segments: Sequence[Segment],
+        final_travel: int | None,
+    ) -> None:
+        if direction not in (1, -1):
+            raise ValueError(f"direction {direction} is none: allowed are 1 (CW) and -1 (CCW)")
+        self.direction = direction
+        self.origin = origin
+        self.start_ns = start_ns
+        self.segments = tuple(segments)
+        self.end_ns: int | None = None
+        self.final_steps: int | None = None
+        self._track = self.segments
+        if final_travel is not None:
+            self.end_ns = segments[-1].until_ns if segments else start_ns
+            self.final_steps = final_travel // PICO
+            self._track += (Cruise(self.end_ns, FOREVER, final_travel, 0),)
+        self._ends = tuple(segment.until_ns for segment in self._track)
+        self._begins = tuple(segment.travel_at(segment.start_ns) for segment in self._track)
+        self._latest = self._track[0]
+
+    def __repr__(self) -> str:
+        steps = "endless" if self.final_steps is None else f"{self.final_steps} steps"
+        return (
+            f"<Motion {self.direction:+d} from {self.origin}, {steps}, "
+            f"{self.start_ns} to {self.end_ns} ns, {len(self.segments)} segments>"
+        )
+
+    def segment_at(self, t_ns: int) -> Segment:
+        """Return the segment that holds at an instant; from `end_ns` on, a standstill."""
+        segment = self._latest
+        if not segment.start_ns <= t_ns < segment.until_ns:
+            segment = self._latest = self._track[bisect_right(self._ends, t_ns)]
+        return segment
+
+    def travel_at(self, t_ns: int) -> int:
+        """Return the picosteps made since the travel was 0, without sign."""
+        return self.segment_at(t_ns).travel_at(t_ns)
+
+    def steps_at(self, t_ns: int) -> int:
+        """Return the whole steps made since the travel was 0, without sign."""
+        return self.segment_at(t_ns).steps_at(t_ns)
+
+    def position_at(self, t_ns: int) -> int:
+        """Return the step count: origin + direction * steps."""
+        segment = self._latest
+        if not segment.start_ns <= t_ns < segment.until_ns:
+            segment = self.segment_at(t_ns)
+        return self.origin + self.direction * segment.steps_at(t_ns)
+
+    def speed_at(self, t_ns: int) -> int:
+        """Return the speed in 1e-3 step/s, rounded down; 0 from `end_ns` on."""
+        return self.segment_at(t_ns).speed_at(t_ns)
+
+    def ramp_at(self, t_ns: int) -> int:
+        """Return +1 while accelerating, -1 while decelerating, 0 at constant speed and from `end_ns` on."""
+        return self.segment_at(t_ns).ramp
+
+    def instant_of(self, steps: int) -> int | None:
+        """Return the least instant at which so many whole steps are made.
+
+        Args:
+            steps: counted from where the travel was 0.
+
+        Returns:
+            `start_ns` for steps already made then, None for steps that this motion never makes.
+        """
+        travel = steps * PICO
+        index = bisect_left(self._begins, travel)
+        if index == 0:
+            return self.start_ns
+        if index == len(self._track) and self.end_ns is not None:
+            return None
+        return self._track[index - 1].instant_of(steps)

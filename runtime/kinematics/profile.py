@@ -1,0 +1,54 @@
+"""The profile of a move: what the command words ask for, in the module's own units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .shape import MILLI, Shape
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """Speeds, rates and shape of a move [chapter 2].
+
+    At or below the starting speed a move runs at the programmed speed throughout, and the rates are
+    ignored [chapter 4, Manual Move].
+
+    Attributes:
+        start_sps: starting speed in steps/s, from 1.
+        speed_sps: programmed speed in steps/s, from 1.
+        acceleration_spmss: in steps/ms/s, from 1 if the speed exceeds the starting speed.
+        deceleration_spmss: in steps/ms/s, from 1 if the speed exceeds the starting speed.
+        shape: of both ramps.
+
+    Raises:
+        ValueError: a value below what is allowed. Upper limits are the module's business.
+    """
+
+    start_sps: int
+    speed_sps: int
+    acceleration_spmss: int
+    deceleration_spmss: int
+    shape: Shape = Shape.CONSTANT
+
+    def __post_init__(self) -> None:
+        if self.start_sps < 1 or self.speed_sps < 1:
+            raise ValueError(f"speeds {self.start_sps} and {self.speed_sps} steps/s: allowed is 1 and more")
+        rates = self.acceleration_spmss, self.deceleration_spmss
+        if self.has_ramps and min(rates) < 1:
+            raise ValueError(f"rates {rates[0]} and {rates[1]} steps/ms/s: allowed is 1 and more")
+
+    @property
+    def has_ramps(self) -> bool:
+        """Whether the programmed speed exceeds the starting speed."""
+        return self.speed_sps > self.start_sps
+
+    @property
+    def base_msps(self) -> int:
+        """Speed at which a move begins and ends, in 1e-3 step/s."""
+        return MILLI * min(self.start_sps, self.speed_sps)
+
+    @property
+    def speed_msps(self) -> int:
+        """Programmed speed in 1e-3 step/s."""
+        return MILLI * self.speed_sps

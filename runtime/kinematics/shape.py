@@ -1,0 +1,105 @@
+"""The three shapes of a speed change, and what one takes in time and distance.
+
+    T = k * |v1 - v0| / a        D = T * (v0 + v1) / 2
+
+`a` is the programmed rate, which is the peak rate in all three shapes; `k` is
+the manual's factor on the time to accelerate [chapter 2, Calculating Move
+Profiles]. The distance formula is exact for all three, since each is
+symmetrical about its middle.
+
+    shape         k     rate during the ramp
+    constant      1     a all the way
+    triangular    2     rises to a at T/2, falls again
+    trapezoidal   4/3   rises to a at T/4, constant to 3T/4 (50 %), falls again
+
+Units, here and in the whole package: time in ns, travel in 1e-12 step
+(picosteps), speed in 1e-3 step/s. So one unit of speed for one ns is one unit
+of travel, and everything stays an integer.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from fractions import Fraction
+from math import ceil
+
+PICO = 10**12
+"""Picosteps in a step."""
+
+MILLI = 1000
+"""Thousandths of a step/s in a step/s."""
+
+
+class Shape(Enum):
+    """How the rate behaves during a ramp [chapter 4, Acceleration Types].
+
+    >>> Shape.TRAPEZOIDAL.factor
+    Fraction(4, 3)
+    """
+
+    CONSTANT = (1, 1)
+    TRIANGULAR = (2, 1)
+    TRAPEZOIDAL = (4, 3)
+
+    def __init__(self, numerator: int, denominator: int) -> None:
+        self.numerator = numerator
+        self.denominator = denominator
+
+    @property
+    def factor(self) -> Fraction:
+        """The factor k on the time to accelerate [chapter 2]."""
+        return Fraction(self.numerator, self.denominator)
+
+
+def ramp_time_ns(from_msps: int, to_msps: int, rate_spmss: int, shape: Shape) -> int:
+    """Return the time of a speed change, `k * |v1 - v0| / a`, rounded down to a multiple of 4 ns.
+
+    Halves and quarters of it are integers then. Rounded down, because what the
+    manual's arithmetic puts on a round instant may come a few ns early, but
+    never late; the rate is exceeded by less than 4 ns in the ramp's time.
+
+    >>> ramp_time_ns(1_000_000, 5_000_000, 20, Shape.CONSTANT)  # chapter 2's example: 0.2 s
+    200000000
+
+    Args:
+        from_msps: speed before, in 1e-3 step/s.
+        to_msps: speed after, in 1e-3 step/s; more or less than before.
+        rate_spmss: programmed rate in steps/ms/s, from 1.
+        shape: of the ramp.
+    """
+    return 4 * (250 * shape.numerator * abs(to_msps - from_msps) // (shape.denominator * rate_spmss))
+
+
+def ramp_distance(from_msps: int, to_msps: int, rate_spmss: int, shape: Shape) -> Fraction:
+    """Return the distance of a speed change, `k * |v1^2 - v0^2| / (2a)`, in picosteps and not rounded.
+
+    What is run is never longer, and shorter by less than 4 ns of motion.
+
+    >>> ramp_distance(1_000_000, 5_000_000, 20, Shape.CONSTANT) / PICO  # chapter 2's example: 600 steps
+    Fraction(600, 1)
+
+    Args:
+        from_msps: speed before, in 1e-3 step/s.
+        to_msps: speed after, in 1e-3 step/s; more or less than before.
+        rate_spmss: programmed rate in steps/ms/s, from 1.
+        shape: of the ramp.
+    """
+    squares = abs(to_msps * to_msps - from_msps * from_msps)
+    return Fraction(500 * shape.numerator * squares, shape.denominator * rate_spmss)
+
+
+def stopping_distance(speed_msps: int, start_sps: int, deceleration_spmss: int, shape: Shape) -> int:
+    """Return the picosteps, rounded up, that a stop takes: the ramp down to the starting speed.
+
+    >>> stopping_distance(5_000_000, 1000, 10, Shape.CONSTANT) // PICO  # chapter 2's example: 1200 steps
+    1200
+
+    Args:
+        speed_msps: present speed, in 1e-3 step/s; at or below the starting speed a stop takes nothing.
+        start_sps: starting speed in steps/s.
+        deceleration_spmss: programmed deceleration in steps/ms/s, from 1.
+        shape: of the ramp.
+    """
+    if speed_msps <= start_sps * MILLI:
+        return 0
+    return ceil(ramp_distance(speed_msps, start_sps * MILLI, deceleration_spmss, shape))
