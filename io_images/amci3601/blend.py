@@ -1,0 +1,168 @@
+"""The blocks that program a blend profile [chapter 5, Blend Move Programming].
+
+    word  first block                     blocks 2 to 17, one per segment
+    0     0                               0
+    1     0300h: program and transmit     0300h: program and transmit
+    2     number of segments              length MSW (thousands of steps)
+    3     types of segments 9 to 16       length LSW
+    4     types of segments 1 to 8        speed MSW (thousands of steps/s)
+    5     final deceleration and type     speed LSW
+    6     0                               rate, steps/ms/s
+    7     0                               0
+
+The module reads a block when bit 9 of word 1 rises and answers with BLEND_ACK.
+Clearing bit 9 alone (word 1 = 0100h) makes it drop BLEND_ACK and wait for the
+next block; clearing bit 8 as well ends the programming.
+
+What is read here are exactly the words that are written here. What the module
+tolerates beyond that (reading A-60) is the module's affair.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from ..image import Image
+from ..thousands import join_thousands, split_thousands
+from .bits import CommandLsw
+from .parameters import DISTANCE_MAX, RATE_MAX, SPEED_MAX, require
+
+SEGMENTS_MIN = 2
+SEGMENTS_MAX = 16
+
+PROGRAM_AND_TRANSMIT = (CommandLsw.BLEND_PROGRAM | CommandLsw.BLEND_TRANSMIT).value
+"""Word 1 of every block: 0300h."""
+
+_TYPES_PER_WORD = 8
+_TYPE_SHIFT = 14
+_RATE_MASK = (1 << _TYPE_SHIFT) - 1
+
+
+class Acceleration(Enum):
+    """How speed changes; the value is the bit pair that says so, S-curve bit first.
+
+    The pair 10b is none of them: the second bit counts only with the first
+    [chapter 5, Command Word LSW bit 1].
+    """
+
+    CONSTANT = 0b00
+    TRIANGULAR = 0b01
+    TRAPEZOIDAL = 0b11
+
+
+def acceleration_of(pair: int) -> Acceleration:
+    """Return the acceleration type of a bit pair.
+
+    Raises:
+        ValueError: the pair is 10b.
+    """
+    try:
+        return Acceleration(pair)
+    except ValueError:
+        raise ValueError(f"acceleration type {pair:02b}b: allowed are 00b, 01b and 11b") from None
+
+
+@dataclass(frozen=True, slots=True)
+class BlendHeader:
+    """The first block: how many segments follow, their acceleration types, and how the profile ends.
+
+    >>> header = BlendHeader((Acceleration.CONSTANT, Acceleration.TRIANGULAR), 20)
+    >>> header.to_image()
+    Image([0, 768, 2, 0, 4, 20, 0, 0])
+
+    Attributes:
+        types: acceleration type of each segment, 2 to 16 of them.
+        final_deceleration: 1 to 2000 steps/ms/s, from the last segment's speed to the starting speed.
+        final_type: its type.
+
+    Raises:
+        ValueError: another number of segments, or a rate out of range.
+    """
+
+    types: tuple[Acceleration, ...]
+    final_deceleration: int
+    final_type: Acceleration = Acceleration.CONSTANT
+
+    def __post_init__(self) -> None:
+        require("number of blend segments", self.segments, SEGMENTS_MIN, SEGMENTS_MAX)
+        require("final deceleration", self.final_deceleration, 1, RATE_MAX)
+
+    @property
+    def segments(self) -> int:
+        """How many segments the profile has."""
+        return len(self.types)
+
+    def to_image(self) -> Image:
+        """Return the output image that transmits this block."""
+        last = self.final_deceleration | self.final_type.value << _TYPE_SHIFT
+        late, early = _pack(self.types[_TYPES_PER_WORD:]), _pack(self.types[:_TYPES_PER_WORD])
+        return Image((0, PROGRAM_AND_TRANSMIT, self.segments, late, early, last))
+
+    @classmethod
+    def from_image(cls, image: Image) -> BlendHeader:
+        """Read the output image of a first block.
+
+        Raises:
+            ValueError: words that no first block has.
+        """
+        words = [word & 0xFFFF for word in image]
+        require("number of blend segments", words[2], SEGMENTS_MIN, SEGMENTS_MAX)
+        pairs = words[4] | words[3] << 16
+        types = tuple(acceleration_of(pairs >> 2 * index & 3) for index in range(words[2]))
+        header = cls(types, words[5] & _RATE_MASK, acceleration_of(words[5] >> _TYPE_SHIFT))
+        _demand_exact(header.to_image(), image, "first block of a blend profile")
+        return header
+
+
+@dataclass(frozen=True, slots=True)
+class BlendSegment:
+    """The block of one segment: a relative move that begins at the speed at which the one before ended.
+
+    >>> BlendSegment(3_500, 12_345, 20).to_image()
+    Image([0, 768, 3, 500, 12, 345, 20, 0])
+
+    Attributes:
+        length: 1 to 8,388,607 steps, the change of speed included.
+        speed: 1 to 1,000,000 steps/s.
+        rate: of the change of speed, 1 to 2000 steps/ms/s.
+
+    Raises:
+        ValueError: one of them out of range.
+    """
+
+    length: int
+    speed: int
+    rate: int
+
+    def __post_init__(self) -> None:
+        require("length of a blend segment", self.length, 1, DISTANCE_MAX)
+        require("speed of a blend segment", self.speed, 1, SPEED_MAX)
+        require("rate of a blend segment", self.rate, 1, RATE_MAX)
+
+    def to_image(self) -> Image:
+        """Return the output image that transmits this block."""
+        return Image(
+            (0, PROGRAM_AND_TRANSMIT, *split_thousands(self.length), *split_thousands(self.speed), self.rate)
+        )
+
+    @classmethod
+    def from_image(cls, image: Image) -> BlendSegment:
+        """Read the output image of a segment's block.
+
+        Raises:
+            ValueError: words that no segment's block has.
+        """
+        words = image.words.tolist()
+        segment = cls(join_thousands(words[2], words[3]), join_thousands(words[4], words[5]), words[6])
+        _demand_exact(segment.to_image(), image, "segment block of a blend profile")
+        return segment
+
+
+def _pack(types: tuple[Acceleration, ...]) -> int:
+    return sum(kind.value << 2 * index for index, kind in enumerate(types))
+
+
+def _demand_exact(written: Image, image: Image, what: str) -> None:
+    if written != image:
+        raise ValueError(f"words {list(image)} are no {what}: {list(written)} would be the nearest one")

@@ -1,0 +1,263 @@
+"""The 3601's commands: eight output words in command mode, and their meaning.
+
+    word  meaning
+    0     command MSW: at most one bit
+    1     command LSW: acceleration type, encoder move, follower, blend, registration, proximity
+    2, 3  target position, steps (thousands)
+    4, 5  programmed speed, steps/s (thousands)
+    6     acceleration, steps/ms/s
+    7     deceleration, steps/ms/s
+
+`to_image` and `decode` are exact inverses of each other. `decode` is strict: it
+refuses words that the module would refuse, and words with bits that the module
+would overlook. `Parameters.read` takes any words at all and leaves the
+judgement to the caller.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from ..image import Image
+from ..thousands import PARAMETER_MAX, PARAMETER_MIN, join_thousands, split_thousands
+from .bits import CommandLsw, CommandMsw
+from .moves import Direction, FindHome, Follower, Manual, Move, MoveKind, Resume, RunBlend, require_words
+from .parameters import (
+    DISTANCE_MAX,
+    Parameters,
+    rate_in_range,
+    require,
+    speed_in_range,
+    target_in_range,
+)
+
+__all__ = [
+    "Command",
+    "Direction",
+    "FindHome",
+    "Follower",
+    "Hold",
+    "Idle",
+    "ImmediateStop",
+    "Manual",
+    "Move",
+    "MoveKind",
+    "Parameters",
+    "PresetEncoder",
+    "PresetPosition",
+    "ResetErrors",
+    "Resume",
+    "RunBlend",
+    "StoreMinimumRegistration",
+    "decode",
+    "rate_in_range",
+    "speed_in_range",
+    "target_in_range",
+]
+
+_FOLLOWER = CommandLsw.ENC_FOLLOWER.value
+_BLEND = (CommandLsw.BLEND_PROGRAM | CommandLsw.BLEND_TRANSMIT).value
+_STORE = CommandLsw.STORE_MIN_REG.value
+_MODE = CommandMsw.MODE_CONFIG.value
+
+
+@dataclass(frozen=True, slots=True)
+class Idle:
+    """No command.
+
+    Attributes:
+        rest: words 1 to 7, which mean nothing without a command bit. A manual move is stopped by
+            clearing word 0 alone, so they need not be 0. Bits 7 to 10 of word 1 are: they would
+            make something else of it.
+    """
+
+    rest: tuple[int, ...] = (0,) * 7
+
+    def __post_init__(self) -> None:
+        require_words("rest", self.rest, 7)
+        if self.rest[0] & (_FOLLOWER | _BLEND | _STORE):
+            raise ValueError(f"word 1 of no command is {self.rest[0] & 0xFFFF:04X}h: bits 7 to 10 must be 0")
+
+    def to_image(self) -> Image:
+        """Return the output image with no bit of the command MSW set."""
+        return Image((0, *self.rest))
+
+
+@dataclass(frozen=True, slots=True)
+class Hold:
+    """Hold the running absolute or relative move.
+
+    Attributes:
+        rest: words 1 to 7, which are not looked at [chapter 4, Hold Move].
+    """
+
+    rest: tuple[int, ...] = (0,) * 7
+
+    def __post_init__(self) -> None:
+        require_words("rest", self.rest, 7)
+
+    def to_image(self) -> Image:
+        """Return the output image that holds."""
+        return Image((CommandMsw.HOLD_MOVE.value, *self.rest))
+
+
+@dataclass(frozen=True, slots=True)
+class ImmediateStop:
+    """Stop without a ramp; the position becomes invalid.
+
+    Attributes:
+        rest: words 1 to 7, which are not looked at (reading A-30).
+    """
+
+    rest: tuple[int, ...] = (0,) * 7
+
+    def __post_init__(self) -> None:
+        require_words("rest", self.rest, 7)
+
+    def to_image(self) -> Image:
+        """Return the output image that stops."""
+        return Image((CommandMsw.IMMEDIATE_STOP.value, *self.rest))
+
+
+@dataclass(frozen=True, slots=True)
+class PresetPosition:
+    """Set the current position, and with it the diagnostic feedback count; the position becomes valid.
+
+    Attributes:
+        value: -8,388,608 to 8,388,607 steps.
+    """
+
+    value: int
+
+    def __post_init__(self) -> None:
+        require("preset position", self.value, PARAMETER_MIN, PARAMETER_MAX)
+
+    def to_image(self) -> Image:
+        """Return the output image that presets."""
+        return Image((CommandMsw.PRESET_POSITION.value, 0, *split_thousands(self.value)))
+
+
+@dataclass(frozen=True, slots=True)
+class PresetEncoder:
+    """Set the encoder value.
+
+    Attributes:
+        value: -8,388,608 to 8,388,607 counts.
+    """
+
+    value: int
+
+    def __post_init__(self) -> None:
+        require("preset encoder value", self.value, PARAMETER_MIN, PARAMETER_MAX)
+
+    def to_image(self) -> Image:
+        """Return the output image that presets."""
+        return Image((CommandMsw.PRESET_ENCODER.value, 0, *split_thousands(self.value)))
+
+
+@dataclass(frozen=True, slots=True)
+class ResetErrors:
+    """Clear the errors that can be recovered from; word 1 must be 0.
+
+    Attributes:
+        rest: words 2 to 7, which are not looked at (reading A-92).
+    """
+
+    rest: tuple[int, ...] = (0,) * 6
+
+    def __post_init__(self) -> None:
+        require_words("rest", self.rest, 6)
+
+    def to_image(self) -> Image:
+        """Return the output image that resets."""
+        return Image((CommandMsw.RESET_ERRORS.value, 0, *self.rest))
+
+
+@dataclass(frozen=True, slots=True)
+class StoreMinimumRegistration:
+    """Store the distance within which a registration move is deaf to its registration input (firmware 3.1).
+
+    >>> StoreMinimumRegistration(12_345).to_image()
+    Image([0, 1024, 12, 345, 0, 0, 0, 0])
+
+    Attributes:
+        steps: 0 to 8,388,607; 0 turns the function off.
+    """
+
+    steps: int
+
+    def __post_init__(self) -> None:
+        require("minimum registration distance", self.steps, 0, DISTANCE_MAX)
+
+    def to_image(self) -> Image:
+        """Return the output image that stores the distance."""
+        return Image((0, _STORE, *split_thousands(self.steps)))
+
+
+Command = (
+    Idle
+    | Move
+    | Hold
+    | Resume
+    | ImmediateStop
+    | FindHome
+    | Manual
+    | PresetPosition
+    | PresetEncoder
+    | ResetErrors
+    | RunBlend
+    | Follower
+    | StoreMinimumRegistration
+)
+"""What eight output words in command mode can mean; blend programming has blocks of its own, see `blend`."""
+
+
+def decode(image: Image) -> Command:
+    """Return what an output image commands.
+
+    >>> decode(Image([0x0002, 0, 12, 345, 5, 0, 20, 10]))  # doctest: +ELLIPSIS
+    Move(kind=<MoveKind.RELATIVE: 2>, target=12345, speed=5000, acceleration=20, deceleration=10, ...)
+
+    Raises:
+        ValueError: words that no command has; it tells why.
+    """
+    words = image.words.tolist()
+    if words[0] & _MODE:
+        raise ValueError(f"word 0 is {words[0] & 0xFFFF:04X}h: this is a configuration, not a command")
+    command = _reader(words[0], words[1])(words)
+    written = command.to_image()
+    if written != image:
+        raise ValueError(f"words {words} are no command: {list(written)} would be the nearest one")
+    return command
+
+
+def _reader(msw: int, lsw: int) -> Callable[[Sequence[int]], Command]:
+    if msw == 0 and lsw & _BLEND:
+        raise ValueError(f"word 1 is {lsw & 0xFFFF:04X}h: this is a block of a blend profile, not a command")
+    if lsw & _FOLLOWER and msw in (0, CommandMsw.MANUAL_CW, CommandMsw.MANUAL_CCW):
+        return Follower.read
+    if msw == 0 and lsw & _STORE:
+        return lambda words: StoreMinimumRegistration(join_thousands(words[2], words[3]))
+    if msw in _READERS:
+        return _READERS[msw]
+    raise ValueError(f"word 0 is {msw & 0xFFFF:04X}h: exactly one command bit of 0 to 13 is allowed")
+
+
+_READERS: dict[int, Callable[[Sequence[int]], Command]] = {
+    0: lambda words: Idle(tuple(words[1:])),
+    CommandMsw.ABSOLUTE_MOVE: Move.read,
+    CommandMsw.RELATIVE_MOVE: Move.read,
+    CommandMsw.HOLD_MOVE: lambda words: Hold(tuple(words[1:])),
+    CommandMsw.RESUME_MOVE: Resume.read,
+    CommandMsw.IMMEDIATE_STOP: lambda words: ImmediateStop(tuple(words[1:])),
+    CommandMsw.FIND_HOME_CW: FindHome.read,
+    CommandMsw.FIND_HOME_CCW: FindHome.read,
+    CommandMsw.MANUAL_CW: Manual.read,
+    CommandMsw.MANUAL_CCW: Manual.read,
+    CommandMsw.PRESET_POSITION: lambda words: PresetPosition(join_thousands(words[2], words[3])),
+    CommandMsw.PRESET_ENCODER: lambda words: PresetEncoder(join_thousands(words[2], words[3])),
+    CommandMsw.RESET_ERRORS: lambda words: ResetErrors(tuple(words[2:])),
+    CommandMsw.RUN_BLEND_CW: RunBlend.read,
+    CommandMsw.RUN_BLEND_CCW: RunBlend.read,
+}

@@ -1,0 +1,94 @@
+"""Firmware versions of the 3601 and what came with each of them.
+
+    version   from serial   what it brought
+    2.0       -             the initial release
+    2.1       -             capture without an encoder [revision history, 0.1]
+    2.2       78769         MicroLogix 1500 [chapter 1, MicroLogix 1500 Configuration]
+    3.1       96317         registration moves [chapter 4, Registration Move]
+    4.1       04060162      encoder follower [chapter 4, Encoder Follower Function]
+
+The version decides; a serial number is only another way to name one. The new
+serial format has a leading zero and is compared as a number (reading A-67).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Firmware:
+    """A firmware version; versions are ordered, so a gate is a comparison.
+
+    >>> Firmware(2, 2) < Firmware.parse("3.1"), str(Firmware(4, 1))
+    (True, '4.1')
+    """
+
+    major: int
+    minor: int
+
+    @classmethod
+    def parse(cls, text: str) -> Firmware:
+        """Return the version written as `text`, e.g. "4.1".
+
+        Raises:
+            ValueError: not one of the known versions 2.0, 2.1, 2.2, 3.1 and 4.1.
+        """
+        for known in KNOWN:
+            if str(known) == text.strip():
+                return known
+        allowed = ", ".join(map(str, KNOWN))
+        raise ValueError(f"unknown 3601 firmware {text!r}: allowed are {allowed}")
+
+    @classmethod
+    def of_serial(cls, serial: int | str) -> Firmware:
+        """Return the version that modules of this serial number left the factory with.
+
+        Serials below 78769 may carry 2.0 or 2.1; the older one is returned.
+
+        >>> [str(Firmware.of_serial(serial)) for serial in (96316, 96317, "04060162")]
+        ['2.2', '3.1', '4.1']
+
+        Raises:
+            ValueError: not a positive decimal number.
+        """
+        number = int(serial) if str(serial).strip().isdecimal() else 0
+        if number < 1:
+            raise ValueError(f"serial number {serial!r} of a 3601: a positive decimal number is needed")
+        return next((version for first, version in _SERIALS if number >= first), FW_2_0)
+
+    def __str__(self) -> str:
+        return f"{self.major}.{self.minor}"
+
+    @property
+    def capture_without_encoder(self) -> bool:
+        """Capture takes the current position where no encoder is configured (2.1)."""
+        return self >= FW_2_1
+
+    @property
+    def micrologix(self) -> bool:
+        """The module runs in a MicroLogix 1500 (2.2)."""
+        return self >= FW_2_2
+
+    @property
+    def registration(self) -> bool:
+        """Registration moves and the minimum registration distance (3.1)."""
+        return self >= FW_3_1
+
+    @property
+    def follower(self) -> bool:
+        """Encoder follower mode (4.1)."""
+        return self >= FW_4_1
+
+
+FW_2_0 = Firmware(2, 0)
+FW_2_1 = Firmware(2, 1)
+FW_2_2 = Firmware(2, 2)
+FW_3_1 = Firmware(3, 1)
+FW_4_1 = Firmware(4, 1)
+
+KNOWN = (FW_2_0, FW_2_1, FW_2_2, FW_3_1, FW_4_1)
+"""The versions that the manual tells apart, oldest first."""
+
+_SERIALS = ((4_060_162, FW_4_1), (96_317, FW_3_1), (78_769, FW_2_2))
+"""First serial number of a version, newest first."""

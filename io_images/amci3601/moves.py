@@ -1,0 +1,321 @@
+"""The commands that make the axis move [chapter 4]; `command` holds the others and reads them all."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum, IntEnum
+
+from ..image import WORD_MAX, WORD_MIN, Image
+from ..thousands import PARAMETER_MAX, PARAMETER_MIN, join_thousands, split_thousands
+from .bits import CommandLsw, CommandMsw
+from .blend import Acceleration, acceleration_of
+from .parameters import DISTANCE_MAX, RATE_MAX, SPEED_MAX, require
+
+_SHAPE = (CommandLsw.S_CURVE | CommandLsw.TRAPEZOIDAL).value
+_ENCODER_MOVE = CommandLsw.ENCODER_MOVE.value
+_FOLLOWER = CommandLsw.ENC_FOLLOWER.value
+_PROXIMITY = CommandLsw.HOME_PROXIMITY.value
+_RESUME = CommandMsw.RESUME_MOVE.value
+
+
+class Direction(IntEnum):
+    """Which way: CW counts up, CCW counts down [chapter 4, Absolute & Relative Moves]."""
+
+    CW = 1
+    CCW = -1
+
+
+class MoveKind(Enum):
+    """What the target of a move is."""
+
+    ABSOLUTE = CommandMsw.ABSOLUTE_MOVE.value
+    RELATIVE = CommandMsw.RELATIVE_MOVE.value
+
+
+_MANUAL = {Direction.CW: CommandMsw.MANUAL_CW.value, Direction.CCW: CommandMsw.MANUAL_CCW.value}
+_FIND_HOME = {Direction.CW: CommandMsw.FIND_HOME_CW.value, Direction.CCW: CommandMsw.FIND_HOME_CCW.value}
+_RUN_BLEND = {Direction.CW: CommandMsw.RUN_BLEND_CW.value, Direction.CCW: CommandMsw.RUN_BLEND_CCW.value}
+
+
+@dataclass(frozen=True, slots=True)
+class Move:
+    """An absolute or relative move, measured in steps or in encoder counts.
+
+    >>> Move(MoveKind.RELATIVE, -12_345, 5_000, 20, 10).to_image()
+    Image([2, 0, -12, -345, 5, 0, 20, 10])
+
+    Attributes:
+        kind: whether the target is a position or a distance.
+        target: position or signed distance, -8,388,608 to 8,388,607.
+        speed: 1 to 1,000,000 steps/s.
+        acceleration: 1 to 2000 steps/ms/s.
+        deceleration: 1 to 2000 steps/ms/s.
+        shape: how the speed changes.
+        encoder: the target is in encoder counts; the axis begins to stop when they are reached.
+        proximity: the backplane home proximity bit, which a move overlooks.
+
+    Raises:
+        ValueError: a value out of range.
+    """
+
+    kind: MoveKind
+    target: int
+    speed: int
+    acceleration: int
+    deceleration: int
+    shape: Acceleration = Acceleration.CONSTANT
+    encoder: bool = False
+    proximity: bool = False
+
+    def __post_init__(self) -> None:
+        require("target position", self.target, PARAMETER_MIN, PARAMETER_MAX)
+        _require_profile(self.speed, self.acceleration, self.deceleration)
+
+    def to_image(self) -> Image:
+        """Return the output image that starts this move."""
+        lsw = self.shape.value | self.encoder * _ENCODER_MOVE | self.proximity * _PROXIMITY
+        return _image(self.kind.value, lsw, self.target, self.speed, self.acceleration, self.deceleration)
+
+    @classmethod
+    def read(cls, words: Sequence[int]) -> Move:
+        """Read the move from eight output words with its bit in word 0; see `command.decode`."""
+        return cls(
+            MoveKind(words[0]),
+            join_thousands(words[2], words[3]),
+            join_thousands(words[4], words[5]),
+            words[6],
+            words[7],
+            _shape(words[1]),
+            bool(words[1] & _ENCODER_MOVE),
+            bool(words[1] & _PROXIMITY),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Resume:
+    """Go on with a held move, to its old target.
+
+    Attributes:
+        speed: 1 to 1,000,000 steps/s.
+        acceleration: 1 to 2000 steps/ms/s.
+        deceleration: 1 to 2000 steps/ms/s.
+        shape: how the speed changes; it is not remembered from the held move.
+        proximity: the backplane home proximity bit, which a move overlooks.
+        target_words: words 2 and 3, which are not looked at.
+
+    Raises:
+        ValueError: a value out of range.
+    """
+
+    speed: int
+    acceleration: int
+    deceleration: int
+    shape: Acceleration = Acceleration.CONSTANT
+    proximity: bool = False
+    target_words: tuple[int, int] = (0, 0)
+
+    def __post_init__(self) -> None:
+        _require_profile(self.speed, self.acceleration, self.deceleration)
+        require_words("target_words", self.target_words, 2)
+
+    def to_image(self) -> Image:
+        """Return the output image that resumes."""
+        lsw = self.shape.value | self.proximity * _PROXIMITY
+        image = _image(_RESUME, lsw, 0, self.speed, self.acceleration, self.deceleration)
+        image[2], image[3] = self.target_words
+        return image
+
+    @classmethod
+    def read(cls, words: Sequence[int]) -> Resume:
+        """Read the command from eight output words with its bit in word 0; see `command.decode`."""
+        return cls(
+            join_thousands(words[4], words[5]),
+            words[6],
+            words[7],
+            _shape(words[1]),
+            bool(words[1] & _PROXIMITY),
+            (words[2], words[3]),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class FindHome:
+    """Look for the home signal; the target is 0 and S-curves are not available.
+
+    Attributes:
+        direction: which way to look first; it needs an end limit configured on that side.
+        speed: 1 to 1,000,000 steps/s.
+        acceleration: 1 to 2000 steps/ms/s.
+        deceleration: 1 to 2000 steps/ms/s.
+        proximity: the backplane home proximity bit; its rise slows the search to the starting speed.
+
+    Raises:
+        ValueError: a value out of range.
+    """
+
+    direction: Direction
+    speed: int
+    acceleration: int
+    deceleration: int
+    proximity: bool = False
+
+    def __post_init__(self) -> None:
+        _require_profile(self.speed, self.acceleration, self.deceleration)
+
+    def to_image(self) -> Image:
+        """Return the output image that starts the search."""
+        lsw = self.proximity * _PROXIMITY
+        msw = _FIND_HOME[self.direction]
+        return _image(msw, lsw, 0, self.speed, self.acceleration, self.deceleration)
+
+    @classmethod
+    def read(cls, words: Sequence[int]) -> FindHome:
+        """Read the command from eight output words with its bit in word 0; see `command.decode`."""
+        speed = join_thousands(words[4], words[5])
+        proximity = bool(words[1] & _PROXIMITY)
+        return cls(_direction(_FIND_HOME, words[0]), speed, words[6], words[7], proximity)
+
+
+@dataclass(frozen=True, slots=True)
+class Manual:
+    """A manual move, which lasts as long as its bit is set; or, with steps to register, a registration move.
+
+    >>> Manual(Direction.CW, 5_000, 20, 10).to_image()
+    Image([128, 0, 0, 0, 5, 0, 20, 10])
+
+    Attributes:
+        direction: which way.
+        speed: 0 to 1,000,000 steps/s; 0 makes one step; up to the starting speed there is no ramp.
+        acceleration: 0 to 2000 steps/ms/s; above the starting speed the module needs 1 or more.
+        deceleration: 0 to 2000 steps/ms/s; likewise.
+        registration: steps still to make once the move is told to stop, 0 to 8,388,607 (firmware 3.1).
+        shape: how the speed changes.
+        proximity: the backplane home proximity bit, which a move overlooks.
+
+    Raises:
+        ValueError: a value out of range.
+    """
+
+    direction: Direction
+    speed: int
+    acceleration: int = 0
+    deceleration: int = 0
+    registration: int = 0
+    shape: Acceleration = Acceleration.CONSTANT
+    proximity: bool = False
+
+    def __post_init__(self) -> None:
+        require("programmed speed", self.speed, 0, SPEED_MAX)
+        require("registration distance", self.registration, 0, DISTANCE_MAX)
+        require("acceleration", self.acceleration, 0, RATE_MAX)
+        require("deceleration", self.deceleration, 0, RATE_MAX)
+
+    def to_image(self) -> Image:
+        """Return the output image that starts this move and keeps it going."""
+        lsw = self.shape.value | self.proximity * _PROXIMITY
+        msw = _MANUAL[self.direction]
+        return _image(msw, lsw, self.registration, self.speed, self.acceleration, self.deceleration)
+
+    @classmethod
+    def read(cls, words: Sequence[int]) -> Manual:
+        """Read the move from eight output words with its bit in word 0; see `command.decode`."""
+        return cls(
+            _direction(_MANUAL, words[0]),
+            join_thousands(words[4], words[5]),
+            words[6],
+            words[7],
+            join_thousands(words[2], words[3]),
+            _shape(words[1]),
+            bool(words[1] & _PROXIMITY),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class RunBlend:
+    """Run the stored blend profile; all other words are 0.
+
+    Attributes:
+        direction: which way the whole profile goes.
+    """
+
+    direction: Direction
+
+    def to_image(self) -> Image:
+        """Return the output image that starts the profile."""
+        return Image((_RUN_BLEND[self.direction],))
+
+    @classmethod
+    def read(cls, words: Sequence[int]) -> RunBlend:
+        """Read the command from eight output words with its bit in word 0; see `command.decode`."""
+        return cls(_direction(_RUN_BLEND, words[0]))
+
+
+@dataclass(frozen=True, slots=True)
+class Follower:
+    """Encoder follower mode: counts times multiplier over divisor give steps (firmware 4.1).
+
+    Attributes:
+        direction: CW with the encoder, CCW against it, None to stand still in the mode.
+        multiplier: 1 to 32,767.
+        divisor: 1 to 32,767.
+        acceleration: 0 to 2000 steps/ms/s; 0 jumps to the new speed.
+        deceleration: 0 to 2000 steps/ms/s; likewise.
+
+    Raises:
+        ValueError: a value out of range.
+    """
+
+    direction: Direction | None
+    multiplier: int
+    divisor: int
+    acceleration: int = 0
+    deceleration: int = 0
+
+    def __post_init__(self) -> None:
+        require("multiplier", self.multiplier, 1, WORD_MAX)
+        require("divisor", self.divisor, 1, WORD_MAX)
+        require("acceleration", self.acceleration, 0, RATE_MAX)
+        require("deceleration", self.deceleration, 0, RATE_MAX)
+
+    def to_image(self) -> Image:
+        """Return the output image that keeps the module in this mode."""
+        msw = 0 if self.direction is None else _MANUAL[self.direction]
+        words = (self.multiplier, self.divisor, 0, 0, self.acceleration, self.deceleration)
+        return Image((msw, _FOLLOWER, *words))
+
+    @classmethod
+    def read(cls, words: Sequence[int]) -> Follower:
+        """Read the command from eight output words with bit 7 in word 1; see `command.decode`."""
+        direction = _direction(_MANUAL, words[0]) if words[0] else None
+        return cls(direction, words[2], words[3], words[6], words[7])
+
+
+def require_words(what: str, words: tuple[int, ...], count: int) -> None:
+    """Refuse anything but `count` signed words.
+
+    Raises:
+        ValueError: it names `what`.
+    """
+    if len(words) != count:
+        raise ValueError(f"{what} has {len(words)} words, not {count}")
+    for word in words:
+        require(f"word of {what}", word, WORD_MIN, WORD_MAX)
+
+
+def _require_profile(speed: int, acceleration: int, deceleration: int) -> None:
+    require("programmed speed", speed, 1, SPEED_MAX)
+    require("acceleration", acceleration, 1, RATE_MAX)
+    require("deceleration", deceleration, 1, RATE_MAX)
+
+
+def _image(msw: int, lsw: int, target: int, speed: int, acceleration: int, deceleration: int) -> Image:
+    return Image((msw, lsw, *split_thousands(target), *split_thousands(speed), acceleration, deceleration))
+
+
+def _shape(lsw: int) -> Acceleration:
+    return acceleration_of(lsw & _SHAPE)
+
+
+def _direction(bits: dict[Direction, int], msw: int) -> Direction:
+    return next(direction for direction, bit in bits.items() if bit == msw)

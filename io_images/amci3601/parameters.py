@@ -1,0 +1,90 @@
+"""Output words 2 to 7 of command mode as numbers, and their ranges [chapter 5, notes 4 to 8].
+
+The least programmed speed is the starting speed, which only the module knows,
+so a speed from 1 is in range here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ..thousands import PARAMETER_MAX, PARAMETER_MIN, is_legal_pair, join_thousands
+
+SPEED_MAX = 1_000_000
+"""Greatest programmed or starting speed, steps/s; the least is 1, or 0 for a one-shot manual move."""
+
+RATE_MAX = 2_000
+"""Greatest acceleration or deceleration, steps/ms/s; the least is 1."""
+
+DISTANCE_MAX = 8_388_607
+"""Greatest distance, steps: minimum registration distance, blend segment, sum of all blend segments."""
+
+
+def target_in_range(target: int | None) -> bool:
+    """Return whether this is a legal target position: -8,388,608 to 8,388,607 steps or counts."""
+    return target is not None and PARAMETER_MIN <= target <= PARAMETER_MAX
+
+
+def speed_in_range(speed: int | None) -> bool:
+    """Return whether this is a legal speed: 1 to 1,000,000 steps/s."""
+    return speed is not None and 1 <= speed <= SPEED_MAX
+
+
+def rate_in_range(rate: int) -> bool:
+    """Return whether this is a legal acceleration or deceleration: 1 to 2000 steps/ms/s."""
+    return 1 <= rate <= RATE_MAX
+
+
+@dataclass(frozen=True, slots=True)
+class Parameters:
+    """Output words 2 to 7 as numbers, legal or not.
+
+    >>> Parameters.read((0x0002, 0, 12, 345, 5, -1, 20, 10))
+    Parameters(target=12345, speed=None, acceleration=20, deceleration=10)
+
+    Attributes:
+        target: steps or counts; None for a pair of words that is no value (CMD-04).
+        speed: steps/s; None likewise.
+        acceleration: steps/ms/s.
+        deceleration: steps/ms/s.
+    """
+
+    target: int | None
+    speed: int | None
+    acceleration: int
+    deceleration: int
+
+    @classmethod
+    def read(cls, words: Sequence[int]) -> Parameters:
+        """Read them from eight signed output words."""
+        return cls(_pair(words[2], words[3]), _pair(words[4], words[5]), words[6], words[7])
+
+    @property
+    def target_in_range(self) -> bool:
+        """Whether the target is legal: -8,388,608 to 8,388,607."""
+        return target_in_range(self.target)
+
+    @property
+    def speed_in_range(self) -> bool:
+        """Whether the speed is legal: 1 to 1,000,000 steps/s."""
+        return speed_in_range(self.speed)
+
+    @property
+    def rates_in_range(self) -> bool:
+        """Whether acceleration and deceleration are both legal: 1 to 2000 steps/ms/s."""
+        return rate_in_range(self.acceleration) and rate_in_range(self.deceleration)
+
+
+def require(what: str, value: int, least: int, greatest: int) -> None:
+    """Refuse a value out of range.
+
+    Raises:
+        ValueError: it names `what`, the value and the range.
+    """
+    if not least <= value <= greatest:
+        raise ValueError(f"{what} {value} is out of range: allowed are {least} to {greatest}")
+
+
+def _pair(msw: int, lsw: int) -> int | None:
+    return join_thousands(msw, lsw) if is_legal_pair(msw, lsw) else None

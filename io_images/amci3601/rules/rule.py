@@ -1,0 +1,104 @@
+"""One row of the rule table, and the status bits it speaks of.
+
+A rule can touch both status words, so its bits are numbered through both:
+input word 0 in bits 0 to 15, input word 1 from bit 16.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from ..bits import StatusLsw, StatusMsw
+from ..firmware import Firmware
+
+StatusBits: TypeAlias = int
+"""A mask over both status words: word 0 in bits 0 to 15, word 1 from bit 16."""
+
+_LSW = 16
+
+NONE = 0
+MOVING_CW = StatusMsw.MOVING_CW.value
+MOVING_CCW = StatusMsw.MOVING_CCW.value
+HOLD_STATE = StatusMsw.HOLD_STATE.value
+STOPPED = StatusMsw.STOPPED.value
+AT_HOME = StatusMsw.AT_HOME.value
+ACCELERATING = StatusMsw.ACCELERATING.value
+DECELERATING = StatusMsw.DECELERATING.value
+MOVE_COMPLETE = StatusMsw.MOVE_COMPLETE.value
+HOME_INVALID = StatusMsw.HOME_INVALID.value
+INVALID_PROFILE = StatusMsw.INVALID_PROFILE.value
+POSITION_INVALID = StatusMsw.POSITION_INVALID.value
+INPUT_ERROR = StatusMsw.INPUT_ERROR.value
+COMMAND_ERROR = StatusMsw.COMMAND_ERROR.value
+CONFIG_ERROR = StatusMsw.CONFIG_ERROR.value
+MODULE_OK = StatusMsw.MODULE_OK.value
+MODE_CONFIG = StatusMsw.MODE_CONFIG.value
+IN_CAPTURE = StatusLsw.IN_CAPTURE.value << _LSW
+IN_EXTERNAL = StatusLsw.IN_EXTERNAL.value << _LSW
+IN_HOME = StatusLsw.IN_HOME.value << _LSW
+IN_ESTOP = StatusLsw.IN_ESTOP.value << _LSW
+IN_CW_LIMIT = StatusLsw.IN_CW_LIMIT.value << _LSW
+IN_CCW_LIMIT = StatusLsw.IN_CCW_LIMIT.value << _LSW
+ENC_FOLLOWER = StatusLsw.ENC_FOLLOWER.value << _LSW
+BLEND_RUNNING = StatusLsw.BLEND_RUNNING.value << _LSW
+BLEND_ACK = StatusLsw.BLEND_ACK.value << _LSW
+MIN_REG_NONZERO = StatusLsw.MIN_REG_NONZERO.value << _LSW
+HOME_PROX_ECHO = StatusLsw.HOME_PROX_ECHO.value << _LSW
+
+_NAMES = tuple((str(bit.name), bit.value) for bit in StatusMsw) + tuple(
+    (str(bit.name), bit.value << _LSW) for bit in StatusLsw
+)
+
+
+def bit_names(bits: StatusBits) -> tuple[str, ...]:
+    """Return the names of a rule's bits, in word-and-bit order.
+
+    >>> bit_names(ENC_FOLLOWER | STOPPED)
+    ('STOPPED', 'ENC_FOLLOWER')
+    """
+    return tuple(name for name, mask in _NAMES if bits & mask)
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """A rule of the 3601's manual.
+
+    Attributes:
+        id: prefix and number, e.g. "CMD-03"; the rows of a chapter 6 list carry the list's numbers.
+        section: where the manual states it.
+        text: what it says, in words for the user of a module; for a fault, what was done wrong.
+        sets: status bits that are set when the rule fires; of MOVING_CW and MOVING_CCW, and of
+            ACCELERATING and DECELERATING, the one that applies. A row of a chapter 6 list sets the
+            bit of its list and no other.
+        clears: status bits that are cleared when the rule fires.
+        list_of: the bit whose list in chapter 6 this row stands in, if any.
+        together_with: ids of rows elsewhere that fire whenever this one does.
+        firmware_from: the first version that knows the rule; None if all do from the first.
+        firmware_until: the first version that no longer knows it; None if all still do.
+        untestable_because: why no image can show whether the rule holds; empty if one can.
+        reading: where the manual contradicts itself or is silent, the readings ("A-36") that this
+            row follows; docs/readings.md tells them.
+    """
+
+    id: str
+    section: str
+    text: str
+    sets: StatusBits = NONE
+    clears: StatusBits = NONE
+    list_of: StatusBits | None = None
+    together_with: tuple[str, ...] = ()
+    firmware_from: Firmware | None = None
+    firmware_until: Firmware | None = None
+    untestable_because: str = ""
+    reading: tuple[str, ...] = ()
+
+    @property
+    def testable(self) -> bool:
+        """Whether an image can show that the rule holds."""
+        return not self.untestable_because
+
+    def applies_to(self, firmware: Firmware) -> bool:
+        """Return whether a module with this firmware knows the rule."""
+        known = self.firmware_from is None or firmware >= self.firmware_from
+        return known and (self.firmware_until is None or firmware < self.firmware_until)
