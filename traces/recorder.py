@@ -23,18 +23,21 @@ from typing import Never
 
 from .layout import SLOT_BYTES, SlotInfo, check_slots
 from .output import TraceFile, TraceFull, open_trace_file
-from .schema import CDR_PREFIX, MESSAGE_ENCODING, PROFILE, SCAN_HEAD, SCHEMA_ENCODING, scan_schema
+from .schema import (
+    CDR_PREFIX,
+    FORMAT,
+    MESSAGE_ENCODING,
+    METADATA,
+    PROFILE,
+    SCAN_HEAD,
+    SCHEMA_ENCODING,
+    scan_schema,
+)
 from .topics import MESSAGE_ENCODING as JSON_ENCODING
 from .topics import SCAN_TOPIC, TOPICS
 from .topics import SCHEMA_ENCODING as JSON_SCHEMA_ENCODING
 from .wordmap import word_map
 from .writer import StockWriter, TraceWriter
-
-FORMAT = 1
-"""Version of what a trace holds and how; a reader refuses a later one."""
-
-METADATA = "scanrack"
-"""Name of the metadata record."""
 
 CHUNK_BYTES_MAX = 1024 * 1024
 CHUNK_SCANS = 4096

@@ -35,6 +35,12 @@ from struct import Struct
 
 from .layout import SlotInfo, module_words
 
+FORMAT = 1
+"""Version of what a trace holds and how; a reader refuses a later one."""
+
+METADATA = "scanrack"
+"""Name of the metadata record."""
+
 SCHEMA_ENCODING = "ros2msg"
 MESSAGE_ENCODING = "cdr"
 PROFILE = "ros2"

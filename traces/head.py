@@ -1,0 +1,109 @@
+"""The head of a trace: all that says how its scans are to be read, checked before the first one is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import BinaryIO
+
+from mcap.opcode import Opcode
+from mcap.records import Channel, Header, Metadata, Schema
+
+from .layout import SlotInfo
+from .records import Span, TraceError, read_chunk, read_record
+from .schema import FORMAT, MESSAGE_ENCODING, METADATA, SCHEMA_ENCODING, scan_schema
+from .topics import SCAN_TOPIC
+
+
+@dataclass(frozen=True, slots=True)
+class TraceHead:
+    """What a trace is a trace of.
+
+    Attributes:
+        profile: the MCAP profile.
+        library: the software that wrote the file.
+        metadata: the metadata record "scanrack".
+        slots: what sat in the rack, in the order of the memory block.
+        channels: topic -> channel.
+    """
+
+    profile: str
+    library: str
+    metadata: Mapping[str, str]
+    slots: tuple[SlotInfo, ...]
+    channels: Mapping[str, Channel]
+
+
+def read_head(file: BinaryIO, spans: Sequence[Span]) -> TraceHead:
+    """Read the head of a trace from its records.
+
+    Raises:
+        TraceError: there is no /scan, or its layout is none that this version knows.
+    """
+    headers = [read_record(file, span, Header.read) for span in spans if span.opcode == Opcode.HEADER]
+    if not headers:
+        raise TraceError("it has no header")
+    channels, schemas = _channels(file, spans)
+    if SCAN_TOPIC not in channels:
+        raise TraceError(f"it has no channel {SCAN_TOPIC}; its topics are: {', '.join(channels) or 'none'}")
+    metadata = _metadata(file, spans)
+    slots = _slots(metadata)
+    _check_layout(channels[SCAN_TOPIC], schemas, slots)
+    return TraceHead(headers[0].profile, headers[0].library, metadata, slots, channels)
+
+
+def _channels(file: BinaryIO, spans: Sequence[Span]) -> tuple[dict[str, Channel], dict[int, Schema]]:
+    channels: dict[str, Channel] = {}
+    schemas: dict[int, Schema] = {}
+    for record in _registered(file, spans):
+        if isinstance(record, Schema):
+            schemas[record.id] = record
+        else:
+            channels[record.topic] = record
+    return channels, schemas
+
+
+def _registered(file: BinaryIO, spans: Sequence[Span]) -> Iterator[Schema | Channel]:
+    """Find schemas and channels; other tools leave them in the first chunk only."""
+    for span in spans:
+        if span.opcode == Opcode.SCHEMA:
+            yield read_record(file, span, Schema.read)
+        elif span.opcode == Opcode.CHANNEL:
+            yield read_record(file, span, Channel.read)
+    if not any(span.opcode == Opcode.CHANNEL for span in spans):
+        for span in [span for span in spans if span.opcode == Opcode.CHUNK][:1]:
+            yield from (record for record in read_chunk(file, span) if isinstance(record, Schema | Channel))
+
+
+def _metadata(file: BinaryIO, spans: Sequence[Span]) -> Mapping[str, str]:
+    for span in spans:
+        if span.opcode == Opcode.METADATA:
+            record = read_record(file, span, Metadata.read)
+            if record.name == METADATA:
+                return dict(record.metadata)
+    raise TraceError(f"it has no metadata record {METADATA!r}, so its layout is not known")
+
+
+def _slots(metadata: Mapping[str, str]) -> tuple[SlotInfo, ...]:
+    version = metadata.get("format", "")
+    if version != str(FORMAT):
+        raise TraceError(f"its layout has format {version or 'none'}; this version reads format {FORMAT}")
+    try:
+        numbers = [int(number) for number in metadata["slots"].split()]
+        return tuple(
+            SlotInfo(number, metadata[f"slot.{number}.module"], metadata[f"slot.{number}.firmware"])
+            for number in numbers
+        )
+    except (KeyError, ValueError) as error:
+        raise TraceError(f"its metadata record {METADATA!r} does not tell its slots: {error}") from error
+
+
+def _check_layout(channel: Channel, schemas: Mapping[int, Schema], slots: Sequence[SlotInfo]) -> None:
+    schema = schemas.get(channel.schema_id)
+    found = (channel.message_encoding, schema.encoding, schema.name) if schema is not None else ()
+    wanted = (MESSAGE_ENCODING, SCHEMA_ENCODING, scan_schema(slots).name)
+    if found != wanted:
+        raise TraceError(
+            f"its scans are laid out in a way this version does not know: "
+            f"{' '.join(found) or 'no schema'}, expected {' '.join(wanted)}"
+        )

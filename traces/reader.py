@@ -1,0 +1,196 @@
+"""Reads a trace: what it is a trace of, its scans and its events.
+
+    with open_trace(path) as trace:
+        for scan in trace.scans():
+            scan.inputs(1)[2]              # slot 1, input word 2
+
+A trace whose process was killed has no end; everything up to its last whole
+chunk is given, and `notes` says so. A damaged chunk is left out, and noted.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import BinaryIO, NamedTuple
+
+from mcap.opcode import Opcode
+from mcap.records import Attachment
+
+from ..io_images.image import IMAGE_BYTES, Image
+from .head import read_head
+from .layout import SLOT_BYTES
+from .records import MAGIC, Message, Span, TraceError, find_records, read_chunk, read_record
+from .schema import CDR_PREFIX, SCAN_HEAD
+from .topics import SCAN_TOPIC, TOPICS
+
+
+class Scan(NamedTuple):
+    """One scan.
+
+    Attributes:
+        scan: its number (modulo 2**32).
+        now_ns: virtual time of its input latch.
+        flags: what the CPU was doing.
+        memory: the rack's memory block: per slot the output image, then the input image.
+        places: slot number -> offset of the slot in the memory block.
+    """
+
+    scan: int
+    now_ns: int
+    flags: int
+    memory: bytes
+    places: Mapping[int, int]
+
+    def outputs(self, slot: int) -> Image:
+        """Return a copy of a slot's output image (logic to module); KeyError for no such slot."""
+        return self._image(self.places[slot])
+
+    def inputs(self, slot: int) -> Image:
+        """Return a copy of a slot's input image (module to logic); KeyError for no such slot."""
+        return self._image(self.places[slot] + IMAGE_BYTES)
+
+    def _image(self, offset: int) -> Image:
+        return Image(buffer=bytearray(self.memory[offset : offset + IMAGE_BYTES]))
+
+
+@dataclass(frozen=True, slots=True)
+class TraceEvent:
+    """Something that is not an image.
+
+    Attributes:
+        scan: number of the scan in which it became known.
+        now_ns: when it happened.
+        topic: "/events", "/stimuli", "/forces", "/cpu" or "/faults".
+        fields: its values by name, less the scan.
+    """
+
+    scan: int
+    now_ns: int
+    topic: str
+    fields: Mapping[str, object]
+
+
+class Trace(AbstractContextManager["Trace"]):
+    """A trace that is open for reading. Each iteration starts at its beginning.
+
+    Args:
+        file: the file, open for reading. It is closed with the trace.
+        size: its size in bytes.
+
+    Attributes:
+        size: its size in bytes.
+        head: what it is a trace of.
+        notes: what is wrong with the file; a damaged chunk is noted once iteration has met it.
+
+    Raises:
+        TraceError: it is no trace, or none that this version knows.
+    """
+
+    def __init__(self, file: BinaryIO, size: int) -> None:
+        self.size = size
+        self._file = file
+        if file.read(len(MAGIC)) != MAGIC:
+            raise TraceError("it is not an MCAP file")
+        self._spans, trouble = find_records(file, size)
+        self.notes = [] if trouble is None else [trouble]
+        try:
+            self.head = read_head(file, self._spans)
+        except TraceError as error:
+            raise TraceError("; ".join([str(error), *self.notes])) from error
+        self._topics = {channel.id: topic for topic, channel in self.head.channels.items()}
+        self._places = {slot.number: SLOT_BYTES * place for place, slot in enumerate(self.head.slots)}
+        self._scan_bytes = SCAN_HEAD.size + SLOT_BYTES * len(self.head.slots)
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def __iter__(self) -> Iterator[Scan | TraceEvent]:
+        """Iterate over scans and events in the order of the file, damaged chunks left out.
+
+        Raises:
+            TraceError: a message is not what its channel says.
+        """
+        for span in self._spans_of(Opcode.CHUNK):
+            try:
+                records = read_chunk(self._file, span)
+            except TraceError as error:
+                self._note(f"{error}; its scans are left out")
+                continue
+            for record in records:
+                if isinstance(record, Message):
+                    topic = self._topics.get(record.channel, "")
+                    if topic == SCAN_TOPIC:
+                        yield self._scan(record, span)
+                    elif topic in _EVENT_TOPICS:
+                        yield _event(record, topic, span)
+
+    def scans(self) -> Iterator[Scan]:
+        """Iterate over the scans."""
+        return (entry for entry in self if isinstance(entry, Scan))
+
+    def events(self) -> Iterator[TraceEvent]:
+        """Iterate over the events."""
+        return (entry for entry in self if isinstance(entry, TraceEvent))
+
+    def attachments(self) -> list[Attachment]:
+        """Return the attachments: program, rack file, word map."""
+        return [read_record(self._file, span, Attachment.read) for span in self._spans_of(Opcode.ATTACHMENT)]
+
+    def _scan(self, message: Message, span: Span) -> Scan:
+        data = message.data
+        prefix, scan, flags = SCAN_HEAD.unpack_from(data) if len(data) == self._scan_bytes else (0, 0, 0)
+        if prefix != CDR_PREFIX:
+            raise TraceError(
+                f"the chunk at byte {span.offset:,} has a scan of {len(data)} bytes, "
+                f"where its layout has {self._scan_bytes}"
+            )
+        return Scan(scan, message.log_time, flags, data[SCAN_HEAD.size :], self._places)
+
+    def _note(self, note: str) -> None:
+        if note not in self.notes:
+            self.notes.append(note)
+
+    def _spans_of(self, opcode: Opcode) -> list[Span]:
+        return [span for span in self._spans if span.opcode == opcode]
+
+
+def open_trace(path: Path) -> Trace:
+    """Open a trace for reading.
+
+    Raises:
+        TraceError: it can't be read, is no MCAP file, holds no scans of ours, or scans laid out in
+            a way this version does not know. The message names the path.
+    """
+    try:
+        file = path.open("rb")
+    except OSError as error:
+        raise TraceError(f"{path}: {error.strerror}") from error
+    try:
+        return Trace(file, path.stat().st_size)
+    except TraceError as error:
+        file.close()
+        raise TraceError(f"{path}: {error}") from error
+
+
+_EVENT_TOPICS = frozenset(topic.name for topic in TOPICS)
+
+
+def _event(message: Message, topic: str, span: Span) -> TraceEvent:
+    try:
+        fields = json.loads(message.data)
+        return TraceEvent(fields.pop("scan"), message.log_time, topic, fields)
+    except (ValueError, KeyError, AttributeError) as error:
+        raise TraceError(
+            f"the chunk at byte {span.offset:,} has a bad message on {topic}: {error}"
+        ) from error
