@@ -32,6 +32,7 @@ from .firmware import KNOWN, Firmware
 from .moves import Direction, FindHome, Follower, Manual, Move, MoveKind, Resume, RunBlend
 from .parameters import Parameters, rate_in_range, speed_in_range, target_in_range
 from .rules import RULES, Rule, StatusBits, bit_names
+from .status import ConfigurationStatus, Status, StatusView
 
 __all__ = [
     "ALL_INPUTS",
@@ -48,6 +49,7 @@ __all__ = [
     "CommandMsw",
     "ConfigMsw",
     "Configuration",
+    "ConfigurationStatus",
     "Direction",
     "FindHome",
     "Firmware",
@@ -67,9 +69,11 @@ __all__ = [
     "Resume",
     "Rule",
     "RunBlend",
+    "Status",
     "StatusBits",
     "StatusLsw",
     "StatusMsw",
+    "StatusView",
     "StoreMinimumRegistration",
     "bit_names",
     "check",

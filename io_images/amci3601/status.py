@@ -1,0 +1,262 @@
+"""What the 3601 reports: eight input words, in command mode and in configuration mode.
+
+    word  command mode                        configuration mode
+    0     status MSW                          mirror, but bits 13 to 15 are status
+    1     status LSW                          mirror
+    2, 3  current position, steps             mirror
+    4, 5  encoder or diagnostic count         0
+    6     captured value MSW                  firmware, major
+    7     captured value LSW                  firmware, minor
+
+Bit 15 of word 0 tells which of the two it is. Bits 11 and 13 to 15 and bit 6
+of the status LSW are reserved and read 0.
+
+`Status` and `ConfigurationStatus` are values: one image, read once.
+`StatusView` stays with an image and reads it whenever it is asked.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..image import Image
+from ..thousands import LSW_MAX, REPORTED_MAX, join_reported, split_reported
+from .bits import LIVE_BITS, StatusLsw, StatusMsw
+from .firmware import Firmware
+from .parameters import require
+
+_MODE = StatusMsw.MODE_CONFIG.value
+_MODULE_OK = StatusMsw.MODULE_OK.value
+_CONFIG_ERROR = StatusMsw.CONFIG_ERROR.value
+_RESERVED = 0xFFFF & ~sum(bit.value for bit in StatusLsw)
+
+_Fields = tuple[tuple[str, int], ...]
+_MSW_FIELDS: _Fields = tuple((str(bit.name).lower(), bit.value) for bit in StatusMsw if bit.value != _MODE)
+_LSW_FIELDS: _Fields = tuple((str(bit.name).lower(), bit.value) for bit in StatusLsw)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Status:
+    """An input image in command mode; every field but the last three is a bit [chapter 6, Status Bits].
+
+    >>> status = Status.from_image(Image([0x4480, 0, -12, -345]))
+    >>> status.move_complete, status.position_invalid, status.moving_cw, status.position
+    (True, True, False, -12345)
+
+    Attributes:
+        position: current position, steps, -65,535,999 to 65,535,999.
+        encoder: encoder or diagnostic feedback count, in the same range.
+        captured: the value that the capture input took, in the same range.
+
+    Raises:
+        ValueError: one of the last three out of range.
+    """
+
+    moving_cw: bool = False
+    moving_ccw: bool = False
+    hold_state: bool = False
+    stopped: bool = False
+    at_home: bool = False
+    accelerating: bool = False
+    decelerating: bool = False
+    move_complete: bool = False
+    home_invalid: bool = False
+    invalid_profile: bool = False
+    position_invalid: bool = False
+    input_error: bool = False
+    command_error: bool = False
+    config_error: bool = False
+    module_ok: bool = False
+    in_capture: bool = False
+    in_external: bool = False
+    in_home: bool = False
+    in_estop: bool = False
+    in_cw_limit: bool = False
+    in_ccw_limit: bool = False
+    enc_follower: bool = False
+    blend_running: bool = False
+    blend_ack: bool = False
+    min_reg_nonzero: bool = False
+    home_prox_echo: bool = False
+    position: int = 0
+    encoder: int = 0
+    captured: int = 0
+
+    def __post_init__(self) -> None:
+        for name, value in zip(("position", "encoder", "captured"), self._values(), strict=True):
+            require(name, value, -REPORTED_MAX, REPORTED_MAX)
+
+    def to_image(self) -> Image:
+        """Return the input image that reports this."""
+        values = [word for value in self._values() for word in split_reported(value)]
+        return Image((self._word(_MSW_FIELDS), self._word(_LSW_FIELDS), *values))
+
+    def _values(self) -> tuple[int, int, int]:
+        return self.position, self.encoder, self.captured
+
+    def _word(self, fields: _Fields) -> int:
+        return sum(mask for name, mask in fields if getattr(self, name))
+
+    @classmethod
+    def from_image(cls, image: Image) -> Status:
+        """Read an input image in command mode.
+
+        A position beyond ±32,767,999 whose LSW is 0 cannot be told from one of the other sign; see
+        `thousands.join_reported`.
+
+        Raises:
+            ValueError: an image in configuration mode, a reserved bit that is set, or an LSW beyond ±999.
+        """
+        words = image.words.tolist()
+        if words[0] & _MODE:
+            raise ValueError(f"word 0 is {words[0] & 0xFFFF:04X}h: the module is in configuration mode")
+        if words[1] & _RESERVED:
+            raise ValueError(f"word 1 is {words[1] & 0xFFFF:04X}h: bits 6, 11 and 13 to 15 are reserved")
+        for index in (3, 5, 7):
+            require(f"word {index}", words[index], -LSW_MAX, LSW_MAX)
+        bits = {name: bool(words[0] & mask) for name, mask in _MSW_FIELDS}
+        bits |= {name: bool(words[1] & mask) for name, mask in _LSW_FIELDS}
+        return cls(
+            position=join_reported(words[2], words[3]),
+            encoder=join_reported(words[4], words[5]),
+            captured=join_reported(words[6], words[7]),
+            **bits,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class ConfigurationStatus:
+    """An input image in configuration mode [chapter 3, Configuration Mode Input Data].
+
+    >>> ConfigurationStatus.from_image(Image([0xC43E, 0x003F, 1, 0, 0, 0, 4, 1]))  # doctest: +ELLIPSIS
+    ConfigurationStatus(mirror=(1086, 63, 1, 0), config_error=False, module_ok=True, firmware=...)
+
+    Attributes:
+        mirror: the configuration in words 0 to 3, without bits 13 to 15 of word 0.
+        config_error: there is no valid configuration.
+        module_ok: the module operates.
+        firmware: its firmware.
+
+    Raises:
+        ValueError: not four words, or bits of the first one that are not mirrored.
+    """
+
+    mirror: tuple[int, int, int, int]
+    config_error: bool
+    module_ok: bool
+    firmware: Firmware
+
+    def __post_init__(self) -> None:
+        if self.mirror[0] & LIVE_BITS:
+            raise ValueError(
+                f"mirror of word 0 is {self.mirror[0] & 0xFFFF:04X}h: bits 13 to 15 are no mirror"
+            )
+
+    def to_image(self) -> Image:
+        """Return the input image that reports this."""
+        live = _MODE | self.module_ok * _MODULE_OK | self.config_error * _CONFIG_ERROR
+        firmware = (self.firmware.major, self.firmware.minor)
+        return Image((self.mirror[0] | live, *self.mirror[1:], 0, 0, *firmware))
+
+    @classmethod
+    def from_image(cls, image: Image) -> ConfigurationStatus:
+        """Read an input image in configuration mode.
+
+        Raises:
+            ValueError: an image in command mode, or words 4 and 5 that are not 0.
+        """
+        words = image.words.tolist()
+        if not words[0] & _MODE:
+            raise ValueError(f"word 0 is {words[0] & 0xFFFF:04X}h: the module is in command mode")
+        if words[4] or words[5]:
+            raise ValueError(f"words 4 and 5 are {words[4]} and {words[5]}: in configuration mode they are 0")
+        return cls(
+            (words[0] & ~LIVE_BITS & 0xFFFF, words[1], words[2], words[3]),
+            bool(words[0] & _CONFIG_ERROR),
+            bool(words[0] & _MODULE_OK),
+            Firmware(words[6], words[7]),
+        )
+
+
+def _bit(word: int, bit: StatusMsw | StatusLsw) -> bool:
+    """Make a property that reads one bit of the view's image."""
+    mask = bit.value
+    # In configuration mode bits 0 to 12 mirror the configuration: no status bit is set then.
+    wanted = mask if mask & LIVE_BITS else mask | _MODE
+
+    def from_msw(view: StatusView) -> bool:
+        word: int = view._words[0]
+        return word & wanted == mask
+
+    def from_lsw(view: StatusView) -> bool:
+        msw: int = view._words[0]
+        lsw: int = view._words[1]
+        return lsw & mask != 0 and msw >= 0
+
+    return property(from_lsw if word else from_msw)  # type: ignore[return-value]  # it reads as a bool
+
+
+class StatusView:
+    """The status bits and values of an input image, read anew each time.
+
+    The attributes have the names of the bits, as they stand in traces and tag addresses. In
+    configuration mode, in which most of the image is a mirror, only MODE_CONFIG, MODULE_OK and
+    CONFIG_ERROR can be true, and position, encoder and captured mean nothing.
+
+    >>> image = Image()
+    >>> view = StatusView(image)
+    >>> image[0], image[2], image[3] = 0x4080, -12, -345
+    >>> view.MOVE_COMPLETE, view.COMMAND_ERROR, view.position
+    (True, False, -12345)
+
+    Args:
+        image: the image to stay with.
+    """
+
+    __slots__ = ("_words",)
+
+    def __init__(self, image: Image) -> None:
+        self._words = image.words
+
+    MOVING_CW = _bit(0, StatusMsw.MOVING_CW)
+    MOVING_CCW = _bit(0, StatusMsw.MOVING_CCW)
+    HOLD_STATE = _bit(0, StatusMsw.HOLD_STATE)
+    STOPPED = _bit(0, StatusMsw.STOPPED)
+    AT_HOME = _bit(0, StatusMsw.AT_HOME)
+    ACCELERATING = _bit(0, StatusMsw.ACCELERATING)
+    DECELERATING = _bit(0, StatusMsw.DECELERATING)
+    MOVE_COMPLETE = _bit(0, StatusMsw.MOVE_COMPLETE)
+    HOME_INVALID = _bit(0, StatusMsw.HOME_INVALID)
+    INVALID_PROFILE = _bit(0, StatusMsw.INVALID_PROFILE)
+    POSITION_INVALID = _bit(0, StatusMsw.POSITION_INVALID)
+    INPUT_ERROR = _bit(0, StatusMsw.INPUT_ERROR)
+    COMMAND_ERROR = _bit(0, StatusMsw.COMMAND_ERROR)
+    CONFIG_ERROR = _bit(0, StatusMsw.CONFIG_ERROR)
+    MODULE_OK = _bit(0, StatusMsw.MODULE_OK)
+    MODE_CONFIG = _bit(0, StatusMsw.MODE_CONFIG)
+    IN_CAPTURE = _bit(1, StatusLsw.IN_CAPTURE)
+    IN_EXTERNAL = _bit(1, StatusLsw.IN_EXTERNAL)
+    IN_HOME = _bit(1, StatusLsw.IN_HOME)
+    IN_ESTOP = _bit(1, StatusLsw.IN_ESTOP)
+    IN_CW_LIMIT = _bit(1, StatusLsw.IN_CW_LIMIT)
+    IN_CCW_LIMIT = _bit(1, StatusLsw.IN_CCW_LIMIT)
+    ENC_FOLLOWER = _bit(1, StatusLsw.ENC_FOLLOWER)
+    BLEND_RUNNING = _bit(1, StatusLsw.BLEND_RUNNING)
+    BLEND_ACK = _bit(1, StatusLsw.BLEND_ACK)
+    MIN_REG_NONZERO = _bit(1, StatusLsw.MIN_REG_NONZERO)
+    HOME_PROX_ECHO = _bit(1, StatusLsw.HOME_PROX_ECHO)
+
+    @property
+    def position(self) -> int:
+        """Current position, steps."""
+        return join_reported(self._words[2], self._words[3])
+
+    @property
+    def encoder(self) -> int:
+        """Encoder or diagnostic feedback count."""
+        return join_reported(self._words[4], self._words[5])
+
+    @property
+    def captured(self) -> int:
+        """The value that the capture input took."""
+        return join_reported(self._words[6], self._words[7])
