@@ -79,12 +79,16 @@ class Cruise(Segment):
         speed_msps: in 1e-3 step/s.
     """
 
-    __slots__ = ("speed_msps", "travel")
+    __slots__ = ("_c0", "_c1", "_step", "speed_msps", "travel")
 
     def __init__(self, start_ns: int, until_ns: int, travel: int, speed_msps: int) -> None:
         super().__init__(start_ns, until_ns, 0)
         self.travel = travel
         self.speed_msps = speed_msps
+        common = gcd(speed_msps, PICO)  # floor((x + v*u) / step) in the shortest numbers
+        self._c1 = speed_msps // common
+        self._c0 = travel // common
+        self._step = PICO // common
 
     def travel_at(self, t_ns: int) -> int:
         """Return the picosteps made since the motion began."""
@@ -92,7 +96,7 @@ class Cruise(Segment):
 
     def steps_at(self, t_ns: int) -> int:
         """Return the whole steps made since the motion began."""
-        return (self.travel + self.speed_msps * (t_ns - self.start_ns)) // PICO
+        return (self._c0 + self._c1 * (t_ns - self.start_ns)) // self._step
 
     def speed_at(self, t_ns: int) -> int:
         """Return the speed in 1e-3 step/s."""
@@ -100,7 +104,7 @@ class Cruise(Segment):
 
     def instant_of(self, steps: int) -> int:
         """Return the instant at which that many steps are made."""
-        duration = -((self.travel - steps * PICO) // self.speed_msps)
+        duration = -((self._c0 - steps * self._step) // self._c1)
         return min(self.start_ns + duration, self.until_ns)
 
 
@@ -216,13 +220,22 @@ class Cubic(Segment):
         c3, c1 = self.c3, self.c1
         goal = steps * self._steps_q - self.c0
         low, high = self.start_ns - self.anchor_ns, self.until_ns - self.anchor_ns
-        u = (low + high) // 2
+        u = self._guess(goal)
         while high - low > 1:
+            u = min(max(u, low + 1), high - 1)
             bend = c3 * u * u
             excess = (bend + c1) * u - goal
             if excess >= 0:
                 high = u
             else:
                 low = u
-            u = min(max(u - excess // (3 * bend + c1), low + 1), high - 1)
+            u -= excess // (3 * bend + c1)
         return self.anchor_ns + high
+
+    def _guess(self, goal: int) -> int:
+        """Return about the u at which c3*u^3 + c1*u is `goal`: by the greater of the two terms alone."""
+        size = abs(goal)
+        guess = size // self.c1
+        if self.c3 > 0:
+            guess = min(guess, 2 << (size // self.c3).bit_length() // 3)
+        return guess if goal > 0 else -guess
