@@ -1,0 +1,223 @@
+"""Everything that has to do with the clock on the wall; no other file imports `time`.
+
+    FreeRun     scans follow each other as fast as they come; virtual time only
+    RealTime    scan n of a run is due at start + n * period on the monotonic clock
+    Watchdog    ends logic that does not come back
+    stopping_on_interrupt    Ctrl-C asks for a stop between scans
+
+None of it decides an image: a paced run and a free one give the same scans,
+but for the OVERRUN flag.
+"""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import CodeType, FrameType
+from typing import NoReturn, Protocol
+
+WATCHDOG_NS = 500_000_000
+"""Default watchdog, as a CompactLogix main task has it."""
+
+TICKS_PER_LIMIT = 4
+"""How often the watchdog looks, per limit: logic is ended within 1 to 1.25 limits."""
+
+
+class Pacer(Protocol):
+    """Says when scans begin."""
+
+    free: bool
+    """Whether scans need not wait at all, and the scan loop need not ask."""
+
+    overruns: int
+    """Scans that began late, because the one before was not finished in time."""
+
+    worst_late_ns: int
+    """The longest that a scan began after it was due."""
+
+    def begin(self, period_ns: int) -> None:
+        """A run begins: its first scan is due now."""
+        ...
+
+    def wait(self) -> bool:
+        """Wait until the next scan is due; return whether it already was (an overrun)."""
+        ...
+
+
+class FreeRun:
+    """No pacing: the next scan begins as soon as the one before is done."""
+
+    free = True
+    overruns = 0
+    worst_late_ns = 0
+
+    def begin(self, period_ns: int) -> None:
+        """See `Pacer.begin`."""
+
+    def wait(self) -> bool:
+        """Do not wait."""
+        return False
+
+
+class RealTime:
+    """Scans begin in step with the wall clock: scan n of a run at its start + n * period.
+
+    A scan that comes late does not shift the ones after it: they follow without
+    a pause until the loop has caught up.
+    """
+
+    free = False
+
+    def __init__(self) -> None:
+        self.overruns = 0
+        self.worst_late_ns = 0
+        self._period_ns = 0
+        self._due_ns: int | None = None
+
+    def begin(self, period_ns: int) -> None:
+        """See `Pacer.begin`."""
+        self._period_ns = period_ns
+        self._due_ns = None
+
+    def wait(self) -> bool:
+        """See `Pacer.wait`."""
+        now_ns = time.monotonic_ns()
+        due_ns = now_ns if self._due_ns is None else self._due_ns
+        self._due_ns = due_ns + self._period_ns
+        if now_ns < due_ns:
+            time.sleep((due_ns - now_ns) / 1e9)
+        self.worst_late_ns = max(self.worst_late_ns, time.monotonic_ns() - due_ns)
+        self.overruns += now_ns > due_ns
+        return now_ns > due_ns
+
+
+class WatchdogExpired(BaseException):
+    """The logic has taken longer than the watchdog allows.
+
+    Not an Exception, lest a program that catches everything in a loop also catches this.
+    """
+
+
+class Watchdog:
+    """Ends logic that does not come back.
+
+    In the main thread of a system with interval timers it costs the scans nothing: a timer
+    looks in now and then whether it still finds the same scan inside the logic, and after the
+    limit raises `WatchdogExpired` right there, even in an endless loop. (One long call of a C
+    function can only be ended when it returns.) Anywhere else the time is taken before and
+    after the logic, which notices an overlong scan, but not one that never ends; see `timed`.
+
+    Args:
+        limit_ns: the longest that the logic of one scan may take on the wall clock; 0 = no watchdog.
+
+    Raises:
+        ValueError: the limit is negative.
+    """
+
+    def __init__(self, limit_ns: int = WATCHDOG_NS) -> None:
+        if limit_ns < 0:
+            raise ValueError(f"watchdog of {limit_ns} ns is not allowed: it must be positive, or 0 for none")
+        self.limit_ns = limit_ns
+        self._seen = -1
+        self._since_ns = 0
+
+    @property
+    def timed(self) -> bool:
+        """Whether the scan loop has to take the time, since no interval timer will."""
+        return self.limit_ns > 0 and not _timer_usable()
+
+    @contextmanager
+    def armed(self, scan: Callable[[], int], inside: CodeType) -> Iterator[None]:
+        """Watch over a run.
+
+        Args:
+            scan: returns the number of the present scan.
+            inside: the function that calls the logic; on the stack means inside the logic.
+        """
+        if self.limit_ns == 0 or not _timer_usable():
+            yield
+            return
+
+        def look(_number: int, frame: FrameType | None) -> None:
+            self._look(scan() if _on_stack(inside, frame) else -1)
+
+        interval = self.limit_ns / TICKS_PER_LIMIT / 1e9
+        with _interval_timer(interval, look):
+            yield
+
+    def call(self, logic: Callable[[], None]) -> None:
+        """Call `logic` and take the time, where `timed` says so.
+
+        Raises:
+            WatchdogExpired: it took longer than the limit.
+        """
+        start_ns = time.monotonic_ns()
+        logic()
+        if time.monotonic_ns() - start_ns > self.limit_ns:
+            self._expire()
+
+    def _look(self, scan: int) -> None:
+        now_ns = time.monotonic_ns()
+        if scan < 0 or scan != self._seen:
+            self._seen, self._since_ns = scan, now_ns
+        elif now_ns - self._since_ns >= self.limit_ns:
+            self._expire()
+
+    def _expire(self) -> NoReturn:
+        raise WatchdogExpired(f"it took longer than {self.limit_ns / 1e6:g} ms")
+
+
+def _timer_usable() -> bool:
+    return hasattr(signal, "setitimer") and threading.current_thread() is threading.main_thread()
+
+
+def _on_stack(code: CodeType, frame: FrameType | None) -> bool:
+    while frame is not None:
+        if frame.f_code is code:
+            return True
+        frame = frame.f_back
+    return False
+
+
+@contextmanager
+def _interval_timer(interval: float, handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
+    """Run `handler` every `interval` seconds; afterwards handler and timer are as they were."""
+    start = time.monotonic()
+    previous = signal.signal(signal.SIGALRM, handler)
+    left, every = signal.setitimer(signal.ITIMER_REAL, interval, interval)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, previous)
+        if left:
+            signal.setitimer(signal.ITIMER_REAL, max(left - (time.monotonic() - start), 1e-6), every)
+
+
+@contextmanager
+def stopping_on_interrupt(stop: Callable[[], None]) -> Iterator[None]:
+    """Let Ctrl-C call `stop`; a second Ctrl-C raises KeyboardInterrupt. The handler before comes back.
+
+    Outside the main thread nothing is changed.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def first(_number: int, _frame: FrameType | None) -> None:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        stop()
+
+    previous = signal.signal(signal.SIGINT, first)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, previous)
+
+
+def wall_ns() -> int:
+    """Return the monotonic clock, for figures that people read."""
+    return time.monotonic_ns()

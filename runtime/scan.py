@@ -1,0 +1,80 @@
+"""One scan as logic and listeners see it: its mode, its flags, and the object the logic is called with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from enum import IntEnum, IntFlag
+
+from .rack import Slot
+
+
+class CpuMode(IntEnum):
+    """What the CPU does with its logic."""
+
+    PROGRAM = 0
+    """Logic rests, outputs are not sent."""
+
+    RUN = 1
+    """Logic runs, outputs are sent."""
+
+    TEST = 2
+    """Logic runs, outputs are not sent."""
+
+    SINGLE_SCAN = 3
+    """One scan as in test mode, then program mode."""
+
+
+class ScanFlag(IntFlag):
+    """What the CPU was doing in a scan, as recorded with it; bits 0 and 1 are the `CpuMode`."""
+
+    RUN = 1 << 0
+    TEST = 1 << 1
+    FIRST_SCAN = 1 << 2
+    """First scan of the logic, see `Scan.first`."""
+
+    INPUT_FORCES = 1 << 3
+    OUTPUT_FORCES = 1 << 4
+    OVERRUN = 1 << 5
+    """Real time only: the scan began late, because the one before was not finished in time."""
+
+    FAULT = 1 << 6
+    """The CPU faulted in this scan; the outputs shown are the zeros that were sent."""
+
+
+MODE_MASK = 0b11
+"""Bits of the flags that hold the mode."""
+
+
+def mode_name(mode: CpuMode) -> str:
+    """Return a mode as people write it.
+
+    >>> mode_name(CpuMode.SINGLE_SCAN)
+    'single scan'
+    """
+    return mode.name.lower().replace("_", " ")
+
+
+class Scan:
+    """What the logic gets: the scan it is called in, and the slots of the rack.
+
+    Attributes:
+        slot: the slots by number; `scan.slot[1].inputs` and `.outputs` are the images.
+        number: number of the scan, from 0 at power-up.
+        now_ns: virtual time of the scan, ns since power-up.
+        period_ns: time from scan to scan.
+        first: the logic is called for the first time: since power-up, or since the CPU left
+            program mode for run or test mode.
+    """
+
+    __slots__ = ("first", "now_ns", "number", "period_ns", "slot")
+
+    def __init__(self, slot: Mapping[int, Slot], period_ns: int) -> None:
+        self.slot = slot
+        self.number = 0
+        self.now_ns = 0
+        self.period_ns = period_ns
+        self.first = True
+
+
+Logic = Callable[[Scan], None]
+"""A program: called once per scan, it reads input images and writes output images."""

@@ -1,0 +1,139 @@
+"""Logic that does not come back. The wall clock is a scripted one, but for the endless loop."""
+
+import os
+import signal
+import threading
+
+import pytest
+from scanrack.runtime import pace
+from scanrack.runtime.cpu import Cpu, CpuFault, ScanFlag
+from scanrack.runtime.faults import Cause
+from scanrack.runtime.pace import Watchdog
+
+MS = 1_000_000
+
+
+def test_an_endless_loop_ends(rack, module, diary):
+    def logic(scan):
+        while scan.number == 2:
+            try:
+                scan.slot[1].outputs[0] = 1
+            except Exception:
+                continue
+
+    with pytest.raises(
+        CpuFault, match=r"scan 2 .* the watchdog ended the program: it took longer than 40 ms"
+    ) as caught:
+        Cpu(rack, logic, 2 * MS, listeners=[diary], watchdog=Watchdog(40 * MS)).run(10)
+    fault = caught.value.fault
+    assert fault.cause is Cause.WATCHDOG
+    assert fault.where.startswith(f"{__file__}:")
+    assert diary.scans[-1] == (2, 4 * MS, ScanFlag.RUN | ScanFlag.FAULT)
+    assert (diary.word(2), diary.closed) == (0, 1)
+
+
+def test_many_scans_may_last_longer_than_the_watchdog(rack):
+    """The limit is that of one scan: signals arrive in different ones."""
+    watchdog = Watchdog(4 * MS)
+    cpu = Cpu(rack, lambda scan: os.kill(os.getpid(), signal.SIGALRM), watchdog=watchdog)
+    cpu.run(200)
+    assert cpu.fault is None
+
+
+def test_time_outside_the_logic_does_not_count(rack, module, monkeypatch):
+    clock = scripted_clock(monkeypatch)
+
+    def script(now_ns):
+        for _ in range(3):
+            clock.now_ns += 1000 * MS
+            os.kill(os.getpid(), signal.SIGALRM)
+        return 0
+
+    module.script = script
+    cpu = Cpu(rack, lambda scan: None, watchdog=Watchdog(500 * MS))
+    cpu.run(2)
+    assert cpu.fault is None
+
+
+@pytest.mark.parametrize(("spent_ms", "faults"), [(499, False), (500, True)])
+def test_the_limit_is_measured_on_the_wall_clock(rack, monkeypatch, spent_ms, faults):
+    clock = scripted_clock(monkeypatch)
+
+    def logic(scan):
+        os.kill(os.getpid(), signal.SIGALRM)  # seen for the first time
+        clock.now_ns += spent_ms * MS
+        os.kill(os.getpid(), signal.SIGALRM)
+
+    cpu = Cpu(rack, logic, watchdog=Watchdog(500 * MS))
+    if faults:
+        with pytest.raises(CpuFault):
+            cpu.run(1)
+    else:
+        cpu.run(1)
+
+
+@pytest.mark.parametrize(("spent_ms", "faults"), [(500, False), (501, True)])
+def test_without_a_timer_the_time_is_taken_around_the_logic(rack, monkeypatch, spent_ms, faults):
+    clock = scripted_clock(monkeypatch)
+    outcome = []
+
+    def logic(scan):
+        clock.now_ns += spent_ms * MS
+
+    def elsewhere():
+        cpu = Cpu(rack, logic, watchdog=Watchdog(500 * MS))
+        try:
+            cpu.run(1)
+        except CpuFault as fault:
+            outcome.append(fault.fault.cause)
+
+    thread = threading.Thread(target=elsewhere)
+    thread.start()
+    thread.join()
+    assert outcome == ([Cause.WATCHDOG] if faults else [])
+
+
+def test_handler_and_timer_are_as_they_were(rack):
+    ticks = []
+    previous = signal.signal(signal.SIGALRM, lambda number, frame: ticks.append(number))
+    handler = signal.getsignal(signal.SIGALRM)
+    signal.setitimer(signal.ITIMER_REAL, 3600, 1800)
+    try:
+        Cpu(rack, lambda scan: None).run(3)
+        left, every = signal.setitimer(signal.ITIMER_REAL, 0)
+        assert signal.getsignal(signal.SIGALRM) is handler
+        assert 3000 < left <= 3600
+        assert every == 1800
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, previous)
+
+
+def test_no_watchdog_arms_nothing(rack):
+    handler = signal.getsignal(signal.SIGALRM)
+    seen = []
+    Cpu(rack, lambda scan: seen.append(signal.getsignal(signal.SIGALRM)), watchdog=Watchdog(0)).run(1)
+    assert seen == [handler]
+
+
+def test_a_negative_limit_is_refused():
+    with pytest.raises(ValueError, match="watchdog of -1 ns is not allowed"):
+        Watchdog(-1)
+
+
+class Clock:
+    """Stands in for the module `time`; sleeping moves it on."""
+
+    now_ns = 0
+
+    def monotonic_ns(self):
+        return self.now_ns
+
+    def monotonic(self):
+        return self.now_ns / 1e9
+
+
+def scripted_clock(monkeypatch):
+    clock = Clock()
+    monkeypatch.setattr(pace, "time", clock)
+    return clock
