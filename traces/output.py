@@ -25,7 +25,8 @@ NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT})
 SUMMARY_BYTES_PER_WRITE = 256
 """More than what one write adds to the summary: at most one chunk index of 77 + 10 bytes per channel."""
 
-_GROWTH = 64 * 1024
+SUMMARY_ROOM = 64 * 1024
+"""How much of the ballast is for the summary; the ballast grows by as much whenever it may be used up."""
 
 
 class TraceFull(OSError):  # noqa: N818 - it says what is the matter
@@ -124,7 +125,7 @@ class TraceFile:
         self._raw = raw
         self._room = room
         self._whole = 0
-        self._needed = 0 if room is None else room.size
+        self._summary_room = SUMMARY_ROOM
 
     def tell(self) -> int:
         """Return how many bytes have been written."""
@@ -185,10 +186,11 @@ class TraceFile:
 
     def _keep_up(self) -> None:
         """Let the ballast grow with the summary; where it can't, the file is full in good time."""
-        self._needed += SUMMARY_BYTES_PER_WRITE
-        if self._room is not None and self._needed > self._room.size:
+        self._summary_room -= SUMMARY_BYTES_PER_WRITE
+        if self._room is not None and self._summary_room < 0:
             try:
-                self._room.grow(_GROWTH)
+                self._room.grow(SUMMARY_ROOM)
+                self._summary_room += SUMMARY_ROOM
             except OSError:
                 self.full = True
 

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Never
 
 from .layout import SLOT_BYTES, SlotInfo, check_slots
-from .output import TraceFile, TraceFull, open_trace_file
+from .output import SUMMARY_ROOM, TraceFile, TraceFull, open_trace_file
 from .schema import (
     CDR_PREFIX,
     FORMAT,
@@ -44,7 +44,6 @@ CHUNK_SCANS = 4096
 """Most scans in a chunk, which is what a killed process loses at most: 8 s of machine time at 2 ms."""
 
 _MESSAGE_HEAD_BYTES = 31
-_BALLAST_SLACK = 64 * 1024
 _SEQUENCE_MASK = 0xFFFF_FFFF
 
 Value = str | int | float | bool | None | list[int] | list[str]
@@ -118,7 +117,7 @@ class ScanRecorder:
         message = _MESSAGE_HEAD_BYTES + SCAN_HEAD.size + len(memory)
         chunk_bytes = min(CHUNK_BYTES_MAX, chunk_scans * message)
         if not isinstance(target, TraceFile):
-            ballast = 2 * chunk_bytes + sum(len(file.data) for file in files) + _BALLAST_SLACK
+            ballast = 2 * chunk_bytes + sum(len(file.data) for file in files) + SUMMARY_ROOM
             target = open_trace_file(Path(target), ballast)
         self._file = target
         self._begin(chunk_bytes, head, files)

@@ -76,7 +76,7 @@ def find_records(file: BinaryIO, size: int) -> tuple[list[Span], str | None]:
             break
         spans.append(Span(opcode, offset, length))
         offset += _HEAD.size + length
-        if opcode == Opcode.FOOTER:
+        if opcode == Opcode.FOOTER and file.seek(offset) == offset and file.read(len(MAGIC)) == MAGIC:
             return spans, None
     return spans, f"it has no end: the last whole record ends at byte {offset:,} of {size:,}"
 

@@ -1,0 +1,295 @@
+"""The file behind a recorder: refusals, full disks, and what is left of a trace then."""
+
+from __future__ import annotations
+
+import errno
+import io
+import os
+import random
+from pathlib import Path
+
+import pytest
+from mcap.reader import make_reader
+from scanrack.traces.layout import SlotInfo
+from scanrack.traces.output import SUMMARY_ROOM, Ballast, TraceFile, TraceFull, open_trace_file
+from scanrack.traces.reader import open_trace
+from scanrack.traces.recorder import Attachment, ScanRecorder
+
+SLOTS = [SlotInfo(1, "amci3601", "4.1"), SlotInfo(2, "amci3601", "2.0")]
+SCANS = 240
+CHUNK_SCANS = 40
+PROGRAM = Attachment("logic.py", bytes(range(256)) * 12)
+
+
+class Disk:
+    """A disk of so many bytes, with one trace and its ballast on it.
+
+    `thief`: somebody else takes the room of the ballast the moment it is given back.
+    """
+
+    def __init__(self, capacity: int, *, ballast: int, thief: bool = False, code: int = errno.ENOSPC) -> None:
+        self.capacity = capacity
+        self.size = ballast  # of the ballast: this object is the file and the room
+        self.content = bytearray()
+        self.thief = thief
+        self.code = code
+        self.closed = False
+        self.released = False
+
+    @property
+    def free(self) -> int:
+        return self.capacity - len(self.content) - self.size
+
+    def write(self, data: memoryview, /) -> int:
+        taken = min(len(data), self.free)
+        if taken <= 0:
+            raise OSError(self.code, os.strerror(self.code))
+        self.content += data[:taken]
+        return taken
+
+    def truncate(self, size: int, /) -> int:
+        del self.content[size:]
+        return size
+
+    def close(self) -> None:
+        self.closed = True
+
+    def grow(self, size: int) -> None:
+        if size > self.free:
+            raise OSError(self.code, os.strerror(self.code))
+        self.size += size
+
+    def release(self) -> None:
+        if self.thief:
+            self.capacity -= self.size
+        self.size = 0
+        self.released = True
+
+
+def record(file: TraceFile, scans: int = SCANS) -> tuple[list[int], TraceFull | None]:
+    """Record until all is done or the disk is full; return the scans accepted, and what was raised."""
+    memory = bytearray(64)
+    noise = random.Random(1)
+    accepted: list[int] = []
+    full: TraceFull | None = None
+    recorder = None
+    try:
+        recorder = ScanRecorder(
+            file, memory, SLOTS, scan_period_ns=2_000_000, program=PROGRAM, chunk_scans=CHUNK_SCANS
+        )
+        for scan in range(scans):
+            memory[:] = noise.randbytes(64)  # nothing to compress: chunks of full size
+            if scan % 50 == 0:
+                recorder.event(scan, scan * 2_000_000, "/cpu", {"mode": f"mode {scan}"})
+            accepted.append(scan)
+            recorder.scan(scan, scan * 2_000_000, 1)
+    except TraceFull as error:
+        full = error
+    try:
+        if recorder is not None:
+            recorder.close()
+    except TraceFull as error:
+        full = error
+    return accepted, full
+
+
+def stock_scans(content: bytes) -> list[int]:
+    """Read the scan numbers with the stock reader, its CRC validation on."""
+    reader = make_reader(io.BytesIO(content), validate_crcs=True)
+    summary = reader.get_summary()
+    assert summary is not None
+    assert summary.statistics is not None
+    scans = [message.sequence for _, _, message in reader.iter_messages("/scan", log_time_order=False)]
+    assert next(iter(reader.iter_attachments())).data == PROGRAM.data
+    return scans
+
+
+def whole_length() -> int:
+    disk = Disk(10**9, ballast=0)
+    record(TraceFile(disk, "whole", disk))
+    return len(disk.content)
+
+
+BALLAST = 40_000
+WHOLE = whole_length()
+# 97 is prime to everything that matters here, so that it meets records, indexes and chunks in all places.
+FAILURE_POINTS = range(1, WHOLE + 200, 97)
+
+
+@pytest.mark.parametrize("code", [errno.ENOSPC, errno.EDQUOT], ids=["disk", "quota"])
+def test_a_full_disk_leaves_a_complete_trace_wherever_it_happens(code: int) -> None:
+    outcomes = set()
+    for room in FAILURE_POINTS:
+        disk = Disk(room + BALLAST, ballast=BALLAST, code=code)
+        accepted, full = record(TraceFile(disk, "full", disk))
+        assert stock_scans(bytes(disk.content)) == accepted, room
+        assert full is None or full.complete, room
+        assert disk.closed
+        outcomes.add((full is not None, 0 < len(accepted) < SCANS, len(accepted) == SCANS))
+    # seen: full in the head, full during the run, full in the summary only or not at all
+    assert outcomes == {(True, False, False), (True, True, False), (False, False, True)}
+
+
+def test_a_full_disk_is_told_with_the_scan_that_filled_it() -> None:
+    disk = Disk(BALLAST + WHOLE // 2, ballast=BALLAST)
+    accepted, full = record(TraceFile(disk, "run.mcap", disk))
+    assert str(full) == f"run.mcap: the disk is full; the trace is complete and ends at scan {accepted[-1]}"
+
+
+def test_nothing_is_taken_after_the_disk_was_full() -> None:
+    disk = Disk(BALLAST + WHOLE // 2, ballast=BALLAST)
+    file = TraceFile(disk, "run.mcap", disk)
+    memory = bytearray(64)
+    recorder = ScanRecorder(file, memory, SLOTS, scan_period_ns=2_000_000, program=PROGRAM, chunk_scans=40)
+    noise = random.Random(1)
+    last = None
+    for scan in range(1000):
+        memory[:] = noise.randbytes(64)
+        try:
+            recorder.scan(scan, scan, 0)
+        except TraceFull:
+            last = scan if last is None else last
+    with pytest.raises(TraceFull):
+        recorder.event(1000, 1000, "/cpu", {"mode": "run"})
+    recorder.close()
+    assert last is not None
+    assert stock_scans(bytes(disk.content)) == list(range(last + 1))
+
+
+def test_where_the_ballast_does_not_help_the_file_ends_with_its_last_whole_record(tmp_path: Path) -> None:
+    for room in FAILURE_POINTS:
+        disk = Disk(room + BALLAST, ballast=BALLAST, thief=True)
+        accepted, full = record(TraceFile(disk, "run.mcap", disk))
+        if full is None:
+            assert stock_scans(bytes(disk.content)) == accepted
+            continue
+        assert not full.complete
+        assert f"cut back to its last whole record, at byte {len(disk.content):,}" in str(full)
+        path = tmp_path / "left.mcap"
+        path.write_bytes(disk.content)
+        if len(disk.content) > 12_000:  # past the head: what is left reads as a trace, in whole chunks
+            with open_trace(path) as trace:
+                scans = [scan.scan for scan in trace.scans()]
+                assert trace.notes == [
+                    f"it has no end: the last whole record ends at byte {len(disk.content):,} "
+                    f"of {len(disk.content):,}"
+                ]
+            assert scans == accepted[: len(scans)]
+            assert len(accepted) - len(scans) <= CHUNK_SCANS + 1
+
+
+def test_without_a_ballast_the_file_ends_with_its_last_whole_record() -> None:
+    disk = Disk(WHOLE // 2, ballast=0)
+    _, full = record(TraceFile(disk, "run.mcap"))
+    assert full is not None
+    assert not full.complete
+
+
+def test_another_failure_of_the_disk_is_told_as_it_is() -> None:
+    disk = Disk(BALLAST + WHOLE // 2, ballast=BALLAST, code=errno.EIO)
+    _, full = record(TraceFile(disk, "run.mcap", disk))
+    assert full is not None
+    assert not full.complete
+    assert str(full).startswith(f"run.mcap: {os.strerror(errno.EIO)}; it was cut back")
+
+
+def test_a_file_that_takes_nothing_is_not_waited_for() -> None:
+    class Deaf(Disk):
+        def write(self, data: memoryview, /) -> int:
+            return 0
+
+    _, full = record(TraceFile(Deaf(10**6, ballast=0), "deaf"))
+    assert full is not None
+    assert "takes no more bytes" in str(full)
+
+
+def test_the_ballast_grows_with_the_summary() -> None:
+    disk = Disk(10**9, ballast=SUMMARY_ROOM)
+    file = TraceFile(disk, "long", disk)
+    for _ in range(1000):
+        file.write(b"x" * 10)
+    assert 1000 * 256 <= disk.size <= 1000 * 256 + SUMMARY_ROOM
+
+
+def test_a_ballast_that_can_grow_no_more_ends_the_trace_in_good_time() -> None:
+    disk = Disk(4 * SUMMARY_ROOM, ballast=SUMMARY_ROOM)
+    file = TraceFile(disk, "long", disk)
+    writes = 0
+    while not file.full:
+        file.write(b"x" * 10)
+        writes += 1
+    assert not disk.released  # the room for the summary is still held
+    assert disk.size >= (writes - 1) * 256
+
+
+def test_a_ballast_is_really_allocated_and_given_back(tmp_path: Path) -> None:
+    ballast = Ballast(tmp_path)
+    ballast.grow(300_000)
+    held = os.fstat(ballast._file.fileno())
+    assert ballast.size == 300_000
+    assert held.st_blocks * 512 >= 300_000
+    assert list(tmp_path.iterdir()) == []
+    ballast.release()
+    assert ballast.size == 0
+    assert ballast._file.closed
+
+
+@pytest.mark.parametrize(
+    ("target", "why"),
+    [
+        ("missing/run.mcap", "there is no directory"),
+        (".", "it is a directory"),
+        ("taken/run.mcap", "there is no directory"),
+    ],
+    ids=["no directory", "a directory", "a file for a directory"],
+)
+def test_a_path_that_cannot_be_written_is_refused_before_any_scan(
+    tmp_path: Path, target: str, why: str
+) -> None:
+    (tmp_path / "taken").write_text("a file")
+    with pytest.raises(OSError, match=why) as refusal:
+        ScanRecorder(tmp_path / target, bytearray(64), SLOTS, scan_period_ns=2_000_000)
+    assert str(tmp_path) in str(refusal.value)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["taken"]
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_no_permission_is_refused(tmp_path: Path) -> None:
+    tmp_path.chmod(0o500)
+    try:
+        with pytest.raises(OSError, match="Permission denied"):
+            open_trace_file(tmp_path / "run.mcap", 1000)
+    finally:
+        tmp_path.chmod(0o700)
+
+
+def test_no_permission_is_refused_as_root_would_see_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr("tempfile.TemporaryFile", refuse)
+    monkeypatch.setattr(Path, "open", refuse)
+    with pytest.raises(OSError, match=r"run\.mcap' can't be written: Permission denied"):
+        open_trace_file(tmp_path / "run.mcap", 1000)
+
+
+def test_a_disk_without_room_for_the_ballast_is_refused_and_an_old_trace_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def no_room(self: Ballast, size: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Ballast, "grow", no_room)
+    path = tmp_path / "run.mcap"
+    path.write_text("the old one")
+    with pytest.raises(OSError, match="No space left on device; 1,000 bytes are held for its end"):
+        open_trace_file(path, 1000)
+    assert path.read_text() == "the old one"
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
+def test_a_device_that_is_always_full_is_refused_before_any_scan() -> None:
+    with pytest.raises(TraceFull, match="/dev/full: No space left on device"):
+        ScanRecorder("/dev/full", bytearray(64), SLOTS, scan_period_ns=2_000_000)

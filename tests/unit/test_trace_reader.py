@@ -1,0 +1,269 @@
+"""Reading traces back: whole ones, killed ones, damaged ones, and files that are none."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from itertools import chain
+from pathlib import Path
+
+import pytest
+from mcap.opcode import Opcode
+from mcap.writer import Writer
+from scanrack.traces.layout import SlotInfo
+from scanrack.traces.reader import open_trace
+from scanrack.traces.recorder import ScanRecorder
+from scanrack.traces.records import TraceError, find_records
+from scanrack.traces.schema import scan_schema
+
+SLOTS = [SlotInfo(1, "amci3601", "3.1"), SlotInfo(2, "a toy")]
+PERIOD = 2_000_000
+CHUNK_SCANS = 50
+SCANS = 4 * CHUNK_SCANS
+
+
+def write_trace(path: Path) -> Path:
+    memory = bytearray(64)
+    recorder = ScanRecorder(path, memory, SLOTS, scan_period_ns=PERIOD, chunk_scans=CHUNK_SCANS)
+    for scan in range(SCANS):
+        memory[20] = scan % 256
+        if scan % 20 == 0:
+            recorder.event(scan, scan * PERIOD, "/stimuli", {"slot": 1, "name": "HOME"})
+        recorder.scan(scan, scan * PERIOD, 5)
+    recorder.close()
+    return path
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return write_trace(tmp_path / "run.mcap")
+
+
+def spans(path: Path, opcode: Opcode) -> list[tuple[int, int]]:
+    """Return first byte and end of each record of a kind."""
+    with path.open("rb") as file:
+        found, _ = find_records(file, path.stat().st_size)
+    return [(span.offset, span.offset + 9 + span.length) for span in found if span.opcode == opcode]
+
+
+def damage(path: Path, offset: int, *values: int) -> None:
+    content = bytearray(path.read_bytes())
+    content[offset : offset + len(values)] = bytes(values)
+    path.write_bytes(content)
+
+
+def joined(chunks: list[list[int]]) -> list[int]:
+    return list(chain.from_iterable(chunks))
+
+
+def numbers(path: Path) -> tuple[list[int], list[str]]:
+    with open_trace(path) as trace:
+        return [scan.scan for scan in trace.scans()], trace.notes
+
+
+def test_a_whole_trace(path: Path) -> None:
+    with open_trace(path) as trace:
+        assert trace.notes == []
+        assert trace.size == path.stat().st_size
+        assert trace.head.profile == "ros2"
+        assert trace.head.slots == tuple(SLOTS)
+        assert trace.head.metadata["scan_period_ns"] == "2000000"
+        assert list(trace.head.channels) == ["/scan", "/events", "/stimuli", "/forces", "/cpu", "/faults"]
+        assert [attachment.name for attachment in trace.attachments()] == ["words.json"]
+        scans = list(trace.scans())
+        events = list(trace.events())
+    assert [(scan.scan, scan.now_ns, scan.flags) for scan in scans] == [
+        (n, n * PERIOD, 5) for n in range(SCANS)
+    ]
+    assert [scan.inputs(1)[2] for scan in scans] == [n % 256 for n in range(SCANS)]
+    assert [scan.outputs(2)[0] for scan in scans] == [0] * SCANS
+    assert [(event.scan, event.now_ns, event.topic) for event in events] == [
+        (n, n * PERIOD, "/stimuli") for n in range(0, SCANS, 20)
+    ]
+    assert events[0].fields == {"slot": 1, "name": "HOME"}
+
+
+def test_events_come_before_the_scan_in_which_they_became_known(path: Path) -> None:
+    with open_trace(path) as trace:
+        assert [type(entry).__name__ for entry in trace][:3] == ["TraceEvent", "Scan", "Scan"]
+
+
+def test_a_killed_process_leaves_all_up_to_the_last_whole_chunk(tmp_path: Path) -> None:
+    path = tmp_path / "killed.mcap"
+    program = """
+import os, signal, sys
+from scanrack.traces.layout import SlotInfo
+from scanrack.traces.recorder import ScanRecorder
+slots = [SlotInfo(1, "amci3601", "4.1")]
+recorder = ScanRecorder(sys.argv[1], bytearray(32), slots, scan_period_ns=2_000_000, chunk_scans=100)
+for scan in range(1000):
+    recorder.scan(scan, scan, 0)
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+    killed = subprocess.run([sys.executable, "-c", program, str(path)], timeout=60, check=False)
+    assert killed.returncode == -signal.SIGKILL
+    scans, notes = numbers(path)
+    assert scans == list(range(len(scans)))
+    assert 900 <= len(scans) < 1000
+    size = path.stat().st_size
+    assert notes == [f"it has no end: the last whole record ends at byte {size:,} of {size:,}"]
+
+
+def test_a_file_cut_anywhere_gives_its_whole_chunks(path: Path) -> None:
+    content = path.read_bytes()
+    chunk_ends = [end for _, end in spans(path, Opcode.CHUNK)]
+    head_end = spans(path, Opcode.CHUNK)[0][0]
+    _, notes = numbers(path)
+    assert notes == []
+    every_chunk = per_chunk(path)
+    for size in range(head_end, len(content), 211):
+        path.write_bytes(content[:size])
+        whole = sum(end <= size for end in chunk_ends)
+        scans, notes = numbers(path)
+        assert scans == joined(every_chunk[:whole])
+        assert len(notes) == 1
+        assert f"of {size:,}" in notes[0]
+
+
+def per_chunk(path: Path) -> list[list[int]]:
+    """Return the scan numbers by chunk, found by cutting the file after each."""
+    content = path.read_bytes()
+    cut = path.with_name("cut.mcap")
+    chunks: list[list[int]] = []
+    for _, end in spans(path, Opcode.CHUNK):
+        cut.write_bytes(content[:end])
+        scans, _ = numbers(cut)
+        chunks.append(scans[sum(map(len, chunks)) :])
+    assert all(chunks)
+    return chunks
+
+
+def test_a_damaged_chunk_is_named_and_the_others_are_given(path: Path) -> None:
+    chunks = per_chunk(path)
+    start, end = spans(path, Opcode.CHUNK)[1]
+    damage(path, end - 5, 0xFF, 0xFF)
+    scans, notes = numbers(path)
+    assert scans == chunks[0] + joined(chunks[2:])
+    assert len(notes) == 1
+    assert notes[0].startswith(f"damaged chunk at byte {start:,}: ")
+    assert notes[0].endswith("; its scans are left out")
+
+
+def test_a_wrong_crc_is_a_damaged_chunk(path: Path) -> None:
+    start, _ = spans(path, Opcode.CHUNK)[0]
+    damage(path, start + 9 + 24, 1, 2, 3, 4)  # after two times and the uncompressed size
+    scans, notes = numbers(path)
+    assert scans == joined(per_chunk(write_trace(path.with_name("whole.mcap")))[1:])
+    assert f"damaged chunk at byte {start:,}: crc validation failed" in notes[0]
+
+
+def test_a_damaged_record_ends_the_file_there(path: Path) -> None:
+    chunks = per_chunk(path)
+    start, _ = spans(path, Opcode.CHUNK)[2]
+    damage(path, start, 0x77)
+    scans, notes = numbers(path)
+    assert scans == chunks[0] + chunks[1]
+    assert notes == [f"damaged at byte {start:,}: no record begins with 0x77"]
+
+
+def refusal(path: Path) -> str:
+    with pytest.raises(TraceError) as error:
+        open_trace(path)
+    assert isinstance(error.value, ValueError)
+    assert str(error.value).startswith(f"{path}: ")
+    return str(error.value).removeprefix(f"{path}: ")
+
+
+def test_files_that_are_no_traces_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    assert refusal(path) == "No such file or directory"
+    assert refusal(tmp_path) == "Is a directory"
+    path.write_bytes(b"")
+    assert refusal(path) == "it is not an MCAP file"
+    path.write_bytes(b"scan,position\n0,0\n" * 100)
+    assert refusal(path) == "it is not an MCAP file"
+    path.write_bytes(b"\x89MCAP0\r\n")
+    assert refusal(path).startswith("it has no header; it has no end")
+
+
+def test_a_trace_cut_in_its_head_says_so(path: Path) -> None:
+    first, _ = spans(path, Opcode.CHANNEL)[0]
+    path.write_bytes(path.read_bytes()[: first + 3])
+    why = refusal(path)
+    assert why.startswith(
+        "it has no channel /scan; its topics are: none; it has no end: the last whole record"
+    )
+    assert why.endswith(f"ends at byte {first:,} of {first + 3:,}")
+
+
+def foreign(
+    path: Path, *, topic: str = "/scan", metadata: dict[str, str] | None = None, name: str = ""
+) -> None:
+    """Write an MCAP file that is not quite a trace, with the stock writer."""
+    schema = scan_schema(SLOTS)
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start("ros2", "somebody else")
+        schema_id = writer.register_schema(name or schema.name, "ros2msg", schema.text.encode())
+        channel = writer.register_channel(topic, "cdr", schema_id)
+        if metadata is not None:
+            writer.add_metadata("scanrack", metadata)
+        payload = bytes.fromhex("00010000") + (3).to_bytes(4, "little") + bytes(4 + 64)
+        writer.add_message(channel, log_time=6, data=payload, publish_time=6, sequence=3)
+        writer.finish()
+
+
+GOOD = {
+    "format": "1",
+    "slots": "1 2",
+    "slot.1.module": "amci3601",
+    "slot.1.firmware": "3.1",
+    "slot.2.module": "a toy",
+    "slot.2.firmware": "",
+}
+
+
+def test_a_trace_that_another_tool_wrote_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "other.mcap"
+    foreign(path, metadata=GOOD)
+    with open_trace(path) as trace:
+        (scan,) = trace.scans()
+        assert (scan.scan, scan.now_ns, scan.memory) == (3, 6, bytes(64))
+        assert trace.head.library == "somebody else"
+
+
+def test_layouts_that_are_not_known_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "other.mcap"
+    foreign(path, topic="/imu", metadata=GOOD)
+    assert refusal(path) == "it has no channel /scan; its topics are: /imu"
+    foreign(path)
+    assert refusal(path) == "it has no metadata record 'scanrack', so its layout is not known"
+    foreign(path, metadata={**GOOD, "format": "2"})
+    assert refusal(path) == "its layout has format 2; this version reads format 1"
+    foreign(path, metadata={**GOOD, "slots": "1 2 3"})
+    assert refusal(path) == "its metadata record 'scanrack' does not tell its slots: 'slot.3.module'"
+    foreign(path, metadata={**GOOD, "slots": "2 1"})
+    assert refusal(path).startswith("its scans are laid out in a way this version does not know: cdr ros2msg")
+    foreign(path, metadata=GOOD, name="scanrack/msg/Scan0123456789ab")
+    assert "scanrack/msg/Scan0123456789ab, expected cdr ros2msg scanrack/msg/Scan" in refusal(path)
+
+
+def test_a_scan_of_the_wrong_length_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "short.mcap"
+    one = SLOTS[:1]
+    schema = scan_schema(one)
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start("ros2", "somebody else")
+        channel = writer.register_channel(
+            "/scan", "cdr", writer.register_schema(schema.name, "ros2msg", schema.text.encode())
+        )
+        writer.add_metadata("scanrack", {**GOOD, "slots": "1"})
+        writer.add_message(channel, log_time=0, data=bytes(20), publish_time=0)
+        writer.finish()
+    with (
+        open_trace(path) as trace,
+        pytest.raises(TraceError, match="has a scan of 20 bytes"),
+    ):
+        list(trace)
