@@ -117,6 +117,11 @@ class HandTurning:
             self._done += self._turns.popleft().counts
         return self._done + self._turns[0].counted(now_ns) if self._turns else self._done
 
+    def turning(self, now_ns: int) -> bool:
+        """Return whether a turn is under way or planned."""
+        self.counts(now_ns)
+        return bool(self._turns)
+
     def reached_ns(self, counts: int, now_ns: int) -> int | None:
         """Return when the counts by hand come to `counts`, or past it, from where they are at `now_ns`."""
         before = self.counts(now_ns)

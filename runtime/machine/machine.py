@@ -207,6 +207,10 @@ class Machine:
         """
         self._hand.turn(counts, start_ns, end_ns)
 
+    def turning(self, now_ns: int) -> bool:
+        """Return whether counts by hand are still to come after `now_ns`."""
+        return self._hand.turning(now_ns)
+
     def counts_reached_ns(self, counts: int, now_ns: int) -> int | None:
         """Return when hand-turning alone brings the encoder to `counts` or past it; None = never.
 

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
+from math import ceil
 from random import Random
 
 from .spec import Jam, Slip
@@ -36,7 +37,7 @@ class _SlipState:
         self._draw = draw
         self._steps = slip.steps
         self._left = FAR if slip.times is None else slip.times
-        self._threshold = int(slip.chance * (1 << _CHANCE_BITS))
+        self._threshold = ceil(slip.chance * (1 << _CHANCE_BITS))  # exact: a draw below it is below chance
         self._will = self._drawn()
 
     def _drawn(self) -> bool:

@@ -17,9 +17,14 @@ from .spec import MachineSpec, Station, TimelineEntry
 
 _LEVEL = {True: "energised", False: "de-energised"}
 
-
-def _name(bit: InputBit) -> str:
-    return str(bit.name).lower()
+_SPOKEN = {
+    InputBit.CAPTURE: "capture",
+    InputBit.EXTERNAL: "external",
+    InputBit.HOME: "home",
+    InputBit.ESTOP: "emergency stop",
+    InputBit.CW_LIMIT: "CW limit",
+    InputBit.CCW_LIMIT: "CCW limit",
+}
 
 
 class _Work:
@@ -90,7 +95,7 @@ class Stimuli:
         self._tell(entry.at_ns, entry.input, self._sentence(entry), entry.energised)
 
     def _sentence(self, entry: TimelineEntry) -> str:
-        name = _name(entry.input).replace("_", " ")
+        name = _SPOKEN[entry.input]
         if entry.energised is None:
             return f"The {name} input follows the machine again."
         if self._fed & entry.input.value:
@@ -115,7 +120,7 @@ class Stimuli:
         self._tell(at_ns, station.input, f"The station at {station.position} ends its signal.", False)
 
     def _tell(self, at_ns: int, bit: InputBit, text: str, energised: bool | None) -> None:
-        self.events.append(Event(at_ns, "stimulus", _name(bit), text, {"energised": energised}))
+        self.events.append(Event(at_ns, "stimulus", str(bit.name).lower(), text, {"energised": energised}))
 
     def rest(self, now_ns: int, shaft: int) -> None:
         """Let the stations at this shaft position begin their work: the motion has ended."""
