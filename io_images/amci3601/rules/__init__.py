@@ -15,14 +15,37 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from . import chapter3, chapter6_errors
+from . import (
+    chapter1,
+    chapter2,
+    chapter3,
+    chapter4_blend_registration,
+    chapter4_encoder,
+    chapter4_homing,
+    chapter4_manual,
+    chapter4_moves,
+    chapter5,
+    chapter6_errors,
+    chapter6_inputs,
+    chapter6_status,
+)
 from .rule import Rule, StatusBits, bit_names
 
 __all__ = ["RULES", "Rule", "StatusBits", "bit_names"]
 
 _ROWS: tuple[Rule, ...] = (
+    *chapter1.ROWS,
+    *chapter2.ROWS,
     *chapter3.ROWS,
+    *chapter4_moves.ROWS,
+    *chapter4_homing.ROWS,
+    *chapter4_manual.ROWS,
+    *chapter4_blend_registration.ROWS,
+    *chapter4_encoder.ROWS,
+    *chapter5.ROWS,
+    *chapter6_status.ROWS,
     *chapter6_errors.ROWS,
+    *chapter6_inputs.ROWS,
 )
 
 RULES: Mapping[str, Rule] = MappingProxyType({row.id: row for row in _ROWS})

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from ..firmware import FW_2_1, FW_3_1
 from .rule import (
     COMMAND_ERROR,
     CONFIG_ERROR,
-    MIN_REG_NONZERO,
     MODE_CONFIG,
     MODULE_OK,
     NONE,
@@ -119,14 +117,5 @@ ROWS: tuple[Rule, ...] = (
     Rule("IOM-09", "chapter 3, Configuration Mode Input Data note",
          "Bits 13 to 15 of input word 0 are never mirrored: in either mode they show configuration error, "
          "module OK and mode."),
-    # What a configuration does to what was stored, told in chapter 4
-    Rule("CFG-24", "chapter 4, Blend Move",
-         "Programming the configuration erases the stored blend profile."),
-    Rule("CFG-25", "chapter 4, Registration Move",
-         "Power-up and configuration set the minimum registration distance to zero.",
-         NONE, MIN_REG_NONZERO, firmware_from=FW_3_1),
-    Rule("CFG-29", "Manual Revision History, revision 0.1",
-         "The configuration uses the capture input without the quadrature encoder, which needs firmware 2.1.",
-         CONFIG_ERROR, together_with=REJECTED, firmware_until=FW_2_1),
 )
 # fmt: on

@@ -13,7 +13,10 @@ from .rule import (
     HOME_INVALID,
     INPUT_ERROR,
     INVALID_PROFILE,
+    MOVING_CCW,
+    MOVING_CW,
     POSITION_INVALID,
+    STOPPED,
     Rule,
 )
 
@@ -116,6 +119,10 @@ POSITION_INVALIDS: tuple[Rule, ...] = (
     Rule("POS-04", "chapter 6, Position Invalid 4",
          "An end limit switch cut off a move: either one, or for a manual move the one in its direction.",
          POSITION_INVALID, list_of=POSITION_INVALID, together_with=("STOP-04", "INP-02"), reading=("A-18",)),
+    Rule("LIM-01", "chapter 6, Position Invalid 4 and Input Error 2",
+         "Either end limit switch cuts off an absolute, relative, encoder or blend move when it becomes "
+         "active.",
+         STOPPED | POSITION_INVALID | INPUT_ERROR, MOVING_CW | MOVING_CCW, reading=("A-17", "A-18")),
     Rule("POS-05", "chapter 6, Position Invalid 5",
          "Both end limit switches were reached during a homing operation, the second one after the reversal.",
          POSITION_INVALID, list_of=POSITION_INVALID, together_with=("HOM-04", "INP-04")),
@@ -163,6 +170,8 @@ COMMAND_ERRORS: tuple[Rule, ...] = (
     Rule("CMD-05", "chapter 6, Command Error 5",
          "The programmed speed was below the starting speed, which only a manual move may be.",
          COMMAND_ERROR, list_of=COMMAND_ERROR, together_with=("PRF-01",), reading=("A-20",)),
+    Rule("MAN-19", "chapter 6, Command Error 5",
+         "A manual move may be slower than the starting speed, down to 1 step/s."),
     Rule("CMD-06", "chapter 6, Command Error 6",
          "An absolute move was commanded while the current position was not valid.",
          COMMAND_ERROR, list_of=COMMAND_ERROR, reading=("A-51",)),
