@@ -1,0 +1,176 @@
+"""Programs from files: `path[:function]` to the function, its source and its fingerprint."""
+
+from __future__ import annotations
+
+import difflib
+import hashlib
+import importlib.util
+import inspect
+import sys
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from types import FunctionType, ModuleType
+from typing import Any
+
+DEFAULT_FUNCTION = "logic"
+"""The function that is called once per scan, if the address names no other."""
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """A function from a file.
+
+    Attributes:
+        path: the file.
+        name: the function's name.
+        function: the function itself.
+        source: text of the file.
+        sha256: fingerprint of the file's bytes, in hex.
+    """
+
+    path: Path
+    name: str
+    function: Callable[..., Any]
+    source: str
+    sha256: str
+
+
+class ProgramError(ValueError):
+    """A program that can't be loaded; the message names file, line and what is allowed."""
+
+
+def split_address(address: str, default: str = DEFAULT_FUNCTION) -> tuple[str, str]:
+    """Split `path[:function]` into path and function name.
+
+    >>> split_address("line.py"), split_address("line.py:cycle"), split_address("C:/line.py")
+    (('line.py', 'logic'), ('line.py', 'cycle'), ('C:/line.py', 'logic'))
+    """
+    path, colon, name = address.rpartition(":")
+    return (path, name) if colon and path and name.isidentifier() else (address, default)
+
+
+def load_program(address: str, folder: Path = Path()) -> Program:
+    """Load the function that a scan loop calls once per scan.
+
+    The file is run once, as a module of its own; its folder is put on the import path, so that
+    files beside it can be imported.
+
+    Args:
+        address: `path[:function]`, the path relative to `folder`.
+        folder: where a relative path starts.
+
+    Raises:
+        ProgramError: no such file or function, a syntax error, an error while the file runs, or
+            a function that can't be called with one argument.
+    """
+    return load_function(address, folder, default=DEFAULT_FUNCTION, arguments=("scan",))
+
+
+def load_function(address: str, folder: Path, *, default: str, arguments: tuple[str, ...]) -> Program:
+    """Load a function from a file, see `load_program`.
+
+    Args:
+        address: `path[:function]`.
+        folder: where a relative path starts.
+        default: name of the function, if the address names none.
+        arguments: what it is called with, by position.
+
+    Raises:
+        ProgramError: see `load_program`.
+    """
+    file, name = split_address(address, default)
+    path = folder / file
+    data = _read(path)
+    source = _decode(path, data)
+    module = _execute(path, data)
+    function = _pick(path, module, name)
+    _check_signature(path, name, function, arguments)
+    return Program(path, name, function, source, hashlib.sha256(data).hexdigest())
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except FileNotFoundError:
+        raise ProgramError(f"{path}: there is no such program file") from None
+    except OSError as error:
+        raise ProgramError(f"{path}: the program can't be read: {error.strerror}") from None
+
+
+def _decode(path: Path, data: bytes) -> str:
+    try:
+        return importlib.util.decode_source(data)
+    except (SyntaxError, UnicodeDecodeError) as error:
+        raise ProgramError(f"{path}: the program is no text in UTF-8: {error}") from None
+
+
+def _execute(path: Path, data: bytes) -> ModuleType:
+    """Run the file as a module of its own."""
+    try:
+        code = compile(data, str(path), "exec")
+    except SyntaxError as error:
+        raise ProgramError(f"{path}:{error.lineno}: the program has a syntax error: {error.msg}") from None
+    except ValueError as error:  # null bytes, before Python 3.12
+        raise ProgramError(f"{path}: the program is no Python text: {error}") from None
+    module = ModuleType(f"scanrack_program_{path.stem}")
+    module.__file__ = str(path)
+    sys.modules[module.__name__] = module
+    _put_on_import_path(path.parent)
+    try:
+        exec(code, module.__dict__)
+    except Exception as error:
+        raise ProgramError(_while_loading(path, error)) from error
+    return module
+
+
+def _put_on_import_path(folder: Path) -> None:
+    entry = str(folder.resolve())
+    if entry not in sys.path:
+        sys.path.insert(0, entry)
+
+
+def _while_loading(path: Path, error: Exception) -> str:
+    """Say what went wrong, at the innermost line of the program's own file."""
+    lines = [
+        entry.lineno for entry in traceback.extract_tb(error.__traceback__) if entry.filename == str(path)
+    ]
+    return f"{path}:{lines[-1]}: the program can't be loaded: {type(error).__name__}: {error}"
+
+
+def _pick(path: Path, module: ModuleType, name: str) -> Callable[..., Any]:
+    found = getattr(module, name, None)
+    if callable(found):
+        return found  # type: ignore[no-any-return]
+    if found is not None:
+        raise ProgramError(f"{path}: {name} is {type(found).__name__}, not a function")
+    there = [
+        key
+        for key, value in vars(module).items()
+        if isinstance(value, FunctionType) and value.__module__ == module.__name__ and not key.startswith("_")
+    ]
+    close = difflib.get_close_matches(name, there, n=1)
+    hint = f"did you mean {close[0]}? " if close else ""
+    listed = f"There are {', '.join(there)}" if there else "There are no functions in it"
+    raise ProgramError(f"{path}: there is no function {name}; {hint}{listed}")
+
+
+def _check_signature(path: Path, name: str, function: Callable[..., Any], arguments: tuple[str, ...]) -> None:
+    wanted = f"{name}({', '.join(arguments)})"
+    where = f"{path}:{_line_of(function)}"
+    if inspect.iscoroutinefunction(function) or inspect.isgeneratorfunction(function):
+        raise ProgramError(f"{where}: {name} must be a plain function {wanted}, without async and yield")
+    try:
+        signature = inspect.signature(function)
+    except ValueError:  # a callable of C code tells nothing of its arguments
+        return
+    try:
+        signature.bind(*arguments)
+    except TypeError:
+        raise ProgramError(f"{where}: {name}{signature} can't be called as {wanted}") from None
+
+
+def _line_of(function: Callable[..., Any]) -> int:
+    code = getattr(inspect.unwrap(function), "__code__", None)
+    return 1 if code is None else code.co_firstlineno
