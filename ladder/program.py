@@ -110,17 +110,16 @@ def _execute(path: Path, data: bytes) -> ModuleType:
     """Run the file as a module of its own."""
     try:
         code = compile(data, str(path), "exec")
-    except SyntaxError as error:
-        raise ProgramError(f"{path}:{error.lineno}: the program has a syntax error: {error.msg}") from None
-    except ValueError as error:  # null bytes, before Python 3.12
-        raise ProgramError(f"{path}: the program is no Python text: {error}") from None
+    except (SyntaxError, ValueError) as error:  # null bytes are the one or the other, by Python version
+        line, text = getattr(error, "lineno", None) or 1, getattr(error, "msg", error)
+        raise ProgramError(f"{path}:{line}: the program has a syntax error: {text}") from None
     module = ModuleType(f"scanrack_program_{path.stem}")
     module.__file__ = str(path)
     sys.modules[module.__name__] = module
     _put_on_import_path(path.parent)
     try:
         exec(code, module.__dict__)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise ProgramError(_while_loading(path, error)) from error
     return module
 
@@ -131,11 +130,10 @@ def _put_on_import_path(folder: Path) -> None:
         sys.path.insert(0, entry)
 
 
-def _while_loading(path: Path, error: Exception) -> str:
+def _while_loading(path: Path, error: BaseException) -> str:
     """Say what went wrong, at the innermost line of the program's own file."""
-    lines = [
-        entry.lineno for entry in traceback.extract_tb(error.__traceback__) if entry.filename == str(path)
-    ]
+    steps = traceback.extract_tb(error.__traceback__)
+    lines = [step.lineno for step in steps if step.filename == str(path)]
     return f"{path}:{lines[-1]}: the program can't be loaded: {type(error).__name__}: {error}"
 
 
@@ -151,9 +149,8 @@ def _pick(path: Path, module: ModuleType, name: str) -> Callable[..., Any]:
         if isinstance(value, FunctionType) and value.__module__ == module.__name__ and not key.startswith("_")
     ]
     close = difflib.get_close_matches(name, there, n=1)
-    hint = f"did you mean {close[0]}? " if close else ""
-    listed = f"There are {', '.join(there)}" if there else "There are no functions in it"
-    raise ProgramError(f"{path}: there is no function {name}; {hint}{listed}")
+    hint = f"; did you mean {close[0]}?" if close else ""
+    raise ProgramError(f"{path}: there is no function {name} among {', '.join(there) or 'none'}{hint}")
 
 
 def _check_signature(path: Path, name: str, function: Callable[..., Any], arguments: tuple[str, ...]) -> None:

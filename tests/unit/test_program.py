@@ -89,9 +89,8 @@ def test_a_syntax_error_has_its_line(write, tmp_path):
 
 def test_an_error_while_loading_has_the_line_of_the_program(write, tmp_path):
     path = write("line.py", "import json\n\nTABLE = json.loads('[1,')\n")
-    assert refusal("line.py", tmp_path).startswith(
-        f"{path}:3: the program can't be loaded: JSONDecodeError: "
-    )
+    told = f"{path}:3: the program can't be loaded: JSONDecodeError: "
+    assert refusal("line.py", tmp_path).startswith(told)
 
 
 def test_no_such_function(write, tmp_path):
@@ -99,13 +98,13 @@ def test_no_such_function(write, tmp_path):
         "line.py", "import os\nfrom json import loads\ndef logics(scan): pass\ndef other(scan): pass\n"
     )
     assert refusal("line.py", tmp_path) == (
-        f"{path}: there is no function logic; did you mean logics? There are logics, other"
+        f"{path}: there is no function logic among logics, other; did you mean logics?"
     )
 
 
 def test_no_function_at_all(write, tmp_path):
     path = write("line.py", "x = 1\n")
-    assert refusal("line.py", tmp_path) == f"{path}: there is no function logic; There are no functions in it"
+    assert refusal("line.py", tmp_path) == f"{path}: there is no function logic among none"
 
 
 def test_a_name_that_is_no_function(write, tmp_path):
@@ -123,7 +122,7 @@ def test_a_name_that_is_no_function(write, tmp_path):
             "async def logic(scan): pass\n",
             ":1: logic must be a plain function logic(scan), without async and",
         ),
-        ("def logic(scan): yield 1\n", ":1: logic must be a plain function logic(scan), without async and"),
+        ("def logic(scan): yield 1\n", ":1: logic must be a plain function logic(scan), without async"),
     ],
 )
 def test_wrong_signatures(write, tmp_path, text, told):
@@ -134,9 +133,8 @@ def test_wrong_signatures(write, tmp_path, text, told):
 @pytest.mark.parametrize("data", [b"def logic(scan): pass  # \xff\n", b"# coding: nonsense\n", b"x = 1\0\n"])
 def test_what_is_no_text(write, tmp_path, data):
     path = write("line.py", data)
-    assert re.match(
-        re.escape(str(path)) + r"(:\d+)?: the program (is no|has a)", refusal("line.py", tmp_path)
-    )
+    told = re.escape(str(path)) + r"(:1)?: the program (is no text in UTF-8|has a syntax error): "
+    assert re.match(told, refusal("line.py", tmp_path))
 
 
 def test_other_functions_are_loaded_the_same_way(write, tmp_path):
