@@ -1,0 +1,13 @@
+"""The AMCI 3601, simulated: a command layer that knows the rules, over an axis that makes steps.
+
+`Amci3601` is what sits in the slot. `CommandLayer` is the manual's rules and
+works over any `Axis`; `StepGenerator` is the simulated one.
+"""
+
+from .axis import Axis, Capabilities
+from .command_layer import CommandLayer
+from .module import Amci3601
+from .options import Options
+from .step_generator import StepGenerator
+
+__all__ = ["Amci3601", "Axis", "Capabilities", "CommandLayer", "Options", "StepGenerator"]

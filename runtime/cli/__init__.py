@@ -1,0 +1,30 @@
+"""The commands; the only place that knows all the rooms."""
+
+from __future__ import annotations
+
+import typer
+
+from . import drive, run, show
+
+
+def build() -> typer.Typer:
+    """Return the command-line application."""
+    app = typer.Typer(
+        name="scanrack",
+        help="A PLC rack in software for stepper controllers.\n\n"
+        "Run your logic scan by scan against a simulated AMCI 3601 bolted to a simulated machine; "
+        "every scan is recorded.",
+        no_args_is_help=True,
+        add_completion=False,
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,
+    )
+    run.register(app)
+    show.register(app)
+    drive.register(app)
+    return app
+
+
+def main() -> None:
+    """Run the `scanrack` command."""
+    build()()

@@ -1,0 +1,207 @@
+r"""Blend moves: the block handshake, the stored program, its run [chapter 5, Blend Move Programming].
+
+LSW bit 8 PROGRAM   ____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾\\____
+LSW bit 9 TRANSMIT  ____/‾‾‾‾\\____/‾‾‾‾\\____________
+BLEND_ACK           _____/‾‾‾‾\\____/‾‾‾‾\\___________
+words 2 to 7            | header | segment 1 | ...  ^ stored, if every block was good
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+from ...io_images.amci3601 import CommandLsw, CommandMsw, rate_in_range, speed_in_range
+from ...io_images.thousands import PARAMETER_MAX, is_legal_pair, join_thousands
+from ..kinematics import MILLI, PICO, BlendLeg, Shape, check_blend, ramp_distance
+from .axis import BlendProgram
+from .latches import COMMAND_ERROR, INVALID_PROFILE, STOPPED
+from .operation import Operation
+from .order import Order
+
+if TYPE_CHECKING:
+    from .command_layer import CommandLayer
+
+PROGRAM = CommandLsw.BLEND_PROGRAM.value
+TRANSMIT = CommandLsw.BLEND_TRANSMIT.value
+RUN_CW = CommandMsw.RUN_BLEND_CW.value
+
+SEGMENTS_MIN, SEGMENTS_MAX = 2, 16
+
+SHAPES = {
+    0b00: Shape.CONSTANT,
+    0b01: Shape.TRIANGULAR,
+    0b10: Shape.CONSTANT,  # the low bit decides (reading A-60)
+    0b11: Shape.TRAPEZOIDAL,
+}
+
+
+class BlendProgramming:
+    """One session of the handshake, from the first block to the fall of the program bit.
+
+    Args:
+        layer: where faults go.
+    """
+
+    def __init__(self, layer: CommandLayer) -> None:
+        self.layer = layer
+        self.acknowledged = False
+        self.good = True
+        self.blocks = 0
+        self.wanted = 0
+        self.types: list[Shape] = []
+        self.segments: list[BlendLeg] = []
+        self.final_deceleration = 1
+        self.final_shape = Shape.CONSTANT
+
+    def read(self, now_ns: int, order: Order) -> None:
+        """Read the next block and acknowledge it; a faulty one spoils the profile (reading A-57)."""
+        self.acknowledged = True
+        self.blocks += 1
+        if self.blocks == 1:
+            self._read_header(now_ns, order)
+        elif self.good and len(self.segments) < self.wanted:
+            self._read_segment(now_ns, order)
+
+    def program(self) -> BlendProgram | None:
+        """Return the profile if all of its blocks have come and were good, else None."""
+        if not self.good or self.blocks == 0 or len(self.segments) < self.wanted:
+            return None
+        return BlendProgram(tuple(self.segments), self.final_deceleration, self.final_shape)
+
+    def _spoil(self, now_ns: int, rule_id: str, *, bits: int | None = None) -> None:
+        self.good = False
+        self.layer.fire(now_ns, rule_id, bits=bits)
+
+    # -- the first block ----------------------------------------------------------------------
+
+    def _read_header(self, now_ns: int, order: Order) -> None:
+        self.wanted = order.words[2]
+        if not SEGMENTS_MIN <= self.wanted <= SEGMENTS_MAX:
+            self._spoil(now_ns, "PRF-04")
+        types = order.words[4] & 0xFFFF | (order.words[3] & 0xFFFF) << 16
+        self.types = [SHAPES[types >> 2 * at & 0b11] for at in range(SEGMENTS_MAX)]
+        self._read_final(now_ns, order.words[5] & 0xFFFF)
+
+    def _read_final(self, now_ns: int, word: int) -> None:
+        kind, self.final_deceleration = word >> 14, word & 0x3FFF
+        if self.final_deceleration == 0:
+            self._spoil(now_ns, "PRF-07", bits=INVALID_PROFILE | COMMAND_ERROR)
+        elif kind == 0b10 or not rate_in_range(self.final_deceleration):
+            self._spoil(now_ns, "BLD-13", bits=INVALID_PROFILE | COMMAND_ERROR)
+        self.final_shape = SHAPES[kind]
+
+    # -- segment blocks -----------------------------------------------------------------------
+
+    def _read_segment(self, now_ns: int, order: Order) -> None:
+        fault = self._segment_fault(order)
+        if fault is not None:
+            self._spoil(now_ns, fault)
+            return
+        speed, rate = order.parameters.speed, order.words[6]
+        assert speed is not None
+        length = join_thousands(order.words[2], order.words[3])
+        self.segments.append((length, speed, rate, self.types[len(self.segments)]))
+        if not self._fits():
+            self._spoil(now_ns, "PRF-05")
+
+    def _segment_fault(self, order: Order) -> str | None:
+        """Return the first rule that the block breaks on its own, or None."""
+        speed = order.parameters.speed
+        length_msw, length_lsw = order.words[2], order.words[3]
+        if length_msw < 0 or length_lsw < 0:
+            return "BLD-21"
+        if not is_legal_pair(length_msw, length_lsw) or (length_msw, length_lsw) == (0, 0):
+            return "BLD-22"
+        if not speed_in_range(speed):
+            return "PRF-02"
+        assert speed is not None
+        if speed < self.layer.start_sps:
+            return "CMD-05"
+        if self.segments and speed == self.segments[-1][1]:
+            return "PRF-06"
+        if not rate_in_range(order.words[6]):
+            return "BLD-18"
+        total = sum(segment[0] for segment in self.segments) + join_thousands(length_msw, length_lsw)
+        return "BLD-19" if total > PARAMETER_MAX else None
+
+    def _fits(self) -> bool:
+        """Whether the newest segment contains its ramp, and the last one also the final ramp (A-58)."""
+        start = self.layer.start_sps
+        if len(self.segments) == self.wanted:
+            try:
+                check_blend(start, self.segments, self.final_deceleration, self.final_shape)
+            except ValueError:
+                return False
+            return True
+        length, speed, rate, shape = self.segments[-1]
+        before = self.segments[-2][1] if len(self.segments) > 1 else start
+        return ramp_distance(MILLI * before, MILLI * speed, rate, shape) <= length * PICO
+
+
+class BlendRun(Operation):
+    """A stored blend profile, run in one direction; ends in MOVE_COMPLETE."""
+
+    name: ClassVar[str] = "blend"
+
+    def __init__(self, layer: CommandLayer, now_ns: int, direction: int, program: BlendProgram) -> None:
+        super().__init__(layer, now_ns)
+        self.direction = direction
+        self.program = program
+        self.stopping = False
+
+    def start(self, now_ns: int) -> None:
+        """Set the axis going."""
+        self.layer.axis.blend(now_ns, self.direction, self.program)
+
+    def on_hold(self, now_ns: int) -> None:
+        """Refuse; the error clears itself when the profile is complete [chapter 6, Command Error 19]."""
+        self.layer.fire(now_ns, "CMD-19")
+
+    def on_programming(self, now_ns: int) -> None:
+        """A new profile is sent meanwhile: stop with the final deceleration (reading A-62)."""
+        self.layer.fire(now_ns, "CMD-18")
+        if not self.stopping:
+            self.stopping = True
+            self.layer.axis.stop(now_ns, self.program.final_deceleration, self.program.final_shape)
+
+    def on_end(self, now_ns: int) -> None:
+        """Show MOVE_COMPLETE and forgive a Hold; or show STOPPED after CMD-18."""
+        if self.stopping:
+            self.layer.finish(now_ns, STOPPED, "stopped by a new profile")
+            return
+        latches = self.layer.latches
+        if latches.causes.get(COMMAND_ERROR) == "CMD-19":
+            latches.clear(COMMAND_ERROR)
+            self.layer.error_since_start = False
+        self.layer.complete(now_ns)
+
+
+def obey_programming(layer: CommandLayer, now_ns: int, order: Order, previous: Order) -> None:
+    """Follow the handshake bits of the command LSW [chapter 5, blend routine steps 1 to 6]."""
+    session = layer.blending
+    if not order.lsw & PROGRAM:
+        if session is not None:
+            layer.blend = session.program()
+            layer.blending = None
+        return
+    transmit = order.lsw & TRANSMIT
+    risen = transmit and not (previous.lsw & TRANSMIT and previous.lsw & PROGRAM and not previous.configures)
+    if session is not None and not transmit:
+        session.acknowledged = False
+    if risen and session is not None:
+        session.read(now_ns, order)
+    elif risen and not layer.locked:
+        _begin(layer, now_ns, order)
+
+
+def _begin(layer: CommandLayer, now_ns: int, order: Order) -> None:
+    """The first block: programming starts unless a motion is under way."""
+    if isinstance(layer.operation, BlendRun):
+        layer.blend = None
+        layer.operation.on_programming(now_ns)
+    elif layer.busy:
+        layer.fire(now_ns, "LSW-08", bits=COMMAND_ERROR)
+    else:
+        layer.blend = None
+        layer.blending = BlendProgramming(layer)
+        layer.blending.read(now_ns, order)

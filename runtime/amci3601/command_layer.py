@@ -1,0 +1,378 @@
+"""The 3601's command layer: modes, edges, refusals, latched errors.
+
+It is called at the ticks of the module's own 250 µs scan at which anything
+relevant may have changed, with the words in force and the inputs as sampled,
+and once more at the exact instant at which a motion ends. A tick does, in this
+order [chapters 3 to 6]:
+
+1. take over the sampled inputs, capture on an inactive-to-active transition;
+2. unless the PLC is out of run mode, obey the output words: mode bit first,
+   then errors that lock the module, follower and blend bits, the command whose
+   bit has risen, and what the running operation makes of the new words;
+3. look at the inputs that stop motion: emergency stop, end limits, external;
+4. let the running operation look at what it checks by level.
+
+What each motion makes of Hold, limits and the external input is written in
+the operations; why a command is refused in `refusals`; what a bit does in
+`commands`; configuration mode in `configuring`.
+"""
+
+from __future__ import annotations
+
+from ...io_images.amci3601 import (
+    ALL_INPUTS,
+    CommandLsw,
+    CommandMsw,
+    Configuration,
+    Firmware,
+    InputBit,
+    StatusLsw,
+    StatusMsw,
+)
+from ..events import Event, JsonValue
+from . import configuring, refusals
+from .axis import Axis, BlendProgram
+from .blending import BlendProgramming, BlendRun, obey_programming
+from .commands import COMMANDS, obey_store_minimum
+from .follower import Follower, obey_follower
+from .latches import (
+    CLEARED_BY_A_MOVE,
+    COMMAND_ERROR,
+    CONFIG_ERROR,
+    INVALID_PROFILE,
+    MODE_CONFIG,
+    MODULE_OK,
+    MOVE_COMPLETE,
+    POSITION_INVALID,
+    STOPPED,
+    Latches,
+)
+from .operation import CCW_LIMIT, CW_LIMIT, Limits, Operation, limit_of
+from .options import Options
+from .order import COMMAND_BITS, Order
+from .profile_move import Held
+
+CAPTURE = InputBit.CAPTURE.value
+EXTERNAL = InputBit.EXTERNAL.value
+ESTOP = InputBit.ESTOP.value
+EITHER_LIMIT = CW_LIMIT | CCW_LIMIT
+MOVING_CW = StatusMsw.MOVING_CW.value
+MOVING_CCW = StatusMsw.MOVING_CCW.value
+ACCELERATING = StatusMsw.ACCELERATING.value
+DECELERATING = StatusMsw.DECELERATING.value
+ENC_FOLLOWER = StatusLsw.ENC_FOLLOWER.value
+BLEND_RUNNING = StatusLsw.BLEND_RUNNING.value
+BLEND_ACK = StatusLsw.BLEND_ACK.value
+MIN_REG_NONZERO = StatusLsw.MIN_REG_NONZERO.value
+HOME_PROX_ECHO = StatusLsw.HOME_PROX_ECHO.value
+PROXIMITY = CommandLsw.HOME_PROXIMITY.value
+RESET = CommandMsw.RESET_ERRORS.value
+RESUME = CommandMsw.RESUME_MOVE.value
+
+NO_ORDER = Order((0,) * 8)
+
+
+class CommandLayer:
+    """Rules, modes and memory of a 3601 over any axis.
+
+    Attributes:
+        configuration: the accepted configuration; None before there is one.
+        operation: the motion that runs.
+        held: what Resume would go on with.
+        blend: the stored blend profile.
+        minimum_registration: steps that a registration move makes before its input counts.
+        active: inputs that are active, as a mask of `InputBit`; `risen` those that became so.
+        captured: the captured value.
+
+    Args:
+        axis: what makes the steps.
+        firmware: which revision of the module this is; it decides what exists.
+        options: switches of the model.
+        events: where rules that fire and moves that end are written down.
+        now_ns: the instant of power-up.
+    """
+
+    def __init__(
+        self, axis: Axis, firmware: Firmware, options: Options, events: list[Event], now_ns: int = 0
+    ) -> None:
+        self.axis = axis
+        self.firmware = firmware
+        self.options = options
+        self.latches = Latches(events)
+        self.configuration: Configuration | None = None
+        self.mirror: tuple[int, ...] = (0, 0, 0, 0)
+        self.operation: Operation | None = None
+        self.held: Held | None = None
+        self.blend: BlendProgram | None = None
+        self.blending: BlendProgramming | None = None
+        self.minimum_registration = 0
+        self.active = 0
+        self.risen = 0
+        self.captured = 0
+        self.running = True
+        self.error_since_start = False
+        self._reported_inputs = 0
+        self._events = events
+        self._order = NO_ORDER
+        self.latches.fire(now_ns, "CER-01", alone=True)
+        self.latches.bits |= POSITION_INVALID  # nothing has made it valid yet (reading A-04)
+
+    # -- what it is doing ---------------------------------------------------------------------
+
+    @property
+    def start_sps(self) -> int:
+        """Starting speed of the accepted configuration."""
+        return 1 if self.configuration is None else self.configuration.starting_speed
+
+    @property
+    def busy(self) -> bool:
+        """Whether a move is under way that a new one has to wait for."""
+        return self.operation is not None and self.operation.busy
+
+    @property
+    def in_configuration_mode(self) -> bool:
+        """Whether the module is in configuration mode."""
+        return bool(self.latches.bits & MODE_CONFIG)
+
+    @property
+    def locked(self) -> bool:
+        """Whether only Reset Errors is accepted [chapter 6, bit 12; chapter 5, blend routine 2]."""
+        return bool(self.latches.bits & (COMMAND_ERROR | INVALID_PROFILE))
+
+    @property
+    def external_active(self) -> bool:
+        """Whether the external input is active."""
+        return bool(self.active & EXTERNAL)
+
+    @property
+    def proximity(self) -> bool:
+        """Whether the backplane home proximity bit is set; in a configuration word it is another bit."""
+        return bool(self._order.lsw & PROXIMITY) and not self._order.configures
+
+    def next_wake_ns(self, now_ns: int) -> int | None:
+        """Return when a tick is wanted though neither words nor inputs change; None = it is not."""
+        return None if self.operation is None else self.operation.next_wake_ns(now_ns)
+
+    # -- what it shows ------------------------------------------------------------------------
+
+    def status_msw(self) -> int:
+        """Return input word 0, unsigned, as it stands at the instant the axis has been advanced to."""
+        bits = self.latches.bits
+        if bits & MODE_CONFIG:
+            return bits & (MODE_CONFIG | CONFIG_ERROR | MODULE_OK) | self.mirror[0] & 0x1FFF
+        direction, ramp = self.axis.direction, self.axis.ramp
+        if direction == 0 and self.operation is not None:
+            direction, ramp = self.operation.shown_direction, self.operation.shown_ramp
+        if direction:
+            bits |= MOVING_CW if direction > 0 else MOVING_CCW
+            if ramp:
+                bits |= ACCELERATING if ramp > 0 else DECELERATING
+        return bits
+
+    def status_lsw(self) -> int:
+        """Return input word 1, unsigned."""
+        if self.in_configuration_mode:
+            return self.mirror[1] & 0xFFFF
+        bits = self._reported_inputs
+        if self.proximity:
+            bits |= HOME_PROX_ECHO  # a plain echo, homing or not (reading A-96)
+        if isinstance(self.operation, BlendRun):
+            bits |= BLEND_RUNNING
+        elif isinstance(self.operation, Follower):
+            bits |= ENC_FOLLOWER
+        if self.blending is not None and self.blending.acknowledged:
+            bits |= BLEND_ACK
+        return bits | MIN_REG_NONZERO if self.minimum_registration else bits
+
+    # -- the tick -----------------------------------------------------------------------------
+
+    def tick(self, now_ns: int, words: tuple[int, ...], levels: int) -> None:
+        """Do one tick of the module's own scan.
+
+        Args:
+            now_ns: the instant; the axis has been advanced to it.
+            words: the eight output words in force.
+            levels: electrical levels of the discrete inputs, as a mask of `InputBit`.
+        """
+        self._sample(levels)
+        if self.running:
+            self._obey(now_ns, words)
+        if not self.in_configuration_mode:
+            self._watch_inputs(now_ns)
+        if self.operation is not None and not self.operation.over:
+            self.operation.on_tick(now_ns, self._order)
+        self.settle(now_ns)
+
+    def settle(self, now_ns: int) -> None:
+        """Let an operation that has come to its end say so."""
+        if self.operation is not None and self.operation.over:
+            self.operation.on_end(now_ns)
+
+    def leave_run_mode(self, now_ns: int) -> None:
+        """The PLC has left run mode: any motion stops, the position becomes invalid [chapter 5 note 9]."""
+        self.running = False
+        if self.busy:
+            bits = POSITION_INVALID if self.options.invalid_after_program_mode else 0
+            self.latches.fire(now_ns, "PRG-01", bits=bits, alone=True)
+            self.cut(now_ns, stopped=self.options.stopped_after_program_mode)
+        elif self.operation is not None:
+            self.operation.on_release(now_ns)
+
+    def enter_run_mode(self) -> None:
+        """The PLC is back in run mode; a bit that is still set is no new edge (reading A-78)."""
+        self.running = True
+
+    # -- inputs -------------------------------------------------------------------------------
+
+    def _sample(self, levels: int) -> None:
+        before, self.active = self.active, self._active(levels)
+        self._reported_inputs = self.active
+        if self.configuration is not None and self.options.report_unused_inputs:
+            self._reported_inputs |= levels & ALL_INPUTS & ~self.configuration.inputs_used
+        # an input that is active when it is configured has made no transition (reading A-69)
+        self.risen = 0 if self.in_configuration_mode else self.active & ~before
+        if self.risen & CAPTURE:
+            self._capture()
+
+    def _active(self, levels: int) -> int:
+        """Return which inputs are active; unused ones are not (reading A-13)."""
+        if self.configuration is None:
+            return 0
+        return ~(levels ^ self.configuration.active_high) & self.configuration.inputs_used
+
+    def _capture(self) -> None:
+        """Keep the encoder value, or without an encoder the position [chapter 3, MSW bit 0]."""
+        with_encoder = self.configuration is not None and self.configuration.quadrature_encoder
+        self.captured = self.axis.encoder if with_encoder else self.axis.position
+
+    def _watch_inputs(self, now_ns: int) -> None:
+        if self.active & ESTOP:
+            self._emergency_stop(now_ns)
+        elif self.active & EITHER_LIMIT:
+            self._end_limit(now_ns)
+        if self.external_active and self.operation is not None and not self.operation.over:
+            self.operation.on_external(now_ns)
+
+    def _emergency_stop(self, now_ns: int) -> None:
+        """The emergency stop input is active [chapter 6, Emergency Stop Input; reading A-15]."""
+        if self.busy:
+            self.latches.fire(now_ns, "INP-01", alone=True)
+            self.latches.fire(now_ns, "POS-03", alone=True)
+            self.cut(now_ns)
+        elif self.risen & ESTOP:
+            self.latches.fire(now_ns, "INP-01", alone=True)
+            self.held = None
+
+    def _end_limit(self, now_ns: int) -> None:
+        """An end limit is active [chapter 4, general note 4]."""
+        if self.risen & EITHER_LIMIT:
+            self.held = None
+        operation = self.operation
+        if operation is None or operation.over or operation.limits is Limits.OWN:
+            return
+        if operation.limits is Limits.EITHER or self.active & limit_of(self.axis.direction):
+            self.latches.fire(now_ns, "INP-02", alone=True)
+            self.latches.fire(now_ns, "POS-04", alone=True)
+            self.cut(now_ns)
+
+    # -- output words -------------------------------------------------------------------------
+
+    def _obey(self, now_ns: int, words: tuple[int, ...]) -> None:
+        previous = self._order
+        self._order = order = previous if previous.words == words else Order(words)
+        if order.configures:
+            configuring.obey_mode_bit(self, now_ns, order, previous)
+            return
+        if self.in_configuration_mode:
+            configuring.leave(self, now_ns)
+        if self.configuration is None:
+            return  # no operation before a valid configuration [chapter 3; reading A-05]
+        if order is not previous:
+            self._obey_new_words(now_ns, order, previous)
+
+    def _obey_new_words(self, now_ns: int, order: Order, previous: Order) -> None:
+        edges = order.msw & ~previous.msw & COMMAND_BITS
+        following = obey_follower(self, now_ns, order, previous)
+        obey_programming(self, now_ns, order, previous)
+        storing = obey_store_minimum(self, now_ns, order, previous)
+        if edges and not following and not storing:
+            self._command(now_ns, order)
+        if self.operation is not None and not self.operation.over:
+            self.operation.on_order(now_ns, order)
+
+    def _command(self, now_ns: int, order: Order) -> None:
+        """A command bit has risen: refuse or carry it out [chapter 4, general notes 1 to 3]."""
+        if self.locked:
+            if order.msw == RESET and order.lsw == 0:
+                COMMANDS[RESET](self, now_ns, order)
+        elif order.many_bits:
+            self.fire(now_ns, "CMD-02")
+            if self.operation is not None:
+                self.operation.on_many_bits(now_ns)
+        else:
+            if order.msw != RESUME:
+                self.held = None  # Resume has to be the first command after a hold [chapter 4; A-83]
+            COMMANDS[order.msw](self, now_ns, order)
+
+    def refused(self, now_ns: int, order: Order, reasons: refusals.Refusals) -> bool:
+        """Fire the first broken rule of `reasons` and return True, or return False if none is broken."""
+        for reason in reasons:
+            if reason.broken(self, order):
+                self.fire(now_ns, reason.rule, bits=reason.bits, alone=reason.alone)
+                return True
+        return False
+
+    def blocked_by_inputs(self, now_ns: int, order: Order) -> bool:
+        """Refuse because of the emergency stop or an end limit, if one is active."""
+        return self.refused(now_ns, order, refusals.BLOCKED_BY_INPUTS)
+
+    def fire(self, now_ns: int, rule_id: str, *, bits: int | None = None, alone: bool = False) -> None:
+        """Let a rule set its bits; a command error ends a resumable hold [chapter 4, Resume Move]."""
+        if self.latches.fire(now_ns, rule_id, bits=bits, alone=alone) & COMMAND_ERROR:
+            self.error_since_start = True
+            self.held = None
+
+    # -- motions ------------------------------------------------------------------------------
+
+    def accept(self, operation: Operation) -> None:
+        """Make `operation` the one that runs; its start clears what the next move clears."""
+        self.latches.clear(CLEARED_BY_A_MOVE)
+        self.held = None
+        self.operation = operation
+        self.error_since_start = False
+
+    def complete(self, now_ns: int) -> None:
+        """End the running operation successfully, unless an error arose meanwhile (reading A-27)."""
+        if self.options.complete_after_error or not self.error_since_start:
+            self.finish(now_ns, MOVE_COMPLETE, "complete")
+        else:
+            self.finish(now_ns, 0, "ended after a command error")
+
+    def finish(self, now_ns: int, completion: int, how: str) -> None:
+        """End the running operation with a completion bit (or 0) and write the move down."""
+        operation = self.operation
+        assert operation is not None
+        self.operation = None
+        if completion:
+            self.latches.complete(completion)
+        fields: dict[str, JsonValue] = {
+            "from": operation.started_at,
+            "to": self.axis.position,
+            "started_ns": operation.started_ns,
+            "outcome": how,
+        }
+        text = f"{operation.name} move from {operation.started_at}: {how} at {self.axis.position}"
+        self._events.append(Event(now_ns, "move", operation.name, text, fields))
+
+    def cut(self, now_ns: int, *, stopped: bool = True) -> None:
+        """End any motion without a ramp; what is left of a move is lost."""
+        self.axis.cut(now_ns)
+        self.held = None
+        if self.operation is not None:
+            self.finish(now_ns, STOPPED if stopped else 0, "cut short")
+
+    def abort_homing(self, now_ns: int, rule_id: str) -> None:
+        """End limits have ended a search for home; STOPPED is not for homing [chapter 6, Stopped 4]."""
+        self.axis.cut(now_ns)
+        self.fire(now_ns, rule_id)
+        self.finish(now_ns, 0, "found no home")

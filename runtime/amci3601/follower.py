@@ -1,0 +1,194 @@
+"""Encoder follower: steps = counts * multiplier / divisor, exactly [chapter 4, Encoder Follower].
+
+What the encoder has counted since the tick before is owed as steps; the
+fraction that is not a whole step stays owed. With rates of zero everything
+owed is output at once (up to the module's 1 MHz); otherwise the step rate
+ramps, and what is owed decides how fast it may be:
+
+    v <= sqrt(2 * deceleration * owed)        so that it can stop on the last step
+    v grows by no more than acceleration * tick
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from math import isqrt
+from typing import TYPE_CHECKING, ClassVar
+
+from ...io_images.amci3601 import CommandLsw, CommandMsw
+from ..kinematics import MILLI, PICO
+from .latches import COMMAND_ERROR, STOPPED
+from .manual_move import MANUAL_BIT
+from .operation import Limits, Operation
+from .order import S_CURVE, Order
+
+if TYPE_CHECKING:
+    from .command_layer import CommandLayer
+
+FOLLOW = CommandLsw.ENC_FOLLOWER.value
+MANUAL_BITS = (CommandMsw.MANUAL_CW | CommandMsw.MANUAL_CCW).value
+OTHER_COMMANDS = 0x7FFF & ~MANUAL_BITS
+RATIO_MAX = 32_767
+RATE_MAX = 2_000
+TOP_SPEED_MSPS = 1_000_000 * MILLI
+"""Maximum output frequency: 1 MHz [chapter 1, Stepper Outputs]."""
+
+
+def follower_fault(layer: CommandLayer, order: Order) -> tuple[str, int | None] | None:
+    """Return the rule that the follower words break, with the bits to set if not its own; or None."""
+    words = order.words
+    if layer.configuration is None or not layer.configuration.quadrature_encoder:
+        return "CMD-29", None
+    if order.msw & OTHER_COMMANDS:
+        return "CMD-34", None
+    if order.msw & MANUAL_BITS == MANUAL_BITS:
+        return "CMD-02", None
+    if not (1 <= words[2] <= RATIO_MAX and 1 <= words[3] <= RATIO_MAX):
+        return "CMD-31", None
+    if words[4] or words[5]:
+        return "CMD-32", None
+    if order.lsw & S_CURVE:
+        return "CMD-36", None
+    if not (0 <= words[6] <= RATE_MAX and 0 <= words[7] <= RATE_MAX):
+        return "FOL-02", COMMAND_ERROR  # no outcome is stated (reading A-103)
+    return None
+
+
+class Follower(Operation):
+    """The encoder follower mode, from the rise of LSW bit 7 until it is left."""
+
+    name: ClassVar[str] = "follower"
+    limits: ClassVar[Limits] = Limits.EITHER
+
+    def __init__(self, layer: CommandLayer, now_ns: int, order: Order) -> None:
+        super().__init__(layer, now_ns)
+        self.sense = 0  # +1 manual CW, -1 manual CCW, 0 neither
+        self.left = False
+        self._last_count = layer.axis.encoder
+        self._last_sense = 0
+        self._owed = Fraction(0)  # steps, CW positive
+        self._speed_msps = 0  # signed
+        self._phase = 0  # picosteps made toward the next step, signed like the speed
+        self._tick_before_ns = now_ns
+
+    @property
+    def over(self) -> bool:
+        """The mode ends when it is left, not when the encoder rests."""
+        return self.left
+
+    # -- the words ----------------------------------------------------------------------------
+
+    def on_order(self, now_ns: int, order: Order) -> None:
+        """Check the words; any fault ends the mode (reading A-65)."""
+        if self.left:
+            return
+        if not order.lsw & FOLLOW:
+            if order.msw & MANUAL_BITS:
+                self.layer.fire(now_ns, "CMD-35")
+            self.left = True
+            return
+        fault = follower_fault(self.layer, order)
+        sense = 1 if order.msw & MANUAL_BIT[1] else -1 if order.msw & MANUAL_BIT[-1] else 0
+        if fault is None and sense and self._last_sense and sense != self._last_sense:
+            fault = "CMD-33", None
+        if fault is not None:
+            self.layer.fire(now_ns, fault[0], bits=fault[1])
+            self.left = True
+            return
+        if sense and not self.sense:  # what was counted without a direction is not followed
+            self._last_count = self.layer.axis.encoder
+            self._tick_before_ns = now_ns
+        self.sense = self._last_sense = sense
+
+    def on_release(self, now_ns: int) -> None:
+        """All bits count as 0: the mode is left."""
+        self.left = True
+
+    def on_end(self, now_ns: int) -> None:
+        """Show STOPPED [chapter 6, The Stopped Bit 5]."""
+        self.layer.finish(now_ns, STOPPED, "left")
+
+    # -- the steps ----------------------------------------------------------------------------
+
+    def next_wake_ns(self, now_ns: int) -> int | None:
+        """Every tick, as long as a direction is selected or a motion bit has to fall."""
+        return now_ns + 1 if self.sense or self.shown_direction else None
+
+    def on_tick(self, now_ns: int, order: Order) -> None:
+        """Count, and make the steps of this tick."""
+        counts = self.layer.axis.encoder
+        fresh, self._last_count = counts - self._last_count, counts
+        elapsed_ns, self._tick_before_ns = now_ns - self._tick_before_ns, now_ns
+        self.shown_direction = self.shown_ramp = 0
+        if self.left or self.sense == 0:
+            self._owed, self._speed_msps, self._phase = Fraction(0), 0, 0
+            return
+        self._owed += Fraction(self.sense * fresh * order.words[2], order.words[3])
+        steps = self._steps_of_tick(elapsed_ns, order.words[6], order.words[7])
+        if steps:
+            self.shown_direction = 1 if steps > 0 else -1
+            self.layer.axis.pulse(now_ns, self.shown_direction, abs(steps))
+            self._owed -= steps
+
+    def _steps_of_tick(self, elapsed_ns: int, acceleration: int, deceleration: int) -> int:
+        """Whole steps to make now, CW positive."""
+        owed = _whole(self._owed)
+        if acceleration == 0 and deceleration == 0:
+            most = TOP_SPEED_MSPS * elapsed_ns // PICO
+            return max(-most, min(most, owed))
+        self._ramp_speed(owed, elapsed_ns, acceleration, deceleration)
+        self._phase += self._speed_msps * elapsed_ns
+        steps = _whole(Fraction(self._phase, PICO))
+        if owed >= 0:
+            steps = max(0, min(steps, owed)) if self._speed_msps >= 0 else steps
+        else:
+            steps = min(0, max(steps, owed)) if self._speed_msps <= 0 else steps
+        self._phase -= steps * PICO
+        if owed == steps:
+            self._phase = 0
+        return steps
+
+    def _ramp_speed(self, owed: int, elapsed_ns: int, acceleration: int, deceleration: int) -> None:
+        """Let the speed approach what the owed steps call for, no faster than the rates allow."""
+        wanted = self._allowed_speed(owed, deceleration)
+        before = self._speed_msps
+        growing = abs(wanted) > abs(before) and wanted * before >= 0
+        rate = acceleration if growing else deceleration
+        if rate == 0:
+            self._speed_msps = wanted
+        else:
+            change = rate * MILLI * MILLI * elapsed_ns // 1_000_000_000
+            self._speed_msps = max(before - change, min(before + change, wanted))
+        self.shown_ramp = (abs(self._speed_msps) > abs(before)) - (abs(self._speed_msps) < abs(before))
+
+    @staticmethod
+    def _allowed_speed(owed: int, deceleration: int) -> int:
+        """Speed from which the owed steps suffice to stop, signed; the top speed without deceleration."""
+        if deceleration == 0:
+            speed = TOP_SPEED_MSPS if owed else 0
+        else:
+            speed = min(TOP_SPEED_MSPS, isqrt(2 * deceleration * 1000 * abs(owed) * MILLI * MILLI))
+        return speed if owed >= 0 else -speed
+
+
+def _whole(value: Fraction) -> int:
+    """Return the whole steps of a fraction, rounded toward zero: what is not a step yet stays owed."""
+    return int(value)
+
+
+def obey_follower(layer: CommandLayer, now_ns: int, order: Order, previous: Order) -> bool:
+    """Enter the mode on the rise of LSW bit 7; return whether the words were the follower's."""
+    if not layer.firmware.follower or isinstance(layer.operation, Follower):
+        return isinstance(layer.operation, Follower)
+    risen = order.lsw & FOLLOW and (previous.configures or not previous.lsw & FOLLOW)
+    if not risen or layer.locked:
+        return False
+    if layer.busy:
+        layer.fire(now_ns, "CMD-30")
+        return True
+    fault = follower_fault(layer, order)
+    if fault is not None:
+        layer.fire(now_ns, fault[0], bits=fault[1])
+    elif not layer.blocked_by_inputs(now_ns, order):
+        layer.accept(Follower(layer, now_ns, order))
+    return True

@@ -1,0 +1,204 @@
+"""The simulated 3601 in its slot: time, the 250 µs scan, and the input image.
+
+The module's firmware looks at its words and inputs every 250 µs. Nothing is
+computed at ticks at which nothing can change; two sorts of instants count:
+
+* ticks: multiples of the module's scan at which the output words differ from
+  those acted on last, or an input's level has changed since the tick before;
+* exact instants: the end of a motion, and of each of its ramps.
+
+Between them only the position moves, and that is a formula. So the images do
+not depend on how often `update` is called, and a call costs as much after ten
+milliseconds as after a quarter of one.
+
+    outputs in force  |<---- A ---->|<-------- B -------->|
+    update() at       0             t1                    t2
+    ticks             |  |  |  |  | |  |  |  |  |  |  |  ||
+                                     ^ first tick that sees B; its effect shows at t2
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ...io_images.amci3601 import Firmware
+from ...io_images.image import Image, signed_word
+from ...io_images.thousands import split_reported
+from ..events import Event, JsonValue
+from ..machine import Machine
+from .command_layer import CommandLayer
+from .options import Options
+from .step_generator import NEVER, StepGenerator
+
+
+class Amci3601:
+    """A simulated AMCI 3601 bolted to a simulated machine; satisfies `runtime.module.Module`.
+
+    Args:
+        firmware: "2.0", "2.1", "2.2", "3.1" or "4.1", or a `Firmware`.
+        machine: what the motor turns and what the inputs are wired to; by default a machine
+            without switches.
+        options: model switches by name, see `Options`.
+        diagnostic_wiring: the step outputs are wired to the encoder inputs.
+
+    Raises:
+        ValueError: an unknown firmware or option.
+    """
+
+    def __init__(
+        self,
+        firmware: str | Firmware = "4.1",
+        machine: Machine | None = None,
+        options: Mapping[str, JsonValue] | None = None,
+        *,
+        diagnostic_wiring: bool = False,
+    ) -> None:
+        self.firmware = Firmware.parse(firmware) if isinstance(firmware, str) else firmware
+        self.machine = Machine() if machine is None else machine
+        self.options = Options.of(options)
+        self.events: list[Event] = []
+        self._tick_ns = 1000 * self.options.input_scan_us
+        self._diagnostic_wiring = diagnostic_wiring
+        self._now_ns = 0
+        self._plc_running = True
+        self._image = Image()
+        self._power_up()
+
+    def _power_up(self) -> None:
+        self.axis = StepGenerator(self.machine, diagnostic_wiring=self._diagnostic_wiring)
+        self.axis.advance(self._now_ns)
+        self.layer = CommandLayer(self.axis, self.firmware, self.options, self.events, self._now_ns)
+        self.layer.running = self._plc_running
+        self._acted_on: bytes | None = None  # the output words that the layer has seen
+        self._tick_due_ns = NEVER
+        self._due_ns = 0  # nothing needs doing before this instant
+        self._position = -1
+        self._publish()
+
+    # -- the contract -------------------------------------------------------------------------
+
+    def update(self, now_ns: int, outputs: Image) -> Image:
+        """Advance to `now_ns` with `outputs` in force since the last call; return the input image then."""
+        if now_ns >= self._due_ns or outputs.raw.tobytes() != self._acted_on:
+            self._work(now_ns, outputs)
+        elif self.axis.segment is not None:
+            self._report_travel(now_ns)
+        elif self.axis.counting:
+            self._report_counts(now_ns)
+        self._now_ns = now_ns
+        return self._image
+
+    def plc_run(self, running: bool) -> None:
+        """Tell whether the PLC is in run mode, from the last `update` on."""
+        if running != self._plc_running:
+            self._plc_running = running
+            self.look_again()
+
+    def power_cycle(self) -> None:
+        """Remove and restore power; the shaft stays where it is and the clock goes on."""
+        self.axis.advance(self._now_ns)
+        self.axis.cut(self._now_ns)
+        self._power_up()
+
+    def look_again(self) -> None:
+        """Let the next tick look at inputs and mode, whatever was foreseen: somebody has changed them."""
+        self._tick_due_ns = self._tick_at_or_after(self._now_ns)
+        self._due_ns = 0
+
+    # -- time ---------------------------------------------------------------------------------
+
+    def _work(self, now_ns: int, outputs: Image) -> None:
+        """Go through every instant up to `now_ns` at which something happens.
+
+        A tick at `now_ns` itself belongs to the next call, whose words it sees; a
+        motion's end at `now_ns` belongs to this one.
+        """
+        words_due = NEVER
+        if outputs.raw.tobytes() != self._acted_on:
+            words_due = self._tick_at_or_after(self._now_ns)
+        while True:
+            change = self.axis.next_change_ns()
+            tick = min(self._tick_due_ns, words_due)
+            if change <= now_ns and change <= tick:
+                self._pass_change(change)
+            elif tick < now_ns:
+                self._tick(tick, outputs)
+                words_due = NEVER
+            else:
+                break
+        self.axis.advance(now_ns)
+        self._publish()
+        self._foresee()
+
+    def _tick(self, tick_ns: int, outputs: Image) -> None:
+        self.axis.advance(tick_ns)
+        if self.layer.running != self._plc_running:
+            self._change_mode(tick_ns)
+        self.layer.tick(tick_ns, tuple(outputs), self.machine.levels(tick_ns))
+        self._acted_on = outputs.raw.tobytes()
+        self._tick_due_ns = self._next_tick(tick_ns)
+
+    def _change_mode(self, now_ns: int) -> None:
+        if self.layer.running:
+            self.layer.leave_run_mode(now_ns)
+        else:
+            self.layer.enter_run_mode()
+
+    def _pass_change(self, now_ns: int) -> None:
+        """A ramp or the motion ends here; an ended motion gets a tick, since more may be possible now."""
+        if self.axis.advance(now_ns):
+            self.layer.settle(now_ns)
+            self._tick_due_ns = self._tick_at_or_after(now_ns)
+
+    def _next_tick(self, tick_ns: int) -> int:
+        """Return the next tick at which inputs will have changed or an operation wants to look."""
+        instant, wake = self.axis.next_input_ns(), self.layer.next_wake_ns(tick_ns)
+        if wake is not None:
+            instant = min(instant, wake)
+        return NEVER if instant == NEVER else max(self._tick_at_or_after(instant), tick_ns + self._tick_ns)
+
+    def _tick_at_or_after(self, instant_ns: int) -> int:
+        return -(-instant_ns // self._tick_ns) * self._tick_ns
+
+    def _foresee(self) -> None:
+        """Note until when nothing but the position can change."""
+        self._due_ns = min(self._tick_due_ns + 1, self.axis.next_change_ns())
+        if self.machine.events:
+            self.events.extend(self.machine.events)
+            self.machine.events.clear()
+
+    # -- the input image ----------------------------------------------------------------------
+
+    def _publish(self) -> None:
+        """Write the whole input image."""
+        words, layer = self._image.words, self.layer
+        words[0] = signed_word(layer.status_msw())
+        words[1] = signed_word(layer.status_lsw())
+        if layer.in_configuration_mode:
+            words[2], words[3] = layer.mirror[2], layer.mirror[3]
+            words[4] = words[5] = 0
+            words[6], words[7] = self.firmware.major, self.firmware.minor
+        else:
+            words[2], words[3] = split_reported(self.axis.position)
+            words[4], words[5] = split_reported(self.axis.encoder)
+            words[6], words[7] = split_reported(layer.captured)
+        self._position = self.axis.position
+
+    def _report_travel(self, now_ns: int) -> None:
+        """Nothing but the position has changed: the step count of the present segment."""
+        motion, segment = self.axis.motion, self.axis.segment
+        assert motion is not None
+        assert segment is not None
+        position = motion.origin + motion.direction * segment.steps_at(now_ns)
+        if position != self._position and not self.layer.in_configuration_mode:
+            self._position = position
+            words = self._image.words
+            words[2], words[3] = split_reported(position)
+        if self.axis.counting:
+            self._report_counts(now_ns)
+
+    def _report_counts(self, now_ns: int) -> None:
+        self.axis.advance(now_ns)
+        if not self.layer.in_configuration_mode:
+            words = self._image.words
+            words[4], words[5] = split_reported(self.axis.encoder)

@@ -1,0 +1,69 @@
+"""`scanrack drive TARGET`: one module on the bench, JSON in, JSON out, in virtual time."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterable
+from enum import StrEnum
+from typing import Annotated, Any, TextIO
+
+import typer
+
+from .image_bench import ImageBench, amci3601_on_bench
+from .requests import RequestError, parse
+
+
+class Target(StrEnum):
+    """What sits on the bench."""
+
+    AMCI3601 = "amci3601"
+
+
+Answer = Callable[[str], dict[str, Any]]
+
+
+def bench_for(target: Target) -> Answer:
+    """Return what answers the lines of a session with `target`."""
+    bench = ImageBench({Target.AMCI3601: amci3601_on_bench}[target])
+    return lambda line: bench.answer(parse(line))
+
+
+def converse(answer: Answer, lines: Iterable[str], out: TextIO) -> int:
+    """Answer each line with one line; return the exit status: 2 if any request was refused, else 0.
+
+    Empty lines are passed over. A refused request changes nothing, and the session goes on.
+    """
+    status = 0
+    for number, line in enumerate(lines, start=1):
+        if not line.strip():
+            continue
+        try:
+            reply = answer(line)
+        except RequestError as error:
+            reply = {"error": str(error), "line": number}
+            status = 2
+        out.write(json.dumps(reply) + "\n")
+        out.flush()
+    return status
+
+
+def drive(
+    target: Annotated[Target, typer.Argument(help="What sits on the bench.", show_default=False)],
+) -> None:
+    """Put one module on the bench: one JSON request per line in, one JSON reply per line out.
+
+    Time is virtual and never waits; the same input gives the same output, byte for byte.
+    Exit status 2 if any request was refused. The protocol is described in docs/drive.md.
+    """
+    try:
+        status = converse(bench_for(target), sys.stdin, sys.stdout)
+    except BrokenPipeError:  # whoever read the replies has gone
+        sys.stderr.close()
+        status = 1
+    raise typer.Exit(status)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command(no_args_is_help=True)(drive)
