@@ -1,0 +1,290 @@
+"""`scanrack show TRACE`: a trace as text - its head, what happened, the scans in which something changed."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterable, Iterator, Mapping
+from io import StringIO
+from itertools import islice
+from pathlib import Path
+from typing import Annotated, Generic, TypeVar
+
+import typer
+from rich.console import Console
+from rich.measure import Measurement
+from rich.table import Table
+
+from ...traces.changes import Changes, Row
+from ...traces.happenings import describe
+from ...traces.reader import Trace, TraceEvent, open_trace
+from ...traces.records import TraceError
+from ..scan import MODE_MASK, CpuMode, ScanFlag, mode_name
+
+ScanRange = tuple[int, int | None]
+"""First and last scan, both included; None = to the end."""
+
+ALL_SCANS: ScanRange = (0, None)
+
+_SECOND_NS = 1_000_000_000
+_SHOWN_FLAGS = [flag for flag in ScanFlag if not flag.value & MODE_MASK]
+
+T = TypeVar("T")
+
+
+def show(trace: Path, *, every: bool = False, limit: int | None = None, scans: ScanRange = ALL_SCANS) -> int:
+    """Print a trace.
+
+    Args:
+        trace: its path.
+        every: a row for every change, not only where more than position and counts changed.
+        limit: most rows and most events to print; None = all.
+        scans: which scans to print, and which events.
+
+    Returns:
+        The exit status: 0, or 2 for a file that can't be read, told on standard error.
+    """
+    try:
+        with open_trace(trace) as opened:
+            contents = Contents(opened, every=every, limit=limit, scans=scans)
+            for block in _blocks(trace, opened, contents):
+                _print(block)
+    except TraceError as error:
+        print(error, file=sys.stderr)  # noqa: T201 - the message of a command
+        return 2
+    return 0
+
+
+class Capped(Generic[T]):
+    """Keeps so many of the things it is given, and counts the others.
+
+    Args:
+        limit: how many it keeps; None = all.
+    """
+
+    def __init__(self, limit: int | None) -> None:
+        self.kept: list[T] = []
+        self.more = 0
+        self._limit = limit
+
+    def add(self, things: Iterable[T]) -> None:
+        """Keep or count them."""
+        rest = iter(things)
+        room = None if self._limit is None else self._limit - len(self.kept)
+        self.kept.extend(islice(rest, room))
+        self.more += sum(1 for _ in rest)
+
+
+class Contents:
+    """What is to be printed of a trace, found in one pass over it.
+
+    Attributes:
+        count: how many scans there are, in the asked-for range or not.
+        first: number of the first of them.
+        last: number of the last.
+        end_ns: virtual time of the last.
+        rows: rows of the table, in the range.
+        events: events, likewise.
+    """
+
+    def __init__(self, trace: Trace, *, every: bool, limit: int | None, scans: ScanRange) -> None:
+        self.count = self.first = self.last = self.end_ns = 0
+        self.rows: Capped[Row] = Capped(limit)
+        self.events: Capped[TraceEvent] = Capped(limit)
+        first, last = scans[0], sys.maxsize if scans[1] is None else scans[1]
+        changes = Changes(trace.head.slots, flag_names, every=every)
+        for entry in trace:
+            inside = first <= entry.scan <= last
+            if isinstance(entry, TraceEvent):
+                if inside:
+                    self.events.add([entry])
+                continue
+            if not self.count:
+                self.first = entry.scan
+            self.count += 1
+            self.last, self.end_ns = entry.scan, entry.now_ns
+            if inside:
+                self.rows.add(changes.rows(entry))
+            else:
+                changes.skip(entry)
+        self.rows.add(changes.rest())
+
+
+def flag_names(flags: int) -> list[str]:
+    """Return the CPU's mode and flags by name.
+
+    >>> flag_names(5), flag_names(0)
+    (['run mode', 'FIRST_SCAN'], ['program mode'])
+    """
+    mode = f"{mode_name(CpuMode(flags & MODE_MASK))} mode"
+    return [mode] + [str(flag.name) for flag in _SHOWN_FLAGS if flag.value & flags]
+
+
+def parse_range(text: str) -> ScanRange:
+    """Read a range of scans: `A:B`, `A:`, `:B` or `A`, both ends included.
+
+    >>> parse_range("100:200"), parse_range("100:"), parse_range(":200"), parse_range("7")
+    ((100, 200), (100, None), (0, 200), (7, 7))
+
+    Raises:
+        ValueError: it is no such range.
+    """
+    match = re.fullmatch(r"(\d*)(:?)(\d*)", text)
+    if match is None or not (match[1] or match[3]):
+        raise ValueError(f"{text!r} is no range of scans: allowed are A:B, A:, :B and A")
+    first = int(match[1] or 0)
+    last = first if not match[2] else int(match[3]) if match[3] else None
+    if last is not None and last < first:
+        raise ValueError(f"{text!r} is no range of scans: it ends before it begins")
+    return first, last
+
+
+def seconds(time_ns: int) -> str:
+    """Return a time in seconds, exact, with three decimals or as many as it needs.
+
+    >>> seconds(12_000_000), seconds(1_000_250_000)
+    ('0.012', '1.00025')
+    """
+    whole, rest = divmod(time_ns, _SECOND_NS)
+    digits = f"{rest:09d}"
+    return f"{whole}.{digits[:3]}{digits[3:].rstrip('0')}"
+
+
+def _blocks(path: Path, trace: Trace, contents: Contents) -> Iterator[str | Table]:
+    """Yield all that is printed, in order."""
+    head = trace.head
+    yield f"{path}: {trace.size:,} bytes, written by {head.library}"
+    for note in trace.notes:
+        yield f"note: {note}"
+    yield _scans_line(contents)
+    yield from ("", _slot_table(trace), "", _pairs_table(head.metadata))
+    attachments = {attachment.name: f"{len(attachment.data):,} bytes" for attachment in trace.attachments()}
+    yield from ("", _pairs_table({f"attached: {name}": size for name, size in attachments.items()}))
+    yield from ("", "What happened")
+    yield _event_table(contents.events.kept) if contents.events.kept else "nothing beside the scans"
+    yield from _more(contents.events, "events")
+    yield from ("", "What changed")
+    yield _row_table(contents.rows.kept) if contents.rows.kept else "nothing"
+    yield from _more(contents.rows, "rows")
+
+
+def _scans_line(contents: Contents) -> str:
+    if not contents.count:
+        return "no scans"
+    return (
+        f"{contents.count:,} scans, {contents.first} to {contents.last}, "
+        f"up to {seconds(contents.end_ns)} s of machine time"
+    )
+
+
+def _more(capped: Capped[T], what: str) -> Iterator[str]:
+    if capped.more:
+        yield f"... and {capped.more:,} more {what}"
+
+
+def _slot_table(trace: Trace) -> Table:
+    table = _table("slot>", "module", "firmware")
+    for slot in trace.head.slots:
+        table.add_row(str(slot.number), slot.module or "-", slot.firmware or "-")
+    return table
+
+
+def _pairs_table(pairs: Mapping[str, str]) -> Table:
+    table = _table("", "")
+    table.show_header = False
+    for name, value in pairs.items():
+        if not name.startswith("slot"):  # they have a table of their own
+            table.add_row(name, value)
+    return table
+
+
+def _event_table(events: Iterable[TraceEvent]) -> Table:
+    table = _table("scan>", "time s>", "slot>", "what")
+    for event in events:
+        slot = event.fields.get("slot", "")
+        text = describe(event.topic, event.scan, event.fields)
+        table.add_row(str(event.scan), seconds(event.now_ns), str(slot), text)
+    return table
+
+
+def _row_table(rows: Iterable[Row]) -> Table:
+    table = _table("scan>", "time s>", "slot>", "", "position>", "encoder>", "what")
+    for row in rows:
+        table.add_row(
+            "" if row.scan is None else str(row.scan),
+            "" if row.now_ns is None else seconds(row.now_ns),
+            "" if row.slot is None else str(row.slot),
+            row.direction,
+            "" if row.position is None else f"{row.position:,}",
+            "" if row.encoder is None else f"{row.encoder:,}",
+            row.text,
+        )
+    return table
+
+
+def _table(*titles: str) -> Table:
+    """Return an empty table; a title that ends in ">" is of a column of numbers."""
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    for title in titles:
+        if title.endswith(">"):
+            table.add_column(title[:-1], justify="right", no_wrap=True)
+        else:
+            table.add_column(title, overflow="fold")
+    return table
+
+
+def _print(block: str | Table) -> None:
+    """Print to a terminal in its width; to anything else in plain lines as long as they need to be."""
+    console = Console(highlight=False, markup=False, emoji=False)
+    if isinstance(block, str):
+        print(block)  # noqa: T201 - the output of a command
+    elif console.is_terminal:
+        console.print(block)
+    else:
+        width = Measurement.get(console, console.options.update(width=1_000_000), block).maximum
+        plain = Console(
+            file=StringIO(), width=width, color_system=None, highlight=False, markup=False, emoji=False
+        )
+        with plain.capture() as capture:
+            plain.print(block)
+        for line in capture.get().splitlines():
+            print(line.rstrip())  # noqa: T201 - the output of a command
+
+
+def _show_command(
+    trace: Annotated[Path, typer.Argument(help="The trace to print, an MCAP file.", show_default=False)],
+    every: Annotated[
+        bool, typer.Option("--every", help="A row for every change, those of position and counts included.")
+    ] = False,
+    limit: Annotated[
+        int | None,
+        typer.Option("--limit", min=0, help="Most rows and most events to print.", show_default="all"),
+    ] = None,
+    scans: Annotated[
+        str,
+        typer.Option(
+            "--scans", metavar="A:B", help="Which scans to print, both ends included.", show_default="all"
+        ),
+    ] = "0:",
+) -> None:
+    """Print a trace: its head, its slots, what happened, and the scans in which something changed.
+
+    Bits that rose are shown as +NAME, bits that fell as -NAME. Scans in which only the position or
+    encoder count changed are counted, unless --every is given. A trace whose process was killed is
+    shown up to its last whole chunk. Exit status 2 if the file can't be read.
+    """
+    try:
+        wanted = parse_range(scans)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="--scans") from error
+    try:
+        status = show(trace, every=every, limit=limit, scans=wanted)
+    except BrokenPipeError:  # whoever read the output has gone
+        sys.stderr.close()
+        status = 1
+    raise typer.Exit(status)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("show", no_args_is_help=True)(_show_command)

@@ -1,0 +1,139 @@
+"""What changed from scan to scan, by name: the rows of a table for people.
+
+A row tells one direction of one slot in one scan, in the order of the scan:
+the input image, which the logic saw, before the output image, which it wrote.
+Scans in which nothing changed have no row. Scans in which only positions and
+counts of 3601s changed are counted, and one row tells how many they were.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from struct import Struct
+
+from ..io_images.image import IMAGE_BYTES
+from ..io_images.thousands import join_reported
+from .layout import SLOT_BYTES, SlotInfo
+from .reader import Scan
+from .wording import Words, in_configuration_mode, module_text, risen_and_fallen
+
+_IMAGE = Struct("<8h")
+_POSITION = slice(4, 8)
+_ENCODER = slice(8, 12)
+"""Bytes of a 3601's input image."""
+
+_MODE_CONFIG_HIGH = 0x80
+"""Bit 15 of input word 0, in the high byte."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One direction of one slot in one scan.
+
+    Attributes:
+        scan: number of the scan; None for a row that stands for several scans.
+        now_ns: virtual time of the scan; None likewise.
+        slot: number of the slot; None where the row is about the CPU.
+        direction: "in", "out" or "cpu"; empty for several scans.
+        position: reported position, steps; None where the image has none.
+        encoder: reported count; None likewise.
+        text: what changed.
+    """
+
+    scan: int | None
+    now_ns: int | None
+    slot: int | None
+    direction: str
+    position: int | None
+    encoder: int | None
+    text: str
+
+
+class Changes:
+    """Turns scans into rows.
+
+    Args:
+        slots: the slots of the trace.
+        flag_names: names of the CPU's flags that are set in a scan.
+        every: a row for every change, positions and counts included.
+    """
+
+    def __init__(
+        self, slots: Sequence[SlotInfo], flag_names: Callable[[int], Sequence[str]], *, every: bool = False
+    ) -> None:
+        self._slots = [(slot, SLOT_BYTES * place) for place, slot in enumerate(slots)]
+        self._reporting = [place + IMAGE_BYTES for slot, place in self._slots if slot.module == "amci3601"]
+        self._flag_names = flag_names
+        self._every = every
+        self._memory = bytes(SLOT_BYTES * len(slots))
+        self._flags: int | None = None
+        self._folded = 0
+        self._folded_what = {"position": False, "encoder count": False}
+
+    def rows(self, scan: Scan) -> Iterator[Row]:
+        """Tell what changed since the scan before; everything that is not 0 in the first scan."""
+        if scan.memory == self._memory and scan.flags == self._flags:
+            return
+        if not self._every and scan.flags == self._flags and self._only_reports_differ(scan.memory):
+            self._fold(scan.memory)
+        else:
+            yield from self.rest()
+            yield from self._found(scan)
+        self.skip(scan)
+
+    def skip(self, scan: Scan) -> None:
+        """Take notice of a scan that is not to be told."""
+        self._memory, self._flags = scan.memory, scan.flags
+
+    def rest(self) -> Iterator[Row]:
+        """Tell how many scans were folded since the last row."""
+        if self._folded:
+            scans = "scan" if self._folded == 1 else "scans"
+            what = " and ".join(name for name, changed in self._folded_what.items() if changed)
+            text = f"... {self._folded:,} {scans} in which only the {what} changed"
+            yield Row(None, None, None, "", None, None, text)
+            self._folded = 0
+            self._folded_what = dict.fromkeys(self._folded_what, False)
+
+    def _only_reports_differ(self, memory: bytes) -> bool:
+        """Return whether nothing but words that report a position or count has changed."""
+        start = 0
+        for place in self._reporting:
+            if memory[place + 1] & _MODE_CONFIG_HIGH:
+                return False  # there these words echo the configuration
+            if memory[start : place + _POSITION.start] != self._memory[start : place + _POSITION.start]:
+                return False
+            start = place + _ENCODER.stop
+        return memory[start:] == self._memory[start:]
+
+    def _fold(self, memory: bytes) -> None:
+        self._folded += 1
+        for name, words in (("position", _POSITION), ("encoder count", _ENCODER)):
+            for place in self._reporting:
+                span = slice(place + words.start, place + words.stop)
+                if memory[span] != self._memory[span]:
+                    self._folded_what[name] = True
+
+    def _found(self, scan: Scan) -> Iterator[Row]:
+        if scan.flags != self._flags:
+            old: Sequence[str] = () if self._flags is None else self._flag_names(self._flags)
+            text = risen_and_fallen(old, self._flag_names(scan.flags))
+            yield Row(scan.scan, scan.now_ns, None, "cpu", None, None, text)
+        for slot, place in self._slots:
+            for direction, offset in (("in", place + IMAGE_BYTES), ("out", place)):
+                if scan.memory[offset : offset + IMAGE_BYTES] != self._memory[offset : offset + IMAGE_BYTES]:
+                    yield self._row(scan, slot, direction, offset)
+
+    def _row(self, scan: Scan, slot: SlotInfo, direction: str, offset: int) -> Row:
+        before, after = _IMAGE.unpack_from(self._memory, offset), _IMAGE.unpack_from(scan.memory, offset)
+        position, encoder = _reported(slot, direction, after)
+        text = module_text(slot.module, direction, before, after)
+        return Row(scan.scan, scan.now_ns, slot.number, direction, position, encoder, text)
+
+
+def _reported(slot: SlotInfo, direction: str, words: Words) -> tuple[int | None, int | None]:
+    """Return position and count of an image, None where it has none."""
+    if slot.module != "amci3601" or direction != "in" or in_configuration_mode(words):
+        return None, None
+    return join_reported(words[2], words[3]), join_reported(words[4], words[5])

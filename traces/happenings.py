@@ -1,0 +1,70 @@
+"""What is not an image, as a sentence: a rule that fired, a button pressed, a force, a mode, a fault."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+
+def describe(topic: str, scan: int, fields: Mapping[str, object]) -> str:
+    """Tell a message of one of the topics beside /scan.
+
+    >>> fields = {"slot": 1, "kind": "rule", "name": "CMD-03", "bits": ["COMMAND_ERROR"],
+    ...     "section": "chapter 6, Command Error 3", "text": "A move was started before the last one ended."}
+    >>> describe("/events", 4711, fields)
+    'COMMAND_ERROR at scan 4711: a move was started before the last one ended [CMD-03, chapter 6]'
+    >>> describe("/cpu", 0, {"mode": "run"}), describe("/forces", 9, {"slot1.I.2": 5})
+    ('the CPU is in run mode', 'forces: slot1.I.2 = 5')
+
+    Args:
+        topic: the topic.
+        scan: number of the scan in which it became known.
+        fields: its fields, less the scan.
+    """
+    return _BY_TOPIC.get(topic, _event)(scan, fields)
+
+
+def _event(scan: int, fields: Mapping[str, object]) -> str:
+    if fields.get("kind") == "rule":
+        return _rule(scan, fields)
+    return str(fields.get("text") or _pairs(fields))
+
+
+def _rule(scan: int, fields: Mapping[str, object]) -> str:
+    bits = fields.get("bits")
+    names = " ".join(map(str, bits)) if isinstance(bits, list) and bits else "rule"
+    chapter = str(fields.get("section", "")).partition(",")[0]
+    source = ", ".join(part for part in (str(fields.get("name", "")), chapter) if part)
+    return f"{names} at scan {scan}: {_clause(str(fields.get('text', '')))} [{source}]"
+
+
+def _clause(sentence: str) -> str:
+    """Return a sentence as part of another one; a name in capitals stays as it is."""
+    sentence = sentence.removesuffix(".")
+    if sentence[1:2].isupper() or sentence[1:2] in "-_":
+        return sentence
+    return sentence[:1].lower() + sentence[1:]
+
+
+def _cpu(_: int, fields: Mapping[str, object]) -> str:
+    return f"the CPU is in {fields['mode']} mode" if "mode" in fields else f"CPU: {_pairs(fields)}"
+
+
+def _forces(_: int, fields: Mapping[str, object]) -> str:
+    return f"forces: {_pairs(fields)}"
+
+
+def _fault(_: int, fields: Mapping[str, object]) -> str:
+    where = f" [{fields['where']}]" if fields.get("where") else ""
+    cause = f", by the {fields['cause']}" if fields.get("cause") else ""
+    return f"the CPU faulted{cause}: {fields.get('text', '')}{where}"
+
+
+def _pairs(fields: Mapping[str, object]) -> str:
+    return ", ".join(f"{name} = {value}" for name, value in fields.items()) or "none"
+
+
+_BY_TOPIC: Mapping[str, Callable[[int, Mapping[str, object]], str]] = {
+    "/cpu": _cpu,
+    "/forces": _forces,
+    "/faults": _fault,
+}
