@@ -25,6 +25,7 @@ from ...io_images.amci3601 import Firmware
 from ...io_images.image import Image, signed_word
 from ...io_images.thousands import split_reported
 from ..events import Event, JsonValue
+from ..kinematics import Segment
 from ..machine import Machine
 from .command_layer import CommandLayer
 from .options import Options
@@ -62,6 +63,9 @@ class Amci3601:
         self._now_ns = 0
         self._plc_running = True
         self._image = Image()
+        self._counting = False
+        self._segment: Segment | None = None
+        self._steps = -1  # of the motion, as reported last
         self._power_up()
 
     def _power_up(self) -> None:
@@ -71,8 +75,7 @@ class Amci3601:
         self.layer.running = self._plc_running
         self._acted_on: bytes | None = None  # the output words that the layer has seen
         self._tick_due_ns = NEVER
-        self._due_ns = 0  # nothing needs doing before this instant
-        self._position = -1
+        self._due_ns = self._now_ns  # before this instant nothing changes but position and count
         self._publish()
 
     # -- the contract -------------------------------------------------------------------------
@@ -81,10 +84,10 @@ class Amci3601:
         """Advance to `now_ns` with `outputs` in force since the last call; return the input image then."""
         if now_ns >= self._due_ns or outputs.raw.tobytes() != self._acted_on:
             self._work(now_ns, outputs)
-        elif self.axis.segment is not None:
-            self._report_travel(now_ns)
-        elif self.axis.counting:
+        elif self._counting:
             self._report_counts(now_ns)
+        elif self._segment is not None:
+            self._report_travel(now_ns, self._segment)
         self._now_ns = now_ns
         return self._image
 
@@ -163,6 +166,9 @@ class Amci3601:
     def _foresee(self) -> None:
         """Note until when nothing but the position can change."""
         self._due_ns = min(self._tick_due_ns + 1, self.axis.next_change_ns())
+        live = not self.layer.in_configuration_mode
+        self._counting = live and self.axis.counting
+        self._segment = self.axis.segment if live else None
         if self.machine.events:
             self.events.extend(self.machine.events)
             self.machine.events.clear()
@@ -182,23 +188,20 @@ class Amci3601:
             words[2], words[3] = split_reported(self.axis.position)
             words[4], words[5] = split_reported(self.axis.encoder)
             words[6], words[7] = split_reported(layer.captured)
-        self._position = self.axis.position
+        self._steps = -1
 
-    def _report_travel(self, now_ns: int) -> None:
-        """Nothing but the position has changed: the step count of the present segment."""
-        motion, segment = self.axis.motion, self.axis.segment
-        assert motion is not None
-        assert segment is not None
-        position = motion.origin + motion.direction * segment.steps_at(now_ns)
-        if position != self._position and not self.layer.in_configuration_mode:
-            self._position = position
-            words = self._image.words
-            words[2], words[3] = split_reported(position)
-        if self.axis.counting:
-            self._report_counts(now_ns)
+    def _report_travel(self, now_ns: int, segment: Segment) -> None:
+        """Nothing but the position can have changed: the step count of the present segment."""
+        steps = segment.steps_at(now_ns)
+        if steps != self._steps:
+            self._steps = steps
+            words, motion = self._image.words, self.axis.motion
+            assert motion is not None
+            words[2], words[3] = split_reported(motion.origin + motion.direction * steps)
 
     def _report_counts(self, now_ns: int) -> None:
+        """Nothing but position and encoder count can have changed."""
         self.axis.advance(now_ns)
-        if not self.layer.in_configuration_mode:
-            words = self._image.words
-            words[4], words[5] = split_reported(self.axis.encoder)
+        words = self._image.words
+        words[2], words[3] = split_reported(self.axis.position)
+        words[4], words[5] = split_reported(self.axis.encoder)
