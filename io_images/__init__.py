@@ -1,0 +1,47 @@
+"""What crosses the backplane, as data: no time, no input or output, nothing that can fail but a value.
+
+The law of this room: words have a meaning and a meaning has words, and going
+there and back changes nothing. Words that mean nothing are refused with a
+`ValueError` that says why, except by what a module or its logic reads at every
+scan (`Parameters`, `StatusView`), which takes any words and raises nothing.
+
+An `Image` is eight signed words and their sixteen bytes at once. The thousands
+functions split what needs more than 16 bits; `amci3601` knows what the words
+of an AMCI 3601 mean.
+
+>>> from scanrack.io_images import Image, join_thousands, split_thousands
+>>> split_thousands(-12_345), join_thousands(-12, 0)
+((-12, -345), -12000)
+>>> image = Image([0x843E, 0x003F, 1])
+>>> image[0], image.bit(0, 15), len(bytes(image))
+(-31682, True, 16)
+"""
+
+from __future__ import annotations
+
+from .image import IMAGE_BYTES, WORDS, Image, signed_word
+from .thousands import (
+    PARAMETER_MAX,
+    PARAMETER_MIN,
+    REPORTED_MAX,
+    is_legal_pair,
+    join_reported,
+    join_thousands,
+    split_reported,
+    split_thousands,
+)
+
+__all__ = [
+    "IMAGE_BYTES",
+    "PARAMETER_MAX",
+    "PARAMETER_MIN",
+    "REPORTED_MAX",
+    "WORDS",
+    "Image",
+    "is_legal_pair",
+    "join_reported",
+    "join_thousands",
+    "signed_word",
+    "split_reported",
+    "split_thousands",
+]

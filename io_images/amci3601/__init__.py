@@ -1,4 +1,36 @@
-"""The AMCI 3601: its words, bits, commands and rules, as data."""
+"""The AMCI 3601: its words, bits, commands and rules, as data.
+
+The same eight words mean different things in configuration mode and in command
+mode, and bit 15 of word 0 tells which it is:
+
+    direction  configuration mode     command mode
+    output     `Configuration`        a `Command`, see `decode`; `BlendHeader`, `BlendSegment`
+    input      `ConfigurationStatus`  `Status`; live: `StatusView`
+
+Each has `to_image`, and `from_image` or `decode` as its exact inverse.
+
+A configuration with external input, home switch, emergency stop and both end
+limits, all active high, step and direction outputs and a starting speed of
+12,345 steps/s [chapter 3]:
+
+>>> from scanrack.io_images import Image
+>>> configuration = Configuration.from_image(Image([0x843E, 0x003F, 12, 345]))
+>>> configuration.homing, configuration.starting_speed
+(<HomingKind.HOME_SWITCH: (True, False, False)>, 12345)
+
+A relative move of -12,000 steps; what the module answers when it is done:
+
+>>> Move(MoveKind.RELATIVE, target=-12_000, speed=5_000, acceleration=20, deceleration=10).to_image()
+Image([2, 0, -12, 0, 5, 0, 20, 10])
+>>> view = StatusView(Image([0x4080, 0, -12, 0]))
+>>> view.MOVE_COMPLETE, view.position
+(True, -12000)
+
+Why a command was refused stands in the rule table:
+
+>>> RULES["CMD-06"].text
+'An absolute move was commanded while the current position was not valid.'
+"""
 
 from __future__ import annotations
 
