@@ -26,15 +26,23 @@ class Program:
         path: the file.
         name: the function's name.
         function: the function itself.
-        source: text of the file.
-        sha256: fingerprint of the file's bytes, in hex.
+        data: the file's bytes.
     """
 
     path: Path
     name: str
     function: Callable[..., Any]
-    source: str
-    sha256: str
+    data: bytes
+
+    @property
+    def source(self) -> str:
+        """Text of the file."""
+        return importlib.util.decode_source(self.data)
+
+    @property
+    def sha256(self) -> str:
+        """Fingerprint of the file's bytes, in hex."""
+        return hashlib.sha256(self.data).hexdigest()
 
 
 class ProgramError(ValueError):
@@ -83,11 +91,11 @@ def load_function(address: str, folder: Path, *, default: str, arguments: tuple[
     file, name = split_address(address, default)
     path = folder / file
     data = _read(path)
-    source = _decode(path, data)
+    _check_text(path, data)
     module = _execute(path, data)
     function = _pick(path, module, name)
     _check_signature(path, name, function, arguments)
-    return Program(path, name, function, source, hashlib.sha256(data).hexdigest())
+    return Program(path, name, function, data)
 
 
 def _read(path: Path) -> bytes:
@@ -99,9 +107,9 @@ def _read(path: Path) -> bytes:
         raise ProgramError(f"{path}: the program can't be read: {error.strerror}") from None
 
 
-def _decode(path: Path, data: bytes) -> str:
+def _check_text(path: Path, data: bytes) -> None:
     try:
-        return importlib.util.decode_source(data)
+        importlib.util.decode_source(data)
     except (SyntaxError, UnicodeDecodeError) as error:
         raise ProgramError(f"{path}: the program is no text in UTF-8: {error}") from None
 

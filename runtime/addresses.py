@@ -141,5 +141,5 @@ def allowed(given: object, choices: Iterable[object]) -> str:
     """
     names = [str(choice) for choice in choices]
     close = difflib.get_close_matches(str(given), names, n=1)
-    listed = f"llowed are {', '.join(names)}" if names else "llowed is nothing here"
+    listed = f"llowed are {', '.join(names) or 'none'}"
     return f"did you mean {close[0]}? A{listed}" if close else f"a{listed}"

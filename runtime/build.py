@@ -1,0 +1,80 @@
+"""From a specification to a CPU with its rack."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from .cpu import Cpu
+from .exchange import EndOfScan, EveryRpi, Exchange
+from .listener import ScanListener
+from .pace import Pacer, Watchdog
+from .quantities import exact_ns
+from .rack import Card, Rack
+from .rackspec import RackSpec
+from .scan import CpuMode, Logic
+
+
+def build_rack(spec: RackSpec) -> Rack:
+    """Put new modules into a new rack.
+
+    Chance in slot n is seeded with the rack's seed and n, so that slots do not repeat each other.
+    """
+    return Rack(
+        Card(slot.number, slot.make(seed=slot_seed(spec.seed, slot.number)), slot.module, slot.firmware)
+        for slot in spec.slot
+    )
+
+
+def build_cpu(
+    spec: RackSpec,
+    logic: Logic,
+    rack: Rack,
+    *,
+    listeners: Iterable[ScanListener] = (),
+    pacer: Pacer | None = None,
+) -> Cpu:
+    """Make the CPU that runs `logic` on `rack` as `spec` says, its forces set.
+
+    Args:
+        spec: the specification.
+        logic: called once per scan.
+        rack: the rack of `build_rack`.
+        listeners: who is told of every scan.
+        pacer: makes scans wait for the wall clock; as fast as possible if left out.
+    """
+    cpu = Cpu(
+        rack,
+        logic,
+        spec.scan_ns,
+        exchange=_exchange(spec),
+        mode=CpuMode[spec.mode.upper()],
+        listeners=listeners,
+        pacer=pacer,
+        watchdog=Watchdog(exact_ns(spec.watchdog_ms, "ms")),
+    )
+    for force in spec.force:
+        cpu.forces.set(force.address, force.value)
+    return cpu
+
+
+def scans_in(spec: RackSpec, duration_ns: int) -> int:
+    """Return how many scans begin within a duration, the one at 0 included.
+
+    >>> from scanrack.runtime.rackspec import RackSpec
+    >>> scans_in(RackSpec(program="line.py", slot=(), scan_ms=Decimal(2)), 600_000_000_000)
+    300000
+    """
+    return -(-duration_ns // spec.scan_ns)
+
+
+def slot_seed(seed: int, number: int) -> int:
+    """Return the seed of a slot; slot 1 has the rack's.
+
+    >>> slot_seed(7, 1), slot_seed(7, 2)
+    (7, 4294967303)
+    """
+    return seed + ((number - 1) << 32)
+
+
+def _exchange(spec: RackSpec) -> Exchange:
+    return EveryRpi(spec.rpi_ns) if spec.controller == "compactlogix" else EndOfScan()

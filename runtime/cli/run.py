@@ -1,0 +1,173 @@
+"""`scanrack run RACK`: logic against a rack, scan by scan, recorded, with a closing summary."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ...traces.layout import SlotInfo
+from ...traces.recorder import Attachment, ScanRecorder
+from ..build import build_cpu, build_rack
+from ..cpu import Cpu
+from ..faults import Cause, CpuFault
+from ..listener import ScanListener
+from ..pace import FreeRun, RealTime, stopping_on_interrupt, wall_ns
+from ..rack import Rack
+from .loading import DEFAULT_RUN, Job, load_job, scans_to_run
+from .progress import shown_progress
+from .summary import Tally, summary
+
+OK, FAULT, BAD_INPUT, NO_TRACE, INTERRUPTED = 0, 1, 2, 3, 130
+"""Exit status: done; the CPU faulted; a file or option can't be used; the trace can't be written; Ctrl-C."""
+
+
+def run_job(job: Job, scans: int | None, trace: Path | None, *, realtime: bool, quiet: bool) -> int:
+    """Run a job and say what it came to; return the exit status.
+
+    Args:
+        job: what to run.
+        scans: how many scans, None = until Ctrl-C.
+        trace: where the recording goes, None = nowhere.
+        realtime: in step with the wall clock.
+        quiet: no progress and no summary; messages of what went wrong are still written.
+    """
+    rack = build_rack(job.spec)
+    tally = Tally()
+    listeners: list[ScanListener] = [tally]
+    if trace is not None:
+        try:
+            listeners.insert(0, recorder_for(job, rack, trace))
+        except OSError as error:
+            return _complain(f"the trace can't be written: {_reason(error)}", NO_TRACE)
+    pacer = RealTime() if realtime else FreeRun()
+    cpu = build_cpu(job.spec, job.logic, rack, listeners=listeners, pacer=pacer)
+    start_ns = wall_ns()
+    status = _run(cpu, scans, quiet=quiet)
+    if not quiet:
+        typer.echo(summary(tally, cpu.period_ns, wall_ns() - start_ns, pacer, trace))
+    return status
+
+
+def recorder_for(job: Job, rack: Rack, trace: Path) -> ScanRecorder:
+    """Return the recorder of a run: with its files, and all that decides what comes out of it.
+
+    Raises:
+        OSError: the trace can't be written.
+    """
+    spec = job.spec
+    return ScanRecorder(
+        trace,
+        rack.memory,
+        [SlotInfo(slot.number, slot.catalog, slot.firmware) for slot in rack.slots.values()],
+        scan_period_ns=spec.scan_ns,
+        seed=spec.seed,
+        program=_attachment(job.program),
+        rack_file=_attachment(job.rack_file) if job.rack_file != job.program else None,
+        metadata={
+            "name": spec.name,
+            "logic": job.logic_name,
+            "controller": spec.controller,
+            **({"rpi_ns": str(spec.rpi_ns)} if spec.controller == "compactlogix" else {}),
+        },
+    )
+
+
+def trace_path(job: Job, record: Path | None, no_record: bool) -> Path | None:
+    """Return where the recording goes: the command line's path, the rack file's, or one named after it.
+
+    Raises:
+        ValueError: the command line asks for a recording and for none.
+    """
+    if record is not None and no_record:
+        raise ValueError("--record and --no-record contradict each other: give one of them")
+    if no_record:
+        return None
+    if record is not None:
+        return record
+    if job.spec.trace is not None:
+        return job.folder / job.spec.trace
+    return Path(f"{job.rack_file.stem}.mcap")
+
+
+def _attachment(path: Path) -> Attachment:
+    return Attachment(path.name, path.read_bytes(), "text/x-python" if path.suffix == ".py" else "text/plain")
+
+
+def _run(cpu: Cpu, scans: int | None, *, quiet: bool) -> int:
+    """Run the CPU to its end, whatever that is; return the exit status."""
+    try:
+        with cpu, stopping_on_interrupt(cpu.stop), shown_progress(cpu, scans, quiet=quiet):
+            cpu.run(scans)
+    except CpuFault as error:
+        return _complain_of_fault(error)
+    except OSError as error:
+        return _complain(f"the trace can't be finished: {_reason(error)}", NO_TRACE)
+    except KeyboardInterrupt:
+        return _complain(f"stopped by Ctrl-C in scan {cpu.scan}", INTERRUPTED)
+    if cpu.stop_requested:
+        return _complain(f"stopped by Ctrl-C after {cpu.scan} scans", INTERRUPTED)
+    return OK
+
+
+def _complain_of_fault(error: CpuFault) -> int:
+    cause = error.__cause__
+    if error.fault.cause is Cause.LISTENER and isinstance(cause, OSError):
+        return _complain(f"scan {error.fault.scan}: the trace can't be written: {_reason(cause)}", NO_TRACE)
+    notes = getattr(error, "__notes__", [])
+    return _complain("\n".join([f"the CPU has faulted in {error}", *notes]), FAULT)
+
+
+def _reason(error: OSError) -> str:
+    """Return what is wrong, and with which file, without the number."""
+    return f"{error.filename}: {error.strerror}" if error.strerror and error.filename else str(error)
+
+
+def _complain(message: str, status: int) -> int:
+    typer.echo(f"scanrack: {message}", err=True)
+    return status
+
+
+def _run_command(
+    rack: Annotated[
+        str,
+        typer.Argument(help="Rack file: TOML, or Python that defines rack().", show_default=False),
+    ],
+    duration: Annotated[
+        str | None,
+        typer.Option("--for", metavar="TIME", help="Machine time to run for, such as '10 s' or '250 ms'."),
+    ] = None,
+    scans: Annotated[int | None, typer.Option("--scans", help="Number of scans to run, instead.")] = None,
+    realtime: Annotated[
+        bool, typer.Option("--realtime", help="Keep step with the wall clock; without --for until Ctrl-C.")
+    ] = False,
+    record: Annotated[
+        Path | None, typer.Option("--record", help="Where the trace goes.", show_default=False)
+    ] = None,
+    no_record: Annotated[bool, typer.Option("--no-record", help="Record nothing.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False,
+) -> None:
+    try:
+        job = load_job(rack)
+        count = scans_to_run(job.spec, duration, scans, endless=realtime)
+        trace = trace_path(job, record, no_record)
+    except ValueError as error:
+        raise typer.Exit(_complain(str(error), BAD_INPUT)) from error
+    raise typer.Exit(run_job(job, count, trace, realtime=realtime, quiet=quiet))
+
+
+_HELP = f"""Run a rack's logic scan by scan against its modules and machine, and record every scan.
+
+Time is virtual and does not wait, unless --realtime says so. A run takes as long as --for or
+--scans says, or run_for_s in the rack file, or {DEFAULT_RUN} of machine time. The trace goes where
+--record or the rack file says, or into the current folder, named after the rack file.
+
+Exit status: 0 done, 1 the CPU faulted (the program raised or did not come back), 2 a file or
+option can't be used, 3 the trace can't be written, 130 stopped by Ctrl-C. Whatever the end, the
+trace can be read up to there."""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("run", help=_HELP, no_args_is_help=True)(_run_command)

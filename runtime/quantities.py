@@ -1,0 +1,95 @@
+"""Numbers as people write them: decimals, and times that become whole nanoseconds exactly."""
+
+from __future__ import annotations
+
+import re
+from decimal import Decimal
+from typing import Annotated
+
+from pydantic import AfterValidator, BeforeValidator
+from pydantic_core import PydanticCustomError
+
+UNITS_NS = {
+    "ns": 1,
+    "us": 1_000,
+    "µs": 1_000,
+    "ms": 1_000_000,
+    "s": 10**9,
+    "min": 60 * 10**9,
+    "h": 3600 * 10**9,
+}
+"""Units of time, in ns."""
+
+
+def decimal_of(value: object) -> Decimal:
+    """Return a number as a decimal; a float by its shortest decimal reading.
+
+    >>> decimal_of(0.1), decimal_of(2)
+    (Decimal('0.1'), Decimal('2'))
+
+    Raises:
+        PydanticCustomError: not a finite number.
+    """
+    if isinstance(value, int | float | Decimal) and not isinstance(value, bool):
+        number = Decimal(str(value))
+        if number.is_finite():
+            return number
+    raise PydanticCustomError("allowed", "a number")
+
+
+def between(least: str, most: str) -> AfterValidator:
+    """Return a validator for decimals from `least` to `most`."""
+
+    def check(value: Decimal) -> Decimal:
+        if not Decimal(least) <= value <= Decimal(most):
+            raise PydanticCustomError("allowed", "{least} to {most}", {"least": least, "most": most})
+        return value
+
+    return AfterValidator(check)
+
+
+def exact_ns(value: Decimal, unit: str, key: str = "time") -> int:
+    """Return a time in whole nanoseconds.
+
+    >>> exact_ns(Decimal("0.25"), "ms"), exact_ns(Decimal("600"), "s")
+    (250000, 600000000000)
+
+    Args:
+        value: the time.
+        unit: its unit, one of `UNITS_NS`.
+        key: what a refusal calls it.
+
+    Raises:
+        ValueError: it is no whole number of nanoseconds.
+    """
+    whole, rest = divmod(value * UNITS_NS[unit], 1)
+    if rest:
+        raise ValueError(f"{key} of {value} {unit} is not a whole number of nanoseconds")
+    return int(whole)
+
+
+def parse_duration(text: str) -> int:
+    """Return a time with its unit in ns.
+
+    >>> parse_duration("10 s"), parse_duration("2.5ms"), parse_duration("1 min")
+    (10000000000, 2500000, 60000000000)
+
+    Raises:
+        ValueError: no number, no unit, or less than 1 ns.
+    """
+    match = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([a-zµ]+)\s*", text)
+    if match is None or match[2] not in UNITS_NS:
+        raise ValueError(
+            f"{text!r} is no time: write a number and a unit ({', '.join(UNITS_NS)}), such as '10 s'"
+        )
+    duration = exact_ns(Decimal(match[1]), match[2])
+    if duration < 1:
+        raise ValueError(f"{text!r} is no time to run for: it must be more than 0")
+    return duration
+
+
+Number = Annotated[Decimal, BeforeValidator(decimal_of)]
+"""A field that takes any number and keeps it as a decimal."""
+
+Milliseconds = Annotated[Number, between("0", "1000000000")]
+Seconds = Annotated[Number, between("0", "1000000")]

@@ -1,0 +1,222 @@
+"""A rack as typed objects: what a rack file says, and what a rack in Python is built of.
+
+    RackSpec(
+        program=logic,
+        scan_ms=2,
+        slot=[SlotSpec(number=1, module="amci3601", machine=MachineSpec(...))],
+    )
+
+Fields are called as in the rack file. A specification that exists is sound: slots
+are unique, addresses of forces exist, modules take their options.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from decimal import Decimal
+from typing import Annotated, Any, Literal, Self, TypeVar
+
+from pydantic import BeforeValidator, Field, GetPydanticSchema, PlainValidator, model_validator
+from pydantic_core import PydanticCustomError, core_schema
+
+from .addresses import allowed, parse_address
+from .catalog import CATALOG, check_controller
+from .events import JsonValue
+from .forces import check_value
+from .machine import MachineSpec
+from .machinetables import MachineTable, Table
+from .module import Module
+from .quantities import Number, between, exact_ns
+from .tomllines import KeyPath
+
+Result = TypeVar("Result")
+
+
+class MisplacedError(ValueError):
+    """A mistake at a certain key.
+
+    Attributes:
+        path: where, from the top of the specification.
+        value: what stands there.
+    """
+
+    def __init__(self, path: KeyPath, value: object, message: str) -> None:
+        super().__init__(message)
+        self.path = path
+        self.value = value
+
+
+def _machine_schema(_source: Any, handler: Any) -> core_schema.CoreSchema:
+    """Take a MachineSpec as it is, and anything else as a table that describes one."""
+
+    def convert(value: object, describe: Callable[[object], MachineTable]) -> MachineSpec:
+        return value if isinstance(value, MachineSpec) else describe(value).spec()
+
+    return core_schema.no_info_wrap_validator_function(convert, handler.generate_schema(MachineTable))
+
+
+def _module_name(value: object) -> object:
+    if isinstance(value, str) and value not in CATALOG:
+        raise PydanticCustomError("name", "{hint}", {"hint": allowed(value, CATALOG)})
+    return value
+
+
+def _firmware_text(value: object) -> object:
+    if isinstance(value, Decimal | float):
+        raise PydanticCustomError("allowed", 'text in quotes, such as "{given}"', {"given": str(value)})
+    return value
+
+
+def _plain(value: object) -> object:
+    """Turn decimals of a rack file into floats, which options and JSON know."""
+    return {key: float(given) if isinstance(given, Decimal) else given for key, given in _items(value)}
+
+
+def _items(value: object) -> list[tuple[object, object]]:
+    if not isinstance(value, Mapping):
+        raise PydanticCustomError("allowed", "a table")
+    return list(value.items())
+
+
+def _bit_or_word(value: object) -> object:
+    return int(value) if isinstance(value, bool) else value
+
+
+def _program(value: object) -> str | Callable[..., Any]:
+    if isinstance(value, str) or callable(value):
+        return value
+    raise PydanticCustomError("allowed", "a path in quotes")
+
+
+class SlotSpec(Table):
+    """A slot.
+
+    Attributes:
+        number: from 1.
+        module: catalog name of what sits there.
+        firmware: its version.
+        options: model switches by name.
+        machine: what it is bolted to.
+        wiring: "diagnostic": the step outputs are wired to the encoder inputs.
+    """
+
+    number: Annotated[int, Field(ge=1)]
+    module: Annotated[str, BeforeValidator(_module_name)]
+    firmware: Annotated[str, BeforeValidator(_firmware_text)] = "4.1"
+    options: Annotated[Mapping[str, JsonValue], PlainValidator(_plain)] = Field(default_factory=dict)
+    machine: Annotated[MachineSpec, GetPydanticSchema(_machine_schema)] = MachineSpec()
+    wiring: Literal["diagnostic"] | None = None
+
+    def make(self, seed: int) -> Module:
+        """Make the module.
+
+        Raises:
+            ValueError: it can't take the firmware or an option.
+        """
+        return CATALOG[self.module](
+            firmware=self.firmware,
+            machine=self.machine,
+            seed=seed,
+            options=self.options,
+            wiring=self.wiring,
+        )
+
+    @model_validator(mode="after")
+    def _can_be_made(self) -> Self:
+        self.make(seed=0)
+        return self
+
+
+class ForceSpec(Table):
+    """A force that holds from the first scan on.
+
+    Attributes:
+        address: see `runtime.addresses`.
+        value: 0 or 1 for a bit, -32,768 to 65,535 for a word.
+    """
+
+    address: str
+    value: Annotated[int, BeforeValidator(_bit_or_word)]
+
+
+class RackSpec(Table):
+    """A rack and how it is run.
+
+    Attributes:
+        program: the logic: a path (`path[:function]`, relative to the rack file), or the function itself.
+        name: what it is called.
+        scan_ms: time from scan to scan, 0.01 to 1000 ms.
+        controller: "micrologix" exchanges images at the ends of the scan, "compactlogix" every RPI.
+        rpi_ms: the RPI of a CompactLogix, 0.01 to 1000 ms; 2 if left out.
+        watchdog_ms: longest that the logic of one scan may take on the wall clock; 0 = no watchdog.
+        run_for_s: machine time that a run takes, if the command line says nothing else.
+        trace: path of the recording, relative to the rack file.
+        seed: of what is left to chance.
+        mode: the CPU's mode at power-up.
+        slot: the slots.
+        force: the forces.
+    """
+
+    program: Annotated[str | Callable[..., Any], PlainValidator(_program)]
+    name: str = "rack"
+    scan_ms: Annotated[Number, between("0.01", "1000")] = Decimal(2)
+    controller: Literal["micrologix", "compactlogix"] = "micrologix"
+    rpi_ms: Annotated[Number, between("0.01", "1000")] | None = None
+    watchdog_ms: Annotated[Number, between("0", "3600000")] = Decimal(500)
+    run_for_s: Annotated[Number, between("0.00001", "1000000000")] | None = None
+    trace: str | None = None
+    seed: Annotated[int, Field(ge=0)] = 0
+    mode: Literal["run", "program", "test"] = "run"
+    slot: Annotated[tuple[SlotSpec, ...], Field(strict=False)]
+    force: Annotated[tuple[ForceSpec, ...], Field(strict=False)] = ()
+
+    @property
+    def scan_ns(self) -> int:
+        """Time from scan to scan, ns."""
+        return exact_ns(self.scan_ms, "ms")
+
+    @property
+    def rpi_ns(self) -> int:
+        """The RPI, ns."""
+        return exact_ns(Decimal(2) if self.rpi_ms is None else self.rpi_ms, "ms")
+
+    @model_validator(mode="after")
+    def _is_sound(self) -> Self:
+        self._check_times()
+        self._check_slots()
+        self._check_forces()
+        return self
+
+    def _check_times(self) -> None:
+        for key, unit in (("scan_ms", "ms"), ("rpi_ms", "ms"), ("watchdog_ms", "ms"), ("run_for_s", "s")):
+            value = getattr(self, key)
+            if value is not None:
+                _at((key,), value, exact_ns, value, unit, key)
+        if self.rpi_ms is not None and self.controller == "micrologix":
+            raise MisplacedError(("rpi_ms",), self.rpi_ms, 'goes with controller = "compactlogix" only')
+
+    def _check_slots(self) -> None:
+        seen: set[int] = set()
+        for index, slot in enumerate(self.slot):
+            if slot.number in seen:
+                path: KeyPath = ("slot", index, "number")
+                raise MisplacedError(path, slot.number, f"slot {slot.number} is used twice")
+            seen.add(slot.number)
+            if "controller" in self.model_fields_set:
+                path = ("slot", index, "firmware")
+                _at(path, slot.firmware, check_controller, slot.module, slot.firmware, self.controller)
+
+    def _check_forces(self) -> None:
+        modules = {slot.number: slot.module for slot in self.slot}
+        for index, force in enumerate(self.force):
+            path: KeyPath = ("force", index)
+            place = _at((*path, "address"), force.address, parse_address, force.address, modules)
+            _at((*path, "value"), force.value, check_value, force.address, place, force.value)
+
+
+def _at(path: KeyPath, value: object, check: Callable[..., Result], *arguments: Any) -> Result:
+    """Call `check`; what it refuses is misplaced at `path`."""
+    try:
+        return check(*arguments)
+    except ValueError as error:
+        raise MisplacedError(path, value, str(error).removeprefix(f"{value!r}: ")) from None

@@ -1,0 +1,173 @@
+"""Where the keys of a TOML text stand: the line of every key path.
+
+`tomllib` tells what a file says, not where. This scanner reads the text once
+more, after `tomllib` has found it well-formed, and keeps the line of every
+table, key and array element. Values are only skipped, so there is little to
+read wrongly.
+
+    line 1   [[slot]]                     ("slot", 0)
+    line 2   number = 1                   ("slot", 0, "number")
+    line 3   machine.switches = [         ("slot", 0, "machine", "switches")
+    line 4     {input = "home"},          ("slot", 0, "machine", "switches", 0, "input")
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping
+
+KeyPath = tuple[str | int, ...]
+"""Keys and array indexes from the top of a document."""
+
+_SPACE = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
+_BLANK = re.compile(r"[ \t]*")
+_BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
+_STRING = re.compile(
+    r'"""(?:\\.|[^\\])*?"""(?!")"?"?'
+    r"|'''.*?'''(?!')'?'?"
+    r'|"(?:\\.|[^"\\\n])*"'
+    r"|'[^'\n]*'",
+    re.DOTALL,
+)
+_SCALAR = re.compile(r"[^,\]}#\n]+")
+
+
+class KeyLines:
+    r"""The lines of a TOML text by key path.
+
+    >>> lines = KeyLines("name = 'x'\n[[slot]]\nnumber = 1\n")
+    >>> lines.line(("slot", 0, "number")), lines.line(("slot", 0, "firmware"))
+    (3, 2)
+
+    Args:
+        text: a well-formed TOML document.
+    """
+
+    def __init__(self, text: str) -> None:
+        self._text = text
+        self._at = 0
+        self._counted = (0, 1)
+        self._lines: dict[KeyPath, int] = {}
+        self._elements: dict[KeyPath, int] = {}
+        self._read_document()
+
+    @property
+    def paths(self) -> Mapping[KeyPath, int]:
+        """Every key path with its line, from 1."""
+        return self._lines
+
+    def line(self, path: KeyPath) -> int:
+        """Return the line of a key path, or of the nearest table around it; 1 if there is none."""
+        while path and path not in self._lines:
+            path = path[:-1]
+        return self._lines.get(path, 1)
+
+    # the document: headers and assignments
+
+    def _read_document(self) -> None:
+        table: KeyPath = ()
+        self._skip(_SPACE)
+        while self._at < len(self._text):
+            if self._text[self._at] == "[":
+                table = self._read_header()
+            else:
+                self._read_assignment(table)
+            self._skip(_SPACE)
+
+    def _read_header(self) -> KeyPath:
+        line, repeated = self._line_here(), self._text.startswith("[[", self._at)
+        self._at += 1 + repeated
+        keys = self._read_key()
+        self._at += 1 + repeated
+        path: KeyPath = ()
+        for key in keys[:-1]:
+            path = self._inside((*path, key))
+            self._lines.setdefault(path, line)
+        path = (*path, keys[-1])
+        self._lines.setdefault(path, line)
+        if repeated:
+            self._elements[path] = self._elements.get(path, 0) + 1
+            path = self._inside(path)
+            self._lines[path] = line
+        return path
+
+    def _inside(self, path: KeyPath) -> KeyPath:
+        """Return where keys under `path` go: its last element, if it is an array of tables."""
+        count = self._elements.get(path, 0)
+        return (*path, count - 1) if count else path
+
+    def _read_assignment(self, table: KeyPath) -> None:
+        line = self._line_here()
+        path = table
+        for key in self._read_key():
+            path = (*path, key)
+            self._lines.setdefault(path, line)
+        self._at += 1  # the equals sign
+        self._skip(_BLANK)
+        self._read_value(path)
+
+    def _read_key(self) -> list[str]:
+        keys = []
+        while True:
+            self._skip(_BLANK)
+            keys.append(self._read_key_part())
+            self._skip(_BLANK)
+            if self._text[self._at] != ".":
+                return keys
+            self._at += 1
+
+    def _read_key_part(self) -> str:
+        if self._text[self._at] in "\"'":
+            quoted = self._take(_STRING)
+            return next(iter(tomllib.loads(f"{quoted} = 0")))
+        return self._take(_BARE_KEY)
+
+    # values: skipped, but for what is inside arrays and inline tables
+
+    def _read_value(self, path: KeyPath) -> None:
+        first = self._text[self._at]
+        if first == "[":
+            self._read_array(path)
+        elif first == "{":
+            self._read_inline_table(path)
+        else:
+            self._take(_STRING if first in "\"'" else _SCALAR)
+
+    def _read_array(self, path: KeyPath) -> None:
+        index = 0
+        while not self._ends("]"):
+            self._lines[(*path, index)] = self._line_here()
+            self._read_value((*path, index))
+            index += 1
+
+    def _read_inline_table(self, path: KeyPath) -> None:
+        while not self._ends("}"):
+            self._read_assignment(path)
+
+    def _ends(self, bracket: str) -> bool:
+        """Step over the opening bracket or a comma; return whether the array or table ends here."""
+        self._skip(_SPACE)
+        if self._text[self._at] != bracket:
+            self._at += 1
+            self._skip(_SPACE)
+        if self._text[self._at] != bracket:
+            return False
+        self._at += 1
+        return True
+
+    def _skip(self, pattern: re.Pattern[str]) -> None:
+        match = pattern.match(self._text, self._at)
+        self._at = match.end() if match else self._at
+
+    def _take(self, pattern: re.Pattern[str]) -> str:
+        match = pattern.match(self._text, self._at)
+        if match is None or not match[0]:
+            raise ValueError(f"line {self._line_here()}: this is no TOML")
+        self._at = match.end()
+        return match[0]
+
+    def _line_here(self) -> int:
+        at, line = self._counted
+        self._counted = self._at, line + self._text.count("\n", at, self._at)
+        return self._counted[1]

@@ -1,0 +1,399 @@
+"""Every mistake in a rack file: one message with file, line, key, value and what is allowed."""
+
+# ruff: noqa: E501 - messages are one line each
+
+import pytest
+from scanrack.runtime.rackfile import RackFileError, load_rack_file
+
+GOOD = """\
+name = "line"
+program = "line.py"
+scan_ms = 2.0
+controller = "compactlogix"
+rpi_ms = 2
+watchdog_ms = 500
+run_for_s = 10
+trace = "line.mcap"
+seed = 3
+mode = "run"
+
+[[slot]]
+number = 1
+module = "amci3601"
+firmware = "4.1"
+
+[slot.options]
+input_scan_us = 250
+
+[slot.machine]
+switches = [
+  { input = "home", first = 3000, last = 3500 },
+  { input = "cw_limit", first = 9000, normally_closed = false },
+]
+slips = [{ at = 100, steps = 5 }]
+jams = [{ at = 20000, direction = 1 }]
+
+[slot.machine.encoder]
+counts_per_step = 0.5
+direction = -1
+
+[[slot.machine.timeline]]
+at_s = 3.2
+input = "estop"
+for_ms = 50
+
+[[slot.machine.stations]]
+position = 4000
+input = "external"
+work_ms = 250
+pulse_ms = 20
+
+[[slot]]
+number = 2
+module = "amci3601"
+
+[[force]]
+address = "slot1.status.IN_CAPTURE"
+value = 1
+"""
+
+MISTAKES = {
+    # line that is replaced, what replaces it, line number and text of the message
+    "unknown key at the top": (
+        "seed = 3",
+        "sead = 3",
+        9,
+        "sead: unknown key; did you mean seed? Allowed are program, name, scan_ms, controller, rpi_ms, "
+        "watchdog_ms, run_for_s, trace, seed, mode, slot, force",
+    ),
+    "unknown key of a slot": (
+        'firmware = "4.1"',
+        'firmwear = "4.1"',
+        15,
+        "slot.firmwear: unknown key; did you mean firmware? Allowed are number, module, firmware, options, "
+        "machine, wiring",
+    ),
+    "unknown key of a machine": (
+        "slips = [{ at = 100, steps = 5 }]",
+        "slip = [{ at = 100, steps = 5 }]",
+        25,
+        "slot.machine.slip: unknown key; did you mean slips? Allowed are switches, timeline, encoder, slips, "
+        "jams, stations",
+    ),
+    "unknown key of a switch": (
+        '  { input = "home", first = 3000, last = 3500 },',
+        '  { input = "home", first = 3000, lst = 3500 },',
+        22,
+        "slot.machine.switches.lst: unknown key; did you mean last? Allowed are input, first, last, "
+        "normally_closed",
+    ),
+    "unknown key of a jam": (
+        "jams = [{ at = 20000, direction = 1 }]",
+        "jams = [{ at = 20000, direction = 1, hard = true }]",
+        26,
+        "slot.machine.jams.hard: unknown key; allowed are at, direction",
+    ),
+    "unknown key of a force": ("value = 1", "value = 1\nbit = 3", 50, "force.bit: unknown key; allowed are"),
+    "wrong type, number": ("scan_ms = 2.0", 'scan_ms = "2 ms"', 3, 'scan_ms = "2 ms": allowed is a number'),
+    "wrong type, whole number": (
+        "number = 2",
+        "number = 2.5",
+        44,
+        "slot.number = 2.5: allowed is a whole number",
+    ),
+    "wrong type, text": ('name = "line"', "name = 7", 1, "name = 7: allowed is text in quotes"),
+    "wrong type, path": ('program = "line.py"', "program = 7", 2, "program = 7: allowed is a path in quotes"),
+    "wrong type, yes or no": (
+        '  { input = "cw_limit", first = 9000, normally_closed = false },',
+        '  { input = "cw_limit", first = 9000, normally_closed = 0 },',
+        23,
+        "slot.machine.switches.normally_closed = 0: allowed is true or false",
+    ),
+    "wrong type, array": (
+        "jams = [{ at = 20000, direction = 1 }]",
+        "jams = 20000",
+        26,
+        "slot.machine.jams = 20000: allowed is an array",
+    ),
+    "wrong type, table": (
+        "[slot.machine.encoder]\ncounts_per_step = 0.5\ndirection = -1",
+        "encoder = 3",
+        28,
+        "slot.machine.encoder = 3: allowed is a table",
+    ),
+    "a firmware that is a number": (
+        'firmware = "4.1"',
+        "firmware = 4.1",
+        15,
+        'slot.firmware = 4.1: allowed is text in quotes, such as "4.1"',
+    ),
+    "options that are no table": (
+        "[slot.options]\ninput_scan_us = 250",
+        "options = 5",
+        17,
+        "slot.options = 5: allowed is a table",
+    ),
+    "a period out of range": (
+        "scan_ms = 2.0",
+        "scan_ms = 0.009",
+        3,
+        "scan_ms = 0.009: allowed is 0.01 to 1000",
+    ),
+    "a period that is no whole number of ns": (
+        "scan_ms = 2.0",
+        "scan_ms = 2.0000001",
+        3,
+        "scan_ms = 2.0000001: scan_ms of 2.0000001 ms is not a whole number of nanoseconds",
+    ),
+    "a period that is no number at all": (
+        "scan_ms = 2.0",
+        "scan_ms = nan",
+        3,
+        "scan_ms = NaN: allowed is a number",
+    ),
+    "an RPI out of range": ("rpi_ms = 2", "rpi_ms = 1001", 5, "rpi_ms = 1001: allowed is 0.01 to 1000"),
+    "an RPI without a CompactLogix": (
+        'controller = "compactlogix"',
+        'controller = "micrologix"',
+        5,
+        'rpi_ms = 2: goes with controller = "compactlogix" only',
+    ),
+    "a watchdog out of range": (
+        "watchdog_ms = 500",
+        "watchdog_ms = -1",
+        6,
+        "watchdog_ms = -1: allowed is 0 to 3600000",
+    ),
+    "a run of no time": (
+        "run_for_s = 10",
+        "run_for_s = 0",
+        7,
+        "run_for_s = 0: allowed is 0.00001 to 1000000000",
+    ),
+    "a seed out of range": ("seed = 3", "seed = -3", 9, "seed = -3: allowed is 0 or more"),
+    "a mode that is none": (
+        'mode = "run"',
+        'mode = "running"',
+        10,
+        "mode = \"running\": allowed is 'run', 'program' or 'test'",
+    ),
+    "a controller that is none": (
+        'controller = "compactlogix"',
+        'controller = "slc"',
+        4,
+        "controller = \"slc\": allowed is 'micrologix' or 'compactlogix'",
+    ),
+    "a slot out of range": ("number = 2", "number = 0", 44, "slot.number = 0: allowed is 1 or more"),
+    "a slot used twice": ("number = 2", "number = 1", 44, "slot.number = 1: slot 1 is used twice"),
+    "a module that is none": (
+        'number = 2\nmodule = "amci3601"',
+        'number = 2\nmodule = "amci3602"',
+        45,
+        'slot.module = "amci3602": did you mean amci3601? Allowed are amci3601',
+    ),
+    "a firmware that is none": (
+        'firmware = "4.1"',
+        'firmware = "4.2"',
+        15,
+        "slot.firmware = \"4.2\": unknown 3601 firmware '4.2': allowed are 2.0, 2.1, 2.2, 3.1, 4.1",
+    ),
+    "an option that is none": (
+        "input_scan_us = 250",
+        "input_scan_ms = 250",
+        18,
+        "slot.options.input_scan_ms = 250: option input_scan_ms: the simulated 3601 has no such switch; did you "
+        "mean input_scan_us?",
+    ),
+    "an option out of range": (
+        "input_scan_us = 250",
+        "input_scan_us = 49",
+        18,
+        "slot.options.input_scan_us = 49: option input_scan_us: 49 is out of range: 50 to 250000",
+    ),
+    "an option of another type": (
+        "input_scan_us = 250",
+        "input_scan_us = 2.5",
+        18,
+        "slot.options.input_scan_us = 2.5: option input_scan_us: 2.5 is not a whole number",
+    ),
+    "a wiring that is none": (
+        'firmware = "4.1"',
+        'wiring = "diag"',
+        15,
+        "slot.wiring = \"diag\": allowed is 'diagnostic'",
+    ),
+    "an input that is none, switch": (
+        '  { input = "home", first = 3000, last = 3500 },',
+        '  { input = "hone", first = 3000, last = 3500 },',
+        22,
+        'slot.machine.switches.input = "hone": did you mean home? Allowed are capture, external, home, estop, '
+        "cw_limit, ccw_limit",
+    ),
+    "an input that is none, timeline": (
+        'input = "estop"',
+        'input = "e_stop"',
+        34,
+        'slot.machine.timeline.input = "e_stop": did you mean estop? Allowed are',
+    ),
+    "an input that is no name": (
+        'input = "external"',
+        "input = 2",
+        39,
+        "slot.machine.stations.input = 2: allowed are capture, external",
+    ),
+    "a range the wrong way round": (
+        '  { input = "home", first = 3000, last = 3500 },',
+        '  { input = "home", first = 3000, last = 2999 },',
+        22,
+        "slot.machine.switches.last = 2999: Switch.last is 2999; allowed: 3000 (first) or more, or None",
+    ),
+    "a time that is missing": (
+        "at_s = 3.2",
+        "",
+        32,
+        "slot.machine.timeline: one of at_ms and at_s is needed, not none",
+    ),
+    "a time that is there twice": (
+        "work_ms = 250",
+        "work_ms = 250\nwork_s = 1",
+        40,
+        "slot.machine.stations.work_ms = 250: one of work_ms and work_s is needed, not both",
+    ),
+    "a time out of range": (
+        "pulse_ms = 20",
+        "pulse_ms = -20",
+        41,
+        "slot.machine.stations.pulse_ms = -20: allowed is 0 to 1000000000",
+    ),
+    "a time that is no whole number of ns": (
+        "for_ms = 50",
+        "for_ms = 0.0000005",
+        35,
+        "slot.machine.timeline.for_ms = 5E-7: for_ms of 5E-7 ms is not a whole number of nanoseconds",
+    ),
+    "a level that is none": (
+        "for_ms = 50",
+        'energised = "on"',
+        35,
+        'slot.machine.timeline.energised = "on": allowed is true, false or "wired"',
+    ),
+    "a wired button": (
+        "for_ms = 50",
+        'energised = "wired"\nfor_ms = 50',
+        35,
+        'slot.machine.timeline.energised = "wired": energised = "wired" has no end: leave for_ms and for_s out',
+    ),
+    "a ratio that is none": (
+        "counts_per_step = 0.5",
+        'counts_per_step = "4/0"',
+        29,
+        'slot.machine.encoder.counts_per_step = "4/0": allowed is a number, or a fraction such as "4/3"',
+    ),
+    "a ratio out of range": (
+        "counts_per_step = 0.5",
+        "counts_per_step = -2",
+        29,
+        "slot.machine.encoder.counts_per_step = -2: EncoderSpec.counts_per_step is",
+    ),
+    "a direction that is none": (
+        "direction = -1",
+        "direction = 2",
+        30,
+        "slot.machine.encoder.direction = 2: EncoderSpec.direction is 2; allowed: 1, -1",
+    ),
+    "parts that do not go together": (
+        'input = "external"',
+        'input = "home"',
+        37,
+        "slot.machine.stations: MachineSpec.stations is",
+    ),
+    "a force on an empty slot": (
+        'address = "slot1.status.IN_CAPTURE"',
+        'address = "I:3.0/14"',
+        48,
+        'force.address = "I:3.0/14": slot 3 is empty; allowed are 1, 2',
+    ),
+    "a force on a bit that is none": (
+        'address = "slot1.status.IN_CAPTURE"',
+        'address = "slot1.status.CAPTURE"',
+        48,
+        "force.address = \"slot1.status.CAPTURE\": slot 1 has no status bit 'CAPTURE'; did "
+        "you mean IN_CAPTURE?",
+    ),
+    "a force out of range": (
+        "value = 1",
+        "value = 2",
+        49,
+        "force.value = 2: 'slot1.status.IN_CAPTURE' cannot be forced to 2: a bit is 0 to 1",
+    ),
+    "no program": ('program = "line.py"', "", 1, "program: this key is missing"),
+    "no slot number": ("number = 2", "", 43, "slot.number: this key is missing"),
+    "no station position": ("position = 4000", "", 37, "slot.machine.stations.position: this key is missing"),
+    "no TOML": ("scan_ms = 2.0", "scan_ms = ", 3, "this is no TOML: Invalid value in column 11"),
+    "a key given twice": ("seed = 3", "seed = 3\nseed = 4", 10, "this is no TOML: Cannot overwrite a value"),
+}
+
+
+@pytest.mark.parametrize(("old", "new", "line", "told"), MISTAKES.values(), ids=MISTAKES)
+def test_a_mistake_is_told_with_its_place_and_what_is_allowed(tmp_path, old, new, line, told):
+    assert GOOD.count(old) == 1
+    path = tmp_path / "line.toml"
+    path.write_text(GOOD.replace(old, new), "utf-8")
+    with pytest.raises(RackFileError) as caught:
+        load_rack_file(path)
+    message = str(caught.value)
+    assert message.startswith(f"{path}:{line}: {told}")
+    assert "\n" not in message
+
+
+def test_several_mistakes_are_told_in_the_order_of_their_lines(tmp_path):
+    path = tmp_path / "line.toml"
+    text = (
+        GOOD.replace("number = 2", "number = -2")
+        .replace("scan_ms = 2.0", "scan_ms = 0")
+        .replace("seed = 3", "s = 3")
+    )
+    path.write_text(text, "utf-8")
+    with pytest.raises(RackFileError) as caught:
+        load_rack_file(path)
+    starts = [message.split(": ")[:2] for message in str(caught.value).split("\n")]
+    assert starts == [
+        [f"{path}:3", "scan_ms = 0"],
+        [f"{path}:9", "s"],
+        [f"{path}:44", "slot.number = -2"],
+    ]
+
+
+def test_an_old_firmware_behind_a_micrologix(tmp_path):
+    path = tmp_path / "line.toml"
+    text = GOOD.replace('controller = "compactlogix"', 'controller = "micrologix"').replace(
+        "rpi_ms = 2\n", ""
+    )
+    path.write_text(text.replace('firmware = "4.1"', 'firmware = "2.1"'), "utf-8")
+    told = r':14: slot.firmware = "2.1": firmware 2.1 does not run in a MicroLogix rack: 2.2 or later does'
+    with pytest.raises(RackFileError, match=told):
+        load_rack_file(path)
+
+
+def test_a_file_that_is_not_there(tmp_path):
+    with pytest.raises(RackFileError, match=r"lime.toml: there is no such rack file$"):
+        load_rack_file(tmp_path / "lime.toml")
+
+
+def test_a_folder(tmp_path):
+    with pytest.raises(RackFileError, match="the rack file can't be read: Is a directory"):
+        load_rack_file(tmp_path)
+
+
+def test_a_file_that_is_no_text(tmp_path):
+    path = tmp_path / "line.toml"
+    path.write_bytes(b"name = '\xff'")
+    with pytest.raises(RackFileError, match="the rack file is no text in UTF-8: invalid start byte"):
+        load_rack_file(path)
+
+
+def test_a_value_that_only_later_turns_out_to_be_wrong(tmp_path):
+    path = tmp_path / "line.toml"
+    path.write_text(GOOD, "utf-8")
+    refusal = load_rack_file(path).refusal("program", "there is no such program file")
+    assert str(refusal) == f'{path}:2: program = "line.py": there is no such program file'
