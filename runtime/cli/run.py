@@ -132,7 +132,9 @@ def _complain(message: str, status: int) -> int:
 def _run_command(
     rack: Annotated[
         str,
-        typer.Argument(help="Rack file: TOML, or Python that defines rack().", show_default=False),
+        typer.Argument(
+            metavar="RACK", help="Rack file: TOML, or Python that defines rack().", show_default=False
+        ),
     ],
     duration: Annotated[
         str | None,

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ...traces.happenings import describe
 from ..events import JsonValue
 from ..pace import Pacer
 
@@ -19,23 +20,11 @@ class SeenError:
     """A rule of the manual that set an error bit.
 
     Attributes:
-        slot: the slot whose module it was.
-        rule: the rule's id.
-        text: the rule in a sentence.
-        section: where the manual has it.
-        bits: the status bits that it set.
-        first_scan: the first scan that shows it.
-        first_ns: when it happened first.
+        sentence: what it is, with its bits, its words and the first scan that shows it.
         count: how often it happened.
     """
 
-    slot: JsonValue
-    rule: JsonValue
-    text: JsonValue
-    section: JsonValue
-    bits: tuple[str, ...]
-    first_scan: int
-    first_ns: int
+    sentence: str
     count: int = 0
 
 
@@ -58,10 +47,10 @@ class Tally:
         if topic != "/events":
             return
         if fields["kind"] == "move":
-            self.moves[fields["slot"], fields["name"], fields.get("outcome", "")] += 1
-        bits = fields.get("bits")
-        if fields["kind"] == "rule" and isinstance(bits, list) and bits:
-            self._error(scan, now_ns, fields, tuple(map(str, bits)))
+            self.moves[fields["slot"], fields["name"], fields.get("outcome", "ended")] += 1
+        elif fields["kind"] == "rule" and fields.get("bits"):
+            first = SeenError(describe(topic, scan, fields))
+            self.errors.setdefault((fields["slot"], fields["name"]), first).count += 1
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Count a scan."""
@@ -70,10 +59,10 @@ class Tally:
     def close(self) -> None:
         """There is nothing to close."""
 
-    def _error(self, scan: int, now_ns: int, fields: Mapping[str, JsonValue], bits: tuple[str, ...]) -> None:
-        slot, rule = fields["slot"], fields["name"]
-        first = SeenError(slot, rule, fields["text"], fields.get("section", ""), bits, scan, now_ns)
-        self.errors.setdefault((slot, rule), first).count += 1
+    @property
+    def slots(self) -> int:
+        """How many slots there is something to tell of."""
+        return len({key[0] for key in (*self.moves, *self.errors)})
 
 
 def seconds(time_ns: int) -> str:
@@ -127,18 +116,20 @@ def _overruns(pacer: Pacer) -> Iterator[str]:
 
 def _moves(tally: Tally) -> Iterator[str]:
     yield f"{tally.moves.total():,}" if tally.moves else "none"
-    several = len({slot for slot, _, _ in tally.moves}) > 1
     for (slot, kind, outcome), count in tally.moves.items():
-        yield f"{f'slot {slot}: ' if several else ''}{count:,} {kind}: {outcome}"
+        yield f"  {_of(slot, tally)}{count:,} {kind}: {outcome}"
 
 
 def _errors(tally: Tally) -> Iterator[str]:
-    if not tally.errors:
-        yield "none"
-    for error in tally.errors.values():
-        yield f"{', '.join(error.bits)}: {error.text} [{error.rule}, {error.section}]"
-        times = "once" if error.count == 1 else f"{error.count:,} times, first"
-        yield f"    slot {error.slot}, {times} at {seconds(error.first_ns)}, scan {error.first_scan}"
+    total = sum(error.count for error in tally.errors.values())
+    yield f"{total:,}" if total else "none"
+    for (slot, _), error in tally.errors.items():
+        often = f", {error.count:,} times in all" if error.count > 1 else ""
+        yield f"  {_of(slot, tally)}{error.sentence}{often}"
+
+
+def _of(slot: JsonValue, tally: Tally) -> str:
+    return f"slot {slot}, " if tally.slots > 1 else ""
 
 
 def _trace(trace: Path | None) -> Iterator[str]:
