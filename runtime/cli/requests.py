@@ -124,6 +124,17 @@ class Request(_Strict):
         return self
 
 
+TABLES: dict[tuple[str, ...], type[BaseModel]] = {
+    (): Request,
+    ("new",): Bench,
+    ("new", "machine"): SwitchRanges,
+    ("inputs",): Levels,
+    ("encoder",): Encoder,
+    ("until",): Until,
+}
+"""What may stand where in a request."""
+
+
 class RequestError(ValueError):
     """A request that can't be taken; the text names the key, the value and what is allowed."""
 
@@ -154,7 +165,8 @@ def _explain(fault: Any) -> str:
     """Say a validation fault in one line: key, value, what is allowed."""
     key = ".".join(str(part) for part in fault["loc"]) or "request"
     if fault["type"] == "extra_forbidden":
-        return f"{key}: unknown key"
+        allowed = ", ".join(TABLES[fault["loc"][:-1]].model_fields)
+        return f"{key}: unknown key; allowed are {allowed}"
     value = "" if isinstance(fault["input"], BaseModel | dict) else f" {_shown(fault['input'])}"
     message = str(fault["msg"]).removeprefix("Value error, ")
     return f"{key}:{value} is not allowed: {message}" if value else f"{key}: {message}"
