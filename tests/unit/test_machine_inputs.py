@@ -32,6 +32,15 @@ def test_entries_act_by_time_and_at_one_instant_in_the_order_given() -> None:
     ]
 
 
+@pytest.mark.parametrize("told", ["depart", "rest", "next_change_ns"])
+def test_levels_see_what_acted_while_others_asked(told: str) -> None:
+    machine = Machine(MachineSpec(timeline=press(10, ESTOP, 10)))
+    machine.depart(0)
+    assert machine.levels(0) == 0
+    getattr(machine, told)(10)
+    assert machine.levels(10) == ESTOP
+
+
 def test_an_entry_at_the_start_is_there_from_the_start() -> None:
     assert Machine(MachineSpec(timeline=(TimelineEntry(0, ESTOP, True),))).levels(0) == ESTOP
 

@@ -74,6 +74,21 @@ def test_two_slips_at_one_place_add_up() -> None:
     assert moved(MachineSpec(slips=(Slip(100, 7), Slip(100, 5))), 200).shaft == 188
 
 
+def test_pushing_against_a_jam_ends_a_slip_too() -> None:
+    # at 100, 3 of 7 steps lost backward; 5 against the jam; then the slip begins anew: 7 lost, 3 followed
+    spec = MachineSpec(slips=(Slip(100, 7, direction=-1, times=2),), jams=(Jam(100, 1),))
+    assert moved(spec, 100, -3, 5, -10).shaft == 97
+
+
+def test_chance_is_drawn_at_each_passage() -> None:
+    machine, lost = Machine(MachineSpec(slips=(Slip(0, 1, direction=1, times=None, chance=0.25),)), seed=1), 0
+    for _ in range(1000):
+        machine.follow(1, 2, 0)
+        lost += machine.shaft == 1
+        machine.follow(-1, machine.shaft, 0)
+    assert 200 < lost < 300  # 250 of 1000 are expected, standard deviation 14
+
+
 def test_chance_is_seeded_and_foretold() -> None:
     spec = MachineSpec(slips=tuple(Slip(at, 1, chance=0.5) for at in range(1000)))
     machine = Machine(spec, seed=5)
