@@ -67,7 +67,7 @@ MIN_REG_NONZERO = StatusLsw.MIN_REG_NONZERO.value
 HOME_PROX_ECHO = StatusLsw.HOME_PROX_ECHO.value
 PROXIMITY = CommandLsw.HOME_PROXIMITY.value
 RESET = CommandMsw.RESET_ERRORS.value
-RESUME = CommandMsw.RESUME_MOVE.value
+HOLD_OR_RESUME = (CommandMsw.HOLD_MOVE.value, CommandMsw.RESUME_MOVE.value)
 
 NO_ORDER = Order((0,) * 8)
 
@@ -151,7 +151,10 @@ class CommandLayer:
 
     def next_wake_ns(self, now_ns: int) -> int | None:
         """Return when a tick is wanted though neither words nor inputs change; None = it is not."""
-        return None if self.operation is None else self.operation.next_wake_ns(now_ns)
+        if self.operation is not None:
+            return self.operation.next_wake_ns(now_ns)
+        waiting = self._order.configures and not self.in_configuration_mode
+        return now_ns + 1 if waiting and self.running else None
 
     # -- what it shows ------------------------------------------------------------------------
 
@@ -304,14 +307,15 @@ class CommandLayer:
         """A command bit has risen: refuse or carry it out [chapter 4, general notes 1 to 3]."""
         if self.locked:
             if order.msw == RESET and order.lsw == 0:
+                self._forfeit()
                 COMMANDS[RESET](self, now_ns, order)
         elif order.many_bits:
             self.fire(now_ns, "CMD-02")
             if self.operation is not None:
                 self.operation.on_many_bits(now_ns)
         else:
-            if order.msw != RESUME:
-                self.held = None  # Resume has to be the first command after a hold [chapter 4; A-83]
+            if order.msw not in HOLD_OR_RESUME:
+                self._forfeit()
             COMMANDS[order.msw](self, now_ns, order)
 
     def refused(self, now_ns: int, order: Order, reasons: refusals.Refusals) -> bool:
@@ -330,7 +334,13 @@ class CommandLayer:
         """Let a rule set its bits; a command error ends a resumable hold [chapter 4, Resume Move]."""
         if self.latches.fire(now_ns, rule_id, bits=bits, alone=alone) & COMMAND_ERROR:
             self.error_since_start = True
-            self.held = None
+            self._forfeit()
+
+    def _forfeit(self) -> None:
+        """Resume has to be the first command after a hold, without an error [chapter 4; reading A-83]."""
+        self.held = None
+        if self.operation is not None:
+            self.operation.on_forfeit()
 
     # -- motions ------------------------------------------------------------------------------
 

@@ -47,9 +47,12 @@ class EncoderMove(Operation):
             axis.watch_counts(self.target, self.direction)
 
     def on_tick(self, now_ns: int, order: Order) -> None:
-        """Compare the count, as long as the encoder bit stays set (reading A-52)."""
+        """Compare the count, as long as the encoder bit stays set (reading A-52).
+
+        In the words that request configuration mode the bit is another one; the move completes.
+        """
         reached = (self.layer.axis.encoder - self.target) * self.direction >= 0
-        if reached and order.lsw & ENCODER_MOVE:
+        if reached and (order.configures or order.lsw & ENCODER_MOVE):
             self._stop(now_ns)
 
     def _stop(self, now_ns: int) -> None:

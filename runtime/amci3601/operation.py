@@ -68,6 +68,9 @@ class Operation:
         """Hold was commanded; refused unless the operation can be held [chapter 6, Command Error 7]."""
         self.layer.fire(now_ns, "CMD-07")
 
+    def on_forfeit(self) -> None:
+        """A command or an error has come: what is being held can't be resumed any more."""
+
     def on_many_bits(self, now_ns: int) -> None:
         """More than one command bit is set; a running move goes on (reading A-33)."""
 

@@ -30,6 +30,7 @@ class ProfileMove(Operation):
         self.target = target
         self.profile = profile
         self.holding = False
+        self.resumable = True
 
     def start(self, now_ns: int) -> None:
         """Set the axis going; with the external input active, for a single step [chapter 4]."""
@@ -46,6 +47,10 @@ class ProfileMove(Operation):
         """Ramp down into the hold state; nothing further once the axis is stopping."""
         self._hold(now_ns)
 
+    def on_forfeit(self) -> None:
+        """Something came between Hold and Resume while the axis still ramps down."""
+        self.resumable = False
+
     def on_external(self, now_ns: int) -> None:
         """The external input holds the move as the command does [chapter 6, External Input]."""
         self._hold(now_ns)
@@ -57,13 +62,13 @@ class ProfileMove(Operation):
         left = abs(self.target - axis.position)
         if axis.steps_to_stop(now_ns, profile.deceleration_spmss, profile.shape) >= left:
             return  # the ramp ends at the target: the move completes as it is
-        self.holding = True
+        self.holding = self.resumable = True
         axis.stop(now_ns, profile.deceleration_spmss, profile.shape)
 
     def on_end(self, now_ns: int) -> None:
         """Show MOVE_COMPLETE, or HOLD_STATE with the rest of the way kept for Resume."""
         if self.holding:
             self.layer.finish(now_ns, HOLD_STATE, "held")
-            self.layer.held = Held(self.target, self.name)
+            self.layer.held = Held(self.target, self.name) if self.resumable else None
         else:
             self.layer.complete(now_ns)
