@@ -6,8 +6,20 @@ works over any `Axis`; `StepGenerator` is the simulated one.
 
 from .axis import Axis, Capabilities
 from .command_layer import CommandLayer
+from .indicators import Indicators, Light
 from .module import Amci3601
 from .options import Options
 from .step_generator import StepGenerator
+from .trouble import Trouble
 
-__all__ = ["Amci3601", "Axis", "Capabilities", "CommandLayer", "Options", "StepGenerator"]
+__all__ = [
+    "Amci3601",
+    "Axis",
+    "Capabilities",
+    "CommandLayer",
+    "Indicators",
+    "Light",
+    "Options",
+    "StepGenerator",
+    "Trouble",
+]

@@ -21,19 +21,41 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ...io_images.amci3601 import Firmware
+from ...io_images.amci3601 import Firmware, StatusMsw
 from ...io_images.image import Image, signed_word
 from ...io_images.thousands import split_reported
 from ..events import Event, JsonValue
 from ..kinematics import Segment
 from ..machine import Machine
 from .command_layer import CommandLayer
+from .indicators import ASIC_LOST, DIAGNOSTICS_FAILED, UNPOWERED, indicators
 from .options import Options
 from .step_generator import NEVER, StepGenerator
+from .trouble import Trouble
+
+LIGHTS_IN_TROUBLE = {
+    Trouble.REMOVED: UNPOWERED,
+    Trouble.FATAL_ERROR: DIAGNOSTICS_FAILED,
+    Trouble.ASIC_LOST: ASIC_LOST,
+}
+
+FATAL_CLEARS = (
+    StatusMsw.MODULE_OK
+    | StatusMsw.MOVING_CW
+    | StatusMsw.MOVING_CCW
+    | StatusMsw.ACCELERATING
+    | StatusMsw.DECELERATING
+).value
+"""What a fatal error clears; everything else stays as it was."""
 
 
 class Amci3601:
     """A simulated AMCI 3601 bolted to a simulated machine; satisfies `runtime.module.Module`.
+
+    Attributes:
+        trouble: the way in which it does not answer, if any; see `inject`.
+        indicators: the lights on its front.
+        events: what happened, in order of time; whoever drives the module empties it.
 
     Args:
         firmware: "2.0", "2.1", "2.2", "3.1" or "4.1", or a `Firmware`.
@@ -66,6 +88,8 @@ class Amci3601:
         self._counting = False
         self._segment: Segment | None = None
         self._steps = -1  # of the motion, as reported last
+        self.trouble: Trouble | None = None
+        self.indicators = UNPOWERED
         self._power_up()
 
     def _power_up(self) -> None:
@@ -99,9 +123,30 @@ class Amci3601:
 
     def power_cycle(self) -> None:
         """Remove and restore power; the shaft stays where it is and the clock goes on."""
+        self._fall_silent()
+        self.trouble = None
+        self._power_up()
+
+    def inject(self, trouble: Trouble | None) -> None:
+        """Let the module stop answering in some way from the last `update` on; None lets it answer again.
+
+        Raises:
+            ValueError: None after a fatal error, which only `power_cycle` ends.
+        """
+        if trouble is None and self.trouble is Trouble.FATAL_ERROR:
+            raise ValueError("trouble None: a fatal error ends with a power cycle only")
+        if self.trouble is Trouble.REMOVED:
+            self.power_cycle()
+        self.trouble = trouble
+        if trouble in (Trouble.REMOVED, Trouble.FATAL_ERROR):
+            self._fall_silent()
+        self.look_again()
+
+    def _fall_silent(self) -> None:
+        """End the step output at the last `update`."""
         self.axis.advance(self._now_ns)
         self.axis.cut(self._now_ns)
-        self._power_up()
+        self.layer.operation = None
 
     def look_again(self) -> None:
         """Let the next tick look at inputs and mode, whatever was foreseen: somebody has changed them."""
@@ -111,6 +156,15 @@ class Amci3601:
     # -- time ---------------------------------------------------------------------------------
 
     def _work(self, now_ns: int, outputs: Image) -> None:
+        """Bring module and image up to `now_ns`."""
+        if self.trouble in (Trouble.REMOVED, Trouble.FATAL_ERROR):
+            self.axis.advance(now_ns)
+        else:
+            self._go_through(now_ns, outputs)
+        self._publish()
+        self._foresee()
+
+    def _go_through(self, now_ns: int, outputs: Image) -> None:
         """Go through every instant up to `now_ns` at which something happens.
 
         A tick at `now_ns` itself belongs to the next call, whose words it sees; a
@@ -130,12 +184,10 @@ class Amci3601:
             else:
                 break
         self.axis.advance(now_ns)
-        self._publish()
-        self._foresee()
 
     def _tick(self, tick_ns: int, outputs: Image) -> None:
         self.axis.advance(tick_ns)
-        if self.layer.running != self._plc_running:
+        if self.layer.running != (self._plc_running and self.trouble is None):
             self._change_mode(tick_ns)
         self.layer.tick(tick_ns, tuple(outputs), self.machine.levels(tick_ns))
         self._acted_on = outputs.raw.tobytes()
@@ -165,7 +217,7 @@ class Amci3601:
 
     def _foresee(self) -> None:
         """Note until when nothing but the position can change."""
-        self._due_ns = min(self._tick_due_ns + 1, self.axis.next_change_ns())
+        self._due_ns = min(self._tick_due_ns + 1, self.axis.next_change_ns()) if self.trouble is None else 0
         live = not self.layer.in_configuration_mode
         self._counting = live and self.axis.counting
         self._segment = self.axis.segment if live else None
@@ -176,7 +228,32 @@ class Amci3601:
     # -- the input image ----------------------------------------------------------------------
 
     def _publish(self) -> None:
-        """Write the whole input image."""
+        """Write the whole input image, as far as the PLC still sees the module, and set the lights."""
+        if self.trouble is None:
+            self._report()
+        elif self.trouble is Trouble.REMOVED:
+            self._image.clear()
+        elif self.trouble is Trouble.FATAL_ERROR:
+            self._image[0] = self._image[0] & ~FATAL_CLEARS
+        self._set_lights()
+
+    def _set_lights(self) -> None:
+        layer, trouble = self.layer, self.trouble
+        lights = LIGHTS_IN_TROUBLE.get(trouble) if trouble is not None else None
+        if lights is None:
+            moving = layer.operation is not None
+            lights = indicators(layer.latches.bits, moving=moving, linked=trouble is None)
+        if lights != self.indicators:
+            self.indicators = lights
+            fields: dict[str, JsonValue] = {
+                "module": lights.module.value,
+                "axis_ok": lights.axis_ok.value,
+                "axis_error": lights.axis_error.value,
+            }
+            text = f"Axis OK {lights.axis_ok.value}, Axis Err {lights.axis_error.value}"
+            self.events.append(Event(self.axis.now_ns, "indicator", "lights", text, fields))
+
+    def _report(self) -> None:
         words, layer = self._image.words, self.layer
         words[0] = signed_word(layer.status_msw())
         words[1] = signed_word(layer.status_lsw())

@@ -47,7 +47,7 @@ class StepGenerator:
         self._configuration: Configuration | None = None
         self._start_sps = 1
         self._steps_made = 0  # of the present motion, as far as the machine knows
-        self._now_ns = 0
+        self.now_ns = 0
         self._encoder_offset = 0
         self._encoder_held = 0
         self._watched_steps: int | None = None
@@ -91,14 +91,14 @@ class StepGenerator:
             and self._diagnostic_wiring
         ):
             return self.position
-        return self.machine.encoder_counts(self._now_ns)
+        return self.machine.encoder_counts(self.now_ns)
 
     # -- time ---------------------------------------------------------------------------------
 
     def advance(self, now_ns: int) -> bool:
         """Bring count, machine and segment up to `now_ns`; return whether the motion ended by then."""
         self._look_for_markers(now_ns)
-        self._now_ns = now_ns
+        self.now_ns = now_ns
         motion = self.motion
         if motion is None:
             return False
@@ -116,14 +116,14 @@ class StepGenerator:
             if self._marker_watched:
                 ahead = self.machine.steps_to_marker(motion.direction)
                 self.marker_seen = self.marker_seen or (ahead is not None and ahead <= fresh)
-            self.machine.follow(motion.direction, fresh, self._now_ns)
+            self.machine.follow(motion.direction, fresh, self.now_ns)
             self._steps_made = steps
             self.position = motion.origin + motion.direction * steps
 
     def _look_for_markers(self, now_ns: int) -> None:
         """Notice marker pulses that come by hand; those of the shaft are noticed as it turns."""
         if self._marker_watched and not self.marker_seen:
-            pulse_ns = self.machine.next_marker_ns(self._now_ns)
+            pulse_ns = self.machine.next_marker_ns(self.now_ns)
             self.marker_seen = pulse_ns is not None and pulse_ns <= now_ns
 
     def _end(self, now_ns: int) -> None:
@@ -140,7 +140,7 @@ class StepGenerator:
 
     def next_input_ns(self) -> int:
         """Instant at which an input's level changes next, or something happens that is watched for."""
-        now_ns, machine = self._now_ns, self.machine
+        now_ns, machine = self.now_ns, self.machine
         instants = [machine.next_change_ns(now_ns)]
         if self.motion is not None:
             direction = self.motion.direction
@@ -165,11 +165,11 @@ class StepGenerator:
         source = counts - self._encoder_offset
         if (self._source_counts() - source) * direction >= 0:
             return []
-        if self.machine.turning(self._now_ns):
-            return [self._now_ns + 1]  # by hand and by the shaft at once: look at every tick
+        if self.machine.turning(self.now_ns):
+            return [self.now_ns + 1]  # by hand and by the shaft at once: look at every tick
         assert self.motion is not None
         sense = self.motion.direction
-        return [self._when_made(self.machine.steps_to_counts(sense, source, self._now_ns))]
+        return [self._when_made(self.machine.steps_to_counts(sense, source, self.now_ns))]
 
     def watch_steps(self, steps: int) -> None:
         """Ask for a tick when the motion has made `steps` steps."""

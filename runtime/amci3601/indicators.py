@@ -1,0 +1,66 @@
+"""The three lights on the front panel [chapter 1, Front Panel].
+
+    light       solid               blinking                               off
+    Module      owned by the PLC                                           no link
+    Axis OK     no motion           motion, follower mode, one-shot held   not configured, or an error
+    Axis Err    link to the PLC     an error: configuration, command,      no error
+                interrupted         input, home invalid, invalid profile
+
+Both axis lights alternate when the power-up diagnostics have failed, and blink
+together when the module's processor has lost the backplane chip.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from .latches import COMMAND_ERROR, CONFIG_ERROR, HOME_INVALID, INPUT_ERROR, INVALID_PROFILE
+
+BLINKING_ERRORS = CONFIG_ERROR | COMMAND_ERROR | INPUT_ERROR | HOME_INVALID | INVALID_PROFILE
+
+
+class Light(Enum):
+    """How a light shows."""
+
+    OFF = "off"
+    SOLID = "solid"
+    BLINKING = "blinking"
+    ALTERNATING = "alternating"
+
+
+@dataclass(frozen=True, slots=True)
+class Indicators:
+    """The lights at an instant.
+
+    Attributes:
+        module: Module, green.
+        axis_ok: Axis OK, green.
+        axis_error: Axis Err, red.
+    """
+
+    module: Light
+    axis_ok: Light
+    axis_error: Light
+
+
+def indicators(status: int, *, moving: bool, linked: bool = True) -> Indicators:
+    """Return the lights of a module that passed its diagnostics.
+
+    >>> indicators(0x4000, moving=True).axis_ok
+    <Light.BLINKING: 'blinking'>
+
+    Args:
+        status: latched bits of input word 0.
+        moving: a motion or the follower mode is under way, or the bit of a one-shot is held.
+        linked: the PLC and the module communicate.
+    """
+    errors = status & BLINKING_ERRORS
+    axis_ok = Light.OFF if errors else Light.BLINKING if moving else Light.SOLID
+    axis_error = Light.SOLID if not linked else Light.BLINKING if errors else Light.OFF
+    return Indicators(Light.SOLID if linked else Light.OFF, axis_ok, axis_error)
+
+
+DIAGNOSTICS_FAILED = Indicators(Light.SOLID, Light.ALTERNATING, Light.ALTERNATING)
+ASIC_LOST = Indicators(Light.OFF, Light.BLINKING, Light.BLINKING)
+UNPOWERED = Indicators(Light.OFF, Light.OFF, Light.OFF)

@@ -1,0 +1,27 @@
+"""Trouble that no command causes: what the PLC sees of a module that stops answering.
+
+    trouble         input image the PLC sees        the module itself
+    LINK_LOST       as it was last                  goes on without words: as if the PLC had left
+                                                    run mode; Axis Err solid
+    REMOVED         zeros                           without power; put back, it powers up
+    FATAL_ERROR     MODULE_OK clear, rest frozen    stops at once and does nothing until power is
+                                                    cycled; both axis lights alternate
+    ASIC_LOST       as it was last                  as LINK_LOST; both axis lights blink
+
+The manual names these states by their lights and by the Module OK bit only
+[chapter 1, Front Panel; chapter 6, The Module OK Flag; reading A-88]. They are
+hooks for tests of a user's logic and never come by themselves.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+
+
+class Trouble(Enum):
+    """A way in which a module stops answering."""
+
+    LINK_LOST = "link-lost"
+    REMOVED = "removed"
+    FATAL_ERROR = "fatal-error"
+    ASIC_LOST = "asic-lost"
