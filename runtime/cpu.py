@@ -8,6 +8,7 @@ show them, and the listeners hear of them with that scan.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import AbstractContextManager
 from itertools import repeat
 from types import TracebackType
 from typing import NoReturn, Self
@@ -15,7 +16,7 @@ from typing import NoReturn, Self
 from .exchange import EndOfScan, Exchange
 from .faults import Cause, CpuFault, Fault, codes_passed, place_of, words_of
 from .listener import ScanListener
-from .pace import FreeRun, Pacer, Watchdog, WatchdogExpired
+from .pace import FreeRun, Pacer, Watchdog, WatchdogExpired, stopping_on_interrupt
 from .phases import IDLE_PHASES, PHASES, RECORDED, ScanPhases, cause_of
 from .rack import Rack
 from .scan import CpuMode, Logic, Scan, ScanFlag, mode_name
@@ -150,6 +151,13 @@ class Cpu(ScanPhases):
     def stop(self) -> None:
         """Let `run` return after the present scan; may be called from a signal handler."""
         self.stop_requested = True
+
+    def stopping_on_ctrl_c(self) -> AbstractContextManager[None]:
+        """Let Ctrl-C stop the CPU between scans, for as long as the context lasts.
+
+        A second Ctrl-C breaks off logic that does not come back, see `pace.stopping_on_interrupt`.
+        """
+        return stopping_on_interrupt(self.stop, inside=ScanPhases.logic.__code__)
 
     def close(self) -> None:
         """Close all listeners, in order; further scans are refused.

@@ -198,20 +198,31 @@ def _interval_timer(interval: float, handler: Callable[[int, FrameType | None], 
 
 
 @contextmanager
-def stopping_on_interrupt(stop: Callable[[], None]) -> Iterator[None]:
-    """Let Ctrl-C call `stop`; a second Ctrl-C raises KeyboardInterrupt. The handler before comes back.
+def stopping_on_interrupt(stop: Callable[[], None], inside: CodeType) -> Iterator[None]:
+    """Let Ctrl-C call `stop`; what does not stop by that can be broken off, but gently.
 
+    The first Ctrl-C only asks. The second raises KeyboardInterrupt if it finds the logic running,
+    which may never end; anywhere else the scan is about to be done, and a recorder is better not
+    broken off half-way. The third raises wherever it is. Afterwards the handler is as it was.
     Outside the main thread nothing is changed.
+
+    Args:
+        stop: asks for a stop between scans.
+        inside: the function that calls the logic; on the stack means inside the logic.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
+    presses = 0
 
-    def first(_number: int, _frame: FrameType | None) -> None:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+    def pressed(_number: int, frame: FrameType | None) -> None:
+        nonlocal presses
+        presses += 1
         stop()
+        if presses > 2 or (presses == 2 and _on_stack(inside, frame)):
+            raise KeyboardInterrupt
 
-    previous = signal.signal(signal.SIGINT, first)
+    previous = signal.signal(signal.SIGINT, pressed)
     try:
         yield
     finally:

@@ -13,7 +13,7 @@ from ..build import build_cpu, build_rack
 from ..cpu import Cpu
 from ..faults import Cause, CpuFault
 from ..listener import ScanListener
-from ..pace import FreeRun, RealTime, stopping_on_interrupt, wall_ns
+from ..pace import FreeRun, RealTime, wall_ns
 from ..rack import Rack
 from .loading import DEFAULT_RUN, Job, load_job, scans_to_run
 from .progress import shown_progress
@@ -98,7 +98,7 @@ def _attachment(path: Path) -> Attachment:
 def _run(cpu: Cpu, scans: int | None, *, quiet: bool) -> int:
     """Run the CPU to its end, whatever that is; return the exit status."""
     try:
-        with cpu, stopping_on_interrupt(cpu.stop), shown_progress(cpu, scans, quiet=quiet):
+        with cpu.stopping_on_ctrl_c(), cpu, shown_progress(cpu, scans, quiet=quiet):
             cpu.run(scans)
     except CpuFault as error:
         return _complain_of_fault(error)

@@ -7,8 +7,8 @@ import sys
 import textwrap
 import threading
 
+import pytest
 from scanrack.runtime.cpu import Cpu
-from scanrack.runtime.pace import stopping_on_interrupt
 
 
 def test_ctrl_c_stops_between_scans_and_the_handler_comes_back(rack, diary):
@@ -17,7 +17,7 @@ def test_ctrl_c_stops_between_scans_and_the_handler_comes_back(rack, diary):
             os.kill(os.getpid(), signal.SIGINT)
 
     handler = signal.getsignal(signal.SIGINT)
-    with Cpu(rack, logic, listeners=[diary]) as cpu, stopping_on_interrupt(cpu.stop):
+    with Cpu(rack, logic, listeners=[diary]) as cpu, cpu.stopping_on_ctrl_c():
         cpu.run()
     assert cpu.stop_requested
     assert diary.scans[-1][0] == 5
@@ -29,7 +29,7 @@ def test_a_second_ctrl_c_breaks_out_of_the_logic():
     script = """
         import os, signal, sys
         from scanrack.runtime.cpu import Cpu
-        from scanrack.runtime.pace import Watchdog, stopping_on_interrupt
+        from scanrack.runtime.pace import Watchdog
         from scanrack.runtime.rack import Rack
 
         class Told:
@@ -44,7 +44,7 @@ def test_a_second_ctrl_c_breaks_out_of_the_logic():
 
         try:
             with Cpu(Rack([]), logic, listeners=[Told()], watchdog=Watchdog(0)) as cpu:
-                with stopping_on_interrupt(cpu.stop):
+                with cpu.stopping_on_ctrl_c():
                     cpu.run()
         except KeyboardInterrupt:
             print("interrupted", cpu.stop_requested)
@@ -59,12 +59,40 @@ def test_a_second_ctrl_c_breaks_out_of_the_logic():
     assert done.stdout.split("\n") == ["closed", "interrupted True", ""]
 
 
-def test_elsewhere_than_in_the_main_thread_nothing_changes():
+def test_a_second_ctrl_c_outside_the_logic_lets_the_scan_be_finished(rack, diary):
+    class Impatient(type(diary)):
+        """Somebody presses Ctrl-C while it writes: twice in scan 3, which is enough."""
+
+        def scan(self, scan, now_ns, flags):
+            if scan == 3:
+                os.kill(os.getpid(), signal.SIGINT)
+                os.kill(os.getpid(), signal.SIGINT)
+            super().scan(scan, now_ns, flags)
+
+    impatient = Impatient(rack.memory)
+    with Cpu(rack, lambda scan: None, listeners=[impatient]) as cpu, cpu.stopping_on_ctrl_c():
+        cpu.run()
+    assert [scan for scan, _, _ in impatient.scans] == [0, 1, 2, 3]
+
+
+def test_a_third_ctrl_c_raises_anywhere(rack, module):
+    def script(now_ns):
+        for _ in range(3):
+            os.kill(os.getpid(), signal.SIGINT)
+
+    module.script = script
+    cpu = Cpu(rack, lambda scan: None)
+    with pytest.raises(KeyboardInterrupt), cpu.stopping_on_ctrl_c():
+        cpu.run()
+    assert cpu.stop_requested
+
+
+def test_elsewhere_than_in_the_main_thread_nothing_changes(rack):
     handler = signal.getsignal(signal.SIGINT)
     seen = []
 
     def elsewhere():
-        with stopping_on_interrupt(lambda: None):
+        with Cpu(rack, lambda scan: None).stopping_on_ctrl_c():
             seen.append(signal.getsignal(signal.SIGINT))
 
     thread = threading.Thread(target=elsewhere)

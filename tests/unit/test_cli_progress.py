@@ -1,0 +1,37 @@
+"""The progress bar, drawn on a console that is said to be a terminal."""
+
+import io
+
+import pytest
+from rich.console import Console
+from scanrack.runtime.cli import progress
+from scanrack.runtime.cli.progress import CpuProgress, shown_progress
+from scanrack.runtime.cpu import Cpu
+from scanrack.runtime.rack import Rack
+
+
+@pytest.fixture
+def cpu():
+    return Cpu(Rack([]), lambda scan: None)
+
+
+def test_the_bar_shows_the_scans_the_cpu_has_done(cpu):
+    screen = io.StringIO()
+    console = Console(file=screen, force_terminal=True, width=80)
+    with CpuProgress(cpu, 40, console) as bar:
+        cpu.run(40)
+        bar.refresh()
+    assert "40/40" in screen.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("terminal", "quiet", "drawn"), [(True, False, True), (True, True, False), (False, False, False)]
+)
+def test_it_is_drawn_on_a_terminal_only_and_not_if_quiet(cpu, monkeypatch, terminal, quiet, drawn):
+    screen = io.StringIO()
+    monkeypatch.setattr(
+        progress, "Console", lambda stderr: Console(file=screen, force_terminal=terminal, width=80)
+    )
+    with shown_progress(cpu, 5, quiet=quiet):
+        cpu.run(5)
+    assert bool(screen.getvalue()) is drawn
