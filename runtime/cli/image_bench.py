@@ -109,7 +109,7 @@ class ImageBench:
         if encoder.counts:
             machine.turn_encoder(encoder.counts, self.now_ns, self.now_ns + scans * self.scan_ns)
         for offset in encoder.markers_ms:
-            machine.marker_at(self.now_ns + int(offset * NS_PER_MS))
+            machine.marker_at(self.now_ns + max(1, int(offset * NS_PER_MS)))  # the present has passed
         self.module.look_again()
 
     def _run(self, scans: int, until: Until | None, changes: list[list[Any]] | None) -> bool:

@@ -150,6 +150,8 @@ def test_two_processes_answer_byte_for_byte_the_same():
         )
     )
     command = [sys.executable, "-m", "scanrack.runtime.cli", "drive", "amci3601"]
-    runs = [subprocess.run(command, input=lines, capture_output=True, text=True, check=True) for _ in range(2)]
+    runs = [
+        subprocess.run(command, input=lines, capture_output=True, text=True, check=True) for _ in range(2)
+    ]
     assert runs[0].stdout == runs[1].stdout
     assert len(runs[0].stdout.splitlines()) == 4
