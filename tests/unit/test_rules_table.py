@@ -152,14 +152,37 @@ def test_configuration_checks_are_rules_in_order():
         assert "CER-02" in RULES[rule].together_with
 
 
+def numbered(prefix, first, last):
+    return {f"{prefix}-{number:02d}" for number in range(first, last + 1)}
+
+
+# Firmware 2.1 and 2.2 by the revision history and chapter 1, 3.1 and 4.1 by chapters 4 and 6.
+SINCE = {
+    Firmware(2, 1): {"CAP-01"},
+    Firmware(2, 2): {"IOM-24"},
+    Firmware(3, 1): {"CFG-25", "EXT-05", "LSW-10", "STS-L10"}
+    | numbered("REG", 1, 27)
+    | numbered("PRF", 12, 18)
+    | numbered("CMD", 20, 28),
+    Firmware(4, 1): {"HLD-10", "LSW-07", "STOP-05", "STS-L07"}
+    | numbered("FOL", 1, 19)
+    | numbered("CMD", 29, 36),
+}
+UNTIL = {
+    Firmware(2, 1): {"CFG-29"},
+    Firmware(3, 1): {"CMD-12", "CMD-14", "HWS-04", "MAN-17", "PRF-08"},
+}
+
+
 def test_firmware_gates():
-    gates = {gate for rule in RULES.values() for gate in (rule.firmware_from, rule.firmware_until)}
-    assert gates <= {None, *KNOWN}
+    since, until = {}, {}
     for rule in RULES.values():
-        assert any(rule.applies_to(firmware) for firmware in KNOWN)
-        if rule.id.startswith(("REG-", "FOL-")):
-            since = Firmware(3, 1) if rule.id.startswith("REG-") else Firmware(4, 1)
-            assert rule.firmware_from == since
+        since.setdefault(rule.firmware_from, set()).add(rule.id)
+        until.setdefault(rule.firmware_until, set()).add(rule.id)
+    ungated = since.pop(None) & until.pop(None)
+    assert since == SINCE
+    assert until == UNTIL
+    assert all(RULES[rule].applies_to(firmware) for rule in ungated for firmware in KNOWN)
 
 
 def test_applies_to():
@@ -183,9 +206,16 @@ def test_texts_are_sentences():
         assert len(rule.text) <= 240, rule.id
 
 
-def test_sections_are_in_the_manual():
-    for rule in RULES.values():
-        assert re.match(r"(Module Overview|chapter [1-6], |Manual Revision History)", rule.section), rule.id
+def test_rows_are_in_the_order_of_the_manual():
+    def chapter(rule):
+        if rule.section == "Module Overview":
+            return 0
+        if rule.section.startswith("Manual Revision History"):
+            return 7
+        return int(re.match(r"chapter ([1-6]), ", rule.section)[1])
+
+    chapters = [chapter(rule) for rule in RULES.values()]
+    assert chapters == sorted(chapters)
 
 
 def test_untestable_rows_say_why():

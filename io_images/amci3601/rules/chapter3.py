@@ -46,6 +46,10 @@ ROWS: tuple[Rule, ...] = (
          "With backplane proximity configured, homing ignores the home input until bit 12 of the command LSW "
          "goes from 0 to 1.",
          reading=("A-75",)),
+    Rule("HMG-18", "chapter 3, Configuration Bits MSW bit 6",
+         "The backplane home proximity bit has to go from 0 to 1; then the next time the home input becomes "
+         "active counts.",
+         reading=("A-75",)),
     Rule("CFG-22", "chapter 3, Configuration Bits MSW bit 10",
          "Bit 10 selects step and direction outputs (1) or CW and CCW pulse outputs (0)."),
     Rule("CFG-15", "chapter 3, Configuration Bits MSW bit 15",

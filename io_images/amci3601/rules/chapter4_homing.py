@@ -27,10 +27,6 @@ ROWS: tuple[Rule, ...] = (
          "With a proximity input, changes of the home input and marker pulses are ignored until the "
          "proximity signal has been seen.",
          reading=("A-75",)),
-    Rule("HMG-18", "chapter 3, Configuration Bits MSW bit 6",
-         "The backplane home proximity bit has to go from 0 to 1; then the next time the home input becomes "
-         "active counts.",
-         reading=("A-75",)),
     Rule("HMG-03", "chapter 4, Find Home",
          "At the end of homing At Home is set and the current position, the encoder value and the captured "
          "value become zero.",

@@ -120,9 +120,6 @@ ROWS: tuple[Rule, ...] = (
     Rule("BLD-18", "chapter 5, Acceleration/Deceleration Parameters",
          "The rate of a blend segment was outside 1 to 2000 steps/ms/s.",
          INVALID_PROFILE),
-    Rule("BLD-16", "chapter 6, Invalid Profile 5",
-         "A blend segment was too short for the change of speed to its target speed.",
-         INVALID_PROFILE, reading=("A-57", "A-58")),
     Rule("BLD-25", "chapter 5, Blend Move Programming Routine 2",
          "An error in a blend block blocks every operation until Reset Errors is given.",
          INVALID_PROFILE, reading=("A-57",)),
@@ -131,8 +128,5 @@ ROWS: tuple[Rule, ...] = (
     Rule("BLD-05", "chapter 5, Blend Move Programming Routine 6",
          "Resetting bit 8 after the last segment ends blend programming.",
          reading=("A-60",)),
-    Rule("BLD-23", "chapter 6, Command Error 18",
-         "Programming a blend profile while a blend move is running stops the move.",
-         COMMAND_ERROR, reading=("A-62",)),
 )
 # fmt: on

@@ -58,6 +58,9 @@ INVALID_PROFILES: tuple[Rule, ...] = (
     Rule("PRF-05", "chapter 6, Invalid Profile 5",
          "A blend segment was too short to reach its programmed speed.",
          INVALID_PROFILE, list_of=INVALID_PROFILE, reading=("A-20", "A-57", "A-58")),
+    Rule("BLD-16", "chapter 6, Invalid Profile 5",
+         "A blend segment was too short for the change of speed to its target speed.",
+         INVALID_PROFILE, reading=("A-57", "A-58")),
     Rule("PRF-06", "chapter 6, Invalid Profile 6",
          "Two consecutive blend segments had the same programmed speed.",
          INVALID_PROFILE, list_of=INVALID_PROFILE, reading=("A-20", "A-57")),
@@ -217,6 +220,9 @@ COMMAND_ERRORS: tuple[Rule, ...] = (
          "A blend profile was programmed while a blend move was running; the final deceleration stops the "
          "motion.",
          COMMAND_ERROR, list_of=COMMAND_ERROR, reading=("A-62",)),
+    Rule("BLD-23", "chapter 6, Command Error 18",
+         "Programming a blend profile while a blend move is running stops the move.",
+         COMMAND_ERROR, reading=("A-62",)),
     Rule("CMD-19", "chapter 6, Command Error 19",
          "A Hold command was given while a blend move was running; the error goes off when the move is "
          "complete.",
