@@ -8,7 +8,6 @@ import subprocess
 import sys
 
 import pytest
-
 from scanrack.runtime.cli.drive import Target, bench_for, converse
 
 CONFIGURE = [-31682, 63, 1, 0, 0, 0, 0, 0]
