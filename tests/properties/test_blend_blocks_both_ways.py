@@ -6,7 +6,8 @@ from hypothesis import strategies as st
 from scanrack.io_images.amci3601 import Acceleration, BlendHeader, BlendSegment
 from scanrack.io_images.image import Image
 
-unhurried = settings(deadline=None, max_examples=300)
+often = settings(max_examples=5 * settings.default.max_examples)
+very_often = settings(max_examples=20 * settings.default.max_examples)
 
 WORD = st.integers(-32_768, 32_767)
 TYPE = st.sampled_from(Acceleration)
@@ -48,7 +49,7 @@ def spoiled(blocks):
 
 
 @given(HEADERS | SEGMENTS)
-@unhurried
+@often
 def test_meaning_to_words_to_meaning(block):
     image = block.to_image()
     assert type(block).from_image(image) == block
@@ -56,13 +57,13 @@ def test_meaning_to_words_to_meaning(block):
 
 
 @given(spoiled(HEADERS) | st.lists(WORD, min_size=8, max_size=8))
-@settings(unhurried, max_examples=1500)
+@very_often
 def test_header_words_to_meaning_to_words(words):
     judge(BlendHeader, words, header_legal(words))
 
 
 @given(spoiled(SEGMENTS) | st.lists(WORD, min_size=8, max_size=8))
-@settings(unhurried, max_examples=1500)
+@very_often
 def test_segment_words_to_meaning_to_words(words):
     judge(BlendSegment, words, segment_legal(words))
 

@@ -25,7 +25,8 @@ from scanrack.io_images.amci3601 import (
 )
 from scanrack.io_images.image import Image
 
-unhurried = settings(deadline=None, max_examples=300)
+often = settings(max_examples=5 * settings.default.max_examples)
+very_often = settings(max_examples=20 * settings.default.max_examples)
 
 WORD = st.integers(-32_768, 32_767)
 TARGET = st.integers(-8_388_608, 8_388_607)
@@ -127,7 +128,7 @@ def shaped(lsw, allowed):
 
 
 @given(COMMANDS)
-@unhurried
+@often
 def test_meaning_to_words_to_meaning(command):
     image = command.to_image()
     assert legal(list(image))
@@ -135,7 +136,7 @@ def test_meaning_to_words_to_meaning(command):
 
 
 @given(spoiled() | st.lists(WORD, min_size=8, max_size=8))
-@settings(unhurried, max_examples=2000)
+@very_often
 def test_words_to_meaning_to_words(words):
     if legal(words):
         assert list(decode(Image(words)).to_image()) == words
@@ -160,7 +161,7 @@ def accepted(words):
 
 
 @given(st.lists(WORD | EDGES, min_size=8, max_size=8))
-@unhurried
+@often
 def test_parameters_judge_like_the_manual(words):
     parameters = Parameters.read(words)
     target, speed = words[2:4], words[4:6]

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from scanrack.io_images.amci3601 import KNOWN, Configuration, Firmware, check
 from scanrack.io_images.image import Image
 
-unhurried = settings(deadline=None)
+often = settings(max_examples=5 * settings.default.max_examples)
 NEWEST = KNOWN[-1]
 
 
@@ -68,7 +68,7 @@ WORDS = st.tuples(
 
 
 @given(WORDS, st.sampled_from(KNOWN))
-@unhurried
+@often
 def test_any_words(words, firmware):
     assert (check(words, firmware) == ()) is acceptable(words, firmware)
     image = Image(words)
@@ -81,7 +81,7 @@ def test_any_words(words, firmware):
 
 
 @given(st.integers(0, 0x3F), st.integers(0, 0x3F), st.integers(1, 1_000_000))
-@unhurried
+@often
 def test_meaning_to_words_to_meaning(used, levels, speed):
     configuration = Configuration(
         inputs_used=used | 0b01_0100, active_high=levels, step_and_direction=True, starting_speed=speed

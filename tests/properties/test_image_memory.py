@@ -7,11 +7,11 @@ from scanrack.io_images.image import IMAGE_BYTES, WORDS, Image, signed_word
 
 SIGNED = st.integers(-32_768, 32_767)
 EIGHT = st.lists(SIGNED, min_size=WORDS, max_size=WORDS)
-unhurried = settings(deadline=None)
+often = settings(max_examples=5 * settings.default.max_examples)
 
 
 @given(st.integers(-32_768, 65_535))
-@unhurried
+@often
 def test_signed_word_keeps_the_bits(value):
     word = signed_word(value)
     assert -32_768 <= word <= 32_767
@@ -19,7 +19,7 @@ def test_signed_word_keeps_the_bits(value):
 
 
 @given(st.integers(65_536) | st.integers(max_value=-32_769))
-@unhurried
+@often
 def test_values_beyond_a_word_are_refused(value):
     with pytest.raises(ValueError, match="out of range"):
         signed_word(value)
@@ -30,7 +30,7 @@ def test_values_beyond_a_word_are_refused(value):
 
 
 @given(EIGHT)
-@unhurried
+@often
 def test_words_and_bytes(words):
     image = Image(words)
     assert list(image) == words
@@ -40,7 +40,7 @@ def test_words_and_bytes(words):
 
 
 @given(EIGHT, st.integers(0, 7), st.integers(0, 15), st.booleans())
-@unhurried
+@often
 def test_set_bit_touches_one_bit(words, word, bit, on):
     image = Image(words)
     image.set_bit(word, bit, on)
@@ -51,7 +51,7 @@ def test_set_bit_touches_one_bit(words, word, bit, on):
 
 
 @given(EIGHT)
-@unhurried
+@often
 def test_views_are_live(words):
     memory = bytearray(3 * IMAGE_BYTES)
     middle = memoryview(memory)[IMAGE_BYTES : 2 * IMAGE_BYTES]

@@ -6,7 +6,8 @@ from hypothesis import strategies as st
 from scanrack.io_images.amci3601 import ConfigurationStatus, Firmware, Status, StatusView, status_names
 from scanrack.io_images.image import Image
 
-unhurried = settings(deadline=None, max_examples=300)
+often = settings(max_examples=5 * settings.default.max_examples)
+very_often = settings(max_examples=20 * settings.default.max_examples)
 
 WORD = st.integers(-32_768, 32_767)
 BITS = [name for name, kind in Status.__annotations__.items() if kind == "bool"]
@@ -26,7 +27,7 @@ def test_every_bit_is_a_field():
 
 
 @given(STATUS)
-@unhurried
+@often
 def test_meaning_to_words_to_meaning(status):
     image = status.to_image()
     assert Status.from_image(image) == status
@@ -44,7 +45,7 @@ def test_meaning_to_words_to_meaning(status):
         *[WORD, st.integers(-999, 999) | st.integers(-1001, 1001)] * 3,
     )
 )
-@settings(unhurried, max_examples=1500)
+@very_often
 def test_words_to_meaning_to_words(words):
     image = Image(words)
     legal = words[0] >= 0 and not words[1] & RESERVED and all(abs(words[index]) <= 999 for index in (3, 5, 7))
@@ -72,13 +73,13 @@ CONFIGURATION_STATUS = st.builds(
 
 
 @given(CONFIGURATION_STATUS)
-@unhurried
+@often
 def test_configuration_mode_meaning_to_words_to_meaning(status):
     assert ConfigurationStatus.from_image(status.to_image()) == status
 
 
 @given(st.tuples(WORD, WORD, WORD, WORD, *[st.sampled_from([0, 0, 0, 1])] * 2, WORD, WORD))
-@unhurried
+@often
 def test_configuration_mode_words_to_meaning_to_words(words):
     image = Image(words)
     if words[0] < 0 and words[4:6] == (0, 0):
@@ -89,7 +90,7 @@ def test_configuration_mode_words_to_meaning_to_words(words):
 
 
 @given(st.tuples(*[WORD] * 8))
-@unhurried
+@often
 def test_view_reads_any_words(words):
     """What logic sees is never refused; it agrees with the names that people see."""
     view = StatusView(Image(words))

@@ -16,7 +16,7 @@ from scanrack.io_images.thousands import (
 
 WORDS = st.integers(-32_768, 32_767)
 SPLITTABLE = 32_767_999
-unhurried = settings(deadline=None)
+often = settings(max_examples=5 * settings.default.max_examples)
 
 
 def plainly_legal(msw, lsw):
@@ -25,7 +25,7 @@ def plainly_legal(msw, lsw):
 
 
 @given(st.integers(-SPLITTABLE, SPLITTABLE))
-@unhurried
+@often
 def test_value_to_words_to_value(value):
     msw, lsw = split_thousands(value)
     assert join_thousands(msw, lsw) == value
@@ -34,7 +34,7 @@ def test_value_to_words_to_value(value):
 
 
 @given(WORDS, WORDS | st.integers(-1001, 1001))
-@unhurried
+@often
 def test_words_to_value_to_words(msw, lsw):
     assert is_legal_pair(msw, lsw) is plainly_legal(msw, lsw)
     if not plainly_legal(msw, lsw):
@@ -45,7 +45,7 @@ def test_words_to_value_to_words(msw, lsw):
 
 
 @given(st.integers(SPLITTABLE + 1))
-@unhurried
+@often
 def test_values_beyond_two_words_are_refused(value):
     for each in (value, -value):
         with pytest.raises(ValueError, match="does not fit two words"):
@@ -59,7 +59,7 @@ def test_corners(value):
 
 
 @given(st.integers(-REPORTED_MAX, REPORTED_MAX))
-@unhurried
+@often
 def test_reported_value_to_words_to_value(value):
     """But for whole thousands beyond 32,767,999, whose LSW of 0 cannot tell the sign."""
     assume(abs(value) <= SPLITTABLE or value % 1000 != 0)
@@ -67,7 +67,7 @@ def test_reported_value_to_words_to_value(value):
 
 
 @given(WORDS, st.integers(-999, 999))
-@unhurried
+@often
 def test_reported_words_to_value_to_words(msw, lsw):
     value = join_reported(msw, lsw)
     assert split_reported(value) == (msw, lsw)
@@ -75,7 +75,7 @@ def test_reported_words_to_value_to_words(msw, lsw):
 
 
 @given(st.integers(-(10**12), 10**12))
-@unhurried
+@often
 def test_reported_words_are_the_low_16_bits_and_the_rest(value):
     msw, lsw = split_reported(value)
     assert -32_768 <= msw <= 32_767
