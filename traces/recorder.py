@@ -210,7 +210,7 @@ class ScanRecorder:
 
     def _refuse(self, when: str) -> Never:
         """Take nothing more, and raise `TraceFull`."""
-        message = f"{self._file.name}: the disk is full; the trace is complete and ends {when}"
+        message = f"{self._file.name}: the disk is full; it is complete and ends {when}"
 
         def refuse(*_: object) -> Never:
             raise TraceFull(message, complete=True)

@@ -6,14 +6,17 @@ import errno
 import io
 import os
 import random
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from scanrack.traces.layout import SlotInfo
 from scanrack.traces.output import SUMMARY_ROOM, Ballast, TraceFile, TraceFull, open_trace_file
 from scanrack.traces.reader import open_trace
 from scanrack.traces.recorder import Attachment, ScanRecorder
+from scanrack.traces.records import MAGIC, find_records
 
 SLOTS = [SlotInfo(1, "amci3601", "4.1"), SlotInfo(2, "amci3601", "2.0")]
 SCANS = 240
@@ -104,16 +107,25 @@ def stock_scans(content: bytes) -> list[int]:
     return scans
 
 
-def whole_length() -> int:
+def undisturbed() -> bytes:
     disk = Disk(10**9, ballast=0)
-    record(TraceFile(disk, "whole", disk))
-    return len(disk.content)
+    record(TraceFile(disk, "whole"))
+    return bytes(disk.content)
+
+
+def failure_points(content: bytes) -> list[int]:
+    """Return sizes of disks at which each record is met: just before, at and after its end, and within."""
+    spans, _ = find_records(io.BytesIO(content), len(content))
+    ends = [span.offset for span in spans] + [len(content) - len(MAGIC), len(content)]
+    near = {end + step for end in ends for step in (-1, 0, 1)}
+    within = {(end + after) // 2 for end, after in pairwise(ends)}
+    return sorted(near | within | {1})
 
 
 BALLAST = 40_000
-WHOLE = whole_length()
-# 97 is prime to everything that matters here, so that it meets records, indexes and chunks in all places.
-FAILURE_POINTS = range(1, WHOLE + 200, 97)
+UNDISTURBED = undisturbed()
+WHOLE = len(UNDISTURBED)
+FAILURE_POINTS = failure_points(UNDISTURBED)
 
 
 @pytest.mark.parametrize("code", [errno.ENOSPC, errno.EDQUOT], ids=["disk", "quota"])
@@ -133,7 +145,7 @@ def test_a_full_disk_leaves_a_complete_trace_wherever_it_happens(code: int) -> N
 def test_a_full_disk_is_told_with_the_scan_that_filled_it() -> None:
     disk = Disk(BALLAST + WHOLE // 2, ballast=BALLAST)
     accepted, full = record(TraceFile(disk, "run.mcap", disk))
-    assert str(full) == f"run.mcap: the disk is full; the trace is complete and ends at scan {accepted[-1]}"
+    assert str(full) == f"run.mcap: the disk is full; it is complete and ends at scan {accepted[-1]}"
 
 
 def test_nothing_is_taken_after_the_disk_was_full() -> None:
@@ -154,6 +166,35 @@ def test_nothing_is_taken_after_the_disk_was_full() -> None:
     recorder.close()
     assert last is not None
     assert stock_scans(bytes(disk.content)) == list(range(last + 1))
+
+
+def test_a_disk_that_is_full_within_the_head_is_refused_and_leaves_a_whole_file() -> None:
+    head = next(
+        span.offset for span in find_records(io.BytesIO(UNDISTURBED), WHOLE)[0] if span.opcode == Opcode.CHUNK
+    )
+    for room in range(8, head, 101):
+        disk = Disk(room + BALLAST, ballast=BALLAST)
+        with pytest.raises(TraceFull, match="it is complete and ends before the first scan") as full:
+            ScanRecorder(
+                TraceFile(disk, "run", disk), bytearray(64), SLOTS, scan_period_ns=1, program=PROGRAM
+            )
+        assert full.value.complete
+        assert disk.closed
+        assert stock_scans(bytes(disk.content)) == []
+
+
+def test_what_was_cut_back_is_closed_without_a_further_complaint() -> None:
+    disk = Disk(BALLAST + WHOLE // 2, ballast=BALLAST, thief=True)
+    recorder = ScanRecorder(
+        TraceFile(disk, "run", disk), bytearray(64), SLOTS, scan_period_ns=1, program=PROGRAM, chunk_scans=1
+    )
+    with pytest.raises(TraceFull, match="cut back"):  # noqa: PT012 - some scan
+        for scan in range(SCANS):
+            recorder.scan(scan, scan, 0)
+    size = len(disk.content)
+    recorder.close()
+    assert disk.closed
+    assert len(disk.content) == size
 
 
 def test_where_the_ballast_does_not_help_the_file_ends_with_its_last_whole_record(tmp_path: Path) -> None:
@@ -201,6 +242,37 @@ def test_a_file_that_takes_nothing_is_not_waited_for() -> None:
     _, full = record(TraceFile(Deaf(10**6, ballast=0), "deaf"))
     assert full is not None
     assert "takes no more bytes" in str(full)
+
+
+@pytest.mark.parametrize("room", [1_000, 20_000, 300_000, 460_000])
+def test_the_ballast_that_a_recorder_asks_for_is_enough(monkeypatch: pytest.MonkeyPatch, room: int) -> None:
+    disks: list[Disk] = []
+
+    def on_a_small_disk(path: Path, ballast_bytes: int) -> TraceFile:
+        disks.append(Disk(room + ballast_bytes, ballast=ballast_bytes))
+        return TraceFile(disks[0], str(path), disks[0])
+
+    monkeypatch.setattr("scanrack.traces.recorder.open_trace_file", on_a_small_disk)
+    memory = bytearray(64)
+    noise = random.Random(1)
+    accepted: list[int] = []
+    with pytest.raises(TraceFull) as full:  # noqa: PT012 - which of them raises is the disk's affair
+        recorder = ScanRecorder("run.mcap", memory, SLOTS, scan_period_ns=2_000_000, program=PROGRAM)
+        for scan in range(10_000):  # chunks of full size: 4096 scans of 107 bytes that do not compress
+            memory[:] = noise.randbytes(64)
+            accepted.append(scan)
+            recorder.scan(scan, scan, 0)
+    assert full.value.complete
+    if accepted:
+        recorder.close()
+    assert stock_scans(bytes(disks[0].content)) == accepted
+
+
+@pytest.mark.skipif(not Path("/dev/null").exists(), reason="no /dev/null here")
+def test_a_device_has_no_ballast() -> None:
+    file = open_trace_file(Path("/dev/null"), 1000)
+    assert file._room is None
+    file.close()
 
 
 def test_the_ballast_grows_with_the_summary() -> None:

@@ -212,6 +212,69 @@ def test_close_may_be_called_again(tmp_path: Path) -> None:
         assert trace.notes == []
 
 
+def test_the_schema_of_three_slots_word_by_word() -> None:
+    rule = 80 * "="
+    slots = [SlotInfo(1, "amci3601"), SlotInfo(2, "toy"), SlotInfo(7, "amci3601")]
+    assert (
+        scan_schema(slots).text
+        == f"""\
+uint32 scan
+uint32 flags
+Amci3601 slot1
+Plain slot2
+Amci3601 slot7
+{rule}
+MSG: scanrack/Amci3601
+Amci3601Out out
+Amci3601In in
+{rule}
+MSG: scanrack/Amci3601Out
+int16 command_msw
+int16 command_lsw
+int16 target_msw
+int16 target_lsw
+int16 speed_msw
+int16 speed_lsw
+int16 acceleration
+int16 deceleration
+{rule}
+MSG: scanrack/Amci3601In
+int16 status_msw
+int16 status_lsw
+int16 position_msw
+int16 position_lsw
+int16 encoder_msw
+int16 encoder_lsw
+int16 captured_msw
+int16 captured_lsw
+{rule}
+MSG: scanrack/Plain
+PlainOut out
+PlainIn in
+{rule}
+MSG: scanrack/PlainOut
+int16 word0
+int16 word1
+int16 word2
+int16 word3
+int16 word4
+int16 word5
+int16 word6
+int16 word7
+{rule}
+MSG: scanrack/PlainIn
+int16 word0
+int16 word1
+int16 word2
+int16 word3
+int16 word4
+int16 word5
+int16 word6
+int16 word7
+"""
+    )
+
+
 def test_layouts_differ_in_name_and_firmware_does_not_matter() -> None:
     names = {
         scan_schema(slots).name
@@ -238,7 +301,7 @@ import random, sys
 from scanrack.traces.layout import SlotInfo
 from scanrack.traces.recorder import Attachment, ScanRecorder
 memory = bytearray(96)
-slots = [SlotInfo(number, "amci3601", "4.1") for number in (1, 2, 5)]
+slots = [SlotInfo(1, "amci3601", "4.1"), SlotInfo(2, "toy"), SlotInfo(5, "amci3601", "2.0")]
 recorder = ScanRecorder(sys.argv[1], memory, slots, scan_period_ns=2_000_000, seed=7,
     program=Attachment("p.py", b"x = 1"), metadata={"exchange": "end of scan"})
 chance = random.Random(7)
