@@ -14,12 +14,21 @@ backplane proximity command LSW bit 12.
     DWELL     none        two seconds after an end limit -> BACK
 
 A signal that is on at the start begins with BACK, the end limit of that
-direction with DWELL. A limit after the reversal, or the opposite one before,
-ends the search with an error.
+direction with DWELL. Limits, "becomes" for a change and "is" for a level:
+
+    heading              limit of dir                   opposite limit
+    dir                  is active: DWELL, then BACK    becomes active: HOM-05
+    -dir                 (it is being left)             becomes active: HOM-05
+    dir, turned round    is active: HOM-04              is active: HOM-04
+    -dir, turned round   (it is being left)             is active: HOM-04
+
+"Turned round" means by an end limit. The opposite limit counts by its change
+before that, since one that is active at the start has no effect [note 2].
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from enum import Enum
 from typing import TYPE_CHECKING, ClassVar
@@ -70,6 +79,7 @@ class Homing(Operation):
         self.reversed = False  # an end limit has turned the search round
         self.found = False
         self._dwell_until_ns = 0
+        self._after_dwell = self._back
         self._signal_was_on = False
         self._home_before = bool(layer.active & HOME)
 
@@ -117,11 +127,17 @@ class Homing(Operation):
         """An end limit has been met: stand still for two seconds, then turn round."""
         self.layer.axis.cut(now_ns)
         self.reversed = True
-        self._wait(now_ns, DWELL_NS)
+        self._wait(now_ns, DWELL_NS, self._back)
 
-    def _wait(self, now_ns: int, duration_ns: int) -> None:
+    def _wait(self, now_ns: int, duration_ns: int, then: Callable[[int], None]) -> None:
         self.phase = Phase.DWELL
         self._dwell_until_ns = now_ns + duration_ns
+        self._after_dwell = then
+
+    def _look_at_the_clock(self, now_ns: int) -> None:
+        """Go on when the dwell is over; words and inputs may have changed meanwhile."""
+        if now_ns >= self._dwell_until_ns:
+            self._after_dwell(now_ns)
 
     def _back(self, now_ns: int) -> None:
         self.phase = Phase.BACK
@@ -143,11 +159,14 @@ class Homing(Operation):
             self.layer.axis.watch_marker()
 
     def _stop(self, now_ns: int, then: Phase) -> None:
+        """Ramp down; at the starting speed the axis may stand at once."""
         self.phase = then
         self.layer.axis.stop(now_ns, self.profile.deceleration_spmss, self.profile.shape)
+        if not self.layer.axis.moving:
+            self._after_stop(now_ns)
 
     def next_wake_ns(self, now_ns: int) -> int | None:
-        """The end of a dwell, and the tick after a stop."""
+        """The end of a dwell."""
         return self._dwell_until_ns if self.phase is Phase.DWELL else None
 
     # -- ticks --------------------------------------------------------------------------------
@@ -156,8 +175,14 @@ class Homing(Operation):
         """Look at limits and signals, and go on to the next phase where one is due."""
         home_risen = bool(self.layer.active & HOME) and not self._home_before
         self._home_before = bool(self.layer.active & HOME)
-        if self._met_a_limit(now_ns):
-            return
+        if now_ns == self.started_ns or self._met_a_limit(now_ns):
+            return  # what has changed before the start counts as it is at the start
+        phase = self.phase
+        self._proceed(now_ns, home_risen)
+        if self.phase is not phase:
+            self._met_a_limit(now_ns)  # the new phase may head for one that is active already
+
+    def _proceed(self, now_ns: int, home_risen: bool) -> None:
         if self.phase is Phase.SEEK:
             self._seek(now_ns)
         elif self.phase is Phase.FINAL:
@@ -166,8 +191,8 @@ class Homing(Operation):
             self._look_behind(now_ns)
         elif self.phase is Phase.CREEP:
             self._approach(now_ns, home_risen)
-        elif self.phase is Phase.DWELL and now_ns >= self._dwell_until_ns:
-            self._back(now_ns)
+        elif self.phase is Phase.DWELL:
+            self._look_at_the_clock(now_ns)
         elif not self.layer.axis.moving:
             self._after_stop(now_ns)
 
@@ -191,8 +216,6 @@ class Homing(Operation):
             self._take_home(now_ns, home_risen)
         elif self._signal:
             self._final(now_ns)
-            if not self._with_marker:
-                self._take_home(now_ns, home_risen)
 
     def _take_home(self, now_ns: int, home_risen: bool) -> None:
         if self.layer.axis.marker_seen if self._with_marker else home_risen:
@@ -200,32 +223,29 @@ class Homing(Operation):
             self.found = True
 
     def _after_stop(self, now_ns: int) -> None:
+        """Turn round, at once unless a pause is chosen (reading A-72b)."""
+        turn = self._back if self.phase is Phase.STOP_BEFORE_BACK else self._creep
         pause_ns = self.layer.options.home_reversal_dwell_ms * 1_000_000
-        if self.phase is Phase.STOP_BEFORE_CREEP:
-            self._creep(now_ns)
-        elif pause_ns and self._alone:
-            self._wait(now_ns, pause_ns)
+        if pause_ns and self._alone:
+            self._wait(now_ns, pause_ns, turn)
         else:
-            self._back(now_ns)
+            turn(now_ns)
 
     # -- limits -------------------------------------------------------------------------------
 
     def _met_a_limit(self, now_ns: int) -> bool:
-        """Deal with end limits; return whether one was met."""
-        if self.phase is Phase.DWELL:
-            return False
-        toward = self.direction if self.phase in SEARCHING else -self.direction
-        ahead = self.layer.active & limit_of(toward)
-        behind = self.layer.risen & limit_of(-toward)
-        if not ahead and not behind:
-            return False
-        if ahead and toward == self.direction and not self.reversed:
+        """Deal with end limits, as the table above has it; return whether one was met."""
+        layer = self.layer
+        if self.phase is Phase.DWELL and self.reversed:
+            return False  # what is active then is looked at when the axis turns round
+        if self.phase in SEARCHING and not self.reversed and layer.active & limit_of(self.direction):
             self._dwell(now_ns)
             return True
-        if ahead or toward == self.direction:
-            self.layer.abort_homing(now_ns, "HOM-04" if self.reversed else "HOM-05")
-            return True
-        return False  # the limit just left bounces
+        same = layer.active & limit_of(self.direction) if self.phase in SEARCHING else 0
+        opposite = (layer.active if self.reversed else layer.risen) & limit_of(-self.direction)
+        if same or opposite:
+            layer.abort_homing(now_ns, "HOM-04" if self.reversed else "HOM-05")
+        return bool(same or opposite)
 
     # -- what comes in between ----------------------------------------------------------------
 

@@ -32,7 +32,7 @@ class Options:
         stopped_after_program_mode: leaving run mode during a motion sets STOPPED (A-78).
         clear_status_after_config: leaving configuration mode clears all status bits of word 0
             below bit 13 but POSITION_INVALID (A-102).
-        home_reversal_dwell_ms: pause at the first reversal of a home-switch homing, in ms (A-72b).
+        home_reversal_dwell_ms: pause at each reversal of a home-switch homing, in ms (A-72b).
     """
 
     input_scan_us: int = 250
