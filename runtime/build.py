@@ -57,16 +57,6 @@ def build_cpu(
     return cpu
 
 
-def scans_in(spec: RackSpec, duration_ns: int) -> int:
-    """Return how many scans begin within a duration, the one at 0 included.
-
-    >>> from scanrack.runtime.rackspec import RackSpec
-    >>> scans_in(RackSpec(program="line.py", slot=(), scan_ms=Decimal(2)), 600_000_000_000)
-    300000
-    """
-    return -(-duration_ns // spec.scan_ns)
-
-
 def slot_seed(seed: int, number: int) -> int:
     """Return the seed of a slot; slot 1 has the rack's.
 

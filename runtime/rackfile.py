@@ -153,6 +153,7 @@ _ALLOWED = {
     "bool_type": "true or false",
     "string_type": "text in quotes",
     "tuple_type": "an array",
+    "too_short": "an array of {min_length} or more",
     "model_type": "a table",
     "literal_error": "{expected}",
     "greater_than_equal": "{ge} or more",

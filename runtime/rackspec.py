@@ -153,7 +153,7 @@ class RackSpec(Table):
         trace: path of the recording, relative to the rack file.
         seed: of what is left to chance.
         mode: the CPU's mode at power-up.
-        slot: the slots.
+        slot: the slots, at least one.
         force: the forces.
     """
 
@@ -167,7 +167,7 @@ class RackSpec(Table):
     trace: str | None = None
     seed: Annotated[int, Field(ge=0)] = 0
     mode: Literal["run", "program", "test"] = "run"
-    slot: Annotated[tuple[SlotSpec, ...], Field(strict=False)]
+    slot: Annotated[tuple[SlotSpec, ...], Field(strict=False, min_length=1)]
     force: Annotated[tuple[ForceSpec, ...], Field(strict=False)] = ()
 
     @property

@@ -78,14 +78,20 @@ def trace_path(job: Job, record: Path | None, no_record: bool) -> Path | None:
     """Return where the recording goes: the command line's path, the rack file's, or one named after it.
 
     Raises:
-        ValueError: the command line asks for a recording and for none.
+        ValueError: the command line asks for a recording and for none, or it would replace the
+            rack file or the program.
     """
     if record is not None and no_record:
         raise ValueError("--record and --no-record contradict each other: give one of them")
     if no_record:
         return None
-    if record is not None:
-        return record
+    trace = record or _own_path(job)
+    if trace.resolve() in (job.rack_file.resolve(), job.program.resolve()):
+        raise ValueError(f"the trace would replace {trace}: give it a name of its own")
+    return trace
+
+
+def _own_path(job: Job) -> Path:
     if job.spec.trace is not None:
         return job.folder / job.spec.trace
     return Path(f"{job.rack_file.stem}.mcap")

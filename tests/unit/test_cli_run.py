@@ -264,6 +264,11 @@ BAD_INPUT = {
     "no length": (["line.toml", "--for", "0 s"], "'0 s' is no time to run for: it must be more than 0"),
     "no scans": (["line.toml", "--scans", "0"], "--scans 0 is not allowed: 1 or more"),
     "two lengths": (["line.toml", "--scans", "1", "--for", "1 s"], "--scans and --for say the same thing"),
+    "a trace over the rack file": (
+        ["line.toml", "--record", "./line.toml"],
+        "the trace would replace line.toml",
+    ),
+    "a trace over the program": (["line.toml", "--record", "line.py"], "the trace would replace line.py"),
     "two wishes": (["line.toml", "--record", "x.mcap", "--no-record"], "--record and --no-record contradict"),
 }
 

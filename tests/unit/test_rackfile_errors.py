@@ -327,6 +327,12 @@ MISTAKES = {
         "force.value = 2: 'slot1.status.IN_CAPTURE' cannot be forced to 2: a bit is 0 to 1",
     ),
     "no program": ('program = "line.py"', "", 1, "program: this key is missing"),
+    "no slots": (
+        '[[slot]]\nnumber = 2\nmodule = "amci3601"',
+        "[[slots]]",
+        43,
+        "slots: unknown key; did you mean slot?",
+    ),
     "no slot number": ("number = 2", "", 43, "slot.number: this key is missing"),
     "no station position": ("position = 4000", "", 37, "slot.machine.stations.position: this key is missing"),
     "no TOML": ("scan_ms = 2.0", "scan_ms = ", 3, "this is no TOML: Invalid value in column 11"),

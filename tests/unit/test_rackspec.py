@@ -7,7 +7,8 @@ import pytest
 from pydantic import ValidationError
 from scanrack.io_images.amci3601.bits import InputBit
 from scanrack.runtime.amci3601 import Amci3601
-from scanrack.runtime.build import build_cpu, build_rack
+from scanrack.runtime.build import build_cpu, build_rack, slot_seed
+from scanrack.runtime.catalog import CATALOG
 from scanrack.runtime.cpu import CpuFault, CpuMode
 from scanrack.runtime.machine import (
     EncoderSpec,
@@ -83,6 +84,9 @@ MACHINE = MachineSpec(
 )
 
 
+SLOT = SlotSpec(number=1, module="amci3601")
+
+
 @pytest.fixture
 def full(tmp_path):
     path = tmp_path / "line.toml"
@@ -117,8 +121,8 @@ def test_a_rack_file_means_the_same_as_the_objects(full):
 
 def test_times_are_exact(full):
     assert (full.spec.scan_ns, full.spec.rpi_ns) == (250_000, 1_500_000)
-    assert RackSpec(program="line.py", slot=[], scan_ms=0.1).scan_ns == 100_000
-    assert RackSpec(program="line.py", slot=[]).rpi_ns == 2_000_000
+    assert RackSpec(program="line.py", slot=[SLOT], scan_ms=0.1).scan_ns == 100_000
+    assert RackSpec(program="line.py", slot=[SLOT]).rpi_ns == 2_000_000
 
 
 def test_a_short_rack_file_has_defaults(tmp_path):
@@ -164,16 +168,14 @@ def test_the_controller_decides_when_images_are_exchanged(monkeypatch, controlle
         return self._image
 
     monkeypatch.setattr(Amci3601, "update", update)
-    spec = RackSpec(
-        program="-", scan_ms=1, controller=controller, slot=[SlotSpec(number=1, module="amci3601")]
-    )
+    spec = RackSpec(program="-", scan_ms=1, controller=controller, slot=[SLOT])
     inputs = []
     build_cpu(spec, lambda scan: inputs.append(scan.slot[1].inputs[7]), build_rack(spec)).run(3)
     assert inputs == seen
 
 
 def test_the_watchdog_is_as_described(monkeypatch):
-    spec = RackSpec(program="-", watchdog_ms=60, slot=[])
+    spec = RackSpec(program="-", watchdog_ms=60, slot=[SLOT])
 
     def endless(scan):
         while True:
@@ -185,14 +187,38 @@ def test_the_watchdog_is_as_described(monkeypatch):
 
 def test_a_mistake_in_python_is_refused_where_it_is_made():
     with pytest.raises(ValidationError, match="slot 1 is used twice"):
-        RackSpec(
-            program="-", slot=[SlotSpec(number=1, module="amci3601"), SlotSpec(number=1, module="amci3601")]
-        )
+        RackSpec(program="-", slot=[SLOT, SLOT])
     with pytest.raises(ValidationError, match="option input_scan: the simulated 3601 has no such switch"):
         SlotSpec(number=1, module="amci3601", options={"input_scan": 1})
 
 
 def test_a_specification_cannot_be_changed_later():
-    spec = RackSpec(program="-", slot=[])
+    spec = RackSpec(program="-", slot=[SLOT])
     with pytest.raises(ValidationError, match="frozen"):
         spec.scan_ms = Decimal(1)
+
+
+def test_a_rack_has_a_slot_at_least():
+    with pytest.raises(ValidationError, match="at least 1 item"):
+        RackSpec(program="-", slot=[])
+
+
+def test_a_rack_in_python_may_bring_its_own_modules(monkeypatch):
+    made = []
+
+    class Probe:
+        def __init__(self, **given):
+            made.append(given)
+            self.events = []
+
+    monkeypatch.setitem(CATALOG, "probe", Probe)
+    spec = RackSpec(program="-", seed=5, slot=[SLOT, SlotSpec(number=2, module="probe", firmware="1")])
+    rack = build_rack(spec)
+    assert isinstance(rack.slots[2].module, Probe)
+    assert made[-1] == {
+        "firmware": "1",
+        "machine": MachineSpec(),
+        "seed": slot_seed(5, 2),
+        "options": {},
+        "wiring": None,
+    }
