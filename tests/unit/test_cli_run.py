@@ -166,7 +166,7 @@ def test_a_program_that_raises(folder):
     assert done.exit_code == 1
     assert done.stderr == (
         "scanrack: the CPU has faulted in scan 25 (t = 0.05 s): the program raised ZeroDivisionError: "
-        f"division by zero [line.py:7]\n"
+        "division by zero [line.py:7]\n"
     )
     scans = scans_of(folder / "line.mcap")
     assert len(scans) == 26
