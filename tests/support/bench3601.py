@@ -15,7 +15,7 @@ from scanrack.io_images.amci3601 import InputBit, status_names
 from scanrack.io_images.image import Image
 from scanrack.io_images.thousands import join_reported, split_thousands
 from scanrack.runtime.amci3601 import Amci3601
-from scanrack.runtime.machine import Machine, MachineSpec, Switch
+from scanrack.runtime.machine import EncoderSpec, Machine, MachineSpec, Switch
 
 CONFIGURATION = (0x843E, 0x003F, 1, 0, 0, 0, 0, 0)
 """External input, home switch, emergency stop, both limits; step and direction; starting speed 1000."""
@@ -44,6 +44,7 @@ class Bench:
         firmware: "2.0" to "4.1".
         scan_ms: exchange period.
         machine: switch ranges by input name, e.g. {"home": (3000, 3500), "cw_limit": (9000, None)}.
+        encoder: what the shaft turns, if it turns an encoder.
         diagnostic_wiring: step outputs wired to the encoder inputs.
         options: model switches.
     """
@@ -54,15 +55,15 @@ class Bench:
         *,
         scan_ms: float = 0.25,
         machine: dict[str, tuple[int | None, int | None]] | None = None,
+        encoder: EncoderSpec | None = None,
         diagnostic_wiring: bool = False,
         **options: bool | int,
     ) -> None:
         switches = tuple(
             Switch(InputBit[name.upper()], first, last) for name, (first, last) in (machine or {}).items()
         )
-        self.module = Amci3601(
-            firmware, Machine(MachineSpec(switches=switches)), options, diagnostic_wiring=diagnostic_wiring
-        )
+        spec = MachineSpec(switches=switches, encoder=encoder)
+        self.module = Amci3601(firmware, Machine(spec), options, diagnostic_wiring=diagnostic_wiring)
         self.scan_ns = int(Decimal(str(scan_ms)) * 1_000_000)
         self.now_ns = 0
         self.outputs = Image()
