@@ -38,7 +38,7 @@ def run_job(job: Job, scans: int | None, trace: Path | None, *, realtime: bool, 
     listeners: list[ScanListener] = [tally]
     if trace is not None:
         try:
-            listeners.insert(0, recorder_for(job, rack, trace))
+            listeners.append(recorder_for(job, rack, trace))
         except OSError as error:
             return _complain(f"the trace can't be written: {_reason(error)}", NO_TRACE)
     pacer = RealTime() if realtime else FreeRun()

@@ -232,6 +232,7 @@ def test_a_disk_that_fills(folder, monkeypatch):
         "scanrack: scan 20: the trace can't be written: line.mcap: the disk became full at scan 20\n"
     )
     assert len(scans_of(folder / "line.mcap")) == 21
+    assert done.stdout.startswith("scans         21 (")
 
 
 class FullAtTheEnd(ScanRecorder):
