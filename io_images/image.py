@@ -79,7 +79,7 @@ class Image:
             self.words[index] = signed_word(value)
 
     def __getitem__(self, index: int) -> int:
-        return self.words[index]  # type: ignore[no-any-return]
+        return self.words[index]
 
     def __setitem__(self, index: int, value: int) -> None:
         self.words[index] = signed_word(value)

@@ -94,8 +94,8 @@ def split_reported(value: int) -> tuple[int, int]:
     The MSW is the low 16 bits of the signed thousands, the LSW the remainder
     with the sign of the value [chapter 6, Current Position].
 
-    >>> split_reported(-345), split_reported(32_767_999), split_reported(32_768_000), split_reported(65_535_999)
-    ((0, -345), (32767, 999), (-32768, 0), (-1, 999))
+    >>> split_reported(-345), split_reported(32_767_999), split_reported(32_768_000)
+    ((0, -345), (32767, 999), (-32768, 0))
 
     Args:
         value: steps or counts of any size; it wraps at +-65,536,000.

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from hypothesis import given
 from hypothesis import strategies as st
-
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.image import Image
 from scanrack.runtime.amci3601 import Amci3601
