@@ -84,7 +84,8 @@ def explain(error: ValidationError, path: Path, lines: KeyLines | None = None) -
         path: the file that the specification is from.
         lines: where its keys stand, if that is known.
     """
-    mistakes = [_mistake(details) for details in error.errors(include_url=False)]
+    found = error.errors(include_url=False)
+    mistakes = [_mistake(details) for details in found if not _follows_from_others(details, found)]
     if lines is not None:
         mistakes.sort(key=lambda mistake: lines.line(mistake.path))
     return "\n".join(mistake.message(path, lines) for mistake in mistakes)
@@ -122,6 +123,14 @@ class _Mistake:
         key = ".".join(part for part in self.path if isinstance(part, str))
         given = f"{key} = {self.value}" if self.value else key
         return ": ".join(part for part in (where, given, self.problem) if part)
+
+
+def _follows_from_others(details: ErrorDetails, found: list[ErrorDetails]) -> bool:
+    """Whether an array is called too short only because entries of it were refused."""
+    path = details["loc"]
+    return details["type"] == "too_short" and any(
+        len(other["loc"]) > len(path) and other["loc"][: len(path)] == path for other in found
+    )
 
 
 def _mistake(details: ErrorDetails) -> _Mistake:
