@@ -1,0 +1,156 @@
+"""Parameters that a move does not take [chapter 6, Command Errors 4 to 6 and 10, Invalid Profile 1 and 2].
+
+The parameters of `command` are legal: speed 5000, acceleration 20, deceleration 10; starting speed
+1000. Each row breaks one thing and names the nearest words that do not.
+"""
+
+from __future__ import annotations
+
+import pytest
+from bench3601 import (
+    ABSOLUTE,
+    ENCODER,
+    HOLD,
+    HOME_CCW,
+    HOME_CW,
+    MANUAL_CW,
+    PRESET,
+    RELATIVE,
+    RESUME,
+    Bench,
+    configuration,
+)
+from motions3601 import ENCODER_MOVE, LONG
+from refusals3601 import COMMAND_ERRORS, MOTION, PROFILE_ERRORS, after_a_move, refused
+
+TARGET, SPEED, UP, DOWN = 2, 4, 6, 7
+WITH_TARGET = {"absolute": (ABSOLUTE, 0), "relative": (RELATIVE, 0), "encoder": (RELATIVE, ENCODER_MOVE)}
+MOVES = {**WITH_TARGET, "home": (HOME_CW, 0), "manual": (MANUAL_CW, 0)}
+
+
+# what, rule, first word, illegal words, the nearest legal ones
+BROKEN = [
+    ("target", "IOM-10", TARGET, (8_388, 608), (8_388, 607)),
+    ("target", "IOM-10", TARGET, (-8_388, -609), (-8_388, -608)),
+    ("target", "IOM-10", TARGET, (0, 1_000), (0, 999)),
+    ("target", "IOM-10", TARGET, (0, -1_000), (0, -999)),
+    ("target", "IOM-10", TARGET, (8, 1_000), (8, 999)),
+    ("target", "IOM-10", TARGET, (-12, 345), (-12, 0)),  # -12,000 is the manual's own example
+    ("target", "IOM-10", TARGET, (12, -345), (12, 0)),
+    ("target", "IOM-10", TARGET, (1, -1), (1, 1)),
+    ("speed", "IOM-15", SPEED, (1_000, 1), (1_000, 0)),
+    ("speed", "IOM-15", SPEED, (999, 1_000), (999, 999)),
+    ("speed", "IOM-15", SPEED, (1, 1_000), (1, 999)),
+    ("speed", "IOM-15", SPEED, (2, -1), (2, 0)),
+    ("speed", "IOM-15", SPEED, (-5, 0), (5, 0)),
+    ("speed", "IOM-15", SPEED, (-5, -1), (5, 1)),
+    *(("acceleration", "IOM-16", UP, (bad,), (good,)) for bad, good in [(0, 1), (-1, 1), (2_001, 2_000)]),
+    *(("deceleration", "IOM-16", DOWN, (bad,), (good,)) for bad, good in [(0, 1), (-1, 1), (2_001, 2_000)]),
+]
+ROWS = [
+    pytest.param(
+        move, at, bad, good, id=f"{move}-{what} {bad}", marks=pytest.mark.rules("CMD-04", "PRF-02", rule)
+    )
+    for what, rule, at, bad, good in BROKEN
+    for move in (WITH_TARGET if at == TARGET else MOVES)
+]
+
+
+def with_words(msw: int, lsw: int, at: int, words: tuple[int, ...]) -> list[int]:
+    """A command with a legal target of 7 where it needs one, and these words from word `at` on."""
+    command = [msw, lsw, 0, 0 if msw in (HOME_CW, MANUAL_CW) else 7, 5, 0, 20, 10]
+    command[at : at + len(words)] = words
+    return command
+
+
+@pytest.mark.parametrize(("move", "at", "bad", "good"), ROWS)
+def test_parameters_out_of_range(move, at, bad, good):
+    """Both bits, for the cause stands in both lists (reading A-20)."""
+    msw, lsw = MOVES[move]
+    bench = after_a_move(config=configuration(add=ENCODER))
+    bench.out(*with_words(msw, lsw, at, bad))
+    refused(bench, "CMD-04", "PRF-02", errors=PROFILE_ERRORS)
+    bench.out(*with_words(msw, lsw, at, good)).run(1)
+    assert bench.bits & MOTION
+    assert "COMMAND_ERROR" not in bench.bits
+
+
+@pytest.mark.rules("CMD-04", "PRF-02", "IOM-15", "IOM-16")
+@pytest.mark.parametrize(("at", "bad"), [(SPEED, (1_000, 1)), (SPEED, (2, -1)), (UP, (0,)), (DOWN, (2_001,))])
+def test_resume_out_of_range(at, bad):
+    """The hold bit stays (reading A-84), but nothing can be resumed after the error."""
+    bench = Bench.ready().relative(LONG, ms=400).out(HOLD).run(500).idle()
+    bench.out(*with_words(RESUME, 0, at, bad)).run(1)
+    assert bench.bits == {"MODULE_OK", "HOLD_STATE"} | PROFILE_ERRORS
+    assert bench.fired == ["CMD-04", "PRF-02"]
+    bench.reset_errors()
+    bench.out(*with_words(RESUME, 0, SPEED, (5, 0)))
+    refused(bench, "CMD-08", errors=COMMAND_ERRORS)
+
+
+@pytest.mark.rules("CMD-05", "PRF-01", "IOM-15")
+@pytest.mark.parametrize("start", [1_000, 12_345])
+@pytest.mark.parametrize("move", WITH_TARGET)
+def test_slower_than_the_starting_speed(move, start):
+    msw, lsw = WITH_TARGET[move]
+    config = configuration(add=ENCODER, start=start)
+    bench = after_a_move_at(start, config=config)
+    bench.command(msw, 7, lsw=lsw, speed=start - 1).run(1)
+    assert (bench.fired, bench.bits) == (
+        ["CMD-05", "PRF-01"],
+        {"MODULE_OK", "MOVE_COMPLETE"} | PROFILE_ERRORS,
+    )
+    bench.reset_errors()
+    bench.command(msw, 7, lsw=lsw, speed=start).run(0.25)
+    assert bench.bits & MOTION == {"MOVING_CW"}
+
+
+def after_a_move_at(speed: int, **kwargs) -> Bench:
+    bench = Bench.ready(**kwargs).relative(0, speed=speed).run(1)
+    assert bench.bits == {"MODULE_OK", "MOVE_COMPLETE"}
+    return bench.idle()
+
+
+@pytest.mark.rules("CMD-05", "PRF-01", "HOM-01")
+@pytest.mark.parametrize("command", [HOME_CW, HOME_CCW], ids=["CW", "CCW"])
+def test_homing_slower_than_the_starting_speed(command):
+    """Home Invalid, too: the cause stands in three lists."""
+    bench = after_a_move()
+    bench.command(command, speed=999)
+    refused(bench, "HOM-01", "CMD-05", "PRF-01", errors=PROFILE_ERRORS | {"HOME_INVALID"})
+    bench.command(command, speed=1_000).run(1)
+    assert bench.bits & MOTION
+    assert "HOME_INVALID" not in bench.bits
+
+
+@pytest.mark.rules("CMD-05", "PRF-01")
+def test_resume_slower_than_the_starting_speed():
+    for speed, errors in ((1_000, set()), (999, PROFILE_ERRORS)):
+        bench = Bench.ready().relative(LONG, ms=400).out(HOLD).run(500).idle()
+        bench.command(RESUME, speed=speed).run(1)
+        assert bench.bits - MOTION == {"MODULE_OK"} | errors | ({"HOLD_STATE"} if errors else set())
+        assert bench.fired == (["CMD-05", "PRF-01"] if errors else [])
+
+
+@pytest.mark.rules("CMD-06")
+@pytest.mark.parametrize("lsw", [0, ENCODER_MOVE], ids=["steps", "encoder"])
+def test_absolute_move_with_an_invalid_position(lsw):
+    """For encoder moves, too (reading A-51); a preset position makes it possible."""
+    bench = Bench.configured(config=configuration(add=ENCODER))
+    bench.command(ABSOLUTE, 7, lsw=lsw)
+    refused(bench, "CMD-06", errors=COMMAND_ERRORS)
+    bench.out(PRESET).run(1).idle()
+    bench.command(ABSOLUTE, 7, lsw=lsw).run(1)
+    assert bench.bits == {"MODULE_OK", "MOVING_CW", "ACCELERATING"}
+
+
+@pytest.mark.rules("CMD-10", "HMG-07")
+@pytest.mark.parametrize("command", [HOME_CW, HOME_CCW], ids=["CW", "CCW"])
+@pytest.mark.parametrize("lsw", [0b01, 0b11], ids=["triangular", "trapezoidal"])
+def test_homing_with_an_s_curve(lsw, command):
+    """Command Error only; bit 1 without bit 0 selects nothing [chapter 5, Command Word LSW]."""
+    bench = after_a_move()
+    bench.command(command, lsw=lsw)
+    refused(bench, "CMD-10", errors=COMMAND_ERRORS)
+    bench.command(command, lsw=0b10).run(1)
+    assert bench.bits & MOTION
