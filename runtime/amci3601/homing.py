@@ -62,6 +62,9 @@ class Phase(Enum):
 SEARCHING = frozenset({Phase.SEEK, Phase.FINAL, Phase.CREEP, Phase.STOP_BEFORE_BACK})
 """Phases whose motion is in the commanded direction."""
 
+TURNING = frozenset({Phase.STOP_BEFORE_BACK, Phase.STOP_BEFORE_CREEP})
+"""Phases that end when the axis stands still."""
+
 
 class Homing(Operation):
     """A search for the home signal; ends in AT_HOME with everything zeroed."""
@@ -79,7 +82,7 @@ class Homing(Operation):
         self.reversed = False  # an end limit has turned the search round
         self.found = False
         self._dwell_until_ns = 0
-        self._after_dwell = self._back
+        self._after_dwell: Callable[[int], None] = self._back
         self._signal_was_on = False
         self._home_before = bool(layer.active & HOME)
 
@@ -130,14 +133,11 @@ class Homing(Operation):
         self._wait(now_ns, DWELL_NS, self._back)
 
     def _wait(self, now_ns: int, duration_ns: int, then: Callable[[int], None]) -> None:
+        """Stand still so long, whatever words and inputs do meanwhile."""
         self.phase = Phase.DWELL
+        self.shown_direction = 0
         self._dwell_until_ns = now_ns + duration_ns
         self._after_dwell = then
-
-    def _look_at_the_clock(self, now_ns: int) -> None:
-        """Go on when the dwell is over; words and inputs may have changed meanwhile."""
-        if now_ns >= self._dwell_until_ns:
-            self._after_dwell(now_ns)
 
     def _back(self, now_ns: int) -> None:
         self.phase = Phase.BACK
@@ -159,14 +159,16 @@ class Homing(Operation):
             self.layer.axis.watch_marker()
 
     def _stop(self, now_ns: int, then: Phase) -> None:
-        """Ramp down; at the starting speed the axis may stand at once."""
+        """Ramp down; the tick after the end of the ramp turns round, and shows it until then."""
         self.phase = then
+        self.shown_direction = self.layer.axis.direction
+        self.shown_ramp = -1 if self.profile.has_ramps else 0
         self.layer.axis.stop(now_ns, self.profile.deceleration_spmss, self.profile.shape)
-        if not self.layer.axis.moving:
-            self._after_stop(now_ns)
 
     def next_wake_ns(self, now_ns: int) -> int | None:
-        """The end of a dwell."""
+        """The end of a dwell, and the tick after a ramp that took no time."""
+        if self.phase in TURNING and not self.layer.axis.moving:
+            return now_ns + 1
         return self._dwell_until_ns if self.phase is Phase.DWELL else None
 
     # -- ticks --------------------------------------------------------------------------------
@@ -177,12 +179,6 @@ class Homing(Operation):
         self._home_before = bool(self.layer.active & HOME)
         if now_ns == self.started_ns or self._met_a_limit(now_ns):
             return  # what has changed before the start counts as it is at the start
-        phase = self.phase
-        self._proceed(now_ns, home_risen)
-        if self.phase is not phase:
-            self._met_a_limit(now_ns)  # the new phase may head for one that is active already
-
-    def _proceed(self, now_ns: int, home_risen: bool) -> None:
         if self.phase is Phase.SEEK:
             self._seek(now_ns)
         elif self.phase is Phase.FINAL:
@@ -191,10 +187,10 @@ class Homing(Operation):
             self._look_behind(now_ns)
         elif self.phase is Phase.CREEP:
             self._approach(now_ns, home_risen)
-        elif self.phase is Phase.DWELL:
-            self._look_at_the_clock(now_ns)
-        elif not self.layer.axis.moving:
-            self._after_stop(now_ns)
+        elif self.phase is Phase.DWELL and now_ns >= self._dwell_until_ns:
+            self._turn_round(now_ns, self._after_dwell)
+        elif self.phase in TURNING and not self.layer.axis.moving:
+            self._after_ramp(now_ns)
 
     def _seek(self, now_ns: int) -> None:
         if not self._signal:
@@ -222,14 +218,20 @@ class Homing(Operation):
             self.layer.axis.cut(now_ns)
             self.found = True
 
-    def _after_stop(self, now_ns: int) -> None:
+    def _after_ramp(self, now_ns: int) -> None:
         """Turn round, at once unless a pause is chosen (reading A-72b)."""
         turn = self._back if self.phase is Phase.STOP_BEFORE_BACK else self._creep
         pause_ns = self.layer.options.home_reversal_dwell_ms * 1_000_000
         if pause_ns and self._alone:
             self._wait(now_ns, pause_ns, turn)
         else:
-            turn(now_ns)
+            self._turn_round(now_ns, turn)
+
+    def _turn_round(self, now_ns: int, turn: Callable[[int], None]) -> None:
+        """Start the next phase, unless it heads for a limit that is active already."""
+        self.shown_direction = 0
+        turn(now_ns)
+        self._met_a_limit(now_ns)
 
     # -- limits -------------------------------------------------------------------------------
 
