@@ -56,9 +56,9 @@ class ProfileMove(Operation):
         self._hold(now_ns)
 
     def _hold(self, now_ns: int) -> None:
-        if self.holding:
-            return
         axis, profile = self.layer.axis, self.profile
+        if self.holding or axis.ramp < 0:
+            return  # it is stopping already
         left = abs(self.target - axis.position)
         if axis.steps_to_stop(now_ns, profile.deceleration_spmss, profile.shape) >= left:
             return  # the ramp ends at the target: the move completes as it is
