@@ -231,7 +231,7 @@ def open_trace_file(path: Path, ballast_bytes: int) -> TraceFile:
 
 
 def _refusal(path: Path, why: str) -> OSError:
-    return OSError(f"the trace {str(path)!r} can't be written: {why}")
+    return OSError(f"{path}: {why}")
 
 
 def _ballast(path: Path, size: int) -> Ballast | None:
@@ -245,5 +245,5 @@ def _ballast(path: Path, size: int) -> Ballast | None:
         room.grow(size)
     except OSError as error:
         room.release()
-        raise _refusal(path, f"{error.strerror}; {size:,} bytes are held for its end") from error
+        raise _refusal(path, f"{error.strerror}; {size:,} bytes are needed for its end") from error
     return room

@@ -343,7 +343,7 @@ def test_no_permission_is_refused_as_root_would_see_it(
 
     monkeypatch.setattr("tempfile.TemporaryFile", refuse)
     monkeypatch.setattr(Path, "open", refuse)
-    with pytest.raises(OSError, match=r"run\.mcap' can't be written: Permission denied"):
+    with pytest.raises(OSError, match=r"run\.mcap: Permission denied"):
         open_trace_file(tmp_path / "run.mcap", 1000)
 
 
@@ -356,7 +356,7 @@ def test_a_disk_without_room_for_the_ballast_is_refused_and_an_old_trace_kept(
     monkeypatch.setattr(Ballast, "grow", no_room)
     path = tmp_path / "run.mcap"
     path.write_text("the old one")
-    with pytest.raises(OSError, match="No space left on device; 1,000 bytes are held for its end"):
+    with pytest.raises(OSError, match="No space left on device; 1,000 bytes are needed for its end"):
         open_trace_file(path, 1000)
     assert path.read_text() == "the old one"
 
