@@ -79,7 +79,13 @@ class BlendProgramming:
         if not SEGMENTS_MIN <= self.wanted <= SEGMENTS_MAX:
             self._spoil(now_ns, "PRF-04")
         types = order.words[4] & 0xFFFF | (order.words[3] & 0xFFFF) << 16
-        self.types = [SHAPES[types >> 2 * at & 0b11] for at in range(SEGMENTS_MAX)]
+        codes = [types >> 2 * at & 0b11 for at in range(SEGMENTS_MAX)]
+        self.types = [SHAPES[code] for code in codes]
+        options = self.layer.options
+        if options.blend_type_10_invalid and 0b10 in codes[: max(0, self.wanted)]:
+            self._spoil(now_ns, "BLD-12", bits=INVALID_PROFILE)
+        if options.blend_reserved_words_checked and any(order.words[6:]):
+            self._spoil(now_ns, "PRF-02", bits=INVALID_PROFILE)
         self._read_final(now_ns, order.words[5] & 0xFFFF)
 
     def _read_final(self, now_ns: int, word: int) -> None:
@@ -108,6 +114,8 @@ class BlendProgramming:
         """Return the first rule that the block breaks on its own, or None."""
         speed = order.parameters.speed
         length_msw, length_lsw = order.words[2], order.words[3]
+        if self.layer.options.blend_reserved_words_checked and order.words[7]:
+            return "PRF-02"
         if length_msw < 0 or length_lsw < 0:
             return "BLD-21"
         if not is_legal_pair(length_msw, length_lsw) or (length_msw, length_lsw) == (0, 0):

@@ -111,6 +111,7 @@ class CommandLayer:
         self.captured = 0
         self.running = True
         self.error_since_start = False
+        self.held_by_external = False
         self._reported_inputs = 0
         self._events = events
         self._order = NO_ORDER
@@ -350,6 +351,7 @@ class CommandLayer:
         self.held = None
         self.operation = operation
         self.error_since_start = False
+        self.held_by_external = False
 
     def complete(self, now_ns: int) -> None:
         """End the running operation successfully, unless an error arose meanwhile (reading A-27)."""

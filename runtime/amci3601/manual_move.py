@@ -59,8 +59,7 @@ class ManualMove(Operation):
     def _watch_words(self, now_ns: int, order: Order) -> None:
         if order.target_words != self.target_words and self.layer.firmware.registration:
             self.target_words = order.target_words
-            self.layer.fire(now_ns, "CMD-25")
-            self._stop(now_ns)
+            self._fault(now_ns, "CMD-25")
         elif order.speed_words != self.speed_words:
             self.speed_words = order.speed_words
             self._change_speed(now_ns, order)
@@ -76,6 +75,15 @@ class ManualMove(Operation):
         else:
             self.profile = order.profile(self.layer.start_sps)
             self.layer.axis.change_speed(now_ns, self.profile)
+
+    def _fault(self, now_ns: int, rule_id: str) -> None:
+        """The words of a registration move are at fault: the stop begins at once (reading A-56)."""
+        self.layer.fire(now_ns, rule_id)
+        if self.layer.options.registration_fault_cuts:
+            self.stopping = True
+            self.layer.axis.cut(now_ns)
+        else:
+            self._stop(now_ns)
 
     def _stop(self, now_ns: int) -> None:
         if not self.stopping:

@@ -26,8 +26,15 @@ class Options:
         complete_after_error: MOVE_COMPLETE is set at the end of a move during which a command
             error arose (A-27).
         hold_error_in_encoder_move: Hold during an encoder move sets COMMAND_ERROR (A-23).
-        one_step_under_external: a move started with the external input on makes one step and holds;
-            if false it is refused with a command error (A-47).
+        one_step_under_external: after a hold by the external input, a move that is commanded with the
+            input still on makes one step and holds again; if false it is refused with a command
+            error (A-47).
+        registration_fault_cuts: a fault in the words of a registration move, or of a manual move that
+            is given a target, ends the steps without a ramp (A-56).
+        blend_type_10_invalid: acceleration type 10 of a blend segment is an invalid profile and not
+            a constant acceleration (A-60).
+        blend_reserved_words_checked: data in the unused words of a blend block is an invalid
+            profile (A-60).
         invalid_after_program_mode: leaving run mode during a motion sets POSITION_INVALID (A-78).
         stopped_after_program_mode: leaving run mode during a motion sets STOPPED (A-78).
         clear_status_after_config: leaving configuration mode clears all status bits of word 0
@@ -42,6 +49,9 @@ class Options:
     complete_after_error: bool = True
     hold_error_in_encoder_move: bool = True
     one_step_under_external: bool = True
+    registration_fault_cuts: bool = False
+    blend_type_10_invalid: bool = False
+    blend_reserved_words_checked: bool = False
     invalid_after_program_mode: bool = True
     stopped_after_program_mode: bool = True
     clear_status_after_config: bool = True

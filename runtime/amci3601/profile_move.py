@@ -30,6 +30,7 @@ class ProfileMove(Operation):
         self.target = target
         self.profile = profile
         self.holding = False
+        self.by_external = False
         self.resumable = True
 
     def start(self, now_ns: int) -> None:
@@ -38,7 +39,7 @@ class ProfileMove(Operation):
         if distance == 0:
             return
         if self.layer.external_active:
-            self.holding = True
+            self.holding = self.by_external = True
             self.layer.axis.step_slowly(now_ns, 1 if distance > 0 else -1, self.profile.start_sps)
         else:
             self.layer.axis.move(now_ns, distance, self.profile)
@@ -53,7 +54,9 @@ class ProfileMove(Operation):
 
     def on_external(self, now_ns: int) -> None:
         """The external input holds the move as the command does [chapter 6, External Input]."""
+        before = self.holding
         self._hold(now_ns)
+        self.by_external = self.by_external or self.holding != before
 
     def _hold(self, now_ns: int) -> None:
         axis, profile = self.layer.axis, self.profile
@@ -70,5 +73,6 @@ class ProfileMove(Operation):
         if self.holding:
             self.layer.finish(now_ns, HOLD_STATE, "held")
             self.layer.held = Held(self.target, self.name) if self.resumable else None
+            self.layer.held_by_external = self.by_external
         else:
             self.layer.complete(now_ns)

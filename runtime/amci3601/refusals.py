@@ -59,6 +59,11 @@ def busy(layer: CommandLayer, order: Order) -> bool:
     return layer.busy
 
 
+def external_still_on(layer: CommandLayer, order: Order) -> bool:
+    """Whether the external input that has held a move is still on, and that forbids a new one (A-47)."""
+    return layer.held_by_external and layer.external_active and not layer.options.one_step_under_external
+
+
 def speed_or_rates_out_of_range(layer: CommandLayer, order: Order) -> bool:
     """Whether speed, acceleration or deceleration is outside its range."""
     given = order.parameters
@@ -208,8 +213,11 @@ def distance_illegal(layer: CommandLayer, order: Order) -> bool:
     return not target_in_range(order.parameters.target) or target_negative(layer, order)
 
 
+STILL_HELD = Refusal("HLD-11", external_still_on, bits=COMMAND_ERROR)
+
 PROFILE_START: Refusals = (
     Refusal("CMD-03", busy),
+    STILL_HELD,
     Refusal("CMD-04", parameters_out_of_range),
     Refusal("CMD-05", slower_than_start),
 )
@@ -268,6 +276,7 @@ RUN_BLEND: Refusals = (
 
 RESUME: Refusals = (
     Refusal("CMD-08", not_held),
+    STILL_HELD,
     Refusal("CMD-04", speed_or_rates_out_of_range),
     Refusal("CMD-05", slower_than_start),
     *BLOCKED_BY_INPUTS,
@@ -275,6 +284,7 @@ RESUME: Refusals = (
 
 MANUAL: Refusals = (
     Refusal("CMD-03", busy),
+    STILL_HELD,
     Refusal("CMD-12", target_given_to_old_firmware),
     Refusal("CMD-04", manual_parameters_illegal),
     Refusal("INP-01", estop_active, alone=True),

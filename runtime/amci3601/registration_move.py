@@ -44,8 +44,7 @@ class RegistrationMove(ManualMove):
             return
         if order.target_words != self.target_words:
             self.target_words = order.target_words
-            self.layer.fire(now_ns, "CMD-26")
-            self._stop(now_ns)
+            self._fault(now_ns, "CMD-26")
         elif order.speed_words != self.speed_words and not self.registered:
             self.speed_words = order.speed_words
             if order.msw & MANUAL_BIT[self.direction]:
@@ -55,11 +54,9 @@ class RegistrationMove(ManualMove):
         """Only a lower speed at unchanged rates is allowed [chapter 6, Command Errors 27 and 28]."""
         speed = order.parameters.speed
         if speed is not None and speed > self.profile.speed_sps:
-            self.layer.fire(now_ns, "CMD-27")
-            self._stop(now_ns)
+            self._fault(now_ns, "CMD-27")
         elif order.words[6:8] != self.rates:
-            self.layer.fire(now_ns, "CMD-28")
-            self._stop(now_ns)
+            self._fault(now_ns, "CMD-28")
         elif self.constant or speed_or_rates_out_of_range(self.layer, order):
             super()._change_speed(now_ns, order)
         else:
