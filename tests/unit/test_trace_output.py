@@ -19,7 +19,7 @@ from scanrack.traces.recorder import Attachment, ScanRecorder
 from scanrack.traces.records import MAGIC, find_records
 
 SLOTS = [SlotInfo(1, "amci3601", "4.1"), SlotInfo(2, "amci3601", "2.0")]
-SCANS = 240
+SCANS = 250
 CHUNK_SCANS = 40
 PROGRAM = Attachment("logic.py", bytes(range(256)) * 12)
 
