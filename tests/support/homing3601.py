@@ -55,6 +55,7 @@ class Search:
         add: further configuration MSW bits.
         drop: configuration MSW bits left out.
         start: starting speed.
+        valid: the position is preset to 0, and so valid.
         bench: what else the bench takes.
     """
 
@@ -69,13 +70,14 @@ class Search:
         add: int = 0,
         drop: int = 0,
         start: int = 1000,
+        valid: bool = False,
         **bench,
     ) -> None:
         self.direction = direction
         self.ahead, self.behind = ("cw_limit", "ccw_limit")[::direction]
         wiring = {"home": home, self.ahead: ahead, self.behind: behind}
         kind_add, kind_drop = KINDS[kind]
-        self.bench = Bench.configured(
+        self.bench = (Bench.ready if valid else Bench.configured)(
             config=configuration(add=kind_add | add, drop=kind_drop | drop, start=start),
             machine={name: self._mirrored(ends) for name, ends in wiring.items() if ends is not None},
             **bench,
@@ -117,11 +119,20 @@ class Search:
         return where + "".join(ramp for name, ramp in RAMP.items() if name in bits)
 
     def course(self, ms: float) -> list[str]:
-        """Let time run until the search is over, at most so long; return what the axis did, change by change."""
+        """Let time run until the search is over, at most so long; return what the axis did on the way."""
         seen: list[str] = []
         end_ns = self.bench.now_ns + int(ms * 1_000_000)
         while self.bench.now_ns < end_ns and self.bench.bits.isdisjoint({"AT_HOME", "HOME_INVALID"}):
             self.bench.scan()
             if not seen or seen[-1] != self.motion:
                 seen.append(self.motion)
+        return seen
+
+    def turns(self, ms: float) -> list[str]:
+        """The same without the ramps, for where less than a step of constant speed may lie between two."""
+        seen: list[str] = []
+        for motion in self.course(ms):
+            where = motion.split()[0]
+            if not seen or seen[-1] != where:
+                seen.append(where)
         return seen
