@@ -11,9 +11,9 @@ are whole ones.
 
 from .blend import BlendLeg, blend, check_blend
 from .motion import Motion
-from .plans import change_speed, move, peak_speed, register, run, single_step, stop
+from .plans import change_speed, move, register, run, single_step, stop
 from .profile import Profile
-from .segment import FOREVER, Cruise, Cubic, Quadratic, Segment
+from .segment import FOREVER, Cruise, Quadratic, Segment
 from .shape import MILLI, PICO, Shape, ramp_distance, ramp_time_ns, stopping_distance
 
 __all__ = [
@@ -22,7 +22,6 @@ __all__ = [
     "PICO",
     "BlendLeg",
     "Cruise",
-    "Cubic",
     "Motion",
     "Profile",
     "Quadratic",
@@ -32,7 +31,6 @@ __all__ = [
     "change_speed",
     "check_blend",
     "move",
-    "peak_speed",
     "ramp_distance",
     "ramp_time_ns",
     "register",

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 from .course import Course
 from .motion import Motion
-from .shape import MILLI, PICO, Shape, ramp_distance
+from .shape import MILLI, NANO, PICO, Shape, ramp_distance
 
 BlendLeg = tuple[int, int, int, Shape]
 """Length in steps, speed in steps/s, rate in steps/ms/s, shape of the ramp."""
@@ -47,15 +47,13 @@ def blend(
         ValueError: no such direction, no segments, or a segment too short for its ramps.
     """
     check_blend(start_sps, segments, final_deceleration_spmss, final_shape)
-    course, speed_msps, end = Course(now_ns), MILLI * start_sps, 0
-    for length, speed_sps, rate_spmss, shape in segments[:-1]:
-        course.ramp(speed_msps, MILLI * speed_sps, rate_spmss, shape)
-        speed_msps, end = MILLI * speed_sps, end + length * PICO
-        course.cruise_to(end, speed_msps)
-    length, speed_sps, rate_spmss, shape = segments[-1]
-    course.ramp(speed_msps, MILLI * speed_sps, rate_spmss, shape)
-    end += length * PICO
-    course.arrive(end, MILLI * speed_sps, MILLI * start_sps, final_deceleration_spmss, final_shape)
+    course, speed_nsps, end = Course(now_ns), NANO * start_sps, 0
+    for number, (length, speed_sps, rate_spmss, shape) in enumerate(segments, start=1):
+        course.ramp(speed_nsps, NANO * speed_sps, rate_spmss, shape)
+        speed_nsps, end = NANO * speed_sps, end + length
+        if number < len(segments):
+            course.cruise_to(end, speed_nsps)
+    course.arrive(end, speed_nsps, NANO * start_sps, final_deceleration_spmss, final_shape)
     return course.ended(direction, origin)
 
 

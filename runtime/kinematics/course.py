@@ -1,113 +1,183 @@
-"""A course: the segments of a motion while it is being planned, laid one after the other.
+r"""A course: the segments of a motion while it is being planned, laid one after the other.
 
-How a ramp from v0 to v1 becomes segments, with T its time, D its distance,
-dv = v1 - v0, u from its start, w back from its end, m from its middle:
+A ramp is laid in phases, in each of which travel is one polynomial. With T the
+time of the ramp, dv = v1 - v0, and in a phase z the part of T gone before it,
+u the time in it and w = u/T:
 
-    constant      x = v0*u + dv*u^2/(2T)
-    triangular    x = v0*u + (2/3)*dv*u^3/T^2                       first half
-                  x = D - [v1*w - (2/3)*dv*w^3/T^2]                 second half
-    trapezoidal   x = v0*u + (8/9)*dv*u^3/T^2                       first quarter
-                  x = v0*T/2 + 7*dv*T/72 + m*(v0+v1)/2 + 2*dv*m^2/(3T)    middle half
-                  x = D - [v1*w - (8/9)*dv*w^3/T^2]                 last quarter
+    x = x0 + T*(v0*z + dv*made) + (v0 + dv*speed)*u + dv*T*(rate*w^2 + jerk*w^3)
+
+    rate of the three shapes, over time            phases, in 72nds
+                                             z from, to  made speed rate jerk
+    constant      1    ______                   0    72    0    0    36    0
+                  0    |    |
+
+    triangular    2    /\                       0    36    0    0     0   48
+                  0   /  \                     36    72    6   36    72  -48
+
+    trapezoidal   4/3   ____                    0    18    0    0     0   64
+                       /    \                  18    54    1   12    48    0
+                  0   /      \                 54    72   19   60    48  -64
+
+The rates are in dv/T: the peak is the programmed rate a, so T = k*dv/a with the
+manual's k = 1, 2 and 4/3 [chapter 2]. The trapezoidal rate is constant for half
+of the time [chapter 4, Acceleration Types].
+
+What the arithmetic yields are fractions of a ns and of a step as a rule. So a
+course counts time in ticks, a fraction of a ns in which all that is laid so far
+comes out whole, and refines them when something does not. Nothing is rounded;
+a segment begins at the first whole ns in its phase.
+
+Speeds are in 1e-9 step/s here. One of them for one tick is the unit of travel:
+1e-18 step divided by the scale, which is the number of ticks in a ns.
 """
 
 from __future__ import annotations
 
+from fractions import Fraction
+from math import gcd
+
 from .motion import Motion
-from .segment import FOREVER, Cruise, Cubic, Quadratic, Segment
-from .shape import Shape, ramp_time_ns
+from .segment import FOREVER, Polynomial, Segment, segment
+from .shape import FINE, MILLI, PICO, Shape
+
+Phase = tuple[int, int, int, int, int, int]
+"""Part of the ramp's time gone at its begin and at its end, made, speed, rate, jerk: in 72nds."""
+
+PHASES: dict[Shape, tuple[Phase, ...]] = {
+    Shape.CONSTANT: ((0, 72, 0, 0, 36, 0),),
+    Shape.TRIANGULAR: ((0, 36, 0, 0, 0, 48), (36, 72, 6, 36, 72, -48)),
+    Shape.TRAPEZOIDAL: ((0, 18, 0, 0, 0, 64), (18, 54, 1, 12, 48, 0), (54, 72, 19, 60, 48, -64)),
+}
+
+
+_NOTHING = Fraction(0)
+_STEP = PICO * FINE
 
 
 class Course:
     """Segments laid so far, and where they lead.
 
     Attributes:
-        now_ns: end of the segments laid.
-        travel: picosteps made there.
-        segments: laid so far; none of zero length.
+        scale: ticks in a ns.
+        now: end of what is laid, in ticks.
+        travel: made there, in 1e-18 step divided by the scale.
+        segments: laid so far; none without a whole ns in it.
+
+    Args:
+        now_ns: when it begins.
+        travel: made there, in 1e-18 step.
     """
 
-    __slots__ = ("_start_ns", "now_ns", "segments", "travel")
+    __slots__ = ("_start_ns", "now", "scale", "segments", "travel")
 
-    def __init__(self, now_ns: int, travel: int = 0) -> None:
+    def __init__(self, now_ns: int, travel: Fraction = _NOTHING) -> None:
         self._start_ns = now_ns
-        self.now_ns = now_ns
-        self.travel = travel
+        self.scale = travel.denominator
+        self.now = now_ns * self.scale
+        self.travel = travel.numerator
         self.segments: list[Segment] = []
 
-    def ramp(self, from_msps: int, to_msps: int, rate_spmss: int, shape: Shape) -> None:
+    def ramp(self, from_nsps: int, to_nsps: int, rate_spmss: int, shape: Shape) -> None:
         """Lay a speed change, up or down."""
-        self._ramp(from_msps, to_msps, ramp_time_ns(from_msps, to_msps, rate_spmss, shape), shape)
+        self._ramp(from_nsps, to_nsps, self._ramp_ticks(from_nsps, to_nsps, rate_spmss, shape), shape)
 
-    def cruise_to(self, travel: int, speed_msps: int) -> None:
-        """Lay constant speed up to a travel; the last fraction of a ns is left to the joint."""
-        self._cruise((travel - self.travel) // speed_msps, speed_msps)
-        self.travel = travel
+    def cruise_to(self, steps: int, speed_nsps: int) -> None:
+        """Lay constant speed until so many whole steps are made."""
+        self._cruise(steps * _STEP * self.scale - self.travel, speed_nsps)
 
-    def arrive(self, travel: int, from_msps: int, to_msps: int, rate_spmss: int, shape: Shape) -> None:
-        """Lay constant speed and a ramp down that ends exactly on a travel.
+    def steps_to_stop(self, from_nsps: int, to_nsps: int, rate_spmss: int, shape: Shape) -> int:
+        """Return the first whole number of steps at which a ramp down, laid here or later, can end."""
+        ticks = self._ramp_ticks(from_nsps, to_nsps, rate_spmss, shape)
+        end = self.travel + (from_nsps + to_nsps) * ticks // 2
+        return -(-end // (_STEP * self.scale))
 
-        A ramp that does not fit into what is left is run in the time that is left; with nothing
-        to ramp, the ns in which the travel is reached counts as a whole one.
+    def arrive(self, steps: int, from_nsps: int, to_nsps: int, rate_spmss: int, shape: Shape) -> None:
+        """Lay constant speed and then a ramp down, if there is one, to make exactly so many whole steps.
+
+        A ramp longer than what is left is run in what is left.
         """
-        left = travel - self.travel
-        time_ns = ramp_time_ns(from_msps, to_msps, rate_spmss, shape) if from_msps > to_msps else 0
-        time_ns = min(time_ns, 2 * left // (from_msps + to_msps) & ~3)
-        if time_ns:
-            self.cruise_to(travel - (from_msps + to_msps) * time_ns // 2, from_msps)
-            self._ramp(from_msps, to_msps, time_ns, shape)
-        else:
-            self._cruise(-(-left // from_msps), from_msps)
-        self.travel = travel
+        if from_nsps <= to_nsps:
+            self.cruise_to(steps, from_nsps)
+            return
+        sum_nsps = from_nsps + to_nsps
+        ticks = self._ramp_ticks(from_nsps, to_nsps, rate_spmss, shape)
+        self._cruise(steps * _STEP * self.scale - self.travel - sum_nsps * ticks // 2, from_nsps)
+        left = steps * _STEP * self.scale - self.travel
+        self._refine(2 * sum_nsps // gcd(2 * sum_nsps, left))
+        left = steps * _STEP * self.scale - self.travel
+        self._ramp(from_nsps, to_nsps, 2 * left // sum_nsps, shape)
 
     def ended(self, direction: int, origin: int) -> Motion:
         """Return the motion that ends where the course leads."""
-        return Motion(direction, origin, self._start_ns, self.segments, self.travel)
+        rest = segment(-(-self.now // self.scale), FOREVER, 0, (0, 0, 0, self.travel, self.scale * FINE))
+        return Motion(direction, origin, self._start_ns, self.segments, rest)
 
-    def endless(self, direction: int, origin: int, speed_msps: int) -> Motion:
+    def endless(self, direction: int, origin: int, speed_nsps: int) -> Motion:
         """Return the motion that goes on at constant speed without end."""
-        self.segments.append(Cruise(self.now_ns, FOREVER, self.travel, speed_msps))
-        return Motion(direction, origin, self._start_ns, self.segments, None)
+        self._lay(self.now, FOREVER * self.scale, 0, (0, 0, speed_nsps, self.travel, 1))
+        return Motion(direction, origin, self._start_ns, self.segments)
 
-    def _cruise(self, time_ns: int, speed_msps: int) -> None:
-        if time_ns:
-            self.segments.append(Cruise(self.now_ns, self.now_ns + time_ns, self.travel, speed_msps))
-            self.now_ns += time_ns
+    def _refine(self, factor: int) -> None:
+        self.scale *= factor
+        self.now *= factor
+        self.travel *= factor
 
-    def _ramp(self, from_msps: int, to_msps: int, time_ns: int, shape: Shape) -> None:
-        if time_ns:
-            self.segments += _LAY[shape](self.now_ns, self.travel, from_msps, to_msps, time_ns)
-            self.now_ns += time_ns
-            self.travel += (from_msps + to_msps) * time_ns // 2
+    def _ramp_ticks(self, from_nsps: int, to_nsps: int, rate_spmss: int, shape: Shape) -> int:
+        """Return the time of a ramp, k * |v1 - v0| / a, in ticks such that a quarter of it is whole."""
+        dividend = shape.numerator * abs(to_nsps - from_nsps)
+        divisor = shape.denominator * rate_spmss * MILLI
+        needed = 4 * divisor // gcd(4 * divisor, dividend)
+        self._refine(needed // gcd(needed, self.scale))
+        return dividend * self.scale // divisor
+
+    def _cruise(self, length: int, speed_nsps: int) -> None:
+        """Lay constant speed over a length in the unit of travel; nothing if that is not positive."""
+        if length > 0:
+            factor = speed_nsps // gcd(speed_nsps, length)
+            self._refine(factor)
+            end = self.now + length * factor // speed_nsps
+            self._lay(self.now, end, 0, (0, 0, speed_nsps, self.travel, 1))
+            self.now, self.travel = end, self.travel + length * factor
+
+    def _ramp(self, from_nsps: int, to_nsps: int, ticks: int, shape: Shape) -> None:
+        if ticks:
+            change = to_nsps - from_nsps
+            for phase in PHASES[shape]:
+                begin, end = (self.now + ticks * part // 72 for part in phase[:2])
+                polynomial = _polynomial(phase, self.travel, from_nsps, change, ticks)
+                self._lay(begin, end, 1 if change > 0 else -1, polynomial)
+            self.now += ticks
+            self.travel += (from_nsps + to_nsps) * ticks // 2
+
+    def _lay(self, begin: int, end: int, ramp: int, polynomial: Polynomial) -> None:
+        """Lay a phase of which the polynomial of the ticks since its begin is known."""
+        scale = self.scale
+        start_ns, until_ns = -(-begin // scale), -(-end // scale)
+        if start_ns < until_ns:
+            late = start_ns * scale - begin
+            self.segments.append(segment(start_ns, until_ns, ramp, _in_ns(polynomial, scale, late)))
 
 
-def _constant(t_ns: int, x: int, v0: int, v1: int, time: int) -> list[Segment]:
-    dv, q = v1 - v0, 2 * time
-    ramp = 1 if dv > 0 else -1
-    return [Quadratic(t_ns, t_ns + time, ramp, t_ns, dv, q * v0, q * x, q)]
+def _polynomial(phase: Phase, travel: int, from_nsps: int, change: int, ticks: int) -> Polynomial:
+    """Return the travel in a phase of a ramp, by the formula above, as a polynomial of its ticks."""
+    gone, _, made, speed, rate, jerk = phase
+    square = ticks * ticks
+    return (
+        jerk * change,
+        rate * change * ticks,
+        (72 * from_nsps + speed * change) * square,
+        (72 * travel + (gone * from_nsps + made * change) * ticks) * square,
+        72 * square,
+    )
 
 
-def _triangular(t_ns: int, x: int, v0: int, v1: int, time: int) -> list[Segment]:
-    dv, q = v1 - v0, 3 * time * time
-    ramp = 1 if dv > 0 else -1
-    middle_ns, end_ns, end = t_ns + time // 2, t_ns + time, x + (v0 + v1) * time // 2
-    return [
-        Cubic(t_ns, middle_ns, ramp, t_ns, 2 * dv, q * v0, q * x, q),
-        Cubic(middle_ns, end_ns, ramp, end_ns, -2 * dv, q * v1, q * end, q),
-    ]
-
-
-def _trapezoidal(t_ns: int, x: int, v0: int, v1: int, time: int) -> list[Segment]:
-    dv, q, q2 = v1 - v0, 9 * time * time, 72 * time
-    ramp = 1 if dv > 0 else -1
-    first_ns, middle_ns, last_ns = (t_ns + n * time // 4 for n in (1, 2, 3))
-    end_ns, end = t_ns + time, x + (v0 + v1) * time // 2
-    middle_c0 = q2 * x + (36 * v0 + 7 * dv) * time * time
-    return [
-        Cubic(t_ns, first_ns, ramp, t_ns, 8 * dv, q * v0, q * x, q),
-        Quadratic(first_ns, last_ns, ramp, middle_ns, 48 * dv, 36 * time * (v0 + v1), middle_c0, q2),
-        Cubic(last_ns, end_ns, ramp, end_ns, -8 * dv, q * v1, q * end, q),
-    ]
-
-
-_LAY = {Shape.CONSTANT: _constant, Shape.TRIANGULAR: _triangular, Shape.TRAPEZOIDAL: _trapezoidal}
+def _in_ns(polynomial: Polynomial, scale: int, late: int) -> Polynomial:
+    """Return the picosteps as a polynomial of the ns since `late` ticks after the phase began."""
+    c3, c2, c1, c0, q = polynomial
+    return (
+        c3 * scale**3,
+        (c2 + 3 * c3 * late) * scale**2,
+        (c1 + (2 * c2 + 3 * c3 * late) * late) * scale,
+        ((c3 * late + c2) * late + c1) * late + c0,
+        q * scale * FINE,
+    )

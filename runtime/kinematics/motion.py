@@ -15,7 +15,7 @@ from __future__ import annotations
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 
-from .segment import FOREVER, Cruise, Segment
+from .segment import Segment
 from .shape import PICO
 
 
@@ -32,6 +32,16 @@ class Motion:
             travel made so far.
         end_ns: the instant of its last step, None for an endless one.
         final_steps: whole steps it will have made, None for an endless one.
+
+    Args:
+        direction: +1 or -1.
+        origin: step count at which the travel was 0.
+        start_ns: its first instant.
+        segments: in order of time, without gap.
+        rest: the standstill after the last one, None for an endless motion.
+
+    Raises:
+        ValueError: no such direction.
     """
 
     __slots__ = (
@@ -53,7 +63,7 @@ class Motion:
         origin: int,
         start_ns: int,
         segments: Sequence[Segment],
-        final_travel: int | None,
+        rest: Segment | None = None,
     ) -> None:
         if direction not in (1, -1):
             raise ValueError(f"direction {direction} is none: allowed are 1 (CW) and -1 (CCW)")
@@ -64,10 +74,10 @@ class Motion:
         self.end_ns: int | None = None
         self.final_steps: int | None = None
         self._track = self.segments
-        if final_travel is not None:
-            self.end_ns = segments[-1].until_ns if segments else start_ns
-            self.final_steps = final_travel // PICO
-            self._track += (Cruise(self.end_ns, FOREVER, final_travel, 0),)
+        if rest is not None:
+            self.end_ns = rest.start_ns
+            self.final_steps = rest.steps_at(rest.start_ns)
+            self._track += (rest,)
         self._ends = tuple(segment.until_ns for segment in self._track)
         self._begins = tuple(segment.travel_at(segment.start_ns) for segment in self._track)
         self._latest = self._track[0]

@@ -9,22 +9,27 @@
 
 A change takes over at an instant: travel goes on from where it is, the speed
 from what it is; inside an S-curve the shape starts anew.
+
+Two things are rounded, both down to 1e-9 step/s: the peak speed of a move too
+short for its programmed speed, and the present speed where a change takes over
+in the middle of a ramp. All else is exactly what chapter 2 says.
 """
 
 from __future__ import annotations
 
+from fractions import Fraction
 from math import isqrt
 
 from .course import Course
 from .motion import Motion
 from .profile import Profile
-from .shape import MILLI, PICO, Shape, stopping_distance
+from .shape import FINE, NANO, PICO, Shape, stopping_distance
 
-SLACK_NS = 4
-"""By how many ns of motion a stop may miss a whole step and still end on it.
+FINEST = 10**6
+"""Greatest denominator of the travel, in 1e-18 step, with which a change takes over.
 
-Ramps are up to 4 ns short of the manual's arithmetic, so travel is ahead of it by as little. Where
-the arithmetic stops on a step, this stops on the same one and not on the next.
+Finer fractions come from S-curves; they would grow without end in a motion that is changed again and
+again, so they are cut off.
 """
 
 
@@ -46,33 +51,30 @@ def move(now_ns: int, origin: int, distance: int, profile: Profile) -> Motion:
     """
     if distance == 0:
         raise ValueError("distance 0 is no move: allowed is any other number of steps")
-    travel = abs(distance) * PICO
-    base_msps, peak_msps = profile.base_msps, peak_speed(travel, profile)
+    steps = abs(distance)
+    base_nsps, peak_nsps = NANO * profile.base_sps, _peak_speed(steps, profile)
     course = Course(now_ns)
     if profile.has_ramps:
-        course.ramp(base_msps, peak_msps, profile.acceleration_spmss, profile.shape)
-    course.arrive(travel, peak_msps, base_msps, profile.deceleration_spmss, profile.shape)
+        course.ramp(base_nsps, peak_nsps, profile.acceleration_spmss, profile.shape)
+    course.arrive(steps, peak_nsps, base_nsps, profile.deceleration_spmss, profile.shape)
     return course.ended(1 if distance > 0 else -1, origin)
 
 
-def peak_speed(travel: int, profile: Profile) -> int:
-    """Return the speed that a move reaches, in 1e-3 step/s, rounded down.
+def _peak_speed(steps: int, profile: Profile) -> int:
+    """Return the speed that a move over a distance reaches, in 1e-9 step/s, rounded down.
 
-    It is the programmed speed, or what a triangular profile reaches in the distance:
+    It is the programmed speed, or what a triangular profile reaches in the distance N:
 
         Vp^2 = Vo^2 + 2*N / (k * (1/a + 1/d))
 
     from equating chapter 2's two distances with N [calculation note 2].
-
-    Args:
-        travel: the distance N in picosteps.
-        profile: speeds, rates, shape.
     """
     if not profile.has_ramps:
-        return profile.speed_msps
+        return NANO * profile.speed_sps
     up, down, shape = profile.acceleration_spmss, profile.deceleration_spmss, profile.shape
-    gain = 2 * travel * up * down * shape.denominator // (1000 * (up + down) * shape.numerator)
-    return min(profile.speed_msps, isqrt(profile.base_msps**2 + gain))
+    # a and d are 1000 steps/s/s for a rate of 1
+    gain = 2 * steps * 1000 * up * down * shape.denominator * NANO**2 // ((up + down) * shape.numerator)
+    return min(NANO * profile.speed_sps, isqrt((NANO * profile.base_sps) ** 2 + gain))
 
 
 def run(now_ns: int, origin: int, direction: int, profile: Profile) -> Motion:
@@ -93,8 +95,9 @@ def run(now_ns: int, origin: int, direction: int, profile: Profile) -> Motion:
     """
     course = Course(now_ns)
     if profile.has_ramps:
-        course.ramp(profile.base_msps, profile.speed_msps, profile.acceleration_spmss, profile.shape)
-    return course.endless(direction, origin, profile.speed_msps)
+        base_nsps, speed_nsps = NANO * profile.base_sps, NANO * profile.speed_sps
+        course.ramp(base_nsps, speed_nsps, profile.acceleration_spmss, profile.shape)
+    return course.endless(direction, origin, NANO * profile.speed_sps)
 
 
 def single_step(now_ns: int, origin: int, direction: int, speed_sps: int) -> Motion:
@@ -112,13 +115,16 @@ def single_step(now_ns: int, origin: int, direction: int, speed_sps: int) -> Mot
     Raises:
         ValueError: no such direction, or a speed below 1.
     """
-    return move(now_ns, origin, direction, Profile(speed_sps, speed_sps, 0, 0))
+    _check_speed(speed_sps)
+    course = Course(now_ns)
+    course.cruise_to(1, NANO * speed_sps)
+    return course.ended(direction, origin)
 
 
 def stop(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: int, shape: Shape) -> Motion:
     """Plan the controlled stop of a motion: less than one step on, then down to the starting speed.
 
-    It ends on the first whole step that the deceleration allows (see `SLACK_NS`). Below the starting
+    It ends on the first whole step that the deceleration allows. Below the starting
     speed there is nothing to ramp, and it ends at once with the whole steps made.
 
     >>> running = run(0, 0, +1, Profile(1000, 5000, 20, 10))
@@ -133,12 +139,11 @@ def stop(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: int, s
         deceleration_spmss: in steps/ms/s, from 1.
         shape: of the ramp.
     """
-    course, speed_msps = _takeover(motion, now_ns)
-    if speed_msps >= MILLI * start_sps:
-        ramp = stopping_distance(speed_msps, start_sps, deceleration_spmss, shape)
-        whole = -((SLACK_NS * speed_msps - course.travel - ramp) // PICO) * PICO
-        if whole > course.travel:
-            course.arrive(whole, speed_msps, MILLI * start_sps, deceleration_spmss, shape)
+    course, speed_nsps = _takeover(motion, now_ns)
+    base_nsps = NANO * start_sps
+    if speed_nsps >= base_nsps:
+        steps = course.steps_to_stop(speed_nsps, base_nsps, deceleration_spmss, shape)
+        course.arrive(steps, speed_nsps, base_nsps, deceleration_spmss, shape)
     return course.ended(motion.direction, motion.origin)
 
 
@@ -168,18 +173,15 @@ def change_speed(
     Raises:
         ValueError: the motion is over, or the speed is below 1.
     """
-    if speed_sps < 1:
-        raise ValueError(f"speed {speed_sps} steps/s: allowed is 1 and more")
-    course, from_msps = _takeover(motion, now_ns)
-    if from_msps == 0:
-        raise ValueError(
-            f"the motion ended at {motion.end_ns} ns: at {now_ns} ns there is no speed to change"
-        )
-    to_msps = MILLI * speed_sps
-    rate_spmss = acceleration_spmss if to_msps > from_msps else deceleration_spmss
-    if to_msps != from_msps:
-        course.ramp(from_msps, to_msps, rate_spmss, shape)
-    return course.endless(motion.direction, motion.origin, to_msps)
+    _check_speed(speed_sps)
+    course, from_nsps = _takeover(motion, now_ns)
+    if from_nsps == 0:
+        raise ValueError(f"no speed to change at {now_ns} ns: the motion ended at {motion.end_ns} ns")
+    to_nsps = NANO * speed_sps
+    if to_nsps != from_nsps:
+        rate_spmss = acceleration_spmss if to_nsps > from_nsps else deceleration_spmss
+        course.ramp(from_nsps, to_nsps, rate_spmss, shape)
+    return course.endless(motion.direction, motion.origin, to_nsps)
 
 
 def register(
@@ -205,20 +207,27 @@ def register(
     Raises:
         ValueError: the steps are fewer than the deceleration needs, or the motion is over.
     """
-    course, speed_msps = _takeover(motion, now_ns)
-    if speed_msps == 0:
-        raise ValueError(
-            f"the motion ended at {motion.end_ns} ns: at {now_ns} ns there is nothing to register"
-        )
-    needed = stopping_distance(speed_msps, start_sps, deceleration_spmss, shape)
+    course, speed_nsps = _takeover(motion, now_ns)
+    if speed_nsps == 0:
+        raise ValueError(f"nothing to register at {now_ns} ns: the motion ended at {motion.end_ns} ns")
+    needed = stopping_distance(motion.speed_at(now_ns), start_sps, deceleration_spmss, shape)
     if steps < 1 or steps * PICO < needed:
         least = max(1, -(-needed // PICO))
         raise ValueError(f"{steps} registration steps are too few to stop in: allowed is {least} and more")
-    whole = (course.travel // PICO + steps) * PICO
-    course.arrive(whole, speed_msps, min(speed_msps, MILLI * start_sps), deceleration_spmss, shape)
+    base_nsps = min(speed_nsps, NANO * start_sps)
+    course.arrive(motion.steps_at(now_ns) + steps, speed_nsps, base_nsps, deceleration_spmss, shape)
     return course.ended(motion.direction, motion.origin)
 
 
+def _check_speed(speed_sps: int) -> None:
+    if speed_sps < 1:
+        raise ValueError(f"speed {speed_sps} steps/s: allowed is 1 and more")
+
+
 def _takeover(motion: Motion, now_ns: int) -> tuple[Course, int]:
-    """Return a course that goes on where the motion is, and the motion's speed there."""
-    return Course(now_ns, motion.travel_at(now_ns)), motion.speed_at(now_ns)
+    """Return a course that goes on where the motion is, and the motion's speed there in 1e-9 step/s."""
+    segment = motion.segment_at(now_ns)
+    travel = segment.exact_travel_at(now_ns) * FINE
+    if travel.denominator > FINEST:
+        travel = Fraction(travel // 1)
+    return Course(now_ns, travel), int(segment.exact_speed_at(now_ns) * FINE)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .shape import MILLI, Shape
+from .shape import Shape
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,11 +44,6 @@ class Profile:
         return self.speed_sps > self.start_sps
 
     @property
-    def base_msps(self) -> int:
-        """Speed at which a move begins and ends, in 1e-3 step/s."""
-        return MILLI * min(self.start_sps, self.speed_sps)
-
-    @property
-    def speed_msps(self) -> int:
-        """Programmed speed in 1e-3 step/s."""
-        return MILLI * self.speed_sps
+    def base_sps(self) -> int:
+        """Speed in steps/s at which a move begins and ends."""
+        return min(self.start_sps, self.speed_sps)

@@ -1,23 +1,27 @@
 """Segments: stretches of a motion in which travel is one polynomial of time.
 
-With u = t - anchor and everything an integer:
+With u = t - start_ns and nothing but integers:
 
-    Cruise       travel = x + v*u
-    Quadratic    travel = floor((c2*u^2 + c1*u + c0) / q)     constant rate
-    Cubic        travel = floor((c3*u^3 + c1*u + c0) / q)     rate from or to zero
+    travel = floor((c3*u^3 + c2*u^2 + c1*u + c0) / q)     picosteps
 
-A cubic is anchored where its rate is zero, at the outer end of an S-curve, so
-it needs no term in u^2; in the second half of a ramp u is negative.
+    Segment     all of it: the rate changes, in the outer parts of an S-curve
+    Quadratic   c3 = 0: constant rate
+    Cruise      c3 = c2 = 0: constant speed
 
+Any fraction that a profile's arithmetic yields is in the coefficients exactly.
 A step is made when travel reaches it. Because floor(n/q) >= m says the same as
-n >= m*q, the instant of a step is found exactly, without a fraction.
+n >= m*q, the instant of a step is found exactly, too, without a fraction.
 """
 
 from __future__ import annotations
 
+from fractions import Fraction
 from math import gcd, isqrt
 
 from .shape import PICO
+
+Polynomial = tuple[int, int, int, int, int]
+"""(c3, c2, c1, c0, q)"""
 
 FOREVER = 1 << 100
 """End of what never ends, in ns; later than any instant."""
@@ -26,216 +30,167 @@ FOREVER = 1 << 100
 class Segment:
     """A stretch of a motion, from `start_ns` up to, not including, `until_ns`.
 
+    It may be asked for instants within it, `until_ns` included.
+
     Attributes:
         start_ns: its first instant.
         until_ns: the instant at which the next one takes over; `FOREVER` for an endless cruise.
         ramp: +1 accelerating, -1 decelerating, 0 at constant speed.
+        c3: coefficient of u^3.
+        c2: coefficient of u^2.
+        c1: coefficient of u.
+        c0: constant term.
+        q: what the polynomial is divided by, greater than 0.
+
+    Args:
+        start_ns: its first instant.
+        until_ns: its end.
+        ramp: +1, -1 or 0.
+        polynomial: of u.
     """
 
-    __slots__ = ("ramp", "start_ns", "until_ns")
+    __slots__ = (
+        "_c0",
+        "_c1",
+        "_c2",
+        "_c3",
+        "_step",
+        "c0",
+        "c1",
+        "c2",
+        "c3",
+        "q",
+        "ramp",
+        "start_ns",
+        "until_ns",
+    )
 
-    def __init__(self, start_ns: int, until_ns: int, ramp: int) -> None:
+    def __init__(self, start_ns: int, until_ns: int, ramp: int, polynomial: Polynomial) -> None:
         self.start_ns = start_ns
         self.until_ns = until_ns
         self.ramp = ramp
+        common = gcd(*polynomial)
+        c3, c2, c1, c0, q = (number // common for number in polynomial)
+        self.c3, self.c2, self.c1, self.c0, self.q = c3, c2, c1, c0, q
+        # The same in steps instead of picosteps, in the shortest numbers that give the same floor.
+        step = q * PICO
+        common = gcd(c3, c2, c1, step)
+        self._c3, self._c2, self._c1, self._c0 = c3 // common, c2 // common, c1 // common, c0 // common
+        self._step = step // common
 
     @property
     def end_ns(self) -> int | None:
         """`until_ns`, or None for an endless cruise."""
         return None if self.until_ns == FOREVER else self.until_ns
 
-    def travel_at(self, t_ns: int) -> int:
-        """Return the picosteps made since the motion began, for an instant within the segment."""
-        raise NotImplementedError
+    def exact_travel_at(self, t_ns: int) -> Fraction:
+        """Return the picosteps made since the motion began, not rounded."""
+        u = t_ns - self.start_ns
+        return Fraction(((self.c3 * u + self.c2) * u + self.c1) * u + self.c0, self.q)
 
-    def steps_at(self, t_ns: int) -> int:
-        """Return the whole steps made since the motion began, for an instant within the segment."""
-        raise NotImplementedError
+    def exact_speed_at(self, t_ns: int) -> Fraction:
+        """Return the speed in 1e-3 step/s, not rounded."""
+        u = t_ns - self.start_ns
+        return Fraction((3 * self.c3 * u + 2 * self.c2) * u + self.c1, self.q)
+
+    def travel_at(self, t_ns: int) -> int:
+        """Return the picosteps made since the motion began, rounded down."""
+        u = t_ns - self.start_ns
+        return (((self.c3 * u + self.c2) * u + self.c1) * u + self.c0) // self.q
 
     def speed_at(self, t_ns: int) -> int:
-        """Return the speed in 1e-3 step/s, rounded down, for an instant within the segment."""
-        raise NotImplementedError
+        """Return the speed in 1e-3 step/s, rounded down."""
+        u = t_ns - self.start_ns
+        return ((3 * self.c3 * u + 2 * self.c2) * u + self.c1) // self.q
+
+    def steps_at(self, t_ns: int) -> int:
+        """Return the whole steps made since the motion began."""
+        u = t_ns - self.start_ns
+        return (((self._c3 * u + self._c2) * u + self._c1) * u + self._c0) // self._step
 
     def instant_of(self, steps: int) -> int:
-        """Return the instant at which that many steps are made.
+        """Return the least instant at which so many steps are made.
 
-        They must not be made yet at `start_ns`, and must be at `until_ns`; the last ns belongs
-        to the joint with the next segment, which may be a fraction of that ns ahead.
+        Newton's method in integers. The curve bends one way only, so it converges from one side;
+        the bracket (low, high] makes it end on the least u that has reached the goal.
+
+        Args:
+            steps: not made yet at `start_ns`, and made at `until_ns`.
         """
-        raise NotImplementedError
+        c3, c2, c1 = self._c3, self._c2, self._c1
+        goal = steps * self._step - self._c0
+        low, high = 0, self.until_ns - self.start_ns
+        u = self._guess(goal)
+        while high - low > 1:
+            u = min(max(u, low + 1), high - 1)
+            excess = ((c3 * u + c2) * u + c1) * u - goal
+            if excess >= 0:
+                high = u
+            else:
+                low = u
+            u -= excess // ((3 * c3 * u + 2 * c2) * u + c1)
+        return self.start_ns + high
+
+    def _guess(self, goal: int) -> int:
+        """Return about the u at which the polynomial has grown by `goal`: the least that one term needs."""
+        guess = goal // self._c1
+        if self._c2 > 0:
+            guess = min(guess, isqrt(goal // self._c2))
+        if self._c3 > 0:
+            guess = min(guess, 2 << (goal // self._c3).bit_length() // 3)
+        return guess
+
+
+class Quadratic(Segment):
+    """Constant rate: a ramp of constant rate, or the middle of a trapezoidal S-curve."""
+
+    __slots__ = ()
+
+    def steps_at(self, t_ns: int) -> int:
+        """Return the whole steps made since the motion began."""
+        u = t_ns - self.start_ns
+        return ((self._c2 * u + self._c1) * u + self._c0) // self._step
+
+    def instant_of(self, steps: int) -> int:
+        """Return the least instant at which so many steps are made.
+
+        The root of c2*u^2 + c1*u = goal in the form 2*goal / (c1 + sqrt(c1^2 + 4*c2*goal)), which
+        loses nothing for small c2; the integer square root leaves it a ns off at most.
+        """
+        c2, c1 = self._c2, self._c1
+        goal = steps * self._step - self._c0
+        high = self.until_ns - self.start_ns
+        root = isqrt(max(0, c1 * c1 + 4 * c2 * goal))
+        u = min(max(2 * goal // (c1 + root), 1), high)
+        while u < high and (c2 * u + c1) * u < goal:
+            u += 1
+        while u > 1 and (c2 * (u - 1) + c1) * (u - 1) >= goal:
+            u -= 1
+        return self.start_ns + u
 
 
 class Cruise(Segment):
     """Constant speed.
 
-    >>> cruise = Cruise(100, FOREVER, 0, 5_000_000)
+    >>> cruise = Cruise(100, FOREVER, 0, (0, 0, 5_000_000, 0, 1))
     >>> cruise.steps_at(1_000_000_100), cruise.instant_of(5000), cruise.end_ns
     (5000, 1000000100, None)
-
-    Args:
-        start_ns: its first instant.
-        until_ns: its end.
-        travel: picosteps made at `start_ns`.
-        speed_msps: in 1e-3 step/s.
     """
 
-    __slots__ = ("_c0", "_c1", "_step", "speed_msps", "travel")
-
-    def __init__(self, start_ns: int, until_ns: int, travel: int, speed_msps: int) -> None:
-        super().__init__(start_ns, until_ns, 0)
-        self.travel = travel
-        self.speed_msps = speed_msps
-        common = gcd(speed_msps, PICO)  # floor((x + v*u) / step) in the shortest numbers
-        self._c1 = speed_msps // common
-        self._c0 = travel // common
-        self._step = PICO // common
-
-    def travel_at(self, t_ns: int) -> int:
-        """Return the picosteps made since the motion began."""
-        return self.travel + self.speed_msps * (t_ns - self.start_ns)
+    __slots__ = ()
 
     def steps_at(self, t_ns: int) -> int:
         """Return the whole steps made since the motion began."""
-        return (self._c0 + self._c1 * (t_ns - self.start_ns)) // self._step
-
-    def speed_at(self, t_ns: int) -> int:
-        """Return the speed in 1e-3 step/s."""
-        return self.speed_msps
+        return (self._c1 * (t_ns - self.start_ns) + self._c0) // self._step
 
     def instant_of(self, steps: int) -> int:
-        """Return the instant at which that many steps are made."""
-        duration = -((self._c0 - steps * self._step) // self._c1)
-        return min(self.start_ns + duration, self.until_ns)
+        """Return the least instant at which so many steps are made."""
+        u = -((self._c0 - steps * self._step) // self._c1)
+        return min(self.start_ns + u, self.until_ns)
 
 
-class Quadratic(Segment):
-    """Constant rate: a ramp of constant rate, or the middle of a trapezoidal S-curve.
-
-    Args:
-        start_ns: its first instant.
-        until_ns: its end.
-        ramp: +1 or -1.
-        anchor_ns: the instant at which u is 0.
-        c2: coefficient of u^2.
-        c1: coefficient of u.
-        c0: constant term.
-        q: the divisor, greater than 0.
-    """
-
-    __slots__ = ("_steps_q", "anchor_ns", "c0", "c1", "c2", "q")
-
-    def __init__(
-        self, start_ns: int, until_ns: int, ramp: int, anchor_ns: int, c2: int, c1: int, c0: int, q: int
-    ) -> None:
-        super().__init__(start_ns, until_ns, ramp)
-        common = gcd(c2, c1, c0, q)  # short numbers are quick numbers
-        self.anchor_ns = anchor_ns
-        self.c2 = c2 // common
-        self.c1 = c1 // common
-        self.c0 = c0 // common
-        self.q = q // common
-        self._steps_q = self.q * PICO
-
-    def travel_at(self, t_ns: int) -> int:
-        """Return the picosteps made since the motion began."""
-        u = t_ns - self.anchor_ns
-        return ((self.c2 * u + self.c1) * u + self.c0) // self.q
-
-    def steps_at(self, t_ns: int) -> int:
-        """Return the whole steps made since the motion began."""
-        u = t_ns - self.anchor_ns
-        return ((self.c2 * u + self.c1) * u + self.c0) // self._steps_q
-
-    def speed_at(self, t_ns: int) -> int:
-        """Return the speed in 1e-3 step/s, rounded down."""
-        return (2 * self.c2 * (t_ns - self.anchor_ns) + self.c1) // self.q
-
-    def instant_of(self, steps: int) -> int:
-        """Return the instant at which that many steps are made.
-
-        The root of c2*u^2 + c1*u = goal in the form 2*goal / (c1 + sqrt(c1^2 + 4*c2*goal)), which
-        loses nothing for small c2; the integer square root leaves it a ns off at most.
-        """
-        c2, c1 = self.c2, self.c1
-        goal = steps * self._steps_q - self.c0
-        root = isqrt(max(0, c1 * c1 + 4 * c2 * goal))
-        low, high = self.start_ns - self.anchor_ns, self.until_ns - self.anchor_ns
-        u = min(max(2 * goal // (c1 + root), low + 1), high)
-        while u < high and (c2 * u + c1) * u < goal:
-            u += 1
-        while u > low + 1 and (c2 * (u - 1) + c1) * (u - 1) >= goal:
-            u -= 1
-        return self.anchor_ns + u
-
-
-class Cubic(Segment):
-    """Rate that grows from zero or falls to zero: the outer parts of an S-curve.
-
-    Args:
-        start_ns: its first instant.
-        until_ns: its end.
-        ramp: +1 or -1.
-        anchor_ns: the instant at which u is 0, where the rate is zero: one of the segment's ends.
-        c3: coefficient of u^3.
-        c1: coefficient of u.
-        c0: constant term.
-        q: the divisor, greater than 0.
-    """
-
-    __slots__ = ("_steps_q", "anchor_ns", "c0", "c1", "c3", "q")
-
-    def __init__(
-        self, start_ns: int, until_ns: int, ramp: int, anchor_ns: int, c3: int, c1: int, c0: int, q: int
-    ) -> None:
-        super().__init__(start_ns, until_ns, ramp)
-        common = gcd(c3, c1, c0, q)
-        self.anchor_ns = anchor_ns
-        self.c3 = c3 // common
-        self.c1 = c1 // common
-        self.c0 = c0 // common
-        self.q = q // common
-        self._steps_q = self.q * PICO
-
-    def travel_at(self, t_ns: int) -> int:
-        """Return the picosteps made since the motion began."""
-        u = t_ns - self.anchor_ns
-        return ((self.c3 * u * u + self.c1) * u + self.c0) // self.q
-
-    def steps_at(self, t_ns: int) -> int:
-        """Return the whole steps made since the motion began."""
-        u = t_ns - self.anchor_ns
-        return ((self.c3 * u * u + self.c1) * u + self.c0) // self._steps_q
-
-    def speed_at(self, t_ns: int) -> int:
-        """Return the speed in 1e-3 step/s, rounded down."""
-        u = t_ns - self.anchor_ns
-        return (3 * self.c3 * u * u + self.c1) // self.q
-
-    def instant_of(self, steps: int) -> int:
-        """Return the instant at which that many steps are made.
-
-        Newton's method in integers. The curve bends one way only, so it converges from one side;
-        the bracket (low, high] makes it end on the least u that has reached the goal.
-        """
-        c3, c1 = self.c3, self.c1
-        goal = steps * self._steps_q - self.c0
-        low, high = self.start_ns - self.anchor_ns, self.until_ns - self.anchor_ns
-        u = self._guess(goal)
-        while high - low > 1:
-            u = min(max(u, low + 1), high - 1)
-            bend = c3 * u * u
-            excess = (bend + c1) * u - goal
-            if excess >= 0:
-                high = u
-            else:
-                low = u
-            u -= excess // (3 * bend + c1)
-        return self.anchor_ns + high
-
-    def _guess(self, goal: int) -> int:
-        """Return about the u at which c3*u^3 + c1*u is `goal`: by the greater of the two terms alone."""
-        size = abs(goal)
-        guess = size // self.c1
-        if self.c3 > 0:
-            guess = min(guess, 2 << (size // self.c3).bit_length() // 3)
-        return guess if goal > 0 else -guess
+def segment(start_ns: int, until_ns: int, ramp: int, polynomial: Polynomial) -> Segment:
+    """Return the simplest kind of segment for a polynomial; arguments as for `Segment`."""
+    c3, c2, *_ = polynomial
+    kind = Segment if c3 else Quadratic if c2 else Cruise
+    return kind(start_ns, until_ns, ramp, polynomial)

@@ -29,6 +29,16 @@ PICO = 10**12
 MILLI = 1000
 """Thousandths of a step/s in a step/s."""
 
+FINE = 10**6
+"""How much finer plans count: speed in 1e-9 step/s, travel in 1e-18 step.
+
+A peak speed or the speed in the middle of a ramp can be any number. It is rounded, down, to what
+does not show: 1e-9 step/s is one step in thirty years.
+"""
+
+NANO = MILLI * FINE
+"""Billionths of a step/s in a step/s."""
+
 
 class Shape(Enum):
     """How the rate behaves during a ramp [chapter 4, Acceleration Types].
@@ -52,14 +62,12 @@ class Shape(Enum):
 
 
 def ramp_time_ns(from_msps: int, to_msps: int, rate_spmss: int, shape: Shape) -> int:
-    """Return the time of a speed change, `k * |v1 - v0| / a`, rounded down to a multiple of 4 ns.
-
-    Halves and quarters of it are integers then. Rounded down, because what the
-    manual's arithmetic puts on a round instant may come a few ns early, but
-    never late; the rate is exceeded by less than 4 ns in the ramp's time.
+    """Return the time of a speed change in ns, `k * |v1 - v0| / a`, rounded up.
 
     >>> ramp_time_ns(1_000_000, 5_000_000, 20, Shape.CONSTANT)  # chapter 2's example: 0.2 s
     200000000
+    >>> ramp_time_ns(1_000_000, 5_000_000, 20, Shape.TRAPEZOIDAL)  # 4/3 of it
+    266666667
 
     Args:
         from_msps: speed before, in 1e-3 step/s.
@@ -67,13 +75,11 @@ def ramp_time_ns(from_msps: int, to_msps: int, rate_spmss: int, shape: Shape) ->
         rate_spmss: programmed rate in steps/ms/s, from 1.
         shape: of the ramp.
     """
-    return 4 * (250 * shape.numerator * abs(to_msps - from_msps) // (shape.denominator * rate_spmss))
+    return -(-1000 * shape.numerator * abs(to_msps - from_msps) // (shape.denominator * rate_spmss))
 
 
 def ramp_distance(from_msps: int, to_msps: int, rate_spmss: int, shape: Shape) -> Fraction:
-    """Return the distance of a speed change, `k * |v1^2 - v0^2| / (2a)`, in picosteps and not rounded.
-
-    What is run is never longer, and shorter by less than 4 ns of motion.
+    """Return the distance of a speed change, `k * |v1^2 - v0^2| / (2a)`, in picosteps, not rounded.
 
     >>> ramp_distance(1_000_000, 5_000_000, 20, Shape.CONSTANT) / PICO  # chapter 2's example: 600 steps
     Fraction(600, 1)
