@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from . import drive, run, show
+from . import drive, rules, run, show
 
 
 def build() -> typer.Typer:
@@ -22,6 +22,7 @@ def build() -> typer.Typer:
     run.register(app)
     show.register(app)
     drive.register(app)
+    rules.register(app)
     return app
 
 
