@@ -21,6 +21,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Never
 
+from .chunks import ChunkWriter
 from .layout import SLOT_BYTES, SlotInfo, check_slots
 from .output import SUMMARY_ROOM, TraceFile, TraceFull, open_trace_file
 from .schema import (
@@ -37,7 +38,7 @@ from .topics import MESSAGE_ENCODING as JSON_ENCODING
 from .topics import SCAN_TOPIC, TOPICS
 from .topics import SCHEMA_ENCODING as JSON_SCHEMA_ENCODING
 from .wordmap import word_map
-from .writer import StockWriter, TraceWriter
+from .writer import TraceWriter
 
 CHUNK_BYTES_MAX = 1024 * 1024
 CHUNK_SCANS = 4096
@@ -125,7 +126,7 @@ class ScanRecorder:
     def _begin(self, chunk_bytes: int, head: dict[str, str], files: Sequence[Attachment]) -> None:
         """Write all that comes before the first chunk."""
         try:
-            self._writer: TraceWriter = StockWriter(
+            self._writer: TraceWriter = ChunkWriter(
                 self._file, profile=PROFILE, library=f"scanrack {head['scanrack']}", chunk_bytes=chunk_bytes
             )
             self._channel = self._writer.channel(

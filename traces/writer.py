@@ -1,14 +1,8 @@
-"""Who lays out the MCAP records: a small interface, and the `mcap` library behind it."""
+"""What a recorder asks of whoever lays out its MCAP records."""
 
 from __future__ import annotations
 
 from typing import Protocol
-
-from mcap.data_stream import RecordBuilder
-from mcap.records import Channel, Schema
-from mcap.writer import CompressionType, Writer
-
-from .output import TraceFile
 
 
 class TraceWriter(Protocol):
@@ -35,44 +29,3 @@ class TraceWriter(Protocol):
     def finish(self) -> None:
         """Write the open chunk, the summary and the footer. The file stays open."""
         ...
-
-
-class StockWriter:
-    """The `mcap` library's writer, with what it leaves to its user done.
-
-    It compresses with zstd at the library's own level, writes all indexes and
-    the CRCs of chunks and summary. It puts schemas and channels into the first
-    chunk; they are written ahead of it as well, so that every whole chunk of a
-    damaged file can be decoded.
-
-    Args:
-        file: where the records go.
-        profile: the MCAP profile, "ros2".
-        library: what the header names as the writing software.
-        chunk_bytes: size at which a chunk is closed, before compression.
-    """
-
-    def __init__(self, file: TraceFile, *, profile: str, library: str, chunk_bytes: int) -> None:
-        self._file = file
-        self._writer = Writer(file, chunk_size=chunk_bytes, compression=CompressionType.ZSTD)  # type: ignore[arg-type]
-        self._writer.start(profile, library)
-        self.add_message = self._writer.add_message
-        self.finish = self._writer.finish
-        self.add_metadata = self._writer.add_metadata
-
-    def channel(self, topic: str, encoding: str, schema_name: str, schema_encoding: str, schema: str) -> int:
-        """Register a channel with a schema of its own, and write both; return the channel's id."""
-        data = schema.encode()
-        schema_id = self._writer.register_schema(schema_name, schema_encoding, data)
-        channel_id = self._writer.register_channel(topic, encoding, schema_id)
-        records = RecordBuilder()
-        Schema(id=schema_id, name=schema_name, encoding=schema_encoding, data=data).write(records)
-        Channel(
-            id=channel_id, topic=topic, message_encoding=encoding, metadata={}, schema_id=schema_id
-        ).write(records)
-        self._file.write(records.end())  # type: ignore[no-untyped-call]
-        return channel_id
-
-    def add_attachment(self, name: str, media_type: str, data: bytes) -> None:
-        """Write an attachment. It has no time of its own."""
-        self._writer.add_attachment(create_time=0, log_time=0, name=name, media_type=media_type, data=data)
