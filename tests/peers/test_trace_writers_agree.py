@@ -55,6 +55,7 @@ def record(path, script, chunk_scans):
             )
             for schema, channel, message in reader.iter_messages(log_time_order=False)
         ]
+        header = reader.get_header()
         statistics = reader.get_summary().statistics
         records = list(reader.iter_metadata()), list(reader.iter_attachments())
     by_topic = {topic: [entry for entry in messages if entry[0] == topic] for topic, *_ in messages}
