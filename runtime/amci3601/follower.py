@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 FOLLOW = CommandLsw.ENC_FOLLOWER.value
 MANUAL_BITS = (CommandMsw.MANUAL_CW | CommandMsw.MANUAL_CCW).value
+RESET = CommandMsw.RESET_ERRORS.value
 OTHER_COMMANDS = 0x7FFF & ~MANUAL_BITS
 RATIO_MAX = 32_767
 RATE_MAX = 2_000
@@ -65,7 +66,6 @@ class Follower(Operation):
         self.sense = 0  # +1 manual CW, -1 manual CCW, 0 neither
         self.left = False
         self._last_count = layer.axis.encoder
-        self._last_sense = 0
         self._owed = Fraction(0)  # steps, CW positive
         self._speed_msps = 0  # signed
         self._phase = 0  # picosteps made toward the next step, signed like the speed
@@ -85,11 +85,13 @@ class Follower(Operation):
         if not order.lsw & FOLLOW:
             if order.msw & MANUAL_BITS:
                 self.layer.fire(now_ns, "CMD-35")
+            elif order.msw != RESET and order.msw:
+                self.layer.fire(now_ns, "CMD-34")  # such as Hold with a command LSW of 0
             self.left = True
             return
         fault = follower_fault(self.layer, order)
         sense = 1 if order.msw & MANUAL_BIT[1] else -1 if order.msw & MANUAL_BIT[-1] else 0
-        if fault is None and sense and self._last_sense and sense != self._last_sense:
+        if fault is None and sense * self.sense < 0:
             fault = "CMD-33", None
         if fault is not None:
             self.layer.fire(now_ns, fault[0], bits=fault[1])
@@ -98,7 +100,7 @@ class Follower(Operation):
         if sense and not self.sense:  # what was counted without a direction is not followed
             self._last_count = self.layer.axis.encoder
             self._tick_before_ns = now_ns
-        self.sense = self._last_sense = sense
+        self.sense = sense
 
     def on_release(self, now_ns: int) -> None:
         """All bits count as 0: the mode is left."""
@@ -111,8 +113,8 @@ class Follower(Operation):
     # -- the steps ----------------------------------------------------------------------------
 
     def next_wake_ns(self, now_ns: int) -> int | None:
-        """Every tick, as long as a direction is selected or a motion bit has to fall."""
-        return now_ns + 1 if self.sense or self.shown_direction else None
+        """Every tick, as long as a direction is selected."""
+        return now_ns + 1 if self.sense else None
 
     def on_tick(self, now_ns: int, order: Order) -> None:
         """Count, and make the steps of this tick."""
@@ -120,7 +122,7 @@ class Follower(Operation):
         fresh, self._last_count = counts - self._last_count, counts
         elapsed_ns, self._tick_before_ns = now_ns - self._tick_before_ns, now_ns
         self.shown_direction = self.shown_ramp = 0
-        if self.left or self.sense == 0:
+        if self.sense == 0:
             self._owed, self._speed_msps, self._phase = Fraction(0), 0, 0
             return
         self._owed += Fraction(self.sense * fresh * order.words[2], order.words[3])
@@ -134,9 +136,12 @@ class Follower(Operation):
         """Whole steps to make now, CW positive."""
         owed = _whole(self._owed)
         if acceleration == 0 and deceleration == 0:
+            self._speed_msps = self._phase = 0
             most = TOP_SPEED_MSPS * elapsed_ns // PICO
             return max(-most, min(most, owed))
         self._ramp_speed(owed, elapsed_ns, acceleration, deceleration)
+        if owed:
+            self.shown_direction = 1 if self._speed_msps > 0 else -1  # between two steps, too
         self._phase += self._speed_msps * elapsed_ns
         steps = _whole(Fraction(self._phase, PICO))
         if owed >= 0:
@@ -156,10 +161,11 @@ class Follower(Operation):
         rate = acceleration if growing else deceleration
         if rate == 0:
             self._speed_msps = wanted
-        else:
-            change = rate * MILLI * MILLI * elapsed_ns // 1_000_000_000
-            self._speed_msps = max(before - change, min(before + change, wanted))
-        self.shown_ramp = (abs(self._speed_msps) > abs(before)) - (abs(self._speed_msps) < abs(before))
+            return
+        change = rate * MILLI * MILLI * elapsed_ns // 1_000_000_000
+        self._speed_msps = max(before - change, min(before + change, wanted))
+        if 0 < change <= abs(wanted - before):  # else it only keeps up with the encoder
+            self.shown_ramp = 1 if growing else -1
 
     @staticmethod
     def _allowed_speed(owed: int, deceleration: int) -> int:
@@ -178,8 +184,10 @@ def _whole(value: Fraction) -> int:
 
 def obey_follower(layer: CommandLayer, now_ns: int, order: Order, previous: Order) -> bool:
     """Enter the mode on the rise of LSW bit 7; return whether the words were the follower's."""
-    if not layer.firmware.follower or isinstance(layer.operation, Follower):
-        return isinstance(layer.operation, Follower)
+    if isinstance(layer.operation, Follower):
+        return order.msw != RESET or order.lsw != 0
+    if not layer.firmware.follower:
+        return False
     risen = order.lsw & FOLLOW and (previous.configures or not previous.lsw & FOLLOW)
     if not risen or layer.locked:
         return False

@@ -72,8 +72,8 @@ class RegistrationMove(ManualMove):
             self._register(now_ns)
 
     def _register(self, now_ns: int) -> None:
-        made = abs(self.layer.axis.position - self.started_at)
-        if self.stopping or self.registered or made <= self.layer.minimum_registration:
+        made, least = abs(self.layer.axis.position - self.started_at), self.layer.minimum_registration
+        if self.stopping or self.registered or (least and made <= least):
             return
         self.registered = True
         profile = self.profile

@@ -258,9 +258,14 @@ class StepGenerator:
         )
 
     def stop(self, now_ns: int, deceleration_spmss: int, shape: Shape) -> None:
-        """Begin a controlled stop on a whole step."""
-        if self.motion is not None:
-            self._replace(now_ns, plan_stop(self.motion, now_ns, self._start_sps, deceleration_spmss, shape))
+        """Begin a controlled stop on a whole step; never beyond where the motion would have ended."""
+        if self.motion is None:
+            return
+        stopped = plan_stop(self.motion, now_ns, self._start_sps, deceleration_spmss, shape)
+        by_itself = self.motion.final_steps
+        assert stopped.final_steps is not None
+        if by_itself is None or stopped.final_steps < by_itself:
+            self._replace(now_ns, stopped)
 
     def steps_to_stop(self, now_ns: int, deceleration_spmss: int, shape: Shape) -> int:
         """Steps that a controlled stop beginning now would still make."""

@@ -128,7 +128,7 @@ def test_at_home_stays_until_the_next_move():
 # -- while it searches
 
 
-@pytest.mark.rules("HMG-03", "GEN-03")
+@pytest.mark.rules("HMG-01")
 @pytest.mark.parametrize("kind", [HOME_SWITCH, HOME_SWITCH_PROXIMITY])
 def test_the_bit_may_be_reset(kind):
     search = Search(kind=kind)

@@ -139,7 +139,7 @@ def test_limit_on_the_way_back_to_a_switch_that_comes_no_more():
     assert search.bench.fired == []
 
 
-@pytest.mark.rules("HMG-07", "CFG-17")
+@pytest.mark.rules("HMG-07")
 def test_a_limit_that_is_not_configured_is_not_seen():
     search = Search(1, drop=USE_LIMIT[-1])
     search.command(ms=400)
