@@ -88,7 +88,7 @@ def test_an_input_that_is_active_when_it_is_configured_makes_no_transition():
     assert bench.captured == 0
 
 
-@pytest.mark.rules("CAP-03", "IOM-14")
+@pytest.mark.rules("CAP-03", "CAP-04", "IOM-14")
 def test_nothing_but_a_capture_and_homing_changes_the_captured_value():
     """Presets, Reset Errors, a configuration leave it; homing makes it 0 [chapter 6, Captured Data]."""
     bench = Bench.ready(config=ALONE, position=-12_345).inputs(capture=1).run(1).inputs(capture=0).run(1)

@@ -182,6 +182,24 @@ def test_power_fails_during_a_move():
     assert (bench.position, bench.module.machine.shaft) == (600, 2_200)
 
 
+@pytest.mark.rules("CFG-24", "CFG-25", "STS-L10")
+@pytest.mark.parametrize("firmware", ["3.1", "4.1"])
+def test_a_configuration_erases_blend_profile_and_minimum_distance(firmware):
+    """Even the same one as before."""
+    bench = Bench.ready(firmware)
+    program_blend(bench)
+    bench.out(0, 0x0400, 0, 500).run(1).idle()
+    assert bench.bits == {"MODULE_OK", "MIN_REG_NONZERO"}
+    bench.out(*CONFIGURATION).run(1).idle()
+    assert bench.bits == {"MODULE_OK", "POSITION_INVALID"}
+    bench.out(0x1000).run(1)
+    assert bench.fired == ["POS-01", "CMD-16"]
+    bench.reset_errors()
+    bench.manual(1, 3_000, speed=1_000).run(1).idle(1)  # released after 1 step, with 3000 to come
+    bench.until("STOPPED")
+    assert bench.position == 3_001
+
+
 LEFT_OVER = {"HOLD_STATE", "INPUT_ERROR", "COMMAND_ERROR", "HOME_INVALID", "INVALID_PROFILE"}
 
 

@@ -21,6 +21,7 @@ from bench3601 import (
     PRESET_ENCODER,
     RELATIVE,
     RESET,
+    RESUME,
     Bench,
     configuration,
 )
@@ -196,6 +197,25 @@ def test_switch_no_move_complete_after_an_error():
     assert (bench.position, bench.bits) == (5_000, {"MODULE_OK"})
     goes(bench)
     assert bench.bits == {"MODULE_OK", "MOVE_COMPLETE"}
+
+
+# -- 7, 8: nothing to hold, nothing to resume -------------------------------------------------------
+
+
+@EVERY_SCAN
+@pytest.mark.parametrize(
+    ("command", "rule"),
+    [
+        pytest.param(HOLD, "CMD-07", id="Hold", marks=pytest.mark.rules("CMD-07")),
+        pytest.param(RESUME, "CMD-08", id="Resume", marks=pytest.mark.rules("CMD-08")),
+    ],
+)
+@pytest.mark.parametrize("words", [(), (-1, 1, 5, -1, 2_001, 0)], ids=["zeros", "illegal words"])
+def test_hold_and_resume_at_rest(command, rule, words, scan_ms):
+    """Command Error only (reading A-24), whatever the other words are: they are not looked at."""
+    bench = after_a_move(scan_ms=scan_ms)
+    bench.out(command, 0, *words)
+    refused(bench, rule, errors=COMMAND_ERRORS)
 
 
 # -- edges ----------------------------------------------------------------------------------------
