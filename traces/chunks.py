@@ -15,6 +15,7 @@ import zlib
 from array import array
 from struct import Struct
 
+import numpy as np
 import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
@@ -34,6 +35,7 @@ from mcap.records import (
     Statistics,
     SummaryOffset,
 )
+from numpy.typing import NDArray
 
 from .output import TraceFile
 from .records import MAGIC
@@ -64,7 +66,7 @@ class ChunkWriter:
         self._chunk_bytes = chunk_bytes
         self._compressor = zstandard.ZstdCompressor(level=_ZSTD_LEVEL)
         self._records = bytearray()
-        self._entries: dict[int, list[int]] = {}  # channel -> time, offset, time, offset, ...
+        self._entries: dict[int, array[int]] = {}  # channel -> time, offset, time, offset, ...
         self._summary: dict[Opcode, bytearray] = {opcode: bytearray() for opcode in _SUMMARY_GROUPS}
         self._counts = Statistics(
             attachment_count=0,
@@ -79,11 +81,16 @@ class ChunkWriter:
         )
         file.write(MAGIC + _encoded(Header(profile, library)))
 
+    @property
+    def open_bytes(self) -> int:
+        """Bytes of messages in the chunk that is not written yet."""
+        return len(self._records)
+
     def channel(self, topic: str, encoding: str, schema_name: str, schema_encoding: str, schema: str) -> int:
         """Register a channel with a schema of its own; return the channel's id."""
         number = self._counts.channel_count + 1
         self._counts.channel_count = self._counts.schema_count = number
-        self._entries[number] = []
+        self._entries[number] = array("Q")
         described = Schema(id=number, name=schema_name, encoding=schema_encoding, data=schema.encode())
         self._register(Opcode.SCHEMA, described)
         self._register(Opcode.CHANNEL, Channel(number, topic, encoding, {}, number))
@@ -117,8 +124,19 @@ class ChunkWriter:
         records = self._records
         offset, length = len(records), _MESSAGE_FIELDS_BYTES + len(data)
         records += _MESSAGE.pack(_MESSAGE_OPCODE, length, channel_id, sequence, log_time, publish_time) + data
-        self._entries[channel_id] += log_time, offset
+        self._entries[channel_id].extend((log_time, offset))
         if len(records) >= self._chunk_bytes:
+            self._write_chunk()
+
+    def add_block(self, channel_id: int, log_times: NDArray[np.uint64], block: bytes) -> None:
+        """Take message records of one size that are laid out already, with their times in ns."""
+        start, stride = len(self._records), len(block) // len(log_times)
+        entries = np.empty((len(log_times), 2), np.uint64)
+        entries[:, 0] = log_times
+        entries[:, 1] = start + stride * np.arange(len(log_times), dtype=np.uint64)
+        self._entries[channel_id].frombytes(entries.tobytes())
+        self._records += block
+        if len(self._records) >= self._chunk_bytes:
             self._write_chunk()
 
     def finish(self) -> None:
@@ -173,10 +191,10 @@ class ChunkWriter:
         self._count(used, first, last)
         records.clear()
         for entries in used.values():
-            entries.clear()
+            del entries[:]
         self._file.write(bytes(out))
 
-    def _count(self, used: dict[int, list[int]], first: int, last: int) -> None:
+    def _count(self, used: dict[int, array[int]], first: int, last: int) -> None:
         counts = self._counts
         counts.message_start_time = min(first, counts.message_start_time) if counts.chunk_count else first
         counts.message_end_time = max(last, counts.message_end_time)
@@ -207,7 +225,7 @@ def _encoded(record: McapRecord) -> bytes:
     return data
 
 
-def _message_index(channel: int, entries: list[int]) -> bytes:
+def _message_index(channel: int, entries: array[int]) -> bytes:
     """Return the message index of a channel; the machine is little-endian, see io_images.image."""
-    data = array("Q", entries).tobytes()
+    data = entries.tobytes()
     return _INDEX.pack(Opcode.MESSAGE_INDEX, _INDEX_FIELDS_BYTES + len(data), channel, len(data)) + data

@@ -15,22 +15,21 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Never
 
+from .batch import ScanBatch, message_layout
 from .chunks import ChunkWriter
 from .layout import SLOT_BYTES, SlotInfo, check_slots
 from .output import SUMMARY_ROOM, TraceFile, TraceFull, open_trace_file
 from .schema import (
-    CDR_PREFIX,
     FORMAT,
     MESSAGE_ENCODING,
     METADATA,
     PROFILE,
-    SCAN_HEAD,
     SCHEMA_ENCODING,
     scan_schema,
 )
@@ -44,7 +43,6 @@ CHUNK_BYTES_MAX = 1024 * 1024
 CHUNK_SCANS = 4096
 """Most scans in a chunk, which is what a killed process loses at most: 8 s of machine time at 2 ms."""
 
-_MESSAGE_HEAD_BYTES = 31
 _SEQUENCE_MASK = 0xFFFF_FFFF
 
 Value = str | int | float | bool | None | list[int] | list[str]
@@ -115,8 +113,9 @@ class ScanRecorder:
         }
         files = [file for file in (program, rack_file, *attachments) if file is not None]
         files.append(Attachment("words.json", word_map(self._slots).encode(), "application/json"))
-        message = _MESSAGE_HEAD_BYTES + SCAN_HEAD.size + len(memory)
-        chunk_bytes = min(CHUNK_BYTES_MAX, chunk_scans * message)
+        message = message_layout(len(memory)).itemsize
+        self._batch_scans = max(1, min(chunk_scans, CHUNK_BYTES_MAX // message))
+        self._chunk_bytes = chunk_bytes = self._batch_scans * message
         if not isinstance(target, TraceFile):
             ballast = 2 * chunk_bytes + sum(len(file.data) for file in files) + SUMMARY_ROOM
             target = open_trace_file(Path(target), ballast)
@@ -144,8 +143,8 @@ class ScanRecorder:
         except OSError:
             self._file.close()
             raise
-        self._add: Callable[[int, int, bytes, int, int], object] = self._writer.add_message
-        self._pack = SCAN_HEAD.pack
+        self._batch = ScanBatch(self._channel, self._memory, self._batch_scans)
+        self._refusal: str | None = None
         if self._file.full:
             self.close()
             self._refuse("before the first scan")
@@ -162,11 +161,8 @@ class ScanRecorder:
             TraceFull: the disk is full. This scan is in the trace, later ones are not; `close`
                 still writes the summary.
         """
-        number = scan & _SEQUENCE_MASK
-        data = self._pack(CDR_PREFIX, number, flags) + self._memory
-        self._add(self._channel, now_ns, data, now_ns, number)
-        if self._file.full:
-            self._refuse(f"at scan {scan}")
+        if self._batch.add(scan, now_ns, flags):
+            self._hand_over(scan)
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, Value]) -> None:
         """Record something that is not an image. A state that has not changed is not written again.
@@ -187,12 +183,28 @@ class ScanRecorder:
             if self._states.get(topic) == fields:
                 return
             self._states[topic] = dict(fields)
+        self._hand_over(scan)  # the scans before it
         text = json.dumps(
             {"scan": scan, **fields}, ensure_ascii=False, allow_nan=False, separators=(",", ":")
         )
-        self._add(self._channels[topic], now_ns, text.encode(), now_ns, scan & _SEQUENCE_MASK)
+        number = scan & _SEQUENCE_MASK
+        self._writer.add_message(self._channels[topic], now_ns, text.encode(), now_ns, number)
+        self._after_writing(scan)
+
+    def _hand_over(self, scan: int) -> None:
+        """Give the writer the scans collected so far."""
+        if self._refusal is not None:
+            raise TraceFull(self._refusal, complete=True)
+        if len(self._batch):
+            times, block = self._batch.take()
+            self._writer.add_block(self._channel, times, block)
+            self._after_writing(scan)
+
+    def _after_writing(self, scan: int) -> None:
+        """Look at the disk, and let the batch be full when the chunk is."""
         if self._file.full:
             self._refuse(f"at scan {scan}")
+        self._batch.room = max(1, -(-(self._chunk_bytes - self._writer.open_bytes) // self._batch.stride))
 
     def close(self) -> None:
         """Write the open chunk and the summary, and close the file.
@@ -205,19 +217,17 @@ class ScanRecorder:
         self._closed = True
         try:
             if self._file.failure is None:
+                if self._refusal is None and len(self._batch):
+                    self._writer.add_block(self._channel, *self._batch.take())
                 self._writer.finish()
         finally:
             self._file.close()
 
     def _refuse(self, when: str) -> Never:
         """Take nothing more, and raise `TraceFull`."""
-        message = f"{self._file.name}: the disk is full; it is complete and ends {when}"
-
-        def refuse(*_: object) -> Never:
-            raise TraceFull(message, complete=True)
-
-        self._add = refuse
-        refuse()
+        self._refusal = f"{self._file.name}: the disk is full; it is complete and ends {when}"
+        self._batch.room = 1  # so that every further scan is refused at once
+        raise TraceFull(self._refusal, complete=True)
 
     def _facts(self, scan_period_ns: int, seed: int) -> dict[str, str]:
         """Return the metadata that every trace has."""

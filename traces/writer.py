@@ -4,9 +4,17 @@ from __future__ import annotations
 
 from typing import Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 
 class TraceWriter(Protocol):
     """What a recorder asks of a writer: channels, metadata and attachments first, then messages."""
+
+    @property
+    def open_bytes(self) -> int:
+        """Bytes of messages in the chunk that is not written yet."""
+        ...
 
     def channel(self, topic: str, encoding: str, schema_name: str, schema_encoding: str, schema: str) -> int:
         """Register a channel with a schema of its own; return the channel's id."""
@@ -24,6 +32,10 @@ class TraceWriter(Protocol):
         self, channel_id: int, log_time: int, data: bytes, publish_time: int, sequence: int, /
     ) -> None:
         """Take one message; times in ns."""
+        ...
+
+    def add_block(self, channel_id: int, log_times: NDArray[np.uint64], block: bytes) -> None:
+        """Take message records of one size that are laid out already, with their times in ns."""
         ...
 
     def finish(self) -> None:

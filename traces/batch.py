@@ -1,0 +1,104 @@
+"""Scans on their way into a chunk: collected one by one, laid out as MCAP messages all at once.
+
+Messages of one size differ in few columns only. What never changes is in the
+arena from the start; numpy fills the rest, a column at a time, when the batch
+is full. A scan costs four appends.
+
+    opcode length channel | sequence log_time publish_time | prefix scan flags | images
+    never changes         | column   column   column       | n. ch. column     | column
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from mcap.opcode import Opcode
+from numpy.typing import NDArray
+
+from .schema import CDR_PREFIX
+
+_PREAMBLE_BYTES = 9
+"""Opcode and length of a record, which its length does not count."""
+
+_SEQUENCE_MASK = 0xFFFF_FFFF
+
+
+class ScanBatch:
+    """Up to `room` scans, and their layout as message records.
+
+    Args:
+        channel: id of the scans' channel.
+        memory: the rack's memory block, copied at every scan.
+        room: scans that it holds at most, 1 or more.
+
+    Attributes:
+        room: scans after which it is full; may be set to less.
+    """
+
+    def __init__(self, channel: int, memory: bytearray, room: int) -> None:
+        self.room = room
+        self._memory = memory
+        self._numbers: list[int] = []
+        self._times: list[int] = []
+        self._flags: list[int] = []
+        self._images: list[bytes] = []
+        self._arena = np.zeros(room, message_layout(len(memory)))
+        self._arena["opcode"] = Opcode.MESSAGE
+        self._arena["length"] = self.stride - _PREAMBLE_BYTES
+        self._arena["channel"] = channel
+        self._arena["prefix"] = CDR_PREFIX
+
+    @property
+    def stride(self) -> int:
+        """Bytes of a scan's message record."""
+        return self._arena.dtype.itemsize
+
+    def add(self, scan: int, now_ns: int, flags: int) -> bool:
+        """Take a scan with the memory block as it stands; return whether the batch is full."""
+        self._numbers.append(scan)
+        self._times.append(now_ns)
+        self._flags.append(flags)
+        self._images.append(bytes(self._memory))
+        return len(self._images) >= self.room
+
+    def take(self) -> tuple[NDArray[np.uint64], bytes]:
+        """Return the times of the scans and their message records, one after the other, and start anew."""
+        rows = self._arena[: len(self._images)]
+        times = np.array(self._times, np.uint64)
+        numbers = np.array(self._numbers, np.uint64) & np.uint64(_SEQUENCE_MASK)
+        rows["sequence"] = numbers
+        rows["scan"] = numbers
+        rows["log_time"] = times
+        rows["publish_time"] = times
+        rows["flags"] = self._flags
+        rows["images"] = np.frombuffer(b"".join(self._images), rows.dtype["images"])
+        for column in (self._numbers, self._times, self._flags, self._images):
+            column.clear()
+        return times, rows.tobytes()
+
+    def __len__(self) -> int:
+        return len(self._images)
+
+
+def message_layout(image_bytes: int) -> np.dtype[np.void]:
+    """Return how a scan's message record lies in a chunk.
+
+    >>> message_layout(32).itemsize
+    75
+
+    Args:
+        image_bytes: size of the rack's memory block.
+    """
+    return np.dtype(
+        [
+            ("opcode", "u1"),
+            ("length", "<u8"),
+            ("channel", "<u2"),
+            ("sequence", "<u4"),
+            ("log_time", "<u8"),
+            ("publish_time", "<u8"),
+            ("prefix", "<u4"),
+            ("scan", "<u4"),
+            ("flags", "<u4"),
+            ("images", f"V{image_bytes}"),
+        ]
+    )
