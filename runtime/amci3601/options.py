@@ -39,7 +39,11 @@ class Options:
         stopped_after_program_mode: leaving run mode during a motion sets STOPPED (A-78).
         clear_status_after_config: leaving configuration mode clears all status bits of word 0
             below bit 13 but POSITION_INVALID (A-102).
-        home_reversal_dwell_ms: pause at each reversal of a home-switch homing, in ms (A-72b).
+        home_reversal_dwell_ms: pause at each reversal of a home-switch homing, in ms, 0 and more
+            (A-72b).
+
+    Raises:
+        ValueError: a number out of range, with what is allowed.
     """
 
     input_scan_us: int = 250
@@ -60,6 +64,10 @@ class Options:
     def __post_init__(self) -> None:
         if not 50 <= self.input_scan_us <= 250_000:
             raise ValueError(f"option input_scan_us: {self.input_scan_us} is out of range: 50 to 250000")
+        if self.home_reversal_dwell_ms < 0:
+            raise ValueError(
+                f"option home_reversal_dwell_ms: {self.home_reversal_dwell_ms} is out of range: 0 and more"
+            )
 
     @classmethod
     def of(cls, given: Mapping[str, JsonValue] | None) -> Options:
