@@ -85,7 +85,9 @@ class Motion:
     def start(self, bench: Bench) -> Bench:
         """Write the words that start it; it moves as soon as time runs."""
         if self.follows:  # somebody turns the encoder at 5 counts/ms, for 3 s
-            bench.module.machine.turn_encoder(15_000, bench.now_ns, bench.now_ns + 3_000_000_000)
+            machine = bench.module.machine
+            machine.let_go(bench.now_ns)
+            machine.turn_encoder(15_000, bench.now_ns, bench.now_ns + 3_000_000_000)
             return bench.out(self.msw, self.lsw, *FOLLOW_ONE_TO_ONE)
         if self.msw & (BLEND_CW | BLEND_CCW):
             return bench.out(self.msw)
