@@ -10,6 +10,10 @@ from .listener import ScanListener
 from .rack import Slot
 
 
+TOPIC_OF_KIND = {"stimulus": "/stimuli", "indicator": "/indicators"}
+"""Where events of a kind are told; others go to "/events"."""
+
+
 class Audience:
     """The listeners of a CPU.
 
@@ -48,7 +52,7 @@ class Audience:
         for slot in slots:
             slot.module.events.clear()
         for number, event in sorted(told, key=lambda entry: entry[1].at_ns):
-            topic = "/stimuli" if event.kind == "stimulus" else "/events"
+            topic = TOPIC_OF_KIND.get(event.kind, "/events")
             own: dict[str, JsonValue] = {
                 "slot": number,
                 "kind": event.kind,

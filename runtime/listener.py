@@ -22,7 +22,7 @@ class ScanListener(Protocol):
         Args:
             scan: number of the scan in which it became known.
             now_ns: when it happened; never before the event told last on the same topic.
-            topic: "/events", "/stimuli", "/forces", "/cpu" or "/faults".
+            topic: "/events", "/stimuli", "/indicators", "/forces", "/cpu" or "/faults".
             fields: its values by name.
         """
         ...

@@ -65,7 +65,7 @@ class TraceEvent:
     Attributes:
         scan: number of the scan in which it became known.
         now_ns: when it happened.
-        topic: "/events", "/stimuli", "/forces", "/cpu" or "/faults".
+        topic: "/events", "/stimuli", "/indicators", "/forces", "/cpu" or "/faults".
         fields: its values by name, less the scan.
     """
 

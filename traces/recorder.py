@@ -1,7 +1,7 @@
 """The flight recorder: every scan into an MCAP file, and what is not an image beside it.
 
     /scan      one message per scan: its number, flags and the rack's memory block as it stands
-    /events /stimuli /forces /cpu /faults      JSON, on change only
+    /events /stimuli /indicators /forces /cpu /faults      JSON, on change only
 
 `sequence` is the scan number (modulo 2**32), `log_time` and `publish_time` are
 virtual ns. Nothing in the file depends on when, where or in which process it

@@ -4,6 +4,7 @@ Every message carries the number of the scan in which it became known.
 
     /events     something happened in a module      a rule fired, a move began or ended
     /stimuli    the machine or a person acted       a button of the timeline, a station's pulse
+    /indicators the lights of a module changed      as the front panel shows them
     /forces     which bits are forced, in full      told again when it changes
     /cpu        mode and health of the CPU, in full told again when it changes
     /faults     the CPU faulted                     scan and cause
@@ -64,8 +65,8 @@ TOPICS = (
         "Something happened in a module.",
         {
             **_SLOT,
-            "kind": {"type": "string", "description": "rule, move or indicator"},
-            "name": {"type": "string", "description": "id of the rule, kind of the move, name of the LED"},
+            "kind": {"type": "string", "description": "rule or move"},
+            "name": {"type": "string", "description": "id of the rule, kind of the move"},
             "text": {"type": "string", "description": "a sentence for people"},
         },
     ),
@@ -78,6 +79,17 @@ TOPICS = (
             "kind": {"type": "string", "description": "stimulus"},
             "name": {"type": "string", "description": "name of the input"},
             "text": {"type": "string", "description": "a sentence for people"},
+        },
+    ),
+    Topic(
+        "/indicators",
+        "scanrack.Indicators",
+        "The lights on a module's front changed.",
+        {
+            **_SLOT,
+            "module": {"type": "string", "description": "off or solid"},
+            "axis_ok": {"type": "string", "description": "off, solid, blinking or alternating"},
+            "axis_error": {"type": "string", "description": "off, solid, blinking or alternating"},
         },
     ),
     Topic(

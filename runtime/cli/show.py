@@ -75,6 +75,10 @@ class Capped(Generic[T]):
         self.more += sum(1 for _ in rest)
 
 
+ASIDE = frozenset({"/indicators"})
+"""Topics that are printed with --every only: the status bits tell the same."""
+
+
 class Contents:
     """What is to be printed of a trace, found in one pass over it.
 
@@ -96,7 +100,7 @@ class Contents:
         for entry in trace:
             inside = first <= entry.scan <= last
             if isinstance(entry, TraceEvent):
-                if inside:
+                if inside and (every or entry.topic not in ASIDE):
                     self.events.add([entry])
                 continue
             if not self.count:

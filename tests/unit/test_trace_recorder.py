@@ -99,8 +99,8 @@ def test_head_comes_before_the_first_chunk(tmp_path: Path) -> None:
     assert head[0].profile == "ros2"
     assert head[0].library.startswith("scanrack ")
     topics = [record.topic for record in head if isinstance(record, Channel)]
-    assert topics == ["/scan", "/events", "/stimuli", "/forces", "/cpu", "/faults"]
-    assert len([record for record in head if isinstance(record, Schema)]) == 6
+    assert topics == ["/scan", "/events", "/stimuli", "/indicators", "/forces", "/cpu", "/faults"]
+    assert len([record for record in head if isinstance(record, Schema)]) == 7
     (metadata,) = [record for record in head if isinstance(record, Metadata)]
     assert metadata.name == "scanrack"
     facts = dict(metadata.metadata)
