@@ -9,7 +9,6 @@ from .events import JsonValue
 from .listener import ScanListener
 from .rack import Slot
 
-
 TOPIC_OF_KIND = {"stimulus": "/stimuli", "indicator": "/indicators"}
 """Where events of a kind are told; others go to "/events"."""
 
