@@ -18,6 +18,7 @@ from blends3601 import (
     block,
     blocks_of,
     drop,
+    is_stored,
     program,
     send,
     transmit,
