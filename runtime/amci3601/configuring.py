@@ -41,7 +41,6 @@ def _axis_free(layer: CommandLayer, now_ns: int, previous: Order) -> bool:
 
 
 def _enter(layer: CommandLayer) -> None:
-    layer.operation = None
     layer.held = None
     layer.blending = None
     layer.latches.clear(COMMAND_ERROR)  # that of asking during a move ends here (reading A-101)

@@ -158,6 +158,23 @@ def test_something_else_ends_the_move_meanwhile(cause, scan_ms):
 
 @EVERY_SCAN
 @RULES
+@pytest.mark.rules("CFG-30", "CFG-16")
+@pytest.mark.parametrize("valid", [True, False], ids=["valid", "invalid"])
+def test_words_that_waited_are_judged_on_entry(valid, scan_ms):
+    """They have not changed since the request; with the mode they become a configuration."""
+    bench = Bench.ready(scan_ms=scan_ms).relative(5_000).run(300)
+    bench.out(*configuration(start=777 if valid else 0))
+    bench.until("MODE_CONFIG")
+    assert bench.bits == CONFIGURED | (set() if valid else {"CONFIG_ERROR"})
+    assert bench.words[2:4] == ([0, 777] if valid else [1, 0])
+    assert bench.fired == ["CMD-01"] + ([] if valid else ["CFG-06", "CER-02"])
+    if valid:
+        bench.idle().relative(777, speed=777)
+        assert 0 <= bench.until("MOVE_COMPLETE") - 1_000 < scan_ms
+
+
+@EVERY_SCAN
+@RULES
 def test_a_request_that_is_withdrawn(scan_ms):
     """The move goes on, the error stays until Reset Errors (reading A-09); Immediate Stop is locked out."""
     bench = Bench.ready(scan_ms=scan_ms).relative(5_000).run(300)

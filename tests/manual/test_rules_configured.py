@@ -200,6 +200,17 @@ def test_a_configuration_erases_blend_profile_and_minimum_distance(firmware):
     assert bench.position == 3_001
 
 
+@pytest.mark.rules("CFG-24")
+def test_a_configuration_ends_blend_programming():
+    """All blocks are sent, but bit 8 of the LSW falls by way of configuration mode: nothing is stored."""
+    bench = Bench.ready()
+    for block in [(2, 0, 0, 10), (20, 0, 5, 0, 20), (5, 0, 2, 0, 10)]:
+        bench.out(0, 0x0100).run(1).out(0, 0x0300, *block).run(1)
+    assert bench.bits == {"MODULE_OK", "BLEND_ACK"}
+    bench.out(*CONFIGURATION).run(1).out(0x1000).run(1)
+    assert (bench.bits, bench.fired[-1]) == ({"MODULE_OK", "POSITION_INVALID", "COMMAND_ERROR"}, "CMD-16")
+
+
 LEFT_OVER = {"HOLD_STATE", "INPUT_ERROR", "COMMAND_ERROR", "HOME_INVALID", "INVALID_PROFILE"}
 
 

@@ -59,6 +59,14 @@ def test_two_command_bits_at_once(one, other, scan_ms):
     refused(bench, "CMD-02", errors=COMMAND_ERRORS)
 
 
+@pytest.mark.rules("CMD-02", "IOM-18")
+def test_two_bits_with_a_minimum_distance_are_no_fault_of_the_distance():
+    """The command word is looked at first (reading A-93); nothing is stored."""
+    bench = after_a_move()
+    bench.out(ABSOLUTE | RELATIVE, 0x0400, 0, 9)
+    refused(bench, "CMD-02", errors=COMMAND_ERRORS)
+
+
 @pytest.mark.rules("CMD-02", "IOM-18", "IOM-19")
 def test_a_second_bit_beside_one_that_stays_set():
     """The check is made when a bit comes on (reading A-34): one that goes off is none."""
