@@ -1,0 +1,161 @@
+"""How Logix computes: conversion, rounding, wrapping, division. Pure functions on Python numbers.
+
+| conversion | rule | source |
+|---|---|---|
+| REAL to integer | to the nearest, half to even; upper bits are cut off | 1756-RM003N p. 653 |
+| integer to a smaller one | low bits stay: 65,665 as INT is 129, as SINT -127 | 1756-RM006K p. 544 |
+| anything to REAL | rounded to single precision | 1756-RM003N p. 652 |
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+
+_SINGLE = struct.Struct("<f")
+_pack, _unpack = _SINGLE.pack, _SINGLE.unpack
+
+
+def real(value: float) -> float:
+    """Round to single precision; what is too large becomes infinite.
+
+    >>> real(0.1), real(1e39), real(16_777_217)
+    (0.10000000149011612, inf, 16777216.0)
+    """
+    try:
+        return _unpack(_pack(value))[0]  # type: ignore[no-any-return]
+    except OverflowError:
+        return math.inf if value > 0 else -math.inf
+
+
+def wrap(value: int, bits: int) -> int:
+    """Keep the low bits, read as a signed number.
+
+    >>> wrap(65_665, 16), wrap(65_665, 8), wrap(2**31, 32)
+    (129, -127, -2147483648)
+    """
+    half = 1 << bits - 1
+    return ((value + half) & (half + half - 1)) - half
+
+
+def finite(value: float) -> bool:
+    """Whether a value is neither infinite nor NaN."""
+    return math.isfinite(value)
+
+
+def whole(value: float) -> int:
+    """Round to the nearest integer, half to even; infinity and NaN have none and give 0.
+
+    >>> [whole(x) for x in (2.5, 1.5, -1.5, -2.5, 1.4, -1.6)]
+    [2, 2, -2, -2, 1, -2]
+    """
+    return round(value) if math.isfinite(value) else 0
+
+
+def quotient(a: int, b: int) -> int:
+    """Divide integers, cutting off toward zero; b is not 0.
+
+    >>> quotient(7, 2), quotient(-7, 2), quotient(7, -2)
+    (3, -3, -3)
+    """
+    size = abs(a) // abs(b)
+    return size if (a < 0) == (b < 0) else -size
+
+
+def remainder(a: int, b: int) -> int:
+    """What division leaves, with the sign of a; b is not 0 [1756-RM003N p. 281].
+
+    >>> remainder(7, 3), remainder(-7, 3), remainder(7, -3)
+    (1, -1, 1)
+    """
+    return a - quotient(a, b) * b
+
+
+def real_remainder(a: float, b: float) -> float:
+    """The same for REAL values; NaN if there is none.
+
+    >>> real_remainder(-7.5, 2.0)
+    -1.5
+    """
+    if not math.isfinite(a) or math.isnan(b) or b == 0:
+        return math.nan
+    return real(math.fmod(a, b))
+
+
+def real_quotient(a: float, b: float) -> float:
+    """Divide REAL values; infinite for a divisor of 0, NaN for 0/0."""
+    if b == 0:
+        if a == 0 or math.isnan(a):
+            return math.nan
+        return math.copysign(math.inf, a) * math.copysign(1.0, b)
+    return real(a / b)
+
+
+def real_product(a: float, b: float) -> float:
+    """Multiply REAL values."""
+    return real(a * b)
+
+
+def power(a: float, b: float) -> float:
+    """Raise a to b; NaN where it is not defined, infinite where it is too large."""
+    try:
+        result = a**b
+    except (OverflowError, ZeroDivisionError):
+        return math.inf
+    return math.nan if isinstance(result, complex) else real(result)
+
+
+def square_root(value: float) -> float:
+    """Root of the size of a number: the sign does not count [1756-RM003N p. 284].
+
+    >>> square_root(-25.0)
+    5.0
+    """
+    return math.inf if math.isinf(value) else real(math.sqrt(abs(value)))
+
+
+def integer_root(value: int) -> int:
+    """The same for an integer, its fraction cut off.
+
+    >>> integer_root(-27)
+    5
+    """
+    return math.isqrt(abs(value))
+
+
+def truncated(value: float) -> int:
+    """Cut off the fraction; infinity and NaN give 0.
+
+    >>> truncated(-357.06)
+    -357
+    """
+    return math.trunc(value) if math.isfinite(value) else 0
+
+
+def swapped(value: int, bits: int, mode: str) -> int:
+    """Reorder the bytes of an INT or DINT; any mode swaps the two bytes of an INT.
+
+    >>> [hex(swapped(0x41424344, 32, mode)) for mode in ("REVERSE", "WORD", "HIGH/LOW")]
+    ['0x44434241', '0x43444142', '0x42414443']
+    >>> hex(swapped(0x4142, 16, "WORD"))
+    '0x4241'
+    """
+    data = (value & (1 << bits) - 1).to_bytes(bits // 8, "big")
+    if bits == 16 or mode == "REVERSE":
+        moved = data[::-1]
+    elif mode == "WORD":
+        moved = data[2:] + data[:2]
+    else:
+        moved = bytes((data[1], data[0], data[3], data[2]))
+    return int.from_bytes(moved, "big", signed=True)
+
+
+def distributed(source: int, source_bit: int, target: int, target_bit: int, length: int, bits: int) -> int:
+    """Copy a field of bits into a number; bits that find no room are lost [1756-RM003N p. 303].
+
+    >>> bin(distributed(0b1100, 2, 0, 6, 4, 8) & 0xFF)
+    '0b11000000'
+    """
+    field = (1 << length) - 1
+    moved = (source >> source_bit & field) << target_bit
+    return wrap(target & ~(field << target_bit) | moved, bits)

@@ -1,0 +1,149 @@
+"""What a program as a whole must not do: coils written twice, timers used twice, calls into nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from .errors import Problem
+from .instructions import BY_NAME, Use
+from .linking import Call, Line, Linked, LinkedRoutine, Step, steps_of
+from .places import Constant, Group, Place
+
+REPEATED_COILS = "repeated coils"
+REPEATED_TIMERS = "repeated timers"
+ALLOWANCES = (REPEATED_COILS, REPEATED_TIMERS)
+"""What a program may be allowed by name, because real programs do it."""
+
+_EXCLUSIVE = {
+    Use.COIL: (
+        REPEATED_COILS,
+        "is written by a coil",
+        "join the two as branches of one rung, or use OTL and OTU",
+    ),
+    Use.STORAGE: (REPEATED_COILS, "remembers a rung", "give each one-shot a bit of its own"),
+    Use.TIMER: (REPEATED_TIMERS, "is timed", "give each rung a timer of its own, or join the rungs"),
+}
+"""Uses that one place has once: what allows it, how it is said, what helps."""
+
+
+def check_whole(linked: Linked, allowed: frozenset[str]) -> list[Problem]:
+    """Return what is wrong with a linked program as a whole.
+
+    Args:
+        linked: the program.
+        allowed: which of `ALLOWANCES` it has.
+    """
+    problems = list(_repeated(linked, allowed))
+    for routine in linked.routines.values():
+        problems.extend(_jumps(linked, routine))
+    problems.extend(_circles(linked))
+    return problems
+
+
+def _repeated(linked: Linked, allowed: frozenset[str]) -> Iterator[Problem]:
+    seen: dict[object, str] = {}
+    for routine, line, step in _all_steps(linked):
+        uses = BY_NAME[step.name].operands
+        for use, operand in zip(uses, step.operands, strict=False):
+            if use not in _EXCLUSIVE or _EXCLUSIVE[use][0] in allowed:
+                continue
+            place = _identity(use, step.name, operand)
+            if place is None:
+                continue
+            here = _where(routine, line)
+            if place in seen:
+                _, what, remedy = _EXCLUSIVE[use]
+                yield Problem(here, line.text, f"{operand.text} {what} in {seen[place]} already", remedy)
+            else:
+                seen[place] = here
+
+
+def _identity(use: Use, name: str, operand: object) -> object:
+    """What tells one place from another; None if that is known in a scan only."""
+    kind = "bit" if use in (Use.COIL, Use.STORAGE) else use.name
+    if isinstance(operand, Place):
+        if operand.can_fault:
+            return None
+        bit = operand.bit.value if isinstance(operand.bit, Constant) else None
+        return kind, operand.leaf.path, operand.fixed_index, bit
+    if isinstance(operand, Group):
+        if not all(isinstance(index, Constant) for index in operand.indices):
+            return None
+        return kind, operand.path, operand.indices
+    return None
+
+
+def _all_steps(linked: Linked) -> Iterator[tuple[LinkedRoutine, Line, Step]]:
+    for routine in linked.routines.values():
+        for line in routine.lines:
+            for step in steps_of(line.nodes):
+                if step.operands or not BY_NAME[step.name].operands:
+                    yield routine, line, step
+
+
+def _where(routine: LinkedRoutine, line: Line) -> str:
+    place = f"routine {routine.name}, rung {line.number}"
+    return f"{line.origin.file}:{line.origin.line}: {place}" if line.origin.file else place
+
+
+def _jumps(linked: Linked, routine: LinkedRoutine) -> Iterator[Problem]:
+    for line in routine.lines:
+        for step in steps_of(line.nodes):
+            if not step.operands:
+                continue
+            trouble = None
+            if step.name == "JMP" and step.operands[0] not in routine.labels:
+                trouble = (
+                    f"there is no label {step.operands[0]} in the routine",
+                    "add LBL, or correct the name",
+                )
+            elif step.name == "JSR":
+                trouble = _call_trouble(linked, step.operands[0])
+            if trouble:
+                yield Problem(_where(routine, line), line.text, *trouble)
+
+
+def _call_trouble(linked: Linked, call: Call) -> tuple[str, str] | None:
+    if call.routine in linked.functions:
+        return None
+    target = linked.routines.get(call.routine)
+    if target is None:
+        names = [each.name for each in linked.routines.values()]
+        names += list(linked.functions)
+        return f"there is no routine {call.routine}", f"routines are {', '.join(names)}"
+    wanted = len(target.parameters or ())
+    if wanted != len(call.inputs):
+        return f"{target.name} takes {wanted} inputs, {len(call.inputs)} are given", "make SBR and JSR agree"
+    for line in target.lines:
+        for step in steps_of(line.nodes):
+            if step.name == "RET" and len(step.operands) < len(call.returns):
+                return (
+                    f"RET in rung {line.number} of {target.name} returns {len(step.operands)} values, "
+                    f"{len(call.returns)} are wanted",
+                    "make RET and JSR agree",
+                )
+    return None
+
+
+def calls_of(routine: LinkedRoutine) -> list[str]:
+    """Return the routines that a routine calls, in capitals."""
+    return [
+        step.operands[0].routine
+        for line in routine.lines
+        for step in steps_of(line.nodes)
+        if step.name == "JSR" and step.operands
+    ]
+
+
+def _circles(linked: Linked) -> Iterator[Problem]:
+    """Routines that call themselves, directly or through others."""
+    for name, routine in linked.routines.items():
+        reached: set[str] = set()
+        open_names = calls_of(routine)
+        while open_names:
+            called = open_names.pop()
+            if called not in reached and called in linked.routines:
+                reached.add(called)
+                open_names += calls_of(linked.routines[called])
+        if name in reached:
+            yield Problem(f"routine {routine.name}", "", "it calls itself", "loop with JMP and LBL instead")

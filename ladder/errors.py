@@ -1,0 +1,126 @@
+"""What can be wrong with a program: its text, its logic, or what it does in a scan."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+
+class LadderError(ValueError):
+    """A program that can't be read or built."""
+
+
+class RungTextError(LadderError):
+    """Rung text with an error; names file, rung, line, column and what was expected.
+
+    Attributes:
+        file: the file, "" if there is none.
+        line: line in the file, from 1.
+        column: column in that line, from 1.
+        rung: number of the rung in its routine, None outside of rungs.
+        expected: what was expected there.
+    """
+
+    def __init__(
+        self, expected: str, found: str, *, file: str, line: int, column: int, rung: int | None
+    ) -> None:
+        self.file, self.line, self.column, self.rung, self.expected = file, line, column, rung, expected
+        where = f"{file}:{line}" if file else f"line {line}"
+        of_rung = "" if rung is None else f"rung {rung}, "
+        super().__init__(f"{where}: {of_rung}column {column}: expected {expected}, found {found}")
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """Something that keeps a program from being built.
+
+    Attributes:
+        where: routine and rung, or the tag.
+        rung: the rung as text, "" if it is no rung.
+        text: what is wrong, with the value and what is allowed.
+        remedy: what helps.
+    """
+
+    where: str
+    rung: str
+    text: str
+    remedy: str
+
+    def __str__(self) -> str:
+        shown = f"\n    {self.rung}" if self.rung else ""
+        return f"{self.where}: {self.text}; {self.remedy}{shown}"
+
+
+class BuildError(LadderError):
+    """A program that is refused; lists every problem with its rung and a remedy."""
+
+    def __init__(self, program: str, problems: Sequence[Problem]) -> None:
+        self.problems = tuple(problems)
+        super().__init__("\n".join([f"program {program} can't be built:", *map(str, problems)]))
+
+
+@dataclass(frozen=True, slots=True)
+class Site:
+    """An instruction in a program, for messages.
+
+    Attributes:
+        program: name of the program.
+        routine: name of the routine.
+        rung: number of the rung in it, from 0.
+        instruction: the instruction as text.
+    """
+
+    program: str
+    routine: str
+    rung: int
+    instruction: str
+
+    def __str__(self) -> str:
+        return f"program {self.program}, routine {self.routine}, rung {self.rung}, {self.instruction}"
+
+
+class LadderFault(Exception):  # noqa: N818 - what the trade calls it
+    """A major fault: the scan stops.
+
+    Attributes:
+        site: program, routine, rung and instruction.
+        tag: the tag it is about.
+        type: fault type, 4 = program fault.
+        code: fault code.
+    """
+
+    def __init__(self, site: Site, tag: str, text: str, code: int) -> None:
+        self.site, self.tag, self.type, self.code = site, tag, 4, code
+        super().__init__(f"{site}: {tag}: {text} (major fault, type {self.type} code {code})")
+
+
+SUBSCRIPT_CODE = 20
+"""Subscript too large or negative [1756-PM014, major fault codes]."""
+
+TIMER_CODE = 34
+"""PRE or ACC of a timer is negative [1756-RM003N p. 117]."""
+
+OVERFLOW_CODE = 4
+"""Minor: overflow, or a divisor of zero [1756-RM003N p. 277]."""
+
+
+@dataclass(frozen=True, slots=True)
+class MinorFault:
+    """A minor fault: recorded, and the scan goes on.
+
+    Attributes:
+        site: program, routine, rung and instruction.
+        now_ns: when.
+        text: what happened.
+        type: fault type, 4 = program fault.
+        code: fault code.
+    """
+
+    site: Site
+    now_ns: int
+    text: str
+    type: int = 4
+    code: int = OVERFLOW_CODE
+
+    def __str__(self) -> str:
+        return f"{self.site}: {self.text} (minor fault, type {self.type} code {self.code})"

@@ -1,0 +1,291 @@
+"""The one tree that every front end builds and every back end runs.
+
+A program is tags plus routines; a routine is rungs; a rung is a series; a series
+is instructions and branches; a branch is legs, each a series. Operands are
+addresses, numbers, strings and, in CPT, CMP and subscripts, expressions. `str()`
+of any node is its rung text.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+# --- operands
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A number as it was written.
+
+    Attributes:
+        value: its value.
+        text: how it prints; `16#FF` stays `16#FF`.
+    """
+
+    value: int | float
+    text: str
+
+    def __str__(self) -> str:
+        return self.text
+
+
+def number(value: int | float) -> Number:
+    """Return a number node for a Python number.
+
+    >>> str(number(5)), str(number(2.5)), str(number(-1e-9))
+    ('5', '2.5', '-1.0e-09')
+    """
+    text = repr(value)
+    if isinstance(value, float) and "e" in text and "." not in text:
+        text = text.replace("e", ".0e")
+    return Number(value, text)
+
+
+@dataclass(frozen=True, slots=True)
+class Characters:
+    """A string in single quotes."""
+
+    value: str
+
+    def __str__(self) -> str:
+        return f"'{self.value}'"
+
+
+@dataclass(frozen=True, slots=True)
+class Unknown:
+    """The `?` that exported rungs have in place of a value that stands in the tag."""
+
+    def __str__(self) -> str:
+        return "?"
+
+
+@dataclass(frozen=True, slots=True)
+class MemberStep:
+    """`.ACC`."""
+
+    name: str
+
+    def __str__(self) -> str:
+        return f".{self.name}"
+
+
+@dataclass(frozen=True, slots=True)
+class SubscriptStep:
+    """`[i,j]`."""
+
+    indices: tuple[Operand, ...]
+
+    def __str__(self) -> str:
+        return f"[{','.join(map(str, self.indices))}]"
+
+
+@dataclass(frozen=True, slots=True)
+class BitStep:
+    """`.5` or `.[expression]`."""
+
+    index: Operand
+
+    def __str__(self) -> str:
+        return f".{self.index}" if isinstance(self.index, Number) else f".[{self.index}]"
+
+
+@dataclass(frozen=True, slots=True)
+class WordStep:
+    """The element of a data file: `:0` in `N7:0`, `.0` in `I:1.0`."""
+
+    index: int
+    mark: str
+
+    def __str__(self) -> str:
+        return f"{self.mark}{self.index}"
+
+
+@dataclass(frozen=True, slots=True)
+class SlashStep:
+    """`/14`, the bit of a data file's word."""
+
+    index: int
+
+    def __str__(self) -> str:
+        return f"/{self.index}"
+
+
+Step = MemberStep | SubscriptStep | BitStep | WordStep | SlashStep
+
+
+@dataclass(frozen=True, slots=True)
+class Address:
+    """A tag, or a part of one.
+
+    Attributes:
+        name: the tag; also `Local:1:I`, `I:1`, `S:FS`.
+        steps: what leads from there to the part.
+    """
+
+    name: str
+    steps: tuple[Step, ...] = ()
+
+    def __str__(self) -> str:
+        return self.name + "".join(map(str, self.steps))
+
+
+@dataclass(frozen=True, slots=True)
+class Operation:
+    """An operator or a function with its operands, in an expression.
+
+    Attributes:
+        name: `+ - * / ** MOD AND OR XOR = <> < <= > >=`, `NEG NOT`, or a function.
+        operands: one or two.
+    """
+
+    name: str
+    operands: tuple[Operand, ...]
+
+    def __str__(self) -> str:
+        return _expression_text(self)
+
+
+Operand = Number | Characters | Unknown | Address | Operation
+
+PRECEDENCE = (
+    ("OR",),
+    ("XOR",),
+    ("AND",),
+    ("=", "<>"),
+    ("<", "<=", ">", ">="),
+    ("+", "-"),
+    ("*", "/", "MOD"),
+    ("NEG", "NOT"),
+    ("**",),
+)
+"""Operators from the loosest to the tightest [1756-RM003N p. 265 and 232]."""
+
+LEVEL = {operator: level for level, operators in enumerate(PRECEDENCE) for operator in operators}
+ATOM = len(PRECEDENCE)
+WORDS = ("MOD", "AND", "OR", "XOR")
+"""Operators that are words and stand between spaces."""
+
+
+def _expression_text(node: Operand) -> str:
+    return _text_at(node, 0)
+
+
+def _text_at(node: Operand, level: int) -> str:
+    """Text of a node, in parentheses if it binds looser than its place needs."""
+    if not isinstance(node, Operation):
+        negative = isinstance(node, Number) and node.text.startswith("-")
+        return f"({node})" if negative and level > LEVEL["+"] else str(node)
+    own = LEVEL.get(node.name, ATOM)
+    text = _operation_text(node, own)
+    return f"({text})" if own < level else text
+
+
+def _operation_text(node: Operation, own: int) -> str:
+    if node.name == "NEG":
+        inner = _text_at(node.operands[0], own)
+        return f"-({inner})" if inner[0] in "-0123456789" else f"-{inner}"
+    if node.name == "NOT":
+        return f"NOT {_text_at(node.operands[0], own)}"
+    if own == ATOM:
+        return f"{node.name}({_text_at(node.operands[0], 0)})"
+    left, right = _text_at(node.operands[0], own), _text_at(node.operands[1], own + 1)
+    return f"{left} {node.name} {right}" if node.name in WORDS else f"{left}{node.name}{right}"
+
+
+# --- rungs
+
+
+@dataclass(frozen=True, slots=True)
+class Instruction:
+    """An instruction with its operands.
+
+    Attributes:
+        name: the one name it prints under (EQU, not EQ).
+        operands: in their order.
+    """
+
+    name: str
+    operands: tuple[Operand, ...] = ()
+
+    def __str__(self) -> str:
+        return f"{self.name}({','.join(map(str, self.operands))})"
+
+
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """Parallel legs, each a series; an empty leg is a wire."""
+
+    legs: tuple[Series, ...]
+
+    def __str__(self) -> str:
+        return f"[{','.join(map(series_text, self.legs))}]"
+
+
+Element = Instruction | Branch
+Series = tuple[Element, ...]
+
+
+def series_text(series: Series) -> str:
+    """Rung text of a series."""
+    return "".join(map(str, series))
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """Where a rung was written: file and line; unknown ones are "" and 0."""
+
+    file: str = ""
+    line: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Rung:
+    """A rung.
+
+    Attributes:
+        series: its instructions and branches from left to right.
+        comment: what is said of it.
+        origin: where it was written; no part of its identity.
+    """
+
+    series: Series
+    comment: str = ""
+    origin: Origin = field(default=Origin(), compare=False)
+
+    def __str__(self) -> str:
+        return f"{series_text(self.series)};"
+
+
+@dataclass(frozen=True, slots=True)
+class Routine:
+    """A routine of rungs."""
+
+    name: str
+    rungs: tuple[Rung, ...]
+    comment: str = ""
+
+
+def instructions_of(series: Series) -> Iterator[Instruction]:
+    """Yield the instructions of a series in the order in which they execute."""
+    for element in series:
+        if isinstance(element, Instruction):
+            yield element
+        else:
+            for leg in element.legs:
+                yield from instructions_of(leg)
+
+
+def addresses_in(operand: Operand) -> Iterator[Address]:
+    """Yield the addresses in an operand: itself, in its subscripts, in its expression."""
+    if isinstance(operand, Address):
+        yield operand
+        for step in operand.steps:
+            if isinstance(step, SubscriptStep):
+                for index in step.indices:
+                    yield from addresses_in(index)
+            elif isinstance(step, BitStep):
+                yield from addresses_in(step.index)
+    elif isinstance(operand, Operation):
+        for part in operand.operands:
+            yield from addresses_in(part)

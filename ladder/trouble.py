@@ -1,0 +1,63 @@
+"""Faults as they happen: minor ones are recorded, major ones end the scan."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import NoReturn
+
+from .errors import SUBSCRIPT_CODE, TIMER_CODE, LadderFault, MinorFault
+from .linking import Linked
+from .memory import Memory
+
+KEPT = 1000
+"""Minor faults that are kept, the latest ones."""
+
+
+class Trouble:
+    """Collects the faults of one running program.
+
+    Attributes:
+        minor: the latest minor faults, one per instruction and scan.
+        now_ns: virtual time of the scan.
+
+    Args:
+        linked: the program.
+        memory: where its status flags are.
+    """
+
+    def __init__(self, linked: Linked, memory: Memory) -> None:
+        self.minor: deque[MinorFault] = deque(maxlen=KEPT)
+        self.now_ns = 0
+        self._linked, self._memory = linked, memory
+        self._told: set[int] = set()
+        self._overflow = memory.layout.leaf("S:V")
+        self._any = memory.layout.leaf("S:MINOR")
+
+    def new_scan(self, now_ns: int) -> None:
+        """Start a scan: every instruction may be told of again."""
+        self.now_ns = now_ns
+        if self._told:
+            self._told.clear()
+
+    def overflow(self, site: int, text: str = "the result does not fit") -> None:
+        """Set S:V and record a minor fault, type 4 code 4."""
+        if self._linked.flags:
+            self._memory.write(self._overflow, 0, True)
+        self._memory.write(self._any, 0, True)
+        if site not in self._told:
+            self._told.add(site)
+            self.minor.append(MinorFault(self._linked.sites[site], self.now_ns, text))
+
+    def zero_divisor(self, site: int) -> None:
+        """Record a minor fault, type 4 code 4."""
+        self.overflow(site, "the divisor is 0")
+
+    def subscript(self, site: int, tag: str, index: int, length: int) -> NoReturn:
+        """Stop the scan: a subscript or a bit number is out of range."""
+        text = f"subscript {index} is out of range, allowed are 0 to {length - 1}"
+        raise LadderFault(self._linked.sites[site], tag, text, SUBSCRIPT_CODE)
+
+    def negative_timer(self, site: int, tag: str, preset: int, accumulated: int) -> NoReturn:
+        """Stop the scan: PRE or ACC of a timer is negative."""
+        text = f"PRE is {preset}, ACC is {accumulated}; neither may be negative"
+        raise LadderFault(self._linked.sites[site], tag, text, TIMER_CODE)

@@ -1,0 +1,258 @@
+"""Data types of tags: the elementary ones, structures, and how they lie in bytes.
+
+| type | values | bits |
+|---|---|--:|
+| BOOL | False, True | 1 |
+| SINT, INT, DINT, LINT | signed integers | 8, 16, 32, 64 |
+| REAL | IEEE 754 single precision, rounded at every store | 32 |
+
+Structures have members of any type. The byte layout matters to COP and CPS only
+[1756-RM003N p. 371: a straight byte-to-byte copy].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+MAX_DIMENSIONS = 3
+"""Dimensions an array may have."""
+
+
+@dataclass(frozen=True, slots=True)
+class Elementary:
+    """A type that is one value.
+
+    Attributes:
+        name: as Logix calls it.
+        bits: width.
+        code: its letter in the `struct` module.
+    """
+
+    name: str
+    bits: int
+    code: str
+
+    @property
+    def is_bool(self) -> bool:
+        """One bit, no number."""
+        return self.bits == 1
+
+    @property
+    def is_real(self) -> bool:
+        """Floating point."""
+        return self.code == "f"
+
+    @property
+    def is_integer(self) -> bool:
+        """SINT, INT, DINT or LINT."""
+        return not (self.is_bool or self.is_real)
+
+    @property
+    def lowest(self) -> int:
+        """Least value of an integer type."""
+        return -1 << self.bits - 1
+
+    @property
+    def highest(self) -> int:
+        """Greatest value of an integer type."""
+        return (1 << self.bits - 1) - 1
+
+    @property
+    def zero(self) -> bool | int | float:
+        """Value of a tag that nobody has written."""
+        return False if self.is_bool else 0.0 if self.is_real else 0
+
+
+BOOL = Elementary("BOOL", 1, "?")
+SINT = Elementary("SINT", 8, "b")
+INT = Elementary("INT", 16, "h")
+DINT = Elementary("DINT", 32, "i")
+LINT = Elementary("LINT", 64, "q")
+REAL = Elementary("REAL", 32, "f")
+
+
+@dataclass(frozen=True, slots=True)
+class Member:
+    """A member of a structure.
+
+    Attributes:
+        name: its name.
+        type: its type.
+        dims: length per dimension, none for a single value.
+        bit: for a BOOL of a predefined structure: its bit in the DINT that comes first.
+    """
+
+    name: str
+    type: DataType
+    dims: tuple[int, ...] = ()
+    bit: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Structure:
+    """A type with members.
+
+    Attributes:
+        name: its name.
+        members: in order.
+        hidden: members of ours that no address reaches: what an instruction remembers.
+    """
+
+    name: str
+    members: tuple[Member, ...]
+    hidden: tuple[Member, ...] = field(default=())
+
+    def member(self, name: str) -> Member | None:
+        """Return the member of that name in any case, None if there is none."""
+        wanted = name.upper()
+        return next((member for member in self.members if member.name.upper() == wanted), None)
+
+
+DataType = Elementary | Structure
+
+
+def _status(*names: str) -> tuple[Member, ...]:
+    """Status bits of a predefined structure, from bit 31 down."""
+    return tuple(Member(name, BOOL, bit=31 - number) for number, name in enumerate(names))
+
+
+_PRE_ACC = (Member("PRE", DINT), Member("ACC", DINT))
+
+TIMER = Structure("TIMER", _status("EN", "TT", "DN") + _PRE_ACC, hidden=(Member("last_ns", LINT),))
+"""PRE and ACC in ms; `last_ns` is the instant up to which ACC has been counted."""
+
+COUNTER = Structure("COUNTER", _status("CU", "CD", "DN", "OV", "UN") + _PRE_ACC)
+
+CONTROL = Structure(
+    "CONTROL",
+    (*_status("EN", "EU", "DN", "EM", "ER", "UL", "IN", "FD"), Member("LEN", DINT), Member("POS", DINT)),
+)
+
+STRING = Structure("STRING", (Member("LEN", DINT), Member("DATA", SINT, (82,))))
+
+TYPES: Mapping[str, DataType] = {
+    kind.name: kind for kind in (BOOL, SINT, INT, DINT, LINT, REAL, TIMER, COUNTER, CONTROL, STRING)
+}
+"""The types that every program has, by name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """Where an elementary value lies in the bytes of its type.
+
+    Attributes:
+        path: members down to it, joined by dots; "" for an elementary type itself.
+        type: its type.
+        offset: byte.
+        bit: bit from the low end of the byte, for a BOOL.
+        index: its index among the values of the same path (arrays inside structures).
+    """
+
+    path: str
+    type: Elementary
+    offset: int
+    bit: int | None = None
+    index: int = 0
+
+
+def size_of(kind: DataType) -> int:
+    """Bytes that one element of a type takes.
+
+    >>> size_of(INT), size_of(TIMER), size_of(STRING)
+    (2, 12, 88)
+    """
+    return _Layout(kind).size
+
+
+def fields_of(kind: DataType) -> tuple[Field, ...]:
+    """Elementary values of one element of a type, with their places in its bytes."""
+    return tuple(_Layout(kind).fields)
+
+
+class _Layout:
+    """Walks a type once; BOOLs in a row share bytes, other members are aligned to their size."""
+
+    def __init__(self, kind: DataType) -> None:
+        self.fields: list[Field] = []
+        self.size = 0
+        self._open_byte: int | None = None
+        self._bits_used = 0
+        if isinstance(kind, Elementary):
+            self.fields.append(Field("", kind, 0, 0 if kind.is_bool else None))
+            self.size = max(1, kind.bits // 8)
+        else:
+            self._structure(kind)
+
+    def _structure(self, kind: Structure) -> None:
+        if any(member.bit is not None for member in kind.members):
+            self.size = 4
+        for member in kind.members:
+            if member.bit is not None:
+                self.fields.append(Field(member.name, BOOL, member.bit // 8, member.bit % 8))
+            elif member.type is BOOL and not member.dims:
+                self._packed_bool(member)
+            else:
+                self._open_byte = None
+                self._member(member)
+        alignment = _alignment(kind)
+        self.size = -(-self.size // alignment) * alignment
+
+    def _packed_bool(self, member: Member) -> None:
+        if self._open_byte is None or self._bits_used == 8:
+            self._open_byte, self._bits_used = self.size, 0
+            self.size += 1
+        self.fields.append(Field(member.name, BOOL, self._open_byte, self._bits_used))
+        self._bits_used += 1
+
+    def _member(self, member: Member) -> None:
+        alignment = _alignment(member.type)
+        self.size = -(-self.size // alignment) * alignment
+        inner = _Layout(member.type)
+        repeats: dict[str, int] = {}
+        for item in range(count_of(member.dims)):
+            for part in inner.fields:
+                path = f"{member.name}.{part.path}" if part.path else member.name
+                index = repeats.get(path, 0)
+                repeats[path] = index + 1
+                offset, bit = self.size + part.offset, part.bit
+                if member.type is BOOL:
+                    offset, bit = self.size + item // 8, item % 8
+                self.fields.append(Field(path, part.type, offset, bit, index))
+            if member.type is not BOOL:
+                self.size += inner.size
+        if member.type is BOOL:
+            self.size += -(-count_of(member.dims) // 32) * 4
+
+
+def _alignment(kind: DataType) -> int:
+    if isinstance(kind, Elementary):
+        return 4 if kind.is_bool else kind.bits // 8
+    return max(4, *(_alignment(member.type) for member in kind.members)) if kind.members else 4
+
+
+def count_of(dims: tuple[int, ...]) -> int:
+    """Number of elements of an array; 1 for a single value.
+
+    >>> count_of((2, 3)), count_of(())
+    (6, 1)
+    """
+    total = 1
+    for length in dims:
+        total *= length
+    return total
+
+
+def leaves_of(
+    kind: DataType, dims: tuple[int, ...] = ()
+) -> Iterator[tuple[str, Elementary, tuple[int, ...]]]:
+    """Yield path, type and dimensions of every elementary value below a type, hidden ones last."""
+    if isinstance(kind, Elementary):
+        yield "", kind, dims
+        return
+    for member in kind.members:
+        for path, leaf, inner in leaves_of(member.type, dims + member.dims):
+            yield f"{member.name}.{path}" if path else member.name, leaf, inner
+    for member in kind.hidden:
+        if isinstance(member.type, Elementary):
+            yield f"~{member.name}", member.type, dims
