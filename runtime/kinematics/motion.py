@@ -16,7 +16,6 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 
 from .segment import Segment
-from .shape import PICO
 
 
 class Motion:
@@ -79,7 +78,7 @@ class Motion:
             self.final_steps = rest.steps_at(rest.start_ns)
             self._track += (rest,)
         self._ends = tuple(segment.until_ns for segment in self._track)
-        self._begins = tuple(segment.travel_at(segment.start_ns) for segment in self._track)
+        self._begins = tuple(segment.steps_at(segment.start_ns) for segment in self._track)
         self._latest = self._track[0]
 
     def __repr__(self) -> str:
@@ -128,8 +127,7 @@ class Motion:
         Returns:
             `start_ns` for steps already made then, None for steps that this motion never makes.
         """
-        travel = steps * PICO
-        index = bisect_left(self._begins, travel)
+        index = bisect_left(self._begins, steps)
         if index == 0:
             return self.start_ns
         if index == len(self._track) and self.end_ns is not None:

@@ -69,10 +69,10 @@ class Segment:
         self.start_ns = start_ns
         self.until_ns = until_ns
         self.ramp = ramp
-        common = gcd(*polynomial)
-        c3, c2, c1, c0, q = (number // common for number in polynomial)
+        c3, c2, c1, c0, q = polynomial
         self.c3, self.c2, self.c1, self.c0, self.q = c3, c2, c1, c0, q
-        # The same in steps instead of picosteps, in the shortest numbers that give the same floor.
+        # The same in steps instead of picosteps, in the shortest numbers that give the same floor:
+        # a scan loop asks for nothing else.
         step = q * PICO
         common = gcd(c3, c2, c1, step)
         self._c3, self._c2, self._c1, self._c0 = c3 // common, c2 // common, c1 // common, c0 // common

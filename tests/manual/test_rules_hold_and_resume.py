@@ -124,6 +124,21 @@ def test_hold_that_needs_all_of_the_rest_stops_on_the_target(scan_ms):
     assert (bench.position, bench.bits) == (1_800, COMPLETE)
 
 
+@pytest.mark.parametrize(
+    ("ms", "position", "end"),
+    [
+        pytest.param(98.5, 99, "HOLD_STATE", id="in the last step but one"),
+        pytest.param(99.5, 100, "MOVE_COMPLETE", id="in the last step"),
+    ],
+)
+@pytest.mark.rules("HLD-01", "MC-01")
+def test_hold_in_the_last_step_of_a_move_without_ramps(ms, position, end):
+    """A step that has begun is finished, 100 of them at 1000/s; the last one is the end of the move."""
+    bench = Bench.ready().relative(100, speed=1_000, ms=ms).out(HOLD)
+    assert bench.until(end) == 0.5
+    assert (bench.position, bench.bits) == (position, {"MODULE_OK", end})
+
+
 # -- Hold where it is refused, to the end of the motion -------------------------------------------
 
 
