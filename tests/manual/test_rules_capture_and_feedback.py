@@ -81,7 +81,7 @@ def test_an_active_low_capture_input_captures_when_it_goes_off():
 def test_an_input_that_is_active_when_it_is_configured_makes_no_transition():
     """Nor one that becomes active in configuration mode (reading A-69)."""
     bench = Bench.ready(config=ALONE, position=7)
-    bench.inputs(capture=1).run(1).inputs(capture=0).run(1)
+    bench.inputs(capture=1).run(1).inputs(capture=0).run(1).relative(5, ms=50)
     bench.out(*ALONE).run(1).inputs(capture=1).run(1).idle(1)
     assert (bench.captured, bench.bits) == (7, {"MODULE_OK", "POSITION_INVALID", "IN_CAPTURE"})
     bench.inputs(capture=0).run(1).inputs(capture=1).run(1)
@@ -179,6 +179,8 @@ def test_without_diagnostic_feedback_the_wiring_counts_nothing(add):
     """Words 4 and 5 are 0 where neither is configured (reading A-89)."""
     bench = Bench.ready(config=configuration(add=add), diagnostic_wiring=True).relative(50, ms=100)
     assert (bench.position, bench.encoder) == (50, 0)
+    bench.turn_encoder(9, 10)
+    assert bench.encoder == (9 if add else 0)
 
 
 @pytest.mark.rules("DFB-01")

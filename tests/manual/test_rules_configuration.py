@@ -204,11 +204,12 @@ def test_bits_13_to_15_are_status_in_either_mode():
     assert bench.words[0] & 0xFFFF == 0x6400  # bit 15 was not sent: command mode
 
 
-@pytest.mark.rules("CFG-17", "CFG-15", "POS-01", "STS-M10")
+@pytest.mark.rules("CFG-17", "CFG-15", "IOM-08", "POS-01", "STS-M10")
 def test_leaving_configuration_mode_makes_the_position_zero_and_invalid():
     bench = Bench.ready(position=4_321, config=config(add=ENCODER))
     bench.out(0x0400, 0, 0, 99).run(2)  # Preset Encoder
     bench.out(*config(add=ENCODER)).run(2)
+    assert bench.words[4:6] == [0, 0]
     bench.fired.clear()
     bench.idle(2)
     assert (bench.position, bench.bits) == (0, {"MODULE_OK", "POSITION_INVALID"})

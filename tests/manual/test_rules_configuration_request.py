@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import pytest
 from bench3601 import (
+    BACKPLANE_PROXIMITY,
     CONFIGURATION,
     ENCODER,
     HOLD,
     HOME_CW,
     IMMEDIATE_STOP,
     MANUAL_CW,
-    RELATIVE,
     RESUME,
     Bench,
     configuration,
@@ -214,9 +214,10 @@ def test_requested_just_before_and_just_after_the_end(scan_ms):
 
 
 @EVERY_SCAN
-@pytest.mark.rules("CFG-15", "IOM-19")
+@pytest.mark.rules("CFG-15", "IOM-19", "LSW-12")
 def test_a_configuration_word_is_never_a_command(scan_ms):
-    """843Eh has the bits of Hold, Resume, Immediate Stop and Find Home; the move does not mind."""
-    bench = Bench.ready(scan_ms=scan_ms).command(RELATIVE, 5_000).run(300)
-    bench.out(*CONFIGURATION).run(100)
-    assert (bench.position, "DECELERATING" in bench.bits) == (600 + 200 * 5, False)
+    """843Eh has the bits of Hold, Resume, Immediate Stop and Find Home; bit 12 of word 1 is no proximity."""
+    bench = Bench.configured(scan_ms=scan_ms, config=configuration(add=BACKPLANE_PROXIMITY))
+    bench.command(HOME_CW).run(300).out(*configuration(levels=0x103F)).run(100)
+    assert bench.position == 600 + 200 * 5
+    assert bench.bits == {"MODULE_OK", "MOVING_CW", "POSITION_INVALID", "COMMAND_ERROR"}

@@ -144,6 +144,20 @@ def test_absolute_move_with_an_invalid_position(lsw):
     assert bench.bits == {"MODULE_OK", "MOVING_CW", "ACCELERATING"}
 
 
+@pytest.mark.rules("CMD-04", "CMD-06")
+def test_the_first_broken_rule_decides():
+    """A range before the position, and either before an input that would prevent the motion (A-16)."""
+    bench = Bench.configured().inputs(estop=1).run(1)
+    bench.command(ABSOLUTE, 7, up=0).run(1)
+    assert bench.fired[-2:] == ["CMD-04", "PRF-02"]
+    bench.reset_errors()
+    bench.command(ABSOLUTE, 7).run(1)
+    assert (bench.fired[-1], "INPUT_ERROR" in bench.bits) == ("CMD-06", False)
+    bench.reset_errors()
+    bench.out(PRESET).run(1).command(ABSOLUTE, 7).run(1)
+    assert (bench.fired[-1], bench.bits) == ("INP-01", {"MODULE_OK", "INPUT_ERROR", "IN_ESTOP"})
+
+
 @pytest.mark.rules("CMD-10", "HMG-07")
 @pytest.mark.parametrize("command", [HOME_CW, HOME_CCW], ids=["CW", "CCW"])
 @pytest.mark.parametrize("lsw", [0b01, 0b11], ids=["triangular", "trapezoidal"])
