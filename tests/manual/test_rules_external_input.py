@@ -81,6 +81,16 @@ def test_a_one_shot_is_one_step_anyway(scan_ms):
     assert (bench.position, bench.bits) == (1, {"MODULE_OK", "MOVING_CW", "IN_EXTERNAL"})
 
 
+@EVERY_SCAN
+@pytest.mark.parametrize("lsw", [0, ENCODER_MOVE], ids=["steps", "counts"])
+@pytest.mark.rules("EXT-03")
+def test_a_move_without_distance_makes_no_step(lsw, scan_ms):
+    """There is no direction to make it in; it is complete at once (reading A-35)."""
+    bench = Bench.ready(config=configuration(add=ENCODER), scan_ms=scan_ms).inputs(external=1)
+    bench.command(RELATIVE, 0, lsw=lsw).run(20)
+    assert (bench.position, bench.bits) == (0, {"MODULE_OK", "MOVE_COMPLETE", "IN_EXTERNAL"})
+
+
 REGISTRATIONS = [motion for motion in MOTIONS if motion.name.startswith("registration")]
 
 

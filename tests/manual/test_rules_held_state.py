@@ -56,6 +56,7 @@ FORFEITS = [
     pytest.param((RESUME, 0, 0, 0, 5, 0, 0, 10), REFUSED, id="Resume, no rate"),
     pytest.param((RESUME, 0, 0, 0, 5, 1_000, 20, 10), REFUSED, id="Resume, no speed"),
     pytest.param((0, FOLLOW, 0, 1), {"COMMAND_ERROR"}, id="follower, refused"),
+    pytest.param((0, 0x0300, 1, 0, 0, 10), {"INVALID_PROFILE", "BLEND_ACK"}, id="a blend of one segment"),
 ]
 
 

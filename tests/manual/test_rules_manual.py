@@ -221,6 +221,31 @@ def test_other_words_do_not_end_or_repeat_a_one_shot(scan_ms):
     assert (bench.position, bench.bits, bench.fired) == (1, {"MODULE_OK", "MOVING_CW"}, [])
 
 
+@EVERY_SCAN
+@pytest.mark.parametrize(
+    ("name", "added"),
+    [
+        pytest.param("estop", {"INPUT_ERROR"}, id="estop", marks=pytest.mark.rules("EST-02", "POS-03")),
+        pytest.param("cw_limit", set(), id="cw limit", marks=pytest.mark.rules("POS-04", "INP-02")),
+        pytest.param("ccw_limit", set(), id="ccw limit", marks=pytest.mark.rules("POS-04", "INP-02")),
+    ],
+)
+@pytest.mark.rules("MAN-15", "MAN-16")
+def test_a_stop_input_after_the_step_of_a_one_shot_stops_no_motion(name, added, scan_ms):
+    """The direction bit is still on, but the step is made: the position stays valid."""
+    bench = Bench.ready(scan_ms=scan_ms).manual(speed=0, ms=10).inputs(**{name: 1}).run(scan_ms)
+    assert bench.bits == {"MODULE_OK", "MOVING_CW", "IN_" + name.upper()} | added
+    bench.idle(scan_ms)
+    assert (bench.position, bench.bits) == (1, {"MODULE_OK", "IN_" + name.upper()} | added)
+
+
+@EVERY_SCAN
+@pytest.mark.rules("IST-04", "MAN-16")
+def test_immediate_stop_after_the_step_of_a_one_shot_stops_no_motion(scan_ms):
+    bench = Bench.ready(scan_ms=scan_ms).manual(speed=0, ms=10).out(0x0010).run(scan_ms)
+    assert (bench.position, bench.bits, bench.fired) == (1, {"MODULE_OK"}, [])
+
+
 # -- firmware before 3.1 --------------------------------------------------------------------------
 
 TARGETS = [(0, 1), (1, 0), (0, -1), (8_388, 607), (9_000, 0), (1, -1), (0, 1_000)]

@@ -234,6 +234,23 @@ def test_the_next_move_resets_move_complete(motion, scan_ms):
 
 
 @EVERY_SCAN
+@pytest.mark.parametrize("name", ["relative ccw", "manual ccw", "home ccw", "follower ccw"])
+@pytest.mark.rules("STS-M03", "STS-M04")
+def test_the_next_move_resets_at_home_and_stopped(name, scan_ms):
+    """Reading A-03."""
+    motion = Motion.of(name)
+    bench = motion.bench(scan_ms=scan_ms, machine={"home": (100, 600)}).command(HOME_CW)
+    bench.until("AT_HOME")
+    motion.start(bench.idle(scan_ms)).scan()
+    assert "AT_HOME" not in bench.bits
+    bench.out(0 if motion.follows else IMMEDIATE_STOP).run(20)
+    assert "STOPPED" in bench.bits
+    bench.idle(scan_ms)
+    motion.start(bench).scan()
+    assert "STOPPED" not in bench.bits
+
+
+@EVERY_SCAN
 @pytest.mark.rules("MC-02", "MC-01")
 def test_move_complete_goes_off_and_comes_again(scan_ms):
     bench = completed(scan_ms=scan_ms).relative(100).scan()
