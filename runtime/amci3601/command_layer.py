@@ -347,6 +347,8 @@ class CommandLayer:
 
     def accept(self, operation: Operation) -> None:
         """Make `operation` the one that runs; its start clears what the next move clears."""
+        if self.operation is not None:  # a one-shot whose bit is only now released: its step is made
+            self.operation.on_end(operation.started_ns)
         self.latches.clear(CLEARED_BY_A_MOVE)
         self.held = None
         self.operation = operation
