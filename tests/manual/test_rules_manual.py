@@ -213,6 +213,27 @@ def test_a_one_shot_holds_up_nothing(scan_ms):
     assert (bench.position, bench.bits, bench.fired) == (501, {"MODULE_OK", "MOVE_COMPLETE"}, [])
 
 
+@pytest.mark.rules("MAN-15")
+def test_every_one_shot_is_written_down():
+    """Whether its bit is reset, or another command follows straight on."""
+    bench = Bench.ready()
+    ended = []
+    for words in [
+        (MANUAL_CW,),
+        (MANUAL_CCW,),
+        (MANUAL_CW,),
+        (0x0002, 0, 0, 1, 1, 0, 1, 1),
+        (MANUAL_CW,),
+        (0,),
+    ]:
+        for _ in range(8):
+            bench.now_ns += bench.scan_ns
+            bench.module.update(bench.now_ns, bench.out(*words).outputs)
+        ended += [event.name for event in bench.module.events if event.kind == "move"]
+        bench.module.events.clear()
+    assert ended == ["one-shot manual"] * 3 + ["relative", "one-shot manual"]
+
+
 @EVERY_SCAN
 @pytest.mark.rules("MAN-16", "MAN-15")
 def test_other_words_do_not_end_or_repeat_a_one_shot(scan_ms):
