@@ -69,7 +69,8 @@ def test_a_whole_trace(path: Path) -> None:
         assert trace.head.profile == "ros2"
         assert trace.head.slots == tuple(SLOTS)
         assert trace.head.metadata["scan_period_ns"] == "2000000"
-        assert list(trace.head.channels) == ["/scan", "/events", "/stimuli", "/indicators", "/forces", "/cpu", "/faults"]
+        topics = ["/scan", "/events", "/stimuli", "/indicators", "/forces", "/cpu", "/faults"]
+        assert list(trace.head.channels) == topics
         assert [attachment.name for attachment in trace.attachments()] == ["words.json"]
         scans = list(trace.scans())
         events = list(trace.events())
