@@ -196,10 +196,6 @@ class Bench:
         return list(self.image)
 
     @property
-    def words_out(self) -> list[int]:
-        return list(self.outputs)
-
-    @property
     def position(self) -> int:
         return join_reported(self.image[2], self.image[3])
 
