@@ -221,7 +221,10 @@ def test_rows_are_in_the_order_of_the_manual():
 def test_untestable_rows_say_why():
     reasons = [rule.untestable_because for rule in RULES.values() if not rule.testable]
     assert all(len(reason) > 10 for reason in reasons)
-    assert all(rule.testable for rule in RULES.values() if rule.list_of is not None)
+    # of the lists of chapter 6 one row has no stated condition: a profile that overflows
+    assert [rule.id for rule in RULES.values() if rule.list_of is not None and not rule.testable] == [
+        "PRF-03"
+    ]
 
 
 def test_readings_are_told_in_the_documentation():
