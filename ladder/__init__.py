@@ -1,6 +1,55 @@
-"""Logic: programs that a scan loop calls once per scan.
+"""Logic: rungs, in Python or as text, and plain functions of the scan.
 
-A program is a plain Python function of one argument, the scan: it reads
-`scan.slot[1].inputs` and writes `scan.slot[1].outputs`. The scan loop gets it
-as a callable and knows nothing of where it came from.
+A program is declared tags and routines (`Program`); a scan loop gets it as a
+callable and knows nothing of where it came from. A plain Python function of one
+argument, the scan, is logic just as well.
 """
+
+from .checks import REPEATED_COILS, REPEATED_TIMERS
+from .engine import Engine
+from .errors import BuildError, LadderError, LadderFault, MinorFault, RungTextError
+from .logic import Program
+from .named import *  # noqa: F403
+from .named import __all__ as _instructions
+from .rungfile import read_program, write_program
+from .types import (
+    BOOL,
+    CONTROL,
+    COUNTER,
+    DINT,
+    INT,
+    LINT,
+    REAL,
+    SINT,
+    STRING,
+    TIMER,
+    Member,
+    Structure,
+)
+
+__all__ = [
+    "BOOL",
+    "CONTROL",
+    "COUNTER",
+    "DINT",
+    "INT",
+    "LINT",
+    "REAL",
+    "REPEATED_COILS",
+    "REPEATED_TIMERS",
+    "SINT",
+    "STRING",
+    "TIMER",
+    "BuildError",
+    "Engine",
+    "LadderError",
+    "LadderFault",
+    "Member",
+    "MinorFault",
+    "Program",
+    "RungTextError",
+    "Structure",
+    "read_program",
+    "write_program",
+    *_instructions,
+]

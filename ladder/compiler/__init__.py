@@ -1,0 +1,60 @@
+"""The compiler: one Python function for a whole program.
+
+The memory's cells become variables of the function, so a tag costs what a
+variable costs. What can be decided beforehand is: addresses, widths, ranges,
+which conversions can overflow. A rung's power is a Python expression; it is kept
+in a variable only where it is used more than once. Line numbers of the function
+are those of the file with the rungs, so that an error in a scan points there.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable
+from types import CodeType, FunctionType
+from typing import Any
+
+from ..engine import Engine
+from ..linking import Linked
+from .program import ProgramText, text_of
+from .services import services
+
+__all__ = ["compiled", "source_of"]
+
+
+def source_of(linked: Linked) -> str:
+    """Return the Python that a program is compiled to."""
+    return text_of(linked).text
+
+
+def compiled(linked: Linked) -> Engine:
+    """Return an engine that runs a program compiled."""
+    return Engine(linked, _scanner)
+
+
+def _scanner(engine: Engine) -> Callable[[int], object]:
+    """Compile, and bind the functions to the engine's memory."""
+    text = text_of(engine.linked)
+    code = _code(text)
+    namespace: dict[str, Any] = services(engine)
+    functions: dict[str, FunctionType] = {}
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            closure = tuple(engine.memory.cells[name] for name in constant.co_freevars)
+            function = FunctionType(constant, namespace, constant.co_name, ((),), closure)
+            functions[constant.co_name] = namespace[constant.co_name] = function
+    names = text.functions
+    engine.call_routine = lambda name, inputs: functions[names[name]](engine.now_ns, tuple(inputs)) or ()
+    if engine.linked.main in engine.linked.functions:
+        return lambda _now: engine.call_python(engine.linked.main, ())
+    return functions["scan"]
+
+
+def _code(text: ProgramText) -> CodeType:
+    """Compile the text; return the code in which the functions are constants."""
+    tree = ast.parse(text.text)
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.expr, ast.stmt)):
+            node.lineno = node.end_lineno = text.lines[node.lineno - 1]
+    module = compile(tree, text.file, "exec")
+    return next(each for each in module.co_consts if isinstance(each, CodeType))

@@ -1,0 +1,110 @@
+"""A linked program as Python text: one function per routine, the main one called `scan`."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from dataclasses import dataclass
+
+from ..linking import Line, Linked, LinkedRoutine
+from .steps import RungWriter
+from .writer import INDENT, Writer
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramText:
+    """The Python of a program.
+
+    Attributes:
+        text: its text.
+        file: the file that the rungs are from.
+        lines: line in that file, per line of the text.
+        functions: name of the function, by routine in capitals.
+    """
+
+    text: str
+    file: str
+    lines: list[int]
+    functions: dict[str, str]
+
+
+def text_of(linked: Linked) -> ProgramText:
+    """Return the Python of a program."""
+    functions = _function_names(linked)
+    idents = [leaf.ident for leaf in linked.layout.leaves.values()]
+    lines: list[tuple[str, int]] = []
+    for name, routine in linked.routines.items():
+        lines += _routine(linked, routine, functions, is_main=name == linked.main)
+        lines.append(("", 1))
+    head = [f"def program({', '.join(idents)}):"]
+    if functions:
+        head.append(f"{INDENT}global {', '.join(functions.values())}")
+    body = [(text, 1) for text in head] + [(INDENT + text if text else "", line) for text, line in lines]
+    file = next((line.origin.file for each in linked.routines.values() for line in each.lines), "")
+    return ProgramText(
+        "\n".join(text for text, _ in body) + f"\n{INDENT}return\n",
+        file or f"<ladder {linked.name}>",
+        [line for _, line in body] + [1, 1],
+        functions,
+    )
+
+
+def _function_names(linked: Linked) -> dict[str, str]:
+    taken = {leaf.ident for leaf in linked.layout.leaves.values()}
+    names: dict[str, str] = {}
+    for key, routine in linked.routines.items():
+        name = "scan" if key == linked.main else f"jsr_{re.sub(r'[^0-9A-Za-z_]', '_', routine.name)}"
+        while name != "scan" and name in taken:
+            name += "_"
+        names[key] = name
+        taken.add(name)
+    return names
+
+
+def _routine(
+    linked: Linked, routine: LinkedRoutine, functions: dict[str, str], *, is_main: bool
+) -> list[tuple[str, int]]:
+    writer = Writer(linked)
+    rungs = RungWriter(writer, functions)
+    if is_main and linked.override:
+        rungs.set_override("False")
+    if routine.labels:
+        _with_labels(writer, rungs, routine)
+    else:
+        for line in routine.lines:
+            _rung(writer, rungs, line)
+    name = functions[routine.name.upper()]
+    head = [f"def {name}(now, given):"]
+    if writer.written:
+        listed = textwrap.wrap(
+            ", ".join(sorted(writer.written)), 100, break_long_words=False, break_on_hyphens=False
+        )
+        head += [f"{INDENT}nonlocal {each.rstrip(',')}" for each in listed]
+    head += [f"{INDENT}{ident}_ = {ident}.tolist()" for ident in sorted(writer.inputs)]
+    body = writer.lines or [(f"{INDENT}pass", 1)]
+    return [(text, 1) for text in head] + body
+
+
+def _rung(writer: Writer, rungs: RungWriter, line: Line) -> None:
+    writer.origin = line.origin.line or 1
+    writer.next_rung()
+    if line.comment:
+        writer.comment(line.comment)
+    writer.comment(f"{line.number}: {line.text}")
+    power = f"not {rungs.override}" if writer.linked.override else "True"
+    rungs.series(line.nodes, power, needed=False)
+
+
+def _with_labels(writer: Writer, rungs: RungWriter, routine: LinkedRoutine) -> None:
+    """Write sections between labels; a jump sets `at` and starts over."""
+    starts = sorted({0, *routine.labels.values()})
+    rungs.sections = {label: starts.index(number) for label, number in routine.labels.items()}
+    writer.line("at = 0")
+    with writer.block("while True:"):
+        for section, start in enumerate(starts):
+            end = starts[section + 1] if section + 1 < len(starts) else len(routine.lines)
+            with writer.block(f"if at == {section}:"):
+                for line in routine.lines[start:end]:
+                    _rung(writer, rungs, line)
+                writer.line(f"at = {section + 1}")
+        writer.line("break")

@@ -1,0 +1,159 @@
+"""What the compiled program calls where a line of Python does not do: the rare and the slow cases."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from .. import arithmetic as math
+from ..linking import steps_of
+from ..memory import Value
+from ..regions import copy, region_of
+
+if TYPE_CHECKING:
+    from ..engine import Engine
+
+
+class Services:
+    """Functions of one engine, by the names under which the compiled program knows them."""
+
+    def __init__(self, engine: Engine) -> None:
+        self._engine = engine
+        self._trouble = engine.trouble
+        self._memory = engine.memory
+
+    def subscript(self, index: int, length: int, site: int, tag: str) -> int:
+        """Return an index that is in range; stop the scan if it is not."""
+        if not 0 <= index < length:
+            self._trouble.subscript(site, tag, index, length)
+        return index
+
+    def outside(self, index: int, length: int, site: int, tag: str) -> int:
+        """Stop the scan."""
+        self._trouble.subscript(site, tag, index, length)
+
+    def negative(self, site: int, tag: str, preset: int, accumulated: int) -> None:
+        """Stop the scan if PRE or ACC of a timer is negative."""
+        if preset < 0 or accumulated < 0:
+            self._trouble.negative_timer(site, tag, preset, accumulated)
+
+    def narrow(self, site: int, value: int, width: int, bits: int) -> int:
+        """Return what is left of a number, first in the width of the computation, then in a tag."""
+        result = math.wrap(math.wrap(value, width), bits)
+        if result != value:
+            self._trouble.overflow(site)
+        return result
+
+    def integer(self, site: int, value: float, bits: int) -> int:
+        """Convert REAL to an integer."""
+        exact = math.whole(value)
+        result = math.wrap(exact, bits)
+        if result != exact or not math.finite(value):
+            self._trouble.overflow(site)
+        return result
+
+    def cut(self, site: int, value: float) -> int:
+        """Truncate a REAL."""
+        if not math.finite(value):
+            self._trouble.overflow(site)
+        return math.truncated(value)
+
+    def divide(self, site: int, a: int, b: int) -> int:
+        """Divide integers; by 0 leaves the dividend."""
+        if b == 0:
+            self._trouble.zero_divisor(site)
+            return a
+        return math.quotient(a, b)
+
+    def modulo(self, site: int, a: int, b: int) -> int:
+        """Remainder of integers; by 0 leaves the dividend."""
+        if b == 0:
+            self._trouble.zero_divisor(site)
+            return a
+        return math.remainder(a, b)
+
+    def real_result(self, site: int, value: float, *operands: float) -> float:
+        """Round a REAL result; tell if it is none though the operands are."""
+        result = math.real(value)
+        if not math.finite(result) and all(map(math.finite, operands)):
+            self._trouble.overflow(site)
+        return result
+
+    def real_divide(self, site: int, a: float, b: float) -> float:
+        """Divide REAL values."""
+        if b == 0:
+            self._trouble.zero_divisor(site)
+        return self.real_result(site, math.real_quotient(a, b), a, b)
+
+    def real_modulo(self, site: int, a: float, b: float) -> float:
+        """Remainder of REAL values."""
+        if b == 0:
+            self._trouble.zero_divisor(site)
+        return self.real_result(site, math.real_remainder(a, b), a, b)
+
+    def copy(self, source: Any, first: int, target: Any, at: int, length: int) -> None:
+        """Copy bytes between regions."""
+        copy(self._memory, source, first, target, at, length)
+
+    def fill(self, target: Any, at: int, length: int, value: Value) -> None:
+        """Fill elements with a converted value."""
+        leaf, kind = target.parts[0].leaf, target.type
+        if kind.is_real:
+            value = math.real(value)
+        else:
+            value = math.wrap(math.whole(value) if isinstance(value, float) else int(value), kind.bits)
+        for number in range(min(length, target.left(at))):
+            self._memory.write(leaf, at + number, value)
+
+    def text(self, path: str, at: int) -> bytes:
+        """Return the characters of a STRING."""
+        return self._memory.text(path, at)
+
+    def python(self, name: str, inputs: Sequence[Value]) -> Sequence[Value]:
+        """Call a routine in Python."""
+        return self._engine.call_python(name, inputs)
+
+    def answer(self, site: int, value: Value, kind: str) -> Value:
+        """Convert a parameter or an answer to the type of its tag."""
+        if kind == "BOOL":
+            return bool(value)
+        if kind == "REAL":
+            return math.real(value)
+        bits = {"SINT": 8, "INT": 16, "DINT": 32, "LINT": 64}[kind]
+        if isinstance(value, float):
+            return self.integer(site, value, bits)
+        return self.narrow(site, int(value), 64, bits)
+
+
+def services(engine: Engine) -> dict[str, Any]:
+    """Return the names that the compiled program knows."""
+    own = Services(engine)
+    named = {name: getattr(own, name) for name in dir(Services) if not name.startswith("_")}
+    named["region"] = _regions(engine)
+    named["array"] = array
+    for name in (
+        "real",
+        "wrap",
+        "power",
+        "square_root",
+        "integer_root",
+        "truncated",
+        "swapped",
+        "distributed",
+    ):
+        named[name] = getattr(math, name)
+    return named
+
+
+def _regions(engine: Engine) -> dict[tuple[int, int], Any]:
+    """Return the regions of all COP, CPS and FLL, by site and operand."""
+    return {
+        (step.site, number): region_of(operand, engine.linked.layout)
+        for routine in engine.linked.routines.values()
+        for line in routine.lines
+        for step in steps_of(line.nodes)
+        if step.name in ("COP", "CPS", "FLL")
+        for number, operand in enumerate(step.operands[:2])
+        if not (step.name == "FLL" and number == 0)
+    }

@@ -1,0 +1,322 @@
+"""Operands as Python text: reading, writing, computing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from ..arithmetic import real
+from ..instructions import RELATIONS
+from ..interpreter import width_of
+from ..places import Calculation, Constant, Group, Place, Quoted, Resolved, can_fault
+from ..types import DINT, Elementary
+from .writer import Writer
+
+PYTHON_RELATION = {"=": "==", "<>": "!=", **{each: each for each in RELATIONS[2:]}}
+
+
+@dataclass(frozen=True, slots=True)
+class Term:
+    """A value as Python text.
+
+    Attributes:
+        text: an expression; a name, a number or something in parentheses.
+        low: for an integer: least value it can have.
+        high: greatest value.
+        real: whether it is a REAL.
+    """
+
+    text: str
+    low: int = 0
+    high: int = 0
+    real: bool = False
+
+    def fits(self, bits: int) -> bool:
+        """Whether it is an integer that never overflows that many bits."""
+        half = 1 << bits - 1
+        return not self.real and -half <= self.low and self.high < half
+
+
+class Values:
+    """Writes what operands need.
+
+    Attributes:
+        writer: where the lines go.
+        site: number of the present instruction.
+    """
+
+    def __init__(self, writer: Writer) -> None:
+        self.writer = writer
+        self.site = 0
+
+    # --- reading
+
+    def read(self, place: Place) -> str:
+        """Return text that reads a place."""
+        whole = self.whole(place)
+        if place.bit is None:
+            return whole
+        if isinstance(place.bit, Constant):
+            number = int(place.bit.value)
+            if number == place.leaf.type.bits - 1:
+                return f"({whole} < 0)"
+            return f"({whole} & {1 << number} != 0)"
+        number_text = self.index(place.bit, place.leaf.type.bits, place.text)
+        return f"({whole} >> {number_text} & 1 != 0)"
+
+    def whole(self, place: Place) -> str:
+        """Return text for the value that a place is or lies in."""
+        name = self.writer.name(place.leaf)
+        return f"{name}[{self.element(place)}]" if place.leaf.dims else name
+
+    def element(self, place: Place) -> str:
+        """Return text for the index of an element in its leaf."""
+        if place.fixed_index is not None:
+            return str(place.fixed_index)
+        return self.flat(place.indices, place.leaf.dims, place.text)
+
+    def flat(self, indices: tuple[Resolved, ...], dims: tuple[int, ...], tag: str) -> str:
+        """Return text that flattens subscripts."""
+        text = ""
+        for index, length in zip(indices, dims, strict=True):
+            one = self.index(index, length, tag)
+            text = f"({text}) * {length} + {one}" if text else one
+        return text or "0"
+
+    def index(self, index: Resolved, length: int, tag: str) -> str:
+        """Return text for a subscript that is in range or stops the scan."""
+        if isinstance(index, Constant):
+            return str(index.value)
+        term = self.term(index, DINT.bits)
+        if term.text.isidentifier():
+            name = term.text
+            return f"({name} if 0 <= {name} < {length} else outside({name}, {length}, {self.site}, {tag!r}))"
+        return f"subscript({term.text}, {length}, {self.site}, {tag!r})"
+
+    # --- writing
+
+    def assign(self, place: Place, text: str) -> None:
+        """Write a line that sets a place that is no bit."""
+        self.writer.assigned(place.leaf)
+        self.writer.line(f"{self.whole(place)} = {text}")
+
+    def set_bit(self, place: Place, power: str) -> None:
+        """Write lines that set a bit to the truth of an expression that is a bool."""
+        if place.bit is None:
+            self.assign(place, power)
+            return
+        self.writer.assigned(place.leaf)
+        target = self.writer.name(place.leaf)
+        if place.leaf.dims:
+            element = self.element(place)
+            if not element.isdigit():
+                element = self.keep(element)
+            target = f"{target}[{element}]"
+        bits = place.leaf.type.bits
+        if isinstance(place.bit, Constant):
+            number = int(place.bit.value)
+            top = number == bits - 1
+            on, off = (
+                (place.leaf.type.lowest, place.leaf.type.highest) if top else (1 << number, ~(1 << number))
+            )
+            changed = {"True": f"{target} | {on}", "False": f"{target} & {off}"}.get(power)
+            self.writer.line(f"{target} = {changed or f'{target} | {on} if {power} else {target} & {off}'}")
+            return
+        mask = self.keep(f"1 << {self.index(place.bit, bits, place.text)}")
+        self.writer.line(f"{target} = wrap({target} | {mask} if {power} else {target} & ~{mask}, {bits})")
+
+    def store(self, place: Place, term: Term, width: int) -> None:
+        """Write lines that convert a number and set a place, then S:Z and S:N."""
+        kind = place.type
+        self.assign(place, self.converted(term, kind, width))
+        if self.writer.flags:
+            self.result_flags(place)
+
+    def converted(self, term: Term, kind: Elementary, width: int) -> str:
+        """Return text for a number as a type holds it."""
+        if kind.is_real:
+            exact = term.real or (term.low >= -(1 << 24) and term.high <= 1 << 24)
+            return term.text if term.real else f"float({term.text})" if exact else f"real({term.text})"
+        if term.real:
+            return f"integer({self.site}, {term.text}, {kind.bits})"
+        if term.fits(kind.bits) and term.fits(width or 64):
+            return term.text
+        least = max(kind.lowest, -1 << (width or 64) - 1)
+        most = min(kind.highest, (1 << (width or 64) - 1) - 1)
+        value = self.keep(term.text)
+        otherwise = f"narrow({self.site}, {value}, {width or 64}, {kind.bits})"
+        return f"{value} if {least} <= {value} <= {most} else {otherwise}"
+
+    def result_flags(self, place: Place) -> None:
+        """Write the lines for S:Z and S:N."""
+        value = self.keep(self.whole(place))
+        self.set_flag("S:Z", f"{value} == 0")
+        self.set_flag("S:N", f"{value} < 0")
+
+    def set_flag(self, name: str, text: str) -> None:
+        """Write a line that sets a status flag."""
+        leaf = self.writer.linked.layout.leaf(name)
+        self.writer.assigned(leaf)
+        self.writer.line(f"{self.writer.name(leaf)} = {text}")
+
+    def before(self) -> None:
+        """Write the lines that clear S:V and S:C."""
+        if self.writer.flags:
+            self.set_flag("S:V", "False")
+            self.set_flag("S:C", "False")
+
+    def keep(self, text: str) -> str:
+        """Keep a value in a variable; return its name."""
+        if text.isidentifier() and text.startswith("__"):
+            return text
+        name = self.writer.temporary()
+        self.writer.line(f"{name} = {text}")
+        return name
+
+    # --- computing
+
+    def term(self, operand: Resolved, width: int) -> Term:
+        """Return a number, computed in integers of that width or, width 0, in REAL."""
+        if isinstance(operand, Calculation):
+            terms = [self.term(each, width) for each in operand.operands]
+            return (
+                self.real_operation(operand.name, terms)
+                if width == 0
+                else self.narrowed(operand.name, terms, width)
+            )
+        term = self.leaf_term(operand)
+        if width == 0 and not term.real:
+            return Term(self.converted(term, _REAL, 64), real=True)
+        return term
+
+    def leaf_term(self, operand: Resolved) -> Term:
+        """Return a constant or a place as it is."""
+        if isinstance(operand, Constant):
+            value = operand.value
+            if isinstance(value, float):
+                text = repr(real(value))
+                return Term(text if text[-1].isdigit() else f'float("{text}")', real=True)
+            return Term(str(value) if value >= 0 else f"({value})", value, value)
+        assert isinstance(operand, Place)
+        kind = operand.type
+        if kind.is_real:
+            return Term(self.read(operand), real=True)
+        return Term(self.read(operand), kind.lowest, kind.highest)
+
+    def narrowed(self, name: str, terms: list[Term], width: int) -> Term:
+        """Return an integer operation, kept to its width."""
+        exact = self.operation(name, terms)
+        if exact.fits(width):
+            return exact
+        value = self.keep(exact.text)
+        half = 1 << width - 1
+        with self.writer.block(f"if not {-half} <= {value} <= {half - 1}:"):
+            self.writer.line(f"{value} = narrow({self.site}, {value}, {width}, {width})")
+        return Term(value, -half, half - 1)
+
+    def operation(self, name: str, terms: list[Term]) -> Term:
+        """Return an integer operation without regard to its width."""
+        texts = [each.text for each in terms]
+        a = terms[0]
+        b = terms[-1]
+        size = max(abs(each) for term in terms for each in (term.low, term.high))
+        if name in ("+", "-", "*"):
+            low, high = _RANGES[name](a, b)
+            return Term(f"({texts[0]} {name} {texts[1]})", low, high)
+        if name in ("/", "MOD"):
+            function = "divide" if name == "/" else "modulo"
+            return Term(f"{function}({self.site}, {texts[0]}, {texts[1]})", -size, size)
+        if name in ("AND", "OR", "XOR"):
+            bits = size.bit_length()
+            sign = {"AND": "&", "OR": "|", "XOR": "^"}[name]
+            return Term(f"({texts[0]} {sign} {texts[1]})", -(1 << bits), (1 << bits) - 1)
+        if name == "**":
+            return Term(f"truncated(power(float({texts[0]}), float({texts[1]})))", -(1 << 4000), 1 << 4000)
+        if name == "TRN":
+            return a
+        text, low, high = {
+            "NOT": (f"(~{texts[0]})", ~a.high, ~a.low),
+            "NEG": (f"(-{texts[0]})", -a.high, -a.low),
+            "ABS": (f"abs({texts[0]})", 0, size),
+            "SQR": (f"integer_root({texts[0]})", 0, size),
+        }[name]
+        return Term(text, low, high)
+
+    def real_operation(self, name: str, terms: list[Term]) -> Term:
+        """Return a REAL operation."""
+        texts = [each.text for each in terms]
+        if name in ("+", "-", "*", "**"):
+            kept = [each if _simple(each) else self.keep(each) for each in texts]
+            exact = f"power({kept[0]}, {kept[1]})" if name == "**" else f"{kept[0]} {name} {kept[1]}"
+            text = f"real_result({self.site}, {exact}, {kept[0]}, {kept[1]})"
+        elif name in ("/", "MOD"):
+            text = f"real_{'divide' if name == '/' else 'modulo'}({self.site}, {texts[0]}, {texts[1]})"
+        else:
+            text = {
+                "NEG": f"(-{texts[0]})",
+                "ABS": f"abs({texts[0]})",
+                "SQR": f"square_root({texts[0]})",
+                "TRN": f"real_result({self.site}, truncated({texts[0]}), {texts[0]})",
+            }[name]
+        return Term(text, real=True)
+
+    # --- comparing
+
+    def comparison(self, relation: str, a: Resolved, b: Resolved) -> str:
+        """Return text for a relation."""
+        sign = PYTHON_RELATION[relation]
+        if isinstance(a, (Group, Quoted)):
+            return f"({self.characters(a)} {sign} {self.characters(b)})"
+        width = width_of(a, b)
+        return f"({self.term(a, width).text} {sign} {self.term(b, width).text})"
+
+    def characters(self, operand: Resolved) -> str:
+        """Return text for the characters of a STRING."""
+        if isinstance(operand, Quoted):
+            return repr(operand.value.encode("latin-1", errors="replace"))
+        assert isinstance(operand, Group)
+        dims = operand.layout.leaf(f"{operand.path}.LEN").dims
+        return f"text({operand.path!r}, {self.flat(operand.indices, dims, operand.text)})"
+
+    def condition(self, condition: Resolved) -> str:
+        """Return text for the condition of CMP; every relation is computed."""
+        assert isinstance(condition, Calculation)
+        if condition.name in RELATIONS:
+            return self.comparison(condition.name, *condition.operands)
+        texts = [self.keep(self.condition(each)) for each in condition.operands]
+        if condition.name == "NOT":
+            return f"(not {texts[0]})"
+        sign = {"AND": "and", "OR": "or", "XOR": "!="}[condition.name]
+        return f"({texts[0]} {sign} {texts[1]})"
+
+    def filled(self, operand: Resolved, bits: int) -> str:
+        """Return an integer, filled up with zeros if it is narrower than `bits`."""
+        term = self.leaf_term(operand)
+        assert isinstance(operand, (Place, Constant))
+        own = operand.type.bits
+        return f"({term.text} & {(1 << own) - 1})" if own < bits else term.text
+
+
+def _simple(text: str) -> bool:
+    return text.isidentifier() or text.replace(".", "").isdigit()
+
+
+_REAL = Elementary("REAL", 32, "f")
+
+_RANGES: dict[str, Callable[[Term, Term], tuple[int, int]]] = {
+    "+": lambda a, b: (a.low + b.low, a.high + b.high),
+    "-": lambda a, b: (a.low - b.high, a.high - b.low),
+    "*": lambda a, b: _product(a, b),
+}
+
+
+def _product(a: Term, b: Term) -> tuple[int, int]:
+    corners = [x * y for x in (a.low, a.high) for y in (b.low, b.high)]
+    return min(corners), max(corners)
+
+
+def pure(operand: Resolved) -> bool:
+    """Whether taking this value has no effect and can't fault: no calculation, no computed index."""
+    if isinstance(operand, Calculation):
+        return False
+    return not can_fault(operand)

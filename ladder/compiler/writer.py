@@ -1,0 +1,75 @@
+"""Lines of Python as they are written, with what they use."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from ..linking import Linked
+from ..tags import Leaf
+
+INDENT = "    "
+
+
+class Writer:
+    """Collects the lines of one function.
+
+    Attributes:
+        linked: the program.
+        lines: text and line of origin.
+        written: identifiers that are assigned to.
+        inputs: input images that are read.
+        origin: line of the present rung in its file.
+        flags: whether the status flags are kept.
+    """
+
+    def __init__(self, linked: Linked) -> None:
+        self.linked = linked
+        self.lines: list[tuple[str, int]] = []
+        self.written: set[str] = set()
+        self.inputs: set[str] = set()
+        self.origin = 1
+        self.flags = linked.flags
+        self._depth = 1
+        self._temporaries = 0
+
+    def line(self, text: str) -> None:
+        """Write a line."""
+        self.lines.append((INDENT * self._depth + text, self.origin))
+
+    def comment(self, text: str) -> None:
+        """Write a comment."""
+        for each in text.splitlines():
+            self.line(f"# {each}")
+
+    @contextmanager
+    def block(self, head: str) -> Iterator[None]:
+        """Write a head and indent what is written inside; an empty block passes."""
+        self.line(head)
+        self._depth += 1
+        count = len(self.lines)
+        yield
+        if len(self.lines) == count:
+            self.line("pass")
+        self._depth -= 1
+
+    def temporary(self) -> str:
+        """Return a name that nothing else has."""
+        self._temporaries += 1
+        return f"__{self._temporaries}"
+
+    def next_rung(self) -> None:
+        """Temporaries of the rung before are free again."""
+        self._temporaries = 0
+
+    def name(self, leaf: Leaf) -> str:
+        """Return the variable of a leaf."""
+        if leaf.slot is not None and not leaf.output:
+            self.inputs.add(leaf.ident)
+            return f"{leaf.ident}_"
+        return leaf.ident
+
+    def assigned(self, leaf: Leaf) -> None:
+        """Note that a leaf's variable is assigned to; elements of arrays are not."""
+        if not leaf.dims:
+            self.written.add(leaf.ident)

@@ -1,0 +1,123 @@
+"""A program that runs: its memory, its tags, its faults, and the scan.
+
+A scan loop calls an engine with its scan; a test calls `step`. The first scan, and
+the first after the CPU left program mode, begins with prescan.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from .errors import MinorFault
+from .interpreter import Interpreter
+from .linking import Linked
+from .memory import Memory, Value
+from .trouble import Trouble
+from .view import Tags
+
+STEP_MS = 10
+"""Time from scan to scan in `step`, unless it is told."""
+
+
+class Engine:
+    """Runs one linked program on memory of its own.
+
+    Attributes:
+        linked: the program.
+        memory: its memory.
+        tags: its tags by name.
+        now_ns: virtual time of the last scan.
+
+    Args:
+        linked: the program.
+        scanner: makes the function that does one scan, called with the time; the interpreter if None.
+    """
+
+    def __init__(
+        self, linked: Linked, scanner: Callable[[Engine], Callable[[int], object]] | None = None
+    ) -> None:
+        self.linked = linked
+        self.memory = Memory(linked.layout, linked.presets)
+        self.tags = Tags(linked, self.memory)
+        self.trouble = Trouble(linked, self.memory)
+        self.now_ns = 0
+        self.interpreter = Interpreter(linked, self.memory, self.trouble, self.call_python)
+        self._with_jsr = {
+            name: "jsr" in inspect.signature(function).parameters
+            for name, function in linked.functions.items()
+        }
+        self._scan = scanner(self) if scanner else self.interpreter.scan
+        self.call_routine: Callable[[str, Sequence[Value]], Sequence[Value]] = self.interpreter.run
+        self._rack: object = None
+        self._started = False
+        self._first_scan = linked.layout.leaf("S:FS")
+
+    @property
+    def minor_faults(self) -> tuple[MinorFault, ...]:
+        """The latest minor faults, oldest first."""
+        return tuple(self.trouble.minor)
+
+    def __call__(self, scan: Any) -> None:
+        """Do one scan of a rack.
+
+        Args:
+            scan: has `slot`, `now_ns` and `first`.
+
+        Raises:
+            LadderFault: a major fault.
+            ValueError: the program uses a slot that the rack does not have.
+        """
+        if scan is not self._rack:
+            self.memory.attach(scan.slot)
+            self._rack = scan
+        self._do(scan.now_ns, first=scan.first)
+
+    def step(self, ms: float = STEP_MS) -> None:
+        """Do one scan without a rack, this long after the one before; the first is at 0.
+
+        Raises:
+            LadderFault: a major fault.
+        """
+        first = not self._started
+        self._do(0 if first else self.now_ns + round(ms * 1_000_000), first=first)
+
+    def _do(self, now_ns: int, *, first: bool) -> None:
+        self.now_ns = now_ns
+        self.trouble.new_scan(now_ns)
+        if not first:
+            self._scan(now_ns)
+            return
+        self._started = True
+        self.interpreter.prescan()
+        self.memory.write(self._first_scan, 0, True)
+        self._scan(now_ns)
+        self.memory.write(self._first_scan, 0, False)
+
+    def call_python(self, name: str, inputs: Sequence[Value]) -> Sequence[Value]:
+        """Call a routine in Python: with the tags, the inputs, and `jsr` if it asks for it."""
+        function = self.linked.functions[name]
+        if self._with_jsr[name]:
+            answer = function(self.tags, *inputs, jsr=self.jsr)
+        else:
+            answer = function(self.tags, *inputs)
+        if answer is None:
+            return ()
+        return answer if isinstance(answer, tuple) else (answer,)
+
+    def jsr(self, routine: str, *inputs: Value) -> tuple[Value, ...]:
+        """Call a routine by name, as a Python function does; return what it returns.
+
+        Raises:
+            ValueError: there is no such routine, or it takes another number of inputs.
+        """
+        name = routine.upper()
+        target = self.linked.routines.get(name)
+        if target is None:
+            names = ", ".join(each.name for each in self.linked.routines.values())
+            raise ValueError(f"there is no routine {routine}; routines are {names}")
+        wanted = len(target.parameters or ())
+        if wanted != len(inputs):
+            raise ValueError(f"routine {target.name} takes {wanted} inputs, {len(inputs)} are given")
+        return tuple(self.call_routine(name, inputs))

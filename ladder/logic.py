@@ -1,0 +1,244 @@
+"""A ladder program: declare tags, add routines, run it.
+
+>>> from scanrack.ladder import BOOL, OTE, Program
+>>> motor = Program("motor")
+>>> start, stop, run = motor.declare("Start Stop Run", BOOL)
+>>> @motor.routine
+... def Main(rung):
+...     rung([start, run], ~stop, OTE(run))
+>>> motor.tags.Start = True
+>>> motor.step()
+>>> motor.tags.Run
+True
+>>> print(motor.text("Main"))
+[XIC(Start),XIC(Run)]XIO(Stop)OTE(Run);
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+from .checks import ALLOWANCES, check_whole
+from .compiler import compiled, source_of
+from .engine import STEP_MS, Engine
+from .errors import BuildError, LadderError, MinorFault, Problem
+from .front import RungMaker, TagRef
+from .linking import Linked, Linker
+from .memory import Memory
+from .tags import Alias, Declaration, Layout, SlotAlias, Tag
+from .text import parse_address
+from .tree import Routine
+from .types import MAX_DIMENSIONS, DataType
+from .view import Tags
+
+
+class Program:
+    """Tags and routines; callable as the logic of a rack.
+
+    It is built when it is first used: then every mistake is told at once, and nothing can be
+    added any more. Calling it runs it compiled, on memory that `tags` shows.
+
+    Attributes:
+        name: its name.
+        main: the routine that a scan calls; the first one, unless named.
+        declarations: tags and aliases, in order.
+        routines: routines of rungs, in order.
+        functions: routines in Python, by name.
+        allowed: what it is allowed, see `checks.ALLOWANCES`.
+
+    Args:
+        name: its name.
+        main: the routine that a scan calls, if not the first.
+        allow: what it is allowed.
+    """
+
+    def __init__(self, name: str, *, main: str | None = None, allow: Iterable[str] = ()) -> None:
+        self.name, self.main = name, main
+        self.declarations: list[Declaration] = []
+        self.routines: list[Routine] = []
+        self.functions: dict[str, Callable[..., Any]] = {}
+        self.allowed = frozenset(allow)
+        unknown = self.allowed.difference(ALLOWANCES)
+        if unknown:
+            raise LadderError(f"{min(unknown)!r} can't be allowed; what can is {', '.join(ALLOWANCES)}")
+        self._linked: Linked | None = None
+        self._engine: Engine | None = None
+
+    # --- declaring
+
+    def declare(
+        self,
+        names: str,
+        kind: DataType,
+        *dims: int,
+        initial: object = None,
+        comment: str = "",
+    ) -> Any:
+        """Declare one tag, or several of one type whose names stand between spaces.
+
+        Args:
+            names: names.
+            kind: their type.
+            dims: length per dimension, for arrays.
+            initial: what they start with; None = zero.
+            comment: what is said of them.
+
+        Returns:
+            The tag, or a tuple of them, for use in rungs.
+
+        Raises:
+            LadderError: a name is taken or is none, or the dimensions are not allowed.
+        """
+        listed = names.replace(",", " ").split()
+        for name in listed:
+            self.add(Tag(name, kind, dims, initial, comment))
+        refs = tuple(TagRef(parse_address(name)) for name in listed)
+        return refs[0] if len(refs) == 1 else refs
+
+    def alias(self, name: str, target: str) -> TagRef:
+        """Give an address a second name."""
+        self.add(Alias(name, parse_address(target)))
+        return TagRef(parse_address(name))
+
+    def slot(self, name: str, number: int) -> TagRef:
+        """Name the module in a slot, whose bits then go by meaning: `axis.status.MOVE_COMPLETE`."""
+        self.add(SlotAlias(name, number))
+        return TagRef(parse_address(name))
+
+    def add(self, declaration: Declaration) -> None:
+        """Add a declaration.
+
+        Raises:
+            LadderError: its name is taken or is none, or its dimensions are not allowed.
+        """
+        self._refuse_if_built()
+        name = declaration.name
+        if not name.isidentifier() or not name.isascii():
+            raise LadderError(f"{name!r} is no name of a tag: letters, digits and _ are allowed")
+        if any(each.name.upper() == name.upper() for each in self.declarations):
+            raise LadderError(f"tag {name} is declared twice; names do not depend on case")
+        dims = declaration.dims if isinstance(declaration, Tag) else ()
+        if len(dims) > MAX_DIMENSIONS or any(length < 1 for length in dims):
+            raise LadderError(f"tag {name} has dimensions {dims}; allowed are up to 3, each 1 or more")
+        self.declarations.append(declaration)
+
+    def routine(self, function: Callable[[RungMaker], None]) -> Callable[[RungMaker], None]:
+        """Add a routine: the function is called once, now, with a `rung` that it calls per rung."""
+        maker = RungMaker()
+        function(maker)
+        self.add_routine(Routine(function.__name__, tuple(maker.rungs), (function.__doc__ or "").strip()))
+        return function
+
+    def add_routine(self, routine: Routine) -> None:
+        """Add a routine of rungs.
+
+        Raises:
+            LadderError: there is one of that name.
+        """
+        self._refuse_if_built()
+        self._refuse_name(routine.name)
+        self.routines.append(routine)
+
+    def function(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """Add a routine in Python: `f(tags, *inputs)`, with a keyword `jsr` if it calls routines itself."""
+        self._refuse_if_built()
+        self._refuse_name(function.__name__)
+        self.functions[function.__name__] = function
+        return function
+
+    def _refuse_name(self, name: str) -> None:
+        taken = [each.name for each in self.routines] + list(self.functions)
+        if name.upper() in map(str.upper, taken):
+            raise LadderError(f"there are two routines {name}")
+
+    def _refuse_if_built(self) -> None:
+        if self._linked is not None:
+            raise LadderError(f"program {self.name} has been built: nothing can be added any more")
+
+    # --- building
+
+    def build(self) -> Linked:
+        """Check the program and make it ready to run.
+
+        Raises:
+            BuildError: what is wrong, with rungs and remedies.
+        """
+        if self._linked is None:
+            self._linked = self._link()
+        return self._linked
+
+    def _link(self) -> Linked:
+        names = [each.name for each in self.routines] + list(self.functions)
+        main = self.main or (names[0] if names else "Main")
+        linker = Linker(self.name, Layout(self.declarations), main)
+        linker.linked.functions = {name.upper(): function for name, function in self.functions.items()}
+        for routine in self.routines:
+            linker.routine(routine)
+        problems = linker.problems + check_whole(linker.linked, self.allowed)
+        if main.upper() not in map(str.upper, names):
+            known = f"routines are {', '.join(names)}" if names else "add a routine"
+            problems.append(Problem(f"program {self.name}", "", f"there is no routine {main}", known))
+        problems += self._wrong_initials(linker.linked)
+        if problems:
+            raise BuildError(self.name, problems)
+        return linker.linked
+
+    def _wrong_initials(self, linked: Linked) -> list[Problem]:
+        try:
+            Memory(linked.layout, linked.presets)
+        except ValueError as error:
+            return [Problem("initial values", "", str(error), "correct the initial value")]
+        return []
+
+    def compile(self) -> Engine:
+        """Return a new engine that runs the program compiled."""
+        return compiled(self.build())
+
+    def interpret(self) -> Engine:
+        """Return a new engine that runs the program in the interpreter."""
+        return Engine(self.build())
+
+    # --- running
+
+    @property
+    def engine(self) -> Engine:
+        """The engine that calling the program runs."""
+        if self._engine is None:
+            self._engine = self.compile()
+        return self._engine
+
+    @property
+    def tags(self) -> Tags:
+        """The tags by name."""
+        return self.engine.tags
+
+    @property
+    def minor_faults(self) -> Sequence[MinorFault]:
+        """The latest minor faults."""
+        return self.engine.minor_faults
+
+    def __call__(self, scan: Any) -> None:
+        """Do one scan of a rack, see `Engine`."""
+        (self._engine or self.engine)(scan)
+
+    def step(self, ms: float = STEP_MS) -> None:
+        """Do one scan without a rack, see `Engine.step`."""
+        self.engine.step(ms)
+
+    # --- reading
+
+    def source(self) -> str:
+        """Return the Python that the program is compiled to."""
+        return source_of(self.build())
+
+    def text(self, routine: str) -> str:
+        """Return the rung text of a routine.
+
+        Raises:
+            LadderError: there is none of that name.
+        """
+        for each in self.routines:
+            if each.name.upper() == routine.upper():
+                return "\n".join(map(str, each.rungs))
+        raise LadderError(f"there is no routine {routine} in program {self.name}")

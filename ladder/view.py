@@ -1,0 +1,122 @@
+"""Tags by name: for tests, displays and logic in Python."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from .linking import Linked
+from .memory import Memory, checked
+from .places import Calculation, Constant, Group, Place, Resolved, Resolver
+from .text import parse_address
+from .tree import Address
+
+
+class Tags:
+    """A program's tags by name: `tags["Fill.ACC"]`, or `tags.Run` for a plain name.
+
+    Values are as people see them: bool, int, float, a list per dimension of an array, a dict
+    of the members of a structure, a str for a STRING. Setting a list or dict sets the parts
+    it has. Case does not matter.
+
+    Args:
+        linked: the program.
+        memory: its memory.
+    """
+
+    __slots__ = ("_known", "_linked", "_memory", "_resolver")
+
+    def __init__(self, linked: Linked, memory: Memory) -> None:
+        object.__setattr__(self, "_linked", linked)
+        object.__setattr__(self, "_memory", memory)
+        object.__setattr__(self, "_resolver", Resolver(linked.layout))
+        object.__setattr__(self, "_known", {})
+
+    def __getitem__(self, name: str) -> Any:
+        where = self._find(name)
+        if isinstance(where, Place):
+            return self._get(where)
+        return self._memory.dump(where.path, where.type, where.dims, self._flat(where.indices, where))
+
+    def __setitem__(self, name: str, value: object) -> None:
+        where = self._find(name)
+        if isinstance(where, Place):
+            self._set(where, checked(name, where.type, value))
+        else:
+            self._memory.load(where.path, where.type, where.dims, self._flat(where.indices, where), value)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return self[name]
+
+    def __setattr__(self, name: str, value: object) -> None:
+        self[name] = value
+
+    def __iter__(self) -> Iterator[str]:
+        return iter([tag.name for tag in self._linked.layout.tags().values()])
+
+    def __contains__(self, name: str) -> bool:
+        try:
+            self._find(name)
+        except ValueError:
+            return False
+        return True
+
+    def __repr__(self) -> str:
+        return f"Tags({', '.join(self)})"
+
+    def _find(self, name: str) -> Place | Group:
+        found: Place | Group | None = self._known.get(name)
+        if found is None:
+            address: Address = parse_address(name)
+            images = len(self._linked.layout.images)
+            found = self._resolver.address(address)
+            if len(self._linked.layout.images) != images:
+                raise ValueError(f"{name}: the program does not use this image")
+            self._known[name] = found
+        return found
+
+    def _get(self, place: Place) -> bool | int | float:
+        value = self._memory.read(place.leaf, self._flat(place.indices, place))
+        if place.bit is None:
+            return bool(value) if place.type.is_bool else value
+        return bool(int(value) >> self._index(place.bit, place.leaf.type.bits, place) & 1)
+
+    def _set(self, place: Place, value: bool | int | float) -> None:
+        at = self._flat(place.indices, place)
+        if place.bit is not None:
+            bits = place.leaf.type.bits
+            number = self._index(place.bit, bits, place)
+            word = int(self._memory.read(place.leaf, at))
+            mask = place.leaf.type.lowest if number == bits - 1 else 1 << number
+            value = word | mask if value else word & ~mask
+        self._memory.write(place.leaf, at, value)
+
+    def _flat(self, indices: tuple[Resolved, ...], where: Place | Group) -> int:
+        dims = where.leaf.dims if isinstance(where, Place) else self._dims(where)
+        flat = 0
+        for index, length in zip(indices, dims, strict=False):
+            flat = flat * length + self._index(index, length, where)
+        return flat
+
+    def _dims(self, group: Group) -> tuple[int, ...]:
+        prefix = group.path.upper()
+        leaves = self._linked.layout.leaves
+        return next(
+            leaf.dims for path, leaf in leaves.items() if path == prefix or path.startswith(f"{prefix}.")
+        )
+
+    def _index(self, index: Resolved, length: int, where: Place | Group) -> int:
+        value = self._value(index)
+        if not 0 <= value < length:
+            raise ValueError(f"{where.text}: index {value} is out of range, allowed are 0 to {length - 1}")
+        return value
+
+    def _value(self, index: Resolved) -> int:
+        if isinstance(index, Constant):
+            return int(index.value)
+        if isinstance(index, Place):
+            return int(self._get(index))
+        assert isinstance(index, Calculation)
+        raise ValueError("an expression as index is taken in rungs only; compute it first")
