@@ -155,17 +155,16 @@ class Quadratic(Segment):
         """Return the least instant at which so many steps are made.
 
         The root of c2*u^2 + c1*u = goal in the form 2*goal / (c1 + sqrt(c1^2 + 4*c2*goal)), which
-        loses nothing for small c2; the integer square root leaves it a ns off at most.
+        loses nothing for small c2. The integer square root puts it less than half a ns too late, the
+        integer division less than one too early, so it is the instant or the ns before.
         """
         c2, c1 = self._c2, self._c1
         goal = steps * self._step - self._c0
         high = self.until_ns - self.start_ns
         root = isqrt(max(0, c1 * c1 + 4 * c2 * goal))
-        u = min(max(2 * goal // (c1 + root), 1), high)
-        while u < high and (c2 * u + c1) * u < goal:
+        u = min(2 * goal // (c1 + root), high)
+        if u < high and (c2 * u + c1) * u < goal:
             u += 1
-        while u > 1 and (c2 * (u - 1) + c1) * (u - 1) >= goal:
-            u -= 1
         return self.start_ns + u
 
 
@@ -185,8 +184,7 @@ class Cruise(Segment):
 
     def instant_of(self, steps: int) -> int:
         """Return the least instant at which so many steps are made."""
-        u = -((self._c0 - steps * self._step) // self._c1)
-        return min(self.start_ns + u, self.until_ns)
+        return self.start_ns - (self._c0 - steps * self._step) // self._c1
 
 
 def segment(start_ns: int, until_ns: int, ramp: int, polynomial: Polynomial) -> Segment:

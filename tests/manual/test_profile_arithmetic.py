@@ -27,6 +27,7 @@ from scanrack.runtime.kinematics import (
     move,
     ramp_distance,
     ramp_time_ns,
+    register,
     run,
     single_step,
     stop,
@@ -89,6 +90,12 @@ def test_chapter_2_in_the_middle_of_the_ramps() -> None:
     assert (motion.travel_at(100 * MS), motion.speed_at(100 * MS)) == (200 * PICO, 3_000_000)
     # 0.2 s before the end: 1000 * 0.2 + 10,000 * 0.04/2 = 400 steps to go, at 3000 steps/s
     assert (motion.travel_at(2040 * MS), motion.speed_at(2040 * MS)) == (9600 * PICO, 3_000_000)
+    assert [motion.instant_of(k) for k in (200, 600, 8800, 9600)] == [
+        100 * MS,
+        200 * MS,
+        1840 * MS,
+        2040 * MS,
+    ]
 
 
 def test_chapter_2_in_the_other_direction_and_at_another_time() -> None:
@@ -201,6 +208,38 @@ def test_chapter_4_hold_stops_where_the_arithmetic_says_whatever_the_rate(
     held = stop(move(0, 0, 100_000, EXAMPLE), SECOND, 1000, deceleration, shape)
     distance = factor * (5000**2 - 1000**2) / (2 * 1000 * deceleration)
     assert held.final_steps == 4600 - (-distance // 1)
+
+
+def test_the_instant_of_a_step_that_an_s_curve_makes_on_a_round_one() -> None:
+    # Vo 1040, Vs 5040, acceleration 20, triangular: 0.4 s and 1216 steps, jerk 20,000^2/4000 = 100,000.
+    # After 0.06 s: 1040 * 0.06 + 100,000 * 0.06^3/6 = 62.4 + 3.6 = 66 steps.
+    # 0.18 s before its end: 1216 - (5040 * 0.18 - 100,000 * 0.18^3/6) = 1216 - 907.2 + 97.2 = 406 steps.
+    motion = run(0, 0, 1, Profile(1040, 5040, 20, 20, Shape.TRIANGULAR))
+    assert (motion.instant_of(66), motion.instant_of(406), motion.instant_of(1216)) == (
+        60 * MS,
+        220 * MS,
+        400 * MS,
+    )
+
+
+def test_chapter_4_registration_with_just_the_steps_that_it_takes_to_stop() -> None:
+    # From 5000 to 1000 with 10: 1200 steps. At 1 s the example is on step 4600, 0.1 ms later half a step on:
+    # the ramp then has half a step less to go, 1199.5 steps at 3000 on the average.
+    running = run(0, 0, 1, EXAMPLE)
+    ended = register(running, SECOND, 1200, 1000, 10, Shape.CONSTANT)
+    assert (ended.final_steps, ended.end_ns, ended.ramp_at(SECOND)) == (5800, 1400 * MS, -1)
+    under_way = register(running, SECOND + 100_000, 1200, 1000, 10, Shape.CONSTANT)
+    assert under_way.final_steps == 5800
+    assert under_way.end_ns == SECOND + 100_000 + -(-1199_500_000_000 // 3000)
+    with pytest.raises(ValueError, match="1199 registration steps are too few to stop in: allowed is 1200"):
+        register(running, SECOND, 1199, 1000, 10, Shape.CONSTANT)
+
+
+def test_chapter_4_registration_keeps_the_speed_until_the_deceleration() -> None:
+    # 2000 steps from 4600 on: 800 at 5000 in 0.16 s, then 1200 in 0.4 s
+    ended = register(run(0, 0, 1, EXAMPLE), SECOND, 2000, 1000, 10, Shape.CONSTANT)
+    assert (ended.final_steps, ended.end_ns) == (6600, 1560 * MS)
+    assert [ended.ramp_at(t * MS) for t in (1000, 1159, 1160, 1559, 1560)] == [0, 0, -1, -1, 0]
 
 
 def test_chapter_4_blend_ramps_from_speed_to_speed() -> None:
