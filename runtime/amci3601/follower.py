@@ -12,7 +12,7 @@ ramps, and what is owed decides how fast it may be:
 from __future__ import annotations
 
 from fractions import Fraction
-from math import isqrt
+from math import isqrt, lcm
 from typing import TYPE_CHECKING, ClassVar
 
 from ...io_images.amci3601 import CommandLsw, CommandMsw
@@ -66,7 +66,8 @@ class Follower(Operation):
         self.sense = 0  # +1 manual CW, -1 manual CCW, 0 neither
         self.left = False
         self._last_count = layer.axis.encoder
-        self._owed = Fraction(0)  # steps, CW positive
+        self._owed = 0  # in parts of a step, CW positive
+        self._parts = self._divisor = 1  # parts in a step, a multiple of the divisor
         self._speed_msps = 0  # signed
         self._phase = 0  # picosteps made toward the next step, signed like the speed
         self._tick_before_ns = now_ns
@@ -123,27 +124,35 @@ class Follower(Operation):
         elapsed_ns, self._tick_before_ns = now_ns - self._tick_before_ns, now_ns
         self.shown_direction = self.shown_ramp = 0
         if self.sense == 0:
-            self._owed, self._speed_msps, self._phase = Fraction(0), 0, 0
+            self._owed = self._speed_msps = self._phase = 0
             return
-        self._owed += Fraction(self.sense * fresh * order.words[2], order.words[3])
+        self._divide_by(order.words[3])
+        self._owed += self.sense * fresh * order.words[2] * (self._parts // self._divisor)
         steps = self._steps_of_tick(elapsed_ns, order.words[6], order.words[7])
         if steps:
             self.shown_direction = 1 if steps > 0 else -1
             self.layer.axis.pulse(now_ns, self.shown_direction, abs(steps))
-            self._owed -= steps
+            self._owed -= steps * self._parts
+
+    def _divide_by(self, divisor: int) -> None:
+        """Express what is owed in parts of a step that suit a new divisor, exactly."""
+        if divisor != self._divisor:
+            owed = Fraction(self._owed, self._parts)
+            self._divisor, self._parts = divisor, lcm(owed.denominator, divisor)
+            self._owed = owed.numerator * (self._parts // owed.denominator)
 
     def _steps_of_tick(self, elapsed_ns: int, acceleration: int, deceleration: int) -> int:
         """Whole steps to make now, CW positive."""
-        owed = _whole(self._owed)
+        owed = _whole(self._owed, self._parts)
         if acceleration == 0 and deceleration == 0:
             self._speed_msps = self._phase = 0
             most = TOP_SPEED_MSPS * elapsed_ns // PICO
             return max(-most, min(most, owed))
         self._ramp_speed(owed, elapsed_ns, acceleration, deceleration)
         if owed:
-            self.shown_direction = 1 if self._speed_msps > 0 else -1  # between two steps, too
+            self.shown_direction = 1 if (self._speed_msps or owed) > 0 else -1  # between two steps, too
         self._phase += self._speed_msps * elapsed_ns
-        steps = _whole(Fraction(self._phase, PICO))
+        steps = _whole(self._phase, PICO)
         if owed >= 0:
             steps = max(0, min(steps, owed)) if self._speed_msps >= 0 else steps
         else:
@@ -177,9 +186,9 @@ class Follower(Operation):
         return speed if owed >= 0 else -speed
 
 
-def _whole(value: Fraction) -> int:
-    """Return the whole steps of a fraction, rounded toward zero: what is not a step yet stays owed."""
-    return int(value)
+def _whole(value: int, parts: int) -> int:
+    """Return the whole steps in so many parts, rounded toward zero: what is not a step yet stays owed."""
+    return value // parts if value >= 0 else -(-value // parts)
 
 
 def obey_follower(layer: CommandLayer, now_ns: int, order: Order, previous: Order) -> bool:
