@@ -125,6 +125,15 @@ def test_words_are_judged_in_every_scan_of_configuration_mode():
     assert (bench.bits, shown(bench)) == (REJECTED, [0x043E, 0x003F, 12, 345])
 
 
+@pytest.mark.rules("CFG-30", "CER-02")
+def test_words_that_stay_are_not_judged_again():
+    """Whatever the inputs do meanwhile: the rule is named once."""
+    bench = Bench.ready().out(*config(drop=HOME)).run(2)
+    for level in (1, 0, 1):
+        bench.inputs(external=level).run(2)
+    assert (bench.bits, bench.fired) == (REJECTED, ["CFG-01", "CER-02"])
+
+
 @pytest.mark.rules("CFG-30")
 def test_switch_a_rejected_configuration_is_mirrored_too():
     """Model switch `mirror_rejected_config` (reading A-06)."""

@@ -58,6 +58,16 @@ def test_the_level_of_an_unused_input_does_not_count(at, level):
     assert bench.captured == 0
 
 
+def test_switch_unused_inputs_show_their_voltage():
+    """Model switch `report_unused_inputs` (reading A-13); used ones show whether they are active."""
+    bench = Bench.ready(config=configuration(levels=0x3B), report_unused_inputs=True)  # home active low
+    assert bench.bits == {"MODULE_OK", "IN_HOME"}
+    bench.inputs(home=1, capture=1).run(1)
+    assert bench.bits == {"MODULE_OK", "IN_CAPTURE"}
+    bench.inputs(capture=0).run(1)
+    assert (bench.bits, bench.captured) == ({"MODULE_OK"}, 0)
+
+
 @pytest.mark.rules("CFG-18")
 @pytest.mark.parametrize("drop", [CW_ONLY, CCW_ONLY], ids=["CW limit only", "CCW limit only"])
 def test_home_switch_and_limit_need_not_be_wired(drop):

@@ -23,6 +23,17 @@ def test_a_limit_switch_at_the_very_end_of_a_move(limit, scan_ms):
 
 
 @EVERY_SCAN
+@pytest.mark.rules("EST-02", "POS-03", "MC-01")
+@pytest.mark.parametrize("at", [4_999, 5_000])
+def test_the_emergency_stop_at_the_very_end_of_a_move(at, scan_ms):
+    """With the last step the move is complete: an emergency stop then is one of the resting axis."""
+    bench = Bench.ready(scan_ms=scan_ms, machine={"estop": (at, None)}).relative(5_000).run(1_300)
+    ended = {"STOPPED", "POSITION_INVALID"} if at == 4_999 else {"MOVE_COMPLETE"}
+    assert bench.bits == {"MODULE_OK", "INPUT_ERROR", "IN_ESTOP"} | ended
+    assert bench.position == at
+
+
+@EVERY_SCAN
 @pytest.mark.rules("EST-02", "INP-01")
 def test_the_emergency_stop_in_the_scan_of_the_start(scan_ms):
     """The move is refused (reading A-16): nothing has moved, and the position stays valid."""
