@@ -136,6 +136,43 @@ def test_what_cuts_it(cause):
     assert run_blend(bench).until("MOVE_COMPLETE") == TWO_MS  # the profile is still there
 
 
+@pytest.mark.rules("BLD-24", "INP-01", "INP-02")
+@pytest.mark.parametrize("name", ["cw_limit", "ccw_limit", "estop"])
+def test_it_is_not_started_on_a_limit_or_under_the_emergency_stop(name):
+    """Readings A-16 and A-17: Input Error alone."""
+    bench = program(Bench.ready())
+    bench.inputs(**{name: 1}).run(1).reset_errors()
+    run_blend(bench).run(10)
+    assert bench.bits == {"MODULE_OK", "INPUT_ERROR", "IN_" + name.upper()}
+    bench.inputs(**{name: 0}).idle()
+    assert run_blend(bench).until("MOVE_COMPLETE") == TWO_MS
+
+
+@pytest.mark.rules("BLD-05")
+def test_the_image_that_ends_programming_may_start_it():
+    bench = run_blend(program(Bench.ready(), end=False))
+    assert bench.until("MOVE_COMPLETE") == TWO_MS
+    assert (bench.position, bench.fired) == (TWO_STEPS, [])
+
+
+@pytest.mark.rules("CMD-02")
+def test_both_directions_at_once_are_an_error():
+    bench = program(Bench.ready())
+    bench.out(BLEND_CW | BLEND_CCW).run(5)
+    assert (bench.bits, bench.fired) == ({"MODULE_OK", "COMMAND_ERROR"}, ["CMD-02"])
+
+
+@pytest.mark.rules("BLD-09", "HLD-12")
+def test_it_takes_the_place_of_a_held_move():
+    bench = program(Bench.ready()).relative(9000, ms=400)
+    bench.out(HOLD).until("HOLD_STATE")
+    held = bench.position
+    run_blend(bench.idle()).run(1)
+    assert bench.bits == {"MODULE_OK", "MOVING_CW", "ACCELERATING", "BLEND_RUNNING"}
+    bench.until("MOVE_COMPLETE")
+    assert bench.position == held + TWO_STEPS
+
+
 # -- Hold
 
 

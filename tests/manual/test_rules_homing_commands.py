@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from bench3601 import HOLD, HOME_CCW, HOME_CW, IMMEDIATE_STOP, RELATIVE, configuration
+from bench3601 import HOLD, HOME_CCW, HOME_CW, IMMEDIATE_STOP, RELATIVE, RESUME, configuration
 from homing3601 import HOME_SWITCH, HOME_SWITCH_PROXIMITY, USE_LIMIT, Search
 
 EITHER_WAY = pytest.mark.parametrize("direction", [pytest.param(1, id="cw"), pytest.param(-1, id="ccw")])
@@ -123,6 +123,17 @@ def test_at_home_stays_until_the_next_move():
     assert "AT_HOME" in search.bench.bits
     search.bench.idle().reset_errors().manual(-1, ms=1)
     assert "AT_HOME" not in search.bench.bits
+
+
+@pytest.mark.rules("HMG-01", "HLD-12")
+def test_it_takes_the_place_of_a_held_move():
+    search = Search()
+    bench = search.bench.relative(9000, ms=400)
+    bench.out(HOLD).until("HOLD_STATE")
+    search.command(ms=1)
+    assert bench.bits == {"MODULE_OK", "MOVING_CW", "ACCELERATING", "POSITION_INVALID"}
+    bench.out(IMMEDIATE_STOP).run(1).command(RESUME, ms=1)
+    assert bench.fired[-1] == "CMD-08"
 
 
 # -- while it searches

@@ -169,6 +169,20 @@ def test_the_speed_may_be_reduced_before_the_input(speed, to_stop, scan_ms):
     assert (bench.position, bench.fired) == (made + STEPS, [])
 
 
+@EVERY_SHAPE
+@EITHER_INPUT
+@pytest.mark.rules("REG-08", "REG-02")
+@pytest.mark.parametrize("reduced_ms", [1, 60, 150.25, 700])
+@pytest.mark.parametrize("speed", [700, 1300, 4100])
+def test_so_many_steps_wherever_the_speed_is_when_the_input_comes(speed, reduced_ms, by, shape):
+    """Reduced in the acceleration or later; the input comes in the ramp that this begins."""
+    bench = register(Bench.ready(), lsw=SHAPES[shape]).run(reduced_ms)
+    change(bench, w4=speed // 1000, w5=speed % 1000).run(17.25)
+    made = bench.position
+    give_input(bench, by).until("STOPPED")
+    assert (bench.position, bench.fired) == (made + STEPS, [])
+
+
 @pytest.mark.rules("REG-08", "REG-25", "CMD-27", "PRF-17")
 def test_a_speed_that_was_reduced_may_not_be_raised_again():
     bench = register(Bench.ready()).run(400)

@@ -7,7 +7,7 @@ Starting speed 1000, speed 5000, acceleration 20, deceleration 10 steps/ms/s:
 from __future__ import annotations
 
 import pytest
-from bench3601 import HOLD, IMMEDIATE_STOP, MANUAL_CCW, MANUAL_CW, Bench
+from bench3601 import HOLD, IMMEDIATE_STOP, MANUAL_CCW, MANUAL_CW, RELATIVE, RESET, Bench
 from registration3601 import (
     EITHER_INPUT,
     SHAPES,
@@ -151,6 +151,31 @@ def test_changes_that_stop_it(words, fired, direction, scan_ms):
     assert bench.bits == {"MODULE_OK", "STOPPED", *BOTH}
     assert (bench.position, bench.fired) == (direction * (1600 + 1200), fired)
     assert_clears(bench)
+
+
+@pytest.mark.rules("CMD-26", "CMD-27")
+@pytest.mark.parametrize("locked", [False, True])
+def test_words_are_not_looked_at_again_while_it_stops(locked):
+    """Nor under a command error (reading A-104), even one that Reset Errors has cleared meanwhile."""
+    bench = register(Bench.ready()).run(400)
+    change(bench, w2=4).run(10)
+    if not locked:
+        bench.out(RESET).run(1)
+        assert "COMMAND_ERROR" not in bench.bits
+    bench.out(0, 0, 5, 0, 9, 0, 20, 10).until("STOPPED")
+    assert (bench.position, bench.fired) == (2800, ["CMD-26", "PRF-16"])
+
+
+@pytest.mark.rules("STS-M12")
+@pytest.mark.parametrize("words", [{"w2": 4}, {"w4": 9}, {"w4": 4}], ids=str)
+def test_words_are_not_looked_at_under_a_command_error(words):
+    """Reading A-104; here the error is a second move, and the registration goes on."""
+    bench = register(Bench.ready()).run(400)
+    bench.out(RELATIVE, *list(bench.outputs)[1:]).run(0.25)
+    assert bench.fired == ["CMD-03"]
+    change(bench, **words)
+    release(bench).until("STOPPED")
+    assert (bench.position, bench.fired) == (1600 + STEPS, ["CMD-03"])
 
 
 @EVERY_SHAPE
