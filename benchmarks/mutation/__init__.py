@@ -1,0 +1,1 @@
+"""Mutation testing of the command layer: what `benchmarks/mutants.py` is made of."""
