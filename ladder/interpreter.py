@@ -13,7 +13,7 @@ from typing import Any
 from . import arithmetic as math
 from .errors import LadderFault
 from .instructions import RELATIONS, Kind
-from .linking import Call, Line, Linked, LinkedRoutine, Node, Parallel, Step
+from .linking import BITWISE, Call, Line, Linked, LinkedRoutine, Node, Parallel, Step
 from .memory import Memory, Value
 from .places import Calculation, Constant, Group, Place, Quoted, Resolved, types_in
 from .regions import copy, region_of
@@ -161,6 +161,8 @@ class Interpreter:
     def _number(self, operand: Resolved, width: int) -> Value:
         """Value of an expression, computed in integers of that width or, width 0, in REAL."""
         if isinstance(operand, Calculation):
+            if not width and operand.name in BITWISE:
+                return math.real(self._number(operand, width_of(operand)))
             values = [self._number(each, width) for each in operand.operands]
             return self._calculate(operand.name, values, width)
         value = operand.value if isinstance(operand, Constant) else self.get(_place(operand))

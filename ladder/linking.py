@@ -370,7 +370,7 @@ def _is_arithmetic(resolved: Resolved) -> bool:
         return is_number(resolved)
     if resolved.name in RELATIONS:
         return False
-    if resolved.name in _BITWISE:
+    if resolved.name in BITWISE:
         return all(is_integer(each) and _is_arithmetic(each) for each in resolved.operands)
     return all(map(_is_arithmetic, resolved.operands))
 
@@ -380,7 +380,7 @@ def _is_condition(resolved: Resolved) -> bool:
         return False
     if resolved.name in RELATIONS:
         return all(map(_is_arithmetic, resolved.operands))
-    return resolved.name in _BITWISE and all(map(_is_condition, resolved.operands))
+    return resolved.name in BITWISE and all(map(_is_condition, resolved.operands))
 
 
 def _is_region(resolved: Resolved) -> bool:
@@ -392,7 +392,9 @@ def _is_region(resolved: Resolved) -> bool:
     )
 
 
-_BITWISE = ("AND", "OR", "XOR", "NOT")
+BITWISE = ("AND", "OR", "XOR", "NOT")
+"""Operators on bits: computed in integers, even where the rest of the expression is REAL."""
+
 _KEPT_FLAGS = frozenset({"S:V", "S:Z", "S:N", "S:C"})
 _ALONE = frozenset({"NOP", "AFI", "LBL", "SBR"})
 _WRITTEN = frozenset({Use.COIL, Use.LATCH, Use.STORAGE, Use.TARGET, Use.INTEGER_TARGET, Use.DESTINATION})

@@ -168,6 +168,42 @@ class Layout:
 
 
 RESERVED = frozenset(
-    ["now", "given", "at", "float", "len", "abs", "min", "array", "region", "subscript", "outside", "negative", "narrow", "integer", "cut", "divide", "modulo", "real_result", "real_divide", "real_modulo", "copy", "fill", "text", "python", "answer", "real", "wrap", "power", "square_root", "integer_root", "truncated", "swapped", "distributed", "program", "scan"]
+    [
+        "now",
+        "given",
+        "at",
+        "float",
+        "len",
+        "abs",
+        "min",
+        "array",
+        "region",
+        "subscript",
+        "outside",
+        "negative",
+        "narrow",
+        "integer",
+        "cut",
+        "divide",
+        "modulo",
+        "real_result",
+        "real_divide",
+        "real_modulo",
+        "copy",
+        "fill",
+        "text",
+        "python",
+        "answer",
+        "real",
+        "wrap",
+        "power",
+        "square_root",
+        "integer_root",
+        "truncated",
+        "swapped",
+        "distributed",
+        "program",
+        "scan",
+    ]
 )
 """Names that the compiled program uses itself; its temporaries start with two underscores."""

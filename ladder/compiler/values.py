@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from ..arithmetic import real
 from ..instructions import RELATIONS
 from ..interpreter import width_of
+from ..linking import BITWISE
 from ..places import Calculation, Constant, Group, Place, Quoted, Resolved, can_fault
-from ..types import DINT, Elementary
+from ..types import DINT, LINT, REAL, Elementary
 from .writer import Writer
 
 PYTHON_RELATION = {"=": "==", "<>": "!=", **{each: each for each in RELATIONS[2:]}}
@@ -178,15 +179,16 @@ class Values:
     def term(self, operand: Resolved, width: int) -> Term:
         """Return a number, computed in integers of that width or, width 0, in REAL."""
         if isinstance(operand, Calculation):
+            if width == 0 and operand.name in BITWISE:
+                whole = self.term(operand, width_of(operand))
+                return Term(self.converted(whole, REAL, LINT.bits), real=True)
             terms = [self.term(each, width) for each in operand.operands]
-            return (
-                self.real_operation(operand.name, terms)
-                if width == 0
-                else self.narrowed(operand.name, terms, width)
-            )
+            if width == 0:
+                return Term(self.keep(self.real_operation(operand.name, terms).text), real=True)
+            return self.narrowed(operand.name, terms, width)
         term = self.leaf_term(operand)
         if width == 0 and not term.real:
-            return Term(self.converted(term, _REAL, 64), real=True)
+            return Term(self.converted(term, REAL, 64), real=True)
         return term
 
     def leaf_term(self, operand: Resolved) -> Term:
@@ -207,7 +209,8 @@ class Values:
         """Return an integer operation, kept to its width."""
         exact = self.operation(name, terms)
         if exact.fits(width):
-            return exact
+            # what may record a fault does so now, before anything else is taken
+            return Term(self.keep(exact.text), exact.low, exact.high) if name in ("/", "MOD") else exact
         value = self.keep(exact.text)
         half = 1 << width - 1
         with self.writer.block(f"if not {-half} <= {value} <= {half - 1}:"):
@@ -300,8 +303,6 @@ class Values:
 def _simple(text: str) -> bool:
     return text.isidentifier() or text.replace(".", "").isdigit()
 
-
-_REAL = Elementary("REAL", 32, "f")
 
 _RANGES: dict[str, Callable[[Term, Term], tuple[int, int]]] = {
     "+": lambda a, b: (a.low + b.low, a.high + b.high),

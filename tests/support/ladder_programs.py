@@ -1,0 +1,286 @@
+"""Hypothesis strategies for ladder programs: every instruction, every type, over one fixed set of tags."""
+
+from hypothesis import strategies as st
+
+TAGS = """PROGRAM generated
+ALLOW repeated coils
+ALLOW repeated timers
+TYPE Part (Size : INT, Good : BOOL, Bad : BOOL, Weight : REAL, Marks : SINT[3])
+TAG A : BOOL
+TAG B : BOOL
+TAG C : BOOL
+TAG S0 : BOOL
+TAG S1 : BOOL
+TAG Bits : BOOL[4]
+TAG Small : SINT
+TAG Word : INT
+TAG Wide : DINT
+TAG Other : DINT
+TAG Long : LINT
+TAG Ratio : REAL
+TAG Share : REAL
+TAG Index : DINT
+TAG Block : INT[8]
+TAG Grid : DINT[2,3]
+TAG Parts : Part[3]
+TAG Delay : TIMER := {"PRE": 25}
+TAG Hold : TIMER := {"PRE": 40}
+TAG Delays : TIMER[2] := [{"PRE": 15}, {"PRE": 0}]
+TAG Count : COUNTER := {"PRE": 3}
+TAG Edge : COUNTER := {"PRE": -2147483647, "ACC": 2147483646}
+TAG Name : STRING := "abc"
+TAG Text : STRING := "abd"
+SLOT axis : 1
+"""
+
+BITS = (
+    "A",
+    "B",
+    "C",
+    "Bits[1]",
+    "Bits[Index]",
+    "Word.3",
+    "Word.15",
+    "Wide.31",
+    "Small.7",
+    "Wide.[Index]",
+    "Block[Index].2",
+    "Parts[1].Good",
+    "Parts[Index].Bad",
+    "Delay.DN",
+    "Count.DN",
+    "axis.command.RESET_ERRORS",
+    "Local:1:O.Data[0].15",
+    "Grid[1,Index].0",
+)
+READ_BITS = (*BITS, "I:1.0/7", "axis.status.MODE_CONFIG", "S:Z", "S:V", "S:N", "S:C", "S:FS")
+STORAGE = ("S0", "S1", "Block[7].0")
+INTEGERS = (
+    "Small",
+    "Word",
+    "Wide",
+    "Other",
+    "Long",
+    "Index",
+    "Block[2]",
+    "Block[Index]",
+    "Grid[1,2]",
+    "Grid[Index,Index+1]",
+    "Parts[2].Size",
+    "Parts[Index].Marks[1]",
+    "Delay.ACC",
+    "Count.ACC",
+    "Local:1:O.Data[3]",
+    "O:1.5",
+)
+REALS = ("Ratio", "Share", "Parts[0].Weight", "Parts[Index].Weight")
+CONSTANTS = (
+    "0",
+    "1",
+    "-1",
+    "2",
+    "7",
+    "100",
+    "-32768",
+    "65665",
+    "2147483647",
+    "-2147483648",
+    "16#FF00",
+    "4294967296",
+)
+REAL_CONSTANTS = ("0.5", "-2.5", "1.5", "1.0e30", "0.0", "0.1")
+TIMERS = ("Delay", "Hold", "Delays[1]", "Delays[Index]")
+COUNTERS = ("Count", "Edge")
+REGIONS = (
+    "Block",
+    "Block[5]",
+    "Block[Index]",
+    "Local:1:O.Data",
+    "Local:1:O.Data[2]",
+    "Grid",
+    "Parts",
+    "Parts[1]",
+    "Delay",
+    "Count",
+    "Name",
+    "Wide",
+    "Ratio",
+    "Parts[Index].Marks",
+)
+
+bits = st.sampled_from(BITS)
+read_bits = st.sampled_from(READ_BITS)
+integers = st.sampled_from(INTEGERS)
+targets = st.sampled_from((*INTEGERS, *REALS))
+integer_values = st.sampled_from((*INTEGERS, *CONSTANTS, "Local:1:I.Data[2]"))
+values = st.sampled_from((*INTEGERS, *REALS, *CONSTANTS, *REAL_CONSTANTS))
+
+
+def _joined(name, *operands):
+    return st.tuples(*operands).map(lambda found: f"{name}({','.join(found)})")
+
+
+def _any_of(names, *operands):
+    return st.sampled_from(names).flatmap(lambda name: _joined(name, *operands))
+
+
+integer_expressions = st.recursive(
+    integer_values,
+    lambda inner: st.one_of(
+        st.tuples(inner, st.sampled_from(("+", "-", "*", "/", " MOD ", " AND ", " OR ", " XOR ")), inner).map(
+            lambda found: f"({found[0]}){found[1]}({found[2]})"
+        ),
+        st.tuples(st.sampled_from(("ABS", "SQR", "TRN", "NOT ", "-")), inner).map(
+            lambda found: f"{found[0]}({found[1]})"
+        ),
+    ),
+    max_leaves=4,
+)
+expressions = st.one_of(
+    integer_expressions,
+    st.recursive(
+        values,
+        lambda inner: st.one_of(
+            st.tuples(inner, st.sampled_from(("+", "-", "*", "/", " MOD ", "**")), inner).map(
+                lambda found: f"({found[0]}){found[1]}({found[2]})"
+            ),
+            st.tuples(st.sampled_from(("ABS", "SQR", "TRN", "-")), inner).map(
+                lambda found: f"{found[0]}({found[1]})"
+            ),
+        ),
+        max_leaves=4,
+    ),
+)
+relations = st.tuples(expressions, st.sampled_from(("=", "<>", "<", "<=", ">", ">=")), expressions).map(
+    lambda found: f"({found[0]}){found[1]}({found[2]})"
+)
+conditions = st.one_of(
+    relations,
+    st.tuples(relations, st.sampled_from(("AND", "OR", "XOR")), relations).map(" ".join),
+    relations.map(lambda relation: f"NOT ({relation})"),
+)
+
+_INPUTS = (
+    _any_of(("XIC", "XIO"), read_bits),
+    _any_of(("XIC", "XIO"), st.sampled_from("ABC")),
+    _joined("ONS", st.sampled_from(STORAGE)),
+    _any_of(("EQU", "NEQ", "GRT", "GEQ", "LES", "LEQ"), values, values),
+    _any_of(("EQU", "LES", "GEQ"), st.sampled_from(("Name", "Text")), st.sampled_from(("Name", "'abc'"))),
+    _joined("LIM", values, values, values),
+    _joined("MEQ", integer_values, integer_values, integer_values),
+    _joined("CMP", conditions),
+    st.sampled_from(("AFI()", "NOP()")),
+)
+small = st.integers(0, 7).map(str)
+_OUTPUTS = (
+    _any_of(("OTE", "OTL", "OTU"), bits),
+    _any_of(("OSR", "OSF"), st.sampled_from(STORAGE), bits),
+    _any_of(("TON", "TOF", "RTO"), st.sampled_from(TIMERS)),
+    _any_of(("CTU", "CTD"), st.sampled_from(COUNTERS)),
+    _joined("RES", st.sampled_from((*TIMERS, *COUNTERS))),
+    _joined("CPT", targets, expressions),
+    _any_of(("ADD", "SUB", "MUL", "DIV", "MOD"), values, values, targets),
+    _any_of(("SQR", "NEG", "ABS", "MOV", "TRN"), values, targets),
+    _joined("MVM", integer_values, integer_values, integers),
+    _joined("BTD", integer_values, small, integers, small, small.map(lambda text: str(int(text) + 1))),
+    _joined("CLR", targets),
+    _joined("SWPB", st.just("Wide"), st.sampled_from(("REVERSE", "WORD", "HIGH/LOW")), st.just("Other")),
+    _any_of(("AND", "OR", "XOR"), integer_values, integer_values, integers),
+    _joined("NOT", integer_values, integers),
+    _any_of(
+        ("COP", "CPS"),
+        st.sampled_from(REGIONS),
+        st.sampled_from(REGIONS),
+        st.sampled_from(("1", "3", "9", "Index")),
+    ),
+    _joined(
+        "FLL",
+        values,
+        st.sampled_from(("Block", "Grid[0,1]", "Block[Index]", "Local:1:O.Data")),
+        st.sampled_from(("2", "9", "Index")),
+    ),
+    st.just("MOV(2,Index)"),
+    st.just("MOV(0,Index)"),
+    st.sampled_from(("JSR(Sub,1,Wide,Other)", "JSR(Sub,1,Ratio,Word)")),
+    st.just("MCR()"),
+)
+
+
+@st.composite
+def series(draw, depth=2):
+    """A series with branches in branches, `depth` deep; MCR stands last in a rung only."""
+    text = ""
+    for _ in range(draw(st.integers(0, 4))):
+        kind = draw(st.sampled_from(("input", "input", "output", "branch") if depth else ("input", "output")))
+        if kind == "branch":
+            legs = [draw(series(depth - 1)) for _ in range(draw(st.integers(1, 3)))]
+            text += f"[{','.join(legs)}]"
+        else:
+            choices = _INPUTS if kind == "input" else _OUTPUTS[:-1]
+            text += draw(choices[draw(st.integers(0, len(choices) - 1))])
+    return text
+
+
+@st.composite
+def rungs(draw, *, subroutine=False):
+    """A rung that ends with an output."""
+    choices = _OUTPUTS[:-2] if subroutine else _OUTPUTS
+    end = draw(choices[draw(st.integers(0, len(choices) - 1))])
+    text = f"{draw(series())}{end};"
+    return text.replace("JSR(Sub,1,", "ADD(1,") if subroutine else text
+
+
+@st.composite
+def jumping_routines(draw):
+    """A routine, perhaps with a label and a forward jump to it."""
+    lines = draw(st.lists(rungs(), min_size=1, max_size=6))
+    if draw(st.booleans()):
+        at = draw(st.integers(0, len(lines) - 1))
+        lines.insert(at, "XIC(A)JMP(Skip);")
+        lines.append("LBL(Skip)XIC(B)OTE(C);")
+    if draw(st.booleans()):
+        lines.insert(draw(st.integers(0, len(lines))), "XIC(C)XIO(A)TND();")
+    return lines
+
+
+@st.composite
+def programs(draw):
+    """Text of a program with a main routine and a subroutine."""
+    main = draw(jumping_routines())
+    sub = draw(st.lists(rungs(subroutine=True), max_size=3))
+    text = [
+        TAGS,
+        "ROUTINE Main",
+        *main,
+        "END",
+        "ROUTINE Sub",
+        "SBR(Index);",
+        *sub,
+        "XIC(A)RET(Word);",
+        "RET(Long);",
+        "END",
+    ]
+    return "\n".join(text) + "\n"
+
+
+@st.composite
+def stimuli(draw):
+    """What is set before each scan, and how long after the one before it runs."""
+    return draw(
+        st.lists(
+            st.tuples(
+                st.sampled_from((0.7, 1.0, 10.0, 33.3)),
+                st.dictionaries(st.sampled_from(("A", "B", "C")), st.booleans(), max_size=3),
+                st.dictionaries(
+                    st.sampled_from(("Index", "Wide", "Small", "Word", "Long")),
+                    st.integers(-2, 9),
+                    max_size=2,
+                ),
+                st.dictionaries(
+                    st.sampled_from(("Ratio", "Share")), st.sampled_from((2.5, -0.5, 1e38, 0.1)), max_size=1
+                ),
+            ),
+            min_size=1,
+            max_size=6,
+        )
+    )
