@@ -138,6 +138,10 @@ class OneShot(Operation):
         """Over when the bit has been released."""
         return self.released
 
+    def next_wake_ns(self, now_ns: int) -> int | None:
+        """Once after the pulse, whose step may have operated a switch."""
+        return now_ns + 1 if now_ns == self.started_ns else None
+
     def on_order(self, now_ns: int, order: Order) -> None:
         """Look for the release of the bit."""
         self.released = not order.msw & MANUAL_BIT[self.direction]

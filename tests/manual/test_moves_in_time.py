@@ -7,7 +7,7 @@ Starting speed 1000, speed 5000, acceleration 20, deceleration 10 steps/ms/s:
 from __future__ import annotations
 
 import pytest
-from bench3601 import HOLD, IMMEDIATE_STOP, RESUME, Bench
+from bench3601 import HOLD, IMMEDIATE_STOP, MANUAL_CW, RESUME, Bench
 
 EVERY_PERIOD = pytest.mark.parametrize("scan_ms", [0.25, 0.5, 1, 2, 5, 10, 40, 100])
 
@@ -62,3 +62,12 @@ def test_immediate_stop_at_400_ms_leaves_1600_steps(scan_ms):
     bench.relative(10_000).run(400)
     bench.out(IMMEDIATE_STOP).run(scan_ms)
     assert (bench.position, bench.bits) == (1_600, {"MODULE_OK", "STOPPED", "POSITION_INVALID"})
+
+
+@EVERY_PERIOD
+@pytest.mark.rules("MAN-15", "STS-L02")
+def test_the_step_of_a_one_shot_operates_a_switch(scan_ms):
+    bench = Bench.configured(scan_ms=scan_ms, machine={"home": (1, 5)})
+    bench.command(MANUAL_CW, speed=0).run(max(scan_ms, 0.5))  # the pulse, and the tick that sees the switch
+    assert bench.position == 1
+    assert {"MOVING_CW", "IN_HOME"} < bench.bits
