@@ -390,8 +390,8 @@ class Interpreter:
         return value >= least or value <= most
 
     def _meq(self, source: Resolved, mask: Resolved, compare: Resolved) -> bool:
-        bits = self._filled(mask)
-        return self._filled(source) & bits == self._filled(compare) & bits
+        different = self._filled(source) ^ self._filled(compare)
+        return different & self._filled(mask) == 0
 
     def _filled(self, operand: Resolved) -> int:
         """An integer as unsigned: a narrow one is filled up with zeros."""
@@ -442,8 +442,8 @@ class Interpreter:
         self._combine(target, ~self._filled(source))
 
     def _mvm(self, source: Resolved, mask: Resolved, target: Place) -> None:
-        bits = self._filled(mask)
-        self._combine(target, int(self.get(target)) & ~bits | self._filled(source) & bits)
+        before, bits = int(self.get(target)), self._filled(mask)
+        self._combine(target, before & ~bits | self._filled(source) & bits)
 
     def _btd(
         self, source: Resolved, source_bit: Constant, target: Place, target_bit: Constant, length: Constant

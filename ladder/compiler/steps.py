@@ -263,7 +263,10 @@ class RungWriter:
 
     def _lim(self, low: Resolved, test: Resolved, high: Resolved) -> str:
         width = width_of(low, test, high)
-        least, value, most = (self.values.term(each, width).text for each in (low, test, high))
+        texts = [self.values.term(each, width).text for each in (low, test, high)]
+        if any(map(can_fault, (low, test, high))):
+            texts = [self.values.keep(text) for text in texts]
+        least, value, most = texts
         if isinstance(low, Constant) and isinstance(high, Constant) and low.value <= high.value:
             return f"({least} <= {value} <= {most})"
         return (
@@ -493,6 +496,7 @@ def _is_inline(node: Node, *, safe: bool = False) -> bool:
     if node.kind is not Kind.INPUT or node.name in ("ONS", "SBR", "CMP"):
         return False
     operands = [each for each in node.operands if not isinstance(each, str)]
+    safe = safe or node.name == "LIM"  # whose operands are all taken, while Python's a <= b <= c stops early
     return not any(map(_calculates, operands)) and not (safe and any(map(can_fault, operands)))
 
 
