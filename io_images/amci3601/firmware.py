@@ -29,16 +29,21 @@ class Firmware:
 
     @classmethod
     def parse(cls, text: str) -> Firmware:
-        """Return the version written as `text`, e.g. "4.1".
+        """Return the version written as `text`, e.g. "4.1", or as a serial number, e.g. "serial 96317".
 
         Raises:
-            ValueError: not one of the known versions 2.0, 2.1, 2.2, 3.1 and 4.1.
+            ValueError: not one of the known versions 2.0, 2.1, 2.2, 3.1 and 4.1, or no serial number.
         """
+        name, _, serial = text.strip().partition(" ")
+        if name.lower() == "serial" and serial:
+            return cls.of_serial(serial)
         for known in KNOWN:
             if str(known) == text.strip():
                 return known
         allowed = ", ".join(map(str, KNOWN))
-        raise ValueError(f"unknown 3601 firmware {text!r}: allowed are {allowed}")
+        raise ValueError(
+            f"unknown 3601 firmware {text!r}: allowed are {allowed}, or a serial number: serial 96317"
+        )
 
     @classmethod
     def of_serial(cls, serial: int | str) -> Firmware:

@@ -53,3 +53,16 @@ def test_unknown_versions_are_refused(text):
 def test_bad_serial_numbers_are_refused(serial):
     with pytest.raises(ValueError, match="positive decimal number"):
         Firmware.of_serial(serial)
+
+
+@pytest.mark.parametrize(
+    ("text", "version"),
+    [
+        ("serial 96316", "2.2"),
+        ("serial 96317", "3.1"),
+        ("Serial 04060161", "3.1"),
+        ("serial 04060162", "4.1"),
+    ],
+)
+def test_a_serial_number_stands_for_its_version(text, version):
+    assert Firmware.parse(text) == Firmware.parse(version)
