@@ -229,7 +229,6 @@ class Homing(Operation):
 
     def _turn_round(self, now_ns: int, turn: Callable[[int], None]) -> None:
         """Start the next phase, unless it heads for a limit that is active already."""
-        self.shown_direction = 0
         turn(now_ns)
         self._met_a_limit(now_ns)
 

@@ -43,7 +43,6 @@ class RegistrationMove(ManualMove):
         if self.stopping or self.layer.locked:
             return
         if order.target_words != self.target_words:
-            self.target_words = order.target_words
             self._fault(now_ns, "CMD-26")
         elif order.speed_words != self.speed_words and not self.registered:
             self.speed_words = order.speed_words
@@ -63,7 +62,6 @@ class RegistrationMove(ManualMove):
             assert speed is not None
             self.profile = replace(self.profile, speed_sps=speed)  # shape and rates stay
             self.layer.axis.change_speed(now_ns, self.profile)
-            self.layer.axis.watch_steps(self.layer.minimum_registration + 1)
 
     def on_tick(self, now_ns: int, order: Order) -> None:
         """Look at the level of the registration input, once the minimum distance is exceeded."""

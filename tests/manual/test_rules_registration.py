@@ -184,11 +184,23 @@ def test_so_many_steps_wherever_the_speed_is_when_the_input_comes(speed, reduced
 
 
 @pytest.mark.rules("REG-08", "REG-25", "CMD-27", "PRF-17")
-def test_a_speed_that_was_reduced_may_not_be_raised_again():
+@pytest.mark.parametrize("speed", [(4, 1), (5, 0)], ids=["4001", "what it was at first"])
+def test_a_speed_that_was_reduced_may_not_be_raised_again(speed):
     bench = register(Bench.ready()).run(400)
     change(bench, w4=4).run(200)
-    change(bench, w4=4, w5=1).run(0.25)
+    change(bench, w4=speed[0], w5=speed[1]).run(0.25)
     assert bench.fired == ["CMD-27", "PRF-17"]
+
+
+@pytest.mark.rules("REG-08", "REG-09")
+def test_rates_may_change_after_the_speed_has():
+    """What counts is whether they differ from those of the start when the speed changes."""
+    bench = register(Bench.ready()).run(400)
+    change(bench, w4=4).run(200)
+    change(bench, w6=30).run(10)
+    assert bench.fired == []
+    change(bench, w4=3).run(10)
+    assert bench.fired == ["CMD-28", "PRF-18"]
 
 
 @pytest.mark.rules("REG-15")
