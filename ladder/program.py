@@ -1,4 +1,8 @@
-"""Programs from files: `path[:function]` to the function, its source and its fingerprint."""
+"""Programs from files: `path[:function]` to the function, its source and its fingerprint.
+
+A file is Python that defines `logic`, a function of the scan, or `program`, a ladder program; or
+it is a `.rung` file, a ladder program as text.
+"""
 
 from __future__ import annotations
 
@@ -14,8 +18,15 @@ from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
 
+from .errors import LadderError
+from .logic import Program as Ladder
+from .rungfile import SUFFIX, parse_program
+
 DEFAULT_FUNCTION = "logic"
 """The function that is called once per scan, if the address names no other."""
+
+LADDER_NAME = "program"
+"""The ladder program that is run, if there is no such function."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +84,9 @@ def load_program(address: str, folder: Path = Path()) -> Program:
         ProgramError: no such file or function, a syntax error, an error while the file runs, or
             a function that can't be called with one argument.
     """
+    path = folder / split_address(address)[0]
+    if path.suffix == SUFFIX:
+        return _load_rungs(path)
     return load_function(address, folder, default=DEFAULT_FUNCTION, arguments=("scan",))
 
 
@@ -93,9 +107,33 @@ def load_function(address: str, folder: Path, *, default: str, arguments: tuple[
     data = _read(path)
     _check_text(path, data)
     module = _execute(path, data)
+    if name == DEFAULT_FUNCTION == default and isinstance(getattr(module, LADDER_NAME, None), Ladder):
+        name = name if hasattr(module, name) else LADDER_NAME
     function = _pick(path, module, name)
+    if isinstance(function, Ladder):
+        _build(path, function)
     _check_signature(path, name, function, arguments)
     return Program(path, name, function, data)
+
+
+def _load_rungs(path: Path) -> Program:
+    """Load a ladder program from its text."""
+    data = _read(path)
+    _check_text(path, data)
+    try:
+        program = parse_program(data.decode("utf-8"), file=str(path))
+    except LadderError as error:
+        raise ProgramError(str(error)) from error
+    _build(path, program)
+    return Program(path, program.name, program, data)
+
+
+def _build(path: Path, program: Ladder) -> None:
+    """Find the mistakes of a ladder program before it runs."""
+    try:
+        program.build()
+    except LadderError as error:
+        raise ProgramError(f"{path}: {error}") from error
 
 
 def _read(path: Path) -> bytes:
