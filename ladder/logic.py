@@ -148,6 +148,8 @@ class Program:
         return function
 
     def _refuse_name(self, name: str) -> None:
+        if not name.isidentifier():
+            raise LadderError(f"{name!r} is no name of a routine: write it as a function with a name")
         taken = [each.name for each in self.routines] + list(self.functions)
         if name.upper() in map(str.upper, taken):
             raise LadderError(f"there are two routines {name}")

@@ -81,8 +81,8 @@ def _routine(
         )
         head += [f"{INDENT}nonlocal {each.rstrip(',')}" for each in listed]
     head += [f"{INDENT}{ident}_ = {ident}.tolist()" for ident in sorted(writer.inputs)]
-    body = writer.lines or [(f"{INDENT}pass", 1)]
-    return [(text, 1) for text in head] + body
+    writer.fill()
+    return [(text, 1) for text in head] + writer.lines
 
 
 def _rung(writer: Writer, rungs: RungWriter, line: Line) -> None:

@@ -47,11 +47,15 @@ class Writer:
         """Write a head and indent what is written inside; an empty block passes."""
         self.line(head)
         self._depth += 1
-        count = len(self.lines)
+        start = len(self.lines)
         yield
-        if len(self.lines) == count:
-            self.line("pass")
+        self.fill(start)
         self._depth -= 1
+
+    def fill(self, start: int = 0) -> None:
+        """Pass, if nothing but comments has been written since."""
+        if all(text.lstrip().startswith("#") for text, _ in self.lines[start:]):
+            self.line("pass")
 
     def temporary(self) -> str:
         """Return a name that nothing else has."""

@@ -1,0 +1,180 @@
+"""What a program is refused for, with the rung and a remedy."""
+
+import pytest
+from ladder_bench import program_of
+from scanrack.ladder import BOOL, DINT, OTE, REAL, TIMER, TON, BuildError, LadderError, Program, RungTextError
+from scanrack.ladder.rungfile import parse_program
+from scanrack.ladder.text import parse_rung
+
+TAGS = """TAG Run : BOOL
+TAG Go : BOOL
+TAG Level : REAL
+TAG N : DINT
+TAG D : INT[10]
+TAG G : DINT[2,3]
+TAG T : TIMER
+TAG C : COUNTER
+SLOT axis : 1"""
+
+
+@pytest.mark.parametrize(
+    ("rung", "text", "remedy"),
+    [
+        ("XIC(Rum)OTE(Run);", "there is no tag Rum", "did you mean Run"),
+        ("XIC(Level)OTE(Run);", "Level is a REAL, a bit is needed", "compare the number"),
+        ("XIC(N)OTE(Run);", "N is a DINT, a bit is needed", "tag.3"),
+        ("XIC(Level.3)OTE(Run);", "Level is REAL and has no bits", "bit of an integer"),
+        ("MOV(Run,N);", "Run is a BOOL, a number is needed", "numeric tag"),
+        ("MOV(1,5);", "5 is the number 5, a numeric tag to write is needed", "numeric tag"),
+        ("MOV(D[10],N);", "index 10 is outside D[10]", "0 to 9"),
+        ("MOV(G[1],N);", "G has 2 dimensions, 1 subscripts", "one per dimension"),
+        ("XIC(N.32)OTE(Run);", "N has no bit 32", "0 to 31"),
+        ("TON(C,?,?);", "C is a COUNTER, a TIMER is needed", "declare the tag as TIMER"),
+        ("XIC(T.XX)OTE(Run);", "TIMER has no member XX", "members are EN, TT, DN, PRE, ACC"),
+        ("XIC(axis.status.MOVING)OTE(Run);", "no bit of axis.status", "did you mean MOVING_CW"),
+        (
+            "XIC(Go)OTE(axis.status.MOVE_COMPLETE);",
+            "is an input and written by the module",
+            "tag of your own",
+        ),
+        ("XIC(Go);", "the rung has no output", "coil"),
+        ("JMP(Nowhere);", "there is no label NOWHERE", "add LBL"),
+        ("JSR(Nowhere,0);", "there is no routine NOWHERE", "routines are Main"),
+        ("JSR(Main,0);", "it calls itself", "JMP and LBL"),
+        ("XIC(Go)LBL(Here)OTE(Run);", "LBL(HERE) does not stand first", "put it first"),
+        ("MCR()OTE(Run);", "MCR does not stand last", "rung of its own"),
+        ("AND(Level,1,N);", "Level is a REAL, an integer is needed", "DINT"),
+        ("BTD(N,0,N,32,1);", "destination bit 32 is out of range", "0 to 31"),
+        ("CMP(N+1)OTE(Run);", "a comparison is needed", "a>b"),
+        ("TON(T,1.5,0);", "PRE 1.5 is no whole number", "MOV to .PRE"),
+        ("MOV(?,N);", "? stands where a value is needed", "write the tag"),
+    ],
+)
+def test_operands_that_do_not_fit(rung, text, remedy):
+    with pytest.raises(BuildError) as caught:
+        program_of(TAGS, "NOP();", rung).build()
+    message = str(caught.value)
+    assert text in message
+    assert remedy in message
+    where = "routine Main" if "calls itself" in text else "routine Main, rung 1"
+    assert where in message
+
+
+@pytest.mark.parametrize(
+    ("rungs", "text", "allowed"),
+    [
+        (
+            ("OTE(Run);", "XIC(Go)OTE(run);"),
+            "run is written by a coil in line.rung:5: routine Main, rung 0",
+            "repeated coils",
+        ),
+        (
+            ("TON(T,?,?);", "XIC(Go)TON(T,?,?);"),
+            "T is timed in line.rung:5: routine Main, rung 0",
+            "repeated timers",
+        ),
+        (("ONS(Run)MOV(1,N);", "ONS(Run)MOV(2,N);"), "Run remembers a rung", "repeated coils"),
+    ],
+)
+def test_written_twice(rungs, text, allowed):
+    body = "TAG Run : BOOL\nTAG Go : BOOL\nTAG T : TIMER\n"
+    if "ONS" in rungs[0]:
+        body = "TAG Run : BOOL\nTAG Go : BOOL\nTAG N : DINT\n"
+    source = f"{body}ROUTINE Main\n{rungs[0]}\n{rungs[1]}\nEND\n"
+    with pytest.raises(BuildError) as caught:
+        parse_program(f"PROGRAM line\n{source}", file="line.rung").build()
+    assert text in str(caught.value).replace(
+        "line.rung:6: routine Main, rung 0", "line.rung:5: routine Main, rung 0"
+    )
+    assert rungs[1] in str(caught.value)
+    parse_program(f"PROGRAM line\nALLOW {allowed}\n{source}").build()
+
+
+def test_all_problems_are_told_at_once():
+    with pytest.raises(BuildError) as caught:
+        program_of(TAGS, "XIC(A)OTE(Run);", "XIC(Go)TON(N);").build()
+    assert len(caught.value.problems) == 2
+
+
+@pytest.mark.parametrize(
+    ("text", "column", "expected", "found"),
+    [
+        ("XIC(Start", 10, ", or ) in XIC", "the end of the text"),
+        ("XIC(Go)FOO(a)OTE(Run)", 8, "an instruction; there is no FOO", "FOO"),
+        ("XIC(Go)[XIC(Run)OTE(X)", 23, "an instruction, , or ] of the branch", "the end of the text"),
+        ("XIC()OTE(Run)", 1, "1 operands of XIC", "0"),
+        ("MOV(1,2,3)", 1, "2 operands of MOV", "3"),
+        ("XIC(Data[1)OTE(X)", 11, "an operator or ] of the subscript", ")"),
+        ("OTE(Run.)", 9, "a member or a bit after .", ")"),
+        ("MOV(2#12,N)", 5, "digits of radix 2 after 2#", "2"),
+        ("XIC(a) XIC b", 12, "( after XIC", "b"),
+    ],
+)
+def test_errors_in_rung_text(text, column, expected, found):
+    with pytest.raises(RungTextError) as caught:
+        parse_rung(text, file="line.rung", line=7, rung=3)
+    assert str(caught.value) == f"line.rung:7: rung 3, column {column}: expected {expected}, found {found}"
+
+
+def test_the_line_is_counted_inside_of_a_rung():
+    with pytest.raises(RungTextError, match=r"line.rung:9: rung 0, column 3: expected an instruction"):
+        parse_rung("XIC(Go)\nOTE(\nX)]", file="line.rung", line=7)
+
+
+def test_python_or_and_not_are_refused_with_a_remedy():
+    program = Program("p")
+    start, run = program.declare("Start Run", BOOL)
+    with pytest.raises(LadderError, match=r"write \[a, b\] for parallel"):
+        program.routine(lambda rung: rung(start or run, OTE(run)))
+
+
+def test_the_file_and_line_of_a_rung_in_python():
+    program = Program("p")
+    level = program.declare("Level", REAL)
+    run = program.declare("Run", BOOL)
+
+    @program.routine
+    def Main(rung):  # noqa: N802
+        rung(level, OTE(run))
+
+    line = Main.__code__.co_firstlineno + 2
+    with pytest.raises(BuildError) as caught:
+        program.step()
+    assert f"test_ladder_refusals.py:{line}: routine Main, rung 0: XIC(Level): Level is a REAL" in str(
+        caught.value
+    )
+
+
+def test_names_and_initial_values():
+    program = Program("p")
+    program.declare("Run", BOOL)
+    with pytest.raises(LadderError, match="declared twice"):
+        program.declare("RUN", DINT)
+    with pytest.raises(LadderError, match="no name of a tag"):
+        program.declare("2nd", DINT)
+    with pytest.raises(LadderError, match="dimensions"):
+        program.declare("Cube", DINT, 2, 2, 2, 2)
+    program.declare("Small", DINT, initial=2**31)
+    program.add_routine(parse_program("PROGRAM q\nROUTINE Main\nNOP();\nEND\n").routines[0])
+    with pytest.raises(BuildError, match="Small: 2147483648 is out of range"):
+        program.build()
+
+
+def test_two_presets_of_one_timer():
+    program = Program("p", allow=["repeated timers"])
+    timer = program.declare("T", TIMER)
+
+    @program.routine
+    def Main(rung):  # noqa: N802
+        rung(TON(timer, 5, 0))
+        rung(TON(timer, 6, 0))
+
+    with pytest.raises(BuildError, match=r"T.PRE is 5 in another rung"):
+        program.build()
+
+
+def test_nothing_can_be_added_to_a_built_program():
+    program = program_of("TAG Run : BOOL", "OTE(Run);")
+    program.step()
+    with pytest.raises(LadderError, match="has been built"):
+        program.declare("More", BOOL)
