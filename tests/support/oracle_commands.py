@@ -1,0 +1,252 @@
+"""The oracle's chapter 4 and 5: what a change in the command words does, and what refuses it.
+
+`edge0` and `edge1` are the bits of the two command words that went from 0 to 1.
+"Only a 0 to 1 transition of any of the control bits will cause the specified
+operation to take place" [chapter 4, General Command Mode Operation Notes 3].
+"""
+
+from __future__ import annotations
+
+import oracle_blend
+import oracle_follower
+import oracle_homing
+import oracle_manual
+import oracle_motion as motion
+from oracle_bits import (
+    ABSOLUTE,
+    ENCODER_MOVE,
+    ESTOP,
+    EXTERNAL,
+    FIND_HOME_CCW,
+    FIND_HOME_CW,
+    FOLLOW,
+    HOLD,
+    IMMEDIATE_STOP,
+    LIMITS,
+    MANUAL_CCW,
+    MANUAL_CW,
+    PRESET_ENCODER,
+    PRESET_POSITION,
+    RELATIVE,
+    RESERVED_14,
+    RESET_ERRORS,
+    RESUME,
+    RUN_BLEND_CW,
+    S_CURVE,
+    STORE_MINIMUM,
+    TRAPEZOIDAL,
+)
+
+
+def command(m, edge0, edge1):
+    if m.config_error:
+        return  # A-05
+    if m.op == "follower":
+        oracle_follower.follow(m)
+        if m.op == "follower" or m.command_error:
+            return
+    if m.command_error or m.invalid_profile:
+        oracle_blend.handshake(m, edge1)
+        if edge0 & RESET_ERRORS and m.o0 == RESET_ERRORS and m.o1 == 0:
+            reset_errors(m)
+        return
+    if m.firmware >= (4, 1) and edge1 & FOLLOW:
+        oracle_follower.enter(m)
+        return
+    oracle_blend.handshake(m, edge1)
+    if m.firmware >= (3, 1) and edge1 & STORE_MINIMUM:
+        store_minimum(m)
+    if m.command_error or m.invalid_profile or not edge0:
+        return
+    one_command(m)
+
+
+def one_command(m):
+    """A bit of the command MSW went from 0 to 1."""
+    bits = m.o0 & 0x7FFF
+    if bits & bits - 1 or bits == RESERVED_14:
+        error(m)  # CMD-02; A-32
+        if m.op in ("manual", "registration"):
+            m.controlled_stop("manual stop")  # A-33
+    elif bits == IMMEDIATE_STOP:
+        m.resumable = False  # A-28
+        if m.in_motion():
+            m.cut()
+    elif bits == HOLD:
+        hold(m)
+    elif bits == RESUME:
+        resume(m)
+    elif bits in (PRESET_POSITION, PRESET_ENCODER):
+        preset(m, bits)
+    elif bits == RESET_ERRORS:
+        if m.o1:
+            error(m)  # A-31
+        else:
+            reset_errors(m)
+    elif m.in_motion():
+        error(m)  # CMD-03; the pulse of a one-shot is over at once
+    elif bits in (ABSOLUTE, RELATIVE):
+        absolute_or_relative(m, bits == ABSOLUTE)
+    elif bits in (FIND_HOME_CW, FIND_HOME_CCW):
+        oracle_homing.find_home(m, 1 if bits == FIND_HOME_CW else -1)
+    elif bits in (MANUAL_CW, MANUAL_CCW):
+        oracle_manual.begin(m, 1 if bits == MANUAL_CW else -1)
+    else:
+        oracle_blend.run(m, 1 if bits == RUN_BLEND_CW else -1)
+
+
+# ---- errors
+
+
+def error(m, profile=False):
+    """Command Error, and Invalid Profile for the causes that stand in both lists (A-20)."""
+    m.command_error = True
+    m.invalid_profile = m.invalid_profile or profile
+    m.resumable = False  # A-28
+
+
+def reset_errors(m):
+    """Chapter 4, Reset Errors: not Configuration Error, not Position Invalid, not Move Complete."""
+    m.command_error = m.invalid_profile = m.home_invalid = m.input_error = False
+    m.hold_error = False
+    m.resumable = False
+
+
+# ---- parameters [chapter 5]
+
+
+def pair(msw, lsw):
+    """The value of two words, or None: |LSW| up to 999, not of opposite signs (A-36)."""
+    if abs(lsw) > 999 or msw * lsw < 0:
+        return None
+    return 1000 * msw + lsw
+
+
+def target(m):
+    """Target position -8,388,608 to 8,388,607, or None."""
+    value = pair(m.words[2], m.words[3])
+    return value if value is not None and -8_388_608 <= value <= 8_388_607 else None
+
+
+def speed(m, least):
+    """Programmed speed from `least` to 1,000,000, LSW 0 to 999, or None."""
+    value = pair(m.words[4], m.words[5])
+    return value if value is not None and m.words[5] >= 0 and least <= value <= 1_000_000 else None
+
+
+def rates_are_legal(m):
+    return 1 <= m.words[6] <= 2000 and 1 <= m.words[7] <= 2000
+
+
+def take_rates(m):
+    m.acceleration, m.deceleration = m.words[6], m.words[7]
+    if not m.o1 & S_CURVE:
+        m.shape = motion.CONSTANT
+    elif m.o1 & TRAPEZOIDAL:
+        m.shape = motion.TRAPEZOIDAL
+    else:
+        m.shape = motion.TRIANGULAR
+
+
+# ---- the commands
+
+
+def absolute_or_relative(m, absolute):
+    """Absolute & Relative Moves, Encoder Move [chapter 4]."""
+    by_encoder = bool(m.o1 & ENCODER_MOVE)
+    wanted, vs = target(m), speed(m, m.starting_speed)
+    if wanted is None or vs is None or not rates_are_legal(m):
+        error(m, profile=True)  # CMD-04, CMD-05
+    elif by_encoder and not m.quadrature:
+        error(m, profile=True)  # PRF-11 (A-50)
+    elif absolute and m.position_invalid:
+        error(m)  # CMD-06 (A-51)
+    elif m.on(ESTOP | LIMITS):
+        refuse_by_input(m)  # A-16, A-17
+    else:
+        take_rates(m)
+        here = m.encoder(m.start_ns) if by_encoder else m.position
+        distance = wanted - here if absolute else wanted
+        if by_encoder:
+            m.encoder_target = here + distance
+        m.hold_target = m.position + distance
+        set_out(m, distance, vs, by_encoder)
+
+
+def refuse_by_input(m):
+    m.input_error = True
+    m.resumable = False
+
+
+def set_out(m, distance, vs, by_encoder=False):
+    """Start towards a distance that may be 0, with the external input on or not."""
+    vo = m.starting_speed
+    direction = 1 if distance > 0 else -1
+    if distance == 0:
+        m.start("idle", 1, None)
+        m.rest("idle")
+        m.move_complete = True  # A-35
+    elif m.on(EXTERNAL):
+        one_step = motion.Course(m.start_ns, motion.cruise(1, vo))
+        m.start("step to stop" if by_encoder else "step to hold", direction, one_step)
+    elif by_encoder:
+        m.start("encoder", direction, motion.run(m.start_ns, vo, vs, m.acceleration, m.shape))
+    else:
+        course = motion.move(m.start_ns, abs(distance), vo, vs, m.acceleration, m.deceleration, m.shape)
+        m.start("move", direction, course)
+
+
+def hold(m):
+    """Hold Move [chapter 4]; CMD-07."""
+    if m.op == "move":
+        m.hold()
+    elif m.op in ("stop to hold", "step to hold"):
+        pass
+    elif m.op == "blend":
+        error(m)
+        m.hold_error = True  # CMD-19
+    elif m.op in ("manual", "registration"):
+        error(m)
+        m.controlled_stop("manual stop")  # A-26; CMD-21
+    else:
+        error(m)
+
+
+def resume(m):
+    """Resume Move [chapter 4]; CMD-08. The target words are ignored."""
+    vs = speed(m, m.starting_speed)
+    if m.op != "held" or not m.resumable:
+        error(m)
+    elif vs is None or not rates_are_legal(m):
+        error(m, profile=True)  # A-84
+    elif m.on(ESTOP | LIMITS):
+        refuse_by_input(m)
+    else:
+        take_rates(m)
+        set_out(m, m.hold_target - m.position, vs)
+
+
+def preset(m, bits):
+    """Preset Current Position, Preset Encoder Position [chapter 4]; CMD-09, CMD-11."""
+    value = target(m)
+    m.resumable = False  # A-83
+    if value is None or m.o1 or any(m.words[4:]) or m.in_motion():
+        error(m)  # A-31, A-82
+    elif bits == PRESET_POSITION:
+        m.position = value
+        m.position_invalid = False
+        if m.diagnostic:
+            m.set_encoder(value)
+    elif m.quadrature:
+        m.set_encoder(value)
+    else:
+        error(m)  # A-70
+
+
+def store_minimum(m):
+    """Program Minimum Registration Move Distance [chapter 4, Registration Move]; A-93, CMD-20."""
+    value = target(m)
+    if m.o0 or any(m.words[4:]) or m.in_motion() or value is None or value < 0:
+        error(m)
+    else:
+        m.minimum = value

@@ -1,0 +1,127 @@
+"""The oracle's manual and registration moves [chapter 4, Manual Move and Registration Move]."""
+
+from __future__ import annotations
+
+import oracle_commands as commands
+import oracle_motion as motion
+from oracle_bits import (
+    ESTOP,
+    EXTERNAL,
+    MANUAL_CCW,
+    MANUAL_CW,
+)
+
+
+def begin(m, direction):
+    m.manual_bit = MANUAL_CW if direction > 0 else MANUAL_CCW
+    m.direction = direction
+    vo = m.starting_speed
+    vs = commands.speed(m, 0)
+    distance = commands.target(m)
+    if vs is None or distance is None:
+        commands.error(m, profile=True)  # CMD-04
+        return
+    if vs > vo and not commands.rates_are_legal(m):
+        commands.error(m, profile=True)  # CMD-04; at or below Vo they are ignored (A-81)
+        return
+    registration = distance != 0
+    if registration and m.firmware < (3, 1):
+        commands.error(m, profile=True)  # CMD-12
+        return
+    commands.take_rates(m)
+    if registration and (distance < 0 or vs == 0):
+        commands.error(m, profile=True)  # CMD-24; a registration move has no one-shot
+        return
+    if registration and m.on(EXTERNAL):
+        commands.error(m, profile=True)  # CMD-22
+        return
+    if registration and vs > vo:
+        way = motion.ramp_distance(vo, vs, m.deceleration, m.shape)
+        if distance < way - motion.NUDGE:
+            commands.error(m, profile=True)  # CMD-23
+            return
+    if m.on(ESTOP | m.ahead()):
+        commands.refuse_by_input(m)  # INP-03, A-16
+        return
+    m.programmed_speed = vs
+    m.seen_target = m.words[2:4]
+    m.seen_speed = m.words[4:6]
+    m.constant_speed = vs <= vo
+    m.registration_steps = distance
+    if vs == 0:
+        m.start("one shot", direction, None)  # A-43
+        m.make_steps(1)
+    elif m.on(EXTERNAL):
+        one_step = motion.Course(m.start_ns, motion.cruise(1, min(vs, vo)))
+        m.start("step to stop", direction, one_step)  # A-46
+    else:
+        course = motion.run(m.start_ns, vo, vs, m.acceleration, m.shape)
+        m.start("registration" if registration else "manual", direction, course)
+
+
+def watch(m):
+    """The words and the external input, while the move runs; the stop inputs come first."""
+    if m.op != "one shot" and m.on(ESTOP | m.ahead()):
+        return
+    released = not m.o0 & m.manual_bit
+    if m.op == "one shot":
+        if released:
+            m.rest("idle")
+    elif m.op == "manual":
+        watch_manual(m, released)
+    else:
+        watch_registration(m, released)
+
+
+def watch_manual(m, released):
+    if released or m.on(EXTERNAL):
+        if released and m.firmware < (3, 1) and not any(m.words):
+            commands.error(m)  # CMD-14 (A-39)
+        m.controlled_stop("manual stop")
+    elif m.command_error:
+        return  # A-104
+    elif m.firmware >= (3, 1) and m.words[2:4] != m.seen_target:
+        commands.error(m, profile=True)  # CMD-25
+        m.controlled_stop("manual stop")
+    elif m.words[4:6] != m.seen_speed:
+        change_speed(m)
+
+
+def watch_registration(m, released):
+    compared = not m.command_error and not m.configuring  # A-104, A-10
+    if compared and m.words[2:4] != m.seen_target:
+        commands.error(m, profile=True)  # CMD-26
+        m.controlled_stop("manual stop")
+        return
+    if m.op == "registration end":
+        return  # speed changes are ignored now
+    if (released or m.on(EXTERNAL)) and (m.minimum == 0 or m.travelled > m.minimum):
+        m.op = "registration end"
+        m.course = motion.register(
+            m.course, m.start_ns, m.registration_steps, m.starting_speed, m.deceleration, m.shape
+        )
+    elif compared and m.words[4:6] != m.seen_speed:
+        change_speed(m)
+
+
+def change_speed(m):
+    """The speed words differ from those in force."""
+    vs = commands.speed(m, 1)
+    registration = m.op == "registration"
+    rates_changed = m.words[6:8] != [m.acceleration, m.deceleration]
+    if registration and (rates_changed or (vs is not None and vs > m.programmed_speed)):
+        commands.error(m, profile=True)  # CMD-27, CMD-28
+        m.controlled_stop("manual stop")
+    elif m.constant_speed:
+        commands.error(m, profile=True)  # CMD-13
+        m.rest("idle")  # A-42
+        m.stopped = True
+    elif vs is None or not commands.rates_are_legal(m):
+        commands.error(m, profile=True)  # CMD-15 (A-40, A-41)
+        m.controlled_stop("manual stop")
+    else:
+        m.programmed_speed = vs
+        m.seen_speed = m.words[4:6]
+        if not registration:
+            commands.take_rates(m)  # with the acceleration type of these words
+        m.course = motion.change(m.course, m.start_ns, vs, m.acceleration, m.deceleration, m.shape)
