@@ -362,6 +362,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_homing.py::test_home_switch_slows_down_and_the_next_marker_of_the_shaft_is_home",
             "test_rules_homing.py::test_proximity_bit_slows_down_and_the_next_home_edge_is_home",
             "test_rules_homing.py::test_proximity_bit_slows_down_and_the_next_marker_is_home",
+            "test_rules_homing_commands.py::test_it_takes_the_place_of_a_held_move",
             "test_rules_homing_commands.py::test_the_bit_may_be_reset",
         ),
         "HMG-02": (
@@ -542,6 +543,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_manual_speed.py::test_the_extremes_are_legal",
         ),
         "MAN-15": (
+            "test_moves_in_time.py::test_the_step_of_a_one_shot_operates_a_switch",
             "test_rules_external_input.py::test_a_one_shot_is_one_step_anyway",
             "test_rules_input_errors.py::test_a_one_shot_is_prevented_by_the_limit_ahead_and_the_emergency_stop",
             "test_rules_manual.py::test_a_one_shot_holds_up_nothing",
@@ -656,6 +658,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "BLD-24": (
             "test_rules_blend_programming.py::test_configuration_mode_ends_a_session",
             "test_rules_blend_runs.py::test_a_new_profile_takes_the_place_of_the_old_one",
+            "test_rules_blend_runs.py::test_it_is_not_started_on_a_limit_or_under_the_emergency_stop",
             "test_rules_blend_runs.py::test_power_off_erases_the_profile",
             "test_rules_blend_runs.py::test_programming_meanwhile_stops_it_with_the_final_deceleration",
             "test_rules_blend_runs.py::test_what_does_not_erase_the_profile",
@@ -686,6 +689,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "BLD-09": (
             "test_rules_blend_runs.py::test_homing_between_two_runs",
+            "test_rules_blend_runs.py::test_it_takes_the_place_of_a_held_move",
             "test_rules_blend_runs.py::test_what_does_not_erase_the_profile",
         ),
         "REG-17": (
@@ -703,6 +707,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_registration.py::test_in_the_acceleration_the_speed_is_kept",
             "test_rules_registration.py::test_so_many_steps_after_the_input",
             "test_rules_registration.py::test_so_many_steps_from_any_moment_on",
+            "test_rules_registration.py::test_so_many_steps_wherever_the_speed_is_when_the_input_comes",
             "test_rules_registration.py::test_the_least_distance_is_that_of_the_stop",
             "test_rules_registration.py::test_under_a_command_error_the_inputs_still_count",
             "test_rules_registration_errors.py::test_a_fault_in_the_last_ramp_makes_no_more_steps_than_the_move_had_left",
@@ -719,13 +724,18 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "REG-19": ("test_rules_registration_errors.py::test_changes_that_stop_it",),
         "REG-08": (
             "test_rules_registration.py::test_a_speed_that_was_reduced_may_not_be_raised_again",
+            "test_rules_registration.py::test_rates_may_change_after_the_speed_has",
+            "test_rules_registration.py::test_so_many_steps_wherever_the_speed_is_when_the_input_comes",
             "test_rules_registration.py::test_the_speed_may_be_reduced_before_the_input",
         ),
         "REG-15": (
             "test_rules_registration.py::test_speed_and_rates_are_ignored_after_the_input",
             "test_rules_registration_minimum.py::test_a_speed_that_changes_after_a_release_within_it_is_ignored",
         ),
-        "REG-09": ("test_rules_registration.py::test_rates_alone_have_no_effect",),
+        "REG-09": (
+            "test_rules_registration.py::test_rates_alone_have_no_effect",
+            "test_rules_registration.py::test_rates_may_change_after_the_speed_has",
+        ),
         "REG-07": (
             "test_rules_registration_minimum.py::test_from_one_step_to_all",
             "test_rules_registration_minimum.py::test_it_serves_every_move_from_where_that_starts",
@@ -1127,6 +1137,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_blend_programming.py::test_handshake_image_by_image",
             "test_rules_blend_programming.py::test_program_bit_dropped_before_all_blocks_were_sent",
             "test_rules_blend_programming.py::test_the_next_session_begins_with_a_first_block_again",
+            "test_rules_blend_runs.py::test_the_image_that_ends_programming_may_start_it",
         ),
         "IOM-06": (
             "test_rules_capture_and_feedback.py::test_with_diagnostic_feedback_the_module_counts_its_own_steps",
@@ -1148,11 +1159,13 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_stop_matrix.py::test_what_stops_which_motion",
         ),
         "HLD-12": (
+            "test_rules_blend_runs.py::test_it_takes_the_place_of_a_held_move",
             "test_rules_follower.py::test_it_takes_the_place_of_a_held_move",
             "test_rules_held_state.py::test_a_manual_move_replaces_a_hold",
             "test_rules_held_state.py::test_any_move_may_follow_a_hold_and_ends_it",
             "test_rules_held_state.py::test_configuration_mode_abandons_a_hold",
             "test_rules_hold_and_resume.py::test_resume_goes_on_from_where_the_move_stopped",
+            "test_rules_homing_commands.py::test_it_takes_the_place_of_a_held_move",
             "test_rules_moves.py::test_the_next_move_resets_move_complete",
             "test_rules_presets_and_resets.py::test_a_preset_leaves_every_other_bit",
             "test_rules_status.py::test_a_bit_is_set_and_cleared",
@@ -1233,6 +1246,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_follower_errors.py::test_it_is_not_entered_under_a_command_error",
             "test_rules_presets_and_resets.py::test_nothing_else_is_accepted_under_a_command_error",
             "test_rules_presets_and_resets.py::test_reset_errors_clears_four_bits_at_once",
+            "test_rules_registration_errors.py::test_words_are_not_looked_at_under_a_command_error",
             "test_rules_registration_minimum.py::test_it_is_not_stored_under_a_command_error",
             "test_rules_status.py::test_a_bit_is_set_and_cleared",
             "test_rules_status.py::test_command_error_is_bit_12_of_word_0",
@@ -1262,7 +1276,10 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_status.py::test_a_bit_is_set_and_cleared",
         ),
         "STS-L01": ("test_rules_status.py::test_a_bit_is_set_and_cleared",),
-        "STS-L02": ("test_rules_status.py::test_a_bit_is_set_and_cleared",),
+        "STS-L02": (
+            "test_moves_in_time.py::test_the_step_of_a_one_shot_operates_a_switch",
+            "test_rules_status.py::test_a_bit_is_set_and_cleared",
+        ),
         "STS-L03": (
             "test_rules_program_mode.py::test_inputs_are_looked_at_in_program_mode",
             "test_rules_status.py::test_a_bit_is_set_and_cleared",
@@ -1588,6 +1605,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_stop_matrix.py::test_what_stops_which_motion",
         ),
         "INP-01": (
+            "test_rules_blend_runs.py::test_it_is_not_started_on_a_limit_or_under_the_emergency_stop",
             "test_rules_follower.py::test_it_cannot_be_started_on_a_limit",
             "test_rules_follower.py::test_limits_and_emergency_stop_end_it",
             "test_rules_homing_commands.py::test_find_home_under_the_emergency_stop_is_refused",
@@ -1604,6 +1622,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_stop_matrix.py::test_what_stops_which_motion",
         ),
         "INP-02": (
+            "test_rules_blend_runs.py::test_it_is_not_started_on_a_limit_or_under_the_emergency_stop",
             "test_rules_follower.py::test_it_cannot_be_started_on_a_limit",
             "test_rules_follower.py::test_limits_and_emergency_stop_end_it",
             "test_rules_input_errors.py::test_a_move_does_not_start_on_an_end_limit",
@@ -1645,6 +1664,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_homing_commands.py::test_configuration_is_entered_when_home_is_found",
         ),
         "CMD-02": (
+            "test_rules_blend_runs.py::test_both_directions_at_once_are_an_error",
             "test_rules_follower_errors.py::test_another_command_in_the_image_that_enters",
             "test_rules_follower_errors.py::test_both_manual_bits",
             "test_rules_general_errors.py::test_a_second_bit_beside_one_that_stays_set",
@@ -1804,10 +1824,12 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_registration_errors.py::test_the_target_counts_after_the_input",
             "test_rules_registration_errors.py::test_the_target_counts_even_in_the_image_that_releases_the_bit",
             "test_rules_registration_errors.py::test_the_target_no_longer_counts_when_the_move_is_over",
+            "test_rules_registration_errors.py::test_words_are_not_looked_at_again_while_it_stops",
         ),
         "CMD-27": (
             "test_rules_registration.py::test_a_speed_that_was_reduced_may_not_be_raised_again",
             "test_rules_registration_errors.py::test_changes_that_stop_it",
+            "test_rules_registration_errors.py::test_words_are_not_looked_at_again_while_it_stops",
         ),
         "CMD-28": ("test_rules_registration_errors.py::test_changes_that_stop_it",),
         "CMD-29": ("test_rules_follower_errors.py::test_no_encoder_configured",),
