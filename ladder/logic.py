@@ -62,6 +62,7 @@ class Program:
         unknown = self.allowed.difference(ALLOWANCES)
         if unknown:
             raise LadderError(f"{min(unknown)!r} can't be allowed; what can is {', '.join(ALLOWANCES)}")
+        self._names: set[str] = set()
         self._linked: Linked | None = None
         self._engine: Engine | None = None
 
@@ -116,11 +117,12 @@ class Program:
         name = declaration.name
         if not name.isidentifier() or not name.isascii():
             raise LadderError(f"{name!r} is no name of a tag: letters, digits and _ are allowed")
-        if any(each.name.upper() == name.upper() for each in self.declarations):
+        if name.upper() in self._names:
             raise LadderError(f"tag {name} is declared twice; names do not depend on case")
         dims = declaration.dims if isinstance(declaration, Tag) else ()
         if len(dims) > MAX_DIMENSIONS or any(length < 1 for length in dims):
             raise LadderError(f"tag {name} has dimensions {dims}; allowed are up to 3, each 1 or more")
+        self._names.add(name.upper())
         self.declarations.append(declaration)
 
     def routine(self, function: Callable[[RungMaker], None]) -> Callable[[RungMaker], None]:
