@@ -178,15 +178,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--smoke", action="store_true", help="a short run that only checks")
     seconds = 0.01 if parser.parse_args().smoke else 0.5
-    print(
-        f"{'rungs':>6} {'to build':>10} {'compiled':>12} {'per rung':>10} {'whole step':>12} {'interpreted':>12}"
-    )
+    titles = ("to build", "compiled", "per rung", "whole step", "interpreted")
+    print(f"{'rungs':>6}", *(f"{title:>12}" for title in titles))
     for copies in (1, 10, 100):
         found = ours(copies, seconds)
         rungs = copies * len(RUNGS)
         print(
-            f"{rungs:>6} {found['building']:>8.3f} s {found['compiled'] * 1e6:>9.2f} us "
-            f"{found['compiled'] / rungs * 1e9:>7.0f} ns {found['step'] * 1e6:>9.2f} us {found['interpreted'] * 1e6:>9.0f} us"
+            f"{rungs:>6} {found['building']:>10.3f} s {found['compiled'] * 1e6:>9.2f} us "
+            f"{found['compiled'] / rungs * 1e9:>9.0f} ns {found['step'] * 1e6:>9.2f} us "
+            f"{found['interpreted'] * 1e6:>9.0f} us"
         )
         if copies == 1:
             ten = found
