@@ -1,0 +1,1 @@
+"""A trace for other programs: data frames, CSV, Parquet, VCD. See docs/query.md."""

@@ -1,0 +1,33 @@
+"""Libraries that recording and reading do without: each belongs to an extra, named where it is missing."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from types import ModuleType
+
+
+class MissingExtraError(ImportError):
+    """A library of an extra is not installed."""
+
+
+def need(module: str, extra: str) -> ModuleType:
+    """Import a library of an extra.
+
+    >>> need("json", "plot").__name__
+    'json'
+
+    Args:
+        module: what to import.
+        extra: the extra of this project that it belongs to.
+
+    Raises:
+        MissingExtraError: it is not installed; the message says what to install.
+    """
+    try:
+        return import_module(module)
+    except ModuleNotFoundError as error:
+        library = module.partition(".")[0]
+        if error.name is None or error.name.partition(".")[0] != library:
+            raise  # the library is there, and misses something itself
+        says = f"{library} is not installed: pip install 'scanrack[{extra}]'"
+        raise MissingExtraError(says, name=library) from error

@@ -1,0 +1,8 @@
+"""A trace as a timing chart: position, speed, ramp state, and the bits that change. See docs/plot.md."""
+
+from .chart import Chart, NothingToPlotError, read_chart
+from .envelope import Curve, Envelope
+from .figure import save_figure
+from .page import save_page
+
+__all__ = ["Chart", "Curve", "Envelope", "NothingToPlotError", "read_chart", "save_figure", "save_page"]

@@ -1,0 +1,205 @@
+"""All that a timing chart shows, read in one pass over a trace."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..layout import SlotInfo
+from ..reader import Trace
+from ..signals import ALL, Block, Catalog, Selection, blocks
+from .changes import ChangeFinder
+from .lanes import Lane, bit_lanes, ramp_lane
+from .marks import Mark, marks
+
+C = TypeVar("C")
+C_co = TypeVar("C_co", covariant=True)
+
+
+class CurveMaker(Protocol[C_co]):
+    """Makes a curve of the values it is given, block by block."""
+
+    def add(self, time_ns: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+        """Take the values of a block, NaN where there is none."""
+
+    def curve(self) -> C_co:
+        """Return the curve."""
+
+
+@dataclass(frozen=True, slots=True)
+class Panel(Generic[C]):
+    """One 3601 on the chart.
+
+    Attributes:
+        slot: what sits in which slot.
+        position: the position, steps.
+        speed: the speed, steps/s.
+        ramp: the ramp state.
+        lanes: the bits that change, from top to bottom.
+        steady: the bits that do not.
+        marks: what happened in the slot; what happened in the rack is with the first panel.
+    """
+
+    slot: SlotInfo
+    position: C
+    speed: C
+    ramp: Lane
+    lanes: Sequence[Lane]
+    steady: Sequence[Lane]
+    marks: Sequence[Mark]
+
+
+@dataclass(frozen=True, slots=True)
+class Chart(Generic[C]):
+    """A timing chart.
+
+    Attributes:
+        title: what it is of.
+        start_ns: virtual time of its first scan.
+        end_ns: of its last.
+        first: number of its first scan.
+        last: number of its last.
+        scans: how many scans it shows.
+        panels: one per 3601, in the order of the slots.
+    """
+
+    title: str
+    start_ns: int
+    end_ns: int
+    first: int
+    last: int
+    scans: int
+    panels: Sequence[Panel[C]]
+
+
+class NothingToPlotError(ValueError):
+    """The trace has no 3601."""
+
+
+class Tracks(Generic[C]):
+    """Gathers what one panel shows.
+
+    Args:
+        slot: a slot with a 3601.
+        catalog: the signals of the trace.
+        maker: makes a maker of curves.
+    """
+
+    def __init__(self, slot: SlotInfo, catalog: Catalog, maker: Callable[[], CurveMaker[C]]) -> None:
+        self.slot = slot
+        self._position = catalog[f"slot{slot.number}.in.position"]
+        self._speed = catalog[f"slot{slot.number}.speed"]
+        self._positions, self._speeds = maker(), maker()
+        self._inputs = ChangeFinder(slot.number, "in")
+        self._outputs = ChangeFinder(slot.number, "out")
+
+    def add(self, block: Block) -> None:
+        """Take a block."""
+        self._positions.add(block.time_ns, self._position.read(block))
+        self._speeds.add(block.time_ns, self._speed.read(block))
+        self._inputs.add(block)
+        self._outputs.add(block)
+
+    def panel(self, happened: Sequence[Mark]) -> Panel[C]:
+        """Return the panel."""
+        inputs = self._inputs.changes()
+        lanes = bit_lanes(inputs, self._outputs.changes())
+        return Panel(
+            self.slot,
+            self._positions.curve(),
+            self._speeds.curve(),
+            ramp_lane(inputs),
+            [lane for lane in lanes if not lane.steady],
+            [lane for lane in lanes if lane.steady],
+            happened,
+        )
+
+
+def read_chart(
+    trace: Trace,
+    maker: Callable[[], CurveMaker[C]],
+    selection: Selection = ALL,
+    *,
+    slots: Sequence[int] = (),
+    title: str | None = None,
+    watch: Callable[[Block], None] = lambda block: None,
+    progress: Callable[[int], None] = lambda scans: None,
+) -> Chart[C]:
+    """Read a chart from a trace.
+
+    Args:
+        trace: the open trace.
+        maker: makes a maker of curves: `Envelope` for a picture, `PackedCurve` for a page.
+        selection: which scans.
+        slots: numbers of the slots to show; none at all for every slot with a 3601.
+        title: what to write above it; the rack's name if None.
+        watch: given every block, too.
+        progress: told how many scans have been gone through with each block of them.
+
+    Raises:
+        EmptySelectionError: no scan is in the selection.
+        NothingToPlotError: there is no 3601, or none in a slot that is asked for.
+    """
+    catalog = Catalog(trace.head.slots)
+    tracks = [Tracks(slot, catalog, maker) for slot in wanted_slots(trace, slots)]
+    extent = Extent()
+    for block in blocks(trace, selection, progress=progress):
+        extent.add(block)
+        watch(block)
+        for track in tracks:
+            track.add(block)
+    happened = marks(trace.events(), extent.start_ns, extent.end_ns)
+    return Chart(
+        title=title if title is not None else chart_title(trace),
+        start_ns=extent.start_ns,
+        end_ns=extent.end_ns,
+        first=extent.first,
+        last=extent.last,
+        scans=extent.scans,
+        panels=[track.panel(marks_of(happened, track.slot, tracks[0].slot)) for track in tracks],
+    )
+
+
+class Extent:
+    """First and last scan of what goes by."""
+
+    def __init__(self) -> None:
+        self.start_ns = self.end_ns = self.first = self.last = self.scans = 0
+
+    def add(self, block: Block) -> None:
+        """Take a block."""
+        if not self.scans:
+            self.start_ns, self.first = int(block.time_ns[0]), int(block.scan[0])
+        self.end_ns, self.last = int(block.time_ns[-1]), int(block.scan[-1])
+        self.scans += len(block)
+
+
+def wanted_slots(trace: Trace, numbers: Sequence[int]) -> list[SlotInfo]:
+    """Return the slots with a 3601 that are asked for.
+
+    Raises:
+        NothingToPlotError: there is none, or none in a slot that is asked for.
+    """
+    have = {slot.number: slot for slot in trace.head.slots if slot.module == "amci3601"}
+    if not have:
+        modules = ", ".join(f"slot {slot.number}: {slot.module or '-'}" for slot in trace.head.slots)
+        raise NothingToPlotError(f"there is no amci3601 in the trace to plot ({modules})")
+    for number in numbers:
+        if number not in have:
+            slots = ", ".join(map(str, have))
+            raise NothingToPlotError(f"there is no amci3601 in slot {number}; there is one in {slots}")
+    return [have[number] for number in dict.fromkeys(numbers or have)]
+
+
+def chart_title(trace: Trace) -> str:
+    """Return the rack's name, or what sits in it."""
+    return trace.head.metadata.get("name") or ", ".join(slot.module for slot in trace.head.slots)
+
+
+def marks_of(happened: Sequence[Mark], slot: SlotInfo, first: SlotInfo) -> list[Mark]:
+    """Return the marks of a slot; those of the rack go to the first one."""
+    return [mark for mark in happened if mark.slot == slot.number or (mark.slot is None and slot is first)]

@@ -1,0 +1,93 @@
+"""A curve of any length in bounded memory, in which no peak is lost.
+
+Scans are taken together in groups, of which the least and the greatest value
+are kept. Groups double in size whenever there are too many of them:
+
+    scans     o o o o o o o o o o o o
+    groups    |----|----|----|----|      least, greatest; then |---------|---------|
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Times = NDArray[np.int64]
+Values = NDArray[np.float64]
+
+GROUPS_MAX = 16_384
+"""Most groups that are kept: several to each pixel of the widest picture."""
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """Groups of scans in order.
+
+    Attributes:
+        time_ns: virtual time of the first scan of each.
+        low: its least value; NaN where it has none.
+        high: its greatest value.
+    """
+
+    time_ns: Times
+    low: Values
+    high: Values
+
+    def line(self) -> tuple[Values, Values]:
+        """Return the points of a line through it: time in ns and value, low and high of a group in turn."""
+        if np.array_equal(self.low, self.high, equal_nan=True):
+            return self.time_ns.astype(np.float64), self.low
+        return np.repeat(self.time_ns.astype(np.float64), 2), np.column_stack((self.low, self.high)).ravel()
+
+
+class Envelope:
+    """Takes values scan by scan, block by block, and keeps a bounded number of groups."""
+
+    def __init__(self) -> None:
+        self._per_group = 1
+        self._groups = _empty()
+        self._rest = _empty()  # scans that do not fill a group yet
+
+    def add(self, time_ns: Times, values: Values) -> None:
+        """Take the values of a block."""
+        rest = _stack(self._rest, (time_ns, values, values))
+        whole = len(rest[0]) // self._per_group * self._per_group
+        self._rest = tuple(column[whole:] for column in rest)
+        self._groups = _stack(self._groups, _grouped(tuple(c[:whole] for c in rest), self._per_group))
+        while len(self._groups[0]) > GROUPS_MAX:
+            self._double()
+
+    def curve(self) -> Curve:
+        """Return what has been taken."""
+        groups = self._groups
+        if len(self._rest[0]):
+            groups = _stack(groups, _grouped(self._rest, len(self._rest[0])))
+        return Curve(*groups)
+
+    def _double(self) -> None:
+        odd = len(self._groups[0]) % 2
+        last = tuple(column[len(column) - odd :] for column in self._groups)
+        self._groups = _grouped(tuple(c[: len(c) - odd] for c in self._groups), 2)
+        # an odd group at the end counts as scans that do not fill a group yet
+        self._rest = _stack(last, self._rest)
+        self._per_group *= 2
+
+
+Columns = tuple[Any, ...]
+
+
+def _empty() -> Columns:
+    return np.empty(0, np.int64), np.empty(0), np.empty(0)
+
+
+def _stack(upper: Columns, lower: Columns) -> Columns:
+    return tuple(np.concatenate(pair) for pair in zip(upper, lower, strict=True))
+
+
+def _grouped(columns: Columns, size: int) -> Columns:
+    """Return first time, least and greatest value of each `size` rows; a whole number of groups."""
+    time_ns, low, high = (column.reshape(-1, size) for column in columns)
+    return time_ns[:, 0], np.fmin.reduce(low, axis=1), np.fmax.reduce(high, axis=1)

@@ -1,0 +1,254 @@
+"""The chart as a PNG or SVG picture.
+
+inches     left                                                     right
+top        title
+per slot   marks       |  v CMD-03      ^ capture on                 |
+position    |  ~~~~~~~~~                                  |
+speed       |  ~~~~~~~~~                                  |
+ramp, bits  |  one row each, the name at the left         |
+bottom     time axis
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..extras import need
+from . import axis, colours
+from .chart import Chart, Panel
+from .envelope import Curve
+from .labels import placed
+from .lanes import RAMP_STATES, REST, Lane, at_pixels
+from .marks import Mark
+
+DPI = 110
+WIDTH = 13.0
+LEFT, RIGHT = 1.75, 0.25
+TOP, BOTTOM = 0.72, 0.62
+MARKS, POSITION, SPEED, LANE, GAP = 0.62, 1.5, 0.95, 0.2, 0.16
+"""Sizes in inches."""
+
+PIXELS = round((WIDTH - LEFT - RIGHT) * DPI)
+"""Pixels across the time axis."""
+
+EDGE = 0.004
+"""Room before the first and after the last scan, as a part of the time axis: a pulse there must be seen."""
+
+TICKS_MAX = 12
+LABEL_ROWS = 3
+POINTS_PER_INCH = 72
+LABEL_SIZE, NAME_SIZE = 7.5, 8.0
+FORMATS = (".png", ".svg")
+
+_STYLE = {
+    "font.size": 9,
+    "svg.hashsalt": "scanrack",  # the same chart gives the same file
+    "svg.fonttype": "none",
+    "axes.unicode_minus": False,
+}
+
+
+def save_figure(chart: Chart[Curve], path: Path) -> None:
+    """Draw a chart into a PNG or SVG file, by the path's suffix.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+        ValueError: another suffix.
+    """
+    if path.suffix.lower() not in FORMATS:
+        raise ValueError(f"{path}: a picture is a .png or .svg file")
+    matplotlib = need("matplotlib", "plot")
+    figures = need("matplotlib.figure", "plot")
+    with matplotlib.rc_context(_STYLE):
+        figure = draw(chart, figures.Figure)
+        silent = {"Software": None} if path.suffix.lower() == ".png" else {"Date": None, "Creator": None}
+        figure.savefig(path, dpi=DPI, metadata=silent)
+
+
+def draw(chart: Chart[Curve], figure_class: Any) -> Any:
+    """Return the figure of a chart."""
+    height = TOP + BOTTOM + sum(_panel_height(panel) for panel in chart.panels)
+    figure = figure_class(figsize=(WIDTH, height), facecolor="white")
+    _title(figure, chart, height)
+    top = height - TOP
+    for panel in chart.panels:
+        top = _draw_panel(_Canvas(figure, chart, height), panel, top)
+    return figure
+
+
+def _panel_height(panel: Panel[Curve]) -> float:
+    return MARKS + POSITION + SPEED + LANE * (1 + len(panel.lanes)) + 3 * GAP
+
+
+class _Canvas:
+    """Places axes on a figure, from top to bottom, all with the chart's time axis.
+
+    Args:
+        figure: the figure.
+        chart: the chart.
+        height: of the figure, inches.
+    """
+
+    def __init__(self, figure: Any, chart: Chart[Curve], height: float) -> None:
+        self.figure, self.chart, self._height = figure, chart, height
+
+    def axes(self, top: float, height: float) -> Any:
+        """Return new axes whose upper edge is so many inches above the lower edge of the figure."""
+        box = (
+            LEFT / WIDTH,
+            (top - height) / self._height,
+            (WIDTH - LEFT - RIGHT) / WIDTH,
+            height / self._height,
+        )
+        axes = self.figure.add_axes(box)
+        edge = max(1, self.chart.end_ns - self.chart.start_ns) * EDGE
+        axes.set_xlim(self.chart.start_ns - edge, self.chart.end_ns + edge)
+        axes.set_xticks(axis.ticks(self.chart.start_ns, self.chart.end_ns, TICKS_MAX), labels=[])
+        axes.grid(axis="x", color=colours.GRID, linewidth=0.6)
+        axes.set_axisbelow(True)
+        axes.tick_params(length=0, labelsize=NAME_SIZE, colors=colours.INK)
+        for spine in axes.spines.values():
+            spine.set_color(colours.GRID)
+        return axes
+
+
+def _title(figure: Any, chart: Chart[Curve], height: float) -> None:
+    figure.text(LEFT / WIDTH, 1 - 0.24 / height, chart.title, size=12, weight="bold", va="center")
+    about = axis.about(chart.first, chart.last, chart.start_ns, chart.end_ns)
+    figure.text(1 - RIGHT / WIDTH, 1 - 0.24 / height, about, size=NAME_SIZE, va="center", ha="right")
+    at = LEFT / WIDTH
+    for group, colour in colours.LANES.items():
+        text = f"■ {_GROUP_TITLES[group]}"
+        figure.text(at, 1 - 0.48 / height, text, size=NAME_SIZE, color=colour, va="center")
+        at += (0.35 + 0.075 * len(text)) / WIDTH
+    for state, colour in list(zip(RAMP_STATES, colours.RAMP, strict=True))[1:]:
+        figure.text(at, 1 - 0.48 / height, "■", size=NAME_SIZE + 2, color=colour, va="center")
+        figure.text(at + 0.16 / WIDTH, 1 - 0.48 / height, state, size=NAME_SIZE, va="center")
+        at += (0.4 + 0.075 * len(state)) / WIDTH
+
+
+_GROUP_TITLES = {
+    "command": "command bits",
+    "status": "status bits",
+    "error": "error bits",
+    "input": "inputs",
+}
+
+
+def _draw_panel(canvas: _Canvas, panel: Panel[Curve], top: float) -> float:
+    """Draw a panel; return where the next one begins."""
+    _draw_marks(canvas, panel, top)
+    top -= MARKS
+    position = canvas.axes(top, POSITION)
+    _draw_curve(position, panel.position, "position, steps")
+    top -= POSITION + GAP
+    speed = canvas.axes(top, SPEED)
+    _draw_curve(speed, panel.speed, "speed, steps/s")
+    speed.axhline(0, color=colours.INK, linewidth=0.4)
+    for axes in (position, speed):
+        _draw_instants(axes, panel)
+    top -= SPEED + GAP
+    height = LANE * (1 + len(panel.lanes))
+    lanes = canvas.axes(top, height)
+    _draw_lanes(lanes, panel, canvas.chart)
+    _draw_time(lanes, canvas.chart)
+    return top - height - GAP
+
+
+def _draw_curve(axes: Any, curve: Curve, name: str) -> None:
+    axes.plot(*curve.line(), color=colours.CURVE, linewidth=1.2, solid_joinstyle="round")
+    axes.set_ylabel(name, size=NAME_SIZE)
+    axes.yaxis.set_major_formatter("{x:,.0f}")
+    axes.locator_params(axis="y", nbins=5)
+    axes.grid(axis="y", color=colours.GRID, linewidth=0.6)
+    axes.margins(y=0.08)
+
+
+def _draw_instants(axes: Any, panel: Panel[Curve]) -> None:
+    """Draw a thin line through a curve where a rule fired or the machine acted."""
+    for kind in ("stimulus", "rule"):
+        times = [mark.time_ns for mark in panel.marks if mark.kind == kind]
+        upright = axes.get_xaxis_transform()
+        axes.vlines(times, 0, 1, transform=upright, color=colours.MARKS[kind], linewidth=0.5, alpha=0.45)
+
+
+def _draw_marks(canvas: _Canvas, panel: Panel[Curve], top: float) -> None:
+    """Draw what happened: a tick for everything, a label where there is room."""
+    axes = canvas.axes(top, MARKS)
+    axes.axis("off")
+    axes.set_ylim(0, 1)
+    for kind, colour in colours.MARKS.items():
+        times = [mark.time_ns for mark in panel.marks if mark.kind == kind]
+        axes.vlines(times, 0, 0.12, color=colour, linewidth=1.0)
+    letter = 0.58 * LABEL_SIZE / POINTS_PER_INCH / (WIDTH - LEFT - RIGHT)  # a letter's width on the axis
+    labels = placed(panel.marks, canvas.chart.start_ns, canvas.chart.end_ns, letter, LABEL_ROWS)
+    for mark, row in labels:
+        _draw_label(axes, mark, 0.16 + 0.29 * row)
+    name = f"slot {panel.slot.number}  {panel.slot.module}"
+    axes.text(-0.145, 0.62, name, transform=axes.transAxes, size=9.5, weight="bold")
+    untold = len(panel.marks) - len(labels)
+    if untold:
+        axes.text(-0.145, 0.25, f"{untold:,} more marks", transform=axes.transAxes, size=LABEL_SIZE)
+
+
+def _draw_label(axes: Any, mark: Mark, height: float) -> None:
+    colour = colours.MARKS[mark.kind]
+    axes.vlines(mark.time_ns, 0, height + 0.2, color=colour, linewidth=0.5, zorder=1)
+    axes.annotate(
+        mark.label,
+        (mark.time_ns, height),
+        xytext=(2, 0),
+        textcoords="offset points",
+        size=LABEL_SIZE,
+        color=colour,
+        bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.3},
+        zorder=2,
+    )
+
+
+def _draw_lanes(axes: Any, panel: Panel[Curve], chart: Chart[Curve]) -> None:
+    """Draw ramp and bits, the ramp on top."""
+    rows = [panel.ramp, *panel.lanes]
+    axes.set_ylim(len(rows), 0)
+    _draw_ramp(axes, panel.ramp, chart)
+    for row, lane in enumerate(panel.lanes, start=1):
+        _draw_bit(axes, lane, chart, row)
+    axes.set_yticks(np.arange(len(rows)) + 0.5, labels=[lane.name for lane in rows])
+    for label, lane in zip(axes.get_yticklabels(), rows, strict=True):
+        label.set_color(colours.LANES.get(lane.group, colours.INK))
+        label.set_fontfamily("monospace")
+        label.set_fontsize(NAME_SIZE - 0.5)
+
+
+def _draw_bit(axes: Any, lane: Lane, chart: Chart[Curve], row: int) -> None:
+    """Draw a bit as a filled band with a line around it; low is at the bottom of its row."""
+    times, values = at_pixels(lane, chart.start_ns, chart.end_ns, PIXELS)
+    times, values = np.append(times, chart.end_ns), np.append(values, values[-1])
+    levels = row + np.where(values, 0.18, 0.85)
+    colour = colours.LANES[lane.group]
+    axes.fill_between(times, row + 0.85, levels, step="post", color=colour, alpha=0.3, linewidth=0)
+    axes.plot(times, levels, drawstyle="steps-post", color=colour, linewidth=0.9, solid_joinstyle="miter")
+
+
+def _draw_ramp(axes: Any, lane: Lane, chart: Chart[Curve]) -> None:
+    """Draw the ramp as a band of colours."""
+    times, values = at_pixels(lane, chart.start_ns, chart.end_ns, PIXELS)
+    ends = np.append(times[1:], chart.end_ns)
+    for state in range(REST + 1, len(RAMP_STATES)):
+        here = values == state
+        spans = list(zip(times[here], ends[here] - times[here], strict=True))
+        axes.broken_barh(
+            spans, (0.15, 0.7), facecolors=colours.RAMP[state], edgecolors=colours.RAMP[state], linewidth=0.4
+        )
+
+
+def _draw_time(axes: Any, chart: Chart[Curve]) -> None:
+    places: Sequence[int] = axis.ticks(chart.start_ns, chart.end_ns, TICKS_MAX)
+    unit = axis.unit(chart.start_ns, chart.end_ns)
+    step = axis.tick_step(chart.start_ns, chart.end_ns, TICKS_MAX)
+    axes.set_xticks(places, labels=[axis.label(place, step, unit) for place in places])
+    axes.set_xlabel(f"machine time, {unit}", size=NAME_SIZE, labelpad=2)

@@ -1,0 +1,42 @@
+"""Which marks get their label where, so that no two labels overlap."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from .marks import KINDS, Mark
+
+GAP = 2
+"""Least distance of two labels in a row, letters."""
+
+
+def placed(
+    marks: Sequence[Mark], start_ns: int, end_ns: int, letter: float, rows: int
+) -> list[tuple[Mark, int]]:
+    """Choose the marks to be labelled, and a row for each label, which begins at its mark.
+
+    The most telling kinds come first; within a kind the earlier mark does.
+
+    Args:
+        marks: the marks.
+        start_ns: where the axis begins.
+        end_ns: where it ends.
+        letter: width of a letter, as a part of the axis' length.
+        rows: how many rows of labels there are.
+
+    Returns:
+        Each mark that gets a label, and its row, 0 or more.
+    """
+    span = max(1, end_ns - start_ns)
+    taken: list[list[tuple[float, float]]] = [[] for _ in range(rows)]
+    labels = []
+    for mark in sorted(marks, key=lambda mark: KINDS.index(mark.kind)):
+        left = (mark.time_ns - start_ns) / span
+        right = left + len(mark.label) * letter
+        for row, spans in enumerate(taken):
+            gap = GAP * letter
+            if right <= 1 and all(right + gap <= begin or left >= end + gap for begin, end in spans):
+                spans.append((left, right))
+                labels.append((mark, row))
+                break
+    return labels

@@ -1,0 +1,122 @@
+"""Lanes of a timing chart: one per bit that changes, and one for the ramp; in an order for people.
+
+Causes above effects: commands, then how the motion goes and ends, then what is
+wrong, then the inputs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import IntFlag
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...io_images.amci3601 import ERROR_BITS, CommandLsw, CommandMsw, StatusLsw, StatusMsw
+from ..signals import decode
+from .changes import Changes
+
+GROUPS = ("command", "status", "error", "input")
+"""Kinds of lanes, from top to bottom."""
+
+REST, ACCELERATING, CONSTANT, DECELERATING, HELD = range(5)
+RAMP_STATES = ("at rest", "accelerating", "constant speed", "decelerating", "held")
+"""What the ramp lane's values mean."""
+
+_INPUTS = tuple(bit for bit in StatusLsw if str(bit.name).startswith("IN_"))
+_MODE_CONFIG = "MODE_CONFIG"
+
+
+@dataclass(frozen=True, slots=True)
+class Lane:
+    """Something that has one of a few values at a time.
+
+    Attributes:
+        name: the bit's name.
+        group: one of GROUPS; "ramp" for the ramp.
+        row: places of the scans in which it takes a new value; the first is the first scan read.
+        time_ns: their virtual times.
+        value: the new values: 0 or 1, or an index of RAMP_STATES.
+    """
+
+    name: str
+    group: str
+    row: NDArray[np.int64]
+    time_ns: NDArray[np.int64]
+    value: NDArray[np.int8]
+
+    @property
+    def steady(self) -> bool:
+        """Whether it has the same value all the time."""
+        return len(self.value) == 1
+
+
+def bit_lanes(inputs: Changes, outputs: Changes) -> list[Lane]:
+    """Return a lane for every command and status bit of a 3601, those that never change among them."""
+    lanes = [*_command_lanes(outputs), *_status_lanes(inputs)]
+    return sorted(lanes, key=lambda lane: GROUPS.index(lane.group))
+
+
+def ramp_lane(inputs: Changes) -> Lane:
+    """Return the lane of the ramp state."""
+    words = inputs.words
+    moving = _status(words, StatusMsw.MOVING_CW) | _status(words, StatusMsw.MOVING_CCW)
+    states = np.select(
+        [
+            _status(words, StatusMsw.ACCELERATING),
+            _status(words, StatusMsw.DECELERATING),
+            moving,
+            _status(words, StatusMsw.HOLD_STATE),
+        ],
+        [ACCELERATING, DECELERATING, CONSTANT, HELD],
+        REST,
+    )
+    return _lane("ramp", "ramp", inputs, states)
+
+
+def _command_lanes(outputs: Changes) -> Iterator[Lane]:
+    for word, bits in enumerate((CommandMsw, CommandLsw)):
+        for bit in bits:
+            values = decode.command_bit(outputs.words, word, bit.value)
+            yield _lane(str(bit.name), "command", outputs, values)
+
+
+def _status_lanes(inputs: Changes) -> Iterator[Lane]:
+    for word, bits in enumerate((StatusMsw, StatusLsw)):
+        for bit in bits:
+            values = decode.status_bit(inputs.words, word, bit.value)
+            yield _lane(str(bit.name), _group(bit), inputs, values)
+
+
+def _group(bit: IntFlag) -> str:
+    if isinstance(bit, StatusMsw):
+        return "error" if bit in ERROR_BITS else "status"
+    return "input" if bit in _INPUTS else "status"
+
+
+def _status(words: NDArray[np.int16], bit: StatusMsw) -> NDArray[np.bool_]:
+    return decode.status_bit(words, 0, bit.value)
+
+
+def _lane(name: str, group: str, changes: Changes, values: NDArray[Any]) -> Lane:
+    """Keep the changes in which this lane takes a new value."""
+    new = np.ones(len(values), bool)
+    new[1:] = values[1:] != values[:-1]
+    return Lane(name, group, changes.row[new], changes.time_ns[new], values[new].astype(np.int8))
+
+
+def at_pixels(
+    lane: Lane, start_ns: int, end_ns: int, pixels: int
+) -> tuple[NDArray[np.int64], NDArray[np.int8]]:
+    """Return times and values of a lane, thinned so that it looks the same at so many pixels.
+
+    Of the changes that fall on one pixel the first and the last stay, so the shortest pulse is still
+    a stroke.
+    """
+    span = max(1, end_ns - start_ns)
+    pixel = (lane.time_ns - start_ns) * pixels // span
+    keep = np.ones(len(pixel), bool)
+    keep[1:-1] = (pixel[1:-1] != pixel[:-2]) | (pixel[1:-1] != pixel[2:])
+    return lane.time_ns[keep], lane.value[keep]

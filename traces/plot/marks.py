@@ -1,0 +1,66 @@
+"""What happened, as marks on the time axis: rules that fired, moves that ended, stimuli, the CPU."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from ..happenings import describe
+from ..reader import TraceEvent
+
+KINDS = ("rule", "stimulus", "move", "cpu")
+"""Kinds of marks, the most telling first: where there is no room for all labels, they get theirs first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """Something that happened at an instant.
+
+    Attributes:
+        time_ns: virtual time.
+        slot: number of the slot; None for the rack.
+        kind: one of KINDS.
+        label: a word or two.
+        text: a sentence.
+    """
+
+    time_ns: int
+    slot: int | None
+    kind: str
+    label: str
+    text: str
+
+
+def marks(events: Iterable[TraceEvent], start_ns: int, end_ns: int) -> list[Mark]:
+    """Return the marks of the events between two times, both included, in order."""
+    found = [_mark(event) for event in events if start_ns <= event.now_ns <= end_ns]
+    return sorted((mark for mark in found if mark is not None), key=lambda mark: mark.time_ns)
+
+
+def _mark(event: TraceEvent) -> Mark | None:
+    fields = event.fields
+    slot = fields.get("slot")
+    kind, label = _kind_and_label(event)
+    if not kind:
+        return None
+    text = describe(event.topic, event.scan, fields)
+    return Mark(event.now_ns, slot if isinstance(slot, int) else None, kind, label, text)
+
+
+def _kind_and_label(event: TraceEvent) -> tuple[str, str]:
+    """Return kind and label; an empty kind for what the lanes show anyway."""
+    name = str(event.fields.get("name", ""))
+    if event.topic == "/cpu":
+        return "cpu", str(event.fields.get("mode", "CPU"))
+    if event.topic in ("/forces", "/faults"):
+        return "cpu", event.topic[1:].removesuffix("s")
+    if event.topic == "/stimuli":
+        return "stimulus", " ".join(filter(None, (name, _SWITCHED.get(event.fields.get("energised")))))
+    if event.topic == "/events" and event.fields.get("kind") == "rule":
+        return "rule", name
+    if event.topic == "/events":
+        return "move", f"{name} {event.fields.get('outcome', '')}".strip()
+    return "", ""
+
+
+_SWITCHED: Mapping[object, str] = {True: "on", False: "off"}

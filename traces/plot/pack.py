@@ -1,0 +1,53 @@
+"""Columns of any length packed into a page: differences from scan to scan, deflated, in base64.
+
+A position that moves evenly differs by the same number of steps from scan to
+scan, and a time by the same number of nanoseconds: there is little left of it.
+"""
+
+from __future__ import annotations
+
+import base64
+import zlib
+from typing import Any
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+MISSING = -(2**31)
+"""What stands for no value in a column of int32."""
+
+
+class Packer:
+    """Packs one column, block by block.
+
+    Args:
+        kind: numpy's type of the values; differences of int32 wrap, as do the sums that undo them.
+    """
+
+    def __init__(self, kind: DTypeLike) -> None:
+        self._kind = np.dtype(kind)
+        self._last = np.zeros(1, self._kind)
+        self._deflate = zlib.compressobj(6)
+        self._packed: list[bytes] = []
+
+    def add(self, values: NDArray[Any]) -> None:
+        """Take the values of a block."""
+        column = np.concatenate((self._last, values.astype(self._kind)))
+        self._last = column[-1:]
+        self._packed.append(self._deflate.compress(np.diff(column).tobytes()))
+
+    def text(self) -> str:
+        """Return the packed column; nothing can be added after that."""
+        self._packed.append(self._deflate.flush())
+        return base64.b64encode(b"".join(self._packed)).decode("ascii")
+
+
+def whole(values: NDArray[np.float64]) -> NDArray[np.int32]:
+    """Round values to int32, MISSING for none.
+
+    >>> whole(np.array([1.6, np.nan])).tolist()
+    [2, -2147483648]
+    """
+    limit = 2**31 - 1
+    rounded = np.clip(np.rint(values), -limit, limit)
+    return np.where(np.isnan(values), MISSING, rounded).astype(np.int32)

@@ -1,0 +1,121 @@
+"""Puts a query to a trace: reads the columns it names, finds, and picks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..reader import Trace
+from ..signals import Catalog, Kind, Signal, blocks
+from .answer import Answer, Occurrence
+from .columns import Scans
+from .language import parse
+from .patterns import Found
+
+Array = NDArray[Any]
+
+
+def query(
+    trace: Trace, text: str, *, show: Sequence[str] = (), progress: Callable[[int], None] = lambda scans: None
+) -> Answer:
+    """Ask a trace.
+
+    Memory is taken for the columns that the query names only: per scan 16 bytes, 1 for a bit, 8 for a number.
+
+    Args:
+        trace: the open trace.
+        text: the query, see docs/query.md.
+        show: further signals whose values are wanted at the beginning of each occurrence.
+        progress: told how many scans have been read with each block of them.
+
+    Raises:
+        QueryError: the query can't be understood.
+        UnknownSignalError: there is no signal that is to be shown.
+    """
+    catalog = Catalog(trace.head.slots)
+    asked = parse(text, catalog)
+    shown = [catalog[name] for name in show]
+    scans = read_scans(trace, (*asked.signals, *shown), progress)
+    found = asked.pattern(scans)
+    wanted = found.some(_PICKS[asked.aggregate](found, scans))
+    return Answer(asked.aggregate, len(found), tuple(_occurrences(wanted, scans, shown)))
+
+
+def read_scans(trace: Trace, signals: Iterable[Signal], progress: Callable[[int], None]) -> Scans:
+    """Read some signals of all scans."""
+    columns: dict[str, list[Array]] = {signal.name: [] for signal in signals}
+    wanted = {signal.name: signal for signal in signals}
+    numbers, times = [], []
+    for block in blocks(trace, progress=progress):
+        numbers.append(block.scan)
+        times.append(block.time_ns)
+        for name, signal in wanted.items():
+            values = signal.read(block)
+            columns[name].append(values if signal.kind is Kind.BIT else values.astype(np.float64))
+    joined = {name: np.concatenate(parts) for name, parts in columns.items()}
+    return Scans(np.concatenate(numbers), np.concatenate(times), joined)
+
+
+def _all(found: Found, scans: Scans) -> slice:
+    return slice(None)
+
+
+def _none(found: Found, scans: Scans) -> slice:
+    return slice(0)
+
+
+def _first(found: Found, scans: Scans) -> slice:
+    return slice(1)
+
+
+def _last(found: Found, scans: Scans) -> slice:
+    return slice(max(0, len(found) - 1), None)
+
+
+def _longest(found: Found, scans: Scans) -> slice:
+    return _at(np.argmax, found, scans)
+
+
+def _shortest(found: Found, scans: Scans) -> slice:
+    return _at(np.argmin, found, scans)
+
+
+def _at(pick: Callable[[Array], Any], found: Found, scans: Scans) -> slice:
+    if not len(found):
+        return slice(0)
+    place = int(pick(scans.time_ns[found.end] - scans.time_ns[found.first]))
+    return slice(place, place + 1)
+
+
+_PICKS: Mapping[str | None, Callable[[Found, Scans], slice]] = {
+    None: _all,
+    "count": _none,
+    "first": _first,
+    "last": _last,
+    "longest": _longest,
+    "shortest": _shortest,
+}
+
+
+def _occurrences(found: Found, scans: Scans, shown: Sequence[Signal]) -> Iterable[Occurrence]:
+    columns = [scans.values[signal.name][found.first] for signal in shown]
+    for place in range(len(found)):
+        values = {signal.name: _value(column[place]) for signal, column in zip(shown, columns, strict=True)}
+        first, last, end = (int(rows[place]) for rows in (found.first, found.last, found.end))
+        yield Occurrence(
+            first=int(scans.scan[first]),
+            last=int(scans.scan[last]),
+            start_ns=int(scans.time_ns[first]),
+            end_ns=int(scans.time_ns[end]),
+            open=bool(found.open[place]),
+            shown=values,
+        )
+
+
+def _value(value: Any) -> float | bool | None:
+    if isinstance(value, np.bool_):
+        return bool(value)
+    return None if np.isnan(value) else float(value)

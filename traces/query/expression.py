@@ -1,0 +1,124 @@
+"""The parts of a query: functions of whole columns, with a type and a place in the text."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from functools import reduce
+from typing import Any
+
+from lark import Token
+from numpy.typing import NDArray
+
+from ..signals import Signal
+from .columns import Scans
+
+Array = NDArray[Any]
+
+
+class Type(Enum):
+    """What an expression's values are."""
+
+    CONDITION = "a condition"
+    NUMBER = "a number"
+    DURATION = "a time"
+
+
+@dataclass(frozen=True, slots=True)
+class Expression:
+    """A part of a query.
+
+    Attributes:
+        type: what its values are.
+        column: where it begins in the text, from 1.
+        text: what it begins with, for a message.
+        evaluate: returns its values, one per scan.
+        signals: the signals it reads.
+    """
+
+    type: Type
+    column: int
+    text: str
+    evaluate: Callable[[Scans], Array]
+    signals: tuple[Signal, ...] = ()
+
+
+class MeaningError(Exception):
+    """A query that is grammatical but means nothing."""
+
+    def __init__(self, column: int, says: str) -> None:
+        super().__init__(says)
+        self.column = column
+
+
+def leaf(kind: Type, token: Token, evaluate: Callable[[Scans], Array], *signals: Signal) -> Expression:
+    """Make an expression of a single token."""
+    return Expression(kind, column_of(token), str(token), evaluate, signals)
+
+
+def derived(kind: Type, part: Expression, evaluate: Callable[[Scans], Array]) -> Expression:
+    """Make an expression of another one."""
+    return Expression(kind, part.column, part.text, evaluate, part.signals)
+
+
+def combined(operator: Callable[[Array, Array], Array], parts: tuple[Expression, ...]) -> Expression:
+    """Make a condition of several."""
+    for part in parts:
+        want(part, Type.CONDITION)
+    signals = tuple(signal for part in parts for signal in part.signals)
+    return Expression(
+        Type.CONDITION,
+        parts[0].column,
+        parts[0].text,
+        lambda scans: reduce(operator, (part.evaluate(scans) for part in parts)),
+        signals,
+    )
+
+
+def want(part: Expression, wanted: Type, what: str = "") -> None:
+    """Refuse an expression of another type."""
+    if part.type is wanted:
+        return
+    subject = f"{what} takes" if what else "this place takes"
+    hint = f"; compare it, as in {part.text} > 0" if part.type is Type.NUMBER else ""
+    raise MeaningError(part.column, f"{subject} {wanted.value}, and {part.text} is {part.type.value}{hint}")
+
+
+def same(left: Expression, right: Expression, sign: Token) -> None:
+    """Refuse two expressions of different types."""
+    if left.type is right.type:
+        return
+    hint = "; a time has a unit, as in 20 ms" if Type.DURATION in (left.type, right.type) else ""
+    says = f"{sign} has {left.type.value} on its left and {right.type.value} on its right{hint}"
+    raise MeaningError(column_of(sign), says)
+
+
+def duration_ns(token: Token) -> int:
+    """Return a duration of the text in ns, rounded down.
+
+    >>> duration_ns(Token("DURATION", "1.5 ms")), duration_ns(Token("DURATION", "2min"))
+    (1500000, 120000000000)
+    """
+    match = re.fullmatch(r"(\d+)(?:\.(\d+))?\s*(\S+)", token)
+    assert match is not None  # the grammar's own
+    digits = match[2] or ""
+    scale: int = 10 ** len(digits)
+    return int(match[1] + digits) * _UNIT_NS[match[3]] // scale
+
+
+def column_of(token: Token) -> int:
+    """Return where a token begins in the text, from 1."""
+    return (token.start_pos or 0) + 1
+
+
+_UNIT_NS: Mapping[str, int] = {
+    "ns": 1,
+    "us": 1_000,
+    "µs": 1_000,
+    "ms": 1_000_000,
+    "s": 1_000_000_000,
+    "min": 60_000_000_000,
+    "h": 3_600_000_000_000,
+}

@@ -1,0 +1,260 @@
+"""From the text of a query to a function of whole columns.
+
+Every expression has one of three types, and its place in the text, so that a
+mistake is told with its column before the first scan is read:
+
+    condition   true or false in every scan    slot1.in.COMMAND_ERROR, time > 2 s
+    number      a number in every scan         slot1.in.position, scan, 4000
+    duration    an amount of virtual time      time, 20 ms
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+from lark import Lark, Token, Transformer, v_args
+from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken, VisitError
+from numpy.typing import NDArray
+
+from ..signals import Catalog, Kind, Signal
+from ..signals.catalog import UnknownSignalError
+from . import columns
+from .expression import (
+    Expression,
+    MeaningError,
+    Type,
+    column_of,
+    combined,
+    derived,
+    duration_ns,
+    leaf,
+    same,
+    want,
+)
+from .grammar import GRAMMAR, TERMS
+from .patterns import Pattern, response, runs, silence
+
+Array = NDArray[Any]
+
+
+class QueryError(ValueError):
+    """A query that can't be understood; the message names the column."""
+
+
+@dataclass(frozen=True, slots=True)
+class Query:
+    """A query that has been understood.
+
+    Attributes:
+        aggregate: "count", "first", "last", "longest" or "shortest"; None for all occurrences.
+        pattern: finds the occurrences.
+        signals: the signals it reads.
+    """
+
+    aggregate: str | None
+    pattern: Pattern
+    signals: tuple[Signal, ...]
+
+
+def parse(text: str, catalog: Catalog) -> Query:
+    """Understand a query.
+
+    Args:
+        text: the query, see docs/query.md.
+        catalog: the signals it may name.
+
+    Raises:
+        QueryError: it is no query, mixes types, or names an unknown signal.
+    """
+    try:
+        tree = _parser().parse(text)
+        query: Query = _Builder(catalog).transform(tree)
+    except UnexpectedInput as error:
+        raise QueryError(f"{_place(text, error)}; allowed here: {_allowed(error)}") from error
+    except VisitError as error:
+        if isinstance(error.orig_exc, MeaningError):
+            raise QueryError(f"column {error.orig_exc.column}: {error.orig_exc}") from error
+        raise
+    return query
+
+
+@cache
+def _parser() -> Lark:
+    return Lark(GRAMMAR, parser="lalr", propagate_positions=True, maybe_placeholders=False)
+
+
+def _place(text: str, error: UnexpectedInput) -> str:
+    if isinstance(error, UnexpectedToken):
+        if error.token.type == "$END":
+            return f"column {len(text) + 1}: the query ends too early"
+        at = int(error.token.start_pos or 0)
+    else:
+        at = int(getattr(error, "pos_in_stream", 0))
+    word = text[at:].split(maxsplit=1)[0]
+    return f"column {at + 1}: {word!r} can't stand here"
+
+
+def _allowed(error: UnexpectedInput) -> str:
+    names: set[str] = set()
+    if isinstance(error, UnexpectedCharacters):
+        names = set(error.allowed)
+    elif isinstance(error, UnexpectedToken):
+        names = set(error.accepts or error.expected)
+    return ", ".join(said for name, said in TERMS.items() if name in names)
+
+
+_COMPARE: Mapping[str, Callable[[Array, Array], Array]] = {
+    "==": np.equal,
+    "!=": np.not_equal,
+    "<": np.less,
+    "<=": np.less_equal,
+    ">": np.greater,
+    ">=": np.greater_equal,
+}
+_ARITHMETIC: Mapping[str, Callable[[Array, Array], Array]] = {
+    "+": np.add,
+    "-": np.subtract,
+    "*": np.multiply,
+}
+_EDGES: Mapping[str, Callable[[Array], Array]] = {
+    "rose": columns.rose,
+    "fell": columns.fell,
+    "changed": columns.changed,
+}
+
+
+@v_args(inline=True)
+class _Builder(Transformer[Token, Any]):
+    """Builds the query bottom up, one method per rule of the grammar."""
+
+    def __init__(self, catalog: Catalog) -> None:
+        super().__init__()
+        self._catalog = catalog
+
+    # -- the whole ----------------------------------------------------------------------------------
+
+    def everything(self, found: tuple[Pattern, tuple[Signal, ...]]) -> Query:
+        return Query(None, *found)
+
+    def aggregate(self, name: Token, found: tuple[Pattern, tuple[Signal, ...]]) -> Query:
+        return Query(str(name), *found)
+
+    def runs(self, condition: Expression) -> tuple[Pattern, tuple[Signal, ...]]:
+        want(condition, Type.CONDITION)
+        return lambda scans: runs(condition.evaluate(scans), scans), condition.signals
+
+    def then(
+        self, cause: Expression, effect: Expression, limit: Token | None = None
+    ) -> tuple[Pattern, tuple[Signal, ...]]:
+        want(cause, Type.CONDITION)
+        want(effect, Type.CONDITION)
+        within_ns = None if limit is None else duration_ns(limit)
+        return (
+            lambda scans: response(cause.evaluate(scans), effect.evaluate(scans), within_ns, scans),
+            cause.signals + effect.signals,
+        )
+
+    def without(
+        self, cause: Expression, effect: Expression, limit: Token
+    ) -> tuple[Pattern, tuple[Signal, ...]]:
+        want(cause, Type.CONDITION)
+        want(effect, Type.CONDITION)
+        within_ns = duration_ns(limit)
+        return (
+            lambda scans: silence(cause.evaluate(scans), effect.evaluate(scans), within_ns, scans),
+            cause.signals + effect.signals,
+        )
+
+    # -- conditions ---------------------------------------------------------------------------------
+
+    def any_of(self, *parts: Expression) -> Expression:
+        return combined(np.logical_or, parts)
+
+    def all_of(self, *parts: Expression) -> Expression:
+        return combined(np.logical_and, parts)
+
+    def negation(self, part: Expression) -> Expression:
+        want(part, Type.CONDITION)
+        return derived(Type.CONDITION, part, lambda scans: ~part.evaluate(scans))
+
+    def held(self, part: Expression, time: Token) -> Expression:
+        want(part, Type.CONDITION)
+        least_ns = duration_ns(time)
+        return derived(
+            Type.CONDITION, part, lambda scans: columns.held(part.evaluate(scans), scans.time_ns, least_ns)
+        )
+
+    def edge(self, name: Token, part: Expression) -> Expression:
+        if name != "changed":
+            want(part, Type.CONDITION, f"{name}()")
+        find = _EDGES[name]
+        return derived(Type.CONDITION, part, lambda scans: find(part.evaluate(scans)))
+
+    def compare(self, left: Expression, sign: Token, right: Expression) -> Expression:
+        same(left, right, sign)
+        if left.type is Type.CONDITION and sign not in ("==", "!="):
+            raise MeaningError(column_of(sign), f"conditions are compared with == and !=, not with {sign}")
+        operator = _COMPARE[sign]
+        return Expression(
+            Type.CONDITION,
+            left.column,
+            left.text,
+            lambda scans: columns.compared(operator, left.evaluate(scans), right.evaluate(scans)),
+            left.signals + right.signals,
+        )
+
+    # -- numbers and times --------------------------------------------------------------------------
+
+    def arithmetic(self, left: Expression, sign: Token, right: Expression) -> Expression:
+        for part in (left, right):
+            if part.type is Type.CONDITION:
+                want(part, Type.NUMBER, str(sign))
+        if sign == "*":
+            want(right, Type.NUMBER, "*")
+            want(left, Type.NUMBER, "*")
+        same(left, right, sign)
+        operator = _ARITHMETIC[sign]
+        return Expression(
+            left.type,
+            left.column,
+            left.text,
+            lambda scans: operator(left.evaluate(scans), right.evaluate(scans)),
+            left.signals + right.signals,
+        )
+
+    def signed(self, sign: Token, part: Expression) -> Expression:
+        if part.type is Type.CONDITION:
+            want(part, Type.NUMBER, str(sign))
+        if sign == "+":
+            return part
+        return derived(part.type, part, lambda scans: -part.evaluate(scans))
+
+    def absolute(self, part: Expression) -> Expression:
+        if part.type is Type.CONDITION:
+            want(part, Type.NUMBER, "abs()")
+        return derived(part.type, part, lambda scans: np.abs(part.evaluate(scans)))
+
+    def duration(self, token: Token) -> Expression:
+        value = np.int64(duration_ns(token))
+        return leaf(Type.DURATION, token, lambda scans: np.full(len(scans), value))
+
+    def number(self, token: Token) -> Expression:
+        text = token.replace("_", "")
+        value = float(int(text, 16) if text[:2].lower() == "0x" else text)
+        return leaf(Type.NUMBER, token, lambda scans: np.full(len(scans), value))
+
+    def name(self, token: Token) -> Expression:
+        if token == "time":
+            return leaf(Type.DURATION, token, lambda scans: scans.time_ns)
+        if token == "scan":
+            return leaf(Type.NUMBER, token, lambda scans: scans.scan.astype(np.float64))
+        try:
+            signal = self._catalog[str(token)]
+        except UnknownSignalError as error:
+            raise MeaningError(column_of(token), str(error)) from error
+        kind = Type.CONDITION if signal.kind is Kind.BIT else Type.NUMBER
+        return leaf(kind, token, lambda scans: scans.values[signal.name], signal)

@@ -1,0 +1,12 @@
+"""What a trace holds as named columns: bits, words and decoded values, block by block.
+
+slot1.in.COMMAND_ERROR    a bit                      slot1.in.position   a decoded value
+slot1.in.status_msw       a word                     slot1.speed         a measured speed
+slot1.in.status_msw.12    a bit of a word, by number
+"""
+
+from .blocks import ALL, Block, Selection, blocks
+from .catalog import Catalog
+from .signal import Kind, Signal
+
+__all__ = ["ALL", "Block", "Catalog", "Kind", "Selection", "Signal", "blocks"]

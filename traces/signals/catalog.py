@@ -1,0 +1,168 @@
+"""Every signal of a rack, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from difflib import get_close_matches
+from fnmatch import fnmatchcase
+from functools import partial
+
+import numpy as np
+
+from ...io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw, StatusMsw
+from ..layout import SlotInfo, module_words
+from . import decode
+from .blocks import Block
+from .signal import Array, Kind, Signal
+
+FLAGS = Signal("cpu.flags", Kind.WORD, lambda block: block.flags)
+"""What the CPU was doing, as recorded; see the table of flags in docs/traces.md."""
+
+_DIRECTIONS = ("in", "out")
+
+# 3601: direction -> name -> its MSW [chapters 5 and 6]
+_VALUES: Mapping[str, Mapping[str, int]] = {
+    "in": {"position": 2, "encoder": 4, "captured": 6},
+    "out": {"target": 2, "programmed_speed": 4},
+}
+
+
+class UnknownSignalError(ValueError):
+    """There is no signal of that name."""
+
+
+class Catalog(Mapping[str, Signal]):
+    """The signals of a rack by name, in an order for people: per slot speed, values, bits, words.
+
+    A bit without a name of its own has one by number, `slot1.in.word3.12`; the catalog knows these,
+    but does not list them.
+
+    Args:
+        slots: the slots of the trace.
+    """
+
+    def __init__(self, slots: Sequence[SlotInfo]) -> None:
+        self.slots = tuple(slots)
+        signals = [FLAGS, *(signal for slot in slots for signal in _slot_signals(slot))]
+        self._signals = {signal.name: signal for signal in signals}
+
+    def __getitem__(self, name: str) -> Signal:
+        """Return a signal.
+
+        Raises:
+            UnknownSignalError: there is none of that name; it names the closest.
+        """
+        found = self._signals.get(name) or self._numbered_bit(name)
+        if found is None:
+            raise UnknownSignalError(self._unknown(name))
+        return found
+
+    def __contains__(self, name: object) -> bool:
+        return isinstance(name, str) and (name in self._signals or self._numbered_bit(name) is not None)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._signals)
+
+    def __len__(self) -> int:
+        return len(self._signals)
+
+    def matching(self, patterns: Sequence[str]) -> list[Signal]:
+        """Return the signals that match any of some patterns, in the catalog's order.
+
+        Args:
+            patterns: names, with `*` and `?` as in file names; none at all for everything that has a
+                meaning of its own: no words that are shown as bits and values anyway.
+
+        Raises:
+            UnknownSignalError: a pattern matches nothing.
+        """
+        if not patterns:
+            return [signal for signal in self._signals.values() if self._is_plain(signal)]
+        names: dict[str, None] = {}
+        for pattern in patterns:
+            matches = [name for name in self._signals if fnmatchcase(name, pattern)] or [self[pattern].name]
+            names.update(dict.fromkeys(matches))
+        order = {name: place for place, name in enumerate(self._signals)}
+        return [self[name] for name in sorted(names, key=lambda name: order.get(name, len(order)))]
+
+    def _is_plain(self, signal: Signal) -> bool:
+        if signal.kind is not Kind.WORD or signal is FLAGS:
+            return True
+        return not signal.name.endswith(("_msw", "_lsw"))
+
+    def _numbered_bit(self, name: str) -> Signal | None:
+        word, _, number = name.rpartition(".")
+        source = self._signals.get(word)
+        if source is None or source.kind is not Kind.WORD or source is FLAGS:
+            return None
+        if not (number.isdecimal() and number.isascii() and int(number) < 16):
+            return None
+        return Signal(name, Kind.BIT, partial(_bit_of, source, 1 << int(number)))
+
+    def _unknown(self, name: str) -> str:
+        """Say that there is no such signal, and what there is that it may have meant."""
+        folded = {known.lower(): known for known in self._signals}
+        close = [folded[match] for match in get_close_matches(name.lower(), list(folded), 3, 0.7)]
+        if not close:  # perhaps a name without its slot and direction
+            wanted = name.rpartition(".")[2].lower()
+            tails = {known.rpartition(".")[2].lower() for known in self._signals}
+            near = get_close_matches(wanted, sorted(tails), 2, 0.7)
+            close = [known for known in self._signals if known.rpartition(".")[2].lower() in near][:4]
+        places = ", ".join(f"slot{slot.number}" for slot in self.slots)
+        hint = (
+            f"did you mean {' or '.join(close)}?" if close else f"there are cpu.flags and those of {places}"
+        )
+        return f"there is no signal {name!r}: {hint}"
+
+
+def _slot_signals(slot: SlotInfo) -> Iterator[Signal]:
+    """Yield the signals of a slot."""
+    number, stem = slot.number, f"slot{slot.number}"
+    if slot.module == "amci3601":
+        yield Signal(f"{stem}.speed", Kind.MEASURED, partial(_speed, number))
+        yield from _3601_signals(number, stem)
+    words = module_words(slot.module)
+    for direction, names in zip(_DIRECTIONS, (words.inputs, words.outputs), strict=True):
+        for place, name in enumerate(names):
+            read = partial(_word, number, direction, place)
+            yield Signal(f"{stem}.{direction}.{name}", Kind.WORD, read)
+
+
+def _3601_signals(number: int, stem: str) -> Iterator[Signal]:
+    """Yield values and bits of a 3601."""
+    for direction, values in _VALUES.items():
+        for name, msw in values.items():
+            yield Signal(f"{stem}.{direction}.{name}", Kind.VALUE, partial(_value, number, direction, msw))
+    for word, status in enumerate((StatusMsw, StatusLsw)):
+        for bit in status:
+            read = partial(_status, number, word, bit.value)
+            yield Signal(f"{stem}.in.{bit.name}", Kind.BIT, read)
+    for word, command in enumerate((CommandMsw, CommandLsw)):
+        for bit in command:
+            read = partial(_command, number, word, bit.value)
+            yield Signal(f"{stem}.out.{bit.name}", Kind.BIT, read)
+
+
+def _word(slot: int, direction: str, place: int, block: Block) -> Array:
+    return np.ascontiguousarray(block.image(slot, direction)[:, place])
+
+
+def _value(slot: int, direction: str, msw: int, block: Block) -> Array:
+    return decode.value(block.image(slot, direction), msw)
+
+
+def _status(slot: int, word: int, mask: int, block: Block) -> Array:
+    return decode.status_bit(block.image(slot, "in"), word, mask)
+
+
+def _command(slot: int, word: int, mask: int, block: Block) -> Array:
+    return decode.command_bit(block.image(slot, "out"), word, mask)
+
+
+def _speed(slot: int, block: Block) -> Array:
+    speed = decode.speed(block.wide_image(slot, "in"), block.wide.time_ns, block.margin)
+    return speed[block.start : block.stop]
+
+
+def _bit_of(word: Signal, mask: int, block: Block) -> Array:
+    return decode.bit(word.read(block), mask)
