@@ -69,7 +69,7 @@ def exact_ns(value: Decimal, unit: str, key: str = "time") -> int:
 
 
 def parse_duration(text: str) -> int:
-    """Return a time with its unit in ns.
+    """Return a time to run for, with its unit, in ns.
 
     >>> parse_duration("10 s"), parse_duration("2.5ms"), parse_duration("1 min")
     (10000000000, 2500000, 60000000000)
@@ -77,15 +77,27 @@ def parse_duration(text: str) -> int:
     Raises:
         ValueError: no number, no unit, or less than 1 ns.
     """
+    duration = parse_time(text)
+    if duration < 1:
+        raise ValueError(f"{text!r} is no time to run for: it must be more than 0")
+    return duration
+
+
+def parse_time(text: str) -> int:
+    """Return a time with its unit in ns, 0 or more.
+
+    >>> parse_time("0 s"), parse_time("250us")
+    (0, 250000)
+
+    Raises:
+        ValueError: no number, no unit, or no whole number of ns.
+    """
     match = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([a-zµ]+)\s*", text)
     if match is None or match[2] not in UNITS_NS:
         raise ValueError(
             f"{text!r} is no time: write a number and a unit ({', '.join(UNITS_NS)}), such as '10 s'"
         )
-    duration = exact_ns(Decimal(match[1]), match[2])
-    if duration < 1:
-        raise ValueError(f"{text!r} is no time to run for: it must be more than 0")
-    return duration
+    return exact_ns(Decimal(match[1]), match[2])
 
 
 Number = Annotated[Decimal, BeforeValidator(decimal_of)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from . import drive, rules, run, show
+from . import drive, export, plot, query, rules, run, show
 
 
 def build() -> typer.Typer:
@@ -21,6 +21,9 @@ def build() -> typer.Typer:
     )
     run.register(app)
     show.register(app)
+    query.register(app)
+    plot.register(app)
+    export.register(app)
     drive.register(app)
     rules.register(app)
     return app

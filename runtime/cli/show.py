@@ -48,7 +48,7 @@ def show(trace: Path, *, every: bool = False, limit: int | None = None, scans: S
         with open_trace(trace) as opened:
             contents = Contents(opened, every=every, limit=limit, scans=scans)
             for block in _blocks(trace, opened, contents):
-                _print(block)
+                print_block(block)
     except TraceError as error:
         print(error, file=sys.stderr)  # noqa: T201 - the message of a command
         return 2
@@ -187,14 +187,14 @@ def _more(capped: Capped[T], what: str) -> Iterator[str]:
 
 
 def _slot_table(trace: Trace) -> Table:
-    table = _table("slot>", "module", "firmware")
+    table = new_table("slot>", "module", "firmware")
     for slot in trace.head.slots:
         table.add_row(str(slot.number), slot.module or "-", slot.firmware or "-")
     return table
 
 
 def _pairs_table(pairs: Mapping[str, str]) -> Table:
-    table = _table("", "")
+    table = new_table("", "")
     table.show_header = False
     for name, value in pairs.items():
         if not name.startswith("slot"):  # they have a table of their own
@@ -203,7 +203,7 @@ def _pairs_table(pairs: Mapping[str, str]) -> Table:
 
 
 def _event_table(events: Iterable[TraceEvent]) -> Table:
-    table = _table("scan>", "time s>", "slot>", "what")
+    table = new_table("scan>", "time s>", "slot>", "what")
     for event in events:
         slot = event.fields.get("slot", "")
         text = describe(event.topic, event.scan, event.fields)
@@ -212,7 +212,7 @@ def _event_table(events: Iterable[TraceEvent]) -> Table:
 
 
 def _row_table(rows: Iterable[Row]) -> Table:
-    table = _table("scan>", "time s>", "slot>", "", "position>", "encoder>", "what")
+    table = new_table("scan>", "time s>", "slot>", "", "position>", "encoder>", "what")
     for row in rows:
         table.add_row(
             "" if row.scan is None else str(row.scan),
@@ -226,7 +226,7 @@ def _row_table(rows: Iterable[Row]) -> Table:
     return table
 
 
-def _table(*titles: str) -> Table:
+def new_table(*titles: str) -> Table:
     """Return an empty table; a title that ends in ">" is of a column of numbers."""
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
     for title in titles:
@@ -237,7 +237,7 @@ def _table(*titles: str) -> Table:
     return table
 
 
-def _print(block: str | Table) -> None:
+def print_block(block: str | Table) -> None:
     """Print to a terminal in its width; to anything else in plain lines as long as they need to be."""
     console = Console(highlight=False, markup=False, emoji=False)
     if isinstance(block, str):

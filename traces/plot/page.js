@@ -7,6 +7,7 @@ const readout = document.getElementById("readout");
 const pen = canvas.getContext("2d");
 const LEFT = 150, RIGHT = 14, TOP = 6, AXIS = 40;
 const MARKS = 50, POSITION = 150, SPEED = 96, LANE = 18, GAP = 14, MARK_ROWS = 3;
+const MARK_FONT = "11px system-ui";
 const GROUP = 64; // rows of which least and greatest are kept at hand
 const MISSING = -2147483648;
 const LEAST_SPAN = 1e5; // ns across the chart when zoomed in as far as it goes
@@ -173,7 +174,8 @@ function drawCurve(curve, name, top, height) {
   const pad = Math.max(1, (most - least) * 0.08), low = least - pad, high = most + pad;
   const yOf = value => top + (high - value) / (high - low) * height;
   const step = niceStep(high - low, height / 28);
-  for (let value = Math.ceil(low / step) * step; value <= high; value += step) {
+  for (let place = Math.ceil(low / step); place * step <= high; place++) {
+    const value = place * step || 0; // no -0
     line(LEFT, yOf(value), LEFT + width(), yOf(value), data.colours.grid);
     text(value.toLocaleString("en"), LEFT - 6, yOf(value) + 4, "#222", "11px system-ui", "right");
   }
@@ -198,13 +200,15 @@ function traceScans(curve, first, end, yOf) {
 
 // One stroke per pixel, from the least to the greatest value of its scans: no peak is lost.
 function traceColumns(curve, first, end, yOf) {
-  let down = false;
+  let down = false, previous = 0;
   for (let x = LEFT, row = first; row < end; x++) {
     const next = Math.min(end, Math.max(row + 1, rowAt(timeAt(x + 1)) + 1));
     const found = extremes(curve, row, next);
     if (found) {
+      if (previous - found[0] > found[1] - previous) found.reverse(); // it falls
       down ? pen.lineTo(x, yOf(found[0])) : pen.moveTo(x, yOf(found[0]));
       pen.lineTo(x, yOf(found[1]));
+      previous = found[1];
     }
     down = found !== null;
     row = next;
@@ -256,21 +260,38 @@ function drawRamp(lane, top) {
 }
 
 function drawMarks(panel, top, bottom) {
-  const ends = new Array(MARK_ROWS).fill(-Infinity);
+  const shown = panel.marks.filter(mark => mark.time >= view.start && mark.time <= view.end);
   inside(top, bottom - top, () => {
-    let lastX = -1;
-    for (const mark of panel.marks) {
-      if (mark.time < view.start || mark.time > view.end) continue;
-      const x = xOf(mark.time), colour = data.colours.marks[mark.kind];
-      if (x - lastX >= 0.5) line(x, top + MARKS - 8, x, bottom, colour + "60");
-      lastX = x;
-      const row = ends.findIndex(end => end < x);
-      if (row < 0) continue;
-      text(mark.label, x + 3, top + MARKS - 6 - 14 * row, colour, "11px system-ui");
-      ends[row] = x + 12 + pen.measureText(mark.label).width;
-      line(x, top + MARKS - 15 - 14 * row, x, top + MARKS, colour);
+    let last = -1;
+    for (const mark of shown) {
+      const x = xOf(mark.time);
+      if (x - last >= 0.5) line(x, top + MARKS - 8, x, bottom, data.colours.marks[mark.kind] + "60");
+      last = x;
+    }
+    const labels = placed(shown);
+    for (const { x, row, mark } of labels) {
+      line(x, top + MARKS - 16 - 14 * row, x, top + MARKS, data.colours.marks[mark.kind]);
+    }
+    for (const { x, row, mark, wide } of labels) {
+      pen.fillStyle = "#fff";
+      pen.fillRect(x + 2, top + MARKS - 17 - 14 * row, wide, 13);
+      text(mark.label, x + 3, top + MARKS - 6 - 14 * row, data.colours.marks[mark.kind], MARK_FONT);
     }
   });
+}
+
+// Where the labels of marks stand that find room in one of the rows.
+function placed(marks) {
+  const ends = new Array(MARK_ROWS).fill(-Infinity), labels = [];
+  pen.font = MARK_FONT;
+  for (const mark of marks) {
+    const x = xOf(mark.time), row = ends.findIndex(end => end < x);
+    if (row < 0) continue;
+    const wide = pen.measureText(mark.label).width + 2;
+    ends[row] = x + wide + 10;
+    labels.push({ x, row, mark, wide });
+  }
+  return labels;
 }
 
 function drawCursor(height) {

@@ -161,19 +161,26 @@ def blocks(
     """
     margin = half_window(trace)
     places = {slot.number: SLOT_BYTES // 2 * place for place, slot in enumerate(trace.head.slots)}
-    seen: tuple[int, int] | None = None
+    seen: Columns | None = None
     found = False
     for wide, start, stop in _with_margins(_columns(trace), margin):
         progress(stop - start)
-        seen = (int(wide.scan[0]) if seen is None else seen[0], int(wide.scan[stop - 1]))
+        ends = wide.rows(start, start + 1) if seen is None else seen.rows(0, 1)
+        seen = ends.followed_by(wide.rows(stop - 1, stop))
         low, high = selection.rows(wide)
         low, high = max(low, start), min(high, stop)
         if low < high:
             found = True
             yield Block(wide, low, high, margin, places)
     if not found:
-        held = "it holds none" if seen is None else f"it holds {seen[0]} to {seen[1]}"
-        raise EmptySelectionError(f"the trace has no scan in {selection.says()}; {held}")
+        raise EmptySelectionError(f"the trace has no scan in {selection.says()}; it holds {_extent(seen)}")
+
+
+def _extent(ends: Columns | None) -> str:
+    if ends is None:
+        return "none at all"
+    start, end = (f"{time_ns / 1e9:.10g}" for time_ns in ends.time_ns.tolist())
+    return f"scans {ends.scan[0]} to {ends.scan[1]}, time {start} s to {end} s"
 
 
 def half_window(trace: Trace) -> int:
@@ -213,7 +220,7 @@ def _beyond(column: NDArray[np.int64], value: int | None) -> int:
 def _range(what: str, low: int, high: int | None, unit: float, suffix: str) -> str:
     if not low and high is None:
         return ""
-    since, until = (f"{value / unit:.10g}{suffix}" for value in (low, high or 0))
+    since, until = (f"{value / unit:.12g}{suffix}" for value in (low, high or 0))
     if high is None:
         return f"{what} from {since}"
     return f"{what} {since} to {until}" if low else f"{what} up to {until}"

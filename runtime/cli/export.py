@@ -1,0 +1,66 @@
+"""`scanrack export TRACE --csv|--parquet|--vcd OUT`: a trace for other programs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ...traces.export import write_csv, write_parquet, write_vcd
+from ...traces.reader import open_trace
+from .slices import QuietOption, ScansOption, TimeOption, reading, selection, told_mistakes
+
+_WRITERS = {"--csv": write_csv, "--parquet": write_parquet, "--vcd": write_vcd}
+
+
+def _export_command(
+    trace: Annotated[Path, typer.Argument(help="The trace, an MCAP file.", show_default=False)],
+    csv: Annotated[
+        Path | None, typer.Option("--csv", metavar="OUT", help="Write a CSV file, a row per scan.")
+    ] = None,
+    parquet: Annotated[
+        Path | None, typer.Option("--parquet", metavar="OUT", help="Write a Parquet file, a row per scan.")
+    ] = None,
+    vcd: Annotated[
+        Path | None,
+        typer.Option("--vcd", metavar="OUT", help="Write a value change dump, for GTKWave and its like."),
+    ] = None,
+    signal: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--signal",
+            metavar="PATTERN",
+            help="Only signals of this name, such as 'slot1.in.*'; may be repeated.",
+            show_default="all bits and values",
+        ),
+    ] = None,
+    scans: ScansOption = None,
+    time: TimeOption = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Write a trace in a format that other programs read.
+
+    Example: scanrack export run.mcap --vcd run.vcd --time 1.5s:3s
+
+    Exit status: 0 done, 2 the trace or an option can't be used, 3 a file can't be written.
+    """
+    with told_mistakes():
+        wanted = selection(scans, time)
+        targets = {"--csv": csv, "--parquet": parquet, "--vcd": vcd}
+        if not any(targets.values()):
+            raise ValueError(f"nothing to write: give {', '.join(targets)} or several of them")
+        for option, target in targets.items():
+            if target is None:
+                continue
+            with open_trace(trace) as opened, reading(opened, quiet=quiet) as progress:
+                count = _WRITERS[option](opened, target, signal or (), wanted, progress=progress)
+            if not quiet:
+                typer.echo(f"{target}: {count:,} scans, {target.stat().st_size:,} bytes")
+            for note in opened.notes:
+                typer.echo(f"note: {note}", err=True)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("export", no_args_is_help=True)(_export_command)

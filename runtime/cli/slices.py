@@ -1,0 +1,97 @@
+"""What the commands that read traces have in common: which scans, how far, and how a mistake is told."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from ...traces.reader import Trace
+from ...traces.signals import Selection
+from ..quantities import parse_time
+from .show import parse_range
+
+DONE, NOTHING_FOUND, BAD_INPUT, CANNOT_WRITE = 0, 1, 2, 3
+"""Exit status."""
+
+ScansOption = Annotated[
+    str | None,
+    typer.Option("--scans", metavar="A:B", help="Only these scans, both ends included.", show_default="all"),
+]
+TimeOption = Annotated[
+    str | None,
+    typer.Option(
+        "--time", metavar="A:B", help="Only this time, such as 1.5s:3s or 10min: .", show_default="all"
+    ),
+]
+QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")]
+
+
+def selection(scans: str | None, time: str | None) -> Selection:
+    """Return what --scans and --time select.
+
+    >>> selection("10:20", "1.5s:")
+    Selection(first=10, last=20, start_ns=1500000000, end_ns=None)
+
+    Raises:
+        ValueError: one of them is no range.
+    """
+    first, last = (0, None) if scans is None else parse_range(scans)
+    start_ns, end_ns = (0, None) if time is None else parse_time_range(time)
+    return Selection(first, last, start_ns, end_ns)
+
+
+def parse_time_range(text: str) -> tuple[int, int | None]:
+    """Read a range of virtual time, ns, both ends included.
+
+    >>> parse_time_range("1.5s:3s"), parse_time_range(":250 ms"), parse_time_range("2min:")
+    ((1500000000, 3000000000), (0, 250000000), (120000000000, None))
+
+    Raises:
+        ValueError: it is no such range.
+    """
+    start, colon, end = (part.strip() for part in text.partition(":"))
+    if not colon or not (start or end):
+        raise ValueError(f"--time {text!r} is no range of time: allowed are A:B, A: and :B, as in 1.5s:3s")
+    start_ns = parse_time(start) if start else 0
+    end_ns = parse_time(end) if end else None
+    if end_ns is not None and end_ns < start_ns:
+        raise ValueError(f"--time {text!r} is no range of time: it ends before it begins")
+    return start_ns, end_ns
+
+
+@contextmanager
+def reading(trace: Trace, *, quiet: bool) -> Iterator[Callable[[int], None]]:
+    """Show a bar of the scans gone through, on a terminal and if nobody asked for quiet."""
+    console = Console(stderr=True)
+    if quiet or not console.is_terminal:
+        yield lambda scans: None
+        return
+    columns = (TextColumn("scans"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("scans", total=None)
+        yield lambda scans: bar.advance(task, scans)
+
+
+@contextmanager
+def told_mistakes() -> Iterator[None]:
+    """Tell what the user or the disk got wrong in one line on standard error, and end."""
+    try:
+        yield
+    except (ValueError, ImportError) as error:
+        _end(str(error), BAD_INPUT)
+    except BrokenPipeError:  # whoever read the output has gone
+        sys.stderr.close()
+        raise typer.Exit(NOTHING_FOUND) from None
+    except OSError as error:
+        _end(f"{error.filename}: {error.strerror}" if error.filename else str(error), CANNOT_WRITE)
+
+
+def _end(says: str, status: int) -> None:
+    typer.echo(f"scanrack: {says}", err=True)
+    raise typer.Exit(status)

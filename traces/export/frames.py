@@ -1,0 +1,80 @@
+"""A trace as a data frame of pandas or polars, or as an Arrow table.
+
+    with open_trace(path) as trace:
+        frame = to_pandas(trace, ["slot1.in.position", "slot1.in.*ERROR"])
+
+Bits are bool, words int16, decoded values int64 with "no value" in
+configuration mode, speeds float64.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..extras import need
+from ..reader import Trace
+from ..signals import ALL, Selection
+from .table import Column, table
+
+if TYPE_CHECKING:
+    import pandas
+    import polars
+
+
+def to_pandas(trace: Trace, signals: Sequence[str] = (), selection: Selection = ALL) -> pandas.DataFrame:
+    """Return a trace as a pandas DataFrame; a value that may be missing is of pandas' type Int64.
+
+    Args:
+        trace: the open trace.
+        signals: names or patterns; none at all for all bits and decoded values.
+        selection: which scans.
+
+    Raises:
+        MissingExtraError: pandas is not installed.
+        UnknownSignalError: there is no such signal.
+        EmptySelectionError: no scan is in the selection.
+    """
+    pd = need("pandas", "frames")
+
+    def series(column: Column) -> Any:
+        if column.missing is None:
+            return column.values
+        return pd.arrays.IntegerArray(column.values, column.missing)
+
+    return pd.DataFrame(_whole(trace, signals, selection, series))  # type: ignore[no-any-return]
+
+
+def to_polars(trace: Trace, signals: Sequence[str] = (), selection: Selection = ALL) -> polars.DataFrame:
+    """Return a trace as a polars DataFrame; a missing value is null. Arguments and errors as `to_pandas`."""
+    pl = need("polars", "frames")
+
+    def series(column: Column) -> Any:
+        values = pl.Series(column.name, column.values)
+        if column.missing is None:
+            return values
+        return values.set(pl.Series(column.missing), None)
+
+    return pl.DataFrame(_whole(trace, signals, selection, series))  # type: ignore[no-any-return]
+
+
+def _whole(
+    trace: Trace, signals: Sequence[str], selection: Selection, series: Callable[[Column], Any]
+) -> dict[str, Any]:
+    """Return the columns of all blocks as one each."""
+    parts: dict[str, list[Column]] = {}
+    for columns in table(trace, signals, selection):
+        for column in columns:
+            parts.setdefault(column.name, []).append(column)
+    return {name: series(_joined(columns)) for name, columns in parts.items()}
+
+
+def _joined(columns: Sequence[Column]) -> Column:
+    masks = [column.missing for column in columns if column.missing is not None]
+    return Column(
+        columns[0].name,
+        np.concatenate([column.values for column in columns]),
+        np.concatenate(masks) if masks else None,
+    )

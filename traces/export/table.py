@@ -1,0 +1,65 @@
+"""The wanted signals of a trace as columns, block by block, typed as a table wants them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..reader import Trace
+from ..signals import ALL, Block, Catalog, Kind, Selection, Signal, blocks
+from ..signals.signal import whole_numbers
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """A column of a block.
+
+    Attributes:
+        name: the signal's name, "scan" or "time_ns".
+        values: bool, whole numbers, or float64.
+        missing: where there is no value; None if there is one everywhere.
+    """
+
+    name: str
+    values: Array
+    missing: NDArray[np.bool_] | None = None
+
+
+def table(
+    trace: Trace,
+    signals: Sequence[str] = (),
+    selection: Selection = ALL,
+    *,
+    progress: Callable[[int], None] = lambda scans: None,
+) -> Iterator[list[Column]]:
+    """Iterate over a trace as a table, some rows at a time: scan, time_ns, and a column per signal.
+
+    Args:
+        trace: the open trace.
+        signals: names or patterns, see `Catalog.matching`.
+        selection: which scans.
+        progress: told how many scans have been gone through with each block of them.
+
+    Raises:
+        UnknownSignalError: there is no such signal; raised at once.
+        EmptySelectionError: no scan is in the selection.
+    """
+    wanted = Catalog(trace.head.slots).matching(signals)
+    return (_columns(block, wanted) for block in blocks(trace, selection, progress=progress))
+
+
+def _columns(block: Block, wanted: Sequence[Signal]) -> list[Column]:
+    own = [Column("scan", block.scan), Column("time_ns", block.time_ns)]
+    return own + [_column(signal, signal.read(block)) for signal in wanted]
+
+
+def _column(signal: Signal, values: Array) -> Column:
+    if signal.kind is Kind.VALUE:
+        return Column(signal.name, *whole_numbers(values))
+    return Column(signal.name, values)

@@ -1,0 +1,184 @@
+"""A trace as a value change dump (IEEE 1364), which GTKWave and other waveform viewers show by name.
+
+    $scope module slot1 $end
+     $scope module in $end
+      $var wire 1 ! COMMAND_ERROR $end           a bit
+      $var wire 16 " status_msw [15:0] $end      a word
+      $var integer 32 # position $end            a decoded value; x where there is none
+
+The timescale is 1 ns, and only what changes is written.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..reader import Trace
+from ..signals import ALL, Block, Catalog, Kind, Selection, Signal, blocks
+from ..signals.signal import whole_numbers
+
+Array = NDArray[Any]
+
+_FIRST, _SYMBOLS = 33, 94  # the printable letters of ASCII, of which identifiers are made
+
+
+def write_vcd(
+    trace: Trace,
+    path: Path,
+    signals: Sequence[str] = (),
+    selection: Selection = ALL,
+    *,
+    progress: Callable[[int], None] = lambda scans: None,
+) -> int:
+    """Write a trace as a VCD file.
+
+    Args:
+        trace: the open trace.
+        path: of the file, replaced if it exists.
+        signals: names or patterns, see `Catalog.matching`; none at all for everything.
+        selection: which scans.
+        progress: told how many scans have been gone through with each block of them.
+
+    Returns:
+        How many scans were gone through.
+
+    Raises:
+        UnknownSignalError: there is no such signal.
+        EmptySelectionError: no scan is in the selection.
+    """
+    catalog = Catalog(trace.head.slots)
+    wanted = catalog.matching(signals) if signals else [catalog[name] for name in catalog]
+    variables = [Variable(signal, _identifier(place)) for place, signal in enumerate(_in_scopes(wanted))]
+    scans = 0
+    stream = blocks(trace, selection, progress=progress)
+    first = next(stream)
+    with path.open("w", encoding="ascii", newline="\n") as file:
+        file.writelines(_head(variables))
+        for block in chain([first], stream):
+            file.writelines(_changes(block, variables))
+            scans += len(block)
+            end_ns = int(block.time_ns[-1])
+        file.write(f"#{end_ns}\n")  # the last scan, though nothing may have changed in it
+    return scans
+
+
+class Variable:
+    """A signal in a dump.
+
+    Args:
+        signal: the signal.
+        identifier: its short name in the file.
+    """
+
+    def __init__(self, signal: Signal, identifier: str) -> None:
+        self.signal = signal
+        self._identifier = identifier
+        self._last: Any = None
+
+    def declaration(self) -> str:
+        """Return its declaration."""
+        kind, size, bounds = _DECLARED[self.signal.kind]
+        if self.signal.path == ("cpu", "flags"):
+            size, bounds = 32, " [31:0]"
+        name = self.signal.path[-1] if len(self.signal.path) < 4 else "_".join(self.signal.path[2:])
+        return f"$var {kind} {size} {self._identifier} {name}{bounds} $end\n"
+
+    def changes(self, block: Block) -> tuple[Array, list[str]]:
+        """Return the rows of a block in which its value is a new one, and a line for each."""
+        values = self.signal.read(block)
+        new = np.ones(len(values), bool)
+        new[1:] = values[1:] != values[:-1]
+        new[0] = self._last is None or values[0] != self._last
+        if values.dtype.kind == "f":  # no value after no value is nothing new
+            none = np.isnan(values)
+            new[1:] &= ~(none[1:] & none[:-1])
+            new[0] &= not (none[0] and self._last is not None and np.isnan(self._last))
+        self._last = values[-1]
+        rows = np.flatnonzero(new)
+        return rows, _lines(values[rows], self.signal.kind, self._identifier)
+
+
+_DECLARED = {
+    Kind.BIT: ("wire", 1, ""),
+    Kind.WORD: ("wire", 16, " [15:0]"),
+    Kind.VALUE: ("integer", 32, ""),
+    Kind.MEASURED: ("real", 64, ""),
+}
+
+
+def _lines(values: Array, kind: Kind, identifier: str) -> list[str]:
+    """Return a line per value."""
+    if kind is Kind.BIT:
+        return [f"{value:d}{identifier}\n" for value in values.tolist()]
+    if kind is Kind.MEASURED:
+        return [f"r{value:.16g} {identifier}\n" for value in values.tolist()]
+    if kind is Kind.WORD:
+        mask = 0xFFFF if values.dtype == np.int16 else 0xFFFF_FFFF
+        return [f"b{value & mask:b} {identifier}\n" for value in values.tolist()]
+    numbers, missing = whole_numbers(values)
+    return [
+        f"bx {identifier}\n" if none else f"b{number & 0xFFFF_FFFF:b} {identifier}\n"
+        for number, none in zip(numbers.tolist(), missing.tolist(), strict=True)
+    ]
+
+
+def _changes(block: Block, variables: Sequence[Variable]) -> Iterator[str]:
+    """Yield the lines of a block, in the order of time."""
+    found = [variable.changes(block) for variable in variables]
+    lines = [line for _, texts in found for line in texts]
+    rows = np.concatenate([rows for rows, _ in found])
+    order = np.argsort(rows, kind="stable")
+    times = block.time_ns[rows[order]].tolist()
+    last = None
+    for place, time_ns in zip(order.tolist(), times, strict=True):
+        if time_ns != last:
+            yield f"#{time_ns}\n"
+            last = time_ns
+        yield lines[place]
+
+
+def _head(variables: Sequence[Variable]) -> Iterator[str]:
+    yield "$version scanrack $end\n$timescale 1 ns $end\n"
+    open_: tuple[str, ...] = ()
+    for variable in variables:
+        scopes = variable.signal.path[:-1][:2]
+        common = sum(1 for _ in _same(open_, scopes))
+        yield "$upscope $end\n" * (len(open_) - common)
+        yield from (f"$scope module {scope} $end\n" for scope in scopes[common:])
+        yield variable.declaration()
+        open_ = scopes
+    yield "$upscope $end\n" * len(open_) + "$enddefinitions $end\n"
+
+
+def _same(left: Sequence[str], right: Sequence[str]) -> Iterator[str]:
+    """Yield what two lists begin with."""
+    for one, other in zip(left, right, strict=False):
+        if one != other:
+            return
+        yield one
+
+
+def _in_scopes(signals: Iterable[Signal]) -> list[Signal]:
+    """Return signals so that those of one scope stand together."""
+    scopes: dict[tuple[str, ...], None] = {}
+    signals = list(signals)
+    for signal in signals:
+        scopes.setdefault(signal.path[:-1][:2])
+    order = {scope: place for place, scope in enumerate(scopes)}
+    return sorted(signals, key=lambda signal: order[signal.path[:-1][:2]])
+
+
+def _identifier(number: int) -> str:
+    """Return the short name of a variable.
+
+    >>> _identifier(0), _identifier(93), _identifier(94)
+    ('!', '~', '!!')
+    """
+    text = chr(_FIRST + number % _SYMBOLS)
+    return text if number < _SYMBOLS else _identifier(number // _SYMBOLS - 1) + text
