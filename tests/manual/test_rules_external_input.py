@@ -205,6 +205,16 @@ def test_the_switch_leaves_other_starts_with_the_input_on_alone(scan_ms):
     assert (bench.position, bench.bits, bench.fired) == (2_801, HELD, [])
 
 
+@EVERY_SCAN
+@pytest.mark.rules("MOV-11", "HLD-11")
+def test_the_switch_forgets_a_hold_that_is_over(scan_ms):
+    """A move has been made since then; the next one with the input on makes its one step."""
+    bench = held_by_input(scan_ms=scan_ms, one_step_under_external=False)
+    bench.inputs(external=0).relative(200).until("MOVE_COMPLETE")
+    bench.idle(scan_ms).inputs(external=1).relative(500, ms=20)
+    assert (bench.position, bench.bits, bench.fired) == (3_001, HELD, [])
+
+
 # -- its level ------------------------------------------------------------------------------------
 
 

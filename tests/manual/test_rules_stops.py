@@ -237,6 +237,21 @@ def test_a_cause_that_comes_as_the_move_ends_is_too_late(cause, added, scan_ms):
     assert bench.bits == CUT | added
 
 
+@pytest.mark.parametrize("scan_ms", [0.25, 2, 100])
+@pytest.mark.parametrize(
+    ("name", "late"), [("cw_limit", {"IN_CW_LIMIT"}), ("estop", {"IN_ESTOP", "INPUT_ERROR"})]
+)
+@pytest.mark.rules("MC-01", "EST-02", "POS-03", "POS-04")
+def test_a_switch_at_the_target_is_too_late_one_before_it_is_not(name, late, scan_ms):
+    """The last step, at 2240 ms, is a tick, too: the move is complete when the switch is looked at."""
+    bench = Bench.ready(scan_ms=scan_ms, machine={name: (10_000, None)}).relative(10_000)
+    bench.until("MOVE_COMPLETE")
+    assert (bench.scan().position, bench.bits) == (10_000, {"MODULE_OK", "MOVE_COMPLETE"} | late)
+    bench = Bench.ready(scan_ms=scan_ms, machine={name: (9_999, None)}).relative(10_000)
+    bench.until("STOPPED")
+    assert (bench.position, bench.bits) == (9_999, CUT | late | {"INPUT_ERROR"})
+
+
 @EVERY_SCAN
 @pytest.mark.parametrize("name", ["estop", "cw_limit", "ccw_limit", "external"])
 @pytest.mark.rules("CFG-20")

@@ -346,6 +346,19 @@ def test_what_hold_does_to_which_motion(motion, outcome, ms, scan_ms):
 
 
 @EVERY_SCAN
+@pytest.mark.parametrize("name", ["registration cw", "registration ccw"])
+@pytest.mark.rules("CMD-07", "CMD-21")
+def test_hold_of_a_registration_move_after_its_input(name, scan_ms):
+    """Reading A-54: the error, and the steps are completed."""
+    motion = Motion.of(name)
+    bench = motion.started(400, scan_ms=scan_ms)
+    bench.idle(100).out(HOLD, *list(bench.outputs)[1:]).run(scan_ms)
+    assert (bench.bits, bench.fired) == ({"MODULE_OK", "COMMAND_ERROR", motion.moving}, ["CMD-07"])
+    bench.until("STOPPED")
+    assert bench.position == motion.direction * (1_600 + REGISTERED)
+
+
+@EVERY_SCAN
 @pytest.mark.parametrize("motion", AT_REST, ids=lambda motion: motion.name)
 @pytest.mark.rules("CMD-07")
 def test_hold_of_an_axis_at_rest_is_a_command_error(motion, scan_ms):

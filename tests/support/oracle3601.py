@@ -109,6 +109,7 @@ class Oracle:
         self.plc_running = True
         self.open_bits = 0
         self.configuring = False
+        self.close_call = False
         self.power_up()
 
     def power_up(self):
@@ -161,6 +162,7 @@ class Oracle:
         self.start_ns = self.now_ns
         self.now_ns += TICK_NS
         self.words = list(words)
+        self.close_call = False
         self.look_at_inputs()
         if self.plc_running:
             self.obey()
@@ -381,6 +383,9 @@ class Oracle:
         if self.course is None:
             return
         x, _, self.ramp, over = self.course.at(self.now_ns)
+        self.close_call = motion.is_close_call(self.course, self.start_ns) or motion.is_close_call(
+            self.course, self.now_ns
+        )
         self.make_steps(motion.whole(x) - self.travelled)
         if over:
             self.finish()

@@ -19,8 +19,11 @@ from math import ceil, floor, inf, sqrt
 CONSTANT, TRIANGULAR, TRAPEZOIDAL = "constant", "triangular", "trapezoidal"
 STRETCH = {CONSTANT: 1.0, TRIANGULAR: 2.0, TRAPEZOIDAL: 4.0 / 3.0}
 
-NUDGE = 1e-6
+NUDGE = 1e-8
 """Steps by which a float may fall short of the whole step that it means."""
+
+ROUNDED_S = 5e-9
+"""Seconds to which the integers of the module under test may have rounded the time of a ramp."""
 
 JITTER = 1e-9
 """Seconds by which a float may fall short of the instant that it means."""
@@ -111,6 +114,13 @@ class Course:
 def whole(x):
     """Whole steps: the last one that has been made."""
     return floor(x + NUDGE)
+
+
+def is_close_call(course, now_ns):
+    """Whether rounding decides if the next whole step has been made; exactly on it, it does not."""
+    x, v, _, over = course.at(now_ns)
+    away = abs(x - round(x))
+    return not over and NUDGE < away < NUDGE + v * ROUNDED_S
 
 
 def move(now_ns, steps, vo, vs, acceleration, deceleration, shape):
