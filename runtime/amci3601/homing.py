@@ -111,8 +111,7 @@ class Homing(Operation):
     @property
     def _on_at_start(self) -> bool:
         """With backplane proximity the home switch counts, too [chapter 4, Find Home note 2]."""
-        with_switch = self.kind is HomingKind.HOME_SWITCH_PROXIMITY and self.layer.active & HOME
-        return self._signal or bool(with_switch)
+        return self._signal or bool(self.layer.active & HOME)
 
     # -- phases -------------------------------------------------------------------------------
 
@@ -151,9 +150,8 @@ class Homing(Operation):
 
     def _final(self, now_ns: int) -> None:
         """The proximity has been seen: slow down, and take the next home edge or marker."""
-        if self.phase is Phase.SEEK:
-            slow = replace(self.profile, speed_sps=self.profile.start_sps)
-            self.layer.axis.change_speed(now_ns, slow)
+        slow = replace(self.profile, speed_sps=self.profile.start_sps)
+        self.layer.axis.change_speed(now_ns, slow)
         self.phase = Phase.FINAL
         if self._with_marker:
             self.layer.axis.watch_marker()

@@ -175,6 +175,22 @@ def test_a_proximity_bit_that_is_set_at_the_start_is_left_backwards(direction, k
     assert "AT_HOME" in search.bench.bits
 
 
+@EITHER_WAY
+@pytest.mark.rules("HMG-12", "HMG-18")
+def test_backplane_homing_that_starts_on_the_home_switch(direction):
+    """Reading A-76: back until the bit, not the switch, has been on and off again."""
+    search = Search(direction, HOME_SWITCH_PROXIMITY, home=(-50, 100))
+    search.command(ms=1_000)
+    assert (search.motion, search.position) == ("back", -4600)
+    search.proximity(True).run(10)
+    assert search.motion == "back"
+    search.proximity(False).run(500)
+    assert search.motion == "ahead"
+    search.proximity(True)
+    search.course(9_000)
+    assert search.shaft == -50
+
+
 # -- marker
 
 

@@ -245,6 +245,18 @@ def test_the_limit_ahead_while_it_is_being_left_may_bounce():
 
 
 @EITHER_WAY
+@pytest.mark.rules("HMG-07", "HOM-04")
+def test_both_limits_in_one_tick(direction):
+    """The one ahead comes first: two seconds, and then the other one forbids the reversal."""
+    search = Search(direction)
+    search.command(ms=400)
+    search.bench.inputs(cw_limit=1, ccw_limit=1).run(2_000)
+    assert (search.motion, search.bench.fired) == ("still", [])
+    search.bench.run(1)
+    assert (told(search.bench.bits), search.bench.fired) == (NO_HOME, BOTH_LIMITS)
+
+
+@EITHER_WAY
 @pytest.mark.rules("HOM-04")
 @pytest.mark.parametrize("still_active", [False, True])
 def test_limit_behind_during_the_two_seconds(direction, still_active):

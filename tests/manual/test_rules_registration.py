@@ -7,7 +7,7 @@ Starting speed 1000, speed 5000, acceleration 20, deceleration 10 steps/ms/s:
 from __future__ import annotations
 
 import pytest
-from bench3601 import CONFIGURATION, MANUAL_CW, RELATIVE, Bench
+from bench3601 import CONFIGURATION, ENCODER, MANUAL_CW, RELATIVE, Bench, configuration
 from registration3601 import EITHER_INPUT, SHAPES, STEPS, TO_STOP, change, give_input, register, release
 
 BOTH_PERIODS = pytest.mark.parametrize("scan_ms", [0.25, 2])
@@ -120,13 +120,20 @@ def test_the_second_input_adds_nothing():
 
 
 @pytest.mark.rules("REG-03", "CFG-14")
-def test_a_request_for_configuration_resets_the_bit():
+@pytest.mark.parametrize(
+    ("direction", "config"),
+    [
+        pytest.param(1, CONFIGURATION, id="cw"),
+        pytest.param(-1, configuration(add=ENCODER), id="the encoder's bit is that of a CCW manual move"),
+    ],
+)
+def test_a_request_for_configuration_resets_the_bit(direction, config):
     """Reading A-10."""
-    bench = register(Bench.ready()).run(400)
-    bench.out(*CONFIGURATION).run(1)
-    assert {"MOVING_CW", "COMMAND_ERROR"} <= bench.bits
+    bench = register(Bench.ready(), direction).run(400)
+    bench.out(*config).run(1)
+    assert {"MOVING_CW" if direction > 0 else "MOVING_CCW", "COMMAND_ERROR"} <= bench.bits
     took = bench.until("MODE_CONFIG")
-    assert (1 + took, bench.module.machine.shaft) == (360 + 400 + 0.25, 1600 + STEPS)
+    assert (1 + took, bench.module.machine.shaft) == (360 + 400 + 0.25, direction * (1600 + STEPS))
 
 
 @pytest.mark.rules("REG-02", "CMD-03")
@@ -190,6 +197,17 @@ def test_a_speed_that_was_reduced_may_not_be_raised_again(speed):
     change(bench, w4=4).run(200)
     change(bench, w4=speed[0], w5=speed[1]).run(0.25)
     assert bench.fired == ["CMD-27", "PRF-17"]
+
+
+@pytest.mark.rules("REG-08", "REG-02")
+def test_the_acceleration_type_stays_that_of_the_start():
+    """From 4000/s at 10 a stop takes 750 steps, with an S 1500, and there are only 1200."""
+    bench = register(Bench.ready(), steps=1200).run(400)
+    change(bench, w1=SHAPES["triangular S"], w4=4).run(200)
+    made = bench.position
+    release(bench)
+    assert 0 <= bench.until("STOPPED") - (450 / 4 + 300) < 0.5
+    assert bench.position == made + 1200
 
 
 @pytest.mark.rules("REG-08", "REG-09")

@@ -37,7 +37,7 @@ def release(bench: Bench) -> Bench:
 
 
 def change(bench: Bench, *, direction: int = 1, **words: int) -> Bench:
-    """Change single words, w2 to w7, while the bit stays set."""
+    """Change single words, w1 to w7, while the bit stays set."""
     kept = list(bench.outputs)
     for name, value in words.items():
         kept[int(name[1:])] = value
