@@ -210,6 +210,6 @@ def _begin(layer: CommandLayer, now_ns: int, order: Order) -> None:
     elif layer.busy:
         layer.fire(now_ns, "LSW-08", bits=COMMAND_ERROR)
     else:
-        layer.blend = None
+        layer.blend = layer.held = None  # Resume has to be the first command after a hold (reading A-83)
         layer.blending = BlendProgramming(layer)
         layer.blending.read(now_ns, order)

@@ -169,6 +169,7 @@ def obey_store_minimum(layer: CommandLayer, now_ns: int, order: Order, previous:
         distance = order.parameters.target
         assert distance is not None
         layer.minimum_registration = distance
+        layer.held = None  # Resume has to be the first command after a hold (reading A-83)
     return True
 
 

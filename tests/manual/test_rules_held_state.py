@@ -21,6 +21,7 @@ from bench3601 import (
     Bench,
     configuration,
 )
+from blends3601 import header, transmit
 from motions3601 import FOLLOW, MOTIONS, Motion, held
 
 EVERY_SCAN = pytest.mark.parametrize("scan_ms", [0.25, 2])
@@ -41,6 +42,16 @@ def test_any_move_may_follow_a_hold_and_ends_it(motion, scan_ms):
     assert bench.fired == ["CMD-08"]
 
 
+@EVERY_SCAN
+@pytest.mark.rules("RSM-01", "CMD-08", "LSW-08")
+def test_programming_a_blend_leaves_nothing_to_resume(scan_ms):
+    """It is a command, too (reading A-83), even if it is given up after the first block."""
+    bench = transmit(held(scan_ms=scan_ms), header())
+    assert bench.bits == HELD | {"BLEND_ACK"}
+    bench.idle(scan_ms).command(RESUME).run(100)
+    assert (bench.position, bench.fired) == (2_800, ["CMD-08"])
+
+
 # words, bits that they add to those of the hold state
 FORFEITS = [
     pytest.param((PRESET, 0, 1, 0), set(), id="Preset Position", marks=pytest.mark.rules("HLD-04")),
@@ -57,6 +68,7 @@ FORFEITS = [
     pytest.param((RESUME, 0, 0, 0, 5, 1_000, 20, 10), REFUSED, id="Resume, no speed"),
     pytest.param((0, FOLLOW, 0, 1), {"COMMAND_ERROR"}, id="follower, refused"),
     pytest.param((0, 0x0300, 1, 0, 0, 10), {"INVALID_PROFILE", "BLEND_ACK"}, id="a blend of one segment"),
+    pytest.param((0, 0x0400), set(), id="no minimum registration distance"),
 ]
 
 
