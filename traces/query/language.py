@@ -91,11 +91,9 @@ def _place(text: str, error: UnexpectedInput) -> str:
     if isinstance(error, UnexpectedToken):
         if error.token.type == "$END":
             return f"column {len(text) + 1}: the query ends too early"
-        at = int(error.token.start_pos or 0)
-    else:
-        at = int(getattr(error, "pos_in_stream", 0))
-    word = text[at:].split(maxsplit=1)[0]
-    return f"column {at + 1}: {word!r} can't stand here"
+        return f"column {column_of(error.token)}: {str(error.token)!r} can't stand here"
+    at = int(getattr(error, "pos_in_stream", 0))
+    return f"column {at + 1}: {text[at]!r} can't stand here"
 
 
 def _allowed(error: UnexpectedInput) -> str:

@@ -12,8 +12,8 @@ import numpy as np
 from ...io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw, StatusMsw
 from ..layout import SlotInfo, module_words
 from . import decode
-from .blocks import Block
 from .signal import Array, Kind, Signal
+from .stream import Block
 
 FLAGS = Signal("cpu.flags", Kind.WORD, lambda block: block.flags)
 """What the CPU was doing, as recorded; see the table of flags in docs/traces.md."""

@@ -1,0 +1,180 @@
+"""Exports, read back by software that others wrote, hold what the trace holds."""
+
+from __future__ import annotations
+
+import csv
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from made_traces import A3601, PERIOD_NS, idle, record
+from scanrack.io_images.amci3601 import StatusView
+from scanrack.traces.export import to_pandas, to_polars, write_csv, write_parquet, write_vcd
+from scanrack.traces.layout import SlotInfo
+from scanrack.traces.reader import Scan, open_trace
+from scanrack.traces.signals import Selection
+
+SCANS = 300
+SLOTS = (A3601, SlotInfo(2, "a toy"))
+SIGNALS = [
+    "slot1.in.position",
+    "slot1.in.COMMAND_ERROR",
+    "slot1.in.MODE_CONFIG",
+    "slot2.out.word7",
+    "slot1.speed",
+]
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    words = idle(SCANS, slots=2)
+    words[:100, 8] |= 0x0002  # MOVING_CCW
+    words[:100, 11] = -7 * np.arange(100) % -1000
+    words[:100, 10] = -7 * np.arange(100) // 1000 + 1
+    words[100:, 10:12] = (-1, -345)
+    words[150:160, 8] |= 0x1000  # COMMAND_ERROR
+    words[200:203, 8] = -31_682  # configuration mode: no position
+    words[:, 23] = np.arange(SCANS) // 3 - 50
+    return record(tmp_path_factory.mktemp("export") / "a.mcap", words, SLOTS)
+
+
+@pytest.fixture(scope="module")
+def scans(path: Path) -> list[Scan]:
+    with open_trace(path) as trace:
+        return list(trace.scans())
+
+
+def positions(scans: list[Scan]) -> list[int | None]:
+    views = [StatusView(scan.inputs(1)) for scan in scans]
+    return [None if view.MODE_CONFIG else view.position for view in views]
+
+
+def errors(scans: list[Scan]) -> list[bool]:
+    return [StatusView(scan.inputs(1)).COMMAND_ERROR for scan in scans]
+
+
+def word7(scans: list[Scan]) -> list[int]:
+    return [scan.outputs(2)[7] for scan in scans]
+
+
+def test_csv_by_the_standard_library(path: Path, scans: list[Scan], tmp_path: Path) -> None:
+    target = tmp_path / "a.csv"
+    with open_trace(path) as trace:
+        assert write_csv(trace, target, SIGNALS) == SCANS
+    with target.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [int(row["scan"]) for row in rows] == list(range(SCANS))
+    assert [int(row["time_ns"]) for row in rows] == [scan.now_ns for scan in scans]
+    told = [int(row["slot1.in.position"]) if row["slot1.in.position"] else None for row in rows]
+    assert told == positions(scans)
+    assert [row["slot1.in.COMMAND_ERROR"] == "1" for row in rows] == errors(scans)
+    assert [int(row["slot2.out.word7"]) for row in rows] == word7(scans)
+
+
+def test_every_csv_row_has_every_column(path: Path, tmp_path: Path) -> None:
+    with open_trace(path) as trace:
+        write_csv(trace, tmp_path / "all.csv")
+    with (tmp_path / "all.csv").open(newline="") as file:
+        head, *rows = csv.reader(file)
+    assert len(head) > 60
+    assert {len(row) for row in rows} == {len(head)}
+
+
+def test_parquet_by_pyarrow(path: Path, scans: list[Scan], tmp_path: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed")
+    target = tmp_path / "a.parquet"
+    with open_trace(path) as trace:
+        assert write_parquet(trace, target, SIGNALS, Selection(first=90, last=209)) == 120
+    table = parquet.read_table(target).to_pydict()
+    assert table["scan"] == list(range(90, 210))
+    assert table["slot1.in.position"] == positions(scans)[90:210]
+    assert table["slot1.in.COMMAND_ERROR"] == errors(scans)[90:210]
+    assert table["slot2.out.word7"] == word7(scans)[90:210]
+
+
+def test_pandas(path: Path, scans: list[Scan]) -> None:
+    pandas = pytest.importorskip("pandas", reason="pandas is not installed")
+    with open_trace(path) as trace:
+        frame = to_pandas(trace, SIGNALS)
+    assert frame["time_ns"].tolist() == [scan.now_ns for scan in scans]
+    position = frame["slot1.in.position"]
+    assert [None if pandas.isna(value) else int(value) for value in position] == positions(scans)
+    rising = frame.index[frame["slot1.in.COMMAND_ERROR"].astype(int).diff() == 1]
+    assert rising.tolist() == [150]
+
+
+def test_polars(path: Path, scans: list[Scan]) -> None:
+    pytest.importorskip("polars", reason="polars is not installed")
+    with open_trace(path) as trace:
+        frame = to_polars(trace, SIGNALS)
+    assert frame["slot1.in.position"].to_list() == positions(scans)
+    assert frame["slot1.in.COMMAND_ERROR"].to_list() == errors(scans)
+
+
+def signed(bits: str, width: int) -> int | None:
+    """Return what a reader of value change dumps gave as bits."""
+    if "x" in bits:
+        return None
+    value = int(bits, 2)
+    return value - (1 << width) if value >> (width - 1) else value
+
+
+def dump(path: Path, target: Path) -> Path:
+    with open_trace(path) as trace:
+        write_vcd(trace, target)
+    return target
+
+
+def test_vcd_by_vcdvcd(path: Path, scans: list[Scan], tmp_path: Path) -> None:
+    vcdvcd = pytest.importorskip("vcdvcd", reason="vcdvcd is not installed")
+    read = vcdvcd.VCDVCD(str(dump(path, tmp_path / "a.vcd")))
+    assert float(read.timescale["timescale"]) == 1e-9
+    times = [scan.now_ns for scan in scans]
+    position = read["slot1.in.position"]
+    assert [signed(position[time], 32) for time in times] == positions(scans)
+    error = read["slot1.in.COMMAND_ERROR"]
+    assert [error[time] == "1" for time in times] == errors(scans)
+    assert error.tv == [(0, "0"), (150 * PERIOD_NS, "1"), (160 * PERIOD_NS, "0")]  # changes, nothing else
+    word = read["slot2.out.word7[15:0]"]
+    assert [signed(word[time], 16) for time in times] == word7(scans)
+    assert read.endtime == times[-1]
+
+
+def test_vcd_by_pyvcd(path: Path, tmp_path: Path) -> None:
+    reader = pytest.importorskip("vcd.reader", reason="pyvcd is not installed")
+    with dump(path, tmp_path / "a.vcd").open("rb") as file:
+        tokens = list(reader.tokenize(file))
+    scopes, depth = [], []
+    for token in tokens:
+        if token.kind is reader.TokenKind.SCOPE:
+            depth.append(token.data.ident)
+        elif token.kind is reader.TokenKind.UPSCOPE:
+            depth.pop()
+        elif token.kind is reader.TokenKind.VAR:
+            scopes.append((".".join(depth), token.data.reference, token.data.type_.value, token.data.size))
+    assert depth == []
+    assert ("slot1.in", "position", "integer", 32) in scopes
+    assert ("slot1.out", "ABSOLUTE_MOVE", "wire", 1) in scopes
+    assert ("slot2.in", "word0", "wire", 16) in scopes
+    times = [token.data for token in tokens if token.kind is reader.TokenKind.CHANGE_TIME]
+    assert times[:2] == [0, PERIOD_NS]
+    assert times == sorted(set(times[:-1])) + times[-1:]
+
+
+@pytest.mark.skipif(shutil.which("vcd2fst") is None, reason="GTKWave's vcd2fst is not installed")
+def test_vcd_by_gtkwave(path: Path, tmp_path: Path) -> None:
+    source = dump(path, tmp_path / "a.vcd")
+    fst, back = tmp_path / "a.fst", tmp_path / "back.vcd"
+    subprocess.run(["vcd2fst", source, fst], check=True, capture_output=True, timeout=60)
+    with back.open("wb") as file:
+        subprocess.run(["fst2vcd", fst], check=True, stdout=file, timeout=60)
+    vcdvcd = pytest.importorskip("vcdvcd", reason="vcdvcd is not installed")
+    first, second = (vcdvcd.VCDVCD(str(file)) for file in (source, back))
+    names = {"slot1.in.position": 32, "slot1.in.COMMAND_ERROR": 1, "slot2.out.word7[15:0]": 16}
+    for name, width in names.items():
+        there = next(other for other in second.signals if other.startswith(name.partition("[")[0]))
+        times = [PERIOD_NS * scan for scan in range(SCANS)]
+        was, now = ([signed(one[time], width) for time in times] for one in (first[name], second[there]))
+        assert was == now

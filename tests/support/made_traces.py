@@ -1,0 +1,47 @@
+"""Traces made of arrays: what every word is in every scan, and what happened beside."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from scanrack.traces.layout import SLOT_BYTES, SlotInfo
+from scanrack.traces.recorder import ScanRecorder
+
+PERIOD_NS = 2_000_000
+A3601 = SlotInfo(1, "amci3601", "4.1")
+
+Event = tuple[str, Mapping[str, object]]
+
+
+def record(
+    path: Path,
+    words: np.ndarray,
+    slots: Sequence[SlotInfo] = (A3601,),
+    *,
+    events: Mapping[int, Event] | None = None,
+    period_ns: int = PERIOD_NS,
+    chunk_scans: int = 50,
+    metadata: Mapping[str, str] | None = None,
+) -> Path:
+    """Record scans of which `words` gives the words, int16: per slot eight of output, eight of input."""
+    memory = bytearray(SLOT_BYTES * len(slots))
+    recorder = ScanRecorder(
+        path, memory, slots, scan_period_ns=period_ns, chunk_scans=chunk_scans, metadata=metadata
+    )
+    for scan, row in enumerate(np.asarray(words, np.int16)):
+        memory[:] = row.tobytes()
+        if events and scan in events:
+            topic, fields = events[scan]
+            recorder.event(scan, scan * period_ns, topic, fields)
+        recorder.scan(scan, scan * period_ns, 1)
+    recorder.close()
+    return path
+
+
+def idle(scans: int, slots: int = 1) -> np.ndarray:
+    """Return the words of so many scans in which nothing happens: MODULE_OK in every slot."""
+    words = np.zeros((scans, 16 * slots), np.int16)
+    words[:, 8::16] = 0x4000
+    return words
