@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-import json
 import re
-import shutil
-import subprocess
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
+from chromium import BROWSER, Chromium
 from made_traces import PERIOD_NS, idle, record
 from scanrack.traces.plot import save_page
 from scanrack.traces.reader import open_trace
 
 SCANS = 5000
-BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-needs_browser = pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed")
 
 
 def write_page(folder: Path) -> Path:
@@ -41,119 +37,81 @@ def test_the_page_asks_nothing_of_a_network(tmp_path: Path) -> None:
     assert text.count("</script>") == 2
 
 
-def run(page: Path, script: str, hash_: str = "") -> dict[str, Any]:
-    """Open the page, run a script in it once it is ready, and return what it reports."""
-    probe = f"""<script>
-    const probe = async () => {{
-      while (!document.body.dataset.ready) await new Promise(done => setTimeout(done, 5));
-      const frame = () => new Promise(done => requestAnimationFrame(() => setTimeout(done)));
-      const box = canvas.getBoundingClientRect();
-      const report = {{}};
-      {script}
-      document.body.append(Object.assign(document.createElement("pre"),
-        {{ id: "report", textContent: "REPORT" + JSON.stringify(report) + "END" }}));
-    }};
-    probe().catch(error => document.body.append("REPORT" + JSON.stringify({{error: String(error)}}) + "END"));
-    </script></body>"""
-    probed = page.with_name("probed.html")
-    text = page.read_text(encoding="utf-8").replace("</body>", probe)
-    probed.write_text(text, encoding="utf-8")
-    assert BROWSER is not None
-    done = subprocess.run(
-        [BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--window-size=1300,800",
-         f"--user-data-dir={page.parent / 'profile'}", "--virtual-time-budget=8000", "--dump-dom",
-         f"{probed.as_uri()}{hash_}"],
-        capture_output=True, text=True, timeout=60, check=True,
-    )  # fmt: skip
-    found = re.search(r"REPORT(\{.*?\})END</pre>", done.stdout) or re.search(
-        r"REPORT(\{.*?\})END", done.stdout
-    )
-    assert found is not None, done.stdout[-2000:]
-    report: dict[str, object] = json.loads(
-        found[1].replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&")
-    )
-    assert "error" not in report, report
-    return report
-
-
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_page(tmp_path_factory.mktemp("page"))
 
 
-@needs_browser
-def test_every_scan_is_in_the_page_as_it_was_recorded(page: Path) -> None:
-    report = run(
-        page,
-        """
-        const rows = [0, 999, 1000, 2000, 4500, 4899, 4950];
-        report.time = rows.map(row => time[row]);
-        report.scan = rows.map(row => scan[row]);
-        report.position = rows.map(row => data.panels[0].position.values[row]);
-        report.speed = rows.map(row => data.panels[0].speed.values[row]);
-        report.count = time.length;
-        const lane = data.panels[0].lanes.find(lane => lane.name === "COMMAND_ERROR");
-        report.lane = [2499, 2500, 2501].map(row => valueAt(lane, row));
-        """,
-    )
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Chromium]:
+    if BROWSER is None:
+        pytest.skip("no Chromium is installed")
+    browser = Chromium(tmp_path_factory.mktemp("profile"))
+    yield browser
+    browser.close()
+
+
+def test_every_scan_is_in_the_page_as_it_was_recorded(page: Path, browser: Chromium) -> None:
     rows = [0, 999, 1000, 2000, 4500, 4899, 4950]
     missing = -(2**31)
-    assert report["count"] == SCANS
-    assert report["time"] == [row * PERIOD_NS for row in rows]
-    assert report["scan"] == rows
-    assert report["position"] == [0, 0, 3, 3003, 9000, 9000, missing]
-    assert report["speed"][3] == 1500  # 3 steps in 2 ms
-    assert report["lane"] == [0, 1, 0]
+    browser.open(page.as_uri())
+    assert browser.evaluate("time.length") == SCANS
+    assert browser.evaluate(f"{rows}.map(row => time[row])") == [row * PERIOD_NS for row in rows]
+    assert browser.evaluate(f"{rows}.map(row => scan[row])") == rows
+    positions = browser.evaluate(f"{rows}.map(row => data.panels[0].position.values[row])")
+    assert positions == [0, 0, 3, 3003, 9000, 9000, missing]
+    assert browser.evaluate("data.panels[0].speed.values[2000]") == 1500  # 3 steps in 2 ms
+    lane = "data.panels[0].lanes.find(lane => lane.name === 'COMMAND_ERROR')"
+    assert browser.evaluate(f"[2499, 2500, 2501].map(row => valueAt({lane}, row))") == [0, 1, 0]
 
 
-@needs_browser
-def test_wheel_drag_and_double_click(page: Path) -> None:
-    report = run(
-        page,
-        """
-        const at = x => ({ clientX: box.left + x, clientY: box.top + 60, bubbles: true, pointerId: 1 });
-        canvas.setPointerCapture = () => {};
-        const middle = LEFT + width() / 2;
-        report.all = { ...view };
-        canvas.dispatchEvent(new WheelEvent("wheel", { ...at(middle), deltaY: -600 }));
-        await frame();
-        report.zoomed = { ...view };
-        report.drawn = [Number(canvas.dataset.start), Number(canvas.dataset.end)];
-        canvas.dispatchEvent(new PointerEvent("pointerdown", at(middle)));
-        canvas.dispatchEvent(new PointerEvent("pointermove", at(middle - 100)));
-        canvas.dispatchEvent(new PointerEvent("pointerup", at(middle - 100)));
-        await frame();
-        report.moved = { ...view };
-        report.hash = location.hash;
-        canvas.dispatchEvent(new MouseEvent("dblclick", at(middle)));
-        await frame();
-        report.back = { ...view };
-        """,
-    )
+def shown(browser: Chromium) -> tuple[float, float]:
+    """Return what part of the time the chart was last drawn for."""
+    start, end = browser.evaluate("[Number(canvas.dataset.start), Number(canvas.dataset.end)]")
+    return start, end
+
+
+def test_wheel_drag_and_double_click(page: Path, browser: Chromium) -> None:
+    browser.open(page.as_uri())
     end = (SCANS - 1) * PERIOD_NS
-    assert report["all"] == report["back"] == {"start": 0, "end": end}
-    zoomed, moved = report["zoomed"], report["moved"]
-    assert zoomed["end"] - zoomed["start"] == pytest.approx(end * 1.0015**-600)
-    assert (zoomed["start"] + zoomed["end"]) / 2 == pytest.approx(end / 2)  # around the pointer
-    assert report["drawn"] == [zoomed["start"], zoomed["end"]]
-    assert moved["start"] > zoomed["start"]  # dragged to the left: what is later comes in
-    assert moved["end"] - moved["start"] == pytest.approx(zoomed["end"] - zoomed["start"])
-    assert report["hash"].startswith("#from=")
-
-
-@needs_browser
-def test_the_readout_tells_the_scan_under_the_pointer(page: Path) -> None:
-    report = run(
-        page,
-        """
-        canvas.dispatchEvent(new PointerEvent("pointermove",
-          { clientX: box.left + xOf(2500 * 2e6 + 1), clientY: box.top + 60, bubbles: true }));
-        await frame();
-        report.text = readout.textContent;
-        """,
-        "#from=4.99&to=5.01",
+    assert shown(browser) == (0, end)
+    x, y = browser.evaluate(
+        "(box => [box.left + LEFT + width() / 2, box.top + 60])(canvas.getBoundingClientRect())"
     )
-    text = report["text"]
+    browser.mouse("mouseWheel", x, y, deltaX=0, deltaY=-600)
+    zoomed = shown(browser)
+    assert zoomed[1] - zoomed[0] == pytest.approx(end * 1.0015**-600)
+    assert sum(zoomed) / 2 == pytest.approx(end / 2, rel=0.01)  # around the pointer
+    browser.mouse("mousePressed", x, y, button="left", clickCount=1)
+    browser.mouse("mouseMoved", x - 100, y, button="left", buttons=1)
+    browser.mouse("mouseReleased", x - 100, y, button="left", clickCount=1)
+    moved = shown(browser)
+    assert moved[0] > zoomed[0]  # dragged to the left: what is later comes in
+    assert moved[1] - moved[0] == pytest.approx(zoomed[1] - zoomed[0])
+    assert browser.evaluate("location.hash").startswith("#from=")
+    for count in (1, 2):
+        browser.mouse("mousePressed", x, y, button="left", clickCount=count)
+        browser.mouse("mouseReleased", x, y, button="left", clickCount=count)
+    assert shown(browser) == (0, end)
+
+
+def test_shift_and_drag_zooms_into_what_was_drawn(page: Path, browser: Chromium) -> None:
+    browser.open(page.as_uri())
+    left, top = browser.evaluate("(box => [box.left, box.top])(canvas.getBoundingClientRect())")
+    first, last = browser.evaluate("[xOf(2e9), xOf(3e9)]")
+    browser.mouse("mousePressed", left + first, top + 60, button="left", clickCount=1, modifiers=8)
+    browser.mouse("mouseMoved", left + last, top + 60, button="left", buttons=1, modifiers=8)
+    browser.mouse("mouseReleased", left + last, top + 60, button="left", clickCount=1, modifiers=8)
+    assert shown(browser) == pytest.approx((2e9, 3e9), rel=0.02)
+
+
+def test_the_readout_tells_the_scan_under_the_pointer(page: Path, browser: Chromium) -> None:
+    browser.open(page.as_uri() + "#from=4.99&to=5.01")
+    x, y = browser.evaluate(
+        "(box => [box.left + xOf(5.001e9), box.top + 60])(canvas.getBoundingClientRect())"
+    )
+    browser.mouse("mouseMoved", x, y)
+    text = browser.evaluate("readout.textContent")
     assert "time5.000000 sscan2,500" in text
     assert "position4,503" in text
     assert "constant speed" in text
