@@ -38,6 +38,12 @@ PIXELS = round((WIDTH - LEFT - RIGHT) * DPI)
 EDGE = 0.004
 """Room before the first and after the last scan, as a part of the time axis: a pulse there must be seen."""
 
+INSTANTS_MAX = 60
+"""Most lines through a curve for marks of one kind."""
+
+CROWDED = PIXELS // 3
+"""Changes of a bit beyond which its line is drawn thin."""
+
 TICKS_MAX = 12
 LABEL_ROWS = 3
 POINTS_PER_INCH = 72
@@ -169,9 +175,11 @@ def _draw_curve(axes: Any, curve: Curve, name: str) -> None:
 
 
 def _draw_instants(axes: Any, panel: Panel[Curve]) -> None:
-    """Draw a thin line through a curve where a rule fired or the machine acted."""
+    """Draw a thin line through a curve where a rule fired or the machine acted, unless they would hide it."""
     for kind in ("stimulus", "rule"):
         times = [mark.time_ns for mark in panel.marks if mark.kind == kind]
+        if len(times) > INSTANTS_MAX:
+            continue
         upright = axes.get_xaxis_transform()
         axes.vlines(times, 0, 1, transform=upright, color=colours.MARKS[kind], linewidth=0.5, alpha=0.45)
 
@@ -192,7 +200,8 @@ def _draw_marks(canvas: _Canvas, panel: Panel[Curve], top: float) -> None:
     axes.text(-0.145, 0.62, name, transform=axes.transAxes, size=9.5, weight="bold")
     untold = len(panel.marks) - len(labels)
     if untold:
-        axes.text(-0.145, 0.25, f"{untold:,} more marks", transform=axes.transAxes, size=LABEL_SIZE)
+        more = "more mark" if untold == 1 else "more marks"
+        axes.text(-0.145, 0.25, f"{untold:,} {more}", transform=axes.transAxes, size=LABEL_SIZE)
 
 
 def _draw_label(axes: Any, mark: Mark, height: float) -> None:
@@ -231,7 +240,8 @@ def _draw_bit(axes: Any, lane: Lane, chart: Chart[Curve], row: int) -> None:
     levels = row + np.where(values, 0.18, 0.85)
     colour = colours.LANES[lane.group]
     axes.fill_between(times, row + 0.85, levels, step="post", color=colour, alpha=0.3, linewidth=0)
-    axes.plot(times, levels, drawstyle="steps-post", color=colour, linewidth=0.9, solid_joinstyle="miter")
+    thick = 0.9 if len(times) < CROWDED else 0.3
+    axes.plot(times, levels, drawstyle="steps-post", color=colour, linewidth=thick, solid_joinstyle="miter")
 
 
 def _draw_ramp(axes: Any, lane: Lane, chart: Chart[Curve]) -> None:

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from .marks import KINDS, Mark
 
 GAP = 2
 """Least distance of two labels in a row, letters."""
+
+MANY = 30
+"""A label that occurs more often than this is given once, with how often."""
 
 
 def placed(
@@ -15,7 +20,8 @@ def placed(
 ) -> list[tuple[Mark, int]]:
     """Choose the marks to be labelled, and a row for each label, which begins at its mark.
 
-    The most telling kinds come first; within a kind the earlier mark does.
+    The most telling kinds come first; within a kind the earlier mark does. Of very many with one label
+    the first tells how many there are.
 
     Args:
         marks: the marks.
@@ -30,7 +36,7 @@ def placed(
     span = max(1, end_ns - start_ns)
     taken: list[list[tuple[float, float]]] = [[] for _ in range(rows)]
     labels = []
-    for mark in sorted(marks, key=lambda mark: KINDS.index(mark.kind)):
+    for mark in sorted(_folded(marks), key=lambda mark: KINDS.index(mark.kind)):
         left = (mark.time_ns - start_ns) / span
         right = left + len(mark.label) * letter
         for row, spans in enumerate(taken):
@@ -40,3 +46,16 @@ def placed(
                 labels.append((mark, row))
                 break
     return labels
+
+
+def _folded(marks: Sequence[Mark]) -> Iterator[Mark]:
+    """Yield the marks, but of very many with one label only the first, which tells their number."""
+    often = Counter((mark.kind, mark.label) for mark in marks)
+    told = set()
+    for mark in marks:
+        key = (mark.kind, mark.label)
+        if often[key] <= MANY:
+            yield mark
+        elif key not in told:
+            told.add(key)
+            yield replace(mark, label=f"{mark.label} ×{often[key]:,}")

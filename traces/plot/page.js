@@ -7,6 +7,7 @@ const readout = document.getElementById("readout");
 const pen = canvas.getContext("2d");
 const LEFT = 150, RIGHT = 14, TOP = 6, AXIS = 40;
 const MARKS = 50, POSITION = 150, SPEED = 96, LANE = 18, GAP = 14, MARK_ROWS = 3;
+const INSTANTS = 120; // most lines through the curves for marks
 const MARK_FONT = "11px system-ui";
 const GROUP = 64; // rows of which least and greatest are kept at hand
 const MISSING = -2147483648;
@@ -262,10 +263,11 @@ function drawRamp(lane, top) {
 function drawMarks(panel, top, bottom) {
   const shown = panel.marks.filter(mark => mark.time >= view.start && mark.time <= view.end);
   inside(top, bottom - top, () => {
+    const deep = shown.length > INSTANTS ? top + MARKS : bottom; // very many would hide the curves
     let last = -1;
     for (const mark of shown) {
       const x = xOf(mark.time);
-      if (x - last >= 0.5) line(x, top + MARKS - 8, x, bottom, data.colours.marks[mark.kind] + "60");
+      if (x - last >= 0.5) line(x, top + MARKS - 8, x, deep, data.colours.marks[mark.kind] + "60");
       last = x;
     }
     const labels = placed(shown);
