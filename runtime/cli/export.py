@@ -9,7 +9,7 @@ import typer
 
 from ...traces.export import write_csv, write_parquet, write_vcd
 from ...traces.reader import open_trace
-from .slices import QuietOption, ScansOption, TimeOption, reading, selection, told_mistakes
+from .slices import QuietOption, ScansOption, TimeOption, check_target, reading, selection, told_mistakes
 
 _WRITERS = {"--csv": write_csv, "--parquet": write_parquet, "--vcd": write_vcd}
 
@@ -53,6 +53,7 @@ def _export_command(
         for option, target in targets.items():
             if target is None:
                 continue
+            check_target(target, trace)
             with open_trace(trace) as opened, reading(opened, quiet=quiet) as progress:
                 count = _WRITERS[option](opened, target, signal or (), wanted, progress=progress)
             if not quiet:

@@ -9,7 +9,7 @@ import typer
 
 from ...traces.plot import Envelope, read_chart, save_figure, save_page
 from ...traces.reader import open_trace
-from .slices import QuietOption, ScansOption, TimeOption, reading, selection, told_mistakes
+from .slices import QuietOption, ScansOption, TimeOption, check_target, reading, selection, told_mistakes
 
 _PICTURES = (".png", ".svg")
 _PAGES = (".html", ".htm")
@@ -54,6 +54,7 @@ def _plot_command(
         if kind not in _PICTURES + _PAGES:
             allowed = ", ".join(_PICTURES + _PAGES)
             raise ValueError(f"{target}: what to draw is told by the file's suffix: {allowed}")
+        check_target(target, trace)
         with open_trace(trace) as opened, reading(opened, quiet=quiet) as progress:
             if kind in _PAGES:
                 save_page(opened, target, wanted, slots=slot or (), title=title, progress=progress)

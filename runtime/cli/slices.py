@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -90,6 +91,16 @@ def told_mistakes() -> Iterator[None]:
         raise typer.Exit(NOTHING_FOUND) from None
     except OSError as error:
         _end(f"{error.filename}: {error.strerror}" if error.filename else str(error), CANNOT_WRITE)
+
+
+def check_target(target: Path, trace: Path) -> None:
+    """Refuse to write over the trace that is read.
+
+    Raises:
+        ValueError: both are the same file.
+    """
+    if target.exists() and trace.exists() and target.samefile(trace):
+        raise ValueError(f"{target} is the trace itself: choose another file to write to")
 
 
 def _end(says: str, status: int) -> None:

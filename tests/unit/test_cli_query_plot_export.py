@@ -68,6 +68,7 @@ def test_query_that_finds_nothing_ends_with_1(path: Path) -> None:
         (("plot", "{}", "--time", "3s:1s"), "it ends before it begins"),
         (("plot", "{}", "--time", "3"), "allowed are A:B, A: and :B"),
         (("plot", "{}", "--time", "1:2"), "write a number and a unit"),
+        (("export", "{}", "--csv", "{}"), "is the trace itself: choose another file"),
         (("export", "{}"), "nothing to write: give --csv, --parquet, --vcd"),
         (("export", "{}", "--csv", "{}.csv", "--signal", "slot9.*"), "there is no signal 'slot9.*'"),
         (("export", "{}", "--csv", "{}.csv", "--scans", "200:"), "no scan in scans from 200"),
