@@ -137,6 +137,8 @@ def test_vcd_by_vcdvcd(path: Path, scans: list[Scan], tmp_path: Path) -> None:
     error = read["slot1.in.COMMAND_ERROR"]
     assert [error[time] == "1" for time in times] == errors(scans)
     assert error.tv == [(0, "0"), (150 * PERIOD_NS, "1"), (160 * PERIOD_NS, "0")]  # changes, nothing else
+    unknown = [time for time, bits in position.tv if "x" in bits]
+    assert unknown == [200 * PERIOD_NS]  # once, though for three scans
     word = read["slot2.out.word7[15:0]"]
     assert [signed(word[time], 16) for time in times] == word7(scans)
     assert read.endtime == times[-1]

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+import pytest
 from scanrack.traces.layout import SLOT_BYTES, SlotInfo
 from scanrack.traces.recorder import ScanRecorder
+from scanrack.traces.signals import stream
+from scanrack.traces.signals.stream import Columns
 
 PERIOD_NS = 2_000_000
 A3601 = SlotInfo(1, "amci3601", "4.1")
@@ -45,3 +48,15 @@ def idle(scans: int, slots: int = 1) -> np.ndarray:
     words = np.zeros((scans, 16 * slots), np.int16)
     words[:, 8::16] = 0x4000
     return words
+
+
+def cut_blocks(patch: pytest.MonkeyPatch, size: int) -> None:
+    """Let every trace be read in blocks of so many scans."""
+    whole = stream._columns
+
+    def cut(*arguments: object) -> Iterator[Columns]:
+        for columns in whole(*arguments):  # type: ignore[arg-type]
+            for start in range(0, len(columns.scan), size):
+                yield columns.rows(start, start + size)
+
+    patch.setattr(stream, "_columns", cut)

@@ -107,6 +107,11 @@ def test_an_empty_slice_says_what_there_is(path: Path) -> None:
         chart(path, Selection(first=400))
 
 
+def test_a_trace_without_scans_says_so(tmp_path: Path) -> None:
+    with pytest.raises(EmptySelectionError, match="^the trace has no scans$"):
+        chart(record(tmp_path / "empty.mcap", idle(0)))
+
+
 def test_a_trace_without_a_3601_has_nothing_to_plot(tmp_path: Path) -> None:
     path = record(tmp_path / "toy.mcap", idle(3), [SlotInfo(5, "a toy")])
     with pytest.raises(NothingToPlotError, match=r"no amci3601 in the trace to plot \(slot 5: a toy\)"):

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import base64
+import json
+import re
+import zlib
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from made_traces import A3601, PERIOD_NS, idle, record
+from made_traces import A3601, PERIOD_NS, cut_blocks, idle, record
 from scanrack.io_images.thousands import join_reported
+from scanrack.traces.export import write_csv, write_vcd
 from scanrack.traces.layout import SlotInfo
+from scanrack.traces.plot import Envelope, read_chart, save_page
 from scanrack.traces.reader import open_trace
-from scanrack.traces.signals import Catalog, Kind, Selection, blocks, stream
+from scanrack.traces.signals import Catalog, Kind, Selection, blocks
 from scanrack.traces.signals.catalog import UnknownSignalError
 from scanrack.traces.signals.decode import joined
-from scanrack.traces.signals.stream import Columns
 
 SLOTS = (A3601, SlotInfo(7, "a toy"))
 words16 = st.integers(-32_768, 32_767)
@@ -65,16 +69,37 @@ def test_columns_join_words_as_the_codec_does(msw: int, lsw: int) -> None:
 def test_blocks_of_any_size_give_the_same(path: Path, size: int, monkeypatch: pytest.MonkeyPatch) -> None:
     names = ("slot1.speed", "slot1.in.position", "slot1.in.MOVING_CW")
     expected = [read(path, name) for name in names]
-    whole = stream._columns
-
-    def cut(trace: object, *rest: object) -> Iterator[Columns]:
-        for columns in whole(trace, *rest):  # type: ignore[arg-type]
-            for start in range(0, len(columns.scan), size):
-                yield columns.rows(start, start + size)
-
-    monkeypatch.setattr(stream, "_columns", cut)
+    cut_blocks(monkeypatch, size)
     for name, values in zip(names, expected, strict=True):
         np.testing.assert_array_equal(read(path, name), values)
+
+
+def files(path: Path, folder: Path) -> dict[str, str]:
+    """Return all that is made of a trace, as text."""
+    with open_trace(path) as trace:
+        write_csv(trace, folder / "a.csv")
+        write_vcd(trace, folder / "a.vcd")
+        chart = read_chart(trace, Envelope)
+        save_page(trace, folder / "a.html")
+    page = json.loads(re.findall(r'application/json">(.*?)</script>', (folder / "a.html").read_text())[0])
+    panel = page["panels"][0]
+    packed = {name: unpacked(panel.pop(name), np.int32) for name in ("position", "speed")}
+    packed |= {"time": unpacked(page.pop("time"), np.float64), "scan": unpacked(page.pop("scan"), np.int32)}
+    texts = {name: (folder / name).read_text() for name in ("a.csv", "a.vcd")}
+    return texts | {"chart": repr(chart), "page": repr(page), "packed": repr(packed)}
+
+
+def unpacked(text: str, kind: type) -> list[float]:
+    return np.cumsum(np.frombuffer(zlib.decompress(base64.b64decode(text)), kind), dtype=kind).tolist()
+
+
+@pytest.mark.parametrize("size", [1, 7])
+def test_blocks_of_any_size_give_the_same_files(
+    path: Path, tmp_path: Path, size: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    expected = files(path, tmp_path)
+    cut_blocks(monkeypatch, size)
+    assert files(path, tmp_path) == expected
 
 
 @pytest.mark.parametrize(

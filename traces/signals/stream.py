@@ -173,14 +173,16 @@ def blocks(
             found = True
             yield Block(wide, low, high, margin, places)
     if not found:
-        raise EmptySelectionError(f"the trace has no scan in {selection.says()}; it holds {_extent(seen)}")
+        raise EmptySelectionError(_nothing(selection, seen))
 
 
-def _extent(ends: Columns | None) -> str:
+def _nothing(selection: Selection, ends: Columns | None) -> str:
+    """Say that no scan is wanted of those from the first to the last of `ends`."""
     if ends is None:
-        return "none at all"
+        return "the trace has no scans"
     start, end = (f"{time_ns / 1e9:.10g}" for time_ns in ends.time_ns.tolist())
-    return f"scans {ends.scan[0]} to {ends.scan[1]}, time {start} s to {end} s"
+    held = f"scans {ends.scan[0]} to {ends.scan[1]}, time {start} s to {end} s"
+    return f"the trace has no scan in {selection.says()}; it holds {held}"
 
 
 def half_window(trace: Trace) -> int:
