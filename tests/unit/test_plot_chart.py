@@ -108,7 +108,7 @@ def test_an_empty_slice_says_what_there_is(path: Path) -> None:
 
 
 def test_a_trace_without_scans_says_so(tmp_path: Path) -> None:
-    with pytest.raises(EmptySelectionError, match="^the trace has no scans$"):
+    with pytest.raises(EmptySelectionError, match=r"^the trace has no scans$"):
         chart(record(tmp_path / "empty.mcap", idle(0)))
 
 
