@@ -51,6 +51,7 @@ def test_bits_words_and_values(path: Path) -> None:
     assert read(path, "slot7.in.word5")[:3] == [-100, -99, -98]
     assert read(path, "slot7.in.word5.15")[98:102] == [True, True, False, False]  # the sign
     assert set(read(path, "cpu.flags")) == {1}
+    assert [set(read(path, f"cpu.flags.{bit}")) for bit in (0, 6)] == [{True}, {False}]
 
 
 def test_configuration_mode_has_no_values_and_three_bits(path: Path) -> None:
@@ -152,6 +153,7 @@ def test_patterns() -> None:
         ("slot1.in.positon", "did you mean slot1.in.position"),
         ("slot1.in.command_error", "did you mean slot1.in.COMMAND_ERROR"),
         ("MOVING_CW", "did you mean slot1.in.MOVING_CW or slot1.in.MOVING_CCW?"),
+        ("cpu.flags.32", "did you mean cpu.flags"),
         ("slot7.in.word0.16", "did you mean slot7.in.word"),
         ("quite another thing", "there are cpu.flags and those of slot1, slot7"),
     ],

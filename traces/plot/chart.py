@@ -197,7 +197,9 @@ def wanted_slots(trace: Trace, numbers: Sequence[int]) -> list[SlotInfo]:
 
 def chart_title(trace: Trace) -> str:
     """Return the rack's name, or what sits in it."""
-    return trace.head.metadata.get("name") or ", ".join(slot.module for slot in trace.head.slots)
+    return trace.head.metadata.get("name") or ", ".join(
+        dict.fromkeys(slot.module for slot in trace.head.slots)
+    )
 
 
 def marks_of(happened: Sequence[Mark], slot: SlotInfo, first: SlotInfo) -> list[Mark]:

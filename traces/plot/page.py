@@ -25,6 +25,9 @@ from .lanes import GROUPS, RAMP_STATES, Lane
 from .marks import Mark
 from .pack import Packer, whole
 
+SCRIPTS = ("data.js", "drawing.js", "readout.js", "pointer.js")
+"""The page's script, in the order of its parts."""
+
 SCANS_MAX = 10_000_000
 """Most scans in a page: more and a browser runs short of memory."""
 
@@ -97,12 +100,12 @@ def save_page(
 def page(chart: Chart[str], clock: dict[str, str]) -> str:
     """Return the page of a chart."""
     data = json.dumps(_data(chart) | clock, separators=(",", ":"), ensure_ascii=False)
-    own = files(__package__)
-    return Template(_text(own / "page.html")).substitute(
+    web = files(__package__) / "web"
+    return Template(_text(web / "page.html")).substitute(
         title=html.escape(chart.title),
         about=html.escape(axis.about(chart.first, chart.last, chart.start_ns, chart.end_ns)),
-        style=_text(own / "page.css"),
-        script=_text(own / "page.js"),
+        style=_text(web / "page.css"),
+        script="\n".join(_text(web / name) for name in SCRIPTS),
         data=data.replace("</", "<\\/"),  # so that no text in it can end the script
     )
 

@@ -93,11 +93,12 @@ class Catalog(Mapping[str, Signal]):
     def _numbered_bit(self, name: str) -> Signal | None:
         word, _, number = name.rpartition(".")
         source = self._signals.get(word)
-        if source is None or source.kind is not Kind.WORD or source is FLAGS:
+        if source is None or source.kind is not Kind.WORD:
             return None
-        if not (number.isdecimal() and number.isascii() and int(number) < 16):
+        width = 32 if source is FLAGS else 16
+        if not (number.isdecimal() and number.isascii() and int(number) < width):
             return None
-        return Signal(name, Kind.BIT, partial(_bit_of, source, 1 << int(number)))
+        return Signal(name, Kind.BIT, partial(_bit_of, source, int(number)))
 
     def _unknown(self, name: str) -> str:
         """Say that there is no such signal, and what there is that it may have meant."""
@@ -164,5 +165,6 @@ def _speed(slot: int, block: Block) -> Array:
     return speed[block.start : block.stop]
 
 
-def _bit_of(word: Signal, mask: int, block: Block) -> Array:
-    return decode.bit(word.read(block), mask)
+def _bit_of(word: Signal, number: int, block: Block) -> Array:
+    bits: Array = (word.read(block).astype(np.int64) >> number & 1).astype(bool)
+    return bits

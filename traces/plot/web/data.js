@@ -1,0 +1,75 @@
+"use strict";
+// What the page shows, and of which part of it. Time is in ns since power-up, x and y in CSS pixels.
+
+const data = JSON.parse(document.getElementById("data").textContent);
+const canvas = document.getElementById("chart");
+const readout = document.getElementById("readout");
+const pen = canvas.getContext("2d");
+const LEFT = 150, RIGHT = 14, TOP = 6, AXIS = 40;
+const MARKS = 50, POSITION = 150, SPEED = 96, LANE = 18, GAP = 14, MARK_ROWS = 3;
+const INSTANTS = 120; // most lines through the curves for marks
+const MARK_FONT = "11px system-ui";
+const GROUP = 64; // rows of which least and greatest are kept at hand
+const MISSING = -2147483648;
+const LEAST_SPAN = 1e5; // ns across the chart when zoomed in as far as it goes
+const ALL = { start: data.start, end: Math.max(data.end, data.start + 1) };
+let view = { ...ALL };
+let cursor = null; // time under the pointer
+let band = null; // [time, time] while an area to zoom into is drawn
+let time, scan; // of every scan: Float64Array, Int32Array
+
+// A packed column: differences from scan to scan, deflated, base64. Int32 sums wrap, as they did when packed.
+async function unpack(text, Kind) {
+  const bytes = Uint8Array.from(atob(text), letter => letter.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  const values = new Kind(await new Response(stream).arrayBuffer());
+  for (let i = 1; i < values.length; i++) values[i] += values[i - 1];
+  return values;
+}
+
+function curve(values) {
+  const groups = Math.ceil(values.length / GROUP);
+  const low = new Int32Array(groups).fill(2147483647), high = new Int32Array(groups).fill(MISSING);
+  let least = Infinity, most = -Infinity;
+  for (let i = 0; i < values.length; i++) {
+    const value = values[i];
+    if (value === MISSING) continue;
+    const group = i / GROUP | 0;
+    if (value < low[group]) low[group] = value;
+    if (value > high[group]) high[group] = value;
+    if (value < least) least = value;
+    if (value > most) most = value;
+  }
+  if (least > most) least = most = 0;
+  return { values, low, high, least, most };
+}
+
+// Least and greatest of the rows first to end - 1, or null where there is no value.
+function extremes(curve, first, end) {
+  let least = Infinity, most = -Infinity;
+  const take = (low, high) => { if (low < least) least = low; if (high > most) most = high; };
+  for (let i = first; i < end;) {
+    if (i % GROUP === 0 && i + GROUP <= end) {
+      if (curve.high[i / GROUP] >= curve.low[i / GROUP]) take(curve.low[i / GROUP], curve.high[i / GROUP]);
+      i += GROUP;
+    } else {
+      if (curve.values[i] !== MISSING) take(curve.values[i], curve.values[i]);
+      i++;
+    }
+  }
+  return least > most ? null : [least, most];
+}
+
+// Index of the first entry of a sorted list that is greater than a value.
+function above(list, value) {
+  let low = 0, high = list.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (list[middle] > value) high = middle; else low = middle + 1;
+  }
+  return low;
+}
+
+const rowAt = moment => Math.max(0, above(time, moment) - 1);
+const stepAt = (lane, row) => Math.max(0, above(lane.rows, row) - 1);
+const valueAt = (lane, row) => lane.values ? lane.values[stepAt(lane, row)] : (stepAt(lane, row) + lane.first) % 2;
