@@ -124,6 +124,9 @@ def test_what_is_not_over_at_the_end_is_open(path: Path) -> None:
         ("slot1.in.MOVING_CW for 20", "column 24: '20' can't stand here; allowed here: a time such as 20 ms"),
         ("slot1.in.MOVING_CW without slot1.in.AT_HOME", "column 44: the query ends too early"),
         ("", "column 1: the query ends too early"),
+        ("time > 99999999 h", "column 8: 99999999 h is longer than any trace"),
+        (f"scan > 0x{300 * 'F'}", "FFF is too large a number"),
+        (3000 * "not " + "scan > 1", "the query is nested too deeply"),
     ],
 )
 def test_a_mistake_is_told_with_its_column(path: Path, text: str, says: str) -> None:

@@ -12,7 +12,7 @@ from ..reader import Trace
 from ..signals import Catalog, Kind, Signal, blocks
 from .answer import Answer, Occurrence
 from .columns import Scans
-from .language import parse
+from .language import TOO_DEEP, QueryError, parse
 from .patterns import Found
 
 Array = NDArray[Any]
@@ -39,7 +39,10 @@ def query(
     asked = parse(text, catalog)
     shown = [catalog[name] for name in show]
     scans = read_scans(trace, (*asked.signals, *shown), progress)
-    found = asked.pattern(scans)
+    try:
+        found = asked.pattern(scans)
+    except RecursionError as error:
+        raise QueryError(TOO_DEEP) from error
     wanted = found.some(_PICKS[asked.aggregate](found, scans))
     return Answer(asked.aggregate, len(found), tuple(_occurrences(wanted, scans, shown)))
 

@@ -63,6 +63,19 @@ def derived(kind: Type, part: Expression, evaluate: Callable[[Scans], Array]) ->
     return Expression(kind, part.column, part.text, evaluate, part.signals)
 
 
+def joined(
+    kind: Type, left: Expression, right: Expression, operator: Callable[[Array, Array], Array]
+) -> Expression:
+    """Make an expression of two."""
+    return Expression(
+        kind,
+        left.column,
+        left.text,
+        lambda scans: operator(left.evaluate(scans), right.evaluate(scans)),
+        left.signals + right.signals,
+    )
+
+
 def combined(operator: Callable[[Array, Array], Array], parts: tuple[Expression, ...]) -> Expression:
     """Make a condition of several."""
     for part in parts:
@@ -105,7 +118,27 @@ def duration_ns(token: Token) -> int:
     assert match is not None  # the grammar's own
     digits = match[2] or ""
     scale: int = 10 ** len(digits)
-    return int(match[1] + digits) * _UNIT_NS[match[3]] // scale
+    duration = int(match[1] + digits) * _UNIT_NS[match[3]] // scale
+    if duration > DURATION_MAX:
+        raise MeaningError(column_of(token), f"{token} is longer than any trace")
+    return duration
+
+
+def number_of(token: Token) -> float:
+    """Return a number of the text.
+
+    >>> number_of(Token("NUMBER", "4_000")), number_of(Token("NUMBER", "0x4000"))
+    (4000.0, 16384.0)
+    """
+    text = token.replace("_", "")
+    try:
+        return float(int(text, 16) if text[:2].lower() == "0x" else text)
+    except OverflowError:
+        raise MeaningError(column_of(token), f"{token} is too large a number") from None
+
+
+DURATION_MAX = 2**62
+"""Longest duration, ns: 146 years."""
 
 
 def column_of(token: Token) -> int:

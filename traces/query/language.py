@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from ..signals import Catalog, Kind, Signal
 from ..signals.catalog import UnknownSignalError
 from . import columns
+from .columns import Condition, Scans
 from .expression import (
     Expression,
     MeaningError,
@@ -31,12 +32,14 @@ from .expression import (
     combined,
     derived,
     duration_ns,
+    joined,
     leaf,
+    number_of,
     same,
     want,
 )
 from .grammar import GRAMMAR, TERMS
-from .patterns import Pattern, response, runs, silence
+from .patterns import Found, Pattern, response, runs, silence
 
 Array = NDArray[Any]
 
@@ -75,11 +78,18 @@ def parse(text: str, catalog: Catalog) -> Query:
         query: Query = _Builder(catalog).transform(tree)
     except UnexpectedInput as error:
         raise QueryError(f"{_place(text, error)}; allowed here: {_allowed(error)}") from error
+    except RecursionError as error:
+        raise QueryError(TOO_DEEP) from error
     except VisitError as error:
+        if isinstance(error.orig_exc, RecursionError):
+            raise QueryError(TOO_DEEP) from error
         if isinstance(error.orig_exc, MeaningError):
             raise QueryError(f"column {error.orig_exc.column}: {error.orig_exc}") from error
         raise
     return query
+
+
+TOO_DEEP = "the query is nested too deeply"
 
 
 @cache
@@ -125,6 +135,22 @@ _EDGES: Mapping[str, Callable[[Array], Array]] = {
 }
 
 
+_Found = tuple[Pattern, tuple[Signal, ...]]
+"""What finds occurrences, and the signals it reads."""
+
+
+def _two(
+    cause: Expression, effect: Expression, find: Callable[[Condition, Condition, Scans], Found]
+) -> _Found:
+    """Make a pattern of two conditions."""
+    want(cause, Type.CONDITION)
+    want(effect, Type.CONDITION)
+    return (
+        lambda scans: find(cause.evaluate(scans), effect.evaluate(scans), scans),
+        cause.signals + effect.signals,
+    )
+
+
 @v_args(inline=True)
 class _Builder(Transformer[Token, Any]):
     """Builds the query bottom up, one method per rule of the grammar."""
@@ -135,37 +161,23 @@ class _Builder(Transformer[Token, Any]):
 
     # -- the whole ----------------------------------------------------------------------------------
 
-    def everything(self, found: tuple[Pattern, tuple[Signal, ...]]) -> Query:
+    def everything(self, found: _Found) -> Query:
         return Query(None, *found)
 
-    def aggregate(self, name: Token, found: tuple[Pattern, tuple[Signal, ...]]) -> Query:
+    def aggregate(self, name: Token, found: _Found) -> Query:
         return Query(str(name), *found)
 
-    def runs(self, condition: Expression) -> tuple[Pattern, tuple[Signal, ...]]:
+    def runs(self, condition: Expression) -> _Found:
         want(condition, Type.CONDITION)
         return lambda scans: runs(condition.evaluate(scans), scans), condition.signals
 
-    def then(
-        self, cause: Expression, effect: Expression, limit: Token | None = None
-    ) -> tuple[Pattern, tuple[Signal, ...]]:
-        want(cause, Type.CONDITION)
-        want(effect, Type.CONDITION)
+    def then(self, cause: Expression, effect: Expression, limit: Token | None = None) -> _Found:
         within_ns = None if limit is None else duration_ns(limit)
-        return (
-            lambda scans: response(cause.evaluate(scans), effect.evaluate(scans), within_ns, scans),
-            cause.signals + effect.signals,
-        )
+        return _two(cause, effect, lambda a, b, scans: response(a, b, within_ns, scans))
 
-    def without(
-        self, cause: Expression, effect: Expression, limit: Token
-    ) -> tuple[Pattern, tuple[Signal, ...]]:
-        want(cause, Type.CONDITION)
-        want(effect, Type.CONDITION)
+    def without(self, cause: Expression, effect: Expression, limit: Token) -> _Found:
         within_ns = duration_ns(limit)
-        return (
-            lambda scans: silence(cause.evaluate(scans), effect.evaluate(scans), within_ns, scans),
-            cause.signals + effect.signals,
-        )
+        return _two(cause, effect, lambda a, b, scans: silence(a, b, within_ns, scans))
 
     # -- conditions ---------------------------------------------------------------------------------
 
@@ -197,13 +209,7 @@ class _Builder(Transformer[Token, Any]):
         if left.type is Type.CONDITION and sign not in ("==", "!="):
             raise MeaningError(column_of(sign), f"conditions are compared with == and !=, not with {sign}")
         operator = _COMPARE[sign]
-        return Expression(
-            Type.CONDITION,
-            left.column,
-            left.text,
-            lambda scans: columns.compared(operator, left.evaluate(scans), right.evaluate(scans)),
-            left.signals + right.signals,
-        )
+        return joined(Type.CONDITION, left, right, lambda a, b: columns.compared(operator, a, b))
 
     # -- numbers and times --------------------------------------------------------------------------
 
@@ -215,14 +221,7 @@ class _Builder(Transformer[Token, Any]):
             want(right, Type.NUMBER, "*")
             want(left, Type.NUMBER, "*")
         same(left, right, sign)
-        operator = _ARITHMETIC[sign]
-        return Expression(
-            left.type,
-            left.column,
-            left.text,
-            lambda scans: operator(left.evaluate(scans), right.evaluate(scans)),
-            left.signals + right.signals,
-        )
+        return joined(left.type, left, right, _ARITHMETIC[sign])
 
     def signed(self, sign: Token, part: Expression) -> Expression:
         if part.type is Type.CONDITION:
@@ -241,8 +240,7 @@ class _Builder(Transformer[Token, Any]):
         return leaf(Type.DURATION, token, lambda scans: np.full(len(scans), value))
 
     def number(self, token: Token) -> Expression:
-        text = token.replace("_", "")
-        value = float(int(text, 16) if text[:2].lower() == "0x" else text)
+        value = number_of(token)
         return leaf(Type.NUMBER, token, lambda scans: np.full(len(scans), value))
 
     def name(self, token: Token) -> Expression:
