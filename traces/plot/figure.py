@@ -28,8 +28,8 @@ from .marks import Mark
 DPI = 110
 WIDTH = 13.0
 LEFT, RIGHT = 1.75, 0.25
-TOP, BOTTOM = 0.72, 0.62
-MARKS, POSITION, SPEED, LANE, GAP = 0.62, 1.5, 0.95, 0.2, 0.16
+TOP = 0.72
+MARKS, POSITION, SPEED, LANE, AXIS, GAP = 0.62, 1.5, 0.95, 0.2, 0.5, 0.16
 """Sizes in inches."""
 
 PIXELS = round((WIDTH - LEFT - RIGHT) * DPI)
@@ -77,7 +77,7 @@ def save_figure(chart: Chart[Curve], path: Path) -> None:
 
 def draw(chart: Chart[Curve], figure_class: Any) -> Any:
     """Return the figure of a chart."""
-    height = TOP + BOTTOM + sum(_panel_height(panel) for panel in chart.panels)
+    height = TOP + sum(_panel_height(panel) for panel in chart.panels)
     figure = figure_class(figsize=(WIDTH, height), facecolor="white")
     _title(figure, chart, height)
     top = height - TOP
@@ -87,7 +87,7 @@ def draw(chart: Chart[Curve], figure_class: Any) -> Any:
 
 
 def _panel_height(panel: Panel[Curve]) -> float:
-    return MARKS + POSITION + SPEED + LANE * (1 + len(panel.lanes)) + 3 * GAP
+    return MARKS + POSITION + SPEED + LANE * (1 + len(panel.lanes)) + AXIS + 2 * GAP
 
 
 class _Canvas:
@@ -162,7 +162,7 @@ def _draw_panel(canvas: _Canvas, panel: Panel[Curve], top: float) -> float:
     lanes = canvas.axes(top, height)
     _draw_lanes(lanes, panel, canvas.chart)
     _draw_time(lanes, canvas.chart)
-    return top - height - GAP
+    return top - height - AXIS
 
 
 def _draw_curve(axes: Any, curve: Curve, name: str) -> None:
