@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from .errors import Problem
 from .instructions import BY_NAME, Use
-from .linking import Call, Line, Linked, LinkedRoutine, Step, steps_of
+from .linking import ADD_ON, AddOnCall, Call, Line, Linked, LinkedRoutine, Step, steps_of
 from .places import Constant, Group, Place
 
 REPEATED_COILS = "repeated coils"
@@ -43,7 +43,7 @@ def check_whole(linked: Linked, allowed: frozenset[str]) -> list[Problem]:
 def _repeated(linked: Linked, allowed: frozenset[str]) -> Iterator[Problem]:
     seen: dict[object, str] = {}
     for routine, line, step in _all_steps(linked):
-        uses = BY_NAME[step.name].operands
+        uses = () if step.name == ADD_ON else BY_NAME[step.name].operands
         for use, operand in zip(uses, step.operands, strict=False):
             if use not in _EXCLUSIVE or _EXCLUSIVE[use][0] in allowed:
                 continue
@@ -77,7 +77,7 @@ def _all_steps(linked: Linked) -> Iterator[tuple[LinkedRoutine, Line, Step]]:
     for routine in linked.routines.values():
         for line in routine.lines:
             for step in steps_of(line.nodes):
-                if step.operands or not BY_NAME[step.name].operands:
+                if step.operands or (step.name != ADD_ON and not BY_NAME[step.name].operands):
                     yield routine, line, step
 
 
@@ -126,13 +126,16 @@ def _call_trouble(linked: Linked, call: Call) -> tuple[str, str] | None:
 
 
 def calls_of(routine: LinkedRoutine) -> list[str]:
-    """Return the routines that a routine calls, in capitals."""
-    return [
-        step.operands[0].routine
-        for line in routine.lines
-        for step in steps_of(line.nodes)
-        if step.name == "JSR" and step.operands
-    ]
+    """Return the routines that a routine calls, in capitals, add-on instructions included."""
+    called: list[str] = []
+    for line in routine.lines:
+        for step in steps_of(line.nodes):
+            for operand in step.operands:
+                if isinstance(operand, Call):
+                    called.append(operand.routine)
+                elif isinstance(operand, AddOnCall):
+                    called.extend(operand.routines)
+    return called
 
 
 def _circles(linked: Linked) -> Iterator[Problem]:

@@ -16,11 +16,11 @@ comparison is the compare instruction.
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NoReturn
 
 from .errors import LadderError
-from .instructions import BY_NAME, Use
+from .instructions import BY_NAME, Spec, Use
 from .text import parse_expression, parse_rung
 from .tree import (
     Address,
@@ -183,10 +183,14 @@ class RungMaker:
 
     Attributes:
         rungs: the rungs so far.
+
+    Args:
+        specs: the instructions that rung text may name.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, specs: Mapping[str, Spec] = BY_NAME) -> None:
         self.rungs: list[Rung] = []
+        self._specs = specs
 
     def __call__(self, *elements: object, comment: str = "") -> None:
         """Add a rung.
@@ -202,7 +206,7 @@ class RungMaker:
         origin = Origin(caller.f_code.co_filename, caller.f_lineno)
         try:
             if len(elements) == 1 and isinstance(elements[0], str):
-                series = parse_rung(elements[0], rung=len(self.rungs)).series
+                series = parse_rung(elements[0], rung=len(self.rungs), specs=self._specs).series
             else:
                 series = series_of(elements)
         except LadderError as error:

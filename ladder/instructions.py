@@ -55,6 +55,10 @@ class Use(Enum):
     ROUTINE = auto()
     PARAMETERS = auto()
     """Any number of further operands: values in and out of a subroutine."""
+    INSTANCE = auto()
+    """A tag of an add-on instruction's type."""
+    ARGUMENT = auto()
+    """What a parameter of an add-on instruction stands for."""
 
 
 class Kind(Enum):

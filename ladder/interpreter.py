@@ -13,7 +13,7 @@ from typing import Any
 from . import arithmetic as math
 from .errors import LadderFault
 from .instructions import RELATIONS, Kind
-from .linking import BITWISE, Call, Line, Linked, LinkedRoutine, Node, Parallel, Step
+from .linking import ADD_ON, BITWISE, AddOnCall, Call, Line, Linked, LinkedRoutine, Node, Parallel, Step
 from .memory import Memory, Value
 from .places import Calculation, Constant, Group, Place, Quoted, Resolved, types_in
 from .regions import copy, region_of
@@ -103,6 +103,8 @@ class Interpreter:
 
     def _step(self, step: Step, power: bool) -> bool:
         self._site = step.site
+        if step.name == ADD_ON:
+            return self._add_on(power, step.operands[0])
         if step.kind is Kind.BOTH:
             _BOTH[step.name](self, power, *step.operands)
             return power
@@ -114,6 +116,21 @@ class Interpreter:
             return _INPUTS[step.name](self, *step.operands)
         _OUTPUTS[step.name](self, *step.operands)
         return True
+
+    def _add_on(self, power: bool, call: AddOnCall) -> bool:
+        """Copy in, run the routine that the rung asks for, copy out [1756-PM010]."""
+        for series in call.inputs:
+            self._series(series, True)
+        self.put(call.enable_in, power)
+        self.put(call.enable_out, power)
+        routine = call.logic if power else call.otherwise
+        if routine is not None:
+            inputs = self._inputs
+            self.run(routine, ())
+            self._inputs = inputs
+        for series in call.outputs:
+            self._series(series, True)
+        return bool(self.get(call.enable_out))
 
     # --- memory
 
@@ -546,12 +563,24 @@ class Interpreter:
         if step.name == "JSR":
             self.prescan(step.operands[0].routine)
             return
+        if step.name == ADD_ON:
+            self._prescan_add_on(step.operands[0])
+            return
         action = _PRESCAN.get(step.name)
         if action:
             try:
                 action(self, *step.operands)
             except LadderFault:
                 return  # tags that subscripts are computed from are not current yet
+
+    def _prescan_add_on(self, call: AddOnCall) -> None:
+        """Logic is prescanned, then the Prescan routine runs [1756-PM010]."""
+        self.put(call.enable_in, False)
+        self.put(call.enable_out, False)
+        self.prescan(call.logic)
+        if call.prescan is not None:
+            self._inputs = ()
+            self.run(call.prescan, ())
 
     def _prescan_ote(self, bit: Place) -> None:
         self.put(bit, False)

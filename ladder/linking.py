@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any
 
-from .errors import Problem, Site
+from .addon import LOGIC, OTHERWISE, PRESCAN, AddOn, expand
+from .errors import LadderError, Problem, Site
 from .instructions import BY_NAME as SPEC_BY_NAME
 from .instructions import RELATIONS, Kind, Spec, Use
 from .places import (
@@ -41,6 +43,42 @@ class Call:
     returns: tuple[Place, ...]
 
 
+ADD_ON = "add-on"
+"""Name of the step that calls an add-on instruction; its operand is one `AddOnCall`."""
+
+
+@dataclass(frozen=True, slots=True)
+class AddOnCall:
+    """A call of an add-on instruction.
+
+    Attributes:
+        name: the add-on.
+        instance: the instance's tag.
+        enable_in: told whether the rung is true in front of the call.
+        enable_out: tells whether it is behind it.
+        inputs: what copies the arguments in, each run as a rung of its own.
+        outputs: what copies the results out.
+        logic: the routine for a true rung, in capitals.
+        otherwise: the one for a false rung, None if there is none.
+        prescan: the one that runs in prescan, None if there is none.
+    """
+
+    name: str
+    instance: Group
+    enable_in: Place
+    enable_out: Place
+    inputs: tuple[tuple[Node, ...], ...]
+    outputs: tuple[tuple[Node, ...], ...]
+    logic: str
+    otherwise: str | None
+    prescan: str | None
+
+    @property
+    def routines(self) -> tuple[str, ...]:
+        """The routines that it may run."""
+        return tuple(each for each in (self.logic, self.otherwise, self.prescan) if each)
+
+
 @dataclass(frozen=True, slots=True)
 class Step:
     """An instruction, ready to run.
@@ -48,7 +86,8 @@ class Step:
     Attributes:
         name: the instruction.
         kind: input or output.
-        operands: resolved; a label or a mode is a str, JSR has one `Call`, presets are left out.
+        operands: resolved; a label or a mode is a str, JSR has one `Call`, an add-on instruction one
+            `AddOnCall`, presets are left out.
         site: its number in `Linked.sites`.
     """
 
@@ -139,9 +178,14 @@ class Linker:
         problems: what is wrong.
     """
 
-    def __init__(self, name: str, layout: Layout, main: str) -> None:
+    def __init__(
+        self, name: str, layout: Layout, main: str, add_ons: Mapping[str, AddOn] = MappingProxyType({})
+    ) -> None:
         self.linked = Linked(name, layout, main.upper())
         self.problems: list[Problem] = []
+        self._add_ons = add_ons
+        self._instances: dict[str, str] = {}
+        self._expanded: list[Routine] = []
         self.resolver = Resolver(layout)
         self._where = ""
         self._rung_text = ""
@@ -149,7 +193,12 @@ class Linker:
         self._number = 0
 
     def routine(self, routine: Routine) -> None:
-        """Link a routine of rungs."""
+        """Link a routine of rungs, and the routines of the add-on instructions that it calls."""
+        self._one(routine)
+        while self._expanded:
+            self._one(self._expanded.pop(0))
+
+    def _one(self, routine: Routine) -> None:
         self._routine = routine.name
         lines = []
         labels: dict[str, int] = {}
@@ -204,9 +253,12 @@ class Linker:
         )
 
     def _step(self, instruction: Instruction) -> Step:
-        spec = SPEC_BY_NAME[instruction.name]
+        definition = self._add_ons.get(instruction.name.upper())
+        spec = definition.spec if definition else SPEC_BY_NAME[instruction.name]
         site = len(self.linked.sites)
         self.linked.sites.append(Site(self.linked.name, self._routine, self._number, str(instruction)))
+        if definition:
+            return Step(ADD_ON, Kind.BOTH, self._add_on(definition, instruction), site)
         try:
             operands = self._operands(spec, instruction)
         except (AddressError, OperandError) as error:
@@ -215,6 +267,52 @@ class Linker:
         if spec.name == "MCR":
             self.linked.override = True
         return Step(spec.name, spec.kind, operands, site)
+
+    def _add_on(self, definition: AddOn, call: Instruction) -> tuple[AddOnCall, ...]:
+        """Link a call of an add-on instruction; its routines are linked later on."""
+        try:
+            instance = self._instance(definition, call)
+            expansion = expand(definition, call)
+        except (AddressError, OperandError) as error:
+            self.report(f"{call}: {error}", error.remedy)
+            return ()
+        except LadderError as error:
+            self.report(f"{call}: {error}", f"operands of {definition.name} are {_signature(definition)}")
+            return ()
+        self._expanded += expansion.routines.values()
+        names = {role: routine.name.upper() for role, routine in expansion.routines.items()}
+        return (
+            AddOnCall(
+                definition.name,
+                instance,
+                instance.member("EnableIn"),
+                instance.member("EnableOut"),
+                tuple(map(self._series, expansion.inputs)),
+                tuple(map(self._series, expansion.outputs)),
+                names[LOGIC],
+                names.get(OTHERWISE),
+                names.get(PRESCAN),
+            ),
+        )
+
+    def _instance(self, definition: AddOn, call: Instruction) -> Group:
+        instance = self.resolver.operand(call.operands[0])
+        if not isinstance(instance, Group) or instance.dims or instance.type != definition.structure:
+            raise OperandError(
+                f"{call.operands[0]} is {described(instance)}, an instance of {definition.name} is needed",
+                f"declare a tag of type {definition.name} for this call",
+            )
+        if instance.indices:
+            raise OperandError(
+                f"{instance.text} is an element of an array", "give every call a tag of its own as instance"
+            )
+        if instance.path in self._instances:
+            known = self._instances[instance.path]
+            raise OperandError(
+                f"{instance.path} is called in {known} already", "give each call an instance of its own"
+            )
+        self._instances[instance.path] = self._where
+        return instance
 
     def _operands(self, spec: Spec, instruction: Instruction) -> tuple[Any, ...]:
         given = instruction.operands
@@ -312,14 +410,28 @@ class Linker:
 
 def steps_of(nodes: tuple[Node, ...]) -> list[Step]:
     """Return the instructions in the order in which they execute."""
-    found: list[Step] = []
+    return list(_steps(nodes))
+
+
+def _steps(nodes: tuple[Node, ...]) -> Iterator[Step]:
     for node in nodes:
-        if isinstance(node, Step):
-            found.append(node)
-        else:
+        if isinstance(node, Parallel):
             for leg in node.legs:
-                found.extend(steps_of(leg))
-    return found
+                yield from _steps(leg)
+            continue
+        calls = [each for each in node.operands if isinstance(each, AddOnCall)]
+        for call in calls:
+            for series in call.inputs:
+                yield from _steps(series)
+        yield node
+        for call in calls:
+            for series in call.outputs:
+                yield from _steps(series)
+
+
+def _signature(definition: AddOn) -> str:
+    named = [f"{each.name} : {each.type.name} ({each.way.value})" for each in definition.required]
+    return ", ".join(["the instance", *named])
 
 
 def described(resolved: Resolved) -> str:

@@ -19,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
+from .addon import AddOn, specs_of
 from .checks import ALLOWANCES, check_whole
 from .compiler import compiled, source_of
 from .engine import STEP_MS, Engine
@@ -45,6 +46,7 @@ class Program:
         declarations: tags and aliases, in order.
         routines: routines of rungs, in order.
         functions: routines in Python, by name.
+        add_ons: the add-on instructions that it uses, by name in capitals.
         allowed: what it is allowed, see `checks.ALLOWANCES`.
 
     Args:
@@ -58,6 +60,7 @@ class Program:
         self.declarations: list[Declaration] = []
         self.routines: list[Routine] = []
         self.functions: dict[str, Callable[..., Any]] = {}
+        self.add_ons: dict[str, AddOn] = {}
         self.allowed = frozenset(allow)
         unknown = self.allowed.difference(ALLOWANCES)
         if unknown:
@@ -71,7 +74,7 @@ class Program:
     def declare(
         self,
         names: str,
-        kind: DataType,
+        kind: DataType | AddOn,
         *dims: int,
         initial: object = None,
         comment: str = "",
@@ -80,7 +83,7 @@ class Program:
 
         Args:
             names: names.
-            kind: their type.
+            kind: their type; for instances, the add-on instruction.
             dims: length per dimension, for arrays.
             initial: what they start with; None = zero.
             comment: what is said of them.
@@ -91,6 +94,9 @@ class Program:
         Raises:
             LadderError: a name is taken or is none, or the dimensions are not allowed.
         """
+        if isinstance(kind, AddOn):
+            self.use(kind)
+            kind = kind.structure
         listed = names.replace(",", " ").split()
         for name in listed:
             self.add(Tag(name, kind, dims, initial, comment))
@@ -125,9 +131,20 @@ class Program:
         self._names.add(name.upper())
         self.declarations.append(declaration)
 
+    def use(self, *add_ons: AddOn) -> None:
+        """Make add-on instructions known to the program.
+
+        Raises:
+            LadderError: there is another one of that name.
+        """
+        self._refuse_if_built()
+        for each in add_ons:
+            if self.add_ons.setdefault(each.name.upper(), each) != each:
+                raise LadderError(f"there are two add-on instructions {each.name}")
+
     def routine(self, function: Callable[[RungMaker], None]) -> Callable[[RungMaker], None]:
         """Add a routine: the function is called once, now, with a `rung` that it calls per rung."""
-        maker = RungMaker()
+        maker = RungMaker(specs_of(self.add_ons))
         function(maker)
         self.add_routine(Routine(function.__name__, tuple(maker.rungs), (function.__doc__ or "").strip()))
         return function
@@ -175,7 +192,7 @@ class Program:
     def _link(self) -> Linked:
         names = [each.name for each in self.routines] + list(self.functions)
         main = self.main or (names[0] if names else "Main")
-        linker = Linker(self.name, Layout(self.declarations), main)
+        linker = Linker(self.name, Layout(self.declarations), main, self.add_ons)
         linker.linked.functions = {name.upper(): function for name, function in self.functions.items()}
         for routine in self.routines:
             linker.routine(routine)

@@ -15,6 +15,7 @@ tags keep their case; names of instructions print in capitals and under one name
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from typing import NoReturn
 
 from .errors import RungTextError
@@ -63,7 +64,15 @@ _STRING = re.compile(r"'([^'\n]*)'")
 _NUMBERED = {"0": BYTE_ORDERS[0], "1": BYTE_ORDERS[1], "2": BYTE_ORDERS[2], "HIGHLOW": BYTE_ORDERS[2]}
 
 
-def parse_rung(text: str, *, file: str = "", line: int = 1, rung: int | None = 0, comment: str = "") -> Rung:
+def parse_rung(
+    text: str,
+    *,
+    file: str = "",
+    line: int = 1,
+    rung: int | None = 0,
+    comment: str = "",
+    specs: Mapping[str, Spec] = BY_NAME,
+) -> Rung:
     """Read the text of one rung, with or without its semicolon.
 
     >>> str(parse_rung("XIC(Start) [XIO(Stop) , XIC(Jog)] OTE(Run)"))
@@ -75,11 +84,12 @@ def parse_rung(text: str, *, file: str = "", line: int = 1, rung: int | None = 0
         line: its first line there.
         rung: its number in its routine.
         comment: what is said of it.
+        specs: the instructions that there are, by name in capitals.
 
     Raises:
         RungTextError: it is no rung; where, and what was expected.
     """
-    parser = RungParser(text, file=file, line=line, rung=rung)
+    parser = RungParser(text, file=file, line=line, rung=rung, specs=specs)
     series = parser.series()
     parser.skip(";")
     if not parser.ended():
@@ -124,11 +134,15 @@ class RungParser:
         file: where it is from, for messages.
         line: number of its first line.
         rung: number of the rung, None if it is no rung.
+        specs: the instructions that there are, by name in capitals.
     """
 
-    def __init__(self, text: str, *, file: str, line: int, rung: int | None) -> None:
+    def __init__(
+        self, text: str, *, file: str, line: int, rung: int | None, specs: Mapping[str, Spec] = BY_NAME
+    ) -> None:
         self.text, self.at = text.rstrip(), 0
         self._file, self._line, self._rung = file, line, rung
+        self._specs = specs
         self._space()
 
     # --- rungs
@@ -159,7 +173,7 @@ class RungParser:
     def _instruction(self) -> Instruction:
         start = self.at
         name = self._match(_NAME) or self.fail("an instruction")
-        spec = BY_NAME.get(name.upper())
+        spec = self._specs.get(name.upper())
         if spec is None:
             self.at = start
             self.fail(f"an instruction; there is no {name}")

@@ -7,7 +7,7 @@ from typing import Any
 
 from ..instructions import Kind
 from ..interpreter import COMPARISONS, COMPUTATIONS, MS, width_of
-from ..linking import Call, Node, Parallel, Step
+from ..linking import ADD_ON, AddOnCall, Call, Node, Parallel, Step
 from ..places import Calculation, Constant, Group, Place, Resolved, can_fault
 from ..regions import Region, plain, region_of
 from ..tags import OVERRIDE
@@ -86,6 +86,8 @@ class RungWriter:
         self.values.site = step.site
         if step.kind is Kind.INPUT:
             return self._input(step, power)
+        if step.name == ADD_ON:
+            return self._add_on(power, step.operands[0])
         if needed:
             power = self._kept(power)
         if step.kind is Kind.OUTPUT:
@@ -436,6 +438,22 @@ class RungWriter:
         for number, place in enumerate(call.returns):
             with self.writer.block(f"if len({answers}) > {number}:"):
                 self._take(place, f"{answers}[{number}]")
+
+    def _add_on(self, power: str, call: AddOnCall) -> str:
+        power = self._kept(power)
+        for series in call.inputs:
+            self.series(series, "True", needed=False)
+        self.values.set_bit(call.enable_in, power)
+        self.values.set_bit(call.enable_out, power)
+        logic = f"{self._functions[call.logic]}(now, ())"
+        if call.otherwise is None:
+            self._either(power, lambda: self.writer.line(logic), lambda: None)
+        else:
+            otherwise = f"{self._functions[call.otherwise]}(now, ())"
+            self._either(power, lambda: self.writer.line(logic), lambda: self.writer.line(otherwise))
+        for series in call.outputs:
+            self.series(series, "True", needed=False)
+        return self.values.keep(self.values.read(call.enable_out))
 
     def _plain(self, operand: Resolved) -> str:
         return self.values.leaf_term(operand).text

@@ -1,0 +1,311 @@
+"""Add-on instructions: what a user defines once and calls like any instruction [1756-PM010].
+
+A definition has parameters, local tags and up to three routines of rungs. An instance is a tag of the
+definition's type; its members are EnableIn, EnableOut, the parameters that go by value, and the local
+tags. A call names the instance, then what its required parameters stand for:
+
+    INSTRUCTION Average
+    INPUT A : DINT REQUIRED
+    INPUT B : DINT REQUIRED
+    OUTPUT Mean : DINT
+    ROUTINE Logic
+    CPT(Mean,(A+B)/2);
+    END
+    END INSTRUCTION
+
+    XIC(Run)Average(Level,Left,Right)GRT(Level.Mean,100)OTE(High);
+
+Inputs are copied in whether the rung is true or false. Then Logic runs on a true rung, EnableInFalse, if
+there is one, on a false one, and the required outputs are copied out. Behind the call the rung is as
+EnableOut says, which follows the rung unless Logic writes it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from enum import Enum
+
+from .errors import LadderError
+from .instructions import BY_NAME, Kind, Spec, Use
+from .tree import (
+    Address,
+    BitStep,
+    Branch,
+    Element,
+    Instruction,
+    MemberStep,
+    Operand,
+    Operation,
+    Routine,
+    Series,
+    SubscriptStep,
+    addresses_in,
+    instructions_of,
+    number,
+)
+from .types import BOOL, DataType, Member, Structure, count_of
+
+LOGIC, OTHERWISE, PRESCAN = "Logic", "EnableInFalse", "Prescan"
+ROUTINES = (LOGIC, OTHERWISE, PRESCAN)
+"""Routines that a definition may have; Logic it must have."""
+
+ENABLES = ("EnableIn", "EnableOut")
+"""Members of every instance: the rung in front of the call, and behind it."""
+
+REFUSED = ("JSR", "SBR", "RET")
+"""Instructions that do not stand in a definition: it knows no routines but its own [1756-PM010]."""
+
+
+class Way(Enum):
+    """How a parameter goes between a call and its instance."""
+
+    INPUT = "INPUT"
+    """By value, in front of the routine."""
+    OUTPUT = "OUTPUT"
+    """By value, behind the routine."""
+    INOUT = "INOUT"
+    """By reference: the routine works on the caller's tag itself."""
+    LOCAL = "LOCAL"
+    """Not at all: a tag of the instance's own."""
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A parameter or a local tag.
+
+    Attributes:
+        name: its name.
+        type: its type; for INOUT, of the tag that is handed over.
+        way: how it goes between call and instance.
+        dims: length per dimension, none for a single value.
+        required: whether the call names what it stands for; an INOUT always is.
+        comment: what is said of it.
+    """
+
+    name: str
+    type: DataType
+    way: Way
+    dims: tuple[int, ...] = ()
+    required: bool = False
+    comment: str = ""
+
+
+@dataclass(frozen=True)
+class AddOn:
+    """The definition of an add-on instruction; called in Python, it is the instruction.
+
+    Attributes:
+        name: its name.
+        parameters: parameters and local tags, in order.
+        routines: Logic, EnableInFalse, Prescan.
+        comment: what is said of it.
+
+    Raises:
+        LadderError: it has no Logic, a name is taken or means nothing, or an instruction has no place in it.
+    """
+
+    name: str
+    parameters: tuple[Parameter, ...]
+    routines: tuple[Routine, ...]
+    comment: str = ""
+
+    def __post_init__(self) -> None:
+        if self.name.upper() in BY_NAME:
+            raise LadderError(f"{self.name} is an instruction already; give the add-on another name")
+        seen = {name.upper() for name in ENABLES}
+        for each in self.parameters:
+            if each.name.upper() in seen:
+                raise LadderError(f"add-on {self.name}: {each.name} is declared twice")
+            seen.add(each.name.upper())
+        if self.routine(LOGIC) is None:
+            raise LadderError(f"add-on {self.name} has no routine {LOGIC}")
+        for routine in self.routines:
+            self._check(routine, seen)
+
+    def _check(self, routine: Routine, known: set[str]) -> None:
+        for place, rung in enumerate(routine.rungs):
+            for instruction in instructions_of(rung.series):
+                where = f"add-on {self.name}, routine {routine.name}, rung {place}: {instruction}"
+                if instruction.name in REFUSED:
+                    raise LadderError(f"{where}: {instruction.name} does not stand in an add-on instruction")
+                for address in _addresses(instruction):
+                    if address.name.upper() not in known and not _is_flag(address):
+                        names = ", ".join(each.name for each in self.parameters)
+                        raise LadderError(
+                            f"{where}: there is no parameter or local tag {address.name}; there are {names}"
+                        )
+
+    def __call__(self, instance: object, *arguments: object) -> Instruction:
+        """Return a call: the instance's tag, then the required parameters in order.
+
+        Raises:
+            LadderError: another number of arguments is wanted.
+        """
+        from .front import operand_of  # front knows text, and text knows definitions
+
+        if len(arguments) != len(self.required):
+            names = ", ".join(each.name for each in self.required)
+            raise LadderError(
+                f"{self.name} takes an instance and {len(self.required)} operands ({names}), "
+                f"{len(arguments)} are given"
+            )
+        return Instruction(self.name, tuple(map(operand_of, (instance, *arguments))))
+
+    @property
+    def required(self) -> tuple[Parameter, ...]:
+        """What a call names after the instance."""
+        return tuple(each for each in self.parameters if each.required or each.way is Way.INOUT)
+
+    @property
+    def spec(self) -> Spec:
+        """Its shape, as the parser needs it."""
+        return Spec(self.name, Kind.BOTH, (Use.INSTANCE, *[Use.ARGUMENT] * len(self.required)))
+
+    @property
+    def structure(self) -> Structure:
+        """Type of an instance."""
+        own = [Member(name, BOOL) for name in ENABLES]
+        own += [
+            Member(each.name, each.type, each.dims) for each in self.parameters if each.way is not Way.INOUT
+        ]
+        return Structure(self.name, tuple(own))
+
+    def routine(self, name: str) -> Routine | None:
+        """Return the routine of that name, in any case; None if there is none."""
+        return next((each for each in self.routines if each.name.upper() == name.upper()), None)
+
+
+def specs_of(add_ons: Mapping[str, AddOn]) -> Mapping[str, Spec]:
+    """Return the shapes of all instructions, by name in capitals: the built-in ones and these."""
+    return {**BY_NAME, **{name: each.spec for name, each in add_ons.items()}}
+
+
+def _is_flag(address: Address) -> bool:
+    return address.name.upper().startswith("S:")
+
+
+def _addresses(instruction: Instruction) -> Iterator[Address]:
+    """Yield the addresses of tags that an instruction uses; labels are none."""
+    for use, operand in zip(_uses(instruction), instruction.operands, strict=False):
+        if use not in (Use.LABEL, Use.MODE):
+            yield from addresses_in(operand)
+
+
+def _uses(instruction: Instruction) -> tuple[Use, ...]:
+    spec = BY_NAME.get(instruction.name)
+    return spec.operands if spec else (Use.ARGUMENT,) * len(instruction.operands)
+
+
+# --- a call, spelled out
+
+
+@dataclass(frozen=True, slots=True)
+class Expansion:
+    """A call, spelled out in tags of the program.
+
+    Attributes:
+        inputs: what copies the arguments in, each run as a rung of its own.
+        outputs: what copies the results out.
+        routines: the routines on the instance's members, by what they are (Logic, EnableInFalse, Prescan).
+    """
+
+    inputs: tuple[Series, ...]
+    outputs: tuple[Series, ...]
+    routines: Mapping[str, Routine]
+
+
+def expand(definition: AddOn, call: Instruction) -> Expansion:
+    """Spell a call out: names of parameters become members of the instance, or the caller's tags.
+
+    Args:
+        definition: the add-on.
+        call: its call, with as many operands as it takes.
+
+    Raises:
+        LadderError: an operand is none that its parameter takes.
+    """
+    instance = call.operands[0]
+    if not isinstance(instance, Address):
+        raise LadderError(f"{instance} is no instance of {definition.name}")
+    arguments = dict(zip((each.name for each in definition.required), call.operands[1:], strict=True))
+    meanings = {name.upper(): member_of(instance, name) for name in ENABLES}
+    inputs, outputs = [], []
+    for each in definition.parameters:
+        here = meanings[each.name.upper()] = member_of(instance, each.name)
+        if each.name not in arguments:
+            continue
+        argument = arguments[each.name]
+        if each.way is Way.INPUT:
+            inputs.append(_copy(each, argument, here))
+            continue
+        if not isinstance(argument, Address):
+            raise LadderError(f"{each.name} of {definition.name} needs a tag; {argument} is none")
+        if each.way is Way.OUTPUT:
+            outputs.append(_copy(each, here, argument))
+        else:
+            meanings[each.name.upper()] = argument
+    routines = {}
+    for routine in definition.routines:
+        name = f"{instance}.{routine.name}"
+        rungs = tuple(replace(rung, series=_series(rung.series, meanings)) for rung in routine.rungs)
+        routines[routine.name] = Routine(name, rungs, routine.comment)
+    return Expansion(tuple(inputs), tuple(outputs), routines)
+
+
+def member_of(address: Address, name: str) -> Address:
+    """Return a member of what an address means."""
+    return Address(address.name, (*address.steps, MemberStep(name)))
+
+
+def _copy(parameter: Parameter, source: Operand, target: Operand) -> Series:
+    """Return the rung that copies a value of a parameter's type."""
+    if parameter.dims or isinstance(parameter.type, Structure):
+        return (Instruction("COP", (source, target, number(count_of(parameter.dims)))),)
+    if parameter.type is not BOOL:
+        if isinstance(source, Operation):
+            return (Instruction("CPT", (target, source)),)
+        return (Instruction("MOV", (source, target)),)
+    return (_contact(parameter, source), Instruction("OTE", (target,)))
+
+
+def _contact(parameter: Parameter, source: Operand) -> Instruction:
+    if isinstance(source, Address):
+        return Instruction("XIC", (source,))
+    if str(source) not in ("0", "1"):
+        raise LadderError(f"{parameter.name} needs a bit, 0 or 1; {source} is none")
+    return Instruction("NOP" if str(source) == "1" else "AFI")
+
+
+def _series(series: Series, meanings: Mapping[str, Address]) -> Series:
+    return tuple(_element(each, meanings) for each in series)
+
+
+def _element(element: Element, meanings: Mapping[str, Address]) -> Element:
+    if isinstance(element, Branch):
+        return Branch(tuple(_series(leg, meanings) for leg in element.legs))
+    named = [use in (Use.LABEL, Use.MODE) for use in _uses(element)]
+    return Instruction(
+        element.name,
+        tuple(
+            operand if place < len(named) and named[place] else _operand(operand, meanings)
+            for place, operand in enumerate(element.operands)
+        ),
+    )
+
+
+def _operand(operand: Operand, meanings: Mapping[str, Address]) -> Operand:
+    if isinstance(operand, Operation):
+        return Operation(operand.name, tuple(_operand(each, meanings) for each in operand.operands))
+    if not isinstance(operand, Address):
+        return operand
+    steps = tuple(
+        SubscriptStep(tuple(_operand(each, meanings) for each in step.indices))
+        if isinstance(step, SubscriptStep)
+        else BitStep(_operand(step.index, meanings))
+        if isinstance(step, BitStep)
+        else step
+        for step in operand.steps
+    )
+    start = meanings.get(operand.name.upper(), Address(operand.name))
+    return Address(start.name, (*start.steps, *steps))

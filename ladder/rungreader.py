@@ -1,0 +1,309 @@
+"""Reads program files, see `rungfile`, and libraries of add-on instructions, line by line."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import NoReturn
+
+from .addon import ROUTINES, AddOn, Parameter, Way, specs_of
+from .errors import LadderError, RungTextError
+from .logic import Program
+from .tags import Alias, SlotAlias, Tag
+from .text import parse_address, parse_rung
+from .tree import Routine, Rung
+from .types import TYPES, DataType, Member, Structure
+
+LIBRARIES = ("axis3601",)
+"""Libraries of add-on instructions that come with scanrack; `USE name` makes them known to a program."""
+
+
+@dataclass(frozen=True)
+class Library:
+    """Types and add-on instructions that programs share.
+
+    Attributes:
+        name: its name.
+        types: its structures, those of the instances included, by name.
+        add_ons: its instructions, by name in capitals.
+    """
+
+    name: str
+    types: Mapping[str, DataType]
+    add_ons: Mapping[str, AddOn]
+
+
+@cache
+def load_library(name: str) -> Library:
+    """Read a library that comes with scanrack.
+
+    Raises:
+        LadderError: there is none of that name.
+    """
+    if name.lower() not in LIBRARIES:
+        raise LadderError(f"there is no library {name}; there are {', '.join(LIBRARIES)}")
+    file = files(__package__) / "blocks" / f"{name.lower()}.rung"
+    return Reader(file.read_text(encoding="utf-8"), f"{name.lower()}.rung").library()
+
+
+_NAME = r"[A-Za-z_]\w*"
+_LIBRARY = re.compile(rf"LIBRARY\s+({_NAME})", re.IGNORECASE)
+_PROGRAM = re.compile(rf"PROGRAM\s+({_NAME})(?:\s+MAIN\s+({_NAME}))?", re.IGNORECASE)
+_ALLOW = re.compile(r"ALLOW\s+(.+)", re.IGNORECASE)
+_TYPE = re.compile(rf"TYPE\s+({_NAME})\s*\((.*)\)", re.IGNORECASE)
+_TAG = re.compile(rf"TAG\s+({_NAME})\s*:\s*({_NAME})\s*(?:\[([\d,\s]+)\])?\s*(?::=\s*(.+))?", re.IGNORECASE)
+_SLOT = re.compile(rf"SLOT\s+({_NAME})\s*:\s*(\d+)", re.IGNORECASE)
+_ALIAS = re.compile(rf"ALIAS\s+({_NAME})\s*:\s*(\S+)", re.IGNORECASE)
+_USE = re.compile(rf"USE\s+({_NAME})", re.IGNORECASE)
+_INSTRUCTION = re.compile(rf"INSTRUCTION\s+({_NAME})", re.IGNORECASE)
+_PARAMETER = re.compile(
+    rf"({'|'.join(way.value for way in Way)})\s+({_NAME})\s*:\s*({_NAME})\s*"
+    r"(?:\[([\d,\s]+)\])?(\s+REQUIRED)?",
+    re.IGNORECASE,
+)
+_END_INSTRUCTION = re.compile(r"END\s+INSTRUCTION", re.IGNORECASE)
+_ROUTINE = re.compile(rf"ROUTINE\s+({_NAME})", re.IGNORECASE)
+_MEMBER = re.compile(rf"({_NAME})\s*:\s*({_NAME})\s*(?:\[([\d,\s]+)\])?")
+
+
+class Reader:
+    """Reads a program line by line."""
+
+    def __init__(self, text: str, file: str) -> None:
+        self._lines = text.splitlines()
+        self._file = file
+        self._at = 0
+        self._types = dict(TYPES)
+        self._add_ons: dict[str, AddOn] = {}
+        self._specs = specs_of(self._add_ons)
+
+    def library(self) -> Library:
+        """Read a library."""
+        name = self._next(_LIBRARY, "LIBRARY name").group(1)
+        while (line := self._peek()) is not None:
+            if not self._definition(line):
+                self._fail("TYPE or INSTRUCTION")
+        own = {key: kind for key, kind in self._types.items() if key not in TYPES}
+        return Library(name, own, self._add_ons)
+
+    def program(self) -> Program:
+        """Read a program."""
+        head = self._next(_PROGRAM, "PROGRAM name")
+        allowed = []
+        while (line := self._peek()) and (found := _ALLOW.fullmatch(line)):
+            allowed.append(found.group(1).strip())
+            self._at += 1
+        program = Program(head.group(1), main=head.group(2), allow=allowed)
+        while self._peek() is not None:
+            self._declaration(program)
+        return program
+
+    def _peek(self) -> str | None:
+        """Return the next line that says something, without its comment."""
+        while self._at < len(self._lines):
+            line = _without_comment(self._lines[self._at])
+            if line:
+                return line
+            self._at += 1
+        return None
+
+    def _next(self, pattern: re.Pattern[str], expected: str) -> re.Match[str]:
+        line = self._peek()
+        found = pattern.fullmatch(line) if line else None
+        if found is None:
+            self._fail(expected)
+        self._at += 1
+        return found
+
+    def _fail(self, expected: str, line: str | None = None) -> NoReturn:
+        text = self._lines[self._at] if self._at < len(self._lines) else ""
+        column = len(text) - len(text.lstrip()) + 1
+        shown = repr(text.strip()) if text.strip() else "the end of the file"
+        raise RungTextError(
+            expected, line or shown, file=self._file, line=self._at + 1, column=column, rung=None
+        )
+
+    def _declaration(self, program: Program) -> None:
+        line = self._peek() or ""
+        comment = _comment_of(self._lines[self._at])
+        if self._definition(line):
+            program.use(*self._add_ons.values())
+            return
+        if found := _TAG.fullmatch(line):
+            kind, dims = self._type(found.group(2)), _dims(found.group(3))
+            program.add(Tag(found.group(1), kind, dims, self._initial(found.group(4)), comment))
+        elif found := _SLOT.fullmatch(line):
+            program.add(SlotAlias(found.group(1), int(found.group(2)), comment))
+        elif found := _ALIAS.fullmatch(line):
+            program.add(Alias(found.group(1), parse_address(found.group(2)), comment))
+        elif found := _ROUTINE.fullmatch(line):
+            self._at += 1
+            program.add_routine(Routine(found.group(1), tuple(self._rungs())))
+            return
+        else:
+            self._fail("USE, TYPE, INSTRUCTION, TAG, SLOT, ALIAS or ROUTINE")
+        self._at += 1
+
+    def _definition(self, line: str) -> bool:
+        """Read what types and instructions are made known by; whether there was any."""
+        if found := _USE.fullmatch(line):
+            self._use(found.group(1))
+        elif found := _TYPE.fullmatch(line):
+            members = tuple(self._member(each) for each in _split(found.group(2)))
+            self._types[found.group(1)] = Structure(found.group(1), members)
+        elif found := _INSTRUCTION.fullmatch(line):
+            self._instruction(found.group(1))
+            return True
+        else:
+            return False
+        self._at += 1
+        return True
+
+    def _use(self, name: str) -> None:
+        try:
+            library = load_library(name)
+        except LadderError:
+            self._fail(f"a library ({', '.join(LIBRARIES)})", name)
+        self._types.update(library.types)
+        self._add_ons.update(library.add_ons)
+        self._specs = specs_of(self._add_ons)
+
+    def _instruction(self, name: str) -> None:
+        """Read the definition of an add-on instruction."""
+        start = self._at
+        comment = _comment_of(self._lines[start])
+        self._at += 1
+        parameters: list[Parameter] = []
+        routines: list[Routine] = []
+        while (line := self._peek()) and not _END_INSTRUCTION.fullmatch(line):
+            if found := _ROUTINE.fullmatch(line):
+                if found.group(1).upper() not in map(str.upper, ROUTINES):
+                    self._fail(f"one of the routines {', '.join(ROUTINES)}", found.group(1))
+                self._at += 1
+                routines.append(Routine(found.group(1), tuple(self._rungs())))
+            else:
+                parameters.append(self._parameter(line))
+        if line is None:
+            self._fail("END INSTRUCTION")
+        self._at += 1
+        try:
+            definition = AddOn(name, tuple(parameters), tuple(routines), comment)
+        except LadderError as error:
+            raise LadderError(f"{self._file}:{start + 1}: {error}") from None
+        self._add_ons[name.upper()] = definition
+        self._specs = specs_of(self._add_ons)
+        self._types[name] = definition.structure
+
+    def _parameter(self, line: str) -> Parameter:
+        found = _PARAMETER.fullmatch(line)
+        if found is None:
+            self._fail("INPUT, OUTPUT, INOUT or LOCAL name : TYPE, ROUTINE, or END INSTRUCTION")
+        way, name, kind, dims, required = found.groups()
+        comment = _comment_of(self._lines[self._at])
+        parameter = Parameter(name, self._type(kind), Way(way.upper()), _dims(dims), bool(required), comment)
+        self._at += 1
+        return parameter
+
+    def _member(self, text: str) -> Member:
+        found = _MEMBER.fullmatch(text.strip())
+        if found is None:
+            self._fail("members as name : TYPE", repr(text.strip()))
+        return Member(found.group(1), self._type(found.group(2)), _dims(found.group(3)))
+
+    def _type(self, name: str) -> DataType:
+        for known, kind in self._types.items():
+            if known.upper() == name.upper():
+                return kind
+        return self._fail(f"a type ({', '.join(self._types)})", name)
+
+    def _initial(self, text: str | None) -> object:
+        if text is None:
+            return None
+        try:
+            return json.loads(text)
+        except ValueError:
+            self._fail("an initial value in JSON after :=", text)
+
+    def _rungs(self) -> Iterator[Rung]:
+        """Yield the rungs up to END."""
+        number = 0
+        while True:
+            comment = self._comments()
+            line = self._peek()
+            if line is None:
+                self._fail("END of the routine")
+            if line.upper() == "END":
+                self._at += 1
+                return
+            yield self._rung(number, comment)
+            number += 1
+
+    def _comments(self) -> str:
+        said = []
+        while self._at < len(self._lines):
+            line = self._lines[self._at].strip()
+            if line and not line.startswith("//"):
+                break
+            if line:
+                said.append(line[2:].strip())
+            self._at += 1
+        return "\n".join(said)
+
+    def _rung(self, number: int, comment: str) -> Rung:
+        start = self._at
+        texts: list[str] = []
+        while self._at < len(self._lines):
+            line = self._lines[self._at]
+            kept = _cut_comment(line)
+            if texts and kept.strip().upper() == "END":
+                break
+            texts.append(kept)
+            self._at += 1
+            if kept.rstrip().endswith(";"):
+                break
+        text = "\n".join(texts)
+        rung = parse_rung(
+            text, file=self._file, line=start + 1, rung=number, comment=comment, specs=self._specs
+        )
+        if not text.rstrip().endswith(";"):
+            raise RungTextError(
+                "; at the end of the rung",
+                "END",
+                file=self._file,
+                line=self._at,
+                column=len(texts[-1]) + 1,
+                rung=number,
+            )
+        return rung
+
+
+def _cut_comment(line: str) -> str:
+    """Cut off `//` and what follows, unless it stands in quotes."""
+    quoted = ""
+    for at, mark in enumerate(line):
+        if mark in "'\"" and quoted in ("", mark):
+            quoted = "" if quoted else mark
+        elif not quoted and line.startswith("//", at):
+            return line[:at]
+    return line
+
+
+def _without_comment(line: str) -> str:
+    return _cut_comment(line).strip()
+
+
+def _comment_of(line: str) -> str:
+    return line[len(_cut_comment(line)) :].removeprefix("//").strip()
+
+
+def _dims(text: str | None) -> tuple[int, ...]:
+    return tuple(int(each) for each in text.split(",")) if text else ()
+
+
+def _split(text: str) -> list[str]:
+    """Split at commas outside of brackets."""
+    return [each for each in re.split(r",(?![^\[]*\])", text) if each.strip()]

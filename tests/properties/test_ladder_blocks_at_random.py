@@ -1,0 +1,84 @@
+"""Blocks in any order, for any time: the laws of their outputs, and no command that the 3601 refuses."""
+
+import pytest
+from blocks3601 import ERROR_STOP, BlocksBench
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+LEGAL = {
+    "SetPosition": {"Position": 100},
+    "Move": {"Position": 2_000},
+    "Relative": {"Distance": -700},
+    "Velocity": {"Velocity": -3_000},
+    "Halt": {},
+    "Stop": {},
+    "Reset": {},
+    "Register": {"Distance": 3_000},
+    "Minimum": {"Distance": 10},
+    "Probe": {},
+}
+
+RESULTS = ("Done", "CommandAborted", "Error")
+
+steps = st.lists(
+    st.tuples(st.sampled_from(sorted(LEGAL)), st.booleans(), st.integers(1, 400)), min_size=1, max_size=12
+)
+
+
+@pytest.mark.parametrize("rpi_ms", [None, 5])
+@settings(max_examples=20)
+@given(steps=steps)
+def test_laws_of_the_outputs(rpi_ms, steps):
+    """One of Busy and the results at most; Active within Busy; an ErrorID with Error; no refused command.
+
+    CMD-07 alone may come: a Hold that reaches a move in the moment of its end. The axis resets it itself.
+    """
+    bench = BlocksBench.ready(rpi_ms=rpi_ms)
+    executing: set[str] = set()
+    for name, on, scans in steps:
+        if on:
+            bench.go(name, **LEGAL[name])
+            executing.add(name)
+        else:
+            bench.drop(name)
+            executing.discard(name)
+        for scan in range(scans):
+            before = {each: bench.said(each) for each in LEGAL}
+            bench.scan()
+            for each in LEGAL:
+                check_law(bench, each, before[each], executing)
+            if scan > 40 and bench.state == 1:
+                break  # at rest: nothing new comes
+    assert set(bench.diary.fired) <= {"CMD-07", "POS-02"}
+    assert bench.state != ERROR_STOP
+
+
+def check_law(bench, name, before, executing):
+    said = bench.said(name)
+    results = said.intersection(RESULTS)
+    assert len(results) + ("Busy" in said) <= 1, (name, said)
+    assert "Active" not in said or "Busy" in said, (name, said)
+    assert (bench.tags[f"{name}.ErrorID"] != 0) == ("Error" in said), (name, said)
+    if name in executing:
+        assert said, f"{name}.Execute is on and nothing is told"
+    elif results:
+        assert "Busy" in before or not before, f"{name} shows {results} for more than a scan"
+
+
+def test_every_image_is_a_whole_command():
+    """All eight words change in one scan: those of a move are never seen beside the bit of another."""
+    bench = BlocksBench.ready()
+    bench.diary.images.clear()
+    bench.go("Move", Position=2_001).until("Move", "Done").go("Velocity", Velocity=3_002).run(300)
+    bench.go("Relative", Distance=-4_003, Velocity=2_004).until("Relative", "Done").go("Halt").run(50)
+    rates = (20, 10)
+    wholes = {
+        (0, 0, 0, 0, 0, 0, 0, 0),
+        (1, 0, 2, 1, 5, 0, *rates),
+        (0, 0, 2, 1, 5, 0, *rates),  # its command word zeroed once it moves
+        (0x80, 0, 0, 0, 3, 2, *rates),
+        (0, 0, 0, 0, 3, 2, *rates),  # let go; the deceleration stays
+        (2, 0, -4, -3, 2, 4, *rates),
+        (0, 0, -4, -3, 2, 4, *rates),
+    }
+    assert set(bench.diary.images) == wholes
