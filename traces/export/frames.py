@@ -44,7 +44,8 @@ def to_pandas(trace: Trace, signals: Sequence[str] = (), selection: Selection = 
             return column.values
         return pd.arrays.IntegerArray(column.values, column.missing)
 
-    return pd.DataFrame(_whole(trace, signals, selection, series))  # type: ignore[no-any-return]
+    frame: pandas.DataFrame = pd.DataFrame(_whole(trace, signals, selection, series))
+    return frame
 
 
 def to_polars(trace: Trace, signals: Sequence[str] = (), selection: Selection = ALL) -> polars.DataFrame:
@@ -57,7 +58,8 @@ def to_polars(trace: Trace, signals: Sequence[str] = (), selection: Selection = 
             return values
         return values.set(pl.Series(column.missing), None)
 
-    return pl.DataFrame(_whole(trace, signals, selection, series))  # type: ignore[no-any-return]
+    frame: polars.DataFrame = pl.DataFrame(_whole(trace, signals, selection, series))
+    return frame
 
 
 def _whole(
