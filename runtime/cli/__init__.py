@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from . import drive, export, plot, query, rules, run, show
+from . import drive, export, ladder, plot, query, rules, run, show
 
 
 def build() -> typer.Typer:
@@ -24,6 +24,7 @@ def build() -> typer.Typer:
     query.register(app)
     plot.register(app)
     export.register(app)
+    ladder.register(app)
     drive.register(app)
     rules.register(app)
     return app

@@ -1,0 +1,154 @@
+"""Rungs with box characters; where there is power, wires are heavy.
+
+0 ║  Start             Stop       Run   ║
+  ╟───┤ ├──┬────────────┤/├───────( )───╢
+  ║   Run  │                            ║
+  ║ ──┤ ├──┘                            ║
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+from ..tree import Routine, Rung
+from .layout import NO_CAPTIONS, lay_out
+from .marks import Box, Corner, Symbol, Wire
+from .ruler import caption_width
+
+WIDTH = 96
+"""Columns between the rails unless told otherwise."""
+
+UP, DOWN, LEFT, RIGHT = 1, 2, 4, 8
+
+LIGHT = {
+    0: " ", LEFT: "─", RIGHT: "─", LEFT | RIGHT: "─", UP: "│", DOWN: "│", UP | DOWN: "│",
+    DOWN | RIGHT: "┌", DOWN | LEFT: "┐", UP | RIGHT: "└", UP | LEFT: "┘",
+    UP | DOWN | RIGHT: "├", UP | DOWN | LEFT: "┤", LEFT | RIGHT | DOWN: "┬", LEFT | RIGHT | UP: "┴",
+    UP | DOWN | LEFT | RIGHT: "┼",
+}  # fmt: skip
+"""Sign of a cell by the directions in which wire leaves it."""
+
+HEAVY = dict(zip("─│┌┐└┘├┤┬┴┼", "━┃┏┓┗┛┣┫┳┻╋", strict=True))
+"""The same signs with power."""
+
+HEAVY_SIGN = str.maketrans("┤├", "┨┠")
+"""A contact with power behind it."""
+
+
+class _Canvas:
+    """Cells, the wire that leaves each of them, and what has been written over it."""
+
+    def __init__(self, width: int, rows: int) -> None:
+        self._ways = [[0] * width for _ in range(rows)]
+        self._live = [[False] * width for _ in range(rows)]
+        self._written: list[dict[int, str]] = [{} for _ in range(rows)]
+        self._width = width
+
+    def wire(self, wire: Wire) -> None:
+        if wire.y == wire.to_y:
+            for x in range(wire.x, wire.to_x + 1):
+                self._add(x, wire.y, LEFT | RIGHT, wire.live)
+            return
+        for y in range(wire.y, wire.to_y + 1):
+            ways = (UP if y > wire.y else 0) | (DOWN if y < wire.to_y else 0)
+            self._add(wire.x, y, ways, wire.live)
+
+    def _add(self, x: int, y: int, ways: int, live: bool | None) -> None:
+        self._ways[y][x] |= ways
+        self._live[y][x] |= bool(live)
+
+    def corner(self, corner: Corner) -> None:
+        self._add(corner.x, corner.y, RIGHT if corner.opens else LEFT, corner.live)
+
+    def write(self, x: int, y: int, text: str) -> None:
+        for number, sign in enumerate(text):
+            self._written[y][x + number] = sign
+
+    def lines(self) -> Iterator[str]:
+        for ways, live, written in zip(self._ways, self._live, self._written, strict=True):
+            signs = []
+            for x in range(self._width):
+                sign = LIGHT[ways[x]]
+                signs.append(written.get(x, HEAVY.get(sign, sign) if live[x] else sign))
+            yield "".join(signs)
+
+
+def rung_text(
+    rung: Rung,
+    width: int = WIDTH,
+    truth: Sequence[bool] | None = None,
+    captions: Mapping[str, Sequence[str]] = NO_CAPTIONS,
+) -> list[str]:
+    """Draw a rung between its rails.
+
+    Args:
+        rung: the rung.
+        width: columns between the rails.
+        truth: whether there is power behind each instruction, in the order in which they execute.
+        captions: what the operands of add-on instructions are called, see `captions_of`.
+
+    Returns:
+        Lines of equal length.
+    """
+    picture = lay_out(rung, width, truth, captions)
+    canvas = _Canvas(picture.width, picture.rows)
+    for mark in picture.marks:
+        if isinstance(mark, Wire):
+            canvas.wire(mark)
+        elif isinstance(mark, Corner):
+            canvas.corner(mark)
+        elif isinstance(mark, Symbol):
+            canvas.write(mark.x, mark.y, mark.sign.translate(HEAVY_SIGN) if mark.live else mark.sign)
+            canvas.write(mark.label_x, mark.y - 1, mark.name)
+        else:
+            _box(canvas, mark)
+    for x, y in picture.continued:
+        canvas.write(x, y, "»")
+    rows = enumerate(canvas.lines())
+    return [
+        f"{'╟' if y in picture.left else '║'}{line}{'╢' if y in picture.right else '║'}" for y, line in rows
+    ]
+
+
+def _box(canvas: _Canvas, box: Box) -> None:
+    captions = caption_width(box.lines)
+    inner = box.width - 2
+    heavy = bool(box.live)
+    left, right = ("┨", "┠") if heavy else ("┤", "├")
+    canvas.write(box.x, box.y - 1, f"┌{box.title.center(inner, '─')}┐")
+    for number, (caption, operand) in enumerate(box.lines or (("", ""),)):
+        text = f"{caption.ljust(captions)}{operand.rjust(inner - 2 - captions) if captions else operand}"
+        edges = (left, right) if number == 0 else ("│", "│")
+        canvas.write(box.x, box.y + number, f"{edges[0]} {text.ljust(inner - 2)} {edges[1]}")
+    canvas.write(box.x, box.y + max(len(box.lines), 1), f"└{'─' * inner}┘")
+
+
+def routine_text(
+    routine: Routine,
+    width: int = WIDTH,
+    truths: Sequence[Sequence[bool] | None] | None = None,
+    rungs: Iterable[int] | None = None,
+    captions: Mapping[str, Sequence[str]] = NO_CAPTIONS,
+) -> str:
+    """Draw a routine: rungs with their numbers, comments above.
+
+    Args:
+        routine: the routine.
+        width: columns between the rails.
+        truths: power behind each instruction, per rung; None for a rung that was not scanned.
+        rungs: numbers of the rungs that are drawn; all of them if None.
+        captions: what the operands of add-on instructions are called, see `captions_of`.
+    """
+    wanted = range(len(routine.rungs)) if rungs is None else rungs
+    margin = max(len(str(len(routine.rungs))), 2) + 1
+    lines: list[str] = []
+    for number in wanted:
+        rung = routine.rungs[number]
+        lines += [f"{' ' * margin}{line}" for line in rung.comment.splitlines()]
+        drawn = rung_text(rung, width, truths[number] if truths else None, captions)
+        first = next((row for row, line in enumerate(drawn) if line.startswith("╟")), 0)
+        lines += [
+            f"{str(number).rjust(margin - 1) if row == first else ' ' * (margin - 1)} {line}"
+            for row, line in enumerate(drawn)
+        ]
+    return "\n".join(lines) + "\n"

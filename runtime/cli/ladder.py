@@ -1,0 +1,121 @@
+"""`scanrack ladder`: the rungs of a program as a picture, as text, or as the Python they run as."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ...ladder import LadderError, Program
+from ...ladder.draw import captions_of, routine_text, routines_svg
+from ...ladder.draw.characters import WIDTH
+from ...ladder.program import load_program
+from ...ladder.tree import Routine
+from .loading import load_job
+
+DRAWN, BAD_INPUT = 0, 2
+"""Exit status: drawn; the file or an option can't be used."""
+
+NARROWEST = 40
+"""Columns between the rails that a picture has at least."""
+
+
+def load_rungs(file: str) -> Program:
+    """Load the ladder program in a `.rung` file, a Python file, or of a rack.
+
+    Raises:
+        ValueError: the file can't be used, or its program has no rungs.
+    """
+    logic = load_job(file).logic if file.endswith(".toml") else load_program(file).function
+    if not isinstance(logic, Program):
+        raise ValueError(f"{file}: the program is a Python function; it has no rungs")
+    return logic
+
+
+def chosen(program: Program, name: str | None) -> list[Routine]:
+    """Return the routine of a name, or all of them.
+
+    Raises:
+        ValueError: there is none of that name; all there are.
+    """
+    if name is None:
+        return program.routines
+    found = [each for each in program.routines if each.name.upper() == name.upper()]
+    if not found:
+        names = ", ".join(each.name for each in program.routines)
+        raise ValueError(f"there is no routine {name} in program {program.name}; there are {names}")
+    return found
+
+
+def with_rung(routines: Sequence[Routine], number: int | None) -> list[tuple[Routine, list[int]]]:
+    """Return routines with the numbers of the rungs that are wanted of them.
+
+    Raises:
+        ValueError: no routine has a rung of that number.
+    """
+    if number is None:
+        return [(routine, list(range(len(routine.rungs)))) for routine in routines]
+    found = [(routine, [number]) for routine in routines if 0 <= number < len(routine.rungs)]
+    if not found:
+        most = max(len(routine.rungs) for routine in routines) - 1
+        raise ValueError(f"there is no rung {number}; they are numbered from 0 to {most}")
+    return found
+
+
+def ladder(
+    file: Annotated[
+        str, typer.Argument(metavar="FILE", help="A .rung file, a Python program, or a rack file.")
+    ],
+    routine: Annotated[
+        str | None, typer.Option("--routine", metavar="NAME", help="This routine only.")
+    ] = None,
+    rung: Annotated[int | None, typer.Option("--rung", metavar="N", help="This rung only.")] = None,
+    width: Annotated[
+        int | None,
+        typer.Option("--width", min=NARROWEST, help="Columns between the rails; wider rungs go on below."),
+    ] = None,
+    svg: Annotated[
+        Path | None, typer.Option("--svg", metavar="OUT", help="Write an SVG picture instead.")
+    ] = None,
+    text: Annotated[bool, typer.Option("--text", help="Print the rung text instead.")] = False,
+    source: Annotated[
+        bool, typer.Option("--source", help="Print the Python that the program runs as.")
+    ] = False,
+) -> None:
+    """Draw the rungs of a ladder program.
+
+    Example: scanrack ladder examples/three_stations_ladder/line.py --svg line.svg
+    """
+    try:
+        program = load_rungs(file)
+        captions = captions_of(program.add_ons.values())
+        wanted = with_rung(chosen(program, routine), rung)
+        if svg is not None:
+            svg.write_text(routines_svg(wanted, width or WIDTH, captions=captions), encoding="utf-8")
+        elif source:
+            typer.echo(program.source())
+        elif text:
+            for each, numbers in wanted:
+                typer.echo("\n".join(str(each.rungs[number]) for number in numbers))
+        else:
+            fitting = max(shutil.get_terminal_size((WIDTH + 8, 0)).columns - 8, NARROWEST)
+            for each, numbers in wanted:
+                typer.echo(f"Routine {each.name}\n")
+                typer.echo(routine_text(each, width or fitting, rungs=numbers, captions=captions))
+    except LadderError as error:
+        _refuse(f"{file}: {error}")
+    except (ValueError, OSError) as error:
+        _refuse(str(error))
+
+
+def _refuse(text: str) -> None:
+    typer.echo(f"scanrack: {text}", err=True)
+    raise typer.Exit(BAD_INPUT)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command()(ladder)
