@@ -8,6 +8,8 @@ from .errors import Problem
 from .instructions import BY_NAME, Use
 from .linking import ADD_ON, AddOnCall, Call, Line, Linked, LinkedRoutine, Step, steps_of
 from .places import Constant, Group, Place
+from .regions import Region, region_of
+from .tags import Leaf
 
 REPEATED_COILS = "repeated coils"
 REPEATED_TIMERS = "repeated timers"
@@ -37,6 +39,7 @@ def check_whole(linked: Linked, allowed: frozenset[str]) -> list[Problem]:
     for routine in linked.routines.values():
         problems.extend(_jumps(linked, routine))
     problems.extend(_circles(linked))
+    problems.extend(_half_words(linked))
     return problems
 
 
@@ -150,3 +153,37 @@ def _circles(linked: Linked) -> Iterator[Problem]:
                 open_names += calls_of(linked.routines[called])
         if name in reached:
             yield Problem(f"routine {routine.name}", "", "it calls itself", "loop with JMP and LBL instead")
+
+
+def _half_words(linked: Linked) -> Iterator[Problem]:
+    """Copies of single bytes that may end in the middle of a word of an output image."""
+    for routine, line, step in _all_steps(linked):
+        if step.name not in ("COP", "CPS") or len(step.operands) < 3:
+            continue
+        source, target = (region_of(each, linked.layout) for each in step.operands[:2])
+        length = step.operands[2]
+        room = target.left(target.fixed_first or 0)
+        most = min(int(length.value), room) if isinstance(length, Constant) else room
+        if _in_outputs(target.parts[0].leaf) and _may_end_in_a_byte(source, most * target.size):
+            yield Problem(
+                _where(routine, line),
+                line.text,
+                f"{source.text} may end in the middle of a word of {target.text}, "
+                "which would hold half of a new command and half of an old one",
+                "copy from an array of INT, or as many bytes as the words take",
+            )
+
+
+def _in_outputs(leaf: Leaf) -> bool:
+    return leaf.slot is not None and leaf.output
+
+
+def _may_end_in_a_byte(source: Region, wanted: int) -> bool:
+    """Tell whether a source may give out before `wanted` bytes are copied, after an odd number of them."""
+    if source.size % 2 == 0:
+        return False
+    first = source.fixed_first
+    if first is None:
+        return True
+    left = source.left(first) * source.size
+    return left < wanted and left % 2 == 1

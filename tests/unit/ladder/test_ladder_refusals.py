@@ -178,3 +178,28 @@ def test_nothing_can_be_added_to_a_built_program():
     program.step()
     with pytest.raises(LadderError, match="has been built"):
         program.declare("More", BOOL)
+
+
+BYTES = "TAG Small : SINT[3]\nTAG Lone : SINT\nTAG I : DINT\nSLOT axis : 1"
+
+
+@pytest.mark.parametrize(
+    ("rung", "may"),
+    [
+        ("COP(Lone,axis.O.Data[0],1);", False),  # 1 byte of 2
+        ("COP(Small[0],axis.O.Data[0],1);", True),  # 2 of 2
+        ("COP(Small[0],axis.O.Data[0],2);", False),  # 3 of 4
+        ("CPS(Small[1],axis.O.Data[0],8);", True),  # 2 of 16: the first word whole, the rest as it was
+        ("COP(Small[0],axis.O.Data[7],5);", True),  # the image ends after 2 bytes
+        ("COP(Small[0],axis.O.Data[0],I);", False),  # 3 bytes if I is 2
+        ("COP(Small[I],axis.O.Data[0],1);", False),  # 1 byte if I is 2
+        ("COP(I,axis.O.Data[0],8);", True),  # 4 of 16
+    ],
+)
+def test_no_copy_ends_in_the_middle_of_a_command_word(rung, may):
+    program = program_of(BYTES, rung)
+    if may:
+        program.build()
+        return
+    with pytest.raises(BuildError, match="half of a new command and half of an old one"):
+        program.build()
