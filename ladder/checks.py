@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from .errors import Problem
 from .instructions import BY_NAME, Use
-from .linking import ADD_ON, AddOnCall, Call, Line, Linked, LinkedRoutine, Step, steps_of
+from .linked import ADD_ON, AddOnCall, Call, Line, Linked, LinkedRoutine, Step, steps_of
 from .places import Constant, Group, Place
 from .regions import Region, region_of
 from .tags import Leaf

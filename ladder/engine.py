@@ -12,7 +12,7 @@ from typing import Any
 
 from .errors import MinorFault
 from .interpreter import Interpreter
-from .linking import Linked
+from .linked import Linked
 from .memory import Memory, Value
 from .trouble import Trouble
 from .view import Tags

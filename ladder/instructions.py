@@ -198,3 +198,7 @@ FUNCTION_NAMES = {"ABS": "ABS", "SQR": "SQR", "SQRT": "SQR", "TRN": "TRN", "TRUN
 """Functions by any of their names, to the one they print under."""
 
 RELATIONS = ("=", "<>", "<", "<=", ">", ">=")
+"""Operators that compare."""
+
+BITWISE = ("AND", "OR", "XOR", "NOT")
+"""Operators on bits: computed in integers, even where the rest of the expression is REAL."""

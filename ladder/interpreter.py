@@ -12,8 +12,8 @@ from typing import Any
 
 from . import arithmetic as math
 from .errors import LadderFault
-from .instructions import RELATIONS, Kind
-from .linking import ADD_ON, BITWISE, AddOnCall, Call, Line, Linked, LinkedRoutine, Node, Parallel, Step
+from .instructions import BITWISE, RELATIONS, Kind
+from .linked import ADD_ON, AddOnCall, Call, Line, Linked, LinkedRoutine, Node, Parallel, Step
 from .memory import Memory, Value
 from .places import Calculation, Constant, Group, Place, Quoted, Resolved, types_in
 from .regions import copy, region_of

@@ -25,7 +25,8 @@ from .compiler import compiled, source_of
 from .engine import STEP_MS, Engine
 from .errors import BuildError, LadderError, MinorFault, Problem
 from .front import RungMaker, TagRef
-from .linking import Linked, Linker
+from .linked import Linked
+from .linking import Linker
 from .memory import Memory
 from .tags import Alias, Declaration, Layout, SlotAlias, Tag
 from .text import parse_address

@@ -6,7 +6,7 @@ from collections import deque
 from typing import NoReturn
 
 from .errors import SUBSCRIPT_CODE, TIMER_CODE, LadderFault, MinorFault
-from .linking import Linked
+from .linked import Linked
 from .memory import Memory
 
 KEPT = 1000

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from .linking import Linked
+from .linked import Linked
 from .memory import Memory, checked
 from .places import Calculation, Constant, Group, Place, Resolved, Resolver
 from .text import parse_address

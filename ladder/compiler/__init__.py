@@ -15,7 +15,7 @@ from types import CodeType, FunctionType
 from typing import Any
 
 from ..engine import Engine
-from ..linking import Linked
+from ..linked import Linked
 from .program import ProgramText, text_of
 from .services import services
 

@@ -6,7 +6,7 @@ import re
 import textwrap
 from dataclasses import dataclass
 
-from ..linking import Line, Linked, LinkedRoutine
+from ..linked import Line, Linked, LinkedRoutine
 from .steps import RungWriter
 from .writer import INDENT, Writer
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from .. import arithmetic as math
-from ..linking import steps_of
+from ..linked import steps_of
 from ..memory import Value
 from ..regions import copy, region_of
 

@@ -6,9 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ..arithmetic import real
-from ..instructions import RELATIONS
+from ..instructions import BITWISE, RELATIONS
 from ..interpreter import width_of
-from ..linking import BITWISE
 from ..places import Calculation, Constant, Group, Place, Quoted, Resolved, can_fault
 from ..types import DINT, LINT, REAL, Elementary
 from .writer import Writer

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from ..linking import Linked
+from ..linked import Linked
 from ..tags import Leaf
 
 INDENT = "    "
@@ -77,3 +77,20 @@ class Writer:
         """Note that a leaf's variable is assigned to; elements of arrays are not."""
         if not leaf.dims:
             self.written.add(leaf.ident)
+
+
+def both(a: str, b: str) -> str:
+    """Return the text of a condition that holds when both do."""
+    if a == "True" or b == "False":
+        return b
+    return a if b == "True" or a == "False" else f"{a} and {b}"
+
+
+def either_of(texts: list[str]) -> str:
+    """Return the text of a condition that holds when one of them does."""
+    if "True" in texts:
+        return "True"
+    live = [each for each in texts if each != "False"]
+    if not live:
+        return "False"
+    return live[0] if len(live) == 1 else f"({' or '.join(live)})"

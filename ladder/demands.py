@@ -1,0 +1,179 @@
+"""What operands have to be: a demand for each use, in code and in words, and what to do if it is not met."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from .instructions import BITWISE, RELATIONS, Use
+from .places import Calculation, Constant, Group, Place, Quoted, Resolved, is_integer, is_number
+from .types import CONTROL, COUNTER, STRING, TIMER, Elementary, Structure
+
+
+class OperandError(ValueError):
+    """An operand that an instruction does not take."""
+
+    def __init__(self, text: str, remedy: str) -> None:
+        self.remedy = remedy
+        super().__init__(text)
+
+
+def described(resolved: Resolved) -> str:
+    """Say what an operand is."""
+    if isinstance(resolved, Constant):
+        return f"the number {resolved.value}"
+    if isinstance(resolved, Place):
+        return f"{'an' if resolved.type.name == 'INT' else 'a'} {resolved.type.name}"
+    if isinstance(resolved, Group):
+        return f"an array of {resolved.type.name}" if resolved.dims else f"a {resolved.type.name}"
+    return "a string" if isinstance(resolved, Quoted) else "an expression"
+
+
+@dataclass(frozen=True, slots=True)
+class Demand:
+    """What an operand has to be.
+
+    Attributes:
+        met: tells whether an operand is that.
+        text: the same in words.
+        remedy: what to do if it is not.
+    """
+
+    met: Callable[[Resolved], bool]
+    text: str
+    remedy: str
+
+
+def _is_bit(resolved: Resolved) -> bool:
+    return isinstance(resolved, Place) and resolved.type.is_bool
+
+
+def _is_plain_number(resolved: Resolved) -> bool:
+    return isinstance(resolved, (Place, Constant)) and not resolved.type.is_bool
+
+
+def _is_plain_integer(resolved: Resolved) -> bool:
+    return isinstance(resolved, (Place, Constant)) and resolved.type.is_integer
+
+
+def _is_string(resolved: Resolved) -> bool:
+    return isinstance(resolved, Quoted) or _is_structure(resolved, STRING)
+
+
+def _is_structure(resolved: Resolved, *types: Structure) -> bool:
+    return isinstance(resolved, Group) and not resolved.dims and resolved.type in types
+
+
+def _is_arithmetic(resolved: Resolved) -> bool:
+    if not isinstance(resolved, Calculation):
+        return is_number(resolved)
+    if resolved.name in RELATIONS:
+        return False
+    if resolved.name in BITWISE:
+        return all(is_integer(each) and _is_arithmetic(each) for each in resolved.operands)
+    return all(map(_is_arithmetic, resolved.operands))
+
+
+def _is_condition(resolved: Resolved) -> bool:
+    if not isinstance(resolved, Calculation):
+        return False
+    if resolved.name in RELATIONS:
+        return all(map(_is_arithmetic, resolved.operands))
+    return resolved.name in BITWISE and all(map(_is_condition, resolved.operands))
+
+
+def _is_region(resolved: Resolved) -> bool:
+    """Something in memory with bytes: no BOOL, no bit, no array of BOOL."""
+    if isinstance(resolved, Place):
+        return not resolved.type.is_bool
+    return isinstance(resolved, Group) and not (
+        isinstance(resolved.type, Elementary) and resolved.type.is_bool
+    )
+
+
+WRITTEN = frozenset({Use.COIL, Use.LATCH, Use.STORAGE, Use.TARGET, Use.INTEGER_TARGET, Use.DESTINATION})
+"""Uses in which an instruction writes its operand."""
+
+_A_BIT = Demand(_is_bit, "a bit", "use a BOOL or a bit of an integer (tag.3), or compare the number")
+_A_NUMBER = Demand(_is_plain_number, "a number", "use a numeric tag; CPT takes expressions")
+_AN_INTEGER = Demand(_is_plain_integer, "an integer", "use a SINT, INT, DINT or LINT")
+
+DEMANDS: Mapping[Use, Demand] = {
+    Use.BIT: _A_BIT,
+    Use.COIL: _A_BIT,
+    Use.LATCH: _A_BIT,
+    Use.STORAGE: _A_BIT,
+    Use.NUMBER: _A_NUMBER,
+    Use.TEXT_OR_NUMBER: Demand(
+        lambda each: _is_plain_number(each) or _is_string(each), "a number or a STRING", "compare bits by XIC"
+    ),
+    Use.INTEGER: _AN_INTEGER,
+    Use.TARGET: Demand(
+        lambda each: isinstance(each, Place) and not each.type.is_bool,
+        "a numeric tag to write",
+        "use a numeric tag; bits are written by OTE, OTL, OTU",
+    ),
+    Use.INTEGER_TARGET: Demand(
+        lambda each: isinstance(each, Place) and each.type.is_integer,
+        "an integer tag to write",
+        "use a SINT, INT, DINT or LINT",
+    ),
+    Use.EXPRESSION: Demand(
+        _is_arithmetic, "an arithmetic expression", "compare with CMP; AND, OR, XOR, NOT take integers"
+    ),
+    Use.CONDITION: Demand(_is_condition, "a comparison", "write a relation such as a>b, or a>b AND c<=d"),
+    Use.TIMER: Demand(lambda each: _is_structure(each, TIMER), "a TIMER", "declare the tag as TIMER"),
+    Use.COUNTER: Demand(lambda each: _is_structure(each, COUNTER), "a COUNTER", "declare the tag as COUNTER"),
+    Use.RESETTABLE: Demand(
+        lambda each: _is_structure(each, TIMER, COUNTER, CONTROL),
+        "a TIMER, COUNTER or CONTROL",
+        "clear other tags with CLR or OTU",
+    ),
+    Use.SOURCE: Demand(_is_region, "a tag with bytes", "copy numbers, structures or arrays of them"),
+    Use.DESTINATION: Demand(_is_region, "a tag with bytes", "copy to numbers, structures or arrays of them"),
+    Use.CONSTANT: Demand(
+        lambda each: isinstance(each, Constant) and each.type.is_integer, "a constant", "write a whole number"
+    ),
+}
+"""What an operand has to be, by its use."""
+
+
+def _check_btd(
+    source: Resolved, source_bit: Constant, target: Place, target_bit: Constant, length: Constant
+) -> None:
+    limits = (
+        (source_bit, 0, source.type.bits - 1 if isinstance(source, (Place, Constant)) else 31, "source bit"),
+        (target_bit, 0, target.type.bits - 1, "destination bit"),
+        (length, 1, target.type.bits, "length"),
+    )
+    for given, low, high, what in limits:
+        if not low <= given.value <= high:
+            raise OperandError(f"{what} {given.value} is out of range", f"allowed are {low} to {high}")
+
+
+def _check_swpb(source: Resolved, _mode: str, target: Place) -> None:
+    allowed = {("INT", "INT"), ("INT", "DINT"), ("DINT", "DINT")}
+    if not isinstance(source, Place) or (source.type.name, target.type.name) not in allowed:
+        raise OperandError(
+            f"SWPB does not go from {described(source)} to {described(target)}",
+            "allowed are INT to INT or DINT, and DINT to DINT",
+        )
+
+
+def _check_same_kind(a: Resolved, b: Resolved) -> None:
+    if _is_string(a) != _is_string(b):
+        raise OperandError(f"{described(a)} and {described(b)} can't be compared", "compare like with like")
+
+
+def _check_fll(_source: Resolved, target: Resolved, _length: Resolved) -> None:
+    if isinstance(target, Group) and isinstance(target.type, Structure):
+        raise OperandError(f"FLL does not fill a {target.type.name}", "COP a structure over it")
+
+
+CHECKS: Mapping[str, Callable[..., None]] = {
+    "BTD": _check_btd,
+    "SWPB": _check_swpb,
+    "FLL": _check_fll,
+    **dict.fromkeys(("EQU", "NEQ", "GRT", "GEQ", "LES", "LEQ"), _check_same_kind),
+}
+"""What is checked besides, across the operands of an instruction."""

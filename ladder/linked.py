@@ -1,0 +1,168 @@
+"""A program, ready to run: addresses resolved, operands checked, instructions numbered."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from .errors import Site
+from .instructions import Kind
+from .places import Group, Place, Resolved
+from .tags import Layout
+from .tree import Origin
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """Operands of JSR: whom, with what, and where the answers go.
+
+    Attributes:
+        routine: name in capitals.
+        inputs: values in.
+        returns: places for the values out.
+    """
+
+    routine: str
+    inputs: tuple[Resolved, ...]
+    returns: tuple[Place, ...]
+
+
+ADD_ON = "add-on"
+"""Name of the step that calls an add-on instruction; its operand is one `AddOnCall`."""
+
+
+@dataclass(frozen=True, slots=True)
+class AddOnCall:
+    """A call of an add-on instruction.
+
+    Attributes:
+        name: the add-on.
+        instance: the instance's tag.
+        enable_in: told whether the rung is true in front of the call.
+        enable_out: tells whether it is behind it.
+        inputs: what copies the arguments in, each run as a rung of its own.
+        outputs: what copies the results out.
+        logic: the routine for a true rung, in capitals.
+        otherwise: the one for a false rung, None if there is none.
+        prescan: the one that runs in prescan, None if there is none.
+    """
+
+    name: str
+    instance: Group
+    enable_in: Place
+    enable_out: Place
+    inputs: tuple[tuple[Node, ...], ...]
+    outputs: tuple[tuple[Node, ...], ...]
+    logic: str
+    otherwise: str | None
+    prescan: str | None
+
+    @property
+    def routines(self) -> tuple[str, ...]:
+        """The routines that it may run."""
+        return tuple(each for each in (self.logic, self.otherwise, self.prescan) if each)
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """An instruction, ready to run.
+
+    Attributes:
+        name: the instruction.
+        kind: input or output.
+        operands: resolved; a label or a mode is a str, JSR has one `Call`, an add-on instruction one
+            `AddOnCall`, presets are left out.
+        site: its number in `Linked.sites`.
+    """
+
+    name: str
+    kind: Kind
+    operands: tuple[Any, ...]
+    site: int
+
+
+@dataclass(frozen=True, slots=True)
+class Parallel:
+    """A branch, ready to run."""
+
+    legs: tuple[tuple[Node, ...], ...]
+
+
+Node = Step | Parallel
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A rung, ready to run."""
+
+    number: int
+    nodes: tuple[Node, ...]
+    origin: Origin
+    text: str
+    comment: str
+
+
+@dataclass(frozen=True, slots=True)
+class LinkedRoutine:
+    """A routine, ready to run.
+
+    Attributes:
+        name: its name.
+        lines: its rungs.
+        labels: number of the rung that a label stands in front of, by label in capitals.
+        parameters: what SBR takes, None without SBR.
+    """
+
+    name: str
+    lines: tuple[Line, ...]
+    labels: Mapping[str, int]
+    parameters: tuple[Place, ...] | None
+
+
+@dataclass(slots=True)
+class Linked:
+    """A program, ready to run.
+
+    Attributes:
+        name: its name.
+        layout: its memory.
+        main: the routine that a scan calls, in capitals.
+        routines: routines of rungs, by name in capitals.
+        functions: routines in Python, by name in capitals.
+        sites: every instruction, for messages.
+        presets: initial values of PRE and ACC from the rungs, by path.
+        flags: whether a rung uses S:V, S:Z, S:N or S:C; otherwise nobody keeps them.
+        override: whether there is an MCR.
+    """
+
+    name: str
+    layout: Layout
+    main: str
+    routines: dict[str, LinkedRoutine] = field(default_factory=dict)
+    functions: dict[str, Callable[..., Any]] = field(default_factory=dict)
+    sites: list[Site] = field(default_factory=list)
+    presets: dict[str, int] = field(default_factory=dict)
+    flags: bool = False
+    override: bool = False
+
+
+def steps_of(nodes: tuple[Node, ...]) -> list[Step]:
+    """Return the instructions in the order in which they execute."""
+    return list(_steps(nodes))
+
+
+def _steps(nodes: tuple[Node, ...]) -> Iterator[Step]:
+    for node in nodes:
+        if isinstance(node, Parallel):
+            for leg in node.legs:
+                yield from _steps(leg)
+            continue
+        calls = [each for each in node.operands if isinstance(each, AddOnCall)]
+        for call in calls:
+            for series in call.inputs:
+                yield from _steps(series)
+        yield node
+        for call in calls:
+            for series in call.outputs:
+                yield from _steps(series)
