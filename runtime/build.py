@@ -6,11 +6,13 @@ from collections.abc import Iterable
 
 from .cpu import Cpu
 from .exchange import EndOfScan, EveryRpi, Exchange
+from .incidents import Exposed, Happening, KeySwitch
 from .listener import ScanListener
+from .module import Module
 from .pace import Pacer, Watchdog
 from .quantities import exact_ns
 from .rack import Card, Rack
-from .rackspec import RackSpec
+from .rackspec import RackSpec, SlotSpec
 from .scan import CpuMode, Logic
 
 
@@ -19,10 +21,14 @@ def build_rack(spec: RackSpec) -> Rack:
 
     Chance in slot n is seeded with the rack's seed and n, so that slots do not repeat each other.
     """
-    return Rack(
-        Card(slot.number, slot.make(seed=slot_seed(spec.seed, slot.number)), slot.module, slot.firmware)
-        for slot in spec.slot
-    )
+    return Rack(Card(slot.number, _module(spec, slot), slot.module, slot.firmware) for slot in spec.slot)
+
+
+def _module(spec: RackSpec, slot: SlotSpec) -> Module:
+    """Make a slot's module, exposed to the incidents that are to come."""
+    module = slot.make(seed=slot_seed(spec.seed, slot.number))
+    coming = [each for each in spec.incidents if each.slot == slot.number]
+    return Exposed(module, coming) if coming else module
 
 
 def build_cpu(
@@ -54,6 +60,9 @@ def build_cpu(
     )
     for force in spec.force:
         cpu.forces.set(force.address, force.value)
+    turns = [each for each in spec.incidents if each.what is Happening.PROGRAM_MODE]
+    if turns:
+        cpu.add_listener(KeySwitch(cpu, turns))
     return cpu
 
 

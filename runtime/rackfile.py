@@ -27,7 +27,7 @@ from .machinetables import (
     SwitchTable,
     TimelineTable,
 )
-from .rackspec import ForceSpec, MisplacedError, RackSpec, SlotSpec
+from .rackspec import ForceSpec, IncidentSpec, MisplacedError, RackSpec, SlotSpec
 from .tomllines import KeyLines, KeyPath
 
 
@@ -173,6 +173,7 @@ _MODELS: Mapping[tuple[str, ...], type[BaseModel]] = {
     (): RackSpec,
     ("slot",): SlotSpec,
     ("force",): ForceSpec,
+    ("incident",): IncidentSpec,
     ("slot", "machine"): MachineTable,
     ("slot", "machine", "switches"): SwitchTable,
     ("slot", "machine", "timeline"): TimelineTable,

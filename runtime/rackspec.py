@@ -23,10 +23,11 @@ from .addresses import allowed, parse_address
 from .catalog import CATALOG, check_controller
 from .events import JsonValue
 from .forces import check_value
+from .incidents import Happening, Incident
 from .machine import MachineSpec
 from .machinetables import MachineTable, Table
 from .module import Module
-from .quantities import Number, between, exact_ns
+from .quantities import Milliseconds, Number, Seconds, between, exact_ns
 from .tomllines import KeyPath
 
 Result = TypeVar("Result")
@@ -139,6 +140,51 @@ class ForceSpec(Table):
     value: Annotated[int, BeforeValidator(_bit_or_word)]
 
 
+def _happening(value: object) -> object:
+    if isinstance(value, Happening):
+        return value
+    names = [each.value for each in Happening]
+    if value not in names:
+        raise PydanticCustomError("name", "{hint}", {"hint": allowed(value, names)})
+    return Happening(value)
+
+
+class IncidentSpec(Table):
+    """Something that happens to a module or to the CPU, see `runtime.incidents`.
+
+    Attributes:
+        at_ms: when; or `at_s`.
+        what: "power-cycle", "link-lost", "removed", "fatal-error", "asic-lost", "torn-update" or
+            "program-mode".
+        slot: the module it happens to; left out for "program-mode", and where there is one module only.
+        for_ms: how long; or `for_s`. For good if left out; a torn update lasts one RPI.
+        late_words: of a torn update: which of the eight output words come late.
+    """
+
+    at_ms: Milliseconds | None = None
+    at_s: Seconds | None = None
+    what: Annotated[Happening, PlainValidator(_happening)]
+    slot: int | None = None
+    for_ms: Milliseconds | None = None
+    for_s: Seconds | None = None
+    late_words: Annotated[tuple[int, ...], Field(strict=False)] = ()
+
+    def incident(self, only_slot: int = 1) -> Incident:
+        """Return the incident.
+
+        Raises:
+            ValueError: times or words are missing or contradict each other.
+        """
+        lasting = self.for_ms is not None or self.for_s is not None
+        slot = 0 if self.what is Happening.PROGRAM_MODE else self.slot or only_slot
+        return Incident(self.ns("at"), self.what, slot, self.ns("for") if lasting else 0, self.late_words)
+
+    @model_validator(mode="after")
+    def _is_possible(self) -> Self:
+        self.incident()
+        return self
+
+
 class RackSpec(Table):
     """A rack and how it is run.
 
@@ -155,6 +201,7 @@ class RackSpec(Table):
         mode: the CPU's mode at power-up.
         slot: the slots, at least one.
         force: the forces.
+        incident: what happens beside commands and inputs.
     """
 
     program: Annotated[str | Callable[..., Any], PlainValidator(_program)]
@@ -169,6 +216,12 @@ class RackSpec(Table):
     mode: Literal["run", "program", "test"] = "run"
     slot: Annotated[tuple[SlotSpec, ...], Field(strict=False, min_length=1)]
     force: Annotated[tuple[ForceSpec, ...], Field(strict=False)] = ()
+    incident: Annotated[tuple[IncidentSpec, ...], Field(strict=False)] = ()
+
+    @property
+    def incidents(self) -> tuple[Incident, ...]:
+        """What happens, in the order given."""
+        return tuple(each.incident(self.slot[0].number) for each in self.incident)
 
     @property
     def scan_ns(self) -> int:
@@ -185,6 +238,7 @@ class RackSpec(Table):
         self._check_times()
         self._check_slots()
         self._check_forces()
+        self._check_incidents()
         return self
 
     def _check_times(self) -> None:
@@ -212,6 +266,19 @@ class RackSpec(Table):
             path: KeyPath = ("force", index)
             place = _at((*path, "address"), force.address, parse_address, force.address, modules)
             _at((*path, "value"), force.value, check_value, force.address, place, force.value)
+
+    def _check_incidents(self) -> None:
+        numbers = [slot.number for slot in self.slot]
+        for index, each in enumerate(self.incident):
+            path: KeyPath = ("incident", index, "slot")
+            if each.what is Happening.PROGRAM_MODE:
+                if each.slot is not None:
+                    raise MisplacedError(path, each.slot, "the key is the CPU's: leave the slot out")
+            elif each.slot is None and len(numbers) > 1:
+                raise MisplacedError(path, "", f"is needed: modules sit in {', '.join(map(str, numbers))}")
+            elif each.slot is not None and each.slot not in numbers:
+                says = f"this slot is empty: modules sit in {', '.join(map(str, numbers))}"
+                raise MisplacedError(path, each.slot, says)
 
 
 def _at(path: KeyPath, value: object, check: Callable[..., Result], *arguments: Any) -> Result:

@@ -1,0 +1,208 @@
+"""What happens to a module and its CPU beside commands and inputs: power, a lost link, a torn update.
+
+    scan               n          n+1         n+2
+    outputs written    A          B           B
+    torn update of B:  A          B A A ...   B        (words 1 and 2 of B come one update late)
+
+Incidents are data with an instant each; the rack is wired with those of its
+specification, so that a run with them is as repeatable as one without.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import Enum
+from typing import Protocol, runtime_checkable
+
+from ..io_images.image import WORDS, Image
+from .amci3601.trouble import Trouble
+from .cpu import Cpu
+from .events import Event, JsonValue
+from .exchange import RPI_NS
+from .module import Module
+from .scan import CpuMode
+
+
+class Happening(Enum):
+    """What may happen."""
+
+    POWER_CYCLE = "power-cycle"
+    """The module's power goes and comes back at once."""
+    LINK_LOST = "link-lost"
+    """See `runtime.amci3601.trouble`."""
+    REMOVED = "removed"
+    """See `runtime.amci3601.trouble`."""
+    FATAL_ERROR = "fatal-error"
+    """See `runtime.amci3601.trouble`; ends with a power cycle."""
+    ASIC_LOST = "asic-lost"
+    """See `runtime.amci3601.trouble`."""
+    TORN_UPDATE = "torn-update"
+    """The next change of the outputs comes in two updates: some words late."""
+    PROGRAM_MODE = "program-mode"
+    """Somebody turns the CPU's key to program, and back to run."""
+
+
+TROUBLES = {
+    Happening.LINK_LOST: Trouble.LINK_LOST,
+    Happening.REMOVED: Trouble.REMOVED,
+    Happening.FATAL_ERROR: Trouble.FATAL_ERROR,
+    Happening.ASIC_LOST: Trouble.ASIC_LOST,
+}
+"""Happenings that last, as a module knows them."""
+
+_BEGUN = {
+    Happening.POWER_CYCLE: "The module's power goes and comes back.",
+    Happening.LINK_LOST: "The link to the module is lost.",
+    Happening.REMOVED: "The module is taken out.",
+    Happening.FATAL_ERROR: "The module fails.",
+    Happening.ASIC_LOST: "The module's backplane interface fails.",
+}
+_OVER = "The module answers again."
+
+
+@dataclass(frozen=True, slots=True)
+class Incident:
+    """One thing that happens.
+
+    Attributes:
+        at_ns: when, ns since power-up.
+        what: which.
+        slot: to which module; 0 for `PROGRAM_MODE`.
+        for_ns: how long; 0 = for good. A fatal error ends with a power cycle then. Of a torn update:
+            after which time the late words come, an RPI if 0.
+        late_words: of a torn update: which of the eight output words come late.
+    """
+
+    at_ns: int
+    what: Happening
+    slot: int = 1
+    for_ns: int = 0
+    late_words: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        for field, value in (("at_ns", self.at_ns), ("for_ns", self.for_ns)):
+            if value < 0:
+                raise ValueError(f"{field} of {value} is not allowed: 0 or more")
+        if not set(self.late_words) <= set(range(WORDS)):
+            raise ValueError(f"late_words {list(self.late_words)} are not allowed: 0 to {WORDS - 1}")
+        if bool(self.late_words) is not (self.what is Happening.TORN_UPDATE):
+            raise ValueError("late_words and torn-update go together: name the words that come late")
+
+
+@runtime_checkable
+class Fallible(Module, Protocol):
+    """A module that can be made to stop answering."""
+
+    def inject(self, trouble: Trouble | None) -> None:
+        """See `Amci3601.inject`."""
+        ...
+
+
+class Exposed:
+    """A module with incidents coming; satisfies `runtime.module.Module`.
+
+    Args:
+        module: the module.
+        incidents: what happens to it, in any order.
+
+    Raises:
+        ValueError: the module can't be made to stop answering.
+    """
+
+    def __init__(self, module: Module, incidents: Iterable[Incident]) -> None:
+        self.module = module
+        self.events = module.events
+        ordered = sorted(incidents, key=lambda each: each.at_ns)
+        for each in ordered:
+            if each.what in TROUBLES and not isinstance(module, Fallible):
+                raise ValueError(f"incident {each.what.value}: {type(module).__name__} can't be made to fail")
+        self._tears = [each for each in ordered if each.what is Happening.TORN_UPDATE]
+        self._acts = sorted(
+            (act for each in ordered if each.what is not Happening.TORN_UPDATE for act in _acts(each)),
+            key=lambda act: act[0],
+        )
+        self._now_ns = 0
+        self._before = Image()
+        self._late_ns = 0
+        self._torn = Image()
+
+    def update(self, now_ns: int, outputs: Image) -> Image:
+        """See `Module.update`."""
+        self._tear(outputs)
+        while self._acts and self._acts[0][0] <= now_ns:
+            at_ns, what, begins = self._acts.pop(0)
+            self._advance(at_ns, outputs)
+            self._act(at_ns, what, begins=begins)
+        return self._advance(now_ns, outputs)
+
+    def plc_run(self, running: bool) -> None:
+        """See `Module.plc_run`."""
+        self.module.plc_run(running)
+
+    def power_cycle(self) -> None:
+        """See `Module.power_cycle`."""
+        self.module.power_cycle()
+
+    def _tear(self, outputs: Image) -> None:
+        """Keep words back, if these outputs are the first new ones since a torn update is due."""
+        if outputs == self._before:
+            return
+        if self._tears and self._tears[0].at_ns <= self._now_ns:
+            tear = self._tears.pop(0)
+            self._torn.load(outputs)
+            for index in tear.late_words:
+                self._torn[index] = self._before[index]
+            self._late_ns = self._now_ns + (tear.for_ns or RPI_NS)
+            fields: dict[str, JsonValue] = {"late_words": list(tear.late_words)}
+            late = ", ".join(map(str, tear.late_words))
+            text = f"Output words {late} come one update late."
+            self.events.append(Event(self._now_ns, "stimulus", tear.what.value, text, fields))
+        self._before.load(outputs)
+
+    def _advance(self, now_ns: int, outputs: Image) -> Image:
+        if self._now_ns < self._late_ns < now_ns:
+            self.module.update(self._late_ns, self._torn)
+            self._now_ns = self._late_ns
+        torn = self._now_ns < self._late_ns
+        self._now_ns = now_ns
+        return self.module.update(now_ns, self._torn if torn else outputs)
+
+    def _act(self, at_ns: int, what: Happening, *, begins: bool) -> None:
+        if what is Happening.POWER_CYCLE or (what is Happening.FATAL_ERROR and not begins):
+            self.module.power_cycle()
+        elif isinstance(self.module, Fallible):
+            self.module.inject(TROUBLES[what] if begins else None)
+        text = _BEGUN[what] if begins else _OVER
+        self.events.append(Event(at_ns, "stimulus", what.value, text, {"begins": begins}))
+
+
+def _acts(incident: Incident) -> Iterable[tuple[int, Happening, bool]]:
+    """Return begin and end of an incident."""
+    yield incident.at_ns, incident.what, True
+    if incident.for_ns and incident.what in TROUBLES:
+        yield incident.at_ns + incident.for_ns, incident.what, False
+
+
+class KeySwitch:
+    """A listener that turns the CPU's key to program and back, at the end of the scan in which it is due."""
+
+    def __init__(self, cpu: Cpu, incidents: Iterable[Incident]) -> None:
+        self._cpu = cpu
+        turns = []
+        for each in incidents:
+            turns.append((each.at_ns, CpuMode.PROGRAM))
+            if each.for_ns:
+                turns.append((each.at_ns + each.for_ns, CpuMode.RUN))
+        self._turns = sorted(turns)
+
+    def event(self, scan: int, now_ns: int, topic: str, fields: object) -> None:
+        """See `ScanListener.event`; nothing of it matters here."""
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """See `ScanListener.scan`."""
+        while self._turns and self._turns[0][0] <= now_ns:
+            self._cpu.mode = self._turns.pop(0)[1]
+
+    def close(self) -> None:
+        """See `ScanListener.close`."""
