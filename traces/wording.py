@@ -108,6 +108,17 @@ def bit_names(bits: type[IntFlag], word: int) -> list[str]:
     return [_bit_name(bits, bit) for bit in range(16) if word >> bit & 1]
 
 
+def seconds(time_ns: int) -> str:
+    """Return a time in seconds, exact, with three decimals or as many as it needs.
+
+    >>> seconds(12_000_000), seconds(1_000_250_000)
+    ('0.012', '1.00025')
+    """
+    whole, rest = divmod(time_ns, 1_000_000_000)
+    digits = f"{rest:09d}"
+    return f"{whole}.{digits[:3]}{digits[3:].rstrip('0')}"
+
+
 def module_text(module: str, direction: str, before: Words, after: Words) -> str:
     """Tell what changed in an image; `direction` is "out" or "in"."""
     if module == "amci3601":

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from . import drive, export, ladder, plot, query, rules, run, show
+from . import compare, drive, export, ladder, plot, query, rules, run, show
 
 
 def build() -> typer.Typer:
@@ -25,6 +25,7 @@ def build() -> typer.Typer:
     plot.register(app)
     export.register(app)
     ladder.register(app)
+    compare.register(app)
     drive.register(app)
     rules.register(app)
     return app

@@ -10,7 +10,8 @@ from rich.table import Table
 
 from ...traces.query import Answer, Occurrence, query
 from ...traces.reader import open_trace
-from .show import new_table, print_block, seconds
+from ...traces.wording import seconds
+from .show import new_table, print_block
 from .slices import DONE, NOTHING_FOUND, QuietOption, reading, told_mistakes
 
 _EXAMPLES = """

@@ -16,18 +16,16 @@ from rich.measure import Measurement
 from rich.table import Table
 
 from ...traces.changes import Changes, Row
+from ...traces.flags import flag_names
 from ...traces.happenings import describe
 from ...traces.reader import Trace, TraceEvent, open_trace
 from ...traces.records import TraceError
-from ..scan import MODE_MASK, CpuMode, ScanFlag, mode_name
+from ...traces.wording import seconds
 
 ScanRange = tuple[int, int | None]
 """First and last scan, both included; None = to the end."""
 
 ALL_SCANS: ScanRange = (0, None)
-
-_SECOND_NS = 1_000_000_000
-_SHOWN_FLAGS = [flag for flag in ScanFlag if not flag.value & MODE_MASK]
 
 T = TypeVar("T")
 
@@ -114,16 +112,6 @@ class Contents:
         self.rows.add(changes.rest())
 
 
-def flag_names(flags: int) -> list[str]:
-    """Return the CPU's mode and flags by name.
-
-    >>> flag_names(5), flag_names(0)
-    (['run mode', 'FIRST_SCAN'], ['program mode'])
-    """
-    mode = f"{mode_name(CpuMode(flags & MODE_MASK))} mode"
-    return [mode] + [str(flag.name) for flag in _SHOWN_FLAGS if flag.value & flags]
-
-
 def parse_range(text: str) -> ScanRange:
     """Read a range of scans: `A:B`, `A:`, `:B` or `A`, both ends included.
 
@@ -141,17 +129,6 @@ def parse_range(text: str) -> ScanRange:
     if last is not None and last < first:
         raise ValueError(f"{text!r} is no range of scans: it ends before it begins")
     return first, last
-
-
-def seconds(time_ns: int) -> str:
-    """Return a time in seconds, exact, with three decimals or as many as it needs.
-
-    >>> seconds(12_000_000), seconds(1_000_250_000)
-    ('0.012', '1.00025')
-    """
-    whole, rest = divmod(time_ns, _SECOND_NS)
-    digits = f"{rest:09d}"
-    return f"{whole}.{digits[:3]}{digits[3:].rstrip('0')}"
 
 
 def _blocks(path: Path, trace: Trace, contents: Contents) -> Iterator[str | Table]:

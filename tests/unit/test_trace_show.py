@@ -8,9 +8,10 @@ from pathlib import Path
 import pytest
 import typer
 from scanrack.io_images.image import Image
-from scanrack.runtime.cli.show import parse_range, register, seconds
+from scanrack.runtime.cli.show import parse_range, register
 from scanrack.traces.layout import SlotInfo
 from scanrack.traces.recorder import Attachment, ScanRecorder
+from scanrack.traces.wording import seconds
 from typer.testing import CliRunner
 
 PERIOD = 2_000_000

@@ -46,6 +46,10 @@ class Columns(NamedTuple):
             self.scan[start:stop], self.time_ns[start:stop], self.flags[start:stop], self.words[start:stop]
         )
 
+    def at(self, rows: NDArray[np.intp]) -> Columns:
+        """Return some of the rows, by number."""
+        return Columns(self.scan[rows], self.time_ns[rows], self.flags[rows], self.words[rows])
+
     def followed_by(self, other: Columns) -> Columns:
         """Return these rows and then those of another."""
         return Columns(

@@ -1,0 +1,172 @@
+"""Two traces compared."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..layout import SlotInfo
+from ..reader import Trace
+from ..signals.stream import Columns
+from .before import before, rules_in
+from .differing import Differing, Extent, First, Side, exactly, tolerantly
+from .fields import all_fields
+from .pairing import by_number
+from .reading import SLOT_WORDS, read_columns, slot_places
+from .tolerance import EXACT, Tolerance
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """What came of comparing two traces.
+
+    Attributes:
+        first: the first scan that differs; None if none does.
+        extents: how much differs in each bit, value and word, by the first scan in which it does.
+        scans_a: how many scans the first trace has.
+        scans_b: how many the second has.
+        only_a: how many scans of the first have nothing in the second to be compared with.
+        only_b: the same the other way round.
+        differing: in how many scans anything differs.
+        slots_only_a: numbers of slots that only the first trace has.
+        slots_only_b: those that only the second has.
+        heads: entries of the metadata that differ: name, in the first trace, in the second.
+        tolerance: what was allowed to differ.
+    """
+
+    first: First | None
+    extents: tuple[Extent, ...]
+    scans_a: int
+    scans_b: int
+    only_a: int
+    only_b: int
+    differing: int
+    slots_only_a: tuple[int, ...]
+    slots_only_b: tuple[int, ...]
+    heads: tuple[tuple[str, str, str], ...]
+    tolerance: Tolerance
+
+    @property
+    def same(self) -> bool:
+        """Whether both show the same: every scan, in the slots of both, and no more of them in one.
+
+        Metadata may differ: the same images from another program are the same images.
+        """
+        apart = self.only_a or self.only_b or self.slots_only_a or self.slots_only_b
+        return self.first is None and not apart
+
+
+def compare(one: Trace, other: Trace, tolerance: Tolerance = EXACT, *, shift_ns: int = 0) -> Comparison:
+    """Compare two traces.
+
+    Without a tolerance scans are paired by number and every bit and their times count; with one
+    they are paired by time, see `differing.tolerantly`. Both traces are held in memory: 20 bytes
+    per scan and 32 per scan and slot.
+
+    Args:
+        one: the first trace.
+        other: the second.
+        tolerance: what may differ.
+        shift_ns: what is added to the times of the second trace before they are compared; not 0
+            makes it a comparison by time.
+
+    Raises:
+        TraceError: one of the files is damaged beyond what can be left out.
+    """
+    found = compare_columns(
+        (one.head.slots, read_columns(one)),
+        (other.head.slots, read_columns(other)),
+        tolerance,
+        shift_ns=shift_ns,
+        heads=_heads(one, other),
+    )
+    if found.first is None:
+        return found
+    slots = {detail.slot for detail in found.first.details}
+    rules = rules_in(one, found.first.scan, slots), rules_in(other, found.first.scan_b, slots)
+    return replace(found, first=replace(found.first, rules_a=rules[0], rules_b=rules[1]))
+
+
+def compare_columns(
+    one: tuple[Sequence[SlotInfo], Columns],
+    other: tuple[Sequence[SlotInfo], Columns],
+    tolerance: Tolerance = EXACT,
+    *,
+    shift_ns: int = 0,
+    heads: tuple[tuple[str, str, str], ...] = (),
+    only: frozenset[tuple[int | None, str]] | None = None,
+) -> Comparison:
+    """Compare scans that are in memory, see `compare`.
+
+    Args:
+        one: slots and scans of the first trace.
+        other: those of the second.
+        tolerance: what may differ.
+        shift_ns: what is added to the times of the second.
+        heads: metadata that differ, for the result.
+        only: which images are compared: slot and direction; all if left out. (None, "cpu") stands
+            for flags and times.
+    """
+    numbers = [{slot.number for slot in slots} for slots, _ in (one, other)]
+    common = [slot for slot in one[0] if slot.number in numbers[1]]
+    a, b = (_side(slots, columns, numbers[0] & numbers[1]) for slots, columns in (one, other))
+    fields = [field for field in all_fields(common) if only is None or (field.slot, field.direction) in only]
+    if tolerance.exact and not shift_ns:
+        pairs = by_number(a.columns.scan, b.columns.scan)
+        only_a, only_b = pairs.only_a, pairs.only_b
+        found = list(exactly(fields, a, b, pairs))
+    else:
+        found, only_a, only_b = tolerantly(fields, a, b, tolerance, shift_ns)
+    return Comparison(
+        first=_first(found, a, b, common),
+        extents=_extents(found, a, b),
+        scans_a=len(a.columns.scan),
+        scans_b=len(b.columns.scan),
+        only_a=only_a,
+        only_b=only_b,
+        differing=len(np.unique(np.concatenate([each.a for each in found]))) if found else 0,
+        slots_only_a=tuple(sorted(numbers[0] - numbers[1])),
+        slots_only_b=tuple(sorted(numbers[1] - numbers[0])),
+        heads=heads,
+        tolerance=tolerance,
+    )
+
+
+def _side(slots: Sequence[SlotInfo], columns: Columns, common: set[int]) -> Side:
+    """Return a trace with the slots that both have."""
+    places = slot_places(slots)
+    if len(common) == len(places):
+        return Side(columns, places)
+    wanted = [slot for slot in slots if slot.number in common]
+    words = [columns.words[:, places[slot.number] : places[slot.number] + SLOT_WORDS] for slot in wanted]
+    none = np.zeros((len(columns.scan), 0), np.int16)
+    return Side(columns._replace(words=np.hstack([none, *words])), slot_places(wanted))
+
+
+def _first(found: Sequence[Differing], a: Side, b: Side, slots: Sequence[SlotInfo]) -> First | None:
+    if not found:
+        return None
+    row, row_b = min((int(each.a[0]), int(each.b[0])) for each in found)
+    details = [each.detail(a, b, row) for each in found]
+    return First(
+        int(a.columns.scan[row]),
+        int(a.columns.time_ns[row]),
+        int(b.columns.scan[row_b]),
+        int(b.columns.time_ns[row_b]),
+        tuple(detail for detail in details if detail is not None),
+        before(a, slots, row),
+        before(b, slots, row_b),
+    )
+
+
+def _extents(found: Sequence[Differing], a: Side, b: Side) -> tuple[Extent, ...]:
+    extents = [extent for each in found for extent in each.extents(a, b)]
+    return tuple(sorted(extents, key=lambda extent: extent.first))
+
+
+def _heads(one: Trace, other: Trace) -> tuple[tuple[str, str, str], ...]:
+    a, b = one.head.metadata, other.head.metadata
+    names = dict.fromkeys([*a, *b])
+    return tuple((name, a.get(name, ""), b.get(name, "")) for name in names if a.get(name) != b.get(name))

@@ -1,0 +1,196 @@
+"""A comparison as text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from ..changes import Row
+from ..wording import seconds
+from .comparison import Comparison
+from .differing import Detail, Extent, First
+
+Names = tuple[str, str]
+"""What the two traces are called."""
+
+_UNITS = ((1_000_000_000, "s"), (1_000_000, "ms"), (1_000, "µs"), (1, "ns"))
+
+
+def report(found: Comparison, names: Names) -> Iterator[str]:
+    """Yield the lines that tell a comparison to people.
+
+    Args:
+        found: what came of it.
+        names: what the first and the second trace are called.
+    """
+    yield _verdict(found, names)
+    if found.first is not None:
+        yield from first_lines(found.first, names)
+        yield from ("", "How they differ")
+        yield from _aligned(
+            [("", "scans", "first", "last", "by up to"), *map(_extent, found.extents)], "lrrrr"
+        )
+    rest = list(_beside(found, names))
+    if rest:
+        yield from ("", *rest)
+
+
+def first_lines(first: First, names: Names) -> Iterator[str]:
+    """Yield the lines that tell the first scan that differs, and what led to it."""
+    cells: list[tuple[str, ...]] = [("", "", "", *names, "")]
+    cells += [row for detail in first.details for row in _detail(detail)]
+    yield from ("", *_aligned(cells, "lllrrl"))
+    yield from _rules(first, names)
+    alike = _alike(first.before_a, first.before_b)
+    if alike:
+        yield from ("", "Before it, in both")
+        yield from _changes(first.before_a[:alike])
+    for name, rows in zip(names, (first.before_a, first.before_b), strict=True):
+        yield from ("", f"{name}, up to it")
+        yield from _changes(rows[alike:])
+
+
+def _alike(a: Sequence[Row], b: Sequence[Row]) -> int:
+    """Return how many rows at the beginning are the same."""
+    same = (one == other for one, other in zip(a, b, strict=False))
+    return next((place for place, equal in enumerate(same) if not equal), min(len(a), len(b)))
+
+
+def _verdict(found: Comparison, names: Names) -> str:
+    if found.first is None:
+        what = "show the same" if found.same else "show the same as far as both go"
+        return f"{names[0]} and {names[1]} {what}{_within(found, 'within')}: {_scans(found)}"
+    first = found.first
+    where = f"scan {first.scan:,} at {span(first.time_ns)}"
+    if (first.scan, first.time_ns) != (first.scan_b, first.time_b_ns):
+        where += f" (scan {first.scan_b:,} at {span(first.time_b_ns)} of {names[1]})"
+    return (
+        f"{names[0]} and {names[1]} differ{_within(found, 'by more than')}, first in {where}; {_scans(found)}"
+    )
+
+
+def _within(found: Comparison, word: str) -> str:
+    if found.tolerance.exact:
+        return ""
+    counts = found.tolerance.counts
+    return f" {word} {span(found.tolerance.time_ns)} and {counts:,} count{'s' * (counts != 1)}"
+
+
+def _scans(found: Comparison) -> str:
+    scans = (
+        f"{found.scans_a:,}" if found.scans_a == found.scans_b else f"{found.scans_a:,} and {found.scans_b:,}"
+    )
+    return f"{found.differing:,} of {scans} scans differ" if found.differing else f"{scans} scans"
+
+
+def _detail(detail: Detail) -> Iterator[tuple[str, ...]]:
+    """Yield the rows of a field: its value or word, and each bit that differs."""
+    where = "cpu" if detail.slot is None else f"slot {detail.slot} {detail.direction}"
+    words = _words_text(detail)
+    if detail.bits:
+        hexes = (f"{value[0] & 0xFFFF:04X}h" for value in (detail.words_a, detail.words_b))
+        yield (where, detail.name, "", *hexes, words)
+        for name, a, b in detail.bits:
+            yield ("", "", name, str(int(a)), str(int(b)), "")
+    elif detail.name == "time_ns":
+        yield (where, "time", "", span(detail.words_a[0]), span(detail.words_b[0]), "")
+    else:
+        yield (where, detail.name, "", _value(detail.a), _value(detail.b), words)
+
+
+def _words_text(detail: Detail) -> str:
+    if detail.slot is None:
+        return ""
+    if len(detail.words_a) == 1:
+        return f"word {detail.word}"
+    pairs = (f"{msw} {lsw}" for msw, lsw in (detail.words_a, detail.words_b))
+    return f"words {detail.word} and {detail.word + 1}: {' / '.join(pairs)}"
+
+
+def _rules(first: First, names: Names) -> Iterator[str]:
+    both = [rule for rule in first.rules_a if rule in first.rules_b]
+    own = [
+        (name, rule)
+        for name, mine in zip(names, (first.rules_a, first.rules_b), strict=True)
+        for rule in mine
+        if rule not in both
+    ]
+    if both or own:
+        yield from ("", "Rules that fired in it")
+        yield from (f"in both: {rule}" for rule in both)
+        yield from (f"in {name} only: {rule}" for name, rule in own)
+
+
+def _changes(rows: Sequence[Row]) -> list[str]:
+    cells = [("scan", "time s", "slot", "", "position", "encoder", "what")]
+    cells += [
+        (
+            _value(row.scan, ""),
+            "" if row.now_ns is None else seconds(row.now_ns),
+            _value(row.slot, ""),
+            row.direction,
+            _value(row.position, ""),
+            _value(row.encoder, ""),
+            row.text,
+        )
+        for row in rows
+    ]
+    return _aligned(cells, "rrrlrrl") if len(cells) > 1 else ["nothing changed"]
+
+
+def _extent(extent: Extent) -> tuple[str, ...]:
+    most = (
+        ""
+        if extent.most is None
+        else span(extent.most)
+        if extent.name == "cpu.time_ns"
+        else f"{extent.most:,}"
+    )
+    return (extent.name, f"{extent.scans:,}", str(extent.first), str(extent.last), most)
+
+
+def _beside(found: Comparison, names: Names) -> Iterator[str]:
+    """Yield what differs beside the scans that both have."""
+    for name, only, slots in (
+        (names[0], found.only_a, found.slots_only_a),
+        (names[1], found.only_b, found.slots_only_b),
+    ):
+        if only:
+            yield f"only in {name}: {only:,} scan{'s' * (only != 1)}"
+        if slots:
+            yield f"only in {name}: slot {', '.join(map(str, slots))}"
+    for name, a, b in found.heads:
+        yield f"{name}: {_short(a)} / {_short(b)}"
+
+
+def _short(text: str) -> str:
+    return "none" if not text else text if len(text) <= 24 else f"{text[:12]}..."
+
+
+def _value(value: int | None, missing: str = "-") -> str:
+    return missing if value is None else f"{value:,}"
+
+
+def span(time_ns: int) -> str:
+    """Return a time, exact, in the largest unit that it fills.
+
+    >>> span(9_422_000_000), span(250_000), span(0)
+    ('9.422 s', '250 µs', '0 ns')
+    """
+    unit, name = next((each for each in _UNITS if abs(time_ns) >= each[0]), _UNITS[-1])
+    whole, rest = divmod(abs(time_ns), unit)
+    digits = f".{rest:0{len(str(unit)) - 1}d}".rstrip("0").rstrip(".") if rest else ""
+    return f"{'-' * (time_ns < 0)}{whole:,}{digits} {name}"
+
+
+def _aligned(rows: Sequence[Sequence[str]], sides: str) -> list[str]:
+    """Return rows as lines with their columns under each other; `sides` has l or r for each column."""
+    widths = [max(len(row[column]) for row in rows) for column in range(len(sides))]
+    lines = []
+    for row in rows:
+        cells = [
+            cell.ljust(width) if side == "l" else cell.rjust(width)
+            for cell, width, side in zip(row, widths, sides, strict=True)
+            if width
+        ]
+        lines.append("  ".join(cells).rstrip())
+    return lines

@@ -1,0 +1,35 @@
+"""The CPU's flags in a scan, by name.
+
+bits 0 and 1   the mode: program, run, test, single scan
+bits 2 to 6    what was special about the scan
+"""
+
+from __future__ import annotations
+
+MODES = ("program", "run", "test", "single scan")
+"""The modes, in the order of bits 0 and 1."""
+
+MODE_MASK = 0b11
+FAULT = 1 << 6
+"""The CPU faulted in this scan."""
+
+# fmt: off
+FLAGS = {
+    2: "FIRST_SCAN",      # of the logic
+    3: "INPUT_FORCES",    # are in effect
+    4: "OUTPUT_FORCES",
+    5: "OVERRUN",         # real time only: the scan began late
+    6: "FAULT",
+}
+# fmt: on
+"""The flags by number of their bit."""
+
+
+def flag_names(flags: int) -> list[str]:
+    """Return the CPU's mode and flags by name.
+
+    >>> flag_names(5), flag_names(0)
+    (['run mode', 'FIRST_SCAN'], ['program mode'])
+    """
+    names = [name for number, name in FLAGS.items() if flags >> number & 1]
+    return [f"{MODES[flags & MODE_MASK]} mode", *names]
