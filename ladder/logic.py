@@ -21,7 +21,7 @@ from typing import Any
 
 from .addon import AddOn, specs_of
 from .checks import ALLOWANCES, check_whole
-from .compiler import compiled, source_of
+from .compiler import Scanner, scanner_of, source_of
 from .engine import STEP_MS, Engine
 from .errors import BuildError, LadderError, MinorFault, Problem
 from .front import RungMaker, TagRef
@@ -68,6 +68,7 @@ class Program:
             raise LadderError(f"{min(unknown)!r} can't be allowed; what can is {', '.join(ALLOWANCES)}")
         self._names: set[str] = set()
         self._linked: Linked | None = None
+        self._scanner: Scanner | None = None
         self._engine: Engine | None = None
 
     # --- declaring
@@ -214,8 +215,11 @@ class Program:
         return []
 
     def compile(self) -> Engine:
-        """Return a new engine that runs the program compiled."""
-        return compiled(self.build())
+        """Return a new engine that runs the program compiled; compiling it is done once."""
+        linked = self.build()
+        if self._scanner is None:
+            self._scanner = scanner_of(linked)
+        return Engine(linked, self._scanner)
 
     def interpret(self) -> Engine:
         """Return a new engine that runs the program in the interpreter."""

@@ -19,7 +19,7 @@ from ..linked import Linked
 from .program import ProgramText, text_of
 from .services import services
 
-__all__ = ["compiled", "source_of"]
+__all__ = ["Scanner", "scanner_of", "source_of"]
 
 
 def source_of(linked: Linked) -> str:
@@ -27,27 +27,30 @@ def source_of(linked: Linked) -> str:
     return text_of(linked).text
 
 
-def compiled(linked: Linked) -> Engine:
-    """Return an engine that runs a program compiled."""
-    return Engine(linked, _scanner)
+Scanner = Callable[[Engine], Callable[[int], object]]
+"""Binds a compiled program to an engine's memory; returns what does one scan."""
 
 
-def _scanner(engine: Engine) -> Callable[[int], object]:
-    """Compile, and bind the functions to the engine's memory."""
-    text = text_of(engine.linked)
+def scanner_of(linked: Linked) -> Scanner:
+    """Compile a program once, for any number of engines."""
+    text = text_of(linked)
     code = _code(text)
-    namespace: dict[str, Any] = services(engine)
-    functions: dict[str, FunctionType] = {}
-    for constant in code.co_consts:
-        if isinstance(constant, CodeType):
-            closure = tuple(engine.memory.cells[name] for name in constant.co_freevars)
-            function = FunctionType(constant, namespace, constant.co_name, ((),), closure)
-            functions[constant.co_name] = namespace[constant.co_name] = function
-    names = text.functions
-    engine.call_routine = lambda name, inputs: functions[names[name]](engine.now_ns, tuple(inputs)) or ()
-    if engine.linked.main in engine.linked.functions:
-        return lambda _now: engine.call_python(engine.linked.main, ())
-    return functions["scan"]
+
+    def bind(engine: Engine) -> Callable[[int], object]:
+        namespace: dict[str, Any] = services(engine)
+        functions: dict[str, FunctionType] = {}
+        for constant in code.co_consts:
+            if isinstance(constant, CodeType):
+                closure = tuple(engine.memory.cells[name] for name in constant.co_freevars)
+                function = FunctionType(constant, namespace, constant.co_name, ((),), closure)
+                functions[constant.co_name] = namespace[constant.co_name] = function
+        names = text.functions
+        engine.call_routine = lambda name, inputs: functions[names[name]](engine.now_ns, tuple(inputs)) or ()
+        if engine.linked.main in engine.linked.functions:
+            return lambda _now: engine.call_python(engine.linked.main, ())
+        return functions["scan"]
+
+    return bind
 
 
 def _code(text: ProgramText) -> CodeType:
