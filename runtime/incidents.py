@@ -51,6 +51,9 @@ TROUBLES = {
 }
 """Happenings that last, as a module knows them."""
 
+WORST_FIRST = (Happening.REMOVED, Happening.FATAL_ERROR, Happening.ASIC_LOST, Happening.LINK_LOST)
+"""Of several troubles at a time, a module is in the first."""
+
 _BEGUN = {
     Happening.POWER_CYCLE: "The module's power goes and comes back.",
     Happening.LINK_LOST: "The link to the module is lost.",
@@ -122,6 +125,8 @@ class Exposed:
             (act for each in ordered if each.what is not Happening.TORN_UPDATE for act in _acts(each)),
             key=lambda act: act[0],
         )
+        self._troubles: set[Happening] = set()
+        self._current: Happening | None = None
         self._now_ns = 0
         self._before = Image()
         self._late_ns = 0
@@ -169,12 +174,30 @@ class Exposed:
         return self.module.update(now_ns, self._torn if torn else outputs)
 
     def _act(self, at_ns: int, what: Happening, *, begins: bool) -> None:
-        if what is Happening.POWER_CYCLE or (what is Happening.FATAL_ERROR and not begins):
+        if what is Happening.POWER_CYCLE:
+            self._troubles.discard(Happening.FATAL_ERROR)
             self.module.power_cycle()
-        elif isinstance(self.module, Fallible):
-            self.module.inject(TROUBLES[what] if begins else None)
+            self._current = None
+        elif begins:
+            self._troubles.add(what)
+        else:
+            self._troubles.discard(what)
+        self._settle()
         text = _BEGUN[what] if begins else _OVER
         self.events.append(Event(at_ns, "stimulus", what.value, text, {"begins": begins}))
+
+    def _settle(self) -> None:
+        """Put the module into the worst of the troubles that last."""
+        worst = next((each for each in WORST_FIRST if each in self._troubles), None)
+        if worst is self._current or not isinstance(self.module, Fallible):
+            return
+        if worst is Happening.REMOVED:
+            self._troubles.discard(Happening.FATAL_ERROR)  # without power it is forgotten
+        elif self._current is Happening.FATAL_ERROR:
+            self.module.power_cycle()
+        if worst is not None or self._current is not Happening.FATAL_ERROR:
+            self.module.inject(TROUBLES[worst] if worst else None)
+        self._current = worst
 
 
 def _acts(incident: Incident) -> Iterable[tuple[int, Happening, bool]]:

@@ -4,7 +4,33 @@ from __future__ import annotations
 
 import typer
 
-from . import compare, drive, export, ladder, plot, query, rules, run, show
+from . import (
+    compare,
+    drive,
+    export,
+    fuzz,
+    ladder,
+    plot,
+    query,
+    rules,
+    run,
+    show,
+)
+
+
+COMMANDS = (
+    run,
+    show,
+    query,
+    plot,
+    export,
+    compare,
+    ladder,
+    fuzz,
+    drive,
+    rules,
+)
+"""The commands, in the order in which --help lists them."""
 
 
 def build() -> typer.Typer:
@@ -19,15 +45,8 @@ def build() -> typer.Typer:
         pretty_exceptions_enable=False,
         rich_markup_mode=None,
     )
-    run.register(app)
-    show.register(app)
-    query.register(app)
-    plot.register(app)
-    export.register(app)
-    ladder.register(app)
-    compare.register(app)
-    drive.register(app)
-    rules.register(app)
+    for command in COMMANDS:
+        command.register(app)
     return app
 
 

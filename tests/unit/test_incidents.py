@@ -93,6 +93,30 @@ def test_a_fatal_error_ends_with_a_power_cycle():
     assert list(image) == list(Amci3601().update(0, Image()))
 
 
+def test_troubles_may_overlap_and_the_worst_one_holds():
+    link = Incident(10 * MS, Happening.LINK_LOST, for_ns=60 * MS)
+    fatal = Incident(20 * MS, Happening.FATAL_ERROR, for_ns=20 * MS)
+    out = Incident(30 * MS, Happening.REMOVED, for_ns=5 * MS)
+    module = Amci3601()
+    slot = Exposed(module, [link, fatal, out])
+    seen = []
+    for now in (5, 15, 25, 32, 37, 45, 75):
+        slot.update(now * MS, Image())
+        seen.append(module.trouble.value if module.trouble else None)
+    # taken out, the module forgets its fatal error
+    assert seen == [None, "link-lost", "fatal-error", "removed", "link-lost", "link-lost", None]
+
+
+def test_a_power_cycle_ends_a_fatal_error_only():
+    module = Amci3601()
+    fatal, link = Incident(0, Happening.FATAL_ERROR), Incident(0, Happening.LINK_LOST)
+    slot = Exposed(module, [fatal, link, Incident(10 * MS, Happening.POWER_CYCLE)])
+    slot.update(5 * MS, Image())
+    assert module.trouble.value == "fatal-error"
+    slot.update(15 * MS, Image())
+    assert module.trouble.value == "link-lost"
+
+
 def test_a_module_that_cannot_fail_is_refused():
     with pytest.raises(ValueError, match="link-lost: Listening can't be made to fail"):
         exposed(Incident(0, Happening.LINK_LOST))

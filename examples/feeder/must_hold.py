@@ -1,0 +1,27 @@
+"""What must hold of the feeder, whatever happens around it: `scanrack fuzz feeder.toml -i must_hold.py`."""
+
+from scanrack.runtime.fuzz import always, never, within
+
+
+@never
+def two_strokes_at_once(now):
+    """The two strokes are never asked for together."""
+    return now.tags["OutGo"] and now.tags["BackGo"]
+
+
+@always
+def one_motion_command(now):
+    """Never two motion commands at once."""
+    return now.slot[1].motions <= 1
+
+
+@within("100 ms", after=lambda now: now.slot[1].status.IN_ESTOP)
+def stands_still(now):
+    """At most 100 ms from emergency stop to zero speed."""
+    return not now.slot[1].moving
+
+
+@never
+def command_error(now):
+    """No COMMAND_ERROR ever."""
+    return now.slot[1].status.COMMAND_ERROR

@@ -1,0 +1,151 @@
+"""What `scanrack fuzz` searches with, made anew in every worker, and what it hands over."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from ...ladder import Program
+from ...ladder.program import load_program
+from ...traces.plot import save_page
+from ...traces.reader import open_trace
+from ..fuzz import STANDARD, Bench, Found, Invariant, Report, Scenario, load_invariants, search
+from ..fuzz.campaign import Task
+from ..fuzz.drivescript import DriveScript, obstacle
+from ..fuzz.rackdoc import rack_text
+from ..fuzz.scenarios import Kind, scenarios
+from ..listener import ScanListener
+from ..rack import Rack
+from ..rackspec import RackSpec
+from ..scan import Logic
+from .loading import Job, load_job
+from .run import recorder_for
+
+RESERVE = 100
+"""Scans that a recording goes on after the one in which an invariant is broken."""
+
+
+@dataclass(frozen=True, slots=True)
+class Setup:
+    """What is fuzzed, in words that can be sent to a worker.
+
+    Attributes:
+        rack: path of the rack file.
+        invariants: files with invariants.
+        checks: standard invariants by name.
+        scans: how long a run is.
+        kinds: what is random.
+    """
+
+    rack: str
+    invariants: tuple[Path, ...]
+    checks: tuple[str, ...]
+    scans: int
+    kinds: frozenset[Kind]
+
+
+@dataclass(frozen=True, slots=True)
+class Work:
+    """Does a task of a campaign, see `runtime.fuzz.campaign.Work`."""
+
+    setup: Setup
+
+    def __call__(self, task: Task) -> Report:
+        """Search."""
+        bench = bench_of(self.setup)
+        strategy = scenarios(bench.spec, bench.scans, self.setup.kinds, base=task.base)
+        return search(bench, strategy, examples=task.examples, start=task.number, known=task.known)
+
+
+@cache
+def bench_of(setup: Setup) -> Bench:
+    """Return the bench of a setup; a worker makes it once.
+
+    Raises:
+        ValueError: the rack, its program or the invariants can't be used.
+    """
+    job = load_job(setup.rack)
+    return Bench(job.spec, logic_maker(job, setup.rack), invariants_of(setup), setup.scans, _tags_of)
+
+
+def invariants_of(setup: Setup) -> list[Invariant]:
+    """Return the invariants of a setup, each name once."""
+    chosen = [STANDARD[name] for name in setup.checks]
+    for file in setup.invariants:
+        chosen += load_invariants(file)
+    return list({each.name: each for each in chosen}.values())
+
+
+def logic_maker(job: Job, rack: str) -> Callable[[], Logic]:
+    """Return what makes a job's logic anew, with nothing remembered."""
+    logic = job.logic
+    if isinstance(logic, Program):
+        return logic.compile
+    if job.rack_file == job.program:
+        return lambda: load_job(rack).logic
+    address = f"{job.program}:{job.logic_name.rpartition(':')[2]}"
+    return lambda: _function(address)
+
+
+def _function(address: str) -> Logic:
+    logic: Logic = load_program(address).function
+    return logic
+
+
+def _tags_of(logic: Logic) -> Any:
+    return getattr(logic, "tags", {})
+
+
+def hand_over(job: Job, bench: Bench, found: Found, folder: Path) -> list[Path]:
+    """Write all that shows a failure: report, scenario, rack file, trace, drive scripts, picture.
+
+    Raises:
+        OSError: a file can't be written.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    scans = min(bench.scans, found.broken.scan + RESERVE)
+    scenario = _written(folder / "scenario.json", json.dumps(found.scenario.to_json(), indent=1) + "\n")
+    again = f"scanrack fuzz {job.rack_file} --scenario {scenario}"
+    written = [scenario]
+    if job.rack_file.suffix == ".toml":
+        text = rack_text(job.rack_file, bench.spec, found.scenario, scans, folder)
+        rack_file = _written(folder / "rack.toml", text)
+        job, again = load_job(str(rack_file)), f"scanrack run {rack_file}"
+        written.append(rack_file)
+    report = [str(found.broken), "", "Run it again:", f"    {again}"]
+    scripts: dict[int, DriveScript] = {}
+
+    def listeners(spec: RackSpec, rack: Rack) -> Iterable[ScanListener]:
+        for slot in spec.slot:
+            why = obstacle(spec, slot)
+            if why is None:
+                scripts[slot.number] = DriveScript(spec, slot, rack.slots[slot.number])
+                yield scripts[slot.number]
+            else:
+                report.append(f"    (slot {slot.number} has no drive script: the bench can't do {why})")
+        yield recorder_for(job, rack, folder / "trace.mcap")
+
+    Bench(bench.spec, bench.fresh_logic, (), scans).run(found.scenario, listeners=listeners)
+    written.append(folder / "trace.mcap")
+    for number, script in scripts.items():
+        written.append(_written(folder / f"drive-slot{number}.jsonl", script.text()))
+        report.append(f"    scanrack drive amci3601 < {written[-1]}")
+    with open_trace(folder / "trace.mcap") as trace:
+        save_page(trace, folder / "chart.html", title=found.broken.sentence)
+    written += [folder / "chart.html", _written(folder / "report.txt", "\n".join(report) + "\n")]
+    return written
+
+
+def _written(path: Path, text: str) -> Path:
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def replay(bench: Bench, scenario: Scenario) -> Found | None:
+    """Run one scenario; return what it breaks."""
+    verdict = bench.run(scenario)
+    return None if verdict.broken is None else Found(scenario, verdict.broken, 1)

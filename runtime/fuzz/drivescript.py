@@ -1,0 +1,132 @@
+"""A run as a script for `scanrack drive`: what one module was told, request by request."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from ...io_images.amci3601.bits import InputBit
+from ...io_images.image import Image
+from ..events import JsonValue
+from ..incidents import Exposed, Happening, Incident
+from ..machine import Machine, MachineSpec
+from ..rack import Slot
+from ..rackspec import RackSpec, SlotSpec
+
+BENCH_TICK_NS = 250_000
+"""The bench exchanges images at multiples of the module's 250 µs."""
+
+
+def obstacle(spec: RackSpec, slot: SlotSpec) -> str | None:
+    """Return what of a slot the bench can't do, None if it can do it all."""
+    machine = slot.machine
+    ranges = [switch.input for switch in machine.switches]
+    told = [each for each in spec.incidents if each.slot in (0, slot.number)]
+    beyond: tuple[tuple[bool, str], ...] = (
+        (slot.module != "amci3601", f"module {slot.module}"),
+        (bool(machine.slips or machine.jams), "slips and jams"),
+        (machine.encoder is not None, "an encoder on the shaft"),
+        (len(ranges) != len(set(ranges)), "several switches on one input"),
+        (any(each.normally_closed for each in machine.switches), "normally closed switches"),
+        (any(_holds(machine, entry.input) for entry in machine.timeline), "a sensor that fails"),
+        (
+            any(each.what not in (Happening.POWER_CYCLE, Happening.PROGRAM_MODE) for each in told),
+            "lost links",
+        ),
+        (spec.controller != "micrologix", "updates that do not wait for the scan's end"),
+        (bool(spec.scan_ns % BENCH_TICK_NS), "a scan that is no multiple of 0.25 ms"),
+    )
+    return next((text for is_there, text in beyond if is_there), None)
+
+
+def _holds(machine: MachineSpec, bit: InputBit) -> bool:
+    return any(switch.input is bit for switch in machine.switches)
+
+
+class DriveScript:
+    """A listener that writes down what a module is told.
+
+    Args:
+        spec: the rack, without an `obstacle` for the slot.
+        slot: the slot's specification.
+        live: the slot itself.
+    """
+
+    def __init__(self, spec: RackSpec, slot: SlotSpec, live: Slot) -> None:
+        module: Any = live.module.module if isinstance(live.module, Exposed) else live.module
+        self._machine: Machine = module.machine
+        self._outputs = live.outputs
+        self._scan_ms = spec.scan_ns / 1e6
+        self._free = [bit for bit in InputBit if not _holds(slot.machine, bit)]
+        self._acts = _acts(spec.incidents, slot.number, spec.scan_ns)
+        self._lines: list[dict[str, Any]] = [{"new": _bench(spec, slot)}]
+        self._before: tuple[list[int], int] = (list(Image()), 0)
+        self._scans = 0
+
+    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
+        """See `ScanListener.event`; nothing of it matters here."""
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Begin a new request where something is new."""
+        running = bool(flags & 1)
+        words = list(self._outputs) if running else self._before[0]
+        levels = self._machine.levels(now_ns)
+        request: dict[str, Any] = dict(self._acts.pop(scan, {}))
+        if words != self._before[0]:
+            request["out"] = words
+        changed = levels ^ self._before[1]
+        inputs = {_name(bit): int(bool(levels & bit)) for bit in self._free if changed & bit}
+        if inputs:
+            request["inputs"] = inputs
+        if request or scan == 0:
+            self._end()
+            self._lines.append(request)
+        self._before = words, levels
+        self._scans += 1
+
+    def _end(self) -> None:
+        if self._scans:
+            self._lines[-1]["for_ms"] = _number(self._scans * self._scan_ms)
+            self._scans = 0
+
+    def close(self) -> None:
+        """See `ScanListener.close`."""
+        self._end()
+
+    def text(self) -> str:
+        """Return the script, a request per line."""
+        return "".join(json.dumps(line) + "\n" for line in self._lines)
+
+
+def _bench(spec: RackSpec, slot: SlotSpec) -> dict[str, Any]:
+    made: dict[str, Any] = {"firmware": slot.firmware, "scan_ms": _number(spec.scan_ns / 1e6)}
+    if slot.machine.switches:
+        made["machine"] = {_name(each.input): [each.first, each.last] for each in slot.machine.switches}
+    if slot.wiring:
+        made["wiring"] = slot.wiring
+    if slot.options:
+        made["options"] = dict(slot.options)
+    return made
+
+
+def _acts(incidents: tuple[Incident, ...], slot: int, scan_ns: int) -> dict[int, dict[str, Any]]:
+    """Return what the bench is told besides words and levels, by scan."""
+    acts: dict[int, dict[str, Any]] = {}
+    for each in incidents:
+        at = -(-each.at_ns // scan_ns)
+        if each.what is Happening.POWER_CYCLE and each.slot == slot:
+            acts.setdefault(at, {})["power_cycle"] = True
+        elif each.what is Happening.PROGRAM_MODE:
+            acts.setdefault(at + 1, {})["plc_mode"] = "program"
+            if each.for_ns:
+                acts.setdefault(-(-(each.at_ns + each.for_ns) // scan_ns) + 1, {})["plc_mode"] = "run"
+    return acts
+
+
+def _name(bit: InputBit) -> str:
+    return str(bit.name).lower()
+
+
+def _number(value: float) -> int | float:
+    return int(value) if value == int(value) else value

@@ -1,0 +1,148 @@
+"""Invariants: what must hold in every scan of every run, as small functions of a moment."""
+
+from __future__ import annotations
+
+import importlib.util
+import inspect
+import sys
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..quantities import parse_duration
+from .moment import Moment
+
+Condition = Callable[[Moment], Any]
+"""Asks something of a moment; its answer counts as true or false."""
+
+Watch = Callable[[Moment], str | None]
+"""Looks at every scan of one run; returns how the invariant is broken, or None."""
+
+
+class InvariantError(ValueError):
+    """An invariant that can't be loaded, or that raised; the message names it, file and line."""
+
+
+@dataclass(frozen=True, slots=True)
+class Invariant:
+    """Something that must hold.
+
+    Attributes:
+        name: its short name.
+        sentence: what must hold, in words.
+        start: begins to watch a run.
+    """
+
+    name: str
+    sentence: str
+    start: Callable[[], Watch]
+
+
+def always(condition: Condition) -> Invariant:
+    """Make an invariant of a condition that must be true in every scan; its docstring is the sentence."""
+    return _single(condition, wanted=True)
+
+
+def never(condition: Condition) -> Invariant:
+    """Make an invariant of a condition that must not be true in any scan; its docstring is the sentence."""
+    return _single(condition, wanted=False)
+
+
+def within(limit: str, *, after: Condition) -> Callable[[Condition], Invariant]:
+    """Make an invariant of a condition that must come true in time.
+
+    The clock starts in a scan in which `after` is true, if it does not run already, and stops in
+    one in which the condition is.
+
+    Args:
+        limit: machine time with its unit, such as "5 s".
+        after: what starts the clock.
+
+    Raises:
+        ValueError: `limit` is no time.
+    """
+    limit_ns = parse_duration(limit)
+
+    def make(condition: Condition) -> Invariant:
+        name = _name(condition)
+
+        def start() -> Watch:
+            since: int | None = None
+
+            def watch(now: Moment) -> str | None:
+                nonlocal since
+                if _ask(condition, now):
+                    since = None
+                elif since is None:
+                    since = now.ns if _ask(after, now) else None
+                elif now.ns - since > limit_ns:
+                    return f"{_ms(now.ns - since)} ms after scan time {_ms(since)} ms it has not come true"
+                return None
+
+            return watch
+
+        return Invariant(name, _sentence(condition), start)
+
+    return make
+
+
+def _single(condition: Condition, *, wanted: bool) -> Invariant:
+    def watch(now: Moment) -> str | None:
+        if bool(_ask(condition, now)) is wanted:
+            return None
+        return f"it is {'false' if wanted else 'true'}"
+
+    return Invariant(_name(condition), _sentence(condition), lambda: watch)
+
+
+def _name(condition: Condition) -> str:
+    return str(getattr(condition, "__name__", "condition"))
+
+
+def _sentence(condition: Condition) -> str:
+    return inspect.getdoc(condition) or _name(condition).replace("_", " ")
+
+
+def _ms(time_ns: int) -> str:
+    return f"{time_ns / 1e6:.3f}".rstrip("0").rstrip(".")
+
+
+def _ask(condition: Condition, now: Moment) -> Any:
+    """Ask a user's condition; what it raises is told with its place."""
+    try:
+        return condition(now)
+    except Exception as error:
+        step = traceback.extract_tb(error.__traceback__)[-1]
+        what = f"{type(error).__name__}: {error}"
+        where = f"{step.filename}:{step.lineno}"
+        says = f"invariant {_name(condition)} raised at {now.seconds:g} s: {what} [{where}]"
+        raise InvariantError(says) from error
+
+
+def load_invariants(path: Path) -> list[Invariant]:
+    """Load the invariants of a Python file, in the order in which it defines them.
+
+    Raises:
+        InvariantError: the file can't be read or run, or defines none.
+    """
+    if not path.is_file():
+        raise InvariantError(f"{path}: there is no such file with invariants")
+    spec = importlib.util.spec_from_file_location(f"scanrack_invariants_{path.stem}", path)
+    if spec is None or spec.loader is None:
+        raise InvariantError(f"{path}: invariants stand in a Python file (.py)")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        steps = traceback.extract_tb(error.__traceback__)
+        line = next((step.lineno for step in reversed(steps) if step.filename == str(path)), 1)
+        raise InvariantError(f"{path}:{line}: {type(error).__name__}: {error}") from error
+    found = [value for value in vars(module).values() if isinstance(value, Invariant)]
+    if not found:
+        raise InvariantError(
+            f"{path}: it defines no invariant; write functions under @always, @never, @within"
+        )
+    return found

@@ -1,0 +1,96 @@
+"""What an invariant sees: the end of one scan, with its images and what the logic knows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ...io_images.amci3601 import StatusView
+from ...io_images.amci3601.bits import CommandMsw
+from ...io_images.image import Image
+from ..rack import Rack, Slot
+
+MOTIONS = (
+    CommandMsw.RELATIVE_MOVE
+    | CommandMsw.ABSOLUTE_MOVE
+    | CommandMsw.RESUME_MOVE
+    | CommandMsw.FIND_HOME_CW
+    | CommandMsw.FIND_HOME_CCW
+    | CommandMsw.MANUAL_CW
+    | CommandMsw.MANUAL_CCW
+    | CommandMsw.RUN_BLEND_CW
+    | CommandMsw.RUN_BLEND_CCW
+)
+"""Command bits that make an axis move."""
+
+
+class SlotMoment:
+    """A module at the end of a scan.
+
+    Attributes:
+        outputs: what the logic has written; live, so not to be kept.
+        inputs: what the logic has seen.
+        status: the bits and values of `inputs` by name.
+    """
+
+    __slots__ = ("_outputs", "_words", "inputs", "outputs", "status")
+
+    def __init__(self, slot: Slot) -> None:
+        self.outputs: Image = slot.outputs
+        self.inputs: Image = slot.inputs
+        self.status = StatusView(slot.inputs)
+        self._words = slot.inputs.words
+        self._outputs = slot.outputs.words
+
+    @property
+    def moving(self) -> bool:
+        """Whether the axis moves, either way."""
+        return self.status.MOVING_CW or self.status.MOVING_CCW
+
+    @property
+    def position(self) -> int:
+        """The position the module reports, steps."""
+        return self.status.position
+
+    @property
+    def configuring(self) -> bool:
+        """Whether the logic asks for configuration mode: then its words are no commands."""
+        return self._outputs[0] < 0
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """Names of the command bits that the logic has set, none in configuration mode."""
+        word = self._outputs[0]
+        if word < 0:
+            return ()
+        return tuple(str(bit.name) for bit in CommandMsw if word & bit.value)
+
+    @property
+    def motions(self) -> int:
+        """Number of command bits that make the axis move and that the logic has set."""
+        word = self._outputs[0]
+        return 0 if word < 0 else (word & MOTIONS.value).bit_count()
+
+
+class Moment:
+    """The end of a scan; one object for a whole run, always at the latest scan.
+
+    Attributes:
+        scan: number of the scan, from 0.
+        ns: its virtual time, ns since power-up.
+        slot: the modules by slot number.
+        tags: the tags of a ladder program by name; empty if the logic is a plain function.
+    """
+
+    __slots__ = ("ns", "scan", "slot", "tags")
+
+    def __init__(self, rack: Rack, tags: Mapping[str, Any]) -> None:
+        self.scan = 0
+        self.ns = 0
+        self.slot = {number: SlotMoment(slot) for number, slot in rack.slots.items()}
+        self.tags = tags
+
+    @property
+    def seconds(self) -> float:
+        """Virtual time of the scan, s since power-up."""
+        return self.ns / 1e9

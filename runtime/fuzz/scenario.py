@@ -1,0 +1,211 @@
+"""A scenario: what surrounds a program in one run, laid over the rack as its file describes it.
+
+It is data: the same scenario gives the same run, it can be written to a file and read again, and
+each part of it can be left out, which is what shrinking does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from decimal import Decimal
+from typing import Any
+
+from ...io_images.amci3601.bits import InputBit
+from ..incidents import Happening, Incident
+from ..machine import MachineSpec, Slip, TimelineEntry
+from ..rackspec import IncidentSpec, RackSpec, SlotSpec
+
+
+@dataclass(frozen=True, slots=True)
+class Press:
+    """Somebody holds an input at a level for a time; on an input with a switch that is a fault of it.
+
+    Attributes:
+        slot: of which module.
+        input: which.
+        energised: the level.
+        at_ns: from when on, ns since power-up.
+        for_ns: how long.
+    """
+
+    slot: int
+    input: InputBit
+    energised: bool
+    at_ns: int
+    for_ns: int
+
+
+@dataclass(frozen=True, slots=True)
+class Shift:
+    """A machine whose switches are not where the drawing has them.
+
+    Attributes:
+        slot: of which module.
+        steps: by how much all of them are moved.
+    """
+
+    slot: int
+    steps: int
+
+
+@dataclass(frozen=True, slots=True)
+class Lost:
+    """Steps that a motor loses.
+
+    Attributes:
+        slot: of which module.
+        at: shaft position, steps.
+        steps: how many, 1 or more.
+    """
+
+    slot: int
+    at: int
+    steps: int
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """What surrounds a program in one run.
+
+    Attributes:
+        firmware: versions of modules, by slot number, where they differ from the rack file.
+        presses: what people do to the inputs.
+        incidents: what happens to modules and CPU.
+        shifts: switches that are elsewhere.
+        lost: steps that are lost.
+    """
+
+    firmware: tuple[tuple[int, str], ...] = ()
+    presses: tuple[Press, ...] = ()
+    incidents: tuple[Incident, ...] = ()
+    shifts: tuple[Shift, ...] = ()
+    lost: tuple[Lost, ...] = ()
+
+    def laid_over(self, spec: RackSpec) -> RackSpec:
+        """Return a rack with this scenario in it."""
+        slots = tuple(self._slot(slot) for slot in spec.slot)
+        incidents = tuple(_incident_spec(each) for each in self.incidents)
+        return spec.model_copy(update={"slot": slots, "incident": (*spec.incident, *incidents)})
+
+    def _slot(self, slot: SlotSpec) -> SlotSpec:
+        firmware = dict(self.firmware).get(slot.number, slot.firmware)
+        machine = slot.machine
+        for shift in self.shifts:
+            if shift.slot == slot.number:
+                machine = shifted(machine, shift.steps)
+        slips = tuple(Slip(each.at, each.steps) for each in self.lost if each.slot == slot.number)
+        presses = [each for each in self.presses if each.slot == slot.number]
+        entries = tuple(entry for each in presses for entry in entries_of(each, machine))
+        if slips or entries:
+            machine = replace(machine, slips=(*machine.slips, *slips), timeline=(*machine.timeline, *entries))
+        return slot.model_copy(update={"firmware": firmware, "machine": machine})
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the scenario as JSON can hold it; `from_json` is the way back."""
+        return {
+            "firmware": {str(slot): version for slot, version in self.firmware},
+            "presses": [
+                {
+                    "slot": each.slot,
+                    "input": str(each.input.name).lower(),
+                    "energised": each.energised,
+                    "at_ns": each.at_ns,
+                    "for_ns": each.for_ns,
+                }
+                for each in self.presses
+            ],
+            "incidents": [
+                {
+                    "at_ns": each.at_ns,
+                    "what": each.what.value,
+                    "slot": each.slot,
+                    "for_ns": each.for_ns,
+                    "late_words": list(each.late_words),
+                }
+                for each in self.incidents
+            ],
+            "shifts": [{"slot": each.slot, "steps": each.steps} for each in self.shifts],
+            "lost": [{"slot": each.slot, "at": each.at, "steps": each.steps} for each in self.lost],
+        }
+
+    @classmethod
+    def from_json(cls, given: Mapping[str, Any]) -> Scenario:
+        """Return the scenario that `to_json` wrote.
+
+        Raises:
+            ValueError: it is none; the message names the key.
+        """
+        known = ("firmware", "presses", "incidents", "shifts", "lost")
+        unknown = sorted(set(given) - set(known))
+        if unknown:
+            raise ValueError(f"scenario: unknown key {unknown[0]}; allowed are {', '.join(known)}")
+        try:
+            return cls(
+                tuple((int(slot), str(version)) for slot, version in given.get("firmware", {}).items()),
+                tuple(_press(each) for each in given.get("presses", ())),
+                tuple(_incident(each) for each in given.get("incidents", ())),
+                tuple(Shift(**each) for each in given.get("shifts", ())),
+                tuple(Lost(**each) for each in given.get("lost", ())),
+            )
+        except (KeyError, TypeError, AttributeError) as error:
+            raise ValueError(f"scenario: {error}") from None
+
+    @property
+    def size(self) -> int:
+        """How much there is of it: number of parts."""
+        parts: Sequence[Sequence[object]] = (
+            self.firmware,
+            self.presses,
+            self.incidents,
+            self.shifts,
+            self.lost,
+        )
+        return sum(map(len, parts))
+
+
+def _press(given: Mapping[str, Any]) -> Press:
+    return Press(**{**given, "input": InputBit[given["input"].upper()]})
+
+
+def _incident(given: Mapping[str, Any]) -> Incident:
+    what, words = Happening(given["what"]), tuple(given.get("late_words", ()))
+    return Incident(**{**given, "what": what, "late_words": words})
+
+
+def _incident_spec(incident: Incident) -> IncidentSpec:
+    """Return an incident as a rack file has it."""
+    return IncidentSpec(
+        at_ms=Decimal(incident.at_ns).scaleb(-6),
+        what=incident.what,
+        slot=incident.slot or None,
+        for_ms=Decimal(incident.for_ns).scaleb(-6) if incident.for_ns else None,
+        late_words=incident.late_words,
+    )
+
+
+def shifted(machine: MachineSpec, steps: int) -> MachineSpec:
+    """Return a machine with all of its switches and stations elsewhere."""
+
+    def moved(position: int | None) -> int | None:
+        return None if position is None else position + steps
+
+    switches = tuple(
+        replace(each, first=moved(each.first), last=moved(each.last)) for each in machine.switches
+    )
+    stations = tuple(replace(each, position=each.position + steps) for each in machine.stations)
+    return replace(machine, switches=switches, stations=stations)
+
+
+def entries_of(press: Press, machine: MachineSpec) -> tuple[TimelineEntry, TimelineEntry]:
+    """Return the timeline entries of a press; afterwards the input is as it would have been."""
+    end_ns = press.at_ns + press.for_ns
+    if machine.fed_inputs & press.input.value:
+        level: bool | None = None
+    else:
+        before = [each for each in machine.timeline if each.input is press.input and each.at_ns <= end_ns]
+        level = max(before, key=lambda each: each.at_ns).energised if before else False
+    return (
+        TimelineEntry(press.at_ns, press.input, press.energised),
+        TimelineEntry(end_ns, press.input, level),
+    )

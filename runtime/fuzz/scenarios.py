@@ -1,0 +1,159 @@
+"""Scenarios at random, for Hypothesis: they shrink to fewer parts, earlier times and shorter durations."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from enum import Enum
+
+from hypothesis import strategies as st
+
+from ...io_images.amci3601.bits import InputBit
+from ...io_images.amci3601.firmware import KNOWN
+from ...io_images.image import WORDS
+from ..incidents import Happening, Incident
+from ..machine import MachineSpec
+from ..rackspec import RackSpec, SlotSpec
+from .scenario import Lost, Press, Scenario, Shift
+
+
+class Kind(Enum):
+    """What may be random."""
+
+    INPUTS = "inputs"
+    """Buttons are pressed, sensors stick or break."""
+    MACHINE = "machine"
+    """Switches are elsewhere, steps are lost."""
+    LINK = "link"
+    """Modules stop answering for a time."""
+    POWER = "power"
+    """Modules lose power for a moment."""
+    MODE = "mode"
+    """Somebody turns the CPU's key to program and back."""
+    TORN = "torn"
+    """An update falls into the middle of a scan, and some words come late."""
+    FIRMWARE = "firmware"
+    """Modules are of another version."""
+
+
+def kinds_for(spec: RackSpec) -> frozenset[Kind]:
+    """Return what can happen to a rack: torn updates only where exchanges do not wait for the scan's end."""
+    torn = spec.controller == "compactlogix"
+    return frozenset(kind for kind in Kind if kind is not Kind.TORN or torn)
+
+
+LASTING_MS = (2, 20, 100, 500, 2000)
+"""How long things last, ms."""
+
+STEPS = (1, -1, 10, -10, 200, -200, 3000, -3000)
+"""By how many steps a machine differs."""
+
+
+def scenarios(
+    spec: RackSpec, scans: int, kinds: Collection[Kind], *, base: Scenario | None = None, most: int = 4
+) -> st.SearchStrategy[Scenario]:
+    """Return a strategy of scenarios for a rack.
+
+    Args:
+        spec: the rack.
+        scans: length of a run; things happen within it.
+        kinds: what is random.
+        base: a scenario that is varied: parts of it are kept, others come on top.
+        most: most parts of a kind.
+    """
+    times = st.integers(0, scans - 1).map(lambda scan: scan * spec.scan_ns)
+    slots = st.sampled_from(spec.slot)
+    nothing: st.SearchStrategy[tuple[()]] = st.just(())
+
+    def some(kind: Kind, part: st.SearchStrategy[object], limit: int = most) -> st.SearchStrategy[object]:
+        return st.lists(part, max_size=limit).map(tuple) if kind in kinds else nothing
+
+    incidents = [_incidents(kind, spec, times) for kind in (Kind.LINK, Kind.POWER, Kind.MODE, Kind.TORN)]
+    happening = [part for kind, part in incidents if kind in kinds]
+    made = st.builds(
+        Scenario,
+        firmware=_firmware(spec) if Kind.FIRMWARE in kinds else nothing,
+        presses=some(Kind.INPUTS, slots.flatmap(lambda slot: _presses(slot, times))),
+        incidents=st.lists(st.one_of(happening), max_size=most).map(tuple) if happening else nothing,
+        shifts=some(Kind.MACHINE, st.builds(Shift, slots.map(_number), st.sampled_from(STEPS)), 1),
+        lost=some(
+            Kind.MACHINE,
+            st.builds(Lost, slots.map(_number), st.integers(-20_000, 20_000), st.sampled_from((1, 5, 200))),
+            1,
+        ),
+    )
+    return made if base is None else st.builds(_joined, _parts_of(base), made)
+
+
+def _number(slot: SlotSpec) -> int:
+    return slot.number
+
+
+def _durations() -> st.SearchStrategy[int]:
+    return st.sampled_from(LASTING_MS).map(lambda ms: ms * 1_000_000)
+
+
+def _presses(slot: SlotSpec, times: st.SearchStrategy[int]) -> st.SearchStrategy[Press]:
+    """Presses of buttons; sensors fail either way."""
+    used = sorted({each.input for each in slot.machine.timeline} | _fed(slot.machine))
+    inputs = (
+        st.sampled_from(used) | st.sampled_from(list(InputBit)) if used else st.sampled_from(list(InputBit))
+    )
+    return st.builds(Press, st.just(slot.number), inputs, st.booleans().map(_on_first), times, _durations())
+
+
+def _on_first(off: bool) -> bool:
+    """Shrink towards an input that is energised."""
+    return not off
+
+
+def _fed(machine: MachineSpec) -> set[InputBit]:
+    return {bit for bit in InputBit if machine.fed_inputs & bit.value}
+
+
+def _firmware(spec: RackSpec) -> st.SearchStrategy[tuple[tuple[int, str], ...]]:
+    """Another version for all of the modules, or their own."""
+    behind_micrologix = spec.controller == "micrologix"
+    versions = [str(each) for each in KNOWN if each.micrologix or not behind_micrologix]
+    same: st.SearchStrategy[tuple[tuple[int, str], ...]] = st.just(())
+    return same | st.sampled_from(versions).map(
+        lambda version: tuple((slot.number, version) for slot in spec.slot)
+    )
+
+
+def _incidents(
+    kind: Kind, spec: RackSpec, times: st.SearchStrategy[int]
+) -> tuple[Kind, st.SearchStrategy[Incident]]:
+    slots = st.sampled_from([slot.number for slot in spec.slot])
+    if kind is Kind.LINK:
+        lost = st.sampled_from((Happening.LINK_LOST, Happening.REMOVED, Happening.FATAL_ERROR))
+        return kind, st.builds(Incident, times, lost, slots, _durations())
+    if kind is Kind.POWER:
+        return kind, st.builds(Incident, times, st.just(Happening.POWER_CYCLE), slots)
+    if kind is Kind.MODE:
+        return kind, st.builds(Incident, times, st.just(Happening.PROGRAM_MODE), st.just(0), _durations())
+    late = st.sets(st.integers(0, WORDS - 1), min_size=1).map(lambda words: tuple(sorted(words)))
+    return kind, st.builds(Incident, times, st.just(Happening.TORN_UPDATE), slots, st.just(0), late)
+
+
+def _parts_of(base: Scenario) -> st.SearchStrategy[Scenario]:
+    """Scenarios with some of the parts of another."""
+
+    def kept(parts: tuple[object, ...]) -> st.SearchStrategy[tuple[object, ...]]:
+        flags = st.tuples(*[st.booleans()] * len(parts))
+        return flags.map(lambda wanted: tuple(part for part, keep in zip(parts, wanted, strict=True) if keep))
+
+    return st.builds(
+        Scenario,
+        st.just(base.firmware),
+        *map(kept, (base.presses, base.incidents, base.shifts, base.lost)),
+    )
+
+
+def _joined(a: Scenario, b: Scenario) -> Scenario:
+    return Scenario(
+        b.firmware or a.firmware,
+        (*a.presses, *b.presses),
+        (*a.incidents, *b.incidents),
+        a.shifts or b.shifts,
+        (*a.lost, *b.lost),
+    )

@@ -1,0 +1,149 @@
+"""The search: scenario after scenario, until an invariant is broken, and then the smallest that breaks it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+
+from hypothesis import HealthCheck, Phase, Verbosity, given, seed, settings, target
+from hypothesis import strategies as st
+
+from .scenario import Scenario
+from .trial import Bench, Broken, Verdict
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """A scenario in which an invariant is broken.
+
+    Attributes:
+        scenario: the smallest that was found.
+        broken: what is broken.
+        after: number of runs until it was first broken.
+    """
+
+    scenario: Scenario
+    broken: Broken
+    after: int
+
+
+@dataclass(slots=True)
+class Report:
+    """What a search came to.
+
+    Attributes:
+        runs: number of runs, those of shrinking included.
+        scans: scans in all of them.
+        rules: how often each rule of the manual fired.
+        found: what was found, each invariant once.
+        firsts: the scenario in which a rule fired first, by the rule's id.
+    """
+
+    runs: int = 0
+    scans: int = 0
+    rules: Counter[str] = field(default_factory=Counter)
+    found: list[Found] = field(default_factory=list)
+    firsts: dict[str, Scenario] = field(default_factory=dict)
+
+    def add(self, scenario: Scenario, verdict: Verdict) -> None:
+        """Count a run."""
+        self.runs += 1
+        self.scans += verdict.scans
+        for rule in verdict.rules:
+            self.firsts.setdefault(rule, scenario)
+        self.rules.update(verdict.rules)
+
+
+class _BrokenError(Exception):
+    """What tells Hypothesis that an example is one."""
+
+
+def search(
+    bench: Bench,
+    strategy: st.SearchStrategy[Scenario],
+    *,
+    examples: int,
+    start: int = 0,
+    known: Iterable[str] = (),
+    progress: Callable[[int], None] = lambda _runs: None,
+) -> Report:
+    """Look for scenarios in which invariants are broken.
+
+    When one is found it is shrunk, and the search goes on for the others until the examples are
+    used up or every invariant is broken.
+
+    Args:
+        bench: the program and what must hold.
+        strategy: the scenarios.
+        examples: how many are tried in all, less those of shrinking.
+        start: seed of the search; the same seed finds the same.
+        known: names of invariants that are not looked for.
+        progress: called with the number of runs so far.
+
+    Raises:
+        InvariantError: an invariant raised.
+    """
+    report = Report()
+    given_up = set(known)
+    left, attempt = examples, 0
+    while left > 0 and len(given_up) <= len(bench.invariants):
+        used, found = _hunt(bench, strategy, left, start + attempt, frozenset(given_up), report, progress)
+        left -= used
+        attempt += 1
+        if found is None:
+            break
+        report.found.append(found)
+        given_up.add(found.broken.invariant)
+    return report
+
+
+def _hunt(
+    bench: Bench,
+    strategy: st.SearchStrategy[Scenario],
+    examples: int,
+    start: int,
+    without: frozenset[str],
+    report: Report,
+    progress: Callable[[int], None],
+) -> tuple[int, Found | None]:
+    """Search until something is broken; return the number of examples used, and what was found."""
+    first = 0
+    used = 0
+    wanted: str | None = None
+    smallest: tuple[Scenario, Broken] | None = None
+
+    @seed(start)
+    @settings(
+        max_examples=examples,
+        database=None,
+        deadline=None,
+        phases=[Phase.generate, Phase.target, Phase.shrink],
+        suppress_health_check=list(HealthCheck),
+        report_multiple_bugs=False,
+        verbosity=Verbosity.quiet,
+        print_blob=False,
+    )
+    @given(strategy)
+    def trial(scenario: Scenario) -> None:
+        nonlocal first, used, wanted, smallest
+        verdict = bench.run(scenario, without=without)
+        report.add(scenario, verdict)
+        progress(report.runs)
+        if wanted is None:
+            used += 1
+            target(float(len(verdict.rules)), label="rules of the manual that fire")
+        broken = verdict.broken
+        if broken is None or (wanted is not None and broken.invariant != wanted):
+            return
+        if wanted is None:
+            wanted, first = broken.invariant, report.runs
+        smallest = scenario, broken
+        raise _BrokenError
+
+    try:
+        trial()
+    except _BrokenError:
+        assert smallest is not None
+        return used, Found(*smallest, first)
+    return used, None

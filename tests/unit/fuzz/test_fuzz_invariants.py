@@ -1,0 +1,85 @@
+"""Invariants: when they count as broken, what is told, and which files are refused."""
+
+from types import SimpleNamespace
+
+import pytest
+from scanrack.runtime.fuzz import InvariantError, always, load_invariants, never, within
+
+MS = 1_000_000
+
+
+def watched(invariant, *moments):
+    """What a fresh watch says of moments (ms, value) one after the other."""
+    watch = invariant.start()
+    return [watch(SimpleNamespace(ns=ms * MS, seconds=ms / 1e3, value=value)) for ms, value in moments]
+
+
+def value(now):
+    """The value is there."""
+    return now.value
+
+
+def test_always_and_never_ask_in_every_scan():
+    assert watched(always(value), (0, 1), (2, 0)) == [None, "it is false"]
+    assert watched(never(value), (0, 1), (2, 0)) == ["it is true", None]
+
+
+def test_the_docstring_is_the_sentence_and_the_name_stands_in_without_one():
+    assert (always(value).name, always(value).sentence) == ("value", "The value is there.")
+
+    def no_words(now):
+        return True
+
+    assert never(no_words).sentence == "no words"
+
+
+def test_within_starts_its_clock_once_and_stops_it_when_it_has_come_true():
+    stops = within("10 ms", after=lambda now: now.value == "go")(lambda now: now.value == "done")
+    assert watched(stops, (0, "go"), (10, "go"), (12, "done"), (30, "")) == [None] * 4
+    late = watched(stops, (0, "go"), (5, "go"), (10, ""), (12, ""))
+    assert late[:3] == [None] * 3
+    assert late[3] == "12 ms after scan time 0 ms it has not come true"
+
+
+def test_every_run_has_a_clock_of_its_own():
+    stops = within("10 ms", after=lambda now: now.value)(lambda now: False)
+    first, second = stops.start(), stops.start()
+    assert first(SimpleNamespace(ns=0, value=True)) is None
+    assert second(SimpleNamespace(ns=50 * MS, value=True)) is None
+
+
+def test_what_a_condition_raises_is_told_with_its_place():
+    with pytest.raises(InvariantError, match=r"invariant value raised at 0.002 s: AttributeError.*\.py:"):
+        always(value).start()(SimpleNamespace(ns=2 * MS, seconds=0.002))
+
+
+def test_a_limit_needs_a_unit():
+    with pytest.raises(ValueError, match="'5' is no time"):
+        within("5", after=value)
+
+
+def test_a_file_gives_its_invariants_in_order(tmp_path):
+    file = tmp_path / "must_hold.py"
+    file.write_text(
+        "from scanrack.runtime.fuzz import always, never\n"
+        "@never\ndef second(now):\n    'b'\n\n@always\ndef first(now):\n    'a'\n",
+        encoding="utf-8",
+    )
+    assert [each.name for each in load_invariants(file)] == ["second", "first"]
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (None, "there is no such file"),
+        ("x = 1\n", "defines no invariant"),
+        ("x = 1\nboom\n", r"bad.py:2: NameError"),
+        ("def f(:\n", r"SyntaxError"),
+    ],
+)
+def test_files_that_are_refused(tmp_path, text, says):
+    file = tmp_path / "bad.py"
+    if text is not None:
+        file.write_text(text, encoding="utf-8")
+    with pytest.raises(InvariantError, match=says):
+        load_invariants(file)

@@ -1,0 +1,198 @@
+"""The search finds what is planted, shrinks it, and hands it over so that it can be run again."""
+
+import json
+import os
+from collections import Counter
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+
+import pytest
+from scanrack.runtime.cli import build
+from scanrack.runtime.fuzz import Found, Report, Scenario
+from scanrack.runtime.fuzz.campaign import CampaignError, State, campaign, read_state, write_state
+from scanrack.runtime.fuzz.trial import Broken
+from typer.testing import CliRunner
+
+CONFIGURES = """
+from scanrack.io_images.amci3601 import Configuration, Idle, InputBit, Move, MoveKind, StatusView
+
+USED = InputBit.HOME | InputBit.ESTOP | InputBit.CW_LIMIT | InputBit.CCW_LIMIT
+WORDS = Configuration(inputs_used=USED, step_and_direction=True, starting_speed=500).to_image()
+MOVE = Move(MoveKind.RELATIVE, 400, speed=5000, acceleration=100, deceleration=100).to_image()
+state = {"step": 0}
+
+def logic(scan):
+    status, out = StatusView(scan.slot[1].inputs), scan.slot[1].outputs
+    if state["step"] == 0:
+        out.load(WORDS)
+        state["step"] = 1
+    elif state["step"] == 1 and status.MODE_CONFIG:
+        out.load(Idle().to_image())
+        state["step"] = 2
+    elif state["step"] == 2 and not status.MODE_CONFIG:
+        go(status, out, scan)
+"""
+HASTY = (
+    CONFIGURES
+    + """
+def go(status, out, scan):
+    out.load(MOVE if scan.number % 100 < 50 else Idle().to_image())
+    if status.IN_HOME and scan.number > 120:
+        out[0] |= 1  # an absolute move on top of the relative one
+"""
+)
+CRASHES = (
+    CONFIGURES
+    + """
+def go(status, out, scan):
+    if status.IN_ESTOP:
+        raise RuntimeError("nobody thought of this")
+"""
+)
+RACK = """program = "line.py"
+run_for_s = 0.4
+[[slot]]
+number = 1
+module = "amci3601"
+"""
+
+
+@pytest.fixture
+def rack(tmp_path):
+    def make(program):
+        (tmp_path / "line.py").write_text(program, encoding="utf-8")
+        file = tmp_path / "line.toml"
+        file.write_text(RACK, encoding="utf-8")
+        return file
+
+    return make
+
+
+def fuzz(rack, *words):
+    out = rack.parent / "out"
+    return CliRunner().invoke(
+        build(), ["fuzz", str(rack), "--jobs", "1", "--out", str(out), *map(str, words)]
+    )
+
+
+def test_a_fault_is_found_shrunk_and_can_be_run_again(rack, tmp_path):
+    file = rack(CRASHES)
+    result = fuzz(file, "--runs", 50, "--only", "inputs")
+    assert result.exit_code == 1, result.output
+    assert "The program does not fault the CPU [no-fault]" in result.stdout
+    assert "RuntimeError: nobody thought of this" in result.stdout
+    found = tmp_path / "out" / "no-fault"
+    scenario = json.loads((found / "scenario.json").read_text(encoding="utf-8"))
+    assert [(each["input"], each["energised"]) for each in scenario["presses"]] == [("estop", True)]
+    assert [key for key, parts in scenario.items() if parts] == ["presses"]
+    again = CliRunner().invoke(build(), ["run", str(found / "rack.toml"), "--no-record", "--quiet"])
+    assert again.exit_code == 1
+    assert "nobody thought of this" in again.stderr
+    alone = fuzz(file, "--scenario", found / "scenario.json")
+    assert alone.exit_code == 1
+
+
+def test_a_broken_rule_is_told_with_its_sentence_and_the_drive_script_shows_it(rack, tmp_path):
+    result = fuzz(rack(HASTY), "--runs", 50, "--only", "inputs", "--check", "no-command-error")
+    assert result.exit_code == 1, result.output
+    found = tmp_path / "out" / "no-command-error"
+    report = (found / "report.txt").read_text(encoding="utf-8")
+    assert "[CMD-" in report
+    script = (found / "drive-slot1.jsonl").read_text(encoding="utf-8")
+    bench = CliRunner().invoke(build(), ["drive", "amci3601"], input=script)
+    assert bench.exit_code == 0, bench.output
+    replies = [json.loads(line) for line in bench.stdout.splitlines()]
+    assert any("COMMAND_ERROR" in reply.get("bits", ()) for reply in replies)
+
+
+def test_nothing_is_found_where_everything_holds(rack):
+    result = fuzz(rack(CONFIGURES + "\ndef go(status, out, scan):\n    pass\n"), "--runs", 20)
+    assert result.exit_code == 0, result.output
+    assert "runs          20" in result.stdout
+
+
+def test_a_campaign_goes_on_where_it_left_off(rack, tmp_path):
+    file = rack(CONFIGURES + "\ndef go(status, out, scan):\n    pass\n")
+    fuzz(file, "--runs", 10)
+    second = fuzz(file, "--runs", 10)
+    assert "in all        20 runs" in second.stdout
+    assert read_state(tmp_path / "out" / "state.json").tasks == 2
+
+
+def test_the_same_search_finds_the_same(rack, tmp_path):
+    file = rack(HASTY)
+    words = ("--runs", 50, "--only", "inputs", "--check", "no-command-error")
+    fuzz(file, *words, "--out", tmp_path / "one")
+    fuzz(file, *words, "--out", tmp_path / "two")
+    first, second = (tmp_path / name / "state.json" for name in ("one", "two"))
+    assert read_state(first).found
+    assert first.read_bytes() == second.read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("--check", "no-smoke"), "unknown check 'no-smoke': allowed are no-command-error"),
+        (("--only", "weather"), "unknown kind 'weather': allowed are inputs"),
+        (("--invariants", "nowhere.py"), "nowhere.py: there is no such file"),
+        (("--scenario", "nowhere.json"), "nowhere.json"),
+        (("--time", "5"), "'5' is no time"),
+    ],
+)
+def test_what_cannot_be_used_is_told(rack, words, says):
+    result = fuzz(rack(HASTY), *words)
+    assert result.exit_code in (2, 3)
+    assert says in result.stderr
+    assert "Traceback" not in result.output
+
+
+# --- campaigns
+
+
+def counted(task):
+    return Report(runs=task.examples, rules=Counter({f"R{task.number}": 1}))
+
+
+def dies_once(task):
+    """Task 1 kills its worker, unless it has done so before."""
+    flag = os.environ["SCANRACK_TEST_FLAG"]
+    if task.number == 1 and not os.path.exists(flag):
+        open(flag, "w").close()
+        os._exit(1)
+    return counted(task)
+
+
+def dies(task):
+    os._exit(1)
+
+
+def pool():
+    return ProcessPoolExecutor(2, mp_context=get_context("fork"))
+
+
+def test_a_task_whose_worker_dies_is_given_out_again(tmp_path, monkeypatch):
+    monkeypatch.setenv("SCANRACK_TEST_FLAG", str(tmp_path / "died"))
+    state = State()
+    campaign(dies_once, state, pool, examples=3, tasks=4, jobs=2)
+    assert (state.tasks, state.runs) == (4, 12)
+    assert sorted(state.rules) == ["R0", "R1", "R2", "R3"]
+
+
+def test_a_task_that_kills_every_worker_ends_the_campaign():
+    with pytest.raises(CampaignError, match="its worker has died 3 times"):
+        campaign(dies, State(), pool, examples=1, tasks=1, jobs=1)
+
+
+def test_a_state_is_written_and_read(tmp_path):
+    broken = Broken("name", "It holds.", 3, 6_000_000, "it is false", ("a rule [CMD-01]",))
+    state = State(2, 10, 500, Counter({"CMD-01": 2}), {"CMD-01": Scenario()}, {})
+    state.found["name"] = Found(Scenario(), broken, 7)
+    write_state(state, tmp_path / "state.json")
+    assert read_state(tmp_path / "state.json") == state
+
+
+def test_a_file_that_is_no_state_is_refused(tmp_path):
+    file = tmp_path / "state.json"
+    file.write_text("{}", encoding="utf-8")
+    with pytest.raises(CampaignError, match="move it away to begin anew"):
+        read_state(file)
