@@ -17,7 +17,6 @@ from . import (
     show,
 )
 
-
 COMMANDS = (
     run,
     show,
