@@ -10,6 +10,7 @@ from .incidents import Exposed, Happening, KeySwitch
 from .listener import ScanListener
 from .module import Module
 from .pace import Pacer, Watchdog
+from .playback import Playback, RecordedInputs, Score
 from .quantities import exact_ns
 from .rack import Card, Rack
 from .rackspec import RackSpec, SlotSpec
@@ -64,6 +65,33 @@ def build_cpu(
     if turns:
         cpu.add_listener(KeySwitch(cpu, turns))
     return cpu
+
+
+def build_playback(
+    spec: RackSpec, score: Score, logic: Logic, rack: Rack, *, listeners: Iterable[ScanListener]
+) -> Playback:
+    """Make the CPU that repeats the scans of a recording with `logic` on `rack`.
+
+    Modes and forces are the recording's, whatever `spec` says. Recorded inputs are taken as they
+    stand in each scan, so a rack of `RecordedInputs` has no exchange of its own.
+
+    Args:
+        spec: the specification.
+        score: what is repeated.
+        logic: called once per scan.
+        rack: the rack, of real or recorded modules.
+        listeners: who is told of every scan.
+    """
+    recorded = any(isinstance(slot.module, RecordedInputs) for slot in rack.slots.values())
+    return Playback(
+        score,
+        rack,
+        logic,
+        spec.scan_ns,
+        exchange=EndOfScan() if recorded else _exchange(spec),
+        listeners=listeners,
+        watchdog=Watchdog(exact_ns(spec.watchdog_ms, "ms")),
+    )
 
 
 def slot_seed(seed: int, number: int) -> int:

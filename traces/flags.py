@@ -10,8 +10,7 @@ MODES = ("program", "run", "test", "single scan")
 """The modes, in the order of bits 0 and 1."""
 
 MODE_MASK = 0b11
-FAULT = 1 << 6
-"""The CPU faulted in this scan."""
+OVERRUN = 1 << 5
 
 # fmt: off
 FLAGS = {

@@ -28,6 +28,7 @@ class Job:
         logic_name: where it is from, `file:function`.
         program: the file with the logic.
         rack_file: the rack file; for a rack in Python it may be the program, too.
+        rack_name: the rack file's name, with the function of one in Python.
     """
 
     spec: RackSpec
@@ -35,6 +36,7 @@ class Job:
     logic_name: str
     program: Path
     rack_file: Path
+    rack_name: str
 
     @property
     def folder(self) -> Path:
@@ -42,21 +44,37 @@ class Job:
         return self.rack_file.parent
 
 
-def load_job(rack: str) -> Job:
+def load_job(rack: str, program: str | None = None) -> Job:
     """Load a rack and its program.
 
     Args:
         rack: path of a TOML file, or of a Python file (`path[:function]`).
+        program: another program in place of the rack's, `path[:function]` from the current folder.
 
     Raises:
         ValueError: one of the files can't be used; file, line, key and what is allowed.
     """
-    path = Path(split_address(rack)[0])
+    if program is not None:
+        spec, path = load_spec(rack)
+        return _job(spec, load_program(program), path, rack)
+    path = _rack_path(rack)
+    return _from_toml(path) if path.suffix == ".toml" else _from_python(rack)
+
+
+def load_spec(rack: str) -> tuple[RackSpec, Path]:
+    """Load a rack without its program; return it and its path. See `load_job`."""
+    path = _rack_path(rack)
     if path.suffix == ".toml":
-        return _from_toml(path)
-    if path.suffix == ".py":
-        return _from_python(rack)
-    raise RackFileError(f"{rack}: a rack is a .toml or a .py file")
+        return load_rack_file(path).spec, path
+    file = load_function(_address(rack), Path(), default=RACK_FUNCTION, arguments=())
+    return _call(file), file.path
+
+
+def _rack_path(rack: str) -> Path:
+    path = Path(split_address(rack)[0])
+    if path.suffix not in (".toml", ".py"):
+        raise RackFileError(f"{rack}: a rack is a .toml or a .py file")
+    return path
 
 
 def scans_to_run(spec: RackSpec, duration: str | None, scans: int | None, *, endless: bool) -> int | None:
@@ -96,16 +114,15 @@ def _from_toml(path: Path) -> Job:
         program = load_program(str(file.spec.program), path.parent)
     except ProgramError as error:
         raise file.refusal("program", str(error)) from error
-    return _job(file.spec, program, path)
+    return _job(file.spec, program, path, str(path))
 
 
 def _from_python(rack: str) -> Job:
-    file = load_function(_address(rack), Path(), default=RACK_FUNCTION, arguments=())
-    spec = _call(file)
+    spec, path = load_spec(rack)
     if isinstance(spec.program, str):
-        return _job(spec, load_program(spec.program, file.path.parent), file.path)
+        return _job(spec, load_program(spec.program, path.parent), path, rack)
     name = getattr(spec.program, "__name__", type(spec.program).__name__)
-    return Job(spec, spec.program, f"{file.path.name}:{name}", file.path, file.path)
+    return Job(spec, spec.program, f"{path.name}:{name}", path, path, _rack_name(rack))
 
 
 def _address(rack: str) -> str:
@@ -113,9 +130,15 @@ def _address(rack: str) -> str:
     return f"{path}:{name}"
 
 
-def _job(spec: RackSpec, program: Program, rack_file: Path) -> Job:
+def _rack_name(rack: str) -> str:
+    """Return the address of a rack without the folder."""
+    path, name = split_address(rack, RACK_FUNCTION)
+    return Path(path).name if path.endswith(".toml") else f"{Path(path).name}:{name}"
+
+
+def _job(spec: RackSpec, program: Program, rack_file: Path, rack: str) -> Job:
     name = f"{program.path.name}:{program.name}"
-    return Job(spec, program.function, name, program.path, rack_file)
+    return Job(spec, program.function, name, program.path, rack_file, _rack_name(rack))
 
 
 def _call(file: Program) -> RackSpec:

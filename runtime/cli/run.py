@@ -8,13 +8,14 @@ from typing import Annotated
 import typer
 
 from ...traces.layout import SlotInfo
-from ...traces.recorder import Attachment, ScanRecorder
+from ...traces.recorder import ScanRecorder
 from ..build import build_cpu, build_rack
 from ..cpu import Cpu
 from ..faults import Cause, CpuFault
 from ..listener import ScanListener
 from ..pace import FreeRun, RealTime, wall_ns
 from ..rack import Rack
+from .baggage import attachment, imported, made_by, program_name
 from .loading import DEFAULT_RUN, Job, load_job, scans_to_run
 from .progress import shown_progress
 from .summary import Tally, summary
@@ -63,9 +64,11 @@ def recorder_for(job: Job, rack: Rack, trace: Path) -> ScanRecorder:
         [SlotInfo(slot.number, slot.catalog, slot.firmware) for slot in rack.slots.values()],
         scan_period_ns=spec.scan_ns,
         seed=spec.seed,
-        program=_attachment(job.program),
-        rack_file=_attachment(job.rack_file) if job.rack_file != job.program else None,
+        program=attachment(job.program, program_name(job)),
+        rack_file=attachment(job.rack_file, job.rack_file.name) if job.rack_file != job.program else None,
+        attachments=imported(job),
         metadata={
+            **made_by(job),
             "name": spec.name,
             "logic": job.logic_name,
             "controller": spec.controller,
@@ -95,10 +98,6 @@ def _own_path(job: Job) -> Path:
     if job.spec.trace is not None:
         return job.folder / job.spec.trace
     return Path(f"{job.rack_file.stem}.mcap")
-
-
-def _attachment(path: Path) -> Attachment:
-    return Attachment(path.name, path.read_bytes(), "text/x-python" if path.suffix == ".py" else "text/plain")
 
 
 def _run(cpu: Cpu, scans: int | None, *, quiet: bool) -> int:

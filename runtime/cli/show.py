@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from io import StringIO
@@ -21,9 +20,8 @@ from ...traces.happenings import describe
 from ...traces.reader import Trace, TraceEvent, open_trace
 from ...traces.records import TraceError
 from ...traces.wording import seconds
-
-ScanRange = tuple[int, int | None]
-"""First and last scan, both included; None = to the end."""
+from .baggage import attached_files, extract
+from .slices import ScanRange, parse_range, told_mistakes
 
 ALL_SCANS: ScanRange = (0, None)
 
@@ -110,25 +108,6 @@ class Contents:
             else:
                 changes.skip(entry)
         self.rows.add(changes.rest())
-
-
-def parse_range(text: str) -> ScanRange:
-    """Read a range of scans: `A:B`, `A:`, `:B` or `A`, both ends included.
-
-    >>> parse_range("100:200"), parse_range("100:"), parse_range(":200"), parse_range("7")
-    ((100, 200), (100, None), (0, 200), (7, 7))
-
-    Raises:
-        ValueError: it is no such range.
-    """
-    match = re.fullmatch(r"(\d*)(:?)(\d*)", text)
-    if match is None or not (match[1] or match[3]):
-        raise ValueError(f"{text!r} is no range of scans: allowed are A:B, A:, :B and A")
-    first = int(match[1] or 0)
-    last = first if not match[2] else int(match[3]) if match[3] else None
-    if last is not None and last < first:
-        raise ValueError(f"{text!r} is no range of scans: it ends before it begins")
-    return first, last
 
 
 def _blocks(path: Path, trace: Trace, contents: Contents) -> Iterator[str | Table]:
@@ -247,13 +226,28 @@ def _show_command(
             "--scans", metavar="A:B", help="Which scans to print, both ends included.", show_default="all"
         ),
     ] = "0:",
+    folder: Annotated[
+        Path | None,
+        typer.Option(
+            "--extract",
+            metavar="FOLDER",
+            help="Write the files that came with it there: program, rack file, map of words.",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
     """Print a trace: its head, its slots, what happened, and the scans in which something changed.
 
     Bits that rose are shown as +NAME, bits that fell as -NAME. Scans in which only the position or
     encoder count changed are counted, unless --every is given. A trace whose process was killed is
-    shown up to its last whole chunk. Exit status 2 if the file can't be read.
+    shown up to its last whole chunk. With --extract the files it was made of are written out and
+    named, and nothing else is printed. Exit status 2 if the file can't be read, 3 if none can be written.
     """
+    if folder is not None:
+        with told_mistakes(), open_trace(trace) as opened:
+            for path in extract(attached_files(opened), folder):
+                print(path)  # noqa: T201 - the output of a command
+        raise typer.Exit(0)
     try:
         wanted = parse_range(scans)
     except ValueError as error:

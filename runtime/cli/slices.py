@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -15,7 +16,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from ...traces.reader import Trace
 from ...traces.signals import Selection
 from ..quantities import parse_time
-from .show import parse_range
+
+ScanRange = tuple[int, int | None]
+"""First and last scan, both included; None = to the end."""
 
 DONE, NOTHING_FOUND, BAD_INPUT, CANNOT_WRITE = 0, 1, 2, 3
 """Exit status."""
@@ -45,6 +48,25 @@ def selection(scans: str | None, time: str | None) -> Selection:
     first, last = (0, None) if scans is None else parse_range(scans)
     start_ns, end_ns = (0, None) if time is None else parse_time_range(time)
     return Selection(first, last, start_ns, end_ns)
+
+
+def parse_range(text: str) -> ScanRange:
+    """Read a range of scans: `A:B`, `A:`, `:B` or `A`, both ends included.
+
+    >>> parse_range("100:200"), parse_range("100:"), parse_range(":200"), parse_range("7")
+    ((100, 200), (100, None), (0, 200), (7, 7))
+
+    Raises:
+        ValueError: it is no such range.
+    """
+    match = re.fullmatch(r"(\d*)(:?)(\d*)", text)
+    if match is None or not (match[1] or match[3]):
+        raise ValueError(f"{text!r} is no range of scans: allowed are A:B, A:, :B and A")
+    first = int(match[1] or 0)
+    last = first if not match[2] else int(match[3]) if match[3] else None
+    if last is not None and last < first:
+        raise ValueError(f"{text!r} is no range of scans: it ends before it begins")
+    return first, last
 
 
 def parse_time_range(text: str) -> tuple[int, int | None]:

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 import typer
 from scanrack.io_images.image import Image
-from scanrack.runtime.cli.show import parse_range, register
+from scanrack.runtime.cli.show import register
+from scanrack.runtime.cli.slices import parse_range
 from scanrack.traces.layout import SlotInfo
 from scanrack.traces.recorder import Attachment, ScanRecorder
 from scanrack.traces.wording import seconds

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from ...io_images.amci3601 import LIVE_BITS, CommandLsw, CommandMsw, StatusLsw, StatusMsw
 from ...io_images.image import WORDS
 from ..flags import FLAGS as CPU_FLAGS
+from ..flags import OVERRUN
 from ..layout import SlotInfo, module_words
 from ..signals import decode
 
@@ -93,8 +94,15 @@ class Field:
 FLAG_BITS = ("mode.0", "mode.1", *(CPU_FLAGS.get(number, f"flags.{number}") for number in range(2, 16)))
 """The CPU's flags by name, see docs/traces.md."""
 
-FLAGS = Field(None, "cpu", "flags", Kind.BITS, 0, 1, lambda flags: flags.astype(np.uint16), FLAG_BITS)
-"""What the CPU was doing."""
+_COMPARED_FLAGS = np.uint32(~OVERRUN & 0xFFFF)
+
+
+def _flags(flags: Array) -> Array:
+    return (flags & _COMPARED_FLAGS).astype(np.uint16)
+
+
+FLAGS = Field(None, "cpu", "flags", Kind.BITS, 0, 1, _flags, FLAG_BITS)
+"""What the CPU was doing; that a scan began late is a matter of the computer it ran on, and may differ."""
 
 TIME = Field(None, "cpu", "time_ns", Kind.WORD, 0, 1, lambda times: times)
 """When the scan was; compared where scans are paired by number."""

@@ -1,0 +1,184 @@
+"""A recording played to modules, to a program, or to a whole rack."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from enum import StrEnum
+
+from ...io_images.amci3601 import InputBit
+from ...traces.compare import Tolerance
+from ...traces.replay import Follower, Image, Recording
+from ..build import build_playback, build_rack
+from ..faults import CpuFault
+from ..playback import RecordedInputs, Score, Stimulus, recorded_outputs, stimulated
+from ..rack import Card, Rack
+from ..rackspec import RackSpec
+from ..scan import Logic
+from .levels import recorded_levels
+from .progress import shown_progress
+
+
+class Into(StrEnum):
+    """What a recording is played to."""
+
+    MODULE = "module"
+    PROGRAM = "program"
+    RACK = "rack"
+
+
+class Stimuli(StrEnum):
+    """What acts on the machine."""
+
+    MACHINE = "machine"
+    """The rack file's timeline and stations, anew."""
+
+    RECORDED = "recorded"
+    """The stimuli that the trace tells of."""
+
+    INPUTS = "inputs"
+    """The levels of the inputs as the recorded status bits show them; all that hardware tells."""
+
+
+class Replay:
+    """A recording and what it is played to.
+
+    Args:
+        recording: what is played.
+        spec: the rack; its modules answer to the recorded outputs.
+        logic: answers to the recorded inputs.
+        into: which of them is real.
+        slots: the slots of which the images are compared.
+
+    Attributes:
+        rack: the rack in which it is played.
+        notes: what is to be known of it, in words.
+    """
+
+    def __init__(
+        self, recording: Recording, spec: RackSpec, logic: Logic | None, into: Into, slots: Sequence[int]
+    ) -> None:
+        self._recording = recording
+        self._spec = spec
+        columns = recording.columns
+        self._score = Score(
+            columns.scan.tolist(), columns.time_ns.tolist(), columns.flags.tolist(), _forces(recording)
+        )
+        self.rack = build_rack(spec) if into is not Into.PROGRAM else self._recorded_rack()
+        self._logic = logic or recorded_outputs(self._score, recording.memory)
+        directions = {Into.MODULE: ("in",), Into.PROGRAM: ("out",), Into.RACK: ("in", "out")}[into]
+        self._images: list[Image] = [(slot, direction) for slot in slots for direction in directions]
+        self.notes = list(_assumptions(into, self._score.numbers[0]))
+
+    def run(self, allowed: Tolerance, *, to_the_end: bool, quiet: bool) -> Follower:
+        """Play it, until it differs or to the end; return who has followed it.
+
+        Raises:
+            CpuFault: the program raised, or did not come back.
+        """
+        follower = Follower(self._recording, self.rack.memory, self._images, tolerance=allowed)
+        cpu = build_playback(self._spec, self._score, self._logic, self.rack, listeners=[follower])
+        if not to_the_end:
+            follower.on_difference = cpu.stop
+        with cpu.stopping_on_ctrl_c(), cpu, shown_progress(cpu, self._score.numbers[-1], quiet=quiet):
+            try:
+                cpu.play()
+            except CpuFault as error:
+                self.notes.append(f"the replay faulted in {error}")
+        return follower
+
+    def _recorded_rack(self) -> Rack:
+        """Return a rack of modules that show the recorded inputs."""
+        memory = self._recording.memory
+        return Rack(
+            Card(
+                slot.number,
+                RecordedInputs(
+                    [block[self._recording.span((slot.number, "in"))] for block in memory], self._score.times
+                ),
+                slot.module,
+                slot.firmware,
+            )
+            for slot in self._recording.slots
+        )
+
+
+_FRESH = {
+    Into.MODULE: "the module is taken to be just powered up",
+    Into.PROGRAM: "the program is taken to have just been started",
+    Into.RACK: "the rack is taken to be just powered up",
+}
+
+
+def _assumptions(into: Into, first: int) -> Iterator[str]:
+    """Yield what is taken for granted of a trace that begins with that scan."""
+    if first:
+        yield f"the trace begins with scan {first:,}, in mid-life: {_FRESH[into]} then"
+
+
+def _forces(recording: Recording) -> Mapping[int, Mapping[str, int]]:
+    """Return the forces by the scan from which they were in effect."""
+    return {
+        event.scan: {address: int(str(value)) for address, value in event.fields.items()}
+        for event in recording.events
+        if event.topic == "/forces"
+    }
+
+
+def _stimuli(recording: Recording) -> Iterator[Stimulus]:
+    """Yield the stimuli that a trace tells of."""
+    for event in recording.events:
+        if event.topic == "/stimuli":
+            name, level = str(event.fields["name"]).upper(), event.fields.get("energised")
+            yield Stimulus(
+                event.now_ns,
+                int(str(event.fields["slot"])),
+                InputBit[name],
+                None if level is None else bool(level),
+            )
+
+
+def with_stimuli(spec: RackSpec, recording: Recording, stimuli: Stimuli) -> RackSpec:
+    """Return a rack on whose machines the stimuli act that are asked for."""
+    if stimuli is Stimuli.MACHINE:
+        return spec
+    found = _stimuli(recording) if stimuli is Stimuli.RECORDED else recorded_levels(recording)
+    by_slot: dict[int, list[Stimulus]] = defaultdict(list)
+    for each in found:
+        by_slot[each.slot].append(each)
+    slots = tuple(
+        slot.model_copy(
+            update={
+                "machine": stimulated(
+                    slot.machine, by_slot[slot.number], switches=stimuli is not Stimuli.INPUTS
+                )
+            }
+        )
+        for slot in spec.slot
+    )
+    return spec.model_copy(update={"slot": slots})
+
+
+def check_slots(recording: Recording, spec: RackSpec, only: int | None) -> list[int]:
+    """Return the slots of which the images are compared.
+
+    Raises:
+        ValueError: trace and rack have different slots, or the wanted one is not there.
+    """
+    recorded, given = (
+        sorted(slot.number for slot in recording.slots),
+        sorted(slot.number for slot in spec.slot),
+    )
+    if recorded != given:
+        raise ValueError(
+            f"the trace has {_slots(recorded)}, the rack {_slots(given)}: they have to be the same"
+        )
+    if only is None:
+        return recorded
+    if only not in recorded:
+        raise ValueError(f"--slot {only}: the trace has {_slots(recorded)}")
+    return [only]
+
+
+def _slots(numbers: Iterable[int]) -> str:
+    return f"slot {', '.join(map(str, numbers))}"

@@ -1,0 +1,69 @@
+"""`scanrack rerun TRACE`: run again what a trace was made by, and compare."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ...traces.compare import compare
+from ...traces.reader import Trace, open_trace
+from .baggage import job_of
+from .compare import SAME, JsonOption, tell, tell_notes
+from .run import run_job
+from .slices import QuietOption, told_mistakes
+
+RERUN = "rerun"
+"""What the second of the two is called in the report."""
+
+
+def _rerun_command(
+    path: Annotated[
+        Path, typer.Argument(metavar="TRACE", help="The trace, an MCAP file.", show_default=False)
+    ],
+    record: Annotated[
+        Path | None,
+        typer.Option("--record", help="Keep the trace of the rerun there.", show_default=False),
+    ] = None,
+    trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False,
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Run again what a trace was made by: its rack file and program, for as many scans, and compare.
+
+    Python that came with the trace is run only if it is the same as in the current folder, or you say
+    --trust: a program may do anything that you may.
+
+    Exit status: 0 the same, 1 something differs, 2 a file or option can't be used.
+    """
+    with told_mistakes():
+        if record is not None and record.exists() and record.samefile(path):
+            raise ValueError(f"{record} is the trace itself: choose another file to write to")
+        with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
+            again = record or Path(folder) / "rerun.mcap"
+            status = _rerun(path, trace, Path(folder), again, trust=trust, as_json=as_json, quiet=quiet)
+    raise typer.Exit(status)
+
+
+def _rerun(
+    path: Path, trace: Trace, folder: Path, again: Path, *, trust: bool, as_json: bool, quiet: bool
+) -> int:
+    job = job_of(trace, folder / "files", trust=trust)
+    scans = list(trace.scans())
+    if not scans:
+        raise ValueError(f"{path}: the trace has no scans to compare with")
+    tell_notes(trace)
+    run_job(job, scans[-1].scan + 1, again, realtime=False, quiet=True)
+    if not as_json and path.read_bytes() == again.read_bytes():
+        if not quiet:
+            typer.echo(f"{path.name}: {len(scans):,} scans, the same byte for byte")
+        return SAME
+    with open_trace(again) as other:
+        return tell(compare(trace, other), (path.name, RERUN), as_json=as_json)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("rerun", no_args_is_help=True)(_rerun_command)

@@ -1,0 +1,300 @@
+"""`scanrack replay` and `scanrack rerun`: a recording into module, program and rack, and what differs then.
+
+Broken on purpose: outputs sent one scan late, the recorded modes ignored, forces left out,
+`--trust` always true: each turns a test red.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from click.testing import Result
+from scanrack.runtime.build import build_cpu, build_rack
+from scanrack.runtime.cli import build
+from scanrack.runtime.cli.loading import load_job
+from scanrack.runtime.cli.run import recorder_for
+from scanrack.runtime.cpu import Cpu
+from scanrack.runtime.scan import CpuMode
+from scanrack.traces.reader import open_trace
+from scanrack.traces.recorder import ScanRecorder
+from typer.testing import CliRunner
+
+RACK = """\
+program = "{program}"
+scan_ms = 2
+{more}
+[[slot]]
+number = 1
+module = "amci3601"
+firmware = "4.1"
+[slot.machine]
+switches = [{{ input = "cw_limit", first = {limit} }}]
+timeline = [{{ at_s = 0.3, input = "external", for_ms = 50 }}]
+stations = [{{ position = 400, input = "capture", work_s = 0.1, pulse_ms = 20 }}]
+"""
+
+PROGRAM = """\
+from scanrack.io_images.amci3601 import Configuration, InputBit, Move, MoveKind, PresetPosition, StatusView
+from speeds import SPEED
+
+CONFIGURATION = Configuration(
+    inputs_used=InputBit.CAPTURE | InputBit.EXTERNAL | InputBit.HOME | InputBit.CW_LIMIT,
+    step_and_direction=True,
+    starting_speed=500,
+)
+
+
+def logic(scan):
+    status = StatusView(scan.slot[1].inputs)
+    outputs = scan.slot[1].outputs
+    if status.CONFIG_ERROR:
+        outputs.load(CONFIGURATION.to_image())
+    elif status.MODE_CONFIG:
+        outputs.clear()
+    elif status.POSITION_INVALID:
+        outputs.load(PresetPosition(0).to_image())
+    elif not outputs[0] & 1:
+        outputs.load(Move(MoveKind.ABSOLUTE, 400, speed=SPEED, acceleration=2, deceleration=2).to_image())
+"""
+
+SCANS = 400
+
+
+def scanrack(*arguments: object) -> Result:
+    return CliRunner().invoke(build(), [str(argument) for argument in arguments])
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The current folder, with a rack, its program, and a file that the program imports."""
+    monkeypatch.chdir(tmp_path)
+    write(tmp_path)
+    return tmp_path
+
+
+def write(folder: Path, *, speed: int = 2000, limit: int = 9000, more: str = "") -> None:
+    (folder / "rack.toml").write_text(RACK.format(program="line.py", limit=limit, more=more))
+    (folder / "line.py").write_text(PROGRAM)
+    (folder / "speeds.py").write_text(f"SPEED = {speed}\n")
+    sys.modules.pop("speeds", None)
+
+
+def record(folder: Path, during: Callable[[Cpu, int], None] = lambda cpu, scan: None) -> Path:
+    """Record the rack; `during` may act on the CPU before every scan."""
+    job = load_job("rack.toml")
+    rack = build_rack(job.spec)
+    recorder: ScanRecorder = recorder_for(job, rack, folder / "line.mcap")
+    with build_cpu(job.spec, job.logic, rack, listeners=[recorder]) as cpu:
+        for scan in range(SCANS):
+            during(cpu, scan)
+            cpu.run(1)
+    return folder / "line.mcap"
+
+
+def key_and_forces(cpu: Cpu, scan: int) -> None:
+    """Turn the key to program mode in mid-move and back; hold an input and an output bit for a while."""
+    if scan in (60, 120):
+        cpu.mode = CpuMode.PROGRAM if scan == 60 else CpuMode.RUN
+    if scan == 90:
+        cpu.forces.set("slot1.status.IN_CAPTURE", 1)
+        cpu.forces.set("slot1.command.RESERVED_14", 1)
+    if scan == 200:
+        cpu.forces.clear()
+
+
+@pytest.mark.parametrize("into", ["module", "program", "rack"])
+@pytest.mark.parametrize("during", [lambda cpu, scan: None, key_and_forces], ids=["run", "key and forces"])
+@pytest.mark.parametrize("more", ["", 'controller = "compactlogix"\nrpi_ms = 3\n'], ids=["micro", "compact"])
+def test_an_unchanged_rack_answers_as_recorded(
+    folder: Path, into: str, during: Callable[[Cpu, int], None], more: str
+) -> None:
+    write(folder, more=more)
+    trace = record(folder, during)
+    result = scanrack("replay", trace, "--into", into)
+    assert (result.output, result.exit_code) == ("line.mcap and replay show the same: 400 scans\n", 0)
+
+
+def test_a_changed_program_is_told_by_the_scan_in_which_it_decides_otherwise(folder: Path) -> None:
+    trace = record(folder)
+    (folder / "other.py").write_text(PROGRAM.replace("speed=SPEED", "speed=1500"))
+    result = scanrack("replay", trace, "--into", "program", "--program", "other.py")
+    assert result.exit_code == 1
+    assert "slot 1 out  programmed_speed      2,000   1,500  words 4 and 5: 2 0 / 1 500" in result.output
+    assert "ABSOLUTE_MOVE, target 400, speed 1,500" in result.output
+    with open_trace(trace) as opened:
+        started = next(scan.scan for scan in opened.scans() if scan.outputs(1)[0] == 1)
+    assert f"first in scan {started} at" in result.output
+    assert f"note: stopped at scan {started + 1} of 400; --to-the-end goes on\n" in result.stderr
+    assert "of 400 scans differ" in scanrack(
+        "replay", trace, "--into", "program", "--program", "other.py", "--to-the-end"
+    ).output  # fmt: skip
+
+
+def test_a_changed_machine_is_told_with_the_rule_that_it_breaks(folder: Path) -> None:
+    trace = record(folder)
+    write(folder, limit=200)
+    result = scanrack("replay", trace, "--rack", "rack.toml")
+    assert result.exit_code == 1
+    assert "IN_CW_LIMIT" in result.output
+    assert "in replay only: INPUT_ERROR" in result.output
+
+
+def test_a_program_that_faults_is_told(folder: Path) -> None:
+    trace = record(folder)
+    (folder / "other.py").write_text("def logic(scan):\n    assert scan.number < 50\n")
+    result = scanrack("replay", trace, "--into", "program", "--program", "other.py", "--to-the-end")
+    assert result.exit_code == 1
+    assert "the replay faulted in" in result.stderr
+
+
+def test_counts_and_time_may_be_off_by_the_tolerance(folder: Path) -> None:
+    """The input is pressed a scan later, as far as the recorded levels tell; nothing else comes later."""
+    trace = record(folder)
+    exact = scanrack("replay", trace, "--stimuli", "inputs")
+    loose = scanrack("replay", trace, "--stimuli", "inputs", "--tolerance-time", "2ms")
+    assert (exact.exit_code, loose.exit_code) in ((0, 0), (1, 0)), loose.output
+    write(folder, limit=200)
+    assert scanrack("replay", trace, "--rack", "rack.toml", "--tolerance-time", "2ms").exit_code == 1
+
+
+def test_recorded_stimuli_take_the_place_of_the_machines_own(folder: Path) -> None:
+    """The timeline of the other rack file is another one; the recorded one acts."""
+    trace = record(folder)
+    text = (folder / "rack.toml").read_text()
+    (folder / "other.toml").write_text(text.replace("at_s = 0.3,", "at_s = 0.2,"))
+    assert scanrack("replay", trace, "--rack", "other.toml").exit_code == 1
+    assert scanrack("replay", trace, "--rack", "other.toml", "--stimuli", "recorded").exit_code == 0
+
+
+def test_a_trace_that_begins_in_mid_life_is_said_to(folder: Path) -> None:
+    job = load_job("rack.toml")
+    rack = build_rack(job.spec)
+    with build_cpu(job.spec, job.logic, rack) as cpu:
+        cpu.run(100)
+        cpu.add_listener(recorder_for(job, rack, folder / "late.mcap"))
+        cpu.run(50)
+    result = scanrack("replay", "late.mcap", "--into", "program")
+    assert (
+        "note: the trace begins with scan 100, in mid-life: the program is taken to have just"
+        in result.stderr
+    )
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (["--slot", "3"], "--slot 3: the trace has slot 1"),
+        (["--program", "line.py"], "--program goes with --into program or rack"),
+        (["--rack", "two.toml"], "the trace has slot 1, the rack slot 1, 2: they have to be the same"),
+        (["--rack", "none.toml"], "there is no such rack file"),
+    ],
+)
+def test_what_does_not_fit_is_told_in_one_line(folder: Path, options: list[str], says: str) -> None:
+    trace = record(folder)
+    two = (folder / "rack.toml").read_text() + '[[slot]]\nnumber = 2\nmodule = "amci3601"\n'
+    (folder / "two.toml").write_text(two)
+    result = scanrack("replay", trace, *options)
+    assert result.exit_code == 2
+    assert says in result.stderr
+    assert result.stderr.count("\n") == 1
+
+
+def test_a_rerun_gives_the_same_bytes(folder: Path) -> None:
+    trace = record(folder)
+    sys.modules.pop("speeds")  # as in a process that has not run it before
+    result = scanrack("rerun", trace, "--record", "again.mcap")
+    assert (result.exit_code, result.output) == (0, "line.mcap: 400 scans, the same byte for byte\n")
+    assert (folder / "again.mcap").read_bytes() == trace.read_bytes()
+
+
+def test_all_files_of_a_run_come_out_of_its_trace(folder: Path) -> None:
+    trace = record(folder)
+    result = scanrack("show", trace, "--extract", "out")
+    assert result.exit_code == 0
+    assert result.output.splitlines() == ["out/line.py", "out/rack.toml", "out/speeds.py", "out/words.json"]
+    for name in ("line.py", "rack.toml", "speeds.py"):
+        assert (folder / "out" / name).read_bytes() == (folder / name).read_bytes()
+    assert scanrack("show", trace, "--extract", "out").exit_code == 0, "the same files are no harm"
+    (folder / "out" / "line.py").write_text("mine")
+    refused = scanrack("show", trace, "--extract", "out")
+    assert (refused.exit_code, "out/line.py is there already" in refused.stderr) == (2, True)
+
+
+def test_python_of_a_trace_is_not_run_without_trust(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    trace = record(folder)
+    elsewhere = folder / "elsewhere"
+    elsewhere.mkdir()
+    monkeypatch.chdir(elsewhere)
+    for command in (["rerun"], ["replay", "--into", "program"]):
+        refused = scanrack(command[0], trace, *command[1:])
+        assert refused.exit_code == 2
+        assert "Python that came with the trace (line.py, speeds.py)" in refused.stderr
+        assert scanrack(command[0], trace, *command[1:], "--trust").exit_code == 0
+    assert scanrack("replay", trace).exit_code == 0, "a rack in TOML is no Python"
+
+
+def test_python_of_a_trace_is_run_if_it_is_that_of_the_current_folder(folder: Path) -> None:
+    trace = record(folder)
+    assert scanrack("rerun", trace).exit_code == 0
+    (folder / "speeds.py").write_text("SPEED = 2001\n")
+    refused = scanrack("rerun", trace)
+    assert (refused.exit_code, "trace (speeds.py)" in refused.stderr) == (2, True)
+
+
+def test_a_rerun_in_a_process_of_its_own_uses_the_files_of_the_trace(folder: Path) -> None:
+    """Not those of the current folder, which have changed."""
+    trace = record(folder)
+    (folder / "speeds.py").write_text("SPEED = 700\n")
+    command = [sys.executable, "-m", "scanrack.runtime.cli", "rerun", str(trace), "--trust"]
+    result = subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder)
+    assert (result.returncode, result.stderr) == (0, ""), result.stdout
+
+
+def test_a_rack_in_python_with_its_logic_inside_is_rerun(folder: Path) -> None:
+    (folder / "press.py").write_text(
+        "from scanrack.runtime.rackspec import RackSpec, SlotSpec\n"
+        "def step(scan):\n"
+        "    scan.slot[1].outputs[3] = scan.number % 7\n"
+        "def made():\n"
+        "    return RackSpec(program=step, slot=[SlotSpec(number=1, module='amci3601')])\n"
+    )
+    assert scanrack("run", "press.py:made", "--scans", "30", "-q", "--record", "press.mcap").exit_code == 0
+    result = scanrack("rerun", "press.mcap")
+    assert (result.exit_code, result.output) == (0, "press.mcap: 30 scans, the same byte for byte\n")
+
+
+def test_rungs_are_rerun_without_further_ado(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (folder / "line.rung").write_text(
+        "PROGRAM blink\nTAG T : TIMER := {\"PRE\": 20}\nROUTINE Main\nXIO(T.DN)TON(T,?,?);\n"
+        "XIC(T.DN)OTE(Local:1:O.Data[0].14);\nEND\n"
+    )  # fmt: skip
+    (folder / "rack.toml").write_text(RACK.format(program="line.rung", limit=9000, more=""))
+    assert scanrack("run", "rack.toml", "--scans", "60", "-q", "--record", "rungs.mcap").exit_code == 0
+    elsewhere = folder / "elsewhere"
+    elsewhere.mkdir()
+    monkeypatch.chdir(elsewhere)
+    result = scanrack("rerun", folder / "rungs.mcap")
+    assert (result.exit_code, result.output) == (0, "rungs.mcap: 60 scans, the same byte for byte\n")
+
+
+@pytest.mark.parametrize("name", ["../evil.py", "/evil.py", "a/../../evil.py"])
+def test_a_file_that_leads_out_of_its_folder_is_refused(tmp_path: Path, name: str) -> None:
+    import made_traces
+    from scanrack.traces.recorder import Attachment
+
+    recorder = ScanRecorder(
+        tmp_path / "evil.mcap",
+        bytearray(32),
+        [made_traces.A3601],
+        scan_period_ns=1,
+        attachments=[Attachment(name, b"")],
+    )
+    recorder.scan(0, 0, 1)
+    recorder.close()
+    result = scanrack("show", tmp_path / "evil.mcap", "--extract", tmp_path / "out")
+    assert (result.exit_code, "leads out of its folder" in result.stderr) == (2, True)
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,159 @@
+"""Replay: a recording is played to a module, a program or a whole rack, and what they make of it is compared.
+
+    recording ---> whatever answers ---> its images in each scan
+        |                                        |
+        +-------------- Follower ----------------+   stops at the first scan that differs
+
+What answers knows nothing of traces: it is run scan by scan by who has it, and a
+`Follower` listens to that run as a recorder would.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..io_images.image import IMAGE_BYTES
+from .compare import EXACT, Comparison, Tolerance, compare_columns
+from .compare.reading import read_columns
+from .happenings import describe
+from .layout import SLOT_BYTES, SlotInfo
+from .reader import Trace, TraceEvent
+from .signals.stream import Columns
+
+Image = tuple[int, str]
+"""An image of a scan: number of the slot, "in" or "out"."""
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """A trace in memory, to be played.
+
+    Attributes:
+        slots: what sat in the rack.
+        columns: its scans.
+        events: what is not an image, in order.
+    """
+
+    slots: tuple[SlotInfo, ...]
+    columns: Columns
+    events: tuple[TraceEvent, ...]
+
+    @classmethod
+    def of(cls, trace: Trace) -> Recording:
+        """Read a trace.
+
+        Raises:
+            TraceError: the file is damaged beyond what can be left out.
+            ValueError: it has no scans.
+        """
+        columns = read_columns(trace)
+        if not len(columns.scan):
+            raise ValueError("the trace has no scans to replay")
+        return cls(trace.head.slots, columns, tuple(trace.events()))
+
+    @property
+    def memory(self) -> list[bytes]:
+        """The rack's memory block in each scan."""
+        size = SLOT_BYTES * len(self.slots)
+        block = self.columns.words.tobytes()
+        return [block[start : start + size] for start in range(0, len(block), size)]
+
+    def place(self, slot: int) -> int:
+        """Return where a slot begins in the memory block, bytes; StopIteration for no such slot."""
+        return SLOT_BYTES * next(place for place, each in enumerate(self.slots) if each.number == slot)
+
+    def span(self, image: Image) -> slice:
+        """Return where an image lies in the memory block, bytes."""
+        first = self.place(image[0]) + (IMAGE_BYTES if image[1] == "in" else 0)
+        return slice(first, first + IMAGE_BYTES)
+
+
+class Follower:
+    """Follows a replay and compares it with the recording; a listener of the scan loop.
+
+    Args:
+        recording: what is replayed.
+        memory: the memory block of whoever answers, laid out as in the recording.
+        images: which images are compared.
+        tolerance: what may differ.
+
+    Attributes:
+        on_difference: called at the first scan that differs, if nothing may; with a tolerance the whole
+            recording is gone through, since what comes late may still come in time.
+    """
+
+    def __init__(
+        self,
+        recording: Recording,
+        memory: bytearray,
+        images: Sequence[Image],
+        *,
+        tolerance: Tolerance = EXACT,
+    ) -> None:
+        self._recording = recording
+        self._memory = memory
+        self._images = tuple(images)
+        self._tolerance = tolerance
+        self.on_difference: Callable[[], None] = lambda: None
+        self._watching = tolerance.exact
+        self._spans = [recording.span(image) for image in self._images]
+        self._recorded = recording.memory
+        self._heads: list[tuple[int, int, int]] = []
+        self._blocks: list[bytes] = []
+        self._rules: list[tuple[int, object, str]] = []
+
+    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, object]) -> None:
+        """Take notice of the rules that fire."""
+        if fields.get("kind") == "rule":
+            self._rules.append((scan, fields.get("slot"), describe(topic, scan, fields)))
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Take notice of a scan, and have the replay stopped if it differs."""
+        block, recorded = bytes(self._memory), self._recorded[len(self._blocks)]
+        self._heads.append((scan, now_ns, flags))
+        self._blocks.append(block)
+        if self._watching and block != recorded and any(block[s] != recorded[s] for s in self._spans):
+            self._watching = False
+            self.on_difference()
+
+    def close(self) -> None:
+        """Nothing is held open."""
+
+    @property
+    def stopped(self) -> bool:
+        """Whether there are scans that have not been replayed."""
+        return self.scans < len(self._recorded)
+
+    @property
+    def scans(self) -> int:
+        """How many scans have been replayed."""
+        return len(self._blocks)
+
+    def comparison(self) -> Comparison:
+        """Return what came of it, the recording first, the replay second."""
+        heads = np.array(self._heads, np.int64).reshape(-1, 3)
+        words = np.frombuffer(b"".join(self._blocks), np.int16).reshape(len(heads), -1)
+        replayed = Columns(heads[:, 0], heads[:, 1], heads[:, 2].astype(np.uint32), words)
+        slots = self._recording.slots
+        found = compare_columns(
+            (slots, self._recording.columns.rows(0, len(heads))),
+            (slots, replayed),
+            self._tolerance,
+            only=frozenset(self._images),
+        )
+        if found.first is None:
+            return found
+        involved = {detail.slot for detail in found.first.details}
+        recorded = [
+            (event.scan, event.fields.get("slot"), describe(event.topic, event.scan, event.fields))
+            for event in self._recording.events
+            if event.fields.get("kind") == "rule"
+        ]
+        rules_a, rules_b = (
+            tuple(text for number, slot, text in rules if number == scan and slot in involved)
+            for rules, scan in ((recorded, found.first.scan), (self._rules, found.first.scan_b))
+        )
+        return replace(found, first=replace(found.first, rules_a=rules_a, rules_b=rules_b))
