@@ -11,7 +11,7 @@ chunk is given, and `notes` says so. A damaged chunk is left out, and noted.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,8 +24,9 @@ from mcap.records import Attachment
 from ..io_images.image import IMAGE_BYTES, Image
 from .head import read_head
 from .layout import SLOT_BYTES
-from .records import MAGIC, Message, Span, TraceError, find_records, read_chunk, read_record
+from .records import MAGIC, Message, Span, TraceError, find_records, read_record
 from .schema import CDR_PREFIX, SCAN_HEAD
+from .sections import ScanRows, ScanShape, Section, find_sections, take_apart
 from .topics import SCAN_TOPIC, TOPICS
 
 
@@ -85,7 +86,9 @@ class Trace(AbstractContextManager["Trace"]):
     Attributes:
         size: its size in bytes.
         head: what it is a trace of.
-        notes: what is wrong with the file; a damaged chunk is noted once iteration has met it.
+        notes: what is wrong with the file; a damaged chunk is noted once reading has met it.
+        sections: where the messages are, in the order of the file.
+        shape: how the scans lie in them.
 
     Raises:
         TraceError: it is no trace, or none that this version knows.
@@ -105,6 +108,9 @@ class Trace(AbstractContextManager["Trace"]):
         self._topics = {channel.id: topic for topic, channel in self.head.channels.items()}
         self._places = {slot.number: SLOT_BYTES * place for place, slot in enumerate(self.head.slots)}
         self._scan_bytes = SCAN_HEAD.size + SLOT_BYTES * len(self.head.slots)
+        self._firsts: dict[int, int] = {}
+        self.sections = find_sections(file, self._spans)
+        self.shape = ScanShape(self.head.channels[SCAN_TOPIC].id, SLOT_BYTES * len(self.head.slots))
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -121,41 +127,89 @@ class Trace(AbstractContextManager["Trace"]):
         Raises:
             TraceError: a message is not what its channel says.
         """
-        for span in self._spans_of(Opcode.CHUNK):
-            try:
-                records = read_chunk(self._file, span)
-            except TraceError as error:
-                self._note(f"{error}; its scans are left out")
-                continue
-            for record in records:
-                if isinstance(record, Message):
-                    topic = self._topics.get(record.channel, "")
-                    if topic == SCAN_TOPIC:
-                        yield self._scan(record, span)
-                    elif topic in _EVENT_TOPICS:
-                        yield _event(record, topic, span)
+        return self._entries(self.sections)
 
     def scans(self) -> Iterator[Scan]:
         """Iterate over the scans."""
         return (entry for entry in self if isinstance(entry, Scan))
 
     def events(self) -> Iterator[TraceEvent]:
-        """Iterate over the events."""
-        return (entry for entry in self if isinstance(entry, TraceEvent))
+        """Iterate over the events. Chunks that hold nothing but scans are not read."""
+        for section in self.sections:
+            if not self.shape.only_scans(section):
+                for part in self._parts(section):
+                    if isinstance(part, Message):
+                        yield from self._events(part, section)
+
+    def scan_rows(self, section: Section) -> list[ScanRows]:
+        """Return the scans of a section as arrays; none for a damaged one, which is noted.
+
+        Raises:
+            TraceError: a scan is not laid out as the trace says.
+        """
+        return [part for part in self._parts(section) if not isinstance(part, Message)]
+
+    def as_scans(self, rows: ScanRows) -> Iterator[Scan]:
+        """Iterate over the scans of an array."""
+        size = rows.dtype["images"].itemsize
+        memory = rows["images"].tobytes()
+        columns = (rows[name].tolist() for name in ("scan", "log_time", "flags"))
+        for place, (scan, now_ns, flags) in enumerate(zip(*columns, strict=True)):
+            yield Scan(scan, now_ns, flags, memory[place * size : place * size + size], self._places)
+
+    def first_scan(self, place: int) -> int:
+        """Return the first scan in a section or behind it, 2**32 if there is none any more.
+
+        Args:
+            place: the section's place in `sections`.
+        """
+        if place not in self._firsts:
+            parts = self.scan_rows(self.sections[place])
+            last = place + 1 == len(self.sections)
+            behind = _NO_SCAN if last or parts else self.first_scan(place + 1)
+            self._firsts[place] = int(parts[0]["scan"][0]) if parts else behind
+        return self._firsts[place]
 
     def attachments(self) -> list[Attachment]:
         """Return the attachments: program, rack file, word map."""
         return [read_record(self._file, span, Attachment.read) for span in self._spans_of(Opcode.ATTACHMENT)]
 
-    def _scan(self, message: Message, span: Span) -> Scan:
-        data = message.data
-        prefix, scan, flags = SCAN_HEAD.unpack_from(data) if len(data) == self._scan_bytes else (0, 0, 0)
-        if prefix != CDR_PREFIX:
+    def _entries(self, sections: Iterable[Section]) -> Iterator[Scan | TraceEvent]:
+        for section in sections:
+            for part in self._parts(section):
+                if isinstance(part, Message):
+                    yield from self._events(part, section)
+                else:
+                    yield from self.as_scans(part)
+
+    def _parts(self, section: Section) -> list[ScanRows | Message]:
+        """Take a section apart; a damaged one has no parts and is noted."""
+        try:
+            parts = take_apart(self._file, section, self.shape)
+        except TraceError as error:
+            self._note(f"{error}; its scans are left out")
+            return []
+        for part in parts:
+            self._check(part, section)
+        return parts
+
+    def _check(self, part: ScanRows | Message, section: Section) -> None:
+        """Refuse scans that are not laid out as the trace says."""
+        if isinstance(part, Message):
+            size, wrong = len(part.data), part.channel == self.shape.channel
+        else:
+            size, wrong = self._scan_bytes, (part["prefix"] != CDR_PREFIX).any()
+        if wrong:
             raise TraceError(
-                f"the chunk at byte {span.offset:,} has a scan of {len(data)} bytes, "
-                f"where its layout has {self._scan_bytes}"
+                f"the chunk at byte {section.span.offset:,} has a scan of {size} bytes that is not laid out "
+                f"as its {self._scan_bytes} bytes should be"
             )
-        return Scan(scan, message.log_time, flags, data[SCAN_HEAD.size :], self._places)
+
+    def _events(self, message: Message, section: Section) -> Iterator[TraceEvent]:
+        """Yield the event that a message is, if it is one."""
+        topic = self._topics.get(message.channel, "")
+        if topic in _EVENT_TOPICS:
+            yield _event(message, topic, section.span)
 
     def _note(self, note: str) -> None:
         if note not in self.notes:
@@ -182,6 +236,9 @@ def open_trace(path: Path) -> Trace:
         file.close()
         raise TraceError(f"{path}: {error}") from error
 
+
+_NO_SCAN = 1 << 32
+"""More than any number of a scan."""
 
 _EVENT_TOPICS = frozenset(topic.name for topic in TOPICS)
 

@@ -11,7 +11,7 @@ get to write. What is whole is given; what is not is named by its offset.
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from io import BytesIO
 from typing import BinaryIO, NamedTuple, TypeVar
 
@@ -24,11 +24,14 @@ from zstandard import ZstdError
 
 MAGIC = b"\x89MCAP0\r\n"
 
-_HEAD = struct.Struct("<BQ")
+RECORD_HEAD = struct.Struct("<BQ")
+"""What every record begins with: opcode, length of the content."""
+
 _MESSAGE = struct.Struct("<HIQQ")
+_COMPRESSIONS = frozenset({"", "zstd", "lz4"})
 _FIRST_PRIVATE_OPCODE = 0x80
 _OPCODES = frozenset(opcode.value for opcode in Opcode)
-_BROKEN = (McapError, struct.error, ValueError, OverflowError, RuntimeError, EOFError, ZstdError)
+BROKEN = (McapError, struct.error, ValueError, OverflowError, RuntimeError, EOFError, MemoryError, ZstdError)
 """What the libraries raise on bytes that are not what they should be."""
 
 R = TypeVar("R")
@@ -67,15 +70,15 @@ def find_records(file: BinaryIO, size: int) -> tuple[list[Span], str | None]:
     """
     spans: list[Span] = []
     offset = len(MAGIC)
-    while offset + _HEAD.size <= size:
+    while offset + RECORD_HEAD.size <= size:
         file.seek(offset)
-        opcode, length = _HEAD.unpack(file.read(_HEAD.size))
+        opcode, length = RECORD_HEAD.unpack(file.read(RECORD_HEAD.size))
         if opcode not in _OPCODES and opcode < _FIRST_PRIVATE_OPCODE:
             return spans, f"damaged at byte {offset:,}: no record begins with {opcode:#04x}"
-        if offset + _HEAD.size + length > size:
+        if offset + RECORD_HEAD.size + length > size:
             break
         spans.append(Span(opcode, offset, length))
-        offset += _HEAD.size + length
+        offset += RECORD_HEAD.size + length
         if opcode == Opcode.FOOTER and file.seek(offset) == offset and file.read(len(MAGIC)) == MAGIC:
             return spans, None
     return spans, f"it has no end: the last whole record ends at byte {offset:,} of {size:,}"
@@ -87,40 +90,65 @@ def read_record(file: BinaryIO, span: Span, read: Callable[[ReadDataStream], R])
     Raises:
         TraceError: its content is damaged; the message names its offset.
     """
-    file.seek(span.offset + _HEAD.size)
+    file.seek(span.offset + RECORD_HEAD.size)
     try:
         return read(ReadDataStream(BytesIO(file.read(span.length))))
-    except _BROKEN as error:
+    except BROKEN as error:
         raise TraceError(f"damaged record at byte {span.offset:,}: {error}") from error
 
 
-def read_chunk(file: BinaryIO, span: Span) -> list[Message | Channel | Schema]:
-    """Read a chunk: its messages, and the schemas and channels registered in it, in order.
+def chunk_data(file: BinaryIO, span: Span) -> bytes:
+    """Return what is in a chunk, decompressed.
 
     Raises:
         TraceError: it is damaged, its CRC included; the message names its offset.
     """
     chunk = read_record(file, span, Chunk.read)
     try:
+        if chunk.compression not in _COMPRESSIONS:
+            raise ValueError(f"compression {chunk.compression!r} is not known")
         stream, length = get_chunk_data_stream(chunk, validate_crc=True)
-        return list(_split(stream.read(length)))
-    except _BROKEN as error:
+        if length != chunk.uncompressed_size:
+            raise ValueError(f"it holds {length:,} bytes instead of {chunk.uncompressed_size:,}")
+        return stream.read(length)
+    except BROKEN as error:
         raise TraceError(f"damaged chunk at byte {span.offset:,}: {error}") from error
 
 
-def _split(data: bytes) -> Iterator[Message | Channel | Schema]:
-    offset = 0
-    while offset < len(data):
-        opcode, length = _HEAD.unpack_from(data, offset)
-        offset += _HEAD.size
-        end = offset + length
-        if end > len(data):
-            raise ValueError("a record in it is longer than the chunk")
-        if opcode == Opcode.MESSAGE:
-            channel, sequence, log_time, _ = _MESSAGE.unpack_from(data, offset)
-            yield Message(channel, sequence, log_time, data[offset + _MESSAGE.size : end])
-        elif opcode == Opcode.CHANNEL:
-            yield Channel.read(ReadDataStream(BytesIO(data[offset:end])))
-        elif opcode == Opcode.SCHEMA:
-            yield Schema.read(ReadDataStream(BytesIO(data[offset:end])))
-        offset = end
+def read_chunk(file: BinaryIO, span: Span) -> list[Message | Channel | Schema]:
+    """Read a chunk: its messages, and the schemas and channels registered in it, in order.
+
+    Raises:
+        TraceError: as `chunk_data`.
+    """
+    data = chunk_data(file, span)
+    records, offset = [], 0
+    try:
+        while offset < len(data):
+            record, offset = split(data, offset)
+            if record is not None:
+                records.append(record)
+    except BROKEN as error:
+        raise TraceError(f"damaged chunk at byte {span.offset:,}: {error}") from error
+    return records
+
+
+def split(data: bytes, offset: int) -> tuple[Message | Channel | Schema | None, int]:
+    """Return the record that begins at `offset`, None for one of another kind, and where the next one does.
+
+    Raises:
+        ValueError, struct.error: it is no whole record.
+    """
+    opcode, length = RECORD_HEAD.unpack_from(data, offset)
+    start = offset + RECORD_HEAD.size
+    end = start + length
+    if end > len(data):
+        raise ValueError("a record in it is longer than the chunk")
+    if opcode == Opcode.MESSAGE:
+        channel, sequence, log_time, _ = _MESSAGE.unpack_from(data[start:end])
+        return Message(channel, sequence, log_time, data[start + _MESSAGE.size : end]), end
+    if opcode == Opcode.CHANNEL:
+        return Channel.read(ReadDataStream(BytesIO(data[start:end]))), end
+    if opcode == Opcode.SCHEMA:
+        return Schema.read(ReadDataStream(BytesIO(data[start:end]))), end
+    return None, end

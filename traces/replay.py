@@ -16,12 +16,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..io_images.image import IMAGE_BYTES
+from .arrays import read_columns
+from .columns import Columns
 from .compare import EXACT, Comparison, Tolerance, compare_columns
-from .compare.reading import read_columns
 from .happenings import describe
 from .layout import SLOT_BYTES, SlotInfo
 from .reader import Trace, TraceEvent
-from .signals.stream import Columns
 
 Image = tuple[int, str]
 """An image of a scan: number of the slot, "in" or "out"."""

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scanrack.traces.columns import Columns
 from scanrack.traces.layout import SLOT_BYTES, SlotInfo
 from scanrack.traces.recorder import ScanRecorder
 from scanrack.traces.signals import stream
-from scanrack.traces.signals.stream import Columns
 
 PERIOD_NS = 2_000_000
 A3601 = SlotInfo(1, "amci3601", "4.1")
@@ -52,11 +52,11 @@ def idle(scans: int, slots: int = 1) -> np.ndarray:
 
 def cut_blocks(patch: pytest.MonkeyPatch, size: int) -> None:
     """Let every trace be read in blocks of so many scans."""
-    whole = stream._columns
+    whole = stream.column_chunks
 
-    def cut(*arguments: object) -> Iterator[Columns]:
-        for columns in whole(*arguments):  # type: ignore[arg-type]
+    def cut(*arguments: object, **options: object) -> Iterator[Columns]:
+        for columns in whole(*arguments, **options):  # type: ignore[arg-type]
             for start in range(0, len(columns.scan), size):
                 yield columns.rows(start, start + size)
 
-    patch.setattr(stream, "_columns", cut)
+    patch.setattr(stream, "column_chunks", cut)

@@ -7,14 +7,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..arrays import read_columns
+from ..columns import SLOT_WORDS, Columns
 from ..layout import SlotInfo
 from ..reader import Trace
-from ..signals.stream import Columns
 from .before import before, rules_in
 from .differing import Differing, Extent, First, Side, exactly, tolerantly
 from .fields import all_fields
 from .pairing import by_number
-from .reading import SLOT_WORDS, read_columns, slot_places
+from .reading import slot_places
 from .tolerance import EXACT, Tolerance
 
 

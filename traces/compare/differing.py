@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ...io_images.image import WORDS
 from ..changes import Row
-from ..signals.stream import Columns
+from ..columns import Columns
 from .fields import TIME, Field, Kind
 from .pairing import Pairs, Rows, Windows, by_time, occurs, over_windows
 from .tolerance import Tolerance

@@ -11,53 +11,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from itertools import islice
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...io_images.image import WORDS
+from ..arrays import column_chunks, extent, scan_count
+from ..columns import ALL, Columns, Selection
 from ..layout import SLOT_BYTES
 from ..reader import Trace
 
 SPEED_WINDOW_NS = 20_000_000
 """Time over which a speed is the mean of; less and the whole steps of a position show as noise."""
-
-
-class Columns(NamedTuple):
-    """Columns of scans, a row per scan.
-
-    Attributes:
-        scan: number of the scan, int64.
-        time_ns: virtual time of its input latch, int64.
-        flags: what the CPU was doing, uint32.
-        words: the memory block as int16: per slot eight output words, then eight input words.
-    """
-
-    scan: NDArray[np.int64]
-    time_ns: NDArray[np.int64]
-    flags: NDArray[np.uint32]
-    words: NDArray[np.int16]
-
-    def rows(self, start: int, stop: int) -> Columns:
-        """Return some of the rows."""
-        return Columns(
-            self.scan[start:stop], self.time_ns[start:stop], self.flags[start:stop], self.words[start:stop]
-        )
-
-    def at(self, rows: NDArray[np.intp]) -> Columns:
-        """Return some of the rows, by number."""
-        return Columns(self.scan[rows], self.time_ns[rows], self.flags[rows], self.words[rows])
-
-    def followed_by(self, other: Columns) -> Columns:
-        """Return these rows and then those of another."""
-        return Columns(
-            np.concatenate((self.scan, other.scan)),
-            np.concatenate((self.time_ns, other.time_ns)),
-            np.concatenate((self.flags, other.flags)),
-            np.concatenate((self.words, other.words)),
-        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,45 +71,6 @@ class Block:
         return self.wide.words[:, first : first + WORDS]
 
 
-@dataclass(frozen=True, slots=True)
-class Selection:
-    """Which scans are wanted: those within both ranges, ends included.
-
-    Attributes:
-        first: lowest scan number.
-        last: highest scan number; None = to the end.
-        start_ns: earliest virtual time.
-        end_ns: latest virtual time; None = to the end.
-    """
-
-    first: int = 0
-    last: int | None = None
-    start_ns: int = 0
-    end_ns: int | None = None
-
-    def rows(self, columns: Columns) -> tuple[int, int]:
-        """Return first row and end of the wanted rows."""
-        return (
-            max(_at_least(columns.scan, self.first), _at_least(columns.time_ns, self.start_ns)),
-            min(_beyond(columns.scan, self.last), _beyond(columns.time_ns, self.end_ns)),
-        )
-
-    def says(self) -> str:
-        """Tell it in words, for a message.
-
-        >>> Selection(first=5, end_ns=2_500_000_000).says()
-        'scans from 5, time up to 2.5 s'
-        """
-        parts = [
-            _range("scans", self.first, self.last, 1, ""),
-            _range("time", self.start_ns, self.end_ns, 1e9, " s"),
-        ]
-        return ", ".join(part for part in parts if part) or "all scans"
-
-
-ALL = Selection()
-
-
 class EmptySelectionError(ValueError):
     """No scan of the trace is in the wanted range."""
 
@@ -165,24 +91,27 @@ def blocks(
     """
     margin = half_window(trace)
     places = {slot.number: SLOT_BYTES // 2 * place for place, slot in enumerate(trace.head.slots)}
-    seen: Columns | None = None
     found = False
-    for wide, start, stop in _with_margins(_columns(trace), margin):
+    columns = column_chunks(trace, selection, margin=margin)
+    for wide, start, stop in _with_margins(columns, margin):
         progress(stop - start)
-        ends = wide.rows(start, start + 1) if seen is None else seen.rows(0, 1)
-        seen = ends.followed_by(wide.rows(stop - 1, stop))
         low, high = selection.rows(wide)
         low, high = max(low, start), min(high, stop)
         if low < high:
             found = True
             yield Block(wide, low, high, margin, places)
     if not found:
-        raise EmptySelectionError(_nothing(selection, seen))
+        raise EmptySelectionError(_nothing(selection, extent(trace)))
 
 
-def _nothing(selection: Selection, ends: Columns | None) -> str:
+def count(trace: Trace, selection: Selection = ALL) -> int:
+    """Return how many scans `blocks` tells its `progress` of, as far as the indexes tell."""
+    return scan_count(trace, selection, margin=half_window(trace))
+
+
+def _nothing(selection: Selection, ends: Columns) -> str:
     """Say that no scan is wanted of those from the first to the last of `ends`."""
-    if ends is None:
+    if not len(ends.scan):
         return "the trace has no scans"
     start, end = (f"{time_ns / 1e9:.10g}" for time_ns in ends.time_ns.tolist())
     held = f"scans {ends.scan[0]} to {ends.scan[1]}, time {start} s to {end} s"
@@ -213,33 +142,3 @@ def _with_margins(stream: Iterator[Columns], margin: int) -> Iterator[tuple[Colu
         held, before = whole.rows(keep, len(whole.scan)), ready - keep
     if held is not None and len(held.scan) > before:
         yield held, before, len(held.scan)
-
-
-def _at_least(column: NDArray[np.int64], value: int) -> int:
-    return int(np.searchsorted(column, value, "left"))
-
-
-def _beyond(column: NDArray[np.int64], value: int | None) -> int:
-    return len(column) if value is None else int(np.searchsorted(column, value, "right"))
-
-
-def _range(what: str, low: int, high: int | None, unit: float, suffix: str) -> str:
-    if not low and high is None:
-        return ""
-    since, until = (f"{value / unit:.12g}{suffix}" for value in (low, high or 0))
-    if high is None:
-        return f"{what} from {since}"
-    return f"{what} {since} to {until}" if low else f"{what} up to {until}"
-
-
-def _columns(trace: Trace) -> Iterator[Columns]:
-    """Yield the columns of the scans as they come."""
-    scans = trace.scans()
-    while batch := list(islice(scans, 4096)):
-        words = np.frombuffer(b"".join(scan.memory for scan in batch), np.int16).reshape(len(batch), -1)
-        yield Columns(
-            np.array([scan.scan for scan in batch], np.int64),
-            np.array([scan.now_ns for scan in batch], np.int64),
-            np.array([scan.flags for scan in batch], np.uint32),
-            words,
-        )

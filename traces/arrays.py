@@ -1,0 +1,148 @@
+"""A trace as numpy arrays: whole, by slices of scans or of time, or one scan at random.
+
+    with open_trace(path) as trace:
+        columns = read_columns(trace)                       # all scans
+        named = by_name(columns.words, trace.head.slots)
+        named["slot1"]["in"]["position_msw"]                # a word in every scan, int16
+
+A chunk of ours is messages of one size, so it is looked at as one array; what
+others wrote is read message by message where it must be. Slices read only the
+chunks they need. `column_chunks` keeps memory flat however long the trace is.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from .columns import ALL, Columns, Selection, by_name, join, no_columns
+from .reader import Scan, Trace
+from .sections import ScanRows, Section
+
+__all__ = [
+    "ALL",
+    "Columns",
+    "Selection",
+    "by_name",
+    "column_chunks",
+    "extent",
+    "read_columns",
+    "scan_at",
+    "scan_count",
+]
+
+
+def read_columns(trace: Trace, selection: Selection = ALL) -> Columns:
+    """Read the wanted scans of a trace into memory: 20 bytes per scan and 32 per scan and slot.
+
+    Scans of a damaged chunk are missing, and told in `trace.notes`.
+
+    Args:
+        trace: the open trace.
+        selection: which scans; columns of no row where the trace has none of them.
+
+    Raises:
+        TraceError: a scan is not laid out as the trace says.
+    """
+    parts = []
+    for columns in column_chunks(trace, selection):
+        start, stop = selection.rows(columns)
+        parts.append(columns.rows(start, max(start, stop)))
+    return join(parts) if parts else no_columns(len(trace.head.slots))
+
+
+def column_chunks(trace: Trace, selection: Selection = ALL, *, margin: int = 0) -> Iterator[Columns]:
+    """Iterate over a trace chunk by chunk, in the order of the file, without those that are not wanted.
+
+    Args:
+        trace: the open trace.
+        selection: which scans; the first and the last chunk may hold others as well.
+        margin: how many scans before and after them are to come as well, if the trace has them.
+
+    Raises:
+        TraceError: a scan is not laid out as the trace says.
+    """
+    for section in _needed(trace, selection, margin):
+        parts = [_columns(trace, rows) for rows in trace.scan_rows(section)]
+        if parts:
+            yield parts[0] if len(parts) == 1 else join(parts)
+
+
+def scan_count(trace: Trace, selection: Selection = ALL, *, margin: int = 0) -> int:
+    """Return how many scans `column_chunks` goes through, as far as the indexes tell. Nothing is read."""
+    return sum(map(trace.shape.expected, _needed(trace, selection, margin)))
+
+
+def scan_at(trace: Trace, number: int) -> Scan:
+    """Return one scan, reading no more of the trace than it takes to find it.
+
+    Raises:
+        ValueError: the trace has no scan of this number; the message says which it has.
+        TraceError: a scan is not laid out as the trace says.
+    """
+    for columns in _needed(trace, Selection(number, number), 0):
+        for rows in trace.scan_rows(columns):
+            place = int(np.searchsorted(rows["scan"], number))
+            if place < len(rows) and rows["scan"][place] == number:
+                return next(trace.as_scans(rows[place : place + 1]))
+    ends = extent(trace)
+    held = f"it holds {ends.scan[0]} to {ends.scan[1]}" if len(ends.scan) else "it has none at all"
+    raise ValueError(f"the trace has no scan {number}; {held}")
+
+
+def extent(trace: Trace) -> Columns:
+    """Return two rows, the first scan of a trace and its last; none for a trace without scans."""
+    ends = [_end(trace, trace.sections, 0), _end(trace, trace.sections[::-1], -1)]
+    parts = [_columns(trace, rows) for rows in ends if rows is not None]
+    return join(parts) if parts else no_columns(len(trace.head.slots))
+
+
+def _end(trace: Trace, sections: Sequence[Section], place: int) -> ScanRows | None:
+    """Return the row at `place` of the first section that has rows."""
+    for section in sections:
+        if parts := trace.scan_rows(section):
+            rows = parts[place]
+            return rows[:1] if place == 0 else rows[-1:]
+    return None
+
+
+def _needed(trace: Trace, selection: Selection, margin: int) -> Sequence[Section]:
+    """Return the sections with the wanted scans and the margins."""
+    sections, end_ns = trace.sections, selection.end_ns
+    low, high = 0, len(sections)
+    while low < high and sections[low].end_ns < selection.start_ns:
+        low += 1
+    while low < high and end_ns is not None and sections[high - 1].start_ns > end_ns:
+        high -= 1
+    places = range(len(sections))
+    if selection.first:
+        low = max(low, bisect_left(places, selection.first + 1, key=trace.first_scan) - 1)
+    if selection.last is not None:
+        high = min(high, bisect_right(places, selection.last, key=trace.first_scan))
+    high = max(low, high)
+    return sections[_back(trace, low, margin) : _ahead(trace, high, margin)]
+
+
+def _back(trace: Trace, place: int, margin: int) -> int:
+    """Go back by so many scans."""
+    while place > 0 and margin > 0:
+        place -= 1
+        margin -= trace.shape.expected(trace.sections[place])
+    return place
+
+
+def _ahead(trace: Trace, place: int, margin: int) -> int:
+    """Go ahead by so many scans."""
+    while place < len(trace.sections) and margin > 0:
+        margin -= trace.shape.expected(trace.sections[place])
+        place += 1
+    return place
+
+
+def _columns(trace: Trace, rows: ScanRows) -> Columns:
+    words = np.ascontiguousarray(rows["images"]).view("<i2").reshape(len(rows), -1)
+    return Columns(
+        rows["scan"].astype(np.int64), rows["log_time"].astype(np.int64), rows["flags"].copy(), words
+    )

@@ -1,0 +1,198 @@
+"""Where the messages of a trace are: its sections, what they hold, and how to take one apart.
+
+A section is a chunk, or, in files that others wrote without chunks, a stretch of
+messages that stand in the file as they are. What a section holds is known
+before it is read, from the head of the chunk and the message indexes behind it:
+
+    | chunk: times, sizes, ... | index: channel 1, n entries | index: channel 3, n entries |
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import BinaryIO
+
+import numpy as np
+from mcap.opcode import Opcode
+from numpy.typing import NDArray
+
+from .batch import message_layout
+from .records import BROKEN, RECORD_HEAD, Message, Span, TraceError, chunk_data, split
+
+_CHUNK_HEAD = struct.Struct("<QQQ")
+_INDEX_HEAD = struct.Struct("<HI")
+_INDEX_ENTRY_BYTES = 16
+_LOOSE_BYTES = 1 << 20
+_EVER = 1 << 64
+_SAME_HEAD = struct.Struct("<BQH")
+"""What all messages of one size on one channel begin with."""
+
+ScanRows = NDArray[np.void]
+"""Scans that follow one another, laid out as `batch.message_layout` says."""
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A stretch of messages.
+
+    Attributes:
+        span: the chunk; for messages outside of chunks, all of them, as a record without a head.
+        start_ns: earliest time of a message in it; 0 if that is not known.
+        end_ns: latest; 2**64 if that is not known.
+        size: bytes of its messages, before compression.
+        counts: messages by channel, as its indexes say; empty if it has none.
+    """
+
+    span: Span
+    start_ns: int
+    end_ns: int
+    size: int
+    counts: Mapping[int, int] = field(default_factory=dict)
+
+    @property
+    def is_chunk(self) -> bool:
+        """Whether it is a chunk."""
+        return self.span.opcode == Opcode.CHUNK
+
+
+def find_sections(file: BinaryIO, spans: Sequence[Span]) -> list[Section]:
+    """Find the sections of a file among its records, in order."""
+    sections: list[Section] = []
+    loose: list[Span] = []
+    counts: dict[int, int] = {}
+    for span in spans:
+        if span.opcode == Opcode.MESSAGE:
+            loose.append(span)
+        elif span.opcode == Opcode.CHUNK:
+            counts = {}
+            sections.extend(_stretches(loose))
+            loose.clear()
+            sections.append(_chunk(file, span, counts))
+        elif span.opcode == Opcode.MESSAGE_INDEX and span.length >= _INDEX_HEAD.size:
+            file.seek(span.offset + RECORD_HEAD.size)
+            channel, size = _INDEX_HEAD.unpack(file.read(_INDEX_HEAD.size))
+            counts[channel] = size // _INDEX_ENTRY_BYTES
+    return [*sections, *_stretches(loose)]
+
+
+def _chunk(file: BinaryIO, span: Span, counts: Mapping[int, int]) -> Section:
+    """Read the head of a chunk; `counts` may be filled later."""
+    file.seek(span.offset + RECORD_HEAD.size)
+    head = file.read(min(span.length, _CHUNK_HEAD.size))
+    start_ns, end_ns, size = _CHUNK_HEAD.unpack(head) if len(head) == _CHUNK_HEAD.size else (0, _EVER, 0)
+    return Section(span, start_ns, end_ns, size, counts)
+
+
+def _stretches(messages: Sequence[Span]) -> Iterator[Section]:
+    """Yield messages outside of chunks, those that touch one another together, up to a MiB."""
+    begin = 0
+    for place, (one, other) in enumerate(pairwise(messages), start=1):
+        touching = _end(one) == other.offset
+        if not touching or _end(other) - messages[begin].offset > _LOOSE_BYTES:
+            yield _stretch(messages[begin:place])
+            begin = place
+    if messages:
+        yield _stretch(messages[begin:])
+
+
+def _stretch(messages: Sequence[Span]) -> Section:
+    size = _end(messages[-1]) - messages[0].offset
+    return Section(Span(Opcode.MESSAGE, messages[0].offset, size), 0, _EVER, size)
+
+
+def _end(span: Span) -> int:
+    return span.offset + RECORD_HEAD.size + span.length
+
+
+class ScanShape:
+    """How the scans of a trace lie in its sections.
+
+    Args:
+        channel: id of the scans' channel.
+        memory_bytes: size of the rack's memory block.
+    """
+
+    def __init__(self, channel: int, memory_bytes: int) -> None:
+        self.channel = channel
+        self.layout = message_layout(memory_bytes)
+        self.stride = self.layout.itemsize
+        self._length = self.stride - RECORD_HEAD.size
+        self._begin = _SAME_HEAD.pack(Opcode.MESSAGE, self._length, channel)
+
+    def only_scans(self, section: Section) -> bool:
+        """Return whether a section surely holds scans and nothing else, without reading it.
+
+        Size and index must agree, so an index that is damaged, or cut off, is not believed.
+        """
+        count = section.counts.get(self.channel, 0)
+        return len(section.counts) == 1 and count * self.stride == section.size
+
+    def expected(self, section: Section) -> int:
+        """Return how many scans a section should hold: by its index, by its size if it has none."""
+        return section.counts.get(self.channel, 0 if section.counts else section.size // self.stride)
+
+    def take_apart(self, data: bytes) -> Iterator[ScanRows | Message]:
+        """Yield the messages of a section: scans that follow one another together, others one by one.
+
+        A message on the scans' channel that is of another size comes as a `Message`.
+
+        Raises:
+            ValueError: they are no whole records.
+        """
+        offset = 0
+        while offset < len(data):
+            if data.startswith(self._begin, offset):
+                rows = self._leading(data, offset)
+                yield rows
+                offset += rows.nbytes
+            else:
+                record, offset = split(data, offset)
+                if isinstance(record, Message):
+                    yield record
+
+    def _leading(self, data: bytes, offset: int) -> ScanRows:
+        """Return the scans from `offset` on, up to the next message that is none."""
+        rows = np.frombuffer(data, self.layout, (len(data) - offset) // self.stride, offset)
+        checked, reach = 0, 16
+        while checked < len(rows):
+            fits = self._fits(rows[checked : checked + reach])
+            if not fits.all():
+                return rows[: checked + int(np.argmin(fits))]
+            checked, reach = checked + len(fits), 4 * reach
+        if not len(rows):
+            raise ValueError("a record in it is longer than the chunk")
+        return rows
+
+    def _fits(self, rows: ScanRows) -> NDArray[np.bool_]:
+        fits: NDArray[np.bool_] = rows["opcode"] == Opcode.MESSAGE
+        fits &= rows["length"] == self._length
+        fits &= rows["channel"] == self.channel
+        return fits
+
+
+def read_section(file: BinaryIO, section: Section) -> bytes:
+    """Return the messages of a section, one after the other.
+
+    Raises:
+        TraceError: it is damaged, its CRC included; the message names its offset.
+    """
+    if section.is_chunk:
+        return chunk_data(file, section.span)
+    file.seek(section.span.offset)
+    return file.read(section.span.length)
+
+
+def take_apart(file: BinaryIO, section: Section, shape: ScanShape) -> list[ScanRows | Message]:
+    """Read a section and take it apart.
+
+    Raises:
+        TraceError: as `read_section`, or its messages are no whole records.
+    """
+    data = read_section(file, section)
+    try:
+        return list(shape.take_apart(data))
+    except BROKEN as error:
+        raise TraceError(f"damaged chunk at byte {section.span.offset:,}: {error}") from error
