@@ -1,7 +1,7 @@
 """Programs from files: `path[:function]` to the function, its source and its fingerprint.
 
 A file is Python that defines `logic`, a function of the scan, or `program`, a ladder program; or
-it is a `.rung` file, a ladder program as text.
+it is a `.rung` file, a ladder program as text; or a `.steps` file, a list of steps.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ from typing import Any
 from .errors import LadderError
 from .logic import Program as Ladder
 from .rungfile import SUFFIX, parse_program
+from .steps import SUFFIX as STEPS_SUFFIX
+from .steps import StepsError, parse_steps
 
 DEFAULT_FUNCTION = "logic"
 """The function that is called once per scan, if the address names no other."""
@@ -87,6 +89,8 @@ def load_program(address: str, folder: Path = Path()) -> Program:
     path = folder / split_address(address)[0]
     if path.suffix == SUFFIX:
         return _load_rungs(path)
+    if path.suffix == STEPS_SUFFIX:
+        return _load_steps(path)
     return load_function(address, folder, default=DEFAULT_FUNCTION, arguments=("scan",))
 
 
@@ -126,6 +130,16 @@ def _load_rungs(path: Path) -> Program:
         raise ProgramError(str(error)) from error
     _build(path, program)
     return Program(path, program.name, program, data)
+
+
+def _load_steps(path: Path) -> Program:
+    """Load a program of steps from its text."""
+    data = _read(path)
+    _check_text(path, data)
+    try:
+        return Program(path, path.stem, parse_steps(data.decode("utf-8"), str(path)), data)
+    except StepsError as error:
+        raise ProgramError(str(error)) from error
 
 
 def _build(path: Path, program: Ladder) -> None:

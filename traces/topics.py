@@ -55,7 +55,7 @@ class Topic:
             "properties": {**_SCAN, **self.properties},
             "required": ["scan"],
         }
-        return json.dumps(schema, indent=2)
+        return json.dumps(schema, separators=(",", ":"))
 
 
 TOPICS = (
