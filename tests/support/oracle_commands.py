@@ -250,3 +250,4 @@ def store_minimum(m):
         error(m)
     else:
         m.minimum = value
+        m.resumable = False

@@ -15,7 +15,9 @@ from functools import cache
 import oracle_bits as bits
 from hypothesis import strategies as st
 from oracle_bits import CAPTURE, CCW_LIMIT, CW_LIMIT, ESTOP, EXTERNAL, HOME, PROXIMITY
-from scanrack.io_images.thousands import split_thousands
+from scanrack.io_images import split_thousands
+from scanrack.io_images import strategies as images
+from scanrack.io_images.amci3601 import Firmware
 
 ERRORS = bits.COMMAND_ERROR | bits.INVALID_PROFILE | bits.HOME_INVALID | bits.INPUT_ERROR
 NOTHING = (0,) * 8
@@ -160,10 +162,6 @@ class Recover:
 # ---- values
 
 FIRMWARES = ["4.1", "4.1", "4.1", "3.1", "2.2", "2.0"]
-START_SPEEDS = [1000, 1000, 200, 4000, 50, 333, 1]
-RATES = [(100, 50), (1000, 1000), (2000, 333), (20, 10), (777, 2000), (100, 50), (1, 1)]
-BAD_RATES = [(0, 10), (10, 0), (2001, 10), (10, -1)]
-DISTANCES = [1000, 200, -300, 3000, -5000, 20_000, 77, 10, 2, 1, -1, 0, 8_388_607]
 SHAPES = [0, 0, bits.S_CURVE, bits.S_CURVE | bits.TRAPEZOIDAL, bits.TRAPEZOIDAL]
 TICKS = [1, 2, 3, 7, 20, 61, 61, 150, 150, 400, 1001]
 CONFIGURATIONS = [0x843E, 0x853F, 0x863F, 0x847E, 0x953F, 0x957B, 0x842E, 0x8414]
@@ -182,31 +180,33 @@ MACHINES = [
 
 ticks = st.sampled_from(TICKS)
 few = st.sampled_from([1, 2, 5])
-rates = st.sampled_from(RATES + RATES + BAD_RATES)
-good_rates = st.sampled_from(RATES)
+rates = st.sampled_from(images.RATES + images.RATES + images.FAULTY_RATES)
+good_rates = st.sampled_from(images.RATES)
 shapes = st.sampled_from(SHAPES)
-distances = st.sampled_from(DISTANCES)
+distances = st.sampled_from(images.DISTANCES)
+starting_speeds = st.sampled_from([1000, *images.STARTING_SPEEDS])
 
 
 @cache
 def speeds(start):
     """Mostly legal programmed speeds for a starting speed."""
-    legal = [5 * start, 2 * start, start, start + 1, *(v for v in (5000, 20_000, 100_000) if v > start)]
+    legal = images.plain_speeds(start)
     return st.sampled_from([*legal, *legal, 1_000_000, 7_777, max(0, start - 1)])
 
 
-def words(msw, lsw, target, speed, pair_of_rates):
-    return (msw, lsw, *split_thousands(target), *split_thousands(speed), *pair_of_rates)
-
-
-def signed(*values):
-    return tuple(value - 65_536 if value > 32_767 else value for value in values)
+def shown(image, t):
+    """A step that writes an image."""
+    return Out(tuple(image), t)
 
 
 def command(msws, lsws, targets, programmed_speeds, some_rates=rates, durations=ticks):
     """A step that writes a command."""
     return st.builds(
-        Out, st.builds(words, st.sampled_from(msws), lsws, targets, programmed_speeds, some_rates), durations
+        Out,
+        st.builds(
+            images.parameter_words, st.sampled_from(msws), lsws, targets, programmed_speeds, some_rates
+        ),
+        durations,
     )
 
 
@@ -251,13 +251,7 @@ lsw_changed = st.builds(lambda lsw, t: Alter(((1, lsw),), t), st.sampled_from([0
 target_changed = st.builds(lambda value, t: Alter(((3, value),), t), st.sampled_from([0, 1, 500]), ticks)
 plc = st.builds(Plc, st.booleans(), few)
 power = st.just(PowerCycle())
-hostile = st.builds(
-    lambda msw, lsw, rest_, t: Out((*signed(msw, lsw), *rest_), t),
-    st.one_of(st.sampled_from([1 << bit for bit in range(15)]), st.integers(0, 0x7FFF)),
-    st.sampled_from([0, 0, 1, 2, 3, 4]),
-    st.tuples(*[st.sampled_from([0, 1, 5, -1, 500, 1000, -999, 2000, 2001, 32_767, -32_768])] * 6),
-    few,
-)
+hostile = st.builds(shown, images.hostile_images(), few)
 stored_minimum = command(
     [0],
     st.just(bits.STORE_MINIMUM),
@@ -354,61 +348,46 @@ blend_run = plain(bits.RUN_BLEND_CW, bits.RUN_BLEND_CCW)
 # ---- blend programming
 
 
+TOLERATED = {"types": (0, 4, 0b10), "reserved words": (0, 7, 5), "a block too many": None}
+"""What the module overlooks in a blend profile (reading A-60)."""
+
+
 @st.composite
 def blend_program(draw, start):
     """Header and segments, block by block, with or without a fault."""
-    count = draw(st.sampled_from([2, 3, 4]))
-    types = draw(st.sampled_from([0, 0x55, 0xFF, 0b1101, 0b10]))
-    final = draw(st.sampled_from([1000, 2000, 200])) | draw(st.sampled_from([0, 1, 3])) << 14
-    blocks = [[count, 0, types, final, 0, 0]]
-    for _ in range(count):
-        speed = min(1_000_000, start * draw(st.sampled_from([2, 3, 5, 4, 1])))
-        length = draw(st.sampled_from([3000, 1000, 10_000, 100]))
-        rate = draw(st.sampled_from([1000, 2000, 333]))
-        blocks.append([*split_thousands(length), *split_thousands(speed), rate, 0])
-    fault = draw(st.sampled_from(["none"] * 6 + ["one less", "one more", "number", "final", "word"]))
-    if fault == "one less":
-        del blocks[-1]
-    elif fault == "one more":
+    faulty = draw(st.sampled_from([False, False, True]))
+    if faulty and start > 1:
+        return blocks_sent(draw(images.faulty_blends(start)).blocks)
+    blocks = draw(images.blend_profiles(start, most=4)).blocks()
+    odd = draw(st.sampled_from([None, None, None, None, *TOLERATED]))
+    if odd == "a block too many":
         blocks.append(blocks[-1])
-    elif fault == "number":
-        blocks[0][0] = draw(st.sampled_from([1, 0, 17, -1]))
-    elif fault == "final":
-        blocks[0][3] = draw(st.sampled_from([0, 2001, 0x8064, 0xFFFF]))
-    elif fault == "word":
-        blocks[-1][draw(st.integers(0, 4))] = draw(st.sampled_from([0, -1, 2001, 1000]))
+    elif odd is not None:
+        block, index, word = TOLERATED[odd]
+        blocks[block][index] = word
     return blocks_sent(blocks)
 
 
 def blocks_sent(blocks):
-    """The handshake: bits 8 and 9, bit 8 alone, for each block; then neither."""
-    steps = []
-    for block in blocks:
-        steps.append(Out((0, bits.PROGRAM | bits.TRANSMIT, *signed(*block)), 1))
-        steps.append(Alter(((1, bits.PROGRAM),), 1))
-    steps[-1] = Out(NOTHING, 1)
-    return steps
+    """The handshake, an image per tick."""
+    return [shown(image, 1) for image in images.handshake(blocks)]
 
 
 # ---- configurations
 
 
 def configuration_words(msw, levels, start):
-    return signed(msw, levels, *split_thousands(start), 0, 0, 0, 0)
+    return (msw - 65_536, levels, *split_thousands(start), 0, 0, 0, 0)
 
 
 good_configuration = st.builds(
-    configuration_words, st.sampled_from(CONFIGURATIONS), st.just(0x3F), st.sampled_from(START_SPEEDS)
+    configuration_words, st.sampled_from(CONFIGURATIONS), st.just(0x3F), starting_speeds
 )
-bad_configuration = st.builds(
-    lambda config, index, value: (*config[:index], value, *config[index + 1 :]),
-    good_configuration,
-    st.integers(1, 7),
-    st.sampled_from([0x40, -1, 1000, 1001, 0]),
-)
+any_configuration = images.configurations(Firmware(2, 0)).map(lambda it: tuple(it.to_image()))
+bad_configuration = images.faulty_configurations(Firmware(2, 0)).map(lambda faulty: tuple(faulty.image))
 reconfigured = st.builds(
     lambda config, t: [Out(config, t), Out(NOTHING, 2)],
-    st.one_of(good_configuration, good_configuration, bad_configuration),
+    st.one_of(good_configuration, any_configuration, bad_configuration),
     ticks,
 )
 

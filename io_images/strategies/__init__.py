@@ -1,0 +1,103 @@
+"""Strategies for Hypothesis: what a PLC can write to a 3601, from the plausible to the hostile.
+
+    from hypothesis import given
+    from scanrack.io_images import strategies as images
+
+    @given(images.output_images(starting_speed=1000))
+    def test_my_gateway_passes_words_on(image): ...
+
+The law of this room: every strategy says what it makes (legal, wrong by exactly one named rule, or
+anything), the rule table and the classes of `amci3601` decide what that is, and the first value of
+every list is the plainest, so that a failing example shrinks to what a person would have written.
+
+It is imported by tests and searches only; nothing else here needs Hypothesis.
+
+>>> from hypothesis import find
+>>> find(moves(1000), lambda move: True).to_image()
+Image([2, 0, 1, 0, 5, 0, 100, 50])
+>>> faulty = find(faulty_configurations(), lambda faulty: faulty.rule == "CFG-02")
+>>> [f"{word & 0xFFFF:04X}h" for word in faulty.image][:3]
+['840Eh', '003Fh', '0001h']
+"""
+
+from __future__ import annotations
+
+from .blends import (
+    BLEND_FAULTS,
+    BlendProfile,
+    FaultyBlend,
+    blend_profiles,
+    faulty_blends,
+    handshake,
+)
+from .commands import (
+    commands,
+    find_homes,
+    followers,
+    manual_moves,
+    moves,
+    presets,
+    registration_moves,
+    resumes,
+)
+from .configurations import FaultyConfiguration, configurations, faulty_configurations
+from .images import (
+    Words,
+    any_images,
+    hostile_images,
+    nearly_right_images,
+    output_images,
+    parameter_words,
+    plausible_images,
+)
+from .values import (
+    DISTANCES,
+    FAULTY_RATES,
+    RATES,
+    STARTING_SPEEDS,
+    firmwares,
+    plain_speeds,
+    rates,
+    shapes,
+    speeds,
+    starting_speeds,
+    targets,
+)
+
+__all__ = [
+    "BLEND_FAULTS",
+    "DISTANCES",
+    "FAULTY_RATES",
+    "RATES",
+    "STARTING_SPEEDS",
+    "BlendProfile",
+    "FaultyBlend",
+    "FaultyConfiguration",
+    "Words",
+    "any_images",
+    "blend_profiles",
+    "commands",
+    "configurations",
+    "faulty_blends",
+    "faulty_configurations",
+    "find_homes",
+    "firmwares",
+    "followers",
+    "handshake",
+    "hostile_images",
+    "manual_moves",
+    "moves",
+    "nearly_right_images",
+    "output_images",
+    "parameter_words",
+    "plain_speeds",
+    "plausible_images",
+    "presets",
+    "rates",
+    "registration_moves",
+    "resumes",
+    "shapes",
+    "speeds",
+    "starting_speeds",
+    "targets",
+]

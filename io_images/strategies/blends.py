@@ -1,0 +1,182 @@
+"""Blend profiles and the handshake that sends them: good ones, and ones with exactly one fault.
+
+A segment is made long enough for its change of speed. The least length of a ramp is reckoned here
+with a margin (an S-curve takes no more than twice the distance of a constant acceleration), since
+this room knows nothing of motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from hypothesis import strategies as st
+
+from ..amci3601 import BlendHeader, BlendSegment, CommandLsw
+from ..amci3601.blend import SEGMENTS_MAX, SEGMENTS_MIN
+from ..amci3601.parameters import require
+from ..image import Image, signed_word
+from ..thousands import split_thousands
+from .values import shapes
+
+SEGMENT_RATES = (1000, 2000, 333)
+LENGTHS = (3000, 1000, 10_000, 100)
+START_MAX = 100_000
+SEGMENT_SPEED_MAX = 250_000
+"""Up to it, steps/s, sixteen segments with ramps stay below 8,388,607 steps."""
+
+
+@dataclass(frozen=True, slots=True)
+class BlendProfile:
+    """A legal blend profile.
+
+    Attributes:
+        header: the first block.
+        segments: the others; as many as the header says.
+    """
+
+    header: BlendHeader
+    segments: tuple[BlendSegment, ...]
+
+    def blocks(self) -> list[Image]:
+        """Return the output images of the blocks, in the order in which they are sent."""
+        return [self.header.to_image(), *(segment.to_image() for segment in self.segments)]
+
+
+class FaultyBlend(NamedTuple):
+    """Blocks with one fault.
+
+    Attributes:
+        blocks: the output images of the blocks.
+        rule: id of the rule that the module finds broken; "" for blocks missing at the end,
+            which it stores nothing of and says nothing about.
+    """
+
+    blocks: list[Image]
+    rule: str
+
+
+def handshake(blocks: Sequence[Image]) -> list[Image]:
+    """Return the images that send blocks: bits 8 and 9, then bit 8 alone, for each; at last neither.
+
+    Each is to be shown until the module has answered: BLEND_ACK set, and reset.
+    """
+    images: list[Image] = []
+    for block in blocks:
+        between = block.copy()
+        between[1] = CommandLsw.BLEND_PROGRAM.value
+        images += [block, between]
+    return [*images[:-1], Image()]
+
+
+def blend_profiles(starting_speed: int, *, most: int = SEGMENTS_MAX) -> st.SearchStrategy[BlendProfile]:
+    """Return a strategy of profiles that the module stores.
+
+    Args:
+        starting_speed: of the configuration, 1 to 100,000 steps/s.
+        most: greatest number of segments, 2 to 16.
+
+    Raises:
+        ValueError: a starting speed or a number of segments out of range.
+    """
+    require("starting_speed", starting_speed, 1, START_MAX)
+    require("most", most, SEGMENTS_MIN, SEGMENTS_MAX)
+    return _profile(starting_speed, most)
+
+
+@st.composite
+def _profile(draw: st.DrawFn, starting_speed: int, most: int) -> BlendProfile:
+    count = draw(st.integers(SEGMENTS_MIN, most))
+    types = tuple(draw(shapes()) for _ in range(count))
+    header = BlendHeader(types, draw(st.sampled_from(SEGMENT_RATES)), draw(shapes()))
+    segments: list[BlendSegment] = []
+    for number in range(1, count + 1):
+        before = segments[-1].speed if segments else starting_speed
+        speed = min(SEGMENT_SPEED_MAX, starting_speed * draw(st.sampled_from([2, 3, 5, 4, 1])))
+        speed += bool(segments) and speed == before
+        rate, length = draw(st.sampled_from(SEGMENT_RATES)), draw(st.sampled_from(LENGTHS))
+        least = _ramp(before, speed, rate)
+        if number == count:
+            least += _ramp(speed, starting_speed, header.final_deceleration)
+        segments.append(BlendSegment(max(least, length), speed, rate))
+    return BlendProfile(header, tuple(segments))
+
+
+def _ramp(before: int, after: int, rate: int) -> int:
+    """Return steps that are certainly enough for a change of speed: twice v**2 / 2a, and some."""
+    return abs(after * after - before * before) // (1000 * rate) + 10
+
+
+class _Spoiling(NamedTuple):
+    """Words put into one block: the header (0), the first segment (1) or the last one (-1)."""
+
+    block: int
+    words: Mapping[int, int]
+
+
+def _same_speed(blocks: Sequence[Image]) -> _Spoiling:
+    return _Spoiling(-1, {4: blocks[-2][4], 5: blocks[-2][5]})
+
+
+def _too_slow(starting_speed: int) -> _Spoiling:
+    msw, lsw = split_thousands(starting_speed - 1)
+    return _Spoiling(-1, {4: msw, 5: lsw})
+
+
+BLEND_FAULTS: dict[str, tuple[_Spoiling, ...]] = {
+    "PRF-04": tuple(_Spoiling(0, {2: number}) for number in (1, 0, 17, -1)),
+    "PRF-07": (_Spoiling(0, {5: 0}),),
+    "BLD-13": (_Spoiling(0, {5: 2001}), _Spoiling(0, {5: signed_word(0x8064)})),
+    "BLD-21": (_Spoiling(-1, {2: -1, 3: 0}), _Spoiling(-1, {2: 0, 3: -1})),
+    "BLD-22": (_Spoiling(-1, {2: 0, 3: 0}), _Spoiling(-1, {3: 1000})),
+    "PRF-02": (_Spoiling(-1, {4: 0, 5: 0}), _Spoiling(-1, {4: 1000, 5: 1}), _Spoiling(-1, {4: 1, 5: -1})),
+    "BLD-18": tuple(_Spoiling(-1, {6: rate}) for rate in (0, 2001, -1)),
+    "BLD-19": (_Spoiling(1, {2: 8388, 3: 607}),),
+    "PRF-05": (_Spoiling(-1, {2: 0, 3: 1, 4: 300, 5: 0}),),
+    "PRF-06": (),
+    "CMD-05": (),
+}
+"""How each rule of blend programming is broken; two of them need to know the speeds."""
+
+
+def faulty_blends(
+    starting_speed: int, rules: Sequence[str] = (), *, most: int = 4
+) -> st.SearchStrategy[FaultyBlend]:
+    """Return a strategy of blocks with exactly one fault, some with the last block missing.
+
+    Args:
+        starting_speed: of the configuration, 2 to 100,000 steps/s.
+        rules: ids of the rules to break, of `BLEND_FAULTS`; none = any, and missing blocks.
+        most: greatest number of segments.
+
+    Raises:
+        ValueError: a starting speed or a rule that it can't be done with.
+    """
+    require("starting_speed", starting_speed, 2, START_MAX)
+    unknown = [rule for rule in rules if rule not in BLEND_FAULTS]
+    if unknown:
+        raise ValueError(f"rule {unknown[0]!r} is none of blend programming: {', '.join(BLEND_FAULTS)}")
+    chosen = st.sampled_from(tuple(rules) or (*BLEND_FAULTS, ""))
+    return st.tuples(blend_profiles(starting_speed, most=most), chosen).flatmap(
+        lambda both: _spoiled(both[0].blocks(), both[1], starting_speed)
+    )
+
+
+def _spoiled(blocks: list[Image], rule: str, starting_speed: int) -> st.SearchStrategy[FaultyBlend]:
+    if not rule:
+        return st.just(FaultyBlend(blocks[:-1], rule))
+    if rule == "PRF-06":
+        ways: tuple[_Spoiling, ...] = (_same_speed(blocks),)
+    elif rule == "CMD-05":
+        ways = (_too_slow(starting_speed),)
+    else:
+        ways = BLEND_FAULTS[rule]
+    return st.sampled_from(ways).map(lambda way: FaultyBlend(_with(blocks, way), rule))
+
+
+def _with(blocks: Sequence[Image], way: _Spoiling) -> list[Image]:
+    spoiled = [block.copy() for block in blocks]
+    for index, word in way.words.items():
+        spoiled[way.block][index] = word
+    return spoiled

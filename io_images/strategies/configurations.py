@@ -1,0 +1,161 @@
+"""Configurations: legal ones, and ones that break exactly one rule of chapter 3."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from hypothesis import strategies as st
+
+from ..amci3601 import ALL_INPUTS, KNOWN, ConfigMsw, Configuration, Firmware, HomingKind, check
+from ..amci3601.bits import InputBit
+from ..amci3601.configuration import INVALID_CONFIGURATIONS
+from ..image import Image, signed_word
+from .values import starting_speeds
+
+NEWEST = KNOWN[-1]
+
+HOME = InputBit.HOME.value
+CAPTURE = InputBit.CAPTURE.value
+LIMITS = (InputBit.CW_LIMIT | InputBit.CCW_LIMIT).value
+PLAIN_INPUTS = (InputBit.EXTERNAL | InputBit.HOME | InputBit.ESTOP).value | LIMITS
+"""What the manual's own example uses [chapter 3]."""
+
+
+class FaultyConfiguration(NamedTuple):
+    """Words that are no configuration.
+
+    Attributes:
+        image: the output image; bit 15 of word 0 is set.
+        rule: id of the one rule that it breaks.
+    """
+
+    image: Image
+    rule: str
+
+
+def configurations(
+    firmware: Firmware = NEWEST, *, homing: HomingKind | None = None, starting_speed: int | None = None
+) -> st.SearchStrategy[Configuration]:
+    """Return a strategy of legal configurations.
+
+    Args:
+        firmware: the version that accepts them.
+        homing: how the axis is homed; None = any of the four kinds.
+        starting_speed: steps/s; None = any legal one.
+    """
+    return _configuration(
+        firmware,
+        st.sampled_from(HomingKind) if homing is None else st.just(homing),
+        starting_speeds() if starting_speed is None else st.just(starting_speed),
+    )
+
+
+@st.composite
+def _configuration(
+    draw: st.DrawFn, firmware: Firmware, kinds: st.SearchStrategy[HomingKind], starts: st.SearchStrategy[int]
+) -> Configuration:
+    """Everything is drawn every time, used or not: the fewer draws, the simpler an example seems."""
+    switch, proximity, marker = draw(kinds).value
+    wanted, feedback, steps = draw(st.booleans()), draw(st.booleans()), draw(st.sampled_from([True, False]))
+    some_limits = draw(st.sampled_from([LIMITS, InputBit.CW_LIMIT.value, InputBit.CCW_LIMIT.value]))
+    encoder = marker or wanted
+    feedback = feedback and not encoder
+    used = draw(st.just(PLAIN_INPUTS) | st.integers(0, ALL_INPUTS)) & ~HOME | switch * HOME
+    if not used & LIMITS:
+        used |= some_limits
+    if not encoder and not firmware.capture_without_encoder:
+        used &= ~CAPTURE
+    return Configuration(
+        inputs_used=used,
+        active_high=draw(st.just(ALL_INPUTS) | st.integers(0, ALL_INPUTS)),
+        backplane_proximity=proximity,
+        quadrature_encoder=encoder,
+        diagnostic_feedback=feedback,
+        step_and_direction=feedback or steps,
+        marker_home=marker,
+        starting_speed=draw(starts),
+    )
+
+
+def faulty_configurations(
+    firmware: Firmware = NEWEST, rules: tuple[str, ...] = ()
+) -> st.SearchStrategy[FaultyConfiguration]:
+    """Return a strategy of words that this firmware rejects because of exactly one rule.
+
+    Args:
+        firmware: the version that rejects them.
+        rules: ids of the rules to break; none = any of those that this version knows.
+
+    Raises:
+        ValueError: no words break one of these rules, or not with this firmware.
+    """
+    known = [rule for rule, _ in INVALID_CONFIGURATIONS if _can_break(rule, firmware)]
+    for rule in rules:
+        if rule not in known:
+            raise ValueError(
+                f"rule {rule!r} is broken by no configuration of firmware {firmware}: {', '.join(known)}"
+            )
+    return st.sampled_from(rules or known).flatmap(lambda rule: _breaking(rule, firmware))
+
+
+def _can_break(rule: str, firmware: Firmware) -> bool:
+    return rule != "CFG-29" or not firmware.capture_without_encoder
+
+
+def _breaking(rule: str, firmware: Firmware) -> st.SearchStrategy[FaultyConfiguration]:
+    base = configurations(firmware, homing=BASES.get(rule, HomingKind.HOME_SWITCH))
+    broken = st.tuples(base, FAULTS[rule]).map(lambda both: _with(tuple(both[0].to_image()), both[1]))
+    alone = broken.filter(lambda words: check(words, firmware) == (rule,))
+    return alone.map(lambda words: FaultyConfiguration(Image(words), rule))
+
+
+class _Fault(NamedTuple):
+    """What is done to legal words: bits of word 0 cleared, then set; words replaced."""
+
+    clear: int = 0
+    set: int = 0
+    words: Mapping[int, int] = {}
+
+
+def _with(words: tuple[int, ...], fault: _Fault) -> tuple[int, ...]:
+    msw = signed_word(words[0] & 0xFFFF & ~fault.clear | fault.set)
+    return tuple(fault.words.get(index, word) for index, word in enumerate((msw, *words[1:])))
+
+
+def _speed(*pairs: tuple[int, int]) -> st.SearchStrategy[_Fault]:
+    return st.sampled_from([_Fault(words={2: msw, 3: lsw}) for msw, lsw in pairs])
+
+
+_HOME = ConfigMsw.USE_HOME.value
+_ENCODER = ConfigMsw.QUADRATURE_ENCODER.value
+_FEEDBACK = ConfigMsw.DIAGNOSTIC_FEEDBACK.value
+_STEPS = ConfigMsw.STEP_AND_DIRECTION.value
+_PROXIMITY = ConfigMsw.BACKPLANE_PROXIMITY.value
+_UNUSED_MSW = (1 << 7, 1 << 11, 1 << 13, 1 << 14)
+
+_UNUSED_BITS = st.sampled_from(
+    [*(_Fault(set=bit) for bit in _UNUSED_MSW), *(_Fault(words={1: 1 << bit}) for bit in range(6, 15))]
+)
+_UNUSED_WORDS = st.builds(
+    lambda index, value: _Fault(words={index: value}), st.integers(4, 7), st.sampled_from([1, -1, 1000])
+)
+
+FAULTS: dict[str, st.SearchStrategy[_Fault]] = {
+    "CFG-01": st.just(_Fault(clear=_HOME)),
+    "CFG-02": st.just(_Fault(clear=LIMITS)),
+    "CFG-03": st.just(_Fault(set=_ENCODER | _FEEDBACK | _STEPS)),
+    "CFG-04": st.just(_Fault(clear=_ENCODER | CAPTURE)),
+    "CFG-05": st.just(_Fault(clear=_STEPS | _ENCODER | CAPTURE, set=_FEEDBACK)),
+    "CFG-06": _speed((0, 0), (1000, 1), (-1, 0), (-1, 999)),
+    "CFG-07": _speed((0, 1000), (1, -1), (1, 1000), (2, -999)),
+    "CFG-08": _UNUSED_BITS,
+    "CFG-09": st.just(_Fault(clear=_HOME)),
+    "CFG-10": st.just(_Fault(set=_PROXIMITY)),
+    "CFG-11": _UNUSED_WORDS,
+    "CFG-29": st.just(_Fault(clear=_ENCODER, set=CAPTURE)),
+}
+"""How each rule of `INVALID_CONFIGURATIONS` is broken."""
+
+BASES = dict.fromkeys(("CFG-04", "CFG-09", "CFG-10"), HomingKind.MARKER_HOME_SWITCH)
+"""The kind of homing that a rule needs to be broken alone, where it is not by home switch."""

@@ -1,0 +1,94 @@
+"""Whole output images, from what a program writes every day to what none should ever write.
+
+    plausible    the words of a legal command
+    nearly right the same with one word changed, as by a slip of the pen or a torn update
+    hostile      any command bits at all, with numbers from the edges
+    any          eight words
+
+`output_images` mixes them in this order, so that a failing example shrinks towards the plausible.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+from hypothesis import strategies as st
+
+from ..amci3601 import KNOWN, Firmware
+from ..image import WORD_MAX, WORD_MIN, WORDS, Image, signed_word
+from ..thousands import split_thousands
+from .commands import commands
+
+Words: TypeAlias = tuple[int, ...]
+"""Eight signed words."""
+
+EDGES = (0, 1, 5, -1, 500, 1000, -999, 2000, 2001, WORD_MAX, WORD_MIN)
+"""Words at the edges of what a word of an output image may be."""
+
+COMMAND_LSWS = (0, 0, 1, 2, 3, 4)
+"""Command words LSW that leave a command what it is."""
+
+
+def parameter_words(msw: int, lsw: int, target: int, speed: int, rates: tuple[int, int]) -> Words:
+    """Return eight output words of any command bits and parameters, legal or not.
+
+    >>> parameter_words(2, 0, -12_345, 5_000, (20, 10))
+    (2, 0, -12, -345, 5, 0, 20, 10)
+
+    Args:
+        msw: command word MSW.
+        lsw: command word LSW.
+        target: steps, |target| <= 32,767,999.
+        speed: steps/s, |speed| <= 32,767,999.
+        rates: acceleration and deceleration, any signed words.
+    """
+    return (msw, lsw, *split_thousands(target), *split_thousands(speed), *rates)
+
+
+def plausible_images(starting_speed: int, firmware: Firmware = KNOWN[-1]) -> st.SearchStrategy[Image]:
+    """Return a strategy of images that command something legal; see `commands`."""
+    return commands(starting_speed, firmware).map(lambda command: command.to_image())
+
+
+def nearly_right_images(starting_speed: int, firmware: Firmware = KNOWN[-1]) -> st.SearchStrategy[Image]:
+    """Return a strategy of images that differ in one word from a legal one, or not even in that."""
+
+    def changed(image: Image, index: int, value: int) -> Image:
+        other = image.copy()
+        other[index] = value
+        return other
+
+    index, value = st.integers(0, WORDS - 1), st.sampled_from(EDGES)
+    return st.builds(changed, plausible_images(starting_speed, firmware), index, value)
+
+
+def hostile_images() -> st.SearchStrategy[Image]:
+    """Return a strategy of images with any command bits (not the mode bit) and numbers from the edges."""
+    single = st.sampled_from([1 << bit for bit in range(15)])
+    return st.builds(
+        lambda msw, lsw, rest: Image((msw, lsw, *rest)),
+        single | st.integers(0, 0x7FFF),
+        st.sampled_from(COMMAND_LSWS),
+        st.tuples(*[st.sampled_from(EDGES)] * 6),
+    )
+
+
+def any_images() -> st.SearchStrategy[Image]:
+    """Return a strategy of any eight words."""
+    word = st.integers(0, 0xFFFF).map(signed_word)
+    return st.lists(word, min_size=WORDS, max_size=WORDS).map(Image)
+
+
+def output_images(starting_speed: int, firmware: Firmware = KNOWN[-1]) -> st.SearchStrategy[Image]:
+    """Return a strategy of output images from the plausible to the hostile.
+
+    Args:
+        starting_speed: of the configuration in force, steps/s.
+        firmware: which version of the module is written to.
+    """
+    return st.one_of(
+        plausible_images(starting_speed, firmware),
+        nearly_right_images(starting_speed, firmware),
+        hostile_images(),
+        any_images(),
+    )

@@ -1,0 +1,68 @@
+"""Numbers that people write, and those at the edges of what is allowed; the plainest come first."""
+
+from __future__ import annotations
+
+from hypothesis import strategies as st
+
+from ..amci3601 import KNOWN, Acceleration, Firmware
+from ..amci3601.parameters import SPEED_MAX
+from ..thousands import PARAMETER_MAX, PARAMETER_MIN
+
+STARTING_SPEEDS = (1000, 200, 4000, 50, 333, 1)
+"""Starting speeds, steps/s."""
+
+RATES = ((100, 50), (1000, 1000), (2000, 333), (20, 10), (777, 2000), (1, 1))
+"""Legal pairs of acceleration and deceleration, steps/ms/s."""
+
+FAULTY_RATES = ((0, 10), (10, 0), (2001, 10), (10, -1))
+"""Pairs of which one rate is beyond its range."""
+
+DISTANCES = (1000, 200, -300, 3000, -5000, 20_000, 77, 10, 2, 1, -1, 0, PARAMETER_MAX)
+"""Distances that make a move short, long, triangular, empty, or as long as possible, steps."""
+
+
+def starting_speeds() -> st.SearchStrategy[int]:
+    """Return a strategy of legal starting speeds, steps/s."""
+    return st.sampled_from(STARTING_SPEEDS) | st.integers(1, SPEED_MAX)
+
+
+def plain_speeds(starting_speed: int) -> tuple[int, ...]:
+    """Return legal programmed speeds that suit a starting speed, steps/s.
+
+    >>> plain_speeds(1000)
+    (5000, 2000, 1000, 1001, 20000, 100000)
+    """
+    wanted = (5 * starting_speed, 2 * starting_speed, starting_speed, starting_speed + 1)
+    given = (speed for speed in (5000, 20_000, 100_000) if speed > starting_speed)
+    return tuple(dict.fromkeys(speed for speed in (*wanted, *given) if speed <= SPEED_MAX))
+
+
+def speeds(starting_speed: int) -> st.SearchStrategy[int]:
+    """Return a strategy of programmed speeds that a move may have, steps/s.
+
+    Args:
+        starting_speed: the least of them, 1 to 1,000,000.
+    """
+    return st.sampled_from((*plain_speeds(starting_speed), SPEED_MAX)) | st.integers(
+        starting_speed, SPEED_MAX
+    )
+
+
+def rates() -> st.SearchStrategy[tuple[int, int]]:
+    """Return a strategy of legal pairs of acceleration and deceleration, steps/ms/s."""
+    return st.sampled_from(RATES) | st.tuples(st.integers(1, 2000), st.integers(1, 2000))
+
+
+def targets() -> st.SearchStrategy[int]:
+    """Return a strategy of legal positions and distances, steps, negative ones and both ends included."""
+    return st.sampled_from((*DISTANCES, PARAMETER_MIN)) | st.integers(PARAMETER_MIN, PARAMETER_MAX)
+
+
+def shapes() -> st.SearchStrategy[Acceleration]:
+    """Return a strategy of the three acceleration types."""
+    return st.sampled_from(Acceleration)
+
+
+def firmwares() -> st.SearchStrategy[Firmware]:
+    """Return a strategy of the firmware versions that the manual tells apart, the newest first."""
+    return st.sampled_from(KNOWN[::-1])

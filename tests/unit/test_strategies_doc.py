@@ -1,0 +1,38 @@
+"""The snippets of docs/strategies.md do what the page says."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from scanrack.io_images import strategies as images
+
+TEXT = (Path(__file__).parents[2] / "docs" / "strategies.md").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def page():
+    names = {}
+    for block in re.findall(r"```python\n(.*?)```", TEXT, flags=re.DOTALL):
+        exec(compile(block, "docs/strategies.md", "exec"), names)
+    return names
+
+
+@pytest.mark.parametrize("name", ["test_words_survive_the_gateway", "test_a_check_of_the_starting_speed"])
+def test_examples_of_the_page_hold(page, name):
+    page[name]()
+
+
+def test_the_broken_gateway_of_the_page_is_found_out(page):
+    with pytest.raises(AssertionError) as caught:
+        page["test_the_gateway"]()
+    notes = "".join(caught.value.__notes__)
+    shown = [int(word) for word in re.search(r"Image\(\[(.*?)\]\)", notes)[1].split(", ")]
+    assert shown[2] < 0
+    assert all(word >= 0 for index, word in enumerate(shown) if index != 2)
+
+
+def test_every_public_strategy_is_on_the_page():
+    made = {name for name in images.__all__ if name.islower()} - {"parameter_words", "plain_speeds"}
+    assert {name for name in made if f"`{name}" not in TEXT} == set()
