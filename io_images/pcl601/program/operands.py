@@ -1,0 +1,175 @@
+"""What can stand behind an instruction's name: numbers, words, digits, labels and text."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+
+class OperandError(ValueError):
+    """A value that an operand does not take; the message says what is allowed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A whole number in decimal.
+
+    Attributes:
+        low: the least value.
+        high: the greatest value.
+        width: bytes it takes in program memory.
+        name: what it is, in a message.
+    """
+
+    low: int
+    high: int
+    width: int
+    name: str = "a number"
+    terminal = "NUMBER"
+
+    def value(self, written: str) -> int:
+        """Return the value; raise `OperandError` if it is out of range."""
+        value = int(written)
+        if not self.low <= value <= self.high:
+            raise OperandError(f"{value} is out of range: {self.name} is {self.low} to {self.high}")
+        return value
+
+    def written(self, value: int | str) -> str:
+        """Return the value as the text format has it."""
+        return str(value)
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """One of two words; it takes no byte of its own, but the second of the instruction.
+
+    Attributes:
+        words: what is written for 1 and for 0.
+    """
+
+    words: tuple[str, str]
+    width = 0
+
+    @property
+    def terminal(self) -> str:
+        """The name of the terminal in the grammar."""
+        return "_".join(self.words)
+
+    def value(self, written: str) -> int:
+        """Return 1 or 0."""
+        return 1 - self.words.index(written.upper())
+
+    def written(self, value: int | str) -> str:
+        """Return the word."""
+        return self.words[1 - int(value)]
+
+
+@dataclass(frozen=True, slots=True)
+class Digits:
+    """A row of binary digits; the first is that of input or output 1, and bit 0 of the value.
+
+    Attributes:
+        count: how many digits.
+    """
+
+    count: int
+    width = 1
+
+    @property
+    def terminal(self) -> str:
+        """The name of the terminal in the grammar."""
+        return f"DIGITS{self.count}"
+
+    def value(self, written: str) -> int:
+        """Return the number of which the first digit is bit 0."""
+        return int(written[::-1], 2)
+
+    def written(self, value: int | str) -> str:
+        """Return the digits, bit 0 first."""
+        return f"{int(value):0{self.count}b}"[::-1]
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """The name of a place in the program; upper and lower case are the same.
+
+    Attributes:
+        width: bytes that its address takes; 0 where the place itself is named.
+    """
+
+    width: int
+    terminal = "NAME"
+
+    def value(self, written: str) -> str:
+        """Return the name in upper case."""
+        return written.upper()
+
+    def written(self, value: int | str) -> str:
+        """Return the name."""
+        return str(value)
+
+
+TEXT_MAX = 20
+"""The most characters that one Send Text instruction sends [section 3]."""
+
+ESCAPES: Mapping[str, str] = {"n": "\n", "r": "\r", '"': '"', "\\": "\\"}
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    r"""What is to be sent, between quotes; \n, \r, \" and \\ are one character each."""
+
+    width = 0
+    terminal = "TEXT_"
+
+    def value(self, written: str) -> str:
+        """Return the characters; raise `OperandError` if they can't be sent."""
+        text = unquoted(written)
+        if len(text) > TEXT_MAX:
+            raise OperandError(f"{len(text)} characters are too many: text is at most {TEXT_MAX}")
+        return text
+
+    def written(self, value: int | str) -> str:
+        """Return the text in quotes."""
+        return quoted(str(value))
+
+
+def unquoted(written: str) -> str:
+    r"""Return the characters of a text in quotes.
+
+    >>> unquoted(r'"@1G\n"')
+    '@1G\n'
+
+    Raises:
+        OperandError: it has a character that the line can't send, or an unknown escape.
+    """
+    text = ""
+    characters = iter(written[1:-1])
+    for character in characters:
+        text += _escaped(next(characters)) if character == "\\" else _plain(character)
+    return text
+
+
+def _escaped(letter: str) -> str:
+    if letter not in ESCAPES:
+        raise OperandError(rf"\{letter} is unknown: after \ comes n, r, \ or a quote")
+    return ESCAPES[letter]
+
+
+def _plain(character: str) -> str:
+    if not " " <= character <= "~":
+        raise OperandError(f"{character!r} can't be sent: text is printable ASCII")
+    return character
+
+
+def quoted(text: str) -> str:
+    r"""Return text in quotes.
+
+    >>> print(quoted('@1G\n'))
+    "@1G\n"
+    """
+    letters = {character: letter for letter, character in ESCAPES.items()}
+    return '"' + "".join("\\" + letters[c] if c in letters else c for c in text) + '"'
+
+
+Operand = Number | Choice | Digits | Label | Text

@@ -1,0 +1,161 @@
+"""The text format `pclt`: from text to a program and back.
+
+    file   one instruction or directive per line, upper or lower case; a comment begins with ;
+    names  labels: a letter, then up to 15 letters, digits or _
+    .title "text"   .axis 0 to 99   .autostart on|off
+
+The vendor's own file can't be read, its layout not being published.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from difflib import get_close_matches
+from functools import cache
+from typing import Any, NamedTuple
+
+from lark import Lark, Token, Tree
+from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
+
+from .grammar import grammar, keywords, row_rule, spoken
+from .instructions import INSTRUCTIONS
+from .model import Program, ProgramError, Step
+from .operands import Number, OperandError, quoted, unquoted
+from .structure import check_structure
+
+_ROWS = {row_rule(index): row for index, row in enumerate(INSTRUCTIONS)}
+_AXIS = Number(0, 99, 0, "an axis")
+
+
+class _Directive(NamedTuple):
+    name: str
+    value: int | str
+
+
+def parse_program(text: str) -> Program:
+    r"""Read a program.
+
+    >>> program = parse_program("dir cw\nmove 4000 ; out\nfinish\nend")
+    >>> program.steps[1], program.size
+    (Step(name='MOVE', values=(4000,)), 12)
+
+    Args:
+        text: the program in the format `pclt`.
+
+    Raises:
+        ProgramError: it is none; the message names the line, the column and what is allowed.
+    """
+    steps: list[Step] = []
+    lines: list[int] = []
+    directives: dict[str, Any] = {}
+    for number, item in _items(text):
+        if isinstance(item, Step):
+            steps.append(item)
+            lines.append(number)
+        elif item.name in directives:
+            raise ProgramError(f".{item.name} is given twice", number, 1)
+        else:
+            directives[item.name] = item.value
+    program = Program(tuple(steps), **directives)
+    check_structure(program, lines)
+    return program
+
+
+def _items(text: str) -> Iterator[tuple[int, Step | _Directive]]:
+    for number, line in enumerate(text.split("\n"), 1):
+        item = _line(number, line.rstrip("\r"))
+        if item is not None:
+            yield number, item
+
+
+def _line(number: int, line: str) -> Step | _Directive | None:
+    try:
+        return _meaning(_parser().parse(line))
+    except UnexpectedInput as error:
+        raise ProgramError(_reason(line, error), number, _column(line, error)) from error
+    except _MisplacedError as error:
+        raise ProgramError(str(error), number, error.column) from error
+
+
+@cache
+def _parser() -> Lark:
+    return Lark(grammar(), parser="lalr", maybe_placeholders=False)
+
+
+class _MisplacedError(Exception):
+    """A value that is not allowed, at a column."""
+
+    def __init__(self, reason: str, column: int) -> None:
+        super().__init__(reason)
+        self.column = column
+
+
+def _meaning(tree: Tree[Token]) -> Step | _Directive | None:
+    tokens = [token for token in tree.children if isinstance(token, Token)]
+    if tree.data == "nothing":
+        return None
+    if tree.data == "directive":
+        return _directive(tokens[0].lower()[1:], tokens[1])
+    row = _ROWS[str(tree.data)]
+    given = [token for token in tokens if token.type != "EQUALS"]
+    return Step(row.name, tuple(_value(o.value, t) for o, t in zip(row.operands, given, strict=True)))
+
+
+def _directive(name: str, token: Token) -> _Directive:
+    if name == "title":
+        return _Directive(name, _value(unquoted, token))
+    if name == "axis":
+        return _Directive(name, _value(_AXIS.value, token))
+    return _Directive(name, token.upper() == "ON")
+
+
+def _value(value: Any, token: Token) -> Any:
+    try:
+        return value(str(token))
+    except OperandError as error:
+        raise _MisplacedError(str(error), int(token.column or 1)) from error
+
+
+def _column(line: str, error: UnexpectedInput) -> int:
+    if isinstance(error, UnexpectedToken) and error.token.type == "$END":
+        return len(line.rstrip()) + 1
+    return int(error.column)
+
+
+def _reason(line: str, error: UnexpectedInput) -> str:
+    words = line[_column(line, error) - 1 :].split()
+    found = f"{words[0]!r} can't stand here" if words else "the line ends too early"
+    if line[: _column(line, error) - 1].strip() == "" and words:
+        return _unknown(words[0])
+    return f"{found}; allowed here: {spoken(_allowed(error))}"
+
+
+def _unknown(word: str) -> str:
+    alike = get_close_matches(word.upper(), list(keywords()), n=3)
+    hint = f"; like it: {', '.join(alike)}" if alike else ""
+    return f"{word!r} begins no instruction and no directive{hint}"
+
+
+def _allowed(error: UnexpectedInput) -> set[str]:
+    if isinstance(error, UnexpectedToken):
+        return set(error.accepts or error.expected)
+    return set(error.allowed) if isinstance(error, UnexpectedCharacters) else set()
+
+
+def format_program(program: Program) -> str:
+    """Write a program as text, one instruction per line; `parse_program` reads it back as it is."""
+    lines = [] if program.title is None else [f".title {quoted(program.title)}"]
+    lines += [] if program.axis is None else [f".axis {program.axis}"]
+    lines += [] if program.autostart is None else [f".autostart {'on' if program.autostart else 'off'}"]
+    return "\n".join([*lines, *map(format_step, program.steps), ""])
+
+
+def format_step(step: Step) -> str:
+    """Write one instruction as text.
+
+    >>> format_step(Step("IF INPUT", (1, 0)))
+    'IF INPUT 1 = 0'
+    """
+    operands = zip(step.instruction.operands, step.values, strict=True)
+    written = [operand.written(value) for operand, value in operands]
+    return " ".join([step.name, (" = " if step.name == "IF INPUT" else " ").join(written)]).strip()

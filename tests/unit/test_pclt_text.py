@@ -1,0 +1,98 @@
+"""The text format of stored programs: what is refused, and where it says the mistake is."""
+
+from __future__ import annotations
+
+import pytest
+from scanrack.io_images.pcl601.program import (
+    CAPACITY_BYTES,
+    INSTRUCTIONS,
+    ProgramError,
+    assemble,
+    disassemble,
+    parse_program,
+)
+
+MISTAKES = [
+    (
+        "ACEL 500\nEND",
+        "line 1, column 1: 'ACEL' begins no instruction and no directive; like it: ACCEL",
+    ),
+    ("DIR CW\nMOVE\nEND", "line 2, column 5: the line ends too early; allowed here: a number"),
+    ("MOVE 0\nEND", "line 1, column 6: 0 is out of range: a number of steps is 1 to 8388607"),
+    ("MOVE " + "9" * 5000 + "\nEND", "line 1, column 6: '9"),
+    ("ENCRATIO 1.5\nEND", "line 1, column 10: '1.5' can't stand here; allowed here: a number"),
+    ("IF INPUT 7 = 0\nEND", "line 1, column 10: 7 is out of range: an input is 1 to 6"),
+    ("IF INPUT 3 0\nEND", "line 1, column 12: '0' can't stand here; allowed here: ="),
+    (
+        "IF INPUTS 1101\nEND",
+        "11: '1101' can't stand here; allowed here: six digits 0 or 1, input 1 first",
+    ),
+    ("DIR LEFT\nEND", "line 1, column 5: 'LEFT' can't stand here; allowed here: CW or CCW"),
+    ("LOOP 3 A\nEND", "line 1, column 6: '3' can't stand here; allowed here: OUTER, INNER"),
+    ("END END", "line 1, column 5: 'END' can't stand here; allowed here: the end of the line"),
+    ('TEXT "@1G\nEND', "line 1, column 6: '\"@1G' can't stand here; allowed here: text in quotes"),
+    (f'TEXT "{"x" * 21}"\nEND', "line 1, column 6: 21 characters are too many: text is at most 20"),
+    ('TEXT "é"\nEND', "line 1, column 6: 'é' can't be sent: text is printable ASCII"),
+    ('TEXT "a\\t"\nEND', "line 1, column 6: \\t is unknown"),
+    (".axis 100\nEND", "line 1, column 7: 100 is out of range: an axis is 0 to 99"),
+    (".axis 1\n.axis 1\nEND", "line 2, column 1: .axis is given twice"),
+    ("GOTO X\nEND", "line 1: label X is unknown: the program has none"),
+    ("LABEL A\nGOTO B\nEND", "line 2: label B is unknown: known are A"),
+    ("LABEL A\n\nLABEL a\nEND", "line 3: label A is given twice"),
+    ("LOOP INNER 3 A\nLABEL A\nEND", "line 1: label A has to be above the loop"),
+    ("LABEL A\nLOOP INNER 2 A\nLOOP INNER 3 A\nEND", "line 3: an inner loop can't be inside an inner loop"),
+    ("LABEL A\nLOOP OUTER 2 A\nLOOP OUTER 3 A\nEND", "line 3: an outer loop can't be inside an outer loop"),
+    ("LABEL A\nLOOP OUTER 2 A\nLOOP INNER 3 A\nEND", "line 3: an outer loop can't be inside an inner loop"),
+    ("END\nMOVE 5", "line 2: END is missing: it has to be the last instruction"),
+    ("", "END is missing"),
+]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"), MISTAKES, ids=[said.split(":")[-1].strip()[:40] for _, said in MISTAKES]
+)
+def test_a_mistake_is_told_with_its_place(text: str, said: str) -> None:
+    with pytest.raises(ProgramError) as caught:
+        parse_program(text)
+    assert said in str(caught.value)
+
+
+def test_several_inner_loops_fit_into_an_outer_one() -> None:
+    inner = "LABEL {0}\nWAIT 1\nLOOP INNER 2 {0}\n"
+    program = parse_program("LABEL A\n" + inner.format("B") + inner.format("C") + "LOOP OUTER 2 A\nEND")
+    assert program.size == 2 + 2 * (2 + 4 + 7) + 7 + 2
+
+
+def test_memory_of_2046_bytes_is_full_to_the_last() -> None:
+    moves = "MOVE 1\n" * ((CAPACITY_BYTES - 6) // 6)
+    assert parse_program(moves + "WAIT 1\nEND").size == CAPACITY_BYTES
+    with pytest.raises(ProgramError, match="2048 bytes: program memory holds 2046"):
+        parse_program(moves + "WAIT 1\nFINISH\nEND")
+
+
+def test_every_instruction_but_text_takes_2_to_7_bytes() -> None:
+    """Section 3 of the manual, with the size of a text as the exception that it can't be otherwise."""
+    assert {row.size for row in INSTRUCTIONS} <= set(range(2, 8))
+    assert parse_program(f'TEXT "{"x" * 20}"\nEND').size == 2 + 20 + 2
+
+
+@pytest.mark.parametrize(
+    ("memory", "said"),
+    [
+        ("ee 00", "address 0: 0xee is no instruction"),
+        ("09 00 00 00", "address 0: MOVE takes 6 bytes, there are 4"),
+        ("09 00 00 00 00 00 12 00", "address 0: 0 is out of range: a number of steps is 1 to 8388607"),
+        ("16 00 00 04 12 00", "label at address 4 is unknown"),
+        ("31 01 ff 12 00", "address 0: text is ASCII"),
+        ("0b 00", "END is missing"),
+    ],
+)
+def test_memory_that_is_no_program(memory: str, said: str) -> None:
+    """Opcodes are rows of the table from 1: 9 MOVE, 11 FINISH, 18 END, 22 GOTO, 49 TEXT."""
+    with pytest.raises(ProgramError, match=said):
+        disassemble(bytes.fromhex(memory))
+
+
+def test_labels_come_back_numbered() -> None:
+    program = disassemble(assemble(parse_program("LABEL go\nWAIT 1\nGOTO go\nEND")))
+    assert [step.values for step in program.steps] == [("L1",), (1,), ("L1",), ()]
