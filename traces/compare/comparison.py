@@ -127,12 +127,20 @@ def compare_columns(
         scans_b=len(b.columns.scan),
         only_a=only_a,
         only_b=only_b,
-        differing=len(np.unique(np.concatenate([each.a for each in found]))) if found else 0,
+        differing=_rows_in(found, len(a.columns.scan)),
         slots_only_a=tuple(sorted(numbers[0] - numbers[1])),
         slots_only_b=tuple(sorted(numbers[1] - numbers[0])),
         heads=heads,
         tolerance=tolerance,
     )
+
+
+def _rows_in(found: Sequence[Differing], rows: int) -> int:
+    """Return in how many rows anything differs."""
+    anything = np.zeros(rows, bool)
+    for each in found:
+        anything[each.a] = True
+    return int(np.count_nonzero(anything))
 
 
 def _side(slots: Sequence[SlotInfo], columns: Columns, common: set[int]) -> Side:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -158,12 +159,21 @@ def exactly(fields: Sequence[Field], one: Side, other: Side, pairs: Pairs) -> It
     """Yield the fields that differ in pairs of scans in which every bit counts."""
     rows = _unequal(one.columns, other.columns, pairs)
     a, b = pairs.a[rows], pairs.b[rows]
-    for field in fields:
-        keys = [field.key(side.images(field, rows)) for side, rows in ((one, a), (other, b))]
-        found = np.flatnonzero(keys[0] != keys[1])
-        if len(found):
-            bits = (keys[0] ^ keys[1])[found] if field.kind is Kind.BITS else None
-            yield Differing(field, a[found], b[found], bits)
+    for image, parts in _by_image(fields):
+        images = one.images(image, a), other.images(image, b)
+        for field in parts:
+            keys = field.key(images[0]), field.key(images[1])
+            found = np.flatnonzero(keys[0] != keys[1])
+            if len(found):
+                bits = (keys[0] ^ keys[1])[found] if field.kind is Kind.BITS else None
+                yield Differing(field, a[found], b[found], bits)
+
+
+def _by_image(fields: Sequence[Field]) -> Iterator[tuple[Field, list[Field]]]:
+    """Yield the fields of each image together, after the first of them."""
+    for _, group in groupby(fields, lambda field: (field.stem, field is TIME)):
+        parts = list(group)
+        yield parts[0], parts
 
 
 def _unequal(a: Columns, b: Columns, pairs: Pairs) -> Rows:
@@ -200,10 +210,12 @@ def tolerantly(
     there = by_time(times[0], times[1], tolerance.time_ns, since_ns=_since(other, shift_ns))
     back = by_time(times[1], times[0], tolerance.time_ns, since_ns=_since(one, 0))
     found = []
-    for field in fields:
-        if field is not TIME:  # which is what they are paired by
-            a = _missing(field, one, other, there, tolerance)
-            b = _missing(field, other, one, back, tolerance)
+    for image, parts in _by_image([field for field in fields if field is not TIME]):
+        images = one.images(image), other.images(image)
+        rows = _otherwise(images[0], images[1], there), _otherwise(images[1], images[0], back)
+        for field in parts:
+            a = _missing(field, images[0], images[1], there, rows[0], tolerance)
+            b = _missing(field, images[1], images[0], back, rows[1], tolerance)
             if len(a.a) or len(b.a):
                 found.append(_merged(field, a, b))
     return found, len(times[0]) - len(there.rows), len(times[1]) - len(back.rows)
@@ -215,22 +227,42 @@ def _since(side: Side, shift_ns: int) -> int | None:
     return int(columns.time_ns[0]) + shift_ns if len(columns.scan) and columns.scan[0] else None
 
 
-def _missing(field: Field, own: Side, other: Side, windows: Windows, tolerance: Tolerance) -> Differing:
-    """Return the rows of one trace whose value the other does not have within the tolerance."""
-    keys = field.key(own.images(field, windows.rows)), field.key(other.images(field))
-    rows = np.flatnonzero((keys[0] != keys[1][windows.held]) & windows.whole)  # no other can be missing
-    wanted, first, end = keys[0][rows], windows.first[rows], windows.end[rows]
+def _otherwise(own: Array, other: Array, windows: Windows) -> Rows:
+    """Return which windows begin with another image than the one held, as far as they can be judged."""
+    unequal = own[windows.rows] != other[windows.held]
+    return np.flatnonzero((unequal if unequal.ndim == 1 else unequal.any(axis=1)) & windows.whole)
+
+
+def _missing(
+    field: Field, own: Array, other: Array, windows: Windows, rows: Rows, tolerance: Tolerance
+) -> Differing:
+    """Return the rows of one trace whose value the other does not have within the tolerance.
+
+    Args:
+        field: the field.
+        own: the images of the one trace.
+        other: those of the other.
+        windows: what of the other each row is set against.
+        rows: the windows that come into question: no others can lack a value.
+        tolerance: what may differ.
+    """
+    wanted, held = field.key(own[windows.rows[rows]]), field.key(other[windows.held[rows]])
+    rows, wanted = rows[wanted != held], wanted[wanted != held]
     bits = None
-    if field.kind is Kind.BITS:
-        bits = _missing_bits(wanted, keys[1], first, end)
-        missing = bits != 0
-        bits = bits[missing]
-    elif field.kind is Kind.COUNT:
-        values = field.values(own.images(field, windows.rows[rows])), field.values(other.images(field))
-        missing = _beyond(*values, first, end, tolerance.counts)
-    else:
-        missing = ~occurs(wanted, keys[1], first, end)
-    rows = rows[missing]
+    if len(rows):
+        first, end = windows.first[rows], windows.end[rows]
+        if field.kind is Kind.BITS:
+            bits = _missing_bits(wanted, field.key(other), first, end)
+            missing = bits != 0
+            bits = bits[missing]
+        elif field.kind is Kind.COUNT:
+            values = field.values(own[windows.rows[rows]]), field.values(other)
+            missing = _beyond(*values, first, end, tolerance.counts)
+        else:
+            missing = ~occurs(wanted, field.key(other), first, end)
+        rows = rows[missing]
+    elif field.kind is Kind.BITS:
+        bits = np.zeros(0, np.uint16)
     return Differing(field, windows.rows[rows], windows.held[rows], bits)
 
 
