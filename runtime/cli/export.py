@@ -54,7 +54,7 @@ def _export_command(
             if target is None:
                 continue
             check_target(target, trace)
-            with open_trace(trace) as opened, reading(opened, quiet=quiet) as progress:
+            with open_trace(trace) as opened, reading(opened, wanted, quiet=quiet) as progress:
                 count = _WRITERS[option](opened, target, signal or (), wanted, progress=progress)
             if not quiet:
                 typer.echo(f"{target}: {count:,} scans, {target.stat().st_size:,} bytes")

@@ -55,7 +55,7 @@ def _plot_command(
             allowed = ", ".join(_PICTURES + _PAGES)
             raise ValueError(f"{target}: what to draw is told by the file's suffix: {allowed}")
         check_target(target, trace)
-        with open_trace(trace) as opened, reading(opened, quiet=quiet) as progress:
+        with open_trace(trace) as opened, reading(opened, wanted, quiet=quiet) as progress:
             if kind in _PAGES:
                 save_page(opened, target, wanted, slots=slot or (), title=title, progress=progress)
             else:

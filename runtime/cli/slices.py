@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from ...traces.reader import Trace
-from ...traces.signals import Selection
+from ...traces.signals import ALL, Selection, count
 from ..quantities import parse_time
 
 ScanRange = tuple[int, int | None]
@@ -89,7 +89,7 @@ def parse_time_range(text: str) -> tuple[int, int | None]:
 
 
 @contextmanager
-def reading(trace: Trace, *, quiet: bool) -> Iterator[Callable[[int], None]]:
+def reading(trace: Trace, selection: Selection = ALL, *, quiet: bool) -> Iterator[Callable[[int], None]]:
     """Show a bar of the scans gone through, on a terminal and if nobody asked for quiet."""
     console = Console(stderr=True)
     if quiet or not console.is_terminal:
@@ -97,7 +97,7 @@ def reading(trace: Trace, *, quiet: bool) -> Iterator[Callable[[int], None]]:
         return
     columns = (TextColumn("scans"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("scans", total=None)
+        task = bar.add_task("scans", total=count(trace, selection))
         yield lambda scans: bar.advance(task, scans)
 
 

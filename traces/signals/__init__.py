@@ -8,6 +8,6 @@ slot1.in.status_msw.12    a bit of a word, by number
 from ..columns import ALL, Selection
 from .catalog import Catalog
 from .signal import Kind, Signal
-from .stream import Block, blocks
+from .stream import Block, blocks, count
 
-__all__ = ["ALL", "Block", "Catalog", "Kind", "Selection", "Signal", "blocks"]
+__all__ = ["ALL", "Block", "Catalog", "Kind", "Selection", "Signal", "blocks", "count"]
