@@ -65,7 +65,7 @@ def column_chunks(trace: Trace, selection: Selection = ALL, *, margin: int = 0) 
         TraceError: a scan is not laid out as the trace says.
     """
     for section in _needed(trace, selection, margin):
-        parts = [_columns(trace, rows) for rows in trace.scan_rows(section)]
+        parts = [_columns(rows) for rows in trace.scan_rows(section)]
         if parts:
             yield parts[0] if len(parts) == 1 else join(parts)
 
@@ -82,8 +82,8 @@ def scan_at(trace: Trace, number: int) -> Scan:
         ValueError: the trace has no scan of this number; the message says which it has.
         TraceError: a scan is not laid out as the trace says.
     """
-    for columns in _needed(trace, Selection(number, number), 0):
-        for rows in trace.scan_rows(columns):
+    for section in _needed(trace, Selection(number, number), 0):
+        for rows in trace.scan_rows(section):
             place = int(np.searchsorted(rows["scan"], number))
             if place < len(rows) and rows["scan"][place] == number:
                 return next(trace.as_scans(rows[place : place + 1]))
@@ -94,18 +94,9 @@ def scan_at(trace: Trace, number: int) -> Scan:
 
 def extent(trace: Trace) -> Columns:
     """Return two rows, the first scan of a trace and its last; none for a trace without scans."""
-    ends = [_end(trace, trace.sections, 0), _end(trace, trace.sections[::-1], -1)]
-    parts = [_columns(trace, rows) for rows in ends if rows is not None]
+    ends = [trace.edge(last=last) for last in (False, True)]
+    parts = [_columns(rows) for rows in ends if rows is not None]
     return join(parts) if parts else no_columns(len(trace.head.slots))
-
-
-def _end(trace: Trace, sections: Sequence[Section], place: int) -> ScanRows | None:
-    """Return the row at `place` of the first section that has rows."""
-    for section in sections:
-        if parts := trace.scan_rows(section):
-            rows = parts[place]
-            return rows[:1] if place == 0 else rows[-1:]
-    return None
 
 
 def _needed(trace: Trace, selection: Selection, margin: int) -> Sequence[Section]:
@@ -141,7 +132,7 @@ def _ahead(trace: Trace, place: int, margin: int) -> int:
     return place
 
 
-def _columns(trace: Trace, rows: ScanRows) -> Columns:
+def _columns(rows: ScanRows) -> Columns:
     words = np.ascontiguousarray(rows["images"]).view("<i2").reshape(len(rows), -1)
     return Columns(
         rows["scan"].astype(np.int64), rows["log_time"].astype(np.int64), rows["flags"].copy(), words

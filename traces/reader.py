@@ -19,15 +19,16 @@ from types import TracebackType
 from typing import BinaryIO, NamedTuple
 
 from mcap.opcode import Opcode
-from mcap.records import Attachment
+from mcap.records import Attachment, Channel, Schema
 
 from ..io_images.image import IMAGE_BYTES, Image
 from .head import read_head
 from .layout import SLOT_BYTES
-from .records import MAGIC, Message, Span, TraceError, find_records, read_record
+from .records import MAGIC, Message, Span, TraceError, ends_whole, find_records, read_record
 from .schema import CDR_PREFIX, SCAN_HEAD
-from .sections import ScanRows, ScanShape, Section, find_sections, take_apart
+from .sections import ScanRows, ScanShape, Section, find_sections, held, take_apart, torn_chunk
 from .topics import SCAN_TOPIC, TOPICS
+from .wording import seconds
 
 
 class Scan(NamedTuple):
@@ -99,8 +100,7 @@ class Trace(AbstractContextManager["Trace"]):
         self._file = file
         if file.read(len(MAGIC)) != MAGIC:
             raise TraceError("it is not an MCAP file")
-        self._spans, trouble = find_records(file, size)
-        self.notes = [] if trouble is None else [trouble]
+        self._spans, self.notes = find_records(file, size)
         try:
             self.head = read_head(file, self._spans)
         except TraceError as error:
@@ -111,6 +111,8 @@ class Trace(AbstractContextManager["Trace"]):
         self._firsts: dict[int, int] = {}
         self.sections = find_sections(file, self._spans)
         self.shape = ScanShape(self.head.channels[SCAN_TOPIC].id, SLOT_BYTES * len(self.head.slots))
+        if not ends_whole(file, self._spans):
+            self.notes += self._where_it_ends()
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -157,6 +159,13 @@ class Trace(AbstractContextManager["Trace"]):
         for place, (scan, now_ns, flags) in enumerate(zip(*columns, strict=True)):
             yield Scan(scan, now_ns, flags, memory[place * size : place * size + size], self._places)
 
+    def edge(self, *, last: bool) -> ScanRows | None:
+        """Return the first scan, or the last one, as an array of one; None for a trace without scans."""
+        for section in reversed(self.sections) if last else self.sections:
+            if parts := self.scan_rows(section):
+                return parts[-1][-1:] if last else parts[0][:1]
+        return None
+
     def first_scan(self, place: int) -> int:
         """Return the first scan in a section or behind it, 2**32 if there is none any more.
 
@@ -185,10 +194,11 @@ class Trace(AbstractContextManager["Trace"]):
     def _parts(self, section: Section) -> list[ScanRows | Message]:
         """Take a section apart; a damaged one has no parts and is noted."""
         try:
-            parts = take_apart(self._file, section, self.shape)
+            found = take_apart(self._file, section, self.shape)
         except TraceError as error:
-            self._note(f"{error}; its scans are left out")
+            self._note(f"{error}; {held(self.shape, section)} are left out")
             return []
+        parts = [part.what for part in found if not isinstance(part.what, Channel | Schema)]
         for part in parts:
             self._check(part, section)
         return parts
@@ -210,6 +220,18 @@ class Trace(AbstractContextManager["Trace"]):
         topic = self._topics.get(message.channel, "")
         if topic in _EVENT_TOPICS:
             yield _event(message, topic, section.span)
+
+    def _where_it_ends(self) -> Iterator[str]:
+        """Tell the last scan that there is, and what was begun after it."""
+        row = self.edge(last=True)
+        if row is None:
+            yield "there is no whole chunk with scans"
+        else:
+            yield f"the last scan is {row['scan'][0]:,}, at {seconds(int(row['log_time'][0]))} s"
+        torn = torn_chunk(self._file, self._spans, self.size)
+        if torn is not None:
+            lost = held(self.shape, torn)
+            yield f"the chunk at byte {torn.span.offset:,} is not whole; {lost} are left out"
 
     def _note(self, note: str) -> None:
         if note not in self.notes:

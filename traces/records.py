@@ -10,8 +10,9 @@ get to write. What is whole is given; what is not is named by its offset.
 
 from __future__ import annotations
 
+import re
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from io import BytesIO
 from typing import BinaryIO, NamedTuple, TypeVar
 
@@ -29,6 +30,13 @@ RECORD_HEAD = struct.Struct("<BQ")
 
 _MESSAGE = struct.Struct("<HIQQ")
 _COMPRESSIONS = frozenset({"", "zstd", "lz4"})
+_COMPRESSION = re.compile(rb"\x04\x00\x00\x00zstd|\x03\x00\x00\x00lz4")
+_COMPRESSION_BYTES_MAX = 8
+_CHUNK_NAME = 37
+"""Where in a chunk the name of its compression is, after opcode, length, two times, size and CRC."""
+
+_LENGTH = struct.Struct("<Q")
+_SEARCH_BYTES = 1 << 20
 _FIRST_PRIVATE_OPCODE = 0x80
 _OPCODES = frozenset(opcode.value for opcode in Opcode)
 BROKEN = (McapError, struct.error, ValueError, OverflowError, RuntimeError, EOFError, MemoryError, ZstdError)
@@ -48,6 +56,11 @@ class Span(NamedTuple):
     offset: int
     length: int
 
+    @property
+    def end(self) -> int:
+        """Offset of what follows."""
+        return self.offset + RECORD_HEAD.size + self.length
+
 
 class Message(NamedTuple):
     """A message as it stands in a chunk; time in ns."""
@@ -58,30 +71,86 @@ class Message(NamedTuple):
     data: bytes
 
 
-def find_records(file: BinaryIO, size: int) -> tuple[list[Span], str | None]:
-    """Hop over the records of a file.
+def find_records(file: BinaryIO, size: int) -> tuple[list[Span], list[str]]:
+    """Hop over the records of a file. Where a hop leads astray, go on with the next chunk.
 
     Args:
         file: open for reading, its magic checked.
         size: its size in bytes.
 
     Returns:
-        The whole records in order, and what ended the file too early (None if it has its footer).
+        The whole records in order, and what is wrong with the file.
     """
     spans: list[Span] = []
+    troubles: list[str] = []
     offset = len(MAGIC)
+    while (trouble := _hop(file, size, offset, spans)) is not None:
+        last_start, last_end = _last(spans)
+        found = _next_chunk(file, size, last_start + 1)
+        if found is None:
+            return spans, [*troubles, trouble]
+        troubles.append(f"damaged at byte {last_end:,}; the next chunk is at byte {found:,}")
+        offset = found
+    return spans, troubles
+
+
+def _hop(file: BinaryIO, size: int, offset: int, spans: list[Span]) -> str | None:
+    """Add the records from `offset` on; return what ended them before the footer."""
     while offset + RECORD_HEAD.size <= size:
         file.seek(offset)
         opcode, length = RECORD_HEAD.unpack(file.read(RECORD_HEAD.size))
         if opcode not in _OPCODES and opcode < _FIRST_PRIVATE_OPCODE:
-            return spans, f"damaged at byte {offset:,}: no record begins with {opcode:#04x}"
+            return f"damaged at byte {offset:,}: no record begins with {opcode:#04x}"
         if offset + RECORD_HEAD.size + length > size:
             break
         spans.append(Span(opcode, offset, length))
-        offset += RECORD_HEAD.size + length
-        if opcode == Opcode.FOOTER and file.seek(offset) == offset and file.read(len(MAGIC)) == MAGIC:
-            return spans, None
-    return spans, f"it has no end: the last whole record ends at byte {offset:,} of {size:,}"
+        offset = spans[-1].end
+        if ends_whole(file, spans):
+            return None
+    return f"it has no end: the last whole record ends at byte {offset:,} of {size:,}"
+
+
+def ends_whole(file: BinaryIO, spans: Sequence[Span]) -> bool:
+    """Return whether the last of the records is the footer, and the magic follows it."""
+    if not spans or spans[-1].opcode != Opcode.FOOTER:
+        return False
+    file.seek(spans[-1].end)
+    return file.read(len(MAGIC)) == MAGIC
+
+
+def _last(spans: Sequence[Span]) -> tuple[int, int]:
+    """Return where the last record begins and ends."""
+    return (spans[-1].offset, spans[-1].end) if spans else (0, len(MAGIC))
+
+
+def _next_chunk(file: BinaryIO, size: int, start: int) -> int | None:
+    """Search for a chunk that begins at `start` or later by the name of its compression and by its sizes."""
+    before = b""
+    file.seek(start + _CHUNK_NAME)
+    place = start + _CHUNK_NAME
+    while data := before + file.read(_SEARCH_BYTES):
+        for match in _COMPRESSION.finditer(data):
+            offset = place + match.start() - _CHUNK_NAME
+            if _is_chunk(file, size, offset, len(match[0])):
+                return offset
+        if len(data) == len(before):
+            break
+        before = data[-_COMPRESSION_BYTES_MAX:]
+        place += len(data) - len(before)
+        file.seek(place + len(before))
+    return None
+
+
+def _is_chunk(file: BinaryIO, size: int, offset: int, name: int) -> bool:
+    """Return whether the sizes in a record agree with one another and with the file, as in a chunk."""
+    file.seek(offset)
+    head = file.read(_CHUNK_NAME + name + 8)
+    if len(head) < _CHUNK_NAME + name + 8:
+        return False
+    opcode, length = RECORD_HEAD.unpack_from(head)
+    (data_length,) = _LENGTH.unpack_from(head, _CHUNK_NAME + name)
+    fits = length == len(head) - RECORD_HEAD.size + data_length
+    return bool(opcode == Opcode.CHUNK and fits and offset + RECORD_HEAD.size + length <= size)
 
 
 def read_record(file: BinaryIO, span: Span, read: Callable[[ReadDataStream], R]) -> R:

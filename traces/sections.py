@@ -13,14 +13,16 @@ import struct
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import BinaryIO
+from typing import BinaryIO, NamedTuple
 
 import numpy as np
 from mcap.opcode import Opcode
+from mcap.records import Channel, Schema
 from numpy.typing import NDArray
 
 from .batch import message_layout
 from .records import BROKEN, RECORD_HEAD, Message, Span, TraceError, chunk_data, split
+from .wording import seconds
 
 _CHUNK_HEAD = struct.Struct("<QQQ")
 _INDEX_HEAD = struct.Struct("<HI")
@@ -32,6 +34,18 @@ _SAME_HEAD = struct.Struct("<BQH")
 
 ScanRows = NDArray[np.void]
 """Scans that follow one another, laid out as `batch.message_layout` says."""
+
+
+class Part(NamedTuple):
+    """What is in a section.
+
+    Attributes:
+        offset: where in the section it begins.
+        what: scans that follow one another, or another message, or a channel or schema registered there.
+    """
+
+    offset: int
+    what: ScanRows | Message | Channel | Schema
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,12 +100,22 @@ def _chunk(file: BinaryIO, span: Span, counts: Mapping[int, int]) -> Section:
     return Section(span, start_ns, end_ns, size, counts)
 
 
+def torn_chunk(file: BinaryIO, spans: Sequence[Span], size: int) -> Section | None:
+    """Return the chunk that the file ends in the midst of, if there is enough of it to tell its times."""
+    offset = spans[-1].end
+    file.seek(offset)
+    head = file.read(RECORD_HEAD.size)
+    if offset + RECORD_HEAD.size + _CHUNK_HEAD.size > size or head[0] != Opcode.CHUNK:
+        return None
+    return _chunk(file, Span(Opcode.CHUNK, offset, size - offset - RECORD_HEAD.size), {})
+
+
 def _stretches(messages: Sequence[Span]) -> Iterator[Section]:
     """Yield messages outside of chunks, those that touch one another together, up to a MiB."""
     begin = 0
     for place, (one, other) in enumerate(pairwise(messages), start=1):
-        touching = _end(one) == other.offset
-        if not touching or _end(other) - messages[begin].offset > _LOOSE_BYTES:
+        touching = one.end == other.offset
+        if not touching or other.end - messages[begin].offset > _LOOSE_BYTES:
             yield _stretch(messages[begin:place])
             begin = place
     if messages:
@@ -99,12 +123,8 @@ def _stretches(messages: Sequence[Span]) -> Iterator[Section]:
 
 
 def _stretch(messages: Sequence[Span]) -> Section:
-    size = _end(messages[-1]) - messages[0].offset
+    size = messages[-1].end - messages[0].offset
     return Section(Span(Opcode.MESSAGE, messages[0].offset, size), 0, _EVER, size)
-
-
-def _end(span: Span) -> int:
-    return span.offset + RECORD_HEAD.size + span.length
 
 
 class ScanShape:
@@ -134,8 +154,8 @@ class ScanShape:
         """Return how many scans a section should hold: by its index, by its size if it has none."""
         return section.counts.get(self.channel, 0 if section.counts else section.size // self.stride)
 
-    def take_apart(self, data: bytes) -> Iterator[ScanRows | Message]:
-        """Yield the messages of a section: scans that follow one another together, others one by one.
+    def take_apart(self, data: bytes) -> Iterator[Part]:
+        """Yield what is in a section: scans that follow one another together, other records one by one.
 
         A message on the scans' channel that is of another size comes as a `Message`.
 
@@ -146,12 +166,13 @@ class ScanShape:
         while offset < len(data):
             if data.startswith(self._begin, offset):
                 rows = self._leading(data, offset)
-                yield rows
+                yield Part(offset, rows)
                 offset += rows.nbytes
             else:
-                record, offset = split(data, offset)
-                if isinstance(record, Message):
-                    yield record
+                record, end = split(data, offset)
+                if record is not None:
+                    yield Part(offset, record)
+                offset = end
 
     def _leading(self, data: bytes, offset: int) -> ScanRows:
         """Return the scans from `offset` on, up to the next message that is none."""
@@ -173,6 +194,15 @@ class ScanShape:
         return fits
 
 
+def held(shape: ScanShape, section: Section) -> str:
+    """Tell how many scans a section should hold, and of what time, as far as that is known."""
+    count = shape.expected(section)
+    if not count or section.end_ns >= _EVER:
+        return "its scans"
+    about = "its" if section.counts else "about"
+    return f"{about} {count:,} scans from {seconds(section.start_ns)} s to {seconds(section.end_ns)} s"
+
+
 def read_section(file: BinaryIO, section: Section) -> bytes:
     """Return the messages of a section, one after the other.
 
@@ -185,7 +215,7 @@ def read_section(file: BinaryIO, section: Section) -> bytes:
     return file.read(section.span.length)
 
 
-def take_apart(file: BinaryIO, section: Section, shape: ScanShape) -> list[ScanRows | Message]:
+def take_apart(file: BinaryIO, section: Section, shape: ScanShape) -> list[Part]:
     """Read a section and take it apart.
 
     Raises:

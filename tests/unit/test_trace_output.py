@@ -211,7 +211,7 @@ def test_where_the_ballast_does_not_help_the_file_ends_with_its_last_whole_recor
         if len(disk.content) > 12_000:  # past the head: what is left reads as a trace, in whole chunks
             with open_trace(path) as trace:
                 scans = [scan.scan for scan in trace.scans()]
-                assert trace.notes == [
+                assert trace.notes[:1] == [
                     f"it has no end: the last whole record ends at byte {len(disk.content):,} "
                     f"of {len(disk.content):,}"
                 ]

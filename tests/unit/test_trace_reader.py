@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import subprocess
 import sys
@@ -16,6 +17,7 @@ from scanrack.traces.reader import open_trace
 from scanrack.traces.recorder import ScanRecorder
 from scanrack.traces.records import TraceError, find_records
 from scanrack.traces.schema import scan_schema
+from scanrack.traces.wording import seconds
 
 SLOTS = [SlotInfo(1, "amci3601", "3.1"), SlotInfo(2, "a toy")]
 PERIOD = 2_000_000
@@ -108,7 +110,10 @@ os.kill(os.getpid(), signal.SIGKILL)
     assert scans == list(range(len(scans)))
     assert 900 <= len(scans) < 1050
     size = path.stat().st_size
-    assert notes == [f"it has no end: the last whole record ends at byte {size:,} of {size:,}"]
+    assert notes == [
+        f"it has no end: the last whole record ends at byte {size:,} of {size:,}",
+        f"the last scan is {scans[-1]}, at {seconds(scans[-1])} s",
+    ]
 
 
 def test_a_file_cut_anywhere_gives_its_whole_chunks(path: Path) -> None:
@@ -125,8 +130,9 @@ def test_a_file_cut_anywhere_gives_its_whole_chunks(path: Path) -> None:
         whole = sum(end <= size for end in chunk_ends)
         scans, notes = numbers(path)
         assert scans == joined(every_chunk[:whole])
-        assert len(notes) == 1
         assert f"of {size:,}" in notes[0]
+        if scans:
+            assert f"the last scan is {scans[-1]}, at {seconds(scans[-1] * PERIOD)} s" in notes
 
 
 def per_chunk(path: Path) -> list[list[int]]:
@@ -150,7 +156,9 @@ def test_a_damaged_chunk_is_named_and_the_others_are_given(path: Path) -> None:
     assert scans == chunks[0] + joined(chunks[2:])
     assert len(notes) == 1
     assert notes[0].startswith(f"damaged chunk at byte {start:,}: ")
-    assert notes[0].endswith("; its scans are left out")
+    lost = chunks[1]
+    span = f"{seconds(lost[0] * PERIOD)} s to {seconds(lost[-1] * PERIOD)} s"
+    assert notes[0].endswith(f"; its {len(lost)} scans from {span} are left out")
 
 
 def test_a_wrong_crc_is_a_damaged_chunk(path: Path) -> None:
@@ -161,13 +169,44 @@ def test_a_wrong_crc_is_a_damaged_chunk(path: Path) -> None:
     assert f"damaged chunk at byte {start:,}: crc validation failed" in notes[0]
 
 
-def test_a_damaged_record_ends_the_file_there(path: Path) -> None:
+def test_what_is_cut_off_of_the_last_chunk_is_told(path: Path) -> None:
+    lost = per_chunk(path)[1]
+    start, end = spans(path, Opcode.CHUNK)[1]
+    path.write_bytes(path.read_bytes()[: end - 1])
+    _, notes = numbers(path)
+    span = f"from {seconds(lost[0] * PERIOD)} s to {seconds(lost[-1] * PERIOD)} s"
+    says = rf"the chunk at byte {start:,} is not whole; about (\d+) scans {span} are left out"
+    said = re.fullmatch(says, notes[2])
+    assert said is not None
+    assert 0 <= int(said[1]) - len(lost) <= 3  # events have taken room
+
+
+def test_reading_goes_on_with_the_next_chunk_after_a_damaged_record(path: Path) -> None:
     chunks = per_chunk(path)
-    start, _ = spans(path, Opcode.CHUNK)[2]
+    (start, _), (following, _) = spans(path, Opcode.CHUNK)[2:4]
     damage(path, start, 0x77)
     scans, notes = numbers(path)
-    assert scans == chunks[0] + chunks[1]
-    assert notes == [f"damaged at byte {start:,}: no record begins with 0x77"]
+    assert scans == chunks[0] + chunks[1] + joined(chunks[3:])
+    assert notes == [f"damaged at byte {start:,}; the next chunk is at byte {following:,}"]
+
+
+@pytest.mark.parametrize("length", [0, 5, 300, 1 << 40], ids=["none", "short", "long", "beyond the file"])
+def test_a_wrong_length_costs_one_chunk_at_most(path: Path, length: int) -> None:
+    chunks = per_chunk(path)
+    start, _ = spans(path, Opcode.CHUNK)[1]
+    damage(path, start + 1, *length.to_bytes(8, "little"))
+    scans, notes = numbers(path)
+    assert set(scans) >= set(chunks[0] + joined(chunks[2:]))
+    assert notes
+
+
+def test_a_damaged_last_chunk_ends_the_file_there(path: Path) -> None:
+    chunks = per_chunk(path)
+    start, _ = spans(path, Opcode.CHUNK)[-1]
+    damage(path, start, 0x77)
+    scans, notes = numbers(path)
+    assert scans == joined(chunks[:-1])
+    assert notes[0] == f"damaged at byte {start:,}: no record begins with 0x77"
 
 
 def refusal(path: Path) -> str:
