@@ -35,15 +35,21 @@ class Engine:
         scanner: makes the function that does one scan, called with the time; the interpreter if None.
     """
 
+    memory_type: type[Memory] = Memory
+    """What its memory is made of; a debugger watches it."""
+
+    interpreter_type: type[Interpreter] = Interpreter
+    """What executes prescan, and scans if nothing is compiled."""
+
     def __init__(
         self, linked: Linked, scanner: Callable[[Engine], Callable[[int], object]] | None = None
     ) -> None:
         self.linked = linked
-        self.memory = Memory(linked.layout, linked.presets)
+        self.memory = self.memory_type(linked.layout, linked.presets)
         self.tags = Tags(linked, self.memory)
         self.trouble = Trouble(linked, self.memory)
         self.now_ns = 0
-        self.interpreter = Interpreter(linked, self.memory, self.trouble, self.call_python)
+        self.interpreter = self.interpreter_type(linked, self.memory, self.trouble, self.call_python)
         self._with_jsr = {
             name: "jsr" in inspect.signature(function).parameters
             for name, function in linked.functions.items()
@@ -69,10 +75,18 @@ class Engine:
             LadderFault: a major fault.
             ValueError: the program uses a slot that the rack does not have.
         """
+        self.attach(scan)
+        self._do(scan.now_ns, first=scan.first)
+
+    def attach(self, scan: Any) -> None:
+        """Use the images of a rack's scan as memory.
+
+        Raises:
+            ValueError: the program uses a slot that the rack does not have.
+        """
         if scan is not self._rack:
             self.memory.attach(scan.slot)
             self._rack = scan
-        self._do(scan.now_ns, first=scan.first)
 
     def step(self, ms: float = STEP_MS) -> None:
         """Do one scan without a rack, this long after the one before; the first is at 0.

@@ -216,10 +216,14 @@ class Program:
 
     def compile(self) -> Engine:
         """Return a new engine that runs the program compiled; compiling it is done once."""
-        linked = self.build()
+        return Engine(self.build(), self.scanner)
+
+    @property
+    def scanner(self) -> Scanner:
+        """The compiled program, which binds itself to an engine's memory."""
         if self._scanner is None:
-            self._scanner = scanner_of(linked)
-        return Engine(linked, self._scanner)
+            self._scanner = scanner_of(self.build())
+        return self._scanner
 
     def interpret(self) -> Engine:
         """Return a new engine that runs the program in the interpreter."""

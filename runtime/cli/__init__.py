@@ -17,7 +17,11 @@ from . import (
     rules,
     run,
     show,
+    why,
 )
+from .benching import open_bench
+
+__all__ = ["build", "main", "open_bench"]
 
 COMMANDS = (
     run,
@@ -29,6 +33,7 @@ COMMANDS = (
     replay,
     rerun,
     ladder,
+    why,
     fuzz,
     drive,
     rules,

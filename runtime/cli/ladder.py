@@ -14,6 +14,8 @@ from ...ladder.draw import captions_of, routine_text, routines_svg
 from ...ladder.draw.characters import WIDTH
 from ...ladder.program import load_program
 from ...ladder.tree import Routine
+from ..quantities import parse_time
+from .benching import open_bench
 from .loading import load_job
 
 DRAWN, BAD_INPUT = 0, 2
@@ -65,6 +67,19 @@ def with_rung(routines: Sequence[Routine], number: int | None) -> list[tuple[Rou
     return found
 
 
+def live_truths(file: str, at: str) -> dict[str, list[tuple[bool, ...] | None]]:
+    """Run a rack to a time and return the power in its rungs then, by routine.
+
+    Raises:
+        ValueError: this is no rack with rungs, or no time.
+    """
+    if not file.endswith((".toml", ".py")):
+        raise ValueError(f"{file}: --at needs a rack file to run")
+    bench = open_bench(file)
+    bench.scan(parse_time(at) // bench.cpu.period_ns + 1)
+    return {each.name: bench.program.truth(each.name) for each in bench.program.program.routines}
+
+
 def ladder(
     file: Annotated[
         str, typer.Argument(metavar="FILE", help="A .rung file, a Python program, or a rack file.")
@@ -84,17 +99,24 @@ def ladder(
     source: Annotated[
         bool, typer.Option("--source", help="Print the Python that the program runs as.")
     ] = False,
+    at: Annotated[
+        str | None,
+        typer.Option("--at", metavar="TIME", help="Of a rack: run it so far, and show where there is power."),
+    ] = None,
 ) -> None:
-    """Draw the rungs of a ladder program.
+    """Draw the rungs of a ladder program; with --at, with the power of a scan.
 
-    Example: scanrack ladder examples/three_stations_ladder/line.py --svg line.svg
+    Example: scanrack ladder examples/feeder/feeder.toml --at "3 s" --svg feeder.svg
+
+    Exit status: 0 drawn, 2 a file or an option can't be used.
     """
     try:
         program = load_rungs(file)
+        truths = {} if at is None else live_truths(file, at)
         captions = captions_of(program.add_ons.values())
         wanted = with_rung(chosen(program, routine), rung)
         if svg is not None:
-            svg.write_text(routines_svg(wanted, width or WIDTH, captions=captions), encoding="utf-8")
+            svg.write_text(routines_svg(wanted, width or WIDTH, truths, captions), encoding="utf-8")
         elif source:
             typer.echo(program.source())
         elif text:
@@ -104,7 +126,7 @@ def ladder(
             fitting = max(shutil.get_terminal_size((WIDTH + 8, 0)).columns - 8, NARROWEST)
             for each, numbers in wanted:
                 typer.echo(f"Routine {each.name}\n")
-                typer.echo(routine_text(each, width or fitting, rungs=numbers, captions=captions))
+                typer.echo(routine_text(each, width or fitting, truths.get(each.name), numbers, captions))
     except LadderError as error:
         _refuse(f"{file}: {error}")
     except (ValueError, OSError) as error:

@@ -1,0 +1,162 @@
+"""Cross reference: which instruction reads or writes a tag, and in which rung it stands."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from ..demands import WRITTEN
+from ..errors import Site
+from ..instructions import BY_NAME, Use
+from ..linked import ADD_ON, AddOnCall, Call, Linked, Step, steps_of
+from ..places import Calculation, Constant, Group, Place, Resolved, Resolver
+from ..text import parse_address
+
+BOTH_WAYS = frozenset({Use.STORAGE, Use.TIMER, Use.COUNTER})
+"""Uses in which an instruction reads its operand and writes it."""
+
+TARGETS = WRITTEN | BOTH_WAYS | {Use.RESETTABLE}
+"""Uses in which an instruction writes its operand."""
+
+STRETCHES = ("COP", "CPS", "FLL")
+"""Instructions whose operands may reach further than their first element."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mention:
+    """An operand of an instruction.
+
+    Attributes:
+        site: program, routine, rung and instruction.
+        where: what it is.
+        text: the address as written.
+        reads: whether the instruction reads it.
+        writes: whether it writes it.
+        stretch: whether it may reach beyond the element it names.
+    """
+
+    site: Site
+    where: Place | Group
+    text: str
+    reads: bool
+    writes: bool
+    stretch: bool = False
+
+    @property
+    def way(self) -> str:
+        """`reads`, `writes` or `reads, writes`."""
+        return ", ".join(word for word, is_so in (("reads", self.reads), ("writes", self.writes)) if is_so)
+
+    def __str__(self) -> str:
+        site = self.site
+        return f"{site.routine}, rung {site.rung}: {site.instruction} {self.way} {self.text}"
+
+
+class CrossReference:
+    """All mentions of tags in a program.
+
+    Args:
+        linked: the program.
+    """
+
+    def __init__(self, linked: Linked) -> None:
+        self._resolver = Resolver(linked.layout)
+        self.mentions = tuple(_mentions(linked))
+
+    def of(self, tag: str) -> tuple[Mention, ...]:
+        """Return the mentions of a tag, of parts of it, and of what it is a part of.
+
+        Args:
+            tag: an address: `Run`, `Fill.DN`, `Data[3]`, `axis.status.MOVE_COMPLETE`.
+
+        Raises:
+            LadderError: there is no such tag.
+        """
+        wanted = self._resolver.address(parse_address(tag))
+        return tuple(each for each in self.mentions if overlap(wanted, each.where, stretch=each.stretch))
+
+    def __iter__(self) -> Iterator[Mention]:
+        return iter(self.mentions)
+
+
+def cross_reference(linked: Linked) -> CrossReference:
+    """Return the cross reference of a program that has been built (`Program.build`)."""
+    return CrossReference(linked)
+
+
+def overlap(a: Place | Group, b: Place | Group, *, stretch: bool = False) -> bool:
+    """Tell whether two operands may share memory; computed subscripts may be any.
+
+    Args:
+        a: the one.
+        b: the other.
+        stretch: `b` may reach beyond the element it names.
+    """
+    path_a, path_b = _path(a), _path(b)
+    if path_a != path_b and not path_a.startswith(f"{path_b}.") and not path_b.startswith(f"{path_a}."):
+        return False
+    for one, other in zip(a.indices, b.indices, strict=False):
+        if stretch or not isinstance(one, Constant) or not isinstance(other, Constant):
+            continue
+        if one.value != other.value:
+            return False
+    bits = [each.bit for each in (a, b) if isinstance(each, Place)]
+    if len(bits) == 2 and all(isinstance(bit, Constant) for bit in bits):
+        return bits[0] == bits[1]
+    return True
+
+
+def _path(operand: Place | Group) -> str:
+    return (operand.leaf.path if isinstance(operand, Place) else operand.path).upper()
+
+
+def _mentions(linked: Linked) -> Iterator[Mention]:
+    for routine in linked.routines.values():
+        for line in routine.lines:
+            for step in steps_of(line.nodes):
+                yield from _of_step(linked.sites[step.site], step)
+
+
+def _of_step(site: Site, step: Step) -> Iterator[Mention]:
+    for operand, uses in _operands(step):
+        reads = not uses & TARGETS or bool(uses & BOTH_WAYS)
+        writes = bool(uses & TARGETS)
+        for place, inner in _places(operand):
+            yield Mention(
+                site, place, place.text, reads or inner, writes and not inner, step.name in STRETCHES
+            )
+
+
+def _operands(step: Step) -> Iterable[tuple[Resolved, frozenset[Use]]]:
+    """Return the operands of a step, each with what the instruction does with it."""
+    if step.name == ADD_ON:
+        call: AddOnCall = step.operands[0]
+        return [(call.instance, frozenset({Use.TIMER}))]
+    if step.name == "JSR":
+        jump: Call = step.operands[0]
+        into = [(each, frozenset({Use.NUMBER})) for each in jump.inputs]
+        return [*into, *((each, frozenset({Use.TARGET})) for each in jump.returns)]
+    if step.name in ("SBR", "RET"):
+        use = Use.TARGET if step.name == "SBR" else Use.NUMBER
+        return [(each, frozenset({use})) for each in step.operands]
+    uses = [use for use in BY_NAME[step.name].operands if use is not Use.PRESET]
+    return [
+        (operand, frozenset({use}))
+        for operand, use in zip(step.operands, uses, strict=False)
+        if not isinstance(operand, str)
+    ]
+
+
+def _places(operand: Resolved) -> Iterator[tuple[Place | Group, bool]]:
+    """Yield what an operand names, and what is read to find it (its subscripts)."""
+    if isinstance(operand, Calculation):
+        for each in operand.operands:
+            yield from _places(each)
+    elif isinstance(operand, (Place, Group)):
+        yield operand, False
+        inner = [*operand.indices]
+        if isinstance(operand, Place) and operand.bit is not None:
+            inner.append(operand.bit)
+        for each in inner:
+            for place, _ in _places(each):
+                yield place, True

@@ -1,0 +1,357 @@
+"""The debugger: a ladder program that can be stopped, forced, looked into, and asked why."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ..draw import captions_of, routine_text, routines_svg
+from ..engine import STEP_MS
+from ..errors import LadderError
+from ..logic import Program
+from ..memory import Value, checked
+from ..places import Constant, Group, Place, Resolver
+from ..text import parse_address
+from ..tree import Routine
+from ..view import Tags
+from .crossref import CrossReference
+from .journal import Journal, Write
+from .watching import Change, WatchedEngine, shown
+from .why import changes_of, told, untouched
+
+Condition = Callable[["Debugger"], Any] | str
+"""Something to run to: a function of the debugger, or the address of a bit that is to be on."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """A breakpoint that was met.
+
+    Attributes:
+        scan: number of the scan, from 0.
+        now_ns: its virtual time.
+        text: which breakpoint, and what happened.
+    """
+
+    scan: int
+    now_ns: int
+    text: str
+
+    def __str__(self) -> str:
+        return f"scan {self.scan}, {self.now_ns / 1e9:g} s: {self.text}"
+
+
+class Debugger:
+    """A ladder program under observation; callable as the logic of a rack, as the program itself is.
+
+    It runs compiled; a question about a scan is answered by running that scan again in the interpreter
+    (see `journal`). While something is forced, a breakpoint is on a rung, or the program has routines in
+    Python, which may remember things of their own, every scan is interpreted. A breakpoint is met at the
+    end of the scan in which it is: a scan is always finished, as in a controller.
+
+    Attributes:
+        program: the program.
+        stops: the breakpoints that were met in the latest scan.
+
+    Args:
+        program: the program; it is built if that has not been done.
+
+    Raises:
+        BuildError: the program can't be built.
+    """
+
+    def __init__(self, program: Program) -> None:
+        self.program = program
+        self.stops: tuple[Stop, ...] = ()
+        linked, scanner = program.build(), program.scanner
+        self._engine = WatchedEngine(linked, scanner)
+        self._journal = Journal(linked, scanner)
+        self._outside: list[Write] = []
+        self._engine.memory.outside = self._outside
+        self._journal.begin(self._engine.memory, 0)
+        self._resolver = Resolver(self._engine.linked.layout)
+        self._on_rungs: dict[tuple[str, int], bool] = {}
+        self._on_tags: dict[str, Any] = {}
+        self._forces: dict[str, Value] = {}
+        self._cross_reference: CrossReference | None = None
+        self._again: WatchedEngine | None = None
+
+    # --- running
+
+    @property
+    def tags(self) -> Tags:
+        """The tags by name."""
+        return self._engine.tags
+
+    @property
+    def scans(self) -> int:
+        """Number of scans so far."""
+        return self._engine.scans
+
+    @property
+    def now_ns(self) -> int:
+        """Virtual time of the latest scan, ns."""
+        return self._engine.now_ns
+
+    def __call__(self, scan: Any) -> None:
+        """Do one scan of a rack, see `Engine`."""
+        engine = self._engine
+        engine.attach(scan)
+        self._do(scan.now_ns, first=scan.first)
+
+    def scan(self, scans: int = 1, ms: float = STEP_MS) -> tuple[Stop, ...]:
+        """Do scans without a rack, until a breakpoint is met; return those that are.
+
+        Args:
+            scans: how many at most.
+            ms: time from scan to scan.
+
+        Raises:
+            LadderFault: a major fault.
+        """
+        for _ in range(scans):
+            first = self.scans == 0
+            self._do(0 if first else self.now_ns + round(ms * 1_000_000), first=first)
+            if self.stops:
+                break
+        return self.stops
+
+    def _do(self, now_ns: int, *, first: bool) -> None:
+        engine = self._engine
+        forces = dict(engine.memory.forces)
+        engine.watching = bool(forces or self._on_rungs or self.program.functions)
+        writes = tuple(self._outside)
+        self._journal.note(
+            engine.memory,
+            now_ns,
+            first=first,
+            writes=writes,
+            forces=forces,
+        )
+        engine.memory.outside = None
+        try:
+            engine.do(now_ns, first=first)
+        finally:
+            self._outside.clear()
+            engine.memory.outside = self._outside
+            self._journal.begin(engine.memory, engine.scans)
+        self._look()
+
+    def run_until(self, condition: Condition, limit: int, ms: float = STEP_MS) -> bool:
+        """Do scans without a rack until a condition holds; return whether it does.
+
+        Args:
+            condition: what is waited for.
+            limit: scans at most; a breakpoint ends the run, too.
+            ms: time from scan to scan.
+
+        Raises:
+            LadderError: there is no such tag.
+            LadderFault: a major fault.
+        """
+        for _ in range(limit):
+            if self.scan(1, ms) or self.holds(condition):
+                break
+        return self.holds(condition)
+
+    def holds(self, condition: Condition) -> bool:
+        """Tell whether a condition holds now."""
+        return bool(self.tags[condition] if isinstance(condition, str) else condition(self))
+
+    # --- breakpoints
+
+    def break_at(self, routine: str, rung: int) -> None:
+        """Set a breakpoint that is met when a rung becomes true, from its first instruction to its last.
+
+        Raises:
+            LadderError: there is no such rung.
+        """
+        self._rung(routine, rung)
+        self._on_rungs[routine.upper(), rung] = False
+
+    def break_on(self, tag: str) -> None:
+        """Set a breakpoint that is met when a tag has another value than a scan before.
+
+        Raises:
+            LadderError: there is no such tag.
+        """
+        self._on_tags[tag] = self.tags[tag]
+
+    def clear_breakpoints(self) -> None:
+        """Take all breakpoints away."""
+        self._on_rungs.clear()
+        self._on_tags.clear()
+
+    def _look(self) -> None:
+        """Note which breakpoints are met."""
+        stops = []
+        for (routine, rung), before in self._on_rungs.items():
+            truth = self._engine.interpreter.truths.get((routine, rung), ())
+            now = bool(truth) and truth[-1]
+            self._on_rungs[routine, rung] = now
+            if now and not before:
+                name = self._routine(routine).name
+                stops.append(f"{name}, rung {rung} is true: {self._rung(routine, rung)}")
+        for tag, before in self._on_tags.items():
+            value = self.tags[tag]
+            if value != before:
+                self._on_tags[tag] = value
+                stops.append(f"{tag} was {shown(before)} and is {shown(value)}")
+        at = self._engine
+        self.stops = tuple(Stop(at.scans - 1, at.now_ns, text) for text in stops)
+
+    # --- forces
+
+    def force(self, tag: str, value: object) -> None:
+        """Hold a tag at a value, whatever the program writes, until `unforce`.
+
+        Args:
+            tag: a single value; images are forced at the CPU instead, which records it.
+            value: of the tag's type.
+
+        Raises:
+            ValueError: there is no such tag, it is an image or more than one value, or the value
+                does not fit.
+        """
+        place = self._single(tag)
+        key, mask = self._key(place)
+        bit = place.bit
+        if bit is None:
+            entry: tuple[int | None, Value] = (None, checked(tag, place.type, value))
+        else:
+            assert mask is not None
+            known = self._engine.memory.forces.get(key, (0, 0))
+            on = mask if checked(tag, place.type, value) else 0
+            entry = ((known[0] or 0) | mask, int(known[1]) & ~mask | on)
+        self._engine.memory.forces[key] = entry
+        self._forces[tag] = checked(tag, place.type, value)
+        self.tags[tag] = value
+
+    def unforce(self, tag: str | None = None) -> None:
+        """Let a forced tag go, or all of them; it stays as it is until the program writes it.
+
+        Raises:
+            ValueError: the tag is not forced.
+        """
+        if tag is None:
+            self._forces.clear()
+            self._engine.memory.forces.clear()
+            return
+        if tag not in self._forces:
+            forced = ", ".join(self._forces) or "none"
+            raise ValueError(f"{tag} is not forced; forced are {forced}")
+        del self._forces[tag]
+        key, mask = self._key(self._single(tag))
+        kept, value = self._engine.memory.forces.pop(key)
+        if mask is not None and kept is not None and kept & ~mask:
+            self._engine.memory.forces[key] = (kept & ~mask, int(value) & ~mask)
+
+    @property
+    def forces(self) -> dict[str, Value]:
+        """The forced tags with their values."""
+        return dict(self._forces)
+
+    def _single(self, tag: str) -> Place:
+        where = self._resolver.address(parse_address(tag))
+        if isinstance(where, Group) or where.can_fault:
+            raise ValueError(f"{tag} is not one value with a fixed place: force single values")
+        if where.leaf.slot is not None:
+            raise ValueError(f"{tag} is an image: force it at the CPU, which records forces")
+        return where
+
+    def _key(self, place: Place) -> tuple[tuple[str, int], int | None]:
+        index = place.fixed_index
+        assert index is not None
+        mask = 1 << int(place.bit.value) if isinstance(place.bit, Constant) else None
+        return (place.leaf.ident, index), mask
+
+    # --- looking
+
+    def truth(self, routine: str) -> list[tuple[bool, ...] | None]:
+        """Return the truth of a routine's rungs in the latest scan.
+
+        Returns:
+            For each rung the power behind each of its instructions, in the order in which they
+            execute; None for a rung that was not scanned.
+
+        Raises:
+            LadderError: there is no such routine.
+        """
+        name = self._routine(routine).name.upper()
+        truths = self._watched().interpreter.truths if self.scans else {}
+        rungs = self._engine.linked.routines[name].lines
+        return [truths.get((name, line.number)) for line in rungs]
+
+    def _watched(self) -> WatchedEngine:
+        """Return an engine that has watched the latest scan."""
+        if self._engine.watching:
+            return self._engine
+        if self._again is None or self._again.scans != self.scans:
+            self._again = self._journal.again(self.scans - 1)
+        return self._again
+
+    def picture(self, routine: str, rungs: Sequence[int] | None = None, width: int = 96) -> str:
+        """Return a routine drawn with box characters; wires with power in the latest scan are heavy."""
+        found = self._routine(routine)
+        captions = captions_of(self.program.add_ons.values())
+        return routine_text(found, width, self.truth(routine), rungs, captions)
+
+    def svg(self, width: int = 96) -> str:
+        """Return all routines as an SVG document, with the power of the latest scan."""
+        routines = [(each, range(len(each.rungs))) for each in self.program.routines]
+        truths = {each.name: self.truth(each.name) for each in self.program.routines}
+        return routines_svg(routines, width, truths, captions_of(self.program.add_ons.values()))
+
+    @property
+    def cross_reference(self) -> CrossReference:
+        """Where every tag is read and written."""
+        if self._cross_reference is None:
+            self._cross_reference = CrossReference(self._engine.linked)
+        return self._cross_reference
+
+    def last_change(self, tag: str) -> Change | None:
+        """Return the last change of a tag that is remembered, None if it has not changed since.
+
+        A change is one from the end of a scan to the end of the next.
+
+        Raises:
+            LadderError: there is no such tag.
+        """
+        where = self._resolver.address(parse_address(tag))
+        scan = self._journal.last_change(lambda engine: engine.tags[tag])
+        if scan is None:
+            return None
+        self._again = None
+        changes = changes_of(self._journal.again(scan).history, where)
+        return changes[-1] if changes else None
+
+    def why(self, tag: str) -> str:
+        """Say why a tag is as it is: the scan and the rung that last changed it, and what was false there.
+
+        Raises:
+            LadderError: there is no such tag.
+        """
+        value = self.tags[tag]
+        where = self._resolver.address(parse_address(tag))
+        if tag in self._forces:
+            return f"{tag} is {shown(value)} because it is forced."
+        if isinstance(where, Place) and where.leaf.slot is not None and not where.leaf.output:
+            return f"{tag} is {shown(value)} because the module says so: it is an input image."
+        change = self.last_change(tag)
+        if change is None:
+            return untouched(tag, value, [each for each in self.cross_reference.of(tag) if each.writes])
+        return told(self._engine.linked, tag, where, change)
+
+    def _routine(self, name: str) -> Routine:
+        for each in self.program.routines:
+            if each.name.upper() == name.upper():
+                return each
+        names = ", ".join(each.name for each in self.program.routines)
+        raise LadderError(f"there is no routine {name}; there are {names}")
+
+    def _rung(self, routine: str, number: int) -> str:
+        rungs = self._routine(routine).rungs
+        if not 0 <= number < len(rungs):
+            raise LadderError(f"routine {routine} has no rung {number}: 0 to {len(rungs) - 1}")
+        return str(rungs[number])

@@ -1,0 +1,198 @@
+"""The journal of a run: what goes into a program from outside, so that any scan can be run again.
+
+A program is deterministic: its memory, the input images and the time make the next memory. So it runs
+compiled, and a question about a scan is answered by running that scan again, watched, on a memory of its own:
+
+    snapshot      entry  entry  entry ...      snapshot      entry ...
+    scan 512      512    513    514            scan 768      768
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from ..compiler import Scanner
+from ..linked import Linked
+from ..memory import Memory, Value
+from ..tags import Leaf
+from .watching import WatchedEngine
+
+EVERY = 256
+"""Scans from snapshot to snapshot."""
+
+MOST = 2_000
+"""Snapshots that are kept, the latest ones: half a million scans."""
+
+Write = tuple[Leaf, int, Value]
+"""A value that somebody outside of the program has set."""
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A scan.
+
+    Attributes:
+        now_ns: its virtual time.
+        first: whether it began with prescan.
+        images: the input images that the program uses, in the order of the layout.
+        writes: what was set from outside since the scan before.
+        forces: what was forced.
+    """
+
+    now_ns: int
+    first: bool
+    images: tuple[bytes, ...]
+    writes: tuple[Write, ...]
+    forces: dict[tuple[str, int], tuple[int | None, Value]]
+
+
+@dataclass(slots=True)
+class Chapter:
+    """Scans from a snapshot on.
+
+    Attributes:
+        scan: number of the first one.
+        memory: the values in front of it, by identifier.
+        entries: the scans.
+    """
+
+    scan: int
+    memory: dict[str, Any]
+    entries: list[Entry]
+
+
+class Journal:
+    """What has gone into a program, the latest scans.
+
+    Args:
+        linked: the program.
+        scanner: the compiled program.
+    """
+
+    def __init__(self, linked: Linked, scanner: Scanner) -> None:
+        self._linked, self._scanner = linked, scanner
+        self._chapters: deque[Chapter] = deque(maxlen=MOST)
+        self._images = [leaf for leaf in linked.layout.images if not leaf.output]
+        self._again: WatchedEngine | None = None
+
+    @property
+    def scans(self) -> range:
+        """Numbers of the scans that are remembered."""
+        if not self._chapters:
+            return range(0)
+        last = self._chapters[-1]
+        return range(self._chapters[0].scan, last.scan + len(last.entries))
+
+    def begin(self, memory: Memory, scan: int) -> None:
+        """Take a snapshot if one is due: before anything was written, and after every `EVERY` scans.
+
+        Args:
+            memory: the program's, as it stands in front of that scan.
+            scan: number of the next scan.
+        """
+        if not self._chapters or len(self._chapters[-1].entries) == EVERY:
+            self._chapters.append(Chapter(scan, snapshot(memory), []))
+
+    def note(
+        self,
+        memory: Memory,
+        now_ns: int,
+        *,
+        first: bool,
+        writes: tuple[Write, ...],
+        forces: dict[tuple[str, int], tuple[int | None, Value]],
+    ) -> None:
+        """Note a scan that is about to be done.
+
+        Args:
+            memory: the program's, with the input images of this scan in it.
+            now_ns: its virtual time.
+            first: whether it begins with prescan.
+            writes: what was set from outside since the scan before.
+            forces: what is forced.
+        """
+        images = tuple(bytes(memory.cells[leaf.ident].cell_contents) for leaf in self._images)
+        self._chapters[-1].entries.append(Entry(now_ns, first, images, writes, forces))
+
+    def again(self, scan: int) -> WatchedEngine:
+        """Run up to a scan again, that one watched; return the engine as it stands behind it.
+
+        Raises:
+            ValueError: the scan is not remembered.
+        """
+        if scan not in self.scans:
+            raise ValueError(
+                f"scan {scan} is not remembered: {self.scans.start} to {self.scans.stop - 1} are"
+            )
+        chapter = next(each for each in reversed(self._chapters) if each.scan <= scan)
+        engine = self._engine(chapter)
+        for entry in chapter.entries[: scan - chapter.scan + 1]:
+            self._do(engine, entry, watched=engine.scans == scan)
+        return engine
+
+    def last_change(self, read: Callable[[WatchedEngine], Any]) -> int | None:
+        """Return the last scan behind which a value was another than in front of it, None if there is none.
+
+        Args:
+            read: reads the value.
+        """
+        for chapter in reversed(self._chapters):
+            found = None
+            for scan, before, after in self._values(chapter, read):
+                if before != after:
+                    found = scan
+            if found is not None:
+                return found
+        return None
+
+    def _values(
+        self, chapter: Chapter, read: Callable[[WatchedEngine], Any]
+    ) -> Iterator[tuple[int, Any, Any]]:
+        engine = self._engine(chapter)
+        value = read(engine)
+        for entry in chapter.entries:
+            scan = engine.scans
+            self._do(engine, entry, watched=False)
+            before, value = value, read(engine)
+            yield scan, before, value
+
+    def _engine(self, chapter: Chapter) -> WatchedEngine:
+        if self._again is None:
+            self._again = WatchedEngine(self._linked, self._scanner)
+        restore(self._again.memory, chapter.memory)
+        self._again.scans = chapter.scan
+        return self._again
+
+    def _do(self, engine: WatchedEngine, entry: Entry, *, watched: bool) -> None:
+        memory = engine.memory
+        for leaf, image in zip(self._images, entry.images, strict=True):
+            memory.cells[leaf.ident].cell_contents.cast("B")[:] = image
+        engine.watching = watched or bool(entry.forces)
+        memory.forces = entry.forces
+        engine.outside = entry.writes
+        engine.do(entry.now_ns, first=entry.first)
+
+
+def snapshot(memory: Memory) -> dict[str, Any]:
+    """Return all values of a memory, by identifier."""
+    found: dict[str, Any] = {}
+    for leaf in memory.layout.leaves.values():
+        value = memory.cells[leaf.ident].cell_contents
+        found[leaf.ident] = value.tolist() if leaf.slot is not None else list(value) if leaf.dims else value
+    return found
+
+
+def restore(memory: Memory, values: dict[str, Any]) -> None:
+    """Set all values of a memory to those of a snapshot."""
+    for leaf in memory.layout.leaves.values():
+        cell, value = memory.cells[leaf.ident], values[leaf.ident]
+        if leaf.slot is not None:
+            for index, word in enumerate(value):
+                cell.cell_contents[index] = word
+        elif leaf.dims:
+            cell.cell_contents[:] = value
+        else:
+            cell.cell_contents = value

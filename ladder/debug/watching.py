@@ -1,0 +1,297 @@
+"""A program that is watched while it runs: the truth of its rungs, and every change of its memory.
+
+It is the interpreter that is watched: it executes the tree plainly, and the compiler has to equal it. Scans
+that nobody looks into run compiled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from ..compiler import Scanner
+from ..engine import Engine
+from ..errors import Site
+from ..instructions import Kind
+from ..interpreter import Interpreter
+from ..linked import AddOnCall, Line, Linked, LinkedRoutine, Parallel, Step
+from ..memory import Memory, Value, same
+from ..places import Place
+from ..tags import Leaf
+
+
+def shown(value: object) -> str:
+    """Return a value as it stands in a sentence; bits as 0 and 1."""
+    return str(int(value)) if isinstance(value, bool) else str(value)
+
+
+@dataclass(frozen=True, slots=True)
+class Blocker:
+    """A condition at which the power of a rung ended.
+
+    Attributes:
+        instruction: the instruction as text.
+        values: its tags and their values then.
+    """
+
+    instruction: str
+    values: tuple[tuple[str, Value], ...]
+
+    def __str__(self) -> str:
+        values = ", ".join(f"{tag} = {shown(value)}" for tag, value in self.values)
+        return f"{self.instruction} [{values}]" if values else self.instruction
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A value of the memory that a program has changed.
+
+    Attributes:
+        scan: number of the scan, from 0 for the first that was watched.
+        now_ns: its virtual time, ns.
+        leaf: what was changed.
+        index: which element of it, 0 for a single value.
+        before: its value before.
+        after: its value then.
+        site: the instruction, None if a Python routine or somebody from outside wrote it.
+        power: whether the rung was true in front of that instruction.
+        blockers: the conditions of the rung that were false in front of it.
+        prescan: whether it was prescan that wrote.
+    """
+
+    scan: int
+    now_ns: int
+    leaf: Leaf
+    index: int
+    before: Value
+    after: Value
+    site: Site | None
+    power: bool
+    blockers: tuple[Blocker, ...]
+    prescan: bool
+
+
+@dataclass(slots=True)
+class _Running:
+    """The rung that is being executed.
+
+    Attributes:
+        routine: its routine, in capitals.
+        line: the rung.
+        truth: power behind each instruction so far.
+        blocked: instructions so far at which power ended.
+    """
+
+    routine: str
+    line: Line
+    truth: list[bool] = field(default_factory=list)
+    blocked: list[Step] = field(default_factory=list)
+
+
+class WatchedMemory(Memory):
+    """Memory that tells of changes, and in which values can be forced.
+
+    Attributes:
+        watcher: told of every change while a scan is watched.
+        outside: collects what is written between scans, None while it is not wanted.
+        forces: mask and value of forced values by identifier and index; a mask of None is the whole value.
+    """
+
+    watcher: Callable[[Leaf, int, Value, Value], None] | None = None
+    outside: list[tuple[Leaf, int, Value]] | None = None
+    forces: dict[tuple[str, int], tuple[int | None, Value]]
+
+    def write(self, leaf: Leaf, index: int, value: Value) -> None:
+        """Set a value, as far as it is not forced; tell if that changes it."""
+        watcher = self.watcher
+        if watcher is None:
+            if self.outside is not None:
+                self.outside.append((leaf, index, value))
+            super().write(leaf, index, value)
+            return
+        before = self.read(leaf, index)
+        after = self.forced(leaf, index, value)
+        super().write(leaf, index, after)
+        if not same(before, after):
+            watcher(leaf, index, before, after)
+
+    def forced(self, leaf: Leaf, index: int, value: Value) -> Value:
+        """Return a value with the forces of its place in it."""
+        force = self.forces.get((leaf.ident, index))
+        if force is None:
+            return value
+        mask, forced = force
+        if mask is None:
+            return forced
+        bits = leaf.type.bits
+        merged = (int(value) & ~mask | int(forced) & mask) & (1 << bits) - 1
+        return merged - (1 << bits) if merged >> (bits - 1) else merged
+
+
+class WatchedInterpreter(Interpreter):
+    """An interpreter that notes the truth of every rung it executes."""
+
+    def __init__(self, *parts: object) -> None:
+        super().__init__(*parts)  # type: ignore[arg-type]  # as the base takes them
+        self.truths: dict[tuple[str, int], tuple[bool, ...]] = {}
+        self.running: list[_Running] = []
+        self.power = True
+        self.prescanning = False
+        self._routines: list[str] = []
+        self._silent = 0
+
+    def scan(self, now_ns: int) -> None:
+        """See `Interpreter.scan`."""
+        self.truths.clear()
+        self.running.clear()
+        self._routines.clear()
+        self._silent = 0
+        super().scan(now_ns)
+
+    def prescan(self, name: str | None = None) -> None:
+        """See `Interpreter.prescan`."""
+        outer, self.prescanning = self.prescanning, True
+        try:
+            super().prescan(name)
+        finally:
+            self.prescanning = outer
+
+    def _lines(self, routine: LinkedRoutine, inputs: Sequence[Value]) -> None:
+        self._routines.append(routine.name.upper())
+        silent, self._silent = self._silent, 0
+        try:
+            super()._lines(routine, inputs)
+        finally:
+            self._silent = silent
+            self._routines.pop()
+
+    def _line(self, line: Line, inputs: Sequence[Value]) -> None:
+        running = _Running(self._routines[-1], line)
+        self.running.append(running)
+        try:
+            super()._line(line, inputs)
+        finally:
+            self.truths[running.routine, line.number] = tuple(running.truth)
+            self.running.pop()
+
+    def _step(self, step: Step, power: bool) -> bool:
+        if self._silent:
+            return super()._step(step, power)
+        self.power = power
+        running = self.running[-1]
+        behind = super()._step(step, power)
+        running.truth.append(behind)
+        if power and not behind and step.kind is Kind.INPUT:
+            running.blocked.append(step)
+        return behind
+
+    def _branch(self, branch: Parallel, power: bool) -> bool:
+        """Where one leg conducts, the others do not block."""
+        if self._silent:
+            return super()._branch(branch, power)
+        blocked = self.running[-1].blocked
+        before = len(blocked)
+        behind = super()._branch(branch, power)
+        if behind:
+            del blocked[before:]
+        return behind
+
+    def _add_on(self, power: bool, call: AddOnCall) -> bool:
+        """What copies arguments in and results out is no instruction of the rung."""
+        self._silent += 1
+        try:
+            return super()._add_on(power, call)
+        finally:
+            self._silent -= 1
+
+    def blockers(self) -> tuple[Blocker, ...]:
+        """Return the conditions of the present rung at which power has ended so far."""
+        return tuple(map(self._blocker, self.running[-1].blocked)) if self.running else ()
+
+    def _blocker(self, step: Step) -> Blocker:
+        places = [each for each in step.operands if isinstance(each, Place)]
+        values = tuple((place.text, self.get(place)) for place in places)
+        return Blocker(self._linked.sites[step.site].instruction, values)
+
+    @property
+    def site(self) -> Site | None:
+        """The instruction that executes, None outside of rungs."""
+        return self._linked.sites[self._site] if self.running or self.prescanning else None
+
+
+class WatchedEngine(Engine):
+    """An engine that can be watched: it runs compiled, or, while it is watched, in the interpreter.
+
+    Attributes:
+        watching: whether the next scans are watched.
+        history: what has changed in scans that were watched.
+        scans: number of scans so far.
+        outside: what is written in front of the next scan, as somebody outside of the program did.
+
+    Args:
+        linked: the program.
+        scanner: the compiled program.
+    """
+
+    memory_type = WatchedMemory
+    interpreter_type = WatchedInterpreter
+    memory: WatchedMemory
+    interpreter: WatchedInterpreter
+
+    def __init__(self, linked: Linked, scanner: Scanner) -> None:
+        super().__init__(linked, scanner)
+        self._compiled = self._scan
+        self.watching = False
+        self.history: list[Change] = []
+        self.scans = 0
+        self.outside: tuple[tuple[Leaf, int, Value], ...] = ()
+        self.memory.forces = {}
+
+    def do(self, now_ns: int, *, first: bool) -> None:
+        """Do one scan, forced values held if it is watched.
+
+        Raises:
+            LadderFault: a major fault.
+        """
+        self._do(now_ns, first=first)
+
+    def _do(self, now_ns: int, *, first: bool) -> None:
+        self.history.clear()
+        self.interpreter.truths.clear()
+        self.now_ns = now_ns
+        self._scan = self.interpreter.scan if self.watching else self._compiled
+        self.memory.watcher = self._changed if self.watching else None
+        try:
+            for leaf, index, value in self.outside:
+                self.memory.write(leaf, index, value)
+            self.outside = ()
+            if self.watching:
+                self.apply_forces()
+            super()._do(now_ns, first=first)
+        finally:
+            self.memory.watcher = None
+            self.scans += 1
+
+    def apply_forces(self) -> None:
+        """Put the forced values into the memory."""
+        leaves = {leaf.ident: leaf for leaf in self.linked.layout.leaves.values()}
+        for ident, index in self.memory.forces:
+            leaf = leaves[ident]
+            self.memory.write(leaf, index, self.memory.forced(leaf, index, self.memory.read(leaf, index)))
+
+    def _changed(self, leaf: Leaf, index: int, before: Value, after: Value) -> None:
+        interpreter = self.interpreter
+        self.history.append(
+            Change(
+                self.scans,
+                self.now_ns,
+                leaf,
+                index,
+                before,
+                after,
+                interpreter.site,
+                interpreter.power,
+                interpreter.blockers(),
+                interpreter.prescanning,
+            )
+        )

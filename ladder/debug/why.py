@@ -1,0 +1,80 @@
+"""Why a tag is as it is, in a sentence: found in the remembered changes, told as a colleague would."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from ..linked import Linked
+from ..places import Constant, Group, Place
+from .crossref import Mention, overlap
+from .watching import Change, shown
+
+
+def changes_of(history: Iterable[Change], where: Place | Group) -> list[Change]:
+    """Return the changes of a place, or of any part of a group, oldest first."""
+    return [each for each in history if _concerns(each, where)]
+
+
+def _concerns(change: Change, where: Place | Group) -> bool:
+    if isinstance(where, Group):
+        leaf = change.leaf
+        changed = Place(leaf, (), None, leaf.path)
+        return overlap(where, changed) and _same_element(change, where)
+    if change.leaf is not where.leaf or change.index != (where.fixed_index or 0):
+        return False
+    if not isinstance(where.bit, Constant):
+        return True
+    return (int(change.before) ^ int(change.after)) >> int(where.bit.value) & 1 == 1
+
+
+def _same_element(change: Change, group: Group) -> bool:
+    """Tell whether a change is in the elements that a group means."""
+    dims, fixed = change.leaf.dims, group.indices
+    if not fixed or not all(isinstance(each, Constant) for each in fixed):
+        return True
+    place, rest = 0, 1
+    for length in dims[len(fixed) :]:
+        rest *= length
+    for each, length in zip(fixed, dims, strict=False):
+        place = place * length + (int(each.value) if isinstance(each, Constant) else 0)
+    return change.index // rest == place
+
+
+def untouched(tag: str, value: object, writers: Sequence[Mention]) -> str:
+    """Say that a tag has not changed, and what might have changed it."""
+    if not writers:
+        return f"{tag} is {shown(value)}: no rung writes it."
+    listed = "\n".join(f"    {each}" for each in writers)
+    return f"{tag} is {shown(value)} and has not changed while it was watched. What writes it:\n{listed}"
+
+
+def told(linked: Linked, tag: str, where: Place | Group, change: Change) -> str:
+    """Say how a tag came to its value: when, by which rung, and where that rung was false."""
+    name = tag if isinstance(where, Place) else _element(change)
+    after: object = change.after
+    if isinstance(where, Place) and isinstance(where.bit, Constant):
+        after = bool(int(change.after) >> int(where.bit.value) & 1)
+    when = f"scan {change.scan} ({change.now_ns / 1e9:g} s)"
+    if change.site is None:
+        return f"{name} is {shown(after)} since {when}: it was set from outside of the rungs."
+    site = change.site
+    by = f"{site.instruction} in routine {site.routine}, rung {site.rung}"
+    if change.prescan:
+        return f"{name} is {shown(after)} since {when}: prescan of {by}."
+    rung = linked.routines[site.routine.upper()].lines[site.rung].text
+    lines = [f"{name} is {shown(after)} since {when}: {by}, whose rung was {str(change.power).lower()}:"]
+    lines.append(f"    {rung}")
+    if not change.power:
+        lines += [f"  false was {each}" for each in change.blockers]
+    return "\n".join(lines)
+
+
+def _element(change: Change) -> str:
+    """Return the address of what has changed, with its subscripts."""
+    if not change.leaf.dims:
+        return change.leaf.path
+    subscripts, rest = [], change.index
+    for length in reversed(change.leaf.dims):
+        rest, at = divmod(rest, length)
+        subscripts.append(str(at))
+    return f"{change.leaf.path}[{','.join(reversed(subscripts))}]"

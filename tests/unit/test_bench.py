@@ -1,0 +1,221 @@
+"""The bench: what a user's test does with a rack, and what it is told when things do not come about."""
+
+import doctest
+from pathlib import Path
+
+import pytest
+from scanrack.runtime.bench import NotReachedError
+from scanrack.runtime.cli import build, open_bench
+from scanrack.runtime.faults import CpuFault
+from typer.testing import CliRunner
+
+FEEDER = "examples/feeder/feeder.toml"
+PLAIN = """
+def logic(scan):
+    if scan.number == 5:
+        raise RuntimeError("five")
+"""
+RUNGS = """PROGRAM line
+TAG Go : BOOL
+TAG Seen : BOOL
+TAG Table : DINT[3]
+TAG Index : DINT
+SLOT axis : 1
+ROUTINE Main
+XIC(axis.status.IN_ESTOP)OTE(Seen);
+XIC(Go)MOV(Table[Index],Index);
+END
+"""
+RACK = """program = "{}"
+[[slot]]
+number = 1
+module = "amci3601"
+[slot.machine]
+switches = [{{ input = "home", first = 100 }}]
+"""
+
+
+@pytest.fixture
+def rack(tmp_path):
+    def make(text, name):
+        (tmp_path / name).write_text(text, encoding="utf-8")
+        file = tmp_path / "rack.toml"
+        file.write_text(RACK.format(name), encoding="utf-8")
+        return file
+
+    return make
+
+
+@pytest.fixture
+def line(rack):
+    return open_bench(rack(RUNGS, "line.rung"))
+
+
+def test_time_goes_by_scans(line):
+    line.run_for("9 ms")  # five scans of 2 ms, those at 0 to 8 ms
+    assert (line.scans, line.now_ns) == (5, 8_000_000)
+
+
+def test_what_does_not_come_about_is_told_with_what_there_is(line):
+    with pytest.raises(NotReachedError) as caught:
+        line.run_until("Seen", within="20 ms")
+    message = str(caught.value)
+    assert message.startswith("Seen has not come about within 20 ms.\nscan 10, 0.018 s\nslot 1: ")
+    assert "CONFIG_ERROR" in message
+    assert "shaft 0" in message
+
+
+def test_inputs_are_pressed_and_those_of_the_machine_are_refused(line):
+    line.scan()
+    line.slot[1].set_input("estop", True)
+    line.scan(3)
+    assert "energised estop" in str(line.slot[1])
+    with pytest.raises(ValueError, match="there is no input 'stop': inputs are capture, external"):
+        line.slot[1].press("stop")
+    with pytest.raises(ValueError, match="HOME is wired to the machine"):
+        line.slot[1].press("home")
+
+
+def test_a_fault_names_program_routine_rung_and_tag_and_the_trace_can_be_read(rack, tmp_path):
+    line = open_bench(rack(RUNGS, "line.rung"), tmp_path / "t.mcap")
+    line.scan(3)
+    line["Index"] = 7
+    line["Go"] = True
+    with pytest.raises(CpuFault) as caught:
+        line.scan()
+    for part in ("program line", "routine Main", "rung 1", "Table[Index]", "subscript 7 is out of range"):
+        assert part in str(caught.value)
+    shown = CliRunner().invoke(build(), ["show", str(tmp_path / "t.mcap")])
+    assert shown.exit_code == 0, shown.output
+    assert "subscript 7" in shown.stdout
+
+
+def test_a_plain_function_has_no_tags_but_all_the_rest(rack):
+    bench = open_bench(rack(PLAIN, "plain.py"))
+    bench.scan(3)
+    with pytest.raises(ValueError, match="it has no tags and no rungs"):
+        bench["Run"]
+    with pytest.raises(CpuFault, match="five"):
+        bench.run_for("1 s")
+
+
+def test_forces_of_images_are_the_cpus_and_forces_of_tags_the_programs(line):
+    line.scan()
+    line.force("Local:1:I.Data[1].3", 1)  # IN_ESTOP
+    line.scan(2)
+    assert line["Seen"]
+    assert dict(line.cpu.forces.active) == {"Local:1:I.Data[1].3": 1}
+    line.unforce("Local:1:I.Data[1].3")
+    line.force("Seen", 0)
+    line.scan(2)
+    assert line.program.forces == {"Seen": False}
+    with pytest.raises(ValueError, match="there is no tag Sean"):
+        line.force("Sean", 1)
+
+
+def test_trouble_power_and_the_key(line):
+    slot = line.slot[1]
+    line.scan(2)
+    slot.fail("fatal-error")
+    line.scan(2)
+    assert not slot.status.MODULE_OK
+    slot.fail(None)
+    line.scan(2)
+    assert slot.status.MODULE_OK
+    slot.power_cycle()
+    line.program_mode()
+    line.scan(3)
+    assert line.cpu.mode.name == "PROGRAM"
+    line.run_mode()
+    with pytest.raises(ValueError, match="there is no trouble 'flood': allowed are link-lost"):
+        slot.fail("flood")
+
+
+def test_a_breakpoint_ends_a_run(line):
+    line.program.break_on("Index")
+    line["Table[0]"] = 2
+    line.scan(2)
+    line["Go"] = True
+    line.run_for("1 s")
+    (stop,) = line.stops
+    assert str(stop) == "scan 2, 0.004 s: Index was 0 and is 2"
+    assert line.scans == 3
+
+
+def test_the_example_is_whole_in_every_run():
+    first, second = open_bench(FEEDER), open_bench(FEEDER)
+    first.run_for("1 s")
+    second.run_for("1 s")
+    assert first.slot[1].inputs == second.slot[1].inputs
+    assert first.told == second.told
+    assert first.rules == ["CER-01", "POS-01"]
+
+
+# --- the commands
+
+
+def invoke(*words):
+    return CliRunner().invoke(build(), list(words))
+
+
+def test_why_answers_at_a_time():
+    result = invoke("why", FEEDER, "Feeding", "--at", "8.2 s")
+    assert result.exit_code == 0, result.output
+    assert "Feeding is 0 since scan 4001 (8.002 s): OTE(Feeding) in routine Main, rung 7" in result.stdout
+    assert "false was XIO(Homing) [Homing = 1]" in result.stdout
+
+
+def test_why_answers_when_a_bit_comes_on():
+    result = invoke("why", FEEDER, "OutGo", "--until", "Feeding")
+    assert result.exit_code == 0, result.output
+    assert "whose rung was true" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "says"),
+    [
+        ((FEEDER, "Feedin"), 2, "did you mean Feeding"),
+        ((FEEDER, "Feeding", "--at", "1 s", "--scans", "3"), 2, "--at and --scans say the same thing"),
+        ((FEEDER, "Feeding", "--at", "1"), 2, "'1' is no time"),
+        ((FEEDER, "Feeding", "--until", "Axis.Nothing"), 2, "AXIS_3601 has no member Nothing"),
+        (("examples/three_stations/line.toml", "Run"), 2, "no tags and no rungs"),
+        (("nowhere.toml", "Run"), 2, "nowhere.toml"),
+    ],
+)
+def test_questions_that_cannot_be_answered(words, status, says):
+    result = invoke("why", *words)
+    assert result.exit_code == status
+    assert says in result.stderr
+
+
+def test_cross_reference_of_a_program():
+    result = invoke("xref", FEEDER, "Homing")
+    assert [line.split()[0:2] for line in result.stdout.splitlines()] == [
+        ["Homing", "writes"],
+        ["Homing", "reads"],
+        ["Homing", "reads"],
+    ]
+    assert invoke("xref", FEEDER, "Strokes.UN").exit_code == 0
+    assert invoke("xref", FEEDER, "Hominy").exit_code == 2
+
+
+def test_a_tag_that_nothing_mentions(tmp_path):
+    file = tmp_path / "line.rung"
+    file.write_text(RUNGS.replace("TAG Go", "TAG Spare : BOOL\nTAG Go"), encoding="utf-8")
+    result = invoke("xref", str(file), "Spare")
+    assert (result.exit_code, result.stderr) == (1, "nothing in the program mentions Spare\n")
+
+
+def test_rungs_with_the_power_of_a_scan():
+    result = invoke("ladder", FEEDER, "--rung", "9", "--width", "60", "--at", "5 s")
+    assert result.exit_code == 0, result.output
+    assert "╟━━━┨ ┠━━━━━┤/├──" in result.stdout
+    assert "needs a rack file" in invoke("ladder", "examples/feeder/feeder.rung", "--at", "5 s").stderr
+
+
+def test_examples_of_the_page():
+    results = doctest.testfile(
+        str(Path(__file__).parents[2] / "docs" / "debugging.md"), module_relative=False
+    )
+    assert results.attempted >= 15
+    assert results.failed == 0
