@@ -124,7 +124,7 @@ class ImageBench:
             if image != before:
                 before = image
                 if changes is not None:
-                    changes.append([_ms(self.now_ns), list(self._image)])
+                    changes.append([time_ms(self.now_ns), list(self._image)])
             if until is not None and self._satisfies(until):
                 self.module.machine.let_go(self.now_ns)
                 self.module.look_again()
@@ -143,7 +143,7 @@ class ImageBench:
         configuring = bool(words[0] & StatusMsw.MODE_CONFIG.value)
         values = [None if configuring else join_reported(words[at], words[at + 1]) for at in (2, 4, 6)]
         return {
-            "t_ms": _ms(self.now_ns),
+            "t_ms": time_ms(self.now_ns),
             "scan": self.scan,
             "in": words,
             "bits": status_names(words[0] & 0xFFFF, words[1] & 0xFFFF),
@@ -165,7 +165,7 @@ def _sets_error(event: Event) -> bool:
     return event.kind == "rule" and isinstance(bits, list) and not ERROR_NAMES.isdisjoint(bits)
 
 
-def _ms(now_ns: int) -> int | float:
+def time_ms(now_ns: int) -> int | float:
     """Return a time in ms as a JSON number, exact: an integer where it is one."""
     whole, rest = divmod(now_ns, NS_PER_MS)
     return whole if rest == 0 else float(Decimal(now_ns) / NS_PER_MS)

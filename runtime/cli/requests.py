@@ -1,4 +1,4 @@
-"""What a `scanrack drive` request for an image target may hold, and the errors of those that don't.
+"""How `scanrack drive` reads requests; what one for an image target may hold, and the errors of the rest.
 
 Numbers are read as exact decimals, so that a time is the time that was written.
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 import difflib
 import json
 from decimal import Decimal
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
@@ -21,14 +21,17 @@ STATUS_NAMES = frozenset(str(bit.name) for bit in (*StatusMsw, *StatusLsw))
 Word = Annotated[int, Field(ge=WORD_MIN, le=UNSIGNED_MAX, strict=True)]
 Level = Annotated[int, Field(ge=0, le=1, strict=True)]
 Steps = Annotated[int, Field(strict=True)]
+Model = TypeVar("Model", bound=BaseModel)
 Milliseconds = Annotated[Decimal, Field(ge=0, le=Decimal(10) ** 12)]
 
 
-class _Strict(BaseModel):
+class Strict(BaseModel):
+    """A table in which every key is known."""
+
     model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
 
 
-class SwitchRanges(_Strict):
+class SwitchRanges(Strict):
     """Closed ranges of the physical step count at which an input is energised; null is open-ended."""
 
     capture: tuple[Steps | None, Steps | None] | None = None
@@ -46,7 +49,7 @@ class SwitchRanges(_Strict):
         return value
 
 
-class Levels(_Strict):
+class Levels(Strict):
     """Electrical levels of the discrete inputs, 1 = energised."""
 
     capture: Level | None = None
@@ -57,7 +60,7 @@ class Levels(_Strict):
     ccw_limit: Level | None = None
 
 
-class Bench(_Strict):
+class Bench(Strict):
     """Options of a fresh bench."""
 
     firmware: Literal["2.0", "2.1", "2.2", "3.1", "4.1"] = "4.1"
@@ -74,14 +77,14 @@ class Bench(_Strict):
         return value
 
 
-class Encoder(_Strict):
+class Encoder(Strict):
     """Somebody turns the encoder during this request."""
 
     counts: Steps = 0
     markers_ms: list[Milliseconds] = []
 
 
-class Until(_Strict):
+class Until(Strict):
     """Status bits that end the request when they stand so."""
 
     set: list[str] = []
@@ -98,7 +101,7 @@ class Until(_Strict):
         return names
 
 
-class Request(_Strict):
+class Request(Strict):
     """One request to an image target."""
 
     new: Bench | None = None
@@ -124,7 +127,9 @@ class Request(_Strict):
         return self
 
 
-TABLES: dict[tuple[str, ...], type[BaseModel]] = {
+Tables = dict[tuple[str, ...], type[BaseModel]]
+
+TABLES: Tables = {
     (): Request,
     ("new",): Bench,
     ("new", "machine"): SwitchRanges,
@@ -140,7 +145,17 @@ class RequestError(ValueError):
 
 
 def parse(line: str) -> Request:
+    """Read one line for an image target; errors as for `read`."""
+    return read(line, Request, TABLES)
+
+
+def read(line: str, model: type[Model], tables: Tables) -> Model:
     """Read one line.
+
+    Args:
+        line: a JSON object.
+        model: what may stand in it.
+        tables: the models of the objects in it, by where they stand, to name the keys that are known.
 
     Raises:
         RequestError: not JSON, not an object, an unknown key, or a value that is not allowed.
@@ -152,20 +167,20 @@ def parse(line: str) -> Request:
     if not isinstance(data, dict):
         raise RequestError(f"not a JSON object: {line.strip()[:60]}")
     try:
-        return Request.model_validate(data)
+        return model.model_validate(data)
     except ValidationError as error:
-        raise RequestError("; ".join(_explain(fault) for fault in error.errors())) from None
+        raise RequestError("; ".join(_explain(fault, tables) for fault in error.errors())) from None
 
 
 def _no_constant(name: str) -> Any:
     raise ValueError(f"{name} is not a number")
 
 
-def _explain(fault: Any) -> str:
+def _explain(fault: Any, tables: Tables) -> str:
     """Say a validation fault in one line: key, value, what is allowed."""
     key = ".".join(str(part) for part in fault["loc"]) or "request"
     if fault["type"] == "extra_forbidden":
-        allowed = ", ".join(TABLES[fault["loc"][:-1]].model_fields)
+        allowed = ", ".join(tables[fault["loc"][:-1]].model_fields)
         return f"{key}: unknown key; allowed are {allowed}"
     value = "" if isinstance(fault["input"], BaseModel | dict) else f" {_shown(fault['input'])}"
     message = str(fault["msg"]).removeprefix("Value error, ")

@@ -1,0 +1,1 @@
+"""The PCL601, simulated down to its serial line."""

@@ -1,0 +1,202 @@
+"""The serial line: characters that take their time, in virtual time.
+
+    sender     |s|d d d d d d d d|p|s|s|d d d ...      11 bits of 8E1 at 38,400 baud: 286.46 µs
+                                     ^ here the receiver has the character
+
+A device on the line is a state machine without I/O (`Device`): it is told of
+the characters it has received, says when it wants to be woken, and hands over
+what it sends. The `SerialBus` carries characters between any number of devices
+and a master, one by one, each at the instant at which it is complete.
+
+The bus is the ideal one: characters of two senders that overlap arrive side by
+side; nothing is garbled that nobody garbles on purpose.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from heapq import heappop, heappush
+from typing import Protocol
+
+NS_PER_S = 1_000_000_000
+PARITIES = ("N", "E", "O")
+
+
+@dataclass(frozen=True, slots=True)
+class LineFormat:
+    """Speed and character format of a serial line.
+
+    >>> LineFormat(38_400, "E").span_ns(1)  # the PCL601's t_char, about 286.5 µs
+    286458
+    >>> LineFormat(9600).span_ns(8)  # an exchange's half on a PMC006
+    8333333
+
+    Attributes:
+        baud: bits per second, from 1.
+        parity: "N", "E" or "O".
+        stop_bits: 1 or 2.
+        data_bits: 7 or 8.
+
+    Raises:
+        ValueError: a value that is none of these.
+    """
+
+    baud: int
+    parity: str = "N"
+    stop_bits: int = 1
+    data_bits: int = 8
+
+    def __post_init__(self) -> None:
+        if self.baud < 1:
+            raise ValueError(f"baud {self.baud}: allowed is 1 and more")
+        if self.parity not in PARITIES:
+            raise ValueError(f"parity {self.parity!r}: allowed are {', '.join(PARITIES)}")
+        if self.stop_bits not in (1, 2) or self.data_bits not in (7, 8):
+            raise ValueError(
+                f"{self.data_bits} data and {self.stop_bits} stop bits: allowed are 7 or 8, and 1 or 2"
+            )
+
+    @property
+    def bits(self) -> int:
+        """Bits of a character, the start bit included."""
+        return 1 + self.data_bits + (self.parity != "N") + self.stop_bits
+
+    def span_ns(self, characters: int) -> int:
+        """Return the time that so many characters take, one after the other, in ns, rounded down."""
+        return characters * self.bits * NS_PER_S // self.baud
+
+    def __str__(self) -> str:
+        return f"{self.baud} {self.data_bits}{self.parity}{self.stop_bits}"
+
+
+class Device(Protocol):
+    """Something on a serial line. It never raises, whatever it receives."""
+
+    @property
+    def line_format(self) -> LineFormat:
+        """The format in which it listens and speaks at present."""
+        ...
+
+    @property
+    def next_wake_ns(self) -> int | None:
+        """When it wants `advance` to be called at the latest, None if it is waiting to be spoken to."""
+        ...
+
+    def receive(self, now_ns: int, data: bytes) -> None:
+        """Take characters that came one right after the other, the last one complete at `now_ns`.
+
+        It is called after `advance(now_ns)`. What the characters cause may make `next_wake_ns` `now_ns`.
+        """
+        ...
+
+    def advance(self, now_ns: int) -> bytes:
+        """Let time run to `now_ns`; return what is put on the line from then on.
+
+        What it does must not depend on how often this is called. Called later than `next_wake_ns`, it
+        catches up, and only the sending is late.
+        """
+        ...
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class _Character:
+    """A character under way: when it is complete, in which order it was sent, by whom, what it is."""
+
+    complete_ns: int
+    order: int
+    sender: int
+    value: int
+
+
+MASTER = -1
+
+
+class SerialBus:
+    """A line with one master and any number of devices.
+
+    Attributes:
+        now_ns: where its time has got to.
+        heard: what the master has received and not taken yet, in order.
+        quiet_since_ns: end of the last character so far, None if there was none.
+
+    Args:
+        devices: those on the line.
+        now_ns: when it begins.
+    """
+
+    def __init__(self, *devices: Device, now_ns: int = 0) -> None:
+        self.devices = devices
+        self.now_ns = now_ns
+        self.heard = bytearray()
+        self.quiet_since_ns: int | None = None
+        self._under_way: list[_Character] = []
+        self._order = 0
+        self._free_ns = dict.fromkeys(range(MASTER, len(devices)), now_ns)
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether no character is under way."""
+        return not self._under_way
+
+    def send(self, data: bytes, line_format: LineFormat, gap_ns: int = 0) -> int:
+        """Let the master send from now on; return when its last character is complete.
+
+        Args:
+            data: the characters.
+            line_format: in which they are sent.
+            gap_ns: silence between characters.
+        """
+        return self._put(MASTER, data, line_format, gap_ns)
+
+    def take(self) -> bytes:
+        """Return what the master has received since it last asked."""
+        data = bytes(self.heard)
+        self.heard.clear()
+        return data
+
+    def run_until(self, until_ns: int) -> None:
+        """Let time run: all characters and wake-ups up to and including that instant."""
+        while (due_ns := self.next_event_ns()) is not None and due_ns <= until_ns:
+            self._step(due_ns)
+        if until_ns > self.now_ns:
+            self._step(until_ns)
+
+    def next_event_ns(self) -> int | None:
+        """Return when the next character is complete or the next device wakes, None if never."""
+        times = [wake_ns for device in self.devices if (wake_ns := device.next_wake_ns) is not None]
+        if self._under_way:
+            times.append(self._under_way[0].complete_ns)
+        return max(self.now_ns, min(times)) if times else None
+
+    def _step(self, now_ns: int) -> None:
+        self.now_ns = now_ns
+        for index in range(len(self.devices)):
+            self._advance(index)
+        while self._under_way and self._under_way[0].complete_ns <= now_ns:
+            self._deliver(heappop(self._under_way))
+
+    def _deliver(self, character: _Character) -> None:
+        self.quiet_since_ns = character.complete_ns
+        data = bytes((character.value,))
+        if character.sender != MASTER:
+            self.heard += data
+        for index, device in enumerate(self.devices):
+            if index != character.sender:
+                device.receive(self.now_ns, data)
+                self._advance(index)
+
+    def _advance(self, index: int) -> None:
+        device = self.devices[index]
+        data = device.advance(self.now_ns)
+        if data:
+            self._put(index, data, device.line_format, 0)
+
+    def _put(self, sender: int, data: bytes, line_format: LineFormat, gap_ns: int) -> int:
+        start_ns = max(self.now_ns, self._free_ns[sender])
+        complete_ns = start_ns
+        for count, value in enumerate(data):
+            complete_ns = start_ns + line_format.span_ns(count + 1) + count * gap_ns
+            self._order += 1
+            heappush(self._under_way, _Character(complete_ns, self._order, sender, value))
+        self._free_ns[sender] = complete_ns
+        return complete_ns
