@@ -1,0 +1,7 @@
+"""Stored programs in time: the machine that runs them against the controller's axis."""
+
+from __future__ import annotations
+
+from .machine import INSTRUCTION_NS, ProgramMachine
+
+__all__ = ["INSTRUCTION_NS", "ProgramMachine"]
