@@ -17,35 +17,17 @@ from struct import Struct
 
 import numpy as np
 import zstandard
-from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
-from mcap.records import (
-    Attachment,
-    AttachmentIndex,
-    Channel,
-    Chunk,
-    ChunkIndex,
-    DataEnd,
-    Footer,
-    Header,
-    McapRecord,
-    Metadata,
-    MetadataIndex,
-    Schema,
-    Statistics,
-    SummaryOffset,
-)
+from mcap.records import Attachment, Channel, Chunk, Header, Metadata, Schema
 from numpy.typing import NDArray
 
 from .output import TraceFile
 from .records import MAGIC
+from .summary import Summary, encoded
 
 _MESSAGE = Struct("<BQHIQQ")
+_MESSAGE_OPCODE = int(Opcode.MESSAGE)
 _MESSAGE_FIELDS_BYTES = 22
-_INDEX = Struct("<BQHI")
-_INDEX_FIELDS_BYTES = 6
-_FOOTER = Struct("<BQQQ")
-_FOOTER_BYTES = 20
 _ZSTD_LEVEL = 1
 
 
@@ -67,19 +49,8 @@ class ChunkWriter:
         self._compressor = zstandard.ZstdCompressor(level=_ZSTD_LEVEL)
         self._records = bytearray()
         self._entries: dict[int, array[int]] = {}  # channel -> time, offset, time, offset, ...
-        self._summary: dict[Opcode, bytearray] = {opcode: bytearray() for opcode in _SUMMARY_GROUPS}
-        self._counts = Statistics(
-            attachment_count=0,
-            channel_count=0,
-            channel_message_counts={},
-            chunk_count=0,
-            message_count=0,
-            message_end_time=0,
-            message_start_time=0,
-            metadata_count=0,
-            schema_count=0,
-        )
-        file.write(MAGIC + _encoded(Header(profile, library)))
+        self._summary = Summary()
+        file.write(MAGIC + encoded(Header(profile, library)))
 
     @property
     def open_bytes(self) -> int:
@@ -88,34 +59,29 @@ class ChunkWriter:
 
     def channel(self, topic: str, encoding: str, schema_name: str, schema_encoding: str, schema: str) -> int:
         """Register a channel with a schema of its own; return the channel's id."""
-        number = self._counts.channel_count + 1
-        self._counts.channel_count = self._counts.schema_count = number
+        number = len(self._entries) + 1
         self._entries[number] = array("Q")
         described = Schema(id=number, name=schema_name, encoding=schema_encoding, data=schema.encode())
-        self._register(Opcode.SCHEMA, described)
-        self._register(Opcode.CHANNEL, Channel(number, topic, encoding, {}, number))
+        registered = Channel(number, topic, encoding, {}, number)
+        self._file.write(encoded(described))
+        self._file.write(encoded(registered))
+        self._summary.schema(described)
+        self._summary.channel(registered)
         return number
-
-    def _register(self, opcode: Opcode, record: Schema | Channel) -> None:
-        """Write a record now, and again in the summary."""
-        self._file.write(_encoded(record))
-        self._summary[opcode] += _encoded(record)
 
     def add_metadata(self, name: str, data: dict[str, str]) -> None:
         """Write a metadata record."""
-        record = _encoded(Metadata(name=name, metadata=data))
-        self._counts.metadata_count += 1
-        index = MetadataIndex(offset=self._file.tell(), length=len(record), name=name)
-        self._summary[Opcode.METADATA_INDEX] += _encoded(index)
-        self._file.write(record)
+        record = Metadata(name=name, metadata=data)
+        content = encoded(record)
+        self._summary.metadata(self._file.tell(), len(content), record)
+        self._file.write(content)
 
     def add_attachment(self, name: str, media_type: str, data: bytes) -> None:
         """Write an attachment. It has no time of its own."""
-        record = _encoded(Attachment(create_time=0, log_time=0, name=name, media_type=media_type, data=data))
-        self._counts.attachment_count += 1
-        index = AttachmentIndex(self._file.tell(), len(record), 0, 0, len(data), name, media_type)
-        self._summary[Opcode.ATTACHMENT_INDEX] += _encoded(index)
-        self._file.write(record)
+        record = Attachment(create_time=0, log_time=0, name=name, media_type=media_type, data=data)
+        content = encoded(record)
+        self._summary.attachment(self._file.tell(), len(content), record)
+        self._file.write(content)
 
     def add_message(
         self, channel_id: int, log_time: int, data: bytes, publish_time: int, sequence: int, /
@@ -143,89 +109,26 @@ class ChunkWriter:
         """Write the open chunk, the summary and the footer. The file stays open."""
         if self._records:
             self._write_chunk()
-        self._file.write(_encoded(DataEnd(0)))
-        start = self._file.tell()
-        self._summary[Opcode.STATISTICS] += _encoded(self._counts)
-        summary, offsets = bytearray(), bytearray()
-        for opcode, group in self._summary.items():
-            if group:
-                offsets += _encoded(SummaryOffset(opcode, start + len(summary), len(group)))
-                summary += group
-        offset_start = start + len(summary)
-        summary += offsets
-        crc = zlib.crc32(_FOOTER.pack(Opcode.FOOTER, _FOOTER_BYTES, start, offset_start), zlib.crc32(summary))
-        self._file.write(bytes(summary) + _encoded(Footer(start, offset_start, crc)) + MAGIC)
+        self._file.write(self._summary.end(self._file.tell()))
 
     def _write_chunk(self) -> None:
         records = self._records
-        used = {channel: entries for channel, entries in self._entries.items() if entries}
-        first = min(min(entries[::2]) for entries in used.values())
-        last = max(max(entries[::2]) for entries in used.values())
+        used = {
+            channel: np.array(entries, np.uint64).reshape(-1, 2)
+            for channel, entries in self._entries.items()
+            if entries
+        }
         chunk = Chunk(
             compression="zstd",
             data=self._compressor.compress(records),
-            message_end_time=last,
-            message_start_time=first,
+            message_end_time=max(int(entries[:, 0].max()) for entries in used.values()),
+            message_start_time=min(int(entries[:, 0].min()) for entries in used.values()),
             uncompressed_crc=zlib.crc32(records),
             uncompressed_size=len(records),
         )
-        start = self._file.tell()
-        out = bytearray(_encoded(chunk))
-        length, offsets = len(out), {}
-        for channel, entries in used.items():
-            offsets[channel] = start + len(out)
-            out += _message_index(channel, entries)
-        self._summary[Opcode.CHUNK_INDEX] += _encoded(
-            ChunkIndex(
-                chunk_length=length,
-                chunk_start_offset=start,
-                compression=chunk.compression,
-                compressed_size=len(chunk.data),
-                message_end_time=last,
-                message_index_length=len(out) - length,
-                message_index_offsets=offsets,
-                message_start_time=first,
-                uncompressed_size=len(records),
-            )
-        )
-        self._count(used, first, last)
+        content = encoded(chunk)
+        indexes = self._summary.chunk(self._file.tell(), len(content), chunk, used)
         records.clear()
-        for entries in used.values():
-            del entries[:]
-        self._file.write(bytes(out))
-
-    def _count(self, used: dict[int, array[int]], first: int, last: int) -> None:
-        counts = self._counts
-        counts.message_start_time = min(first, counts.message_start_time) if counts.chunk_count else first
-        counts.message_end_time = max(last, counts.message_end_time)
-        counts.chunk_count += 1
-        for channel, entries in used.items():
-            messages = len(entries) // 2
-            counts.message_count += messages
-            counts.channel_message_counts[channel] = counts.channel_message_counts.get(channel, 0) + messages
-
-
-_MESSAGE_OPCODE = int(Opcode.MESSAGE)
-
-_SUMMARY_GROUPS = (
-    Opcode.SCHEMA,
-    Opcode.CHANNEL,
-    Opcode.STATISTICS,
-    Opcode.CHUNK_INDEX,
-    Opcode.ATTACHMENT_INDEX,
-    Opcode.METADATA_INDEX,
-)
-"""Order of the records in the summary."""
-
-
-def _encoded(record: McapRecord) -> bytes:
-    builder = RecordBuilder()
-    record.write(builder)
-    data: bytes = builder.end()  # type: ignore[no-untyped-call]
-    return data
-
-
-def _message_index(channel: int, entries: array[int]) -> bytes:
-    """Return the message index of a channel; the machine is little-endian, see io_images.image."""
-    data = entries.tobytes()
-    return _INDEX.pack(Opcode.MESSAGE_INDEX, _INDEX_FIELDS_BYTES + len(data), channel, len(data)) + data
+        for channel in used:
+            del self._entries[channel][:]
+        self._file.write(content + indexes)

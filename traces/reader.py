@@ -26,7 +26,7 @@ from .head import read_head
 from .layout import SLOT_BYTES
 from .records import MAGIC, Message, Span, TraceError, ends_whole, find_records, read_record
 from .schema import CDR_PREFIX, SCAN_HEAD
-from .sections import ScanRows, ScanShape, Section, find_sections, held, take_apart, torn_chunk
+from .sections import Part, ScanRows, ScanShape, Section, find_sections, held, take_apart, torn_chunk
 from .topics import SCAN_TOPIC, TOPICS
 from .wording import seconds
 
@@ -88,6 +88,8 @@ class Trace(AbstractContextManager["Trace"]):
         size: its size in bytes.
         head: what it is a trace of.
         notes: what is wrong with the file; a damaged chunk is noted once reading has met it.
+        file: the file.
+        spans: its whole records, in order.
         sections: where the messages are, in the order of the file.
         shape: how the scans lie in them.
 
@@ -97,21 +99,21 @@ class Trace(AbstractContextManager["Trace"]):
 
     def __init__(self, file: BinaryIO, size: int) -> None:
         self.size = size
-        self._file = file
+        self.file = file
         if file.read(len(MAGIC)) != MAGIC:
             raise TraceError("it is not an MCAP file")
-        self._spans, self.notes = find_records(file, size)
+        self.spans, self.notes = find_records(file, size)
         try:
-            self.head = read_head(file, self._spans)
+            self.head = read_head(file, self.spans)
         except TraceError as error:
             raise TraceError("; ".join([str(error), *self.notes])) from error
         self._topics = {channel.id: topic for topic, channel in self.head.channels.items()}
         self._places = {slot.number: SLOT_BYTES * place for place, slot in enumerate(self.head.slots)}
         self._scan_bytes = SCAN_HEAD.size + SLOT_BYTES * len(self.head.slots)
         self._firsts: dict[int, int] = {}
-        self.sections = find_sections(file, self._spans)
+        self.sections = find_sections(file, self.spans)
         self.shape = ScanShape(self.head.channels[SCAN_TOPIC].id, SLOT_BYTES * len(self.head.slots))
-        if not ends_whole(file, self._spans):
+        if not ends_whole(file, self.spans):
             self.notes += self._where_it_ends()
 
     def __exit__(
@@ -121,7 +123,7 @@ class Trace(AbstractContextManager["Trace"]):
 
     def close(self) -> None:
         """Close the file."""
-        self._file.close()
+        self.file.close()
 
     def __iter__(self) -> Iterator[Scan | TraceEvent]:
         """Iterate over scans and events in the order of the file, damaged chunks left out.
@@ -139,7 +141,7 @@ class Trace(AbstractContextManager["Trace"]):
         """Iterate over the events. Chunks that hold nothing but scans are not read."""
         for section in self.sections:
             if not self.shape.only_scans(section):
-                for part in self._parts(section):
+                for part in self._messages(section):
                     if isinstance(part, Message):
                         yield from self._events(part, section)
 
@@ -149,7 +151,7 @@ class Trace(AbstractContextManager["Trace"]):
         Raises:
             TraceError: a scan is not laid out as the trace says.
         """
-        return [part for part in self._parts(section) if not isinstance(part, Message)]
+        return [part for part in self._messages(section) if not isinstance(part, Message)]
 
     def as_scans(self, rows: ScanRows) -> Iterator[Scan]:
         """Iterate over the scans of an array."""
@@ -179,29 +181,43 @@ class Trace(AbstractContextManager["Trace"]):
             self._firsts[place] = int(parts[0]["scan"][0]) if parts else behind
         return self._firsts[place]
 
+    def parts(self, section: Section) -> list[Part] | None:
+        """Take a section apart; None for a damaged one, which is noted."""
+        try:
+            return take_apart(self.file, section, self.shape)
+        except TraceError as error:
+            self.note(f"{error}; {held(self.shape, section)} are left out")
+            return None
+
+    def raw(self, span: Span) -> bytes:
+        """Return the bytes of a record."""
+        self.file.seek(span.offset)
+        return self.file.read(span.end - span.offset)
+
+    def note(self, note: str) -> None:
+        """Take a note, once."""
+        if note not in self.notes:
+            self.notes.append(note)
+
     def attachments(self) -> list[Attachment]:
         """Return the attachments: program, rack file, word map."""
-        return [read_record(self._file, span, Attachment.read) for span in self._spans_of(Opcode.ATTACHMENT)]
+        return [read_record(self.file, span, Attachment.read) for span in self._spans_of(Opcode.ATTACHMENT)]
 
     def _entries(self, sections: Iterable[Section]) -> Iterator[Scan | TraceEvent]:
         for section in sections:
-            for part in self._parts(section):
+            for part in self._messages(section):
                 if isinstance(part, Message):
                     yield from self._events(part, section)
                 else:
                     yield from self.as_scans(part)
 
-    def _parts(self, section: Section) -> list[ScanRows | Message]:
-        """Take a section apart; a damaged one has no parts and is noted."""
-        try:
-            found = take_apart(self._file, section, self.shape)
-        except TraceError as error:
-            self._note(f"{error}; {held(self.shape, section)} are left out")
-            return []
-        parts = [part.what for part in found if not isinstance(part.what, Channel | Schema)]
-        for part in parts:
-            self._check(part, section)
-        return parts
+    def _messages(self, section: Section) -> list[ScanRows | Message]:
+        """Return scans and messages of a section; none for a damaged one, which is noted."""
+        parts = self.parts(section) or ()
+        messages = [part.what for part in parts if not isinstance(part.what, Channel | Schema)]
+        for message in messages:
+            self._check(message, section)
+        return messages
 
     def _check(self, part: ScanRows | Message, section: Section) -> None:
         """Refuse scans that are not laid out as the trace says."""
@@ -228,17 +244,13 @@ class Trace(AbstractContextManager["Trace"]):
             yield "there is no whole chunk with scans"
         else:
             yield f"the last scan is {row['scan'][0]:,}, at {seconds(int(row['log_time'][0]))} s"
-        torn = torn_chunk(self._file, self._spans, self.size)
+        torn = torn_chunk(self.file, self.spans, self.size)
         if torn is not None:
             lost = held(self.shape, torn)
             yield f"the chunk at byte {torn.span.offset:,} is not whole; {lost} are left out"
 
-    def _note(self, note: str) -> None:
-        if note not in self.notes:
-            self.notes.append(note)
-
     def _spans_of(self, opcode: Opcode) -> list[Span]:
-        return [span for span in self._spans if span.opcode == opcode]
+        return [span for span in self.spans if span.opcode == opcode]
 
 
 def open_trace(path: Path) -> Trace:
@@ -249,6 +261,8 @@ def open_trace(path: Path) -> Trace:
             a way this version does not know. The message names the path.
     """
     try:
+        if path.exists() and not path.is_file() and not path.is_dir():
+            raise TraceError(f"{path}: it is not a file")
         file = path.open("rb")
     except OSError as error:
         raise TraceError(f"{path}: {error.strerror}") from error

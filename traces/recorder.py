@@ -27,6 +27,7 @@ from .layout import SLOT_BYTES, SlotInfo, check_slots
 from .output import SUMMARY_ROOM, TraceFile, TraceFull, open_trace_file
 from .schema import (
     FORMAT,
+    LIBRARY,
     MESSAGE_ENCODING,
     METADATA,
     PROFILE,
@@ -126,7 +127,7 @@ class ScanRecorder:
         """Write all that comes before the first chunk."""
         try:
             self._writer: TraceWriter = ChunkWriter(
-                self._file, profile=PROFILE, library=f"scanrack {head['scanrack']}", chunk_bytes=chunk_bytes
+                self._file, profile=PROFILE, library=LIBRARY + head["scanrack"], chunk_bytes=chunk_bytes
             )
             self._channel = self._writer.channel(
                 SCAN_TOPIC, MESSAGE_ENCODING, self._schema.name, SCHEMA_ENCODING, self._schema.text

@@ -42,6 +42,9 @@ _OPCODES = frozenset(opcode.value for opcode in Opcode)
 BROKEN = (McapError, struct.error, ValueError, OverflowError, RuntimeError, EOFError, MemoryError, ZstdError)
 """What the libraries raise on bytes that are not what they should be."""
 
+DAMAGED = "damaged "
+"""What every note of damage begins with; the others tell of an end that was never written."""
+
 R = TypeVar("R")
 
 
@@ -89,7 +92,7 @@ def find_records(file: BinaryIO, size: int) -> tuple[list[Span], list[str]]:
         found = _next_chunk(file, size, last_start + 1)
         if found is None:
             return spans, [*troubles, trouble]
-        troubles.append(f"damaged at byte {last_end:,}; the next chunk is at byte {found:,}")
+        troubles.append(f"{DAMAGED}at byte {last_end:,}; the next chunk is at byte {found:,}")
         offset = found
     return spans, troubles
 
@@ -100,7 +103,7 @@ def _hop(file: BinaryIO, size: int, offset: int, spans: list[Span]) -> str | Non
         file.seek(offset)
         opcode, length = RECORD_HEAD.unpack(file.read(RECORD_HEAD.size))
         if opcode not in _OPCODES and opcode < _FIRST_PRIVATE_OPCODE:
-            return f"damaged at byte {offset:,}: no record begins with {opcode:#04x}"
+            return f"{DAMAGED}at byte {offset:,}: no record begins with {opcode:#04x}"
         if offset + RECORD_HEAD.size + length > size:
             break
         spans.append(Span(opcode, offset, length))
@@ -163,7 +166,7 @@ def read_record(file: BinaryIO, span: Span, read: Callable[[ReadDataStream], R])
     try:
         return read(ReadDataStream(BytesIO(file.read(span.length))))
     except BROKEN as error:
-        raise TraceError(f"damaged record at byte {span.offset:,}: {error}") from error
+        raise TraceError(f"{DAMAGED}record at byte {span.offset:,}: {error}") from error
 
 
 def chunk_data(file: BinaryIO, span: Span) -> bytes:
@@ -181,7 +184,7 @@ def chunk_data(file: BinaryIO, span: Span) -> bytes:
             raise ValueError(f"it holds {length:,} bytes instead of {chunk.uncompressed_size:,}")
         return stream.read(length)
     except BROKEN as error:
-        raise TraceError(f"damaged chunk at byte {span.offset:,}: {error}") from error
+        raise TraceError(f"{DAMAGED}chunk at byte {span.offset:,}: {error}") from error
 
 
 def read_chunk(file: BinaryIO, span: Span) -> list[Message | Channel | Schema]:
@@ -198,7 +201,7 @@ def read_chunk(file: BinaryIO, span: Span) -> list[Message | Channel | Schema]:
             if record is not None:
                 records.append(record)
     except BROKEN as error:
-        raise TraceError(f"damaged chunk at byte {span.offset:,}: {error}") from error
+        raise TraceError(f"{DAMAGED}chunk at byte {span.offset:,}: {error}") from error
     return records
 
 

@@ -38,6 +38,9 @@ from .layout import SlotInfo, module_words
 FORMAT = 1
 """Version of what a trace holds and how; a reader refuses a later one."""
 
+LIBRARY = "scanrack "
+"""What the name of the software that wrote a file begins with, where it was ours; the version follows."""
+
 METADATA = "scanrack"
 """Name of the metadata record."""
 

@@ -21,7 +21,7 @@ from mcap.records import Channel, Schema
 from numpy.typing import NDArray
 
 from .batch import message_layout
-from .records import BROKEN, RECORD_HEAD, Message, Span, TraceError, chunk_data, split
+from .records import BROKEN, DAMAGED, RECORD_HEAD, Message, Span, TraceError, chunk_data, split
 from .wording import seconds
 
 _CHUNK_HEAD = struct.Struct("<QQQ")
@@ -53,7 +53,7 @@ class Section:
     """A stretch of messages.
 
     Attributes:
-        span: the chunk; for messages outside of chunks, all of them, as a record without a head.
+        span: the chunk; for messages outside of chunks, all of them from the first one's opcode on.
         start_ns: earliest time of a message in it; 0 if that is not known.
         end_ns: latest; 2**64 if that is not known.
         size: bytes of its messages, before compression.
@@ -124,7 +124,8 @@ def _stretches(messages: Sequence[Span]) -> Iterator[Section]:
 
 def _stretch(messages: Sequence[Span]) -> Section:
     size = messages[-1].end - messages[0].offset
-    return Section(Span(Opcode.MESSAGE, messages[0].offset, size), 0, _EVER, size)
+    span = Span(Opcode.MESSAGE, messages[0].offset, size - RECORD_HEAD.size)
+    return Section(span, 0, _EVER, size)
 
 
 class ScanShape:
@@ -212,7 +213,7 @@ def read_section(file: BinaryIO, section: Section) -> bytes:
     if section.is_chunk:
         return chunk_data(file, section.span)
     file.seek(section.span.offset)
-    return file.read(section.span.length)
+    return file.read(section.size)
 
 
 def take_apart(file: BinaryIO, section: Section, shape: ScanShape) -> list[Part]:
@@ -225,4 +226,4 @@ def take_apart(file: BinaryIO, section: Section, shape: ScanShape) -> list[Part]
     try:
         return list(shape.take_apart(data))
     except BROKEN as error:
-        raise TraceError(f"damaged chunk at byte {section.span.offset:,}: {error}") from error
+        raise TraceError(f"{DAMAGED}chunk at byte {section.span.offset:,}: {error}") from error

@@ -1,0 +1,76 @@
+"""`scanrack repair TRACE`: completes a trace whose recording was killed, or that is damaged."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TimeRemainingColumn
+
+from ...traces.repair import Repair, repair
+from .slices import QuietOption, check_target, told_mistakes
+
+WHOLE, LEFT_OUT = 0, 1
+"""Exit status; `told_mistakes` has the others."""
+
+
+def tell(found: Repair, trace: Path, target: Path) -> None:
+    """Print what came of a repair."""
+    if not found.needed:
+        typer.echo(f"{trace}: {found.scans:,} scans, nothing to repair")
+        return
+    for note in found.notes:
+        typer.echo(f"note: {note}", err=True)
+    if found.original is not None:
+        typer.echo(f"note: the original is kept as {found.original.name}", err=True)
+    typer.echo(f"{target}: repaired, {found.scans:,} scans, {target.stat().st_size:,} bytes")
+
+
+@contextmanager
+def _bar(trace: Path, *, quiet: bool) -> Iterator[Callable[[int], None]]:
+    """Show a bar of the bytes gone through, on a terminal and if nobody asked for quiet."""
+    console = Console(stderr=True)
+    if quiet or not console.is_terminal or not trace.is_file():
+        yield lambda size: None
+        return
+    columns = (TextColumn("bytes"), BarColumn(), DownloadColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("bytes", total=trace.stat().st_size)
+        yield lambda size: bar.advance(task, size)
+
+
+def _repair_command(
+    trace: Annotated[Path, typer.Argument(help="The trace, an MCAP file.", show_default=False)],
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="OUT", help="Where to.", show_default="in place of the trace"),
+    ] = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Complete a trace whose recording was killed, or that is damaged, so that every MCAP tool opens it.
+
+    All whole chunks stay as they are. The repaired trace is written beside the original and takes its
+    place when it is on the disk; where a damaged chunk is left out the original stays as TRACE.orig.
+
+    Example: scanrack repair run.mcap
+
+    Exit status: 0 it is whole now, or was; 1 it is whole now, but damaged chunks are left out; 2 it can't
+    be used; 3 the repaired trace can't be written.
+    """
+    with told_mistakes():
+        if output is not None:
+            check_target(output, trace)
+        with _bar(trace, quiet=quiet) as progress:
+            found = repair(trace, output, progress=progress)
+    if not quiet:
+        tell(found, trace, trace if output is None else output)
+    raise typer.Exit(LEFT_OUT if found.damaged else WHOLE)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("repair", no_args_is_help=True)(_repair_command)

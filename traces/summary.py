@@ -1,0 +1,180 @@
+"""The end of a trace: the indexes that lead to everything in it, and the footer.
+
+    DataEnd | schemas, channels, statistics, chunk, attachment and metadata indexes | offsets | Footer | magic
+
+It is gathered while the records before it are written, or found.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Mapping
+from struct import Struct
+
+import numpy as np
+from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
+from mcap.records import (
+    Attachment,
+    AttachmentIndex,
+    Channel,
+    Chunk,
+    ChunkIndex,
+    DataEnd,
+    Footer,
+    McapRecord,
+    Metadata,
+    MetadataIndex,
+    Schema,
+    Statistics,
+    SummaryOffset,
+)
+from numpy.typing import NDArray
+
+from .records import MAGIC
+
+Entries = NDArray[np.uint64]
+"""Time and offset within the chunk of messages, a row each."""
+
+_INDEX = Struct("<BQHI")
+_INDEX_FIELDS_BYTES = 6
+_FOOTER = Struct("<BQQQ")
+_FOOTER_BYTES = 20
+_GROUPS = (
+    Opcode.SCHEMA,
+    Opcode.CHANNEL,
+    Opcode.STATISTICS,
+    Opcode.CHUNK_INDEX,
+    Opcode.ATTACHMENT_INDEX,
+    Opcode.METADATA_INDEX,
+)
+"""Order of the records in the summary."""
+
+
+class Summary:
+    """Gathers what the end of a trace tells of what comes before."""
+
+    def __init__(self) -> None:
+        self._groups: dict[Opcode, bytearray] = {opcode: bytearray() for opcode in _GROUPS}
+        self._registered: set[tuple[Opcode, int]] = set()
+        self._counts = Statistics(
+            attachment_count=0,
+            channel_count=0,
+            channel_message_counts={},
+            chunk_count=0,
+            message_count=0,
+            message_end_time=0,
+            message_start_time=0,
+            metadata_count=0,
+            schema_count=0,
+        )
+
+    def schema(self, record: Schema) -> None:
+        """Take a schema; one that is known is not taken again."""
+        if self._is_new(Opcode.SCHEMA, record.id):
+            self._groups[Opcode.SCHEMA] += encoded(record)
+            self._counts.schema_count += 1
+
+    def channel(self, record: Channel) -> None:
+        """Take a channel; one that is known is not taken again."""
+        if self._is_new(Opcode.CHANNEL, record.id):
+            self._groups[Opcode.CHANNEL] += encoded(record)
+            self._counts.channel_count += 1
+
+    def metadata(self, offset: int, length: int, record: Metadata) -> None:
+        """Take a metadata record that is `length` bytes long at `offset`."""
+        self._groups[Opcode.METADATA_INDEX] += encoded(MetadataIndex(offset, length, record.name))
+        self._counts.metadata_count += 1
+
+    def attachment(self, offset: int, length: int, record: Attachment) -> None:
+        """Take an attachment that is `length` bytes long at `offset`."""
+        index = AttachmentIndex(
+            offset,
+            length,
+            record.create_time,
+            record.log_time,
+            len(record.data),
+            record.name,
+            record.media_type,
+        )
+        self._groups[Opcode.ATTACHMENT_INDEX] += encoded(index)
+        self._counts.attachment_count += 1
+
+    def chunk(self, offset: int, length: int, chunk: Chunk, entries: Mapping[int, Entries]) -> bytes:
+        """Take a chunk.
+
+        Args:
+            offset: where it is.
+            length: its bytes, opcode and length included.
+            chunk: the chunk.
+            entries: the messages in it by channel.
+
+        Returns:
+            Its message indexes, which follow it.
+        """
+        indexes, offsets = bytearray(), {}
+        for channel, rows in entries.items():
+            offsets[channel] = offset + length + len(indexes)
+            indexes += _message_index(channel, rows)
+        self._groups[Opcode.CHUNK_INDEX] += encoded(
+            ChunkIndex(
+                chunk_length=length,
+                chunk_start_offset=offset,
+                compression=chunk.compression,
+                compressed_size=len(chunk.data),
+                message_end_time=chunk.message_end_time,
+                message_index_length=len(indexes),
+                message_index_offsets=offsets,
+                message_start_time=chunk.message_start_time,
+                uncompressed_size=chunk.uncompressed_size,
+            )
+        )
+        self._counts.chunk_count += 1
+        self.messages(entries)
+        return bytes(indexes)
+
+    def messages(self, entries: Mapping[int, Entries]) -> None:
+        """Count messages, by channel."""
+        counts = self._counts
+        for channel, rows in entries.items():
+            first, last = int(rows[:, 0].min()), int(rows[:, 0].max())
+            counts.message_start_time = (
+                min(first, counts.message_start_time) if counts.message_count else first
+            )
+            counts.message_end_time = max(last, counts.message_end_time)
+            counts.message_count += len(rows)
+            counts.channel_message_counts[channel] = counts.channel_message_counts.get(channel, 0) + len(rows)
+
+    def end(self, offset: int) -> bytes:
+        """Return the end of a file whose data end at `offset`."""
+        data_end = encoded(DataEnd(0))
+        start = offset + len(data_end)
+        self._groups[Opcode.STATISTICS] += encoded(self._counts)
+        summary, offsets = bytearray(), bytearray()
+        for opcode, group in self._groups.items():
+            if group:
+                offsets += encoded(SummaryOffset(opcode, start + len(summary), len(group)))
+                summary += group
+        offset_start = start + len(summary)
+        summary += offsets
+        crc = zlib.crc32(_FOOTER.pack(Opcode.FOOTER, _FOOTER_BYTES, start, offset_start), zlib.crc32(summary))
+        return data_end + bytes(summary) + encoded(Footer(start, offset_start, crc)) + MAGIC
+
+    def _is_new(self, kind: Opcode, number: int) -> bool:
+        is_new = (kind, number) not in self._registered
+        self._registered.add((kind, number))
+        return is_new
+
+
+def encoded(record: McapRecord) -> bytes:
+    """Return a record as bytes."""
+    builder = RecordBuilder()
+    record.write(builder)
+    data: bytes = builder.end()  # type: ignore[no-untyped-call]
+    return data
+
+
+def _message_index(channel: int, entries: Entries) -> bytes:
+    """Return the message index of a channel; the machine is little-endian, see io_images.image."""
+    data = entries.tobytes()
+    return _INDEX.pack(Opcode.MESSAGE_INDEX, _INDEX_FIELDS_BYTES + len(data), channel, len(data)) + data
