@@ -10,19 +10,23 @@ are whole ones.
 """
 
 from .blend import BlendLeg, blend, check_blend
+from .course import Course, Phase
 from .motion import Motion
-from .plans import change_speed, move, register, run, single_step, stop
+from .plans import change_speed, move, register, run, single_step, stop, takeover
 from .profile import Profile
 from .segment import FOREVER, Cruise, Quadratic, Segment
-from .shape import MILLI, PICO, Shape, ramp_distance, ramp_time_ns, stopping_distance
+from .shape import MILLI, NANO, PICO, Shape, ramp_distance, ramp_time_ns, stopping_distance
 
 __all__ = [
     "FOREVER",
     "MILLI",
+    "NANO",
     "PICO",
     "BlendLeg",
+    "Course",
     "Cruise",
     "Motion",
+    "Phase",
     "Profile",
     "Quadratic",
     "Segment",
@@ -38,4 +42,5 @@ __all__ = [
     "single_step",
     "stop",
     "stopping_distance",
+    "takeover",
 ]

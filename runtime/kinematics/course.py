@@ -43,8 +43,10 @@ from .shape import FINE, MILLI, PICO, Shape
 Phase = tuple[int, int, int, int, int, int]
 """Part of the ramp's time gone at its begin and at its end, made, speed, rate, jerk: in 72nds."""
 
+CONSTANT_RATE: tuple[Phase, ...] = ((0, 72, 0, 0, 36, 0),)
+
 PHASES: dict[Shape, tuple[Phase, ...]] = {
-    Shape.CONSTANT: ((0, 72, 0, 0, 36, 0),),
+    Shape.CONSTANT: CONSTANT_RATE,
     Shape.TRIANGULAR: ((0, 36, 0, 0, 0, 48), (36, 72, 6, 36, 72, -48)),
     Shape.TRAPEZOIDAL: ((0, 18, 0, 0, 0, 64), (18, 54, 1, 12, 48, 0), (54, 72, 19, 60, 48, -64)),
 }
@@ -79,11 +81,30 @@ class Course:
 
     def ramp(self, from_nsps: int, to_nsps: int, rate_spmss: int, shape: Shape) -> None:
         """Lay a speed change, up or down."""
-        self._ramp(from_nsps, to_nsps, self._ramp_ticks(from_nsps, to_nsps, rate_spmss, shape), shape)
+        ticks = self._ramp_ticks(from_nsps, to_nsps, rate_spmss, shape)
+        self._ramp(from_nsps, to_nsps, ticks, PHASES[shape])
 
     def cruise_to(self, steps: int, speed_nsps: int) -> None:
         """Lay constant speed until so many whole steps are made."""
         self._cruise(steps * _STEP * self.scale - self.travel, speed_nsps)
+
+    def cruise_over(self, steps: Fraction, speed_nsps: int) -> None:
+        """Lay constant speed over a length in steps, which need not be whole."""
+        length = steps * _STEP
+        self._refine(length.denominator // gcd(length.denominator, self.scale))
+        self._cruise(int(length * self.scale), speed_nsps)
+
+    def ramp_over(
+        self, steps: Fraction, from_nsps: int, to_nsps: int, phases: tuple[Phase, ...] = CONSTANT_RATE
+    ) -> None:
+        """Lay a speed change over a length in steps, which need not be whole.
+
+        Its time follows from the length, `2 * length / (v0 + v1)`.
+        """
+        time_ns = 2 * steps * _STEP / (from_nsps + to_nsps)
+        needed = 72 * time_ns.denominator  # a phase ends on a multiple of a 72nd
+        self._refine(needed // gcd(needed, self.scale))
+        self._ramp(from_nsps, to_nsps, int(time_ns * self.scale), phases)
 
     def steps_to_stop(self, from_nsps: int, to_nsps: int, rate_spmss: int, shape: Shape) -> int:
         """Return the first whole number of steps at which a ramp down, laid here or later, can end."""
@@ -105,7 +126,7 @@ class Course:
         left = steps * _STEP * self.scale - self.travel
         self._refine(2 * sum_nsps // gcd(2 * sum_nsps, left))
         left = steps * _STEP * self.scale - self.travel
-        self._ramp(from_nsps, to_nsps, 2 * left // sum_nsps, shape)
+        self._ramp(from_nsps, to_nsps, 2 * left // sum_nsps, PHASES[shape])
 
     def ended(self, direction: int, origin: int) -> Motion:
         """Return the motion that ends where the course leads."""
@@ -139,10 +160,10 @@ class Course:
             self._lay(self.now, end, 0, (0, 0, speed_nsps, self.travel, 1))
             self.now, self.travel = end, self.travel + length * factor
 
-    def _ramp(self, from_nsps: int, to_nsps: int, ticks: int, shape: Shape) -> None:
+    def _ramp(self, from_nsps: int, to_nsps: int, ticks: int, phases: tuple[Phase, ...]) -> None:
         if ticks:
             change = to_nsps - from_nsps
-            for phase in PHASES[shape]:
+            for phase in phases:
                 begin, end = (self.now + ticks * part // 72 for part in phase[:2])
                 polynomial = _polynomial(phase, self.travel, from_nsps, change, ticks)
                 self._lay(begin, end, 1 if change > 0 else -1, polynomial)

@@ -139,7 +139,7 @@ def stop(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: int, s
         deceleration_spmss: in steps/ms/s, from 1.
         shape: of the ramp.
     """
-    course, speed_nsps = _takeover(motion, now_ns)
+    course, speed_nsps = takeover(motion, now_ns)
     base_nsps = NANO * start_sps
     if speed_nsps >= base_nsps:
         steps = course.steps_to_stop(speed_nsps, base_nsps, deceleration_spmss, shape)
@@ -174,7 +174,7 @@ def change_speed(
         ValueError: the motion is over, or the speed is below 1.
     """
     _check_speed(speed_sps)
-    course, from_nsps = _takeover(motion, now_ns)
+    course, from_nsps = takeover(motion, now_ns)
     if from_nsps == 0:
         raise ValueError(f"no speed to change at {now_ns} ns: the motion ended at {motion.end_ns} ns")
     to_nsps = NANO * speed_sps
@@ -207,7 +207,7 @@ def register(
     Raises:
         ValueError: the steps are fewer than the deceleration needs, or the motion is over.
     """
-    course, speed_nsps = _takeover(motion, now_ns)
+    course, speed_nsps = takeover(motion, now_ns)
     if speed_nsps == 0:
         raise ValueError(f"nothing to register at {now_ns} ns: the motion ended at {motion.end_ns} ns")
     needed = stopping_distance(motion.speed_at(now_ns), start_sps, deceleration_spmss, shape)
@@ -224,8 +224,8 @@ def _check_speed(speed_sps: int) -> None:
         raise ValueError(f"speed {speed_sps} steps/s: allowed is 1 and more")
 
 
-def _takeover(motion: Motion, now_ns: int) -> tuple[Course, int]:
-    """Return a course that goes on where the motion is, and the motion's speed there in 1e-9 step/s."""
+def takeover(motion: Motion, now_ns: int) -> tuple[Course, int]:
+    """Return a course that goes on where a motion is at `now_ns`, and its speed there in 1e-9 step/s."""
     segment = motion.segment_at(now_ns)
     travel = segment.exact_travel_at(now_ns) * FINE
     if travel.denominator > FINEST:

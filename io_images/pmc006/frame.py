@@ -1,0 +1,143 @@
+"""The eight-byte frames of a PMC006x3s [4.1].
+
+    command   A5  address  instruction  d0 d1 d2 d3  sum        host to controller
+    reply     A5  7A       address      d0 d1 d2 d3  sum        controller to host
+
+The data are 32 bits, signed, low byte first: 12345678h travels 78 56 34 12.
+The manual calls that "big-end mode"; its examples are little-endian. The sum is
+that of the seven bytes before it, without carry. A reply does not say which
+instruction it answers: the host pairs them by their order.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+HEAD = 0xA5
+"""First byte of every frame."""
+
+REPLY = 0x7A
+"""Second byte of every reply."""
+
+FRAME_BYTES = 8
+FACTORY_ADDRESS = 0xFF
+"""The address of a controller as it leaves the factory [4.1.2]."""
+
+STATE_ERROR = 6
+"""Reply data: the state does not allow it, or the value is out of its range [4.1.1]."""
+
+UNKNOWN_ERROR = 7
+"""Reply data: no such instruction, or stepping on towards a limit that is reached [4.1.1]."""
+
+BAUD = 9600
+"""Speed of the line, 8N1; no instruction changes it [6.1.1]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """A frame whose sum is right.
+
+    Attributes:
+        second: the address in a command, `REPLY` in a reply.
+        third: the instruction in a command, the controller's address in a reply.
+        data: 32 bits, signed.
+    """
+
+    second: int
+    third: int
+    data: int
+
+
+def encode(second: int, third: int, data: int = 0) -> bytes:
+    """Return the eight bytes of a frame.
+
+    >>> encode(0x01, 0x73, 287).hex(" ")  # 4.3.1: address 1, run 287 steps
+    'a5 01 73 1f 01 00 00 39'
+
+    Args:
+        second: 0 to 255, see `Frame`.
+        third: 0 to 255.
+        data: -2**31 to 2**32 - 1; what does not fit signed goes as the same 32 bits.
+
+    Raises:
+        ValueError: a value that does not fit.
+    """
+    if not 0 <= second <= 255 or not 0 <= third <= 255:
+        raise ValueError(f"frame bytes {second} and {third}: allowed is 0 to 255")
+    if not -(1 << 31) <= data < 1 << 32:
+        raise ValueError(f"frame data {data}: allowed is -2147483648 to 4294967295")
+    body = bytes((HEAD, second, third)) + (data & 0xFFFFFFFF).to_bytes(4, "little")
+    return body + bytes((sum(body) & 0xFF,))
+
+
+def command(address: int, code: int, data: int = 0) -> bytes:
+    """Return the frame of an instruction to the controller at `address`."""
+    return encode(address, code, data)
+
+
+def reply(address: int, data: int = 0) -> bytes:
+    """Return the frame with which the controller at `address` answers.
+
+    >>> reply(0x02, 4).hex(" ")  # 4.3.2: microstepping is 4
+    'a5 7a 02 04 00 00 00 25'
+    """
+    return encode(REPLY, address, data)
+
+
+def decode(frame: bytes) -> Frame | None:
+    """Return what eight bytes say, None if the head or the sum is wrong.
+
+    >>> decode(bytes.fromhex("a5 02 6d 04 00 00 00 18"))
+    Frame(second=2, third=109, data=4)
+    """
+    if len(frame) != FRAME_BYTES or frame[0] != HEAD or sum(frame[:7]) & 0xFF != frame[7]:
+        return None
+    return Frame(frame[1], frame[2], int.from_bytes(frame[3:7], "little", signed=True))
+
+
+class Framer:
+    """Finds the frames in a stream of bytes.
+
+    Bytes before a head are passed over. Eight bytes with a head and a wrong sum lose their first one, and
+    the rest is looked at again, so that a good frame behind noise is found.
+
+    Attributes:
+        passed_over: bytes so far that belonged to no frame.
+    """
+
+    __slots__ = ("_bytes", "passed_over")
+
+    def __init__(self) -> None:
+        self._bytes = bytearray()
+        self.passed_over = 0
+
+    def __len__(self) -> int:
+        """Return how many bytes of an unfinished frame wait for the rest of it."""
+        return len(self._bytes)
+
+    def feed(self, data: bytes) -> list[Frame]:
+        """Take bytes; return the frames that they complete, in order."""
+        self._bytes += data
+        frames = []
+        while self._seek_head():
+            frame = decode(bytes(self._bytes[:FRAME_BYTES]))
+            if frame is None:
+                self._pass_over(1)
+            else:
+                frames.append(frame)
+                del self._bytes[:FRAME_BYTES]
+        return frames
+
+    def drop(self) -> None:
+        """Give up on an unfinished frame: the line was silent for too long."""
+        self._pass_over(len(self._bytes))
+
+    def _seek_head(self) -> bool:
+        """Pass over what precedes a head; return whether eight bytes are there."""
+        head = self._bytes.find(HEAD)
+        self._pass_over(len(self._bytes) if head < 0 else head)
+        return len(self._bytes) >= FRAME_BYTES
+
+    def _pass_over(self, count: int) -> None:
+        self.passed_over += count
+        del self._bytes[:count]

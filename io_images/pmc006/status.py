@@ -1,0 +1,70 @@
+"""The bits that a PMC006x3s reports: two status registers, the pin levels, the GPIO word."""
+
+from __future__ import annotations
+
+from enum import IntFlag
+
+
+class Status1(IntFlag):
+    """Status register 1, instruction j [4.3.16]."""
+
+    BUSY = 1 << 0
+    """The motor is moving; says nothing about the end of a zero-back."""
+    EXT1 = 1 << 1
+    """Emergency stop by EXT1, until `b` clears it."""
+    EXT2 = 1 << 2
+    """Emergency stop by EXT2, until `l` clears it."""
+    AUTO_DEC = 1 << 3
+    STALL = 1 << 4
+    HOME = 1 << 6
+    """A zero-back is running."""
+    UVL = 1 << 7
+    """Supply below its limit."""
+
+
+class Status2(IntFlag):
+    """Status register 2, instruction O [4.3.16]."""
+
+    FREE_RUN = 1 << 0
+    EXT1_EN = 1 << 1
+    COIL = 1 << 2
+    SPEED_MODE = 1 << 3
+    DIR = 1 << 4
+    """1 is forward."""
+    OFFLINE_AUTO = 1 << 5
+    EXT2_EN = 1 << 6
+    OTS = 1 << 7
+    """Overheated."""
+
+
+class Level(IntFlag):
+    """Pins in the answer to instruction x, 1 is high [4.3.15]."""
+
+    EXT2 = 1 << 0
+    GPIO8 = 1 << 1
+    EXT1 = 1 << 2
+    FSET = 1 << 3
+
+
+class Gpio(IntFlag):
+    """The GPIO word of instruction y [4.3.14]; the bits without a word of explanation have no effect."""
+
+    AN = 1 << 0
+    GPIO8 = 1 << 1
+    """Level of the 5 V output."""
+    EXT1 = 1 << 2
+    AN_EN = 1 << 3
+    """Analog enable."""
+    AN_PUD = 1 << 4
+    """Input form of AN."""
+    GPIO8_PUD = 1 << 5
+    AN_DIR = 1 << 6
+    GPIO8_DIR = 1 << 7
+    GPIO9 = 1 << 8
+    A = 1 << 9
+    B = 1 << 10
+    Z = 1 << 11
+
+
+GPIO_EFFECTIVE = Gpio.GPIO8 | Gpio.AN_EN | Gpio.AN_PUD
+"""The bits of the GPIO word that do something; the others are inputs or documented as without effect."""

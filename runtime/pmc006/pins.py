@@ -1,0 +1,81 @@
+"""The input pins of a PMC006x3s: held at a level, or fed by a switch that the motor passes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import IntFlag
+
+
+class Pin(IntFlag):
+    """The input pins, as a mask of those that are high. EXT1, EXT2 and FSET have the bits of `Level`."""
+
+    EXT2 = 1 << 0
+    EXT1 = 1 << 2
+    FSET = 1 << 3
+    """User programs call it GPI1 (reading)."""
+    GPI2 = 1 << 4
+    """GPI09; user programs call it GPI2 (reading)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Switch:
+    """A switch on the machine: high on one side of a point, low on the other.
+
+    Attributes:
+        last: the last physical position, in steps, of the lower side.
+        high_below: whether the lower side is the high one.
+    """
+
+    last: int
+    high_below: bool
+
+    def high(self, position: int) -> bool:
+        """Return whether the pin is high with the motor at a position."""
+        return (position <= self.last) == self.high_below
+
+    def next_change(self, position: int, direction: int) -> int | None:
+        """Return the next position in a direction at which the pin changes, None if there is none."""
+        if direction > 0:
+            return self.last + 1 if position <= self.last else None
+        return self.last if position > self.last else None
+
+
+class Pins:
+    """The pins, all of them held high at first: no opto-coupler conducts [3.11].
+
+    Attributes:
+        levels: mask of the pins that are high, as of the last `sense`.
+        on_change: called after a change with the mask of the pins that changed, and of those high now.
+    """
+
+    def __init__(self) -> None:
+        self._held: dict[Pin, bool | Switch] = dict.fromkeys(Pin, True)
+        self._switches: tuple[Switch, ...] = ()
+        self.levels = sum(Pin)
+        self.on_change: Callable[[int, int], None] | None = None
+
+    def hold(self, pin: Pin, level: bool | Switch) -> None:
+        """Give a pin a level, True for high, or a switch to follow; `sense` makes it known."""
+        self._held[pin] = level
+        self._switches = tuple(switch for switch in self._held.values() if isinstance(switch, Switch))
+
+    def sense(self, position: int) -> None:
+        """Look at the pins with the motor at a position, and report what has changed."""
+        levels = sum(pin for pin, level in self._held.items() if _is_high(level, position))
+        changed, self.levels = levels ^ self.levels, levels
+        if changed and self.on_change is not None:
+            self.on_change(changed, levels)
+
+    def next_change(self, position: int, direction: int) -> int | None:
+        """Return the next position in a direction at which some pin changes, None if there is none."""
+        ahead = [
+            at
+            for switch in self._switches
+            if (at := switch.next_change(position, direction)) is not None
+        ]
+        return min(ahead, key=lambda at: abs(at - position), default=None)
+
+
+def _is_high(level: bool | Switch, position: int) -> bool:
+    return level.high(position) if isinstance(level, Switch) else level
