@@ -105,7 +105,13 @@ class Instruction:
 
 
 def _set(
-    char: str, name: str, meaning: str, low: int, high: int, keeping: Keeping = Keeping.VOLATILE, **more: object
+    char: str,
+    name: str,
+    meaning: str,
+    low: int,
+    high: int,
+    keeping: Keeping = Keeping.VOLATILE,
+    **more: object,
 ) -> Instruction:
     return Instruction(char, name, Kind.SET, meaning, low, high, keeping=keeping, **more)  # type: ignore[arg-type]
 
@@ -115,8 +121,13 @@ def _read(char: str, name: str, meaning: str, shows: str = "", note: str = "") -
 
 
 def _act(
-    char: str, name: str, meaning: str, low: int | None = None, high: int | None = None,
-    unit: str = "", note: str = "",
+    char: str,
+    name: str,
+    meaning: str,
+    low: int | None = None,
+    high: int | None = None,
+    unit: str = "",
+    note: str = "",
 ) -> Instruction:
     return Instruction(char, name, Kind.ACTION, meaning, low, high, unit=unit, note=note)
 
@@ -183,8 +194,6 @@ BY_CODE: dict[int, Instruction] = {row.code: row for row in INSTRUCTIONS}
 BY_NAME: dict[str, Instruction] = {row.name: row for row in INSTRUCTIONS}
 
 PARAMETERS: tuple[Instruction, ...] = tuple(
-    row
-    for row in INSTRUCTIONS
-    if row.kind is Kind.SET and row.name not in ("set_position", "speed_mode")
+    row for row in INSTRUCTIONS if row.kind is Kind.SET and row.name not in ("set_position", "speed_mode")
 )
 """The rows that hold a value until it is changed."""

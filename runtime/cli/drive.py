@@ -11,6 +11,7 @@ from typing import Annotated, Any, TextIO
 import typer
 
 from .image_bench import ImageBench, amci3601_on_bench
+from .pmc006_bench import pmc006_bench
 from .requests import RequestError, parse
 
 
@@ -18,6 +19,7 @@ class Target(StrEnum):
     """What sits on the bench."""
 
     AMCI3601 = "amci3601"
+    PMC006 = "pmc006"
 
 
 Answer = Callable[[str], dict[str, Any]]
@@ -25,8 +27,19 @@ Answer = Callable[[str], dict[str, Any]]
 
 def bench_for(target: Target) -> Answer:
     """Return what answers the lines of a session with `target`."""
-    bench = ImageBench({Target.AMCI3601: amci3601_on_bench}[target])
+    return BENCHES[target]()
+
+
+def _amci3601() -> Answer:
+    bench = ImageBench(amci3601_on_bench)
     return lambda line: bench.answer(parse(line))
+
+
+BENCHES: dict[Target, Callable[[], Answer]] = {
+    Target.AMCI3601: _amci3601,
+    Target.PMC006: lambda: pmc006_bench().answer,
+}
+"""What makes the bench of a target."""
 
 
 def converse(answer: Answer, lines: Iterable[str], out: TextIO) -> int:

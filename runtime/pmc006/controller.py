@@ -15,7 +15,6 @@ from ...io_images.pmc006.instructions import (
     ATTENUATION_PERCENT,
     BY_CODE,
     BY_NAME,
-    INT32_MAX,
     Instruction,
     Kind,
 )
@@ -63,7 +62,9 @@ class Controller:
         program: UserProgram | None = None,
     ) -> None:
         if address != FACTORY_ADDRESS and not BY_NAME["device_address"].allows(address):
-            raise ValueError(f"address {address}: allowed is 1 to 120, or {FACTORY_ADDRESS} as from the factory")
+            raise ValueError(
+                f"address {address}: allowed is 1 to 120, or {FACTORY_ADDRESS} as from the factory"
+            )
         self.options = options or Options()
         self.memory = Memory()
         self.memory.preset("device_address", address)
@@ -291,7 +292,11 @@ def _show(row: Instruction) -> Handler:
     return lambda controller, _data: controller.memory[row.shows]
 
 
-_DEFAULTS: dict[Kind, Callable[[Instruction], Handler]] = {Kind.SET: _store, Kind.READ: _show, Kind.ACTION: _show}
+_DEFAULTS: dict[Kind, Callable[[Instruction], Handler]] = {
+    Kind.SET: _store,
+    Kind.READ: _show,
+    Kind.ACTION: _show,
+}
 
 HANDLERS: dict[str, Handler] = {
     "step": Controller._step,

@@ -70,9 +70,7 @@ class Pins:
     def next_change(self, position: int, direction: int) -> int | None:
         """Return the next position in a direction at which some pin changes, None if there is none."""
         ahead = [
-            at
-            for switch in self._switches
-            if (at := switch.next_change(position, direction)) is not None
+            at for switch in self._switches if (at := switch.next_change(position, direction)) is not None
         ]
         return min(ahead, key=lambda at: abs(at - position), default=None)
 

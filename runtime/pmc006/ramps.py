@@ -68,7 +68,10 @@ def plan_run(now_ns: int, origin: int, direction: int, speeds: Speeds) -> Motion
     course = Course(now_ns)
     top = NANO * speeds.max_sps
     _lay_ramp(
-        course, ramp_steps(speeds.start_sps, speeds.max_sps, speeds.acceleration), NANO * speeds.start_sps, top
+        course,
+        ramp_steps(speeds.start_sps, speeds.max_sps, speeds.acceleration),
+        NANO * speeds.start_sps,
+        top,
     )
     return course.endless(direction, origin, top)
 
