@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
 
 INT32_MAX = 0x7FFFFFFF
 MICROSTEPS = (0, 2, 4, 8, 16, 32, 64, 128)
@@ -111,9 +112,9 @@ def _set(
     low: int,
     high: int,
     keeping: Keeping = Keeping.VOLATILE,
-    **more: object,
+    **more: Any,
 ) -> Instruction:
-    return Instruction(char, name, Kind.SET, meaning, low, high, keeping=keeping, **more)  # type: ignore[arg-type]
+    return Instruction(char, name, Kind.SET, meaning, low, high, keeping=keeping, **more)
 
 
 def _read(char: str, name: str, meaning: str, shows: str = "", note: str = "") -> Instruction:
@@ -143,9 +144,11 @@ INSTRUCTIONS: tuple[Instruction, ...] = (
          note="default not printed; reading 600"),
     _set("F", "offline_execution", "run the user program at power-up", 0, 1, SAVED),
     _act("I", "abort", "stop at once, without a ramp"),
-    _set("J", "ext_trigger_mode", "edges that trigger EXT1 (1) and EXT2 (2): 0 falling, 1 rising", 0, 3, SAVED),
+    _set("J", "ext_trigger_mode", "edges that trigger EXT1 (bit 0) and EXT2 (bit 1): 0 falling, 1 rising",
+         0, 3, SAVED),
     _set("L", "start_speed", "speed at which a move starts", 65, 30_000, SAVED, unit="steps/s", default=600),
-    _set("M", "encoder_cpr", "encoder counts per revolution", 200, 1600, SAVED, values=ENCODER_CPRS, default=1000,
+    _set("M", "encoder_cpr", "encoder counts per revolution", 200, 1600, SAVED, values=ENCODER_CPRS,
+         default=1000,
          note="4.3.7 calls 4Dh the attenuation instruction, a misprint; default not printed, reading 1000"),
     _set("N", "speed_mode", "1 runs until told to stop, 0 slows to a stop", 0, 1),
     _set("Q", "current_attenuation", "what remains of the current at rest: 100, 50, 25, 12.5 %", 0, 3, SAVED,
@@ -173,7 +176,8 @@ INSTRUCTIONS: tuple[Instruction, ...] = (
          note="default not printed; reading 6000"),
     _set("w", "device_address", "address; counts at once", 1, 120, SAVED, default=255,
          note="4.1.2 prints 1 to 50; 255 is the factory's and cannot be set"),
-    _act("y", "write_io", "GPIO word of twelve bits", 0, 0xFFF, note="the table prints 0~0xff, 4.3.14 sends 0182h"),
+    _act("y", "write_io", "GPIO word of twelve bits", 0, 0xFFF,
+         note="the table prints 0~0xff, 4.3.14 sends 0182h"),
     _set(":", "silence_coefficient", "silence coefficient, without effect here", 0, 7,
          note="'minimum 7' is a misprint for maximum"),
     _read("6", "read_user_data", "user data", "user_data"),

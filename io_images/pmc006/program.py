@@ -110,7 +110,8 @@ USER_OPS: dict[str, UserOp] = {
         UserOp("CMP", "compare what the option stands for with the data", (1, 6), (0, 65_536)),
         UserOp("RESET_EN", "1: a low pulse on GPI1 stops all and goes to a line", (0, 1), _TARGET,
                usual=_USUAL_TARGET),
-        UserOp("PAUSE_EN", "1: a low pulse on GPI2 pauses the program, the next one resumes it", (0, 1), (0, 0)),
+        UserOp("PAUSE_EN", "1: a low pulse on GPI2 pauses the program, the next one resumes it",
+               (0, 1), (0, 0)),
     )
 }  # fmt: skip
 """The user instructions by name, in the manual's order."""

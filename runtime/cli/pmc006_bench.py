@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
@@ -73,7 +74,7 @@ class Pmc006Target:
     """
 
     silence_ns = 300_000_000
-    signals = ("physical_position", "gpio8", "coil_duty")
+    signals: Collection[str] = ("physical_position", "gpio8", "coil_duty")
     has_reset = False
     quiet_ns = 0
 
@@ -90,14 +91,14 @@ class Pmc006Target:
         """Physical position, steps."""
         return self._controller.axis.physical
 
-    def power_cycle(self, _now_ns: int) -> None:
+    def power_cycle(self, now_ns: int) -> None:
         """Remove and restore power."""
         self.device.power_cycle()
 
-    def reset(self, _now_ns: int) -> None:
+    def reset(self, now_ns: int) -> None:
         """There is no reset button."""
 
-    def set_env(self, _now_ns: int, env: Env) -> None:
+    def set_env(self, now_ns: int, env: Env) -> None:
         """Set the levels of pins."""
         for name, pin in PINS.items():
             level: PinLevel = getattr(env, name)

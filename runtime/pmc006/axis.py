@@ -237,7 +237,7 @@ class Axis:
         )
 
     def _zero_speeds(self) -> Speeds:
-        """Return the speeds of a zero-back: instruction 9's, and below it if that is slower than both jumps."""
+        """Return the speeds of a zero-back: instruction 9's, which bounds the jumps at both ends, too."""
         memory, top = self._memory, self._memory["zero_back_speed"]
         edges = min(memory["start_speed"], top), min(memory["stop_speed"], top)
         return Speeds(edges[0], top, edges[1], memory["accel_coefficient"], memory["decel_coefficient"])

@@ -62,17 +62,15 @@ class Controller:
         program: UserProgram | None = None,
     ) -> None:
         if address != FACTORY_ADDRESS and not BY_NAME["device_address"].allows(address):
-            raise ValueError(
-                f"address {address}: allowed is 1 to 120, or {FACTORY_ADDRESS} as from the factory"
-            )
+            raise ValueError(f"address {address}: allowed is 1 to 120, or the factory's {FACTORY_ADDRESS}")
         self.options = options or Options()
         self.memory = Memory()
         self.memory.preset("device_address", address)
         if program is not None:
             self.memory.lines = program.lines
-        self.pins = Pins()
-        self.axis = Axis(self.memory, self.pins)
-        self.interpreter = Interpreter(self)
+        self.pins: Pins = Pins()
+        self.axis: Axis = Axis(self.memory, self.pins)
+        self.interpreter: Interpreter = Interpreter(self)
         self.pins.on_change = self._on_pins
         self.gpio = Gpio.GPIO8
         self.supply_v = 24.0
@@ -116,7 +114,12 @@ class Controller:
             return self.memory[row.name]
         if not self._allows(row, data):
             return STATE_ERROR
-        return HANDLERS.get(row.name, _DEFAULTS[row.kind](row))(self, data)
+        handler = HANDLERS.get(row.name)
+        if handler is not None:
+            return handler(self, data)
+        if row.kind is Kind.SET:
+            self.memory[row.name] = data
+        return self.memory[row.shows or row.name]
 
     def set_pin(self, pin: Pin, level: bool | Switch) -> None:
         """Hold an input high (True) or low from now on, or let it follow a switch."""
@@ -276,27 +279,6 @@ class Controller:
         self.axis.on_pins(changed, levels)
         self.interpreter.on_pins(changed & ~levels)
 
-
-def _store(row: Instruction) -> Handler:
-    """Return what keeps the value of a parameter."""
-
-    def handler(controller: Controller, data: int) -> int:
-        controller.memory[row.name] = data
-        return data
-
-    return handler
-
-
-def _show(row: Instruction) -> Handler:
-    """Return what reads a parameter."""
-    return lambda controller, _data: controller.memory[row.shows]
-
-
-_DEFAULTS: dict[Kind, Callable[[Instruction], Handler]] = {
-    Kind.SET: _store,
-    Kind.READ: _show,
-    Kind.ACTION: _show,
-}
 
 HANDLERS: dict[str, Handler] = {
     "step": Controller._step,

@@ -16,7 +16,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ...io_images.pmc006.program import UserInstruction
-from ...io_images.pmc006.status import Gpio, Level, Status1
+from ...io_images.pmc006.status import Gpio, Status1
 from ..kinematics import FOREVER
 from .pins import Pin
 
@@ -106,11 +106,7 @@ class Interpreter:
 
     def compare(self, line: UserInstruction) -> None:
         """Set the flag that JEQ and JNE look at."""
-        if line.option == 1:
-            value = self.counter
-        else:
-            value = int(COMPARED[line.option](self._controller))
-        self.equal = value == line.data
+        self.equal = COMPARED[line.option](self._controller) == line.data
 
     # -- effects -----------------------------------------------------------------------------
 
@@ -201,15 +197,12 @@ WAITED_FOR: dict[int, Callable[[Controller], bool]] = {
 """What the options of WAIT stand for (reading, `program.WAIT_OPTIONS`)."""
 
 
-def _inputs(controller: Controller) -> Level:
-    return controller.levels
-
-
-COMPARED: dict[int, Callable[[Controller], bool | Level]] = {
+COMPARED: dict[int, Callable[[Controller], int]] = {
+    1: lambda controller: controller.interpreter.counter,
     2: _level(Pin.EXT1),
     3: _level(Pin.EXT2),
     4: _flag(Status1.EXT1),
     5: _flag(Status1.EXT2),
-    6: _inputs,
+    6: lambda controller: int(controller.levels),
 }
-"""What the options of CMP but the counter stand for (reading, `program.CMP_OPTIONS`)."""
+"""What the options of CMP stand for (reading, `program.CMP_OPTIONS`)."""
