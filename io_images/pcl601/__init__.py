@@ -1,9 +1,12 @@
-"""The PCL601 as data: its registers, outputs and inputs, command codes, error bits, its two protocols.
+"""The PCL601 as data: its registers, terminals, command codes, error bits, and what is said on its line.
 
 Everything is one literal row per row of the manual; sections in brackets are
-the manual's. No time, no I/O.
+the manual's. No time, no I/O. Stored programs have a room of their own,
+`program`.
 """
 
+from .commands import NEEDS_IDLE, Code
+from .errors import CAUSES, NO_ERROR, Error
 from .registers import (
     FIRMWARE,
     MAP,
@@ -16,14 +19,21 @@ from .registers import (
     with_word,
     word_of,
 )
+from .talk import COMMANDS
 
 __all__ = [
+    "CAUSES",
+    "COMMANDS",
     "FIRMWARE",
     "MAP",
+    "NEEDS_IDLE",
+    "NO_ERROR",
     "POSITION_LIMIT",
     "ROWS",
     "WORDS",
     "WORD_COUNT",
+    "Code",
+    "Error",
     "Register",
     "Row",
     "with_word",

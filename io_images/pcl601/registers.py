@@ -1,8 +1,8 @@
 """The PCL601's 38 data registers, as the memory map prints them [Appendix 1].
 
-A value of 32 bits takes two registers, the low word at the lower address; its
-range is printed once, so the map's 38 rows have 33 ranges: the rows of the
-table below. 4x reference n is address n - 1 in a frame.
+A value of 32 bits takes two registers, the low word at the lower address, and
+its range is printed once: the rows of the table below are 32 values. 4x
+reference n is address n - 1 in a frame.
 """
 
 from __future__ import annotations

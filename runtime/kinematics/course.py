@@ -38,7 +38,7 @@ from math import gcd
 
 from .motion import Motion
 from .segment import FOREVER, Polynomial, Segment, segment
-from .shape import FINE, MILLI, PICO, Shape
+from .shape import FINE, MILLI, PICO, Rate, Shape
 
 Phase = tuple[int, int, int, int, int, int]
 """Part of the ramp's time gone at its begin and at its end, made, speed, rate, jerk: in 72nds."""
@@ -79,7 +79,7 @@ class Course:
         self.travel = travel.numerator
         self.segments: list[Segment] = []
 
-    def ramp(self, from_nsps: int, to_nsps: int, rate_spmss: int, shape: Shape) -> None:
+    def ramp(self, from_nsps: int, to_nsps: int, rate_spmss: Rate, shape: Shape) -> None:
         """Lay a speed change, up or down."""
         ticks = self._ramp_ticks(from_nsps, to_nsps, rate_spmss, shape)
         self._ramp(from_nsps, to_nsps, ticks, PHASES[shape])
@@ -106,13 +106,17 @@ class Course:
         self._refine(needed // gcd(needed, self.scale))
         self._ramp(from_nsps, to_nsps, int(time_ns * self.scale), phases)
 
-    def steps_to_stop(self, from_nsps: int, to_nsps: int, rate_spmss: int, shape: Shape) -> int:
+    def steps_left(self, steps: int) -> Fraction:
+        """Return how many steps are missing to so many whole steps."""
+        return steps - Fraction(self.travel, _STEP * self.scale)
+
+    def steps_to_stop(self, from_nsps: int, to_nsps: int, rate_spmss: Rate, shape: Shape) -> int:
         """Return the first whole number of steps at which a ramp down, laid here or later, can end."""
         ticks = self._ramp_ticks(from_nsps, to_nsps, rate_spmss, shape)
         end = self.travel + (from_nsps + to_nsps) * ticks // 2
         return -(-end // (_STEP * self.scale))
 
-    def arrive(self, steps: int, from_nsps: int, to_nsps: int, rate_spmss: int, shape: Shape) -> None:
+    def arrive(self, steps: int, from_nsps: int, to_nsps: int, rate_spmss: Rate, shape: Shape) -> None:
         """Lay constant speed and then a ramp down, if there is one, to make exactly so many whole steps.
 
         A ramp longer than what is left is run in what is left.
@@ -143,10 +147,10 @@ class Course:
         self.now *= factor
         self.travel *= factor
 
-    def _ramp_ticks(self, from_nsps: int, to_nsps: int, rate_spmss: int, shape: Shape) -> int:
+    def _ramp_ticks(self, from_nsps: int, to_nsps: int, rate_spmss: Rate, shape: Shape) -> int:
         """Return the time of a ramp, k * |v1 - v0| / a, in ticks such that a quarter of it is whole."""
-        dividend = shape.numerator * abs(to_nsps - from_nsps)
-        divisor = shape.denominator * rate_spmss * MILLI
+        dividend = shape.numerator * abs(to_nsps - from_nsps) * rate_spmss.denominator
+        divisor = shape.denominator * rate_spmss.numerator * MILLI
         needed = 4 * divisor // gcd(4 * divisor, dividend)
         self._refine(needed // gcd(needed, self.scale))
         return dividend * self.scale // divisor

@@ -6,6 +6,8 @@
     stop            down from any point to the starting speed, onto a whole step
     change_speed    from any point to another speed, then constant without end
     register        so many steps more, the deceleration included
+    go_on           the same, but going on accelerating until the deceleration is due
+    creep           down from any point to the starting speed, and at it to where the motion ends
 
 A change takes over at an instant: travel goes on from where it is, the speed
 from what it is; inside an S-curve the shape starts anew.
@@ -23,7 +25,7 @@ from math import isqrt
 from .course import Course
 from .motion import Motion
 from .profile import Profile
-from .shape import FINE, NANO, PICO, Shape, stopping_distance
+from .shape import FINE, NANO, PICO, Rate, Shape, stopping_distance
 
 FINEST = 10**6
 """Greatest denominator of the travel, in 1e-18 step, with which a change takes over.
@@ -73,7 +75,7 @@ def _peak_speed(steps: int, profile: Profile) -> int:
         return NANO * profile.speed_sps
     up, down, shape = profile.acceleration_spmss, profile.deceleration_spmss, profile.shape
     # a and d are 1000 steps/s/s for a rate of 1
-    gain = 2 * steps * 1000 * up * down * shape.denominator * NANO**2 // ((up + down) * shape.numerator)
+    gain = int(2 * steps * 1000 * up * down * shape.denominator * NANO**2 // ((up + down) * shape.numerator))
     return min(NANO * profile.speed_sps, isqrt((NANO * profile.base_sps) ** 2 + gain))
 
 
@@ -121,7 +123,7 @@ def single_step(now_ns: int, origin: int, direction: int, speed_sps: int) -> Mot
     return course.ended(direction, origin)
 
 
-def stop(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: int, shape: Shape) -> Motion:
+def stop(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate, shape: Shape) -> Motion:
     """Plan the controlled stop of a motion: less than one step on, then down to the starting speed.
 
     It ends on the first whole step that the deceleration allows. Below the starting
@@ -136,7 +138,7 @@ def stop(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: int, s
         motion: what is running; one that is over stays over.
         now_ns: when it takes over, not before the motion's `start_ns`.
         start_sps: starting speed in steps/s.
-        deceleration_spmss: in steps/ms/s, from 1.
+        deceleration_spmss: in steps/ms/s, above 0.
         shape: of the ramp.
     """
     course, speed_nsps = takeover(motion, now_ns)
@@ -151,8 +153,8 @@ def change_speed(
     motion: Motion,
     now_ns: int,
     speed_sps: int,
-    acceleration_spmss: int,
-    deceleration_spmss: int,
+    acceleration_spmss: Rate,
+    deceleration_spmss: Rate,
     shape: Shape,
 ) -> Motion:
     """Plan a change to another speed, above or below the starting speed, then constant without end.
@@ -166,8 +168,8 @@ def change_speed(
         motion: what is running.
         now_ns: when it takes over, not before the motion's `start_ns`.
         speed_sps: the new speed in steps/s, from 1.
-        acceleration_spmss: used if the new speed is higher, from 1.
-        deceleration_spmss: used if the new speed is lower, from 1.
+        acceleration_spmss: used if the new speed is higher, above 0.
+        deceleration_spmss: used if the new speed is lower, above 0.
         shape: of the ramp.
 
     Raises:
@@ -185,7 +187,7 @@ def change_speed(
 
 
 def register(
-    motion: Motion, now_ns: int, steps: int, start_sps: int, deceleration_spmss: int, shape: Shape
+    motion: Motion, now_ns: int, steps: int, start_sps: int, deceleration_spmss: Rate, shape: Shape
 ) -> Motion:
     """Plan the end of a registration move: so many whole steps more, the deceleration included.
 
@@ -201,7 +203,7 @@ def register(
         now_ns: when it takes over, not before the motion's `start_ns`.
         steps: to be made from the whole steps made now, from 1.
         start_sps: starting speed in steps/s; below it there is no ramp.
-        deceleration_spmss: in steps/ms/s, from 1.
+        deceleration_spmss: in steps/ms/s, above 0.
         shape: of the ramp.
 
     Raises:
@@ -216,6 +218,85 @@ def register(
         raise ValueError(f"{steps} registration steps are too few to stop in: allowed is {least} and more")
     base_nsps = min(speed_nsps, NANO * start_sps)
     course.arrive(motion.steps_at(now_ns) + steps, speed_nsps, base_nsps, deceleration_spmss, shape)
+    return course.ended(motion.direction, motion.origin)
+
+
+def go_on(motion: Motion, now_ns: int, steps: int, profile: Profile) -> Motion:
+    """Plan the end of a motion as a move of so many whole steps more, from the speed it has.
+
+    It accelerates to the programmed speed, or as far as the steps allow, and ends exactly.
+
+    >>> slewing = run(0, 0, +1, Profile(500, 2000, 1, 1))
+    >>> ending = go_on(slewing, 0, 4000, Profile(500, 2000, 1, 1))
+    >>> ending.end_ns == move(0, 0, 4000, Profile(500, 2000, 1, 1)).end_ns
+    True
+
+    Args:
+        motion: what is running.
+        now_ns: when it takes over, not before the motion's `start_ns`.
+        steps: to be made from the whole steps made now, from 1.
+        profile: starting and programmed speed, neither below nor above the motion's; rates, shape.
+
+    Raises:
+        ValueError: the steps are fewer than the deceleration needs, or the motion is over.
+    """
+    course, speed_nsps = takeover(motion, now_ns)
+    if speed_nsps == 0:
+        raise ValueError(f"nothing to go on from at {now_ns} ns: the motion ended at {motion.end_ns} ns")
+    target, base_nsps = motion.steps_at(now_ns) + steps, NANO * profile.base_sps
+    least = course.steps_to_stop(speed_nsps, base_nsps, profile.deceleration_spmss, profile.shape)
+    if target < least:
+        raise ValueError(
+            f"{steps} steps are too few to stop in: allowed is {least - target + steps} and more"
+        )
+    peak_nsps = max(speed_nsps, _peak_from(speed_nsps, course.steps_left(target), profile))
+    course.ramp(speed_nsps, peak_nsps, profile.acceleration_spmss, profile.shape)
+    course.arrive(target, peak_nsps, base_nsps, profile.deceleration_spmss, profile.shape)
+    return course.ended(motion.direction, motion.origin)
+
+
+def _peak_from(speed_nsps: int, steps: Fraction, profile: Profile) -> int:
+    """Return the speed reached on the way from a speed to rest, in 1e-9 step/s, rounded down.
+
+        Vp^2 = (2*N*a*d/k + d*v^2 + a*Vo^2) / (a + d)
+
+    from equating the distances of both ramps with N; `_peak_speed` is the case v = Vo.
+    """
+    up, down = 1000 * profile.acceleration_spmss, 1000 * profile.deceleration_spmss
+    made = 2 * steps * up * down * NANO**2 / profile.shape.factor
+    squares = down * speed_nsps**2 + up * (NANO * profile.base_sps) ** 2
+    return min(NANO * profile.speed_sps, isqrt((made + squares) // (up + down)))
+
+
+def creep(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate, shape: Shape) -> Motion:
+    """Plan the rest of a motion that ends at the starting speed: down to it now, and on to the same end.
+
+    A motion already on its last ramp stays as it is.
+
+    >>> slow = creep(move(0, 0, 4000, Profile(500, 2000, 1, 1)), 1_000_000_000, 500, 1, Shape.CONSTANT)
+    >>> slow.position_at(2_000_000_000), slow.final_steps, slow.end_ns  # 1000 up, 1000 down, 2000 at 500/s
+    (2000, 4000, 6000000000)
+
+    Args:
+        motion: what is running, with an end.
+        now_ns: when it takes over, not before the motion's `start_ns`.
+        start_sps: starting speed in steps/s, not above the motion's.
+        deceleration_spmss: in steps/ms/s, above 0.
+        shape: of the ramp.
+
+    Raises:
+        ValueError: the motion has no end.
+    """
+    if motion.final_steps is None:
+        raise ValueError("an endless motion has no end to creep to: allowed is one with an end")
+    course, speed_nsps = takeover(motion, now_ns)
+    if speed_nsps == 0:
+        return motion
+    base_nsps = min(speed_nsps, NANO * start_sps)
+    if course.steps_to_stop(speed_nsps, base_nsps, deceleration_spmss, shape) > motion.final_steps:
+        return motion
+    course.ramp(speed_nsps, base_nsps, deceleration_spmss, shape)
+    course.cruise_to(motion.final_steps, base_nsps)
     return course.ended(motion.direction, motion.origin)
 
 

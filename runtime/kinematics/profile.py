@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .shape import Shape
+from .shape import Rate, Shape
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,8 +17,8 @@ class Profile:
     Attributes:
         start_sps: starting speed in steps/s, from 1.
         speed_sps: programmed speed in steps/s, from 1.
-        acceleration_spmss: in steps/ms/s, from 1 if the speed exceeds the starting speed.
-        deceleration_spmss: in steps/ms/s, from 1 if the speed exceeds the starting speed.
+        acceleration_spmss: in steps/ms/s, above 0 if the speed exceeds the starting speed.
+        deceleration_spmss: in steps/ms/s, above 0 if the speed exceeds the starting speed.
         shape: of both ramps.
 
     Raises:
@@ -27,16 +27,16 @@ class Profile:
 
     start_sps: int
     speed_sps: int
-    acceleration_spmss: int
-    deceleration_spmss: int
+    acceleration_spmss: Rate
+    deceleration_spmss: Rate
     shape: Shape = Shape.CONSTANT
 
     def __post_init__(self) -> None:
         if self.start_sps < 1 or self.speed_sps < 1:
             raise ValueError(f"speeds {self.start_sps} and {self.speed_sps} steps/s: allowed is 1 and more")
         rates = self.acceleration_spmss, self.deceleration_spmss
-        if self.has_ramps and min(rates) < 1:
-            raise ValueError(f"rates {rates[0]} and {rates[1]} steps/ms/s: allowed is 1 and more")
+        if self.has_ramps and min(rates) <= 0:
+            raise ValueError(f"rates {rates[0]} and {rates[1]} steps/ms/s: allowed is more than 0")
 
     @property
     def has_ramps(self) -> bool:

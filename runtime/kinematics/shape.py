@@ -40,6 +40,10 @@ NANO = MILLI * FINE
 """Billionths of a step/s in a step/s."""
 
 
+Rate = int | Fraction
+"""A rate in steps/ms/s, above 0; a controller that counts it in steps/s/s has thousandths of one."""
+
+
 class Shape(Enum):
     """How the rate behaves during a ramp [chapter 4, Acceleration Types].
 
@@ -61,7 +65,7 @@ class Shape(Enum):
         return Fraction(self.numerator, self.denominator)
 
 
-def ramp_time_ns(from_msps: int, to_msps: int, rate_spmss: int, shape: Shape) -> int:
+def ramp_time_ns(from_msps: int, to_msps: int, rate_spmss: Rate, shape: Shape) -> int:
     """Return the time of a speed change in ns, `k * |v1 - v0| / a`, rounded up.
 
     >>> ramp_time_ns(1_000_000, 5_000_000, 20, Shape.CONSTANT)  # chapter 2's example: 0.2 s
@@ -72,13 +76,13 @@ def ramp_time_ns(from_msps: int, to_msps: int, rate_spmss: int, shape: Shape) ->
     Args:
         from_msps: speed before, in 1e-3 step/s.
         to_msps: speed after, in 1e-3 step/s; more or less than before.
-        rate_spmss: programmed rate in steps/ms/s, from 1.
+        rate_spmss: programmed rate in steps/ms/s, above 0.
         shape: of the ramp.
     """
-    return -(-1000 * shape.numerator * abs(to_msps - from_msps) // (shape.denominator * rate_spmss))
+    return int(-(-1000 * shape.numerator * abs(to_msps - from_msps) // (shape.denominator * rate_spmss)))
 
 
-def ramp_distance(from_msps: int, to_msps: int, rate_spmss: int, shape: Shape) -> Fraction:
+def ramp_distance(from_msps: int, to_msps: int, rate_spmss: Rate, shape: Shape) -> Fraction:
     """Return the distance of a speed change, `k * |v1^2 - v0^2| / (2a)`, in picosteps, not rounded.
 
     >>> ramp_distance(1_000_000, 5_000_000, 20, Shape.CONSTANT) / PICO  # chapter 2's example: 600 steps
@@ -87,14 +91,14 @@ def ramp_distance(from_msps: int, to_msps: int, rate_spmss: int, shape: Shape) -
     Args:
         from_msps: speed before, in 1e-3 step/s.
         to_msps: speed after, in 1e-3 step/s; more or less than before.
-        rate_spmss: programmed rate in steps/ms/s, from 1.
+        rate_spmss: programmed rate in steps/ms/s, above 0.
         shape: of the ramp.
     """
     squares = abs(to_msps * to_msps - from_msps * from_msps)
     return Fraction(500 * shape.numerator * squares, shape.denominator * rate_spmss)
 
 
-def stopping_distance(speed_msps: int, start_sps: int, deceleration_spmss: int, shape: Shape) -> int:
+def stopping_distance(speed_msps: int, start_sps: int, deceleration_spmss: Rate, shape: Shape) -> int:
     """Return the picosteps, rounded up, that a stop takes: the ramp down to the starting speed.
 
     >>> stopping_distance(5_000_000, 1000, 10, Shape.CONSTANT) // PICO  # chapter 2's example: 1200 steps
@@ -103,7 +107,7 @@ def stopping_distance(speed_msps: int, start_sps: int, deceleration_spmss: int, 
     Args:
         speed_msps: present speed, in 1e-3 step/s; at or below the starting speed a stop takes nothing.
         start_sps: starting speed in steps/s.
-        deceleration_spmss: programmed deceleration in steps/ms/s, from 1.
+        deceleration_spmss: programmed deceleration in steps/ms/s, above 0.
         shape: of the ramp.
     """
     if speed_msps <= start_sps * MILLI:

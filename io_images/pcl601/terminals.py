@@ -1,0 +1,56 @@
+"""Inputs and outputs: the terminals, and the bits they are on each of the surfaces.
+
+    surface                     an input that is grounded   open or high
+    Modbus 1x and 3x, IR        1 (active)                  0
+    I1 to I6, IF in a program   0 (its level)               1
+
+[Inputs; I - Read inputs; Appendix 1; Appendix 3, 0x04]
+"""
+
+from __future__ import annotations
+
+GENERAL_INPUTS = ("in1", "in2", "in3", "in4", "in5", "in6")
+"""Inputs 1 to 6; 5 and 6 are connected only with SW2 in position IN5/6."""
+
+LIMIT_INPUTS = (
+    "home",
+    "jog_plus",
+    "jog_minus",
+    "fast_jog",
+    "hard_plus",
+    "hard_minus",
+    "soft_plus",
+    "soft_minus",
+)
+"""The limit switch inputs in the order of the terminal block; active when grounded."""
+
+INPUTS = (*GENERAL_INPUTS, *LIMIT_INPUTS)
+
+HARD_LIMITS = {1: "hard_plus", -1: "hard_minus"}
+"""By direction of motion: the limits are directional [Hard Limit Inputs]."""
+
+SOFT_LIMITS = {1: "soft_plus", -1: "soft_minus"}
+"""By direction of motion [Soft Limit Inputs]."""
+
+JOG_INPUTS = {1: "jog_plus", -1: "jog_minus"}
+"""By direction of motion [Jog Inputs]."""
+
+HARD_LIMIT_BIT = 6
+SOFT_LIMIT_BIT = 7
+INPUT_COUNT = 8
+"""1x references 1 to 8: inputs 1 to 6, hard limit, soft limit; bits 0 to 7 of 3x1."""
+
+OUTPUT_COUNT = 8
+"""0x references 1 to 8: outputs 1 to 8."""
+
+OUTPUT_BITS = 16
+"""The outputs' register has 16 bits; the upper eight read 0."""
+
+ON_FLY_OUTPUT = 1 << 0
+"""Output 1: output on the fly."""
+
+RETRIES_OUTPUT = 1 << 7
+"""Output 8: encoder retries exhausted."""
+
+ON_FLY_PULSE_NS = 50_000
+"""Output 1 is on for 50 µs at each position [Output on the fly]."""
