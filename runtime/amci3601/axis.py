@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from ...io_images.amci3601 import Configuration
-from ..kinematics import BlendLeg, Profile, Shape
+from ..kinematics import BlendLeg, Profile, Rate, Shape
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +97,7 @@ class Axis(Protocol):
         """Ramp from the present speed to the profile's, which may be below its starting speed."""
         ...
 
-    def register(self, now_ns: int, steps: int, deceleration_spmss: int, shape: Shape) -> None:
+    def register(self, now_ns: int, steps: int, deceleration_spmss: Rate, shape: Shape) -> None:
         """End the motion after exactly `steps` more whole steps, deceleration included."""
         ...
 
@@ -105,11 +105,11 @@ class Axis(Protocol):
         """Start a blend move over all segments of a stored program."""
         ...
 
-    def stop(self, now_ns: int, deceleration_spmss: int, shape: Shape) -> None:
+    def stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> None:
         """Begin a controlled stop: ramp down to the starting speed, end on a whole step."""
         ...
 
-    def steps_to_stop(self, now_ns: int, deceleration_spmss: int, shape: Shape) -> int:
+    def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> int:
         """Steps that a controlled stop beginning now would still make."""
         ...
 

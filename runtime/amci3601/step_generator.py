@@ -12,7 +12,7 @@ the module's count.
 from __future__ import annotations
 
 from ...io_images.amci3601 import Configuration
-from ..kinematics import FOREVER, PICO, Motion, Profile, Segment, Shape, stopping_distance
+from ..kinematics import FOREVER, PICO, Motion, Profile, Rate, Segment, Shape, stopping_distance
 from ..kinematics import blend as plan_blend
 from ..kinematics import change_speed as plan_speed_change
 from ..kinematics import move as plan_move
@@ -233,7 +233,7 @@ class StepGenerator:
                 ),
             )
 
-    def register(self, now_ns: int, steps: int, deceleration_spmss: int, shape: Shape) -> None:
+    def register(self, now_ns: int, steps: int, deceleration_spmss: Rate, shape: Shape) -> None:
         """End the motion after exactly `steps` more whole steps, deceleration included."""
         if self.motion is not None:
             start, speed = self._start_sps, self.motion.speed_at(now_ns)
@@ -257,7 +257,7 @@ class StepGenerator:
             )
         )
 
-    def stop(self, now_ns: int, deceleration_spmss: int, shape: Shape) -> None:
+    def stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> None:
         """Begin a controlled stop on a whole step; never beyond where the motion would have ended."""
         if self.motion is None:
             return
@@ -267,7 +267,7 @@ class StepGenerator:
         if by_itself is None or stopped.final_steps < by_itself:
             self._replace(now_ns, stopped)
 
-    def steps_to_stop(self, now_ns: int, deceleration_spmss: int, shape: Shape) -> int:
+    def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> int:
         """Steps that a controlled stop beginning now would still make."""
         if self.motion is None:
             return 0
