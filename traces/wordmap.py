@@ -30,7 +30,7 @@ def word_map(slots: Iterable[SlotInfo]) -> str:
     ('position_msw', 'MOVE_COMPLETE')
     """
     modules = dict.fromkeys(slot.module for slot in slots)
-    return json.dumps({module: _module_map(module) for module in modules}, indent=1) + "\n"
+    return json.dumps({module: _module_map(module) for module in modules}, separators=(",", ":")) + "\n"
 
 
 def _module_map(module: str) -> dict[str, object]:

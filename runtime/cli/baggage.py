@@ -39,8 +39,10 @@ def program_name(job: Job) -> str:
 
 def made_by(job: Job) -> dict[str, str]:
     """Return the metadata that tell which of the files are rack file and program."""
-    function = job.logic_name.rpartition(":")[2]
-    return {"rack_file": job.rack_name, "program_file": f"{program_name(job)}:{function}"}
+    name = program_name(job)
+    if job.program.suffix == PYTHON:
+        name = f"{name}:{job.logic_name.rpartition(':')[2]}"
+    return {"rack_file": job.rack_name, "program_file": name}
 
 
 def imported(job: Job) -> list[Attachment]:
@@ -103,7 +105,7 @@ def job_of(trace: Trace, folder: Path, *, trust: bool, program: str | None = Non
     """
     rack, own = (_recorded(trace, key) for key in ("rack_file", "program_file"))
     _take_out(trace, folder, [rack] if program else [rack, own], trust=trust)
-    if program is None and own.rpartition(":")[0] != rack.rpartition(":")[0]:
+    if program is None and split_address(own)[0] != split_address(rack)[0]:
         program = f"{folder / own}"
     return load_job(f"{folder / rack}", program)
 

@@ -120,7 +120,13 @@ def _blocks(path: Path, trace: Trace, contents: Contents) -> Iterator[str | Tabl
     yield from ("", _slot_table(trace), "", _pairs_table(head.metadata))
     attachments = {attachment.name: f"{len(attachment.data):,} bytes" for attachment in trace.attachments()}
     yield from ("", _pairs_table({f"attached: {name}": size for name, size in attachments.items()}))
-    yield from ("", "What happened")
+    yield ""
+    yield from story(contents)
+
+
+def story(contents: Contents) -> Iterator[str | Table]:
+    """Yield what happened and what changed."""
+    yield "What happened"
     yield _event_table(contents.events.kept) if contents.events.kept else "nothing beside the scans"
     yield from _more(contents.events, "events")
     yield from ("", "What changed")
@@ -196,19 +202,25 @@ def new_table(*titles: str) -> Table:
 def print_block(block: str | Table) -> None:
     """Print to a terminal in its width; to anything else in plain lines as long as they need to be."""
     console = Console(highlight=False, markup=False, emoji=False)
-    if isinstance(block, str):
-        print(block)  # noqa: T201 - the output of a command
-    elif console.is_terminal:
+    if console.is_terminal and not isinstance(block, str):
         console.print(block)
     else:
-        width = Measurement.get(console, console.options.update(width=1_000_000), block).maximum
-        plain = Console(
-            file=StringIO(), width=width, color_system=None, highlight=False, markup=False, emoji=False
-        )
-        with plain.capture() as capture:
-            plain.print(block)
-        for line in capture.get().splitlines():
-            print(line.rstrip())  # noqa: T201 - the output of a command
+        for line in plain_lines(block):
+            print(line)  # noqa: T201 - the output of a command
+
+
+def plain_lines(block: str | Table) -> list[str]:
+    """Return a block as lines as long as they need to be."""
+    if isinstance(block, str):
+        return [block]
+    console = Console(color_system=None, highlight=False, markup=False, emoji=False)
+    width = Measurement.get(console, console.options.update(width=1_000_000), block).maximum
+    plain = Console(
+        file=StringIO(), width=width, color_system=None, highlight=False, markup=False, emoji=False
+    )
+    with plain.capture() as capture:
+        plain.print(block)
+    return [line.rstrip() for line in capture.get().splitlines()]
 
 
 def _show_command(
