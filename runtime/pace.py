@@ -2,6 +2,7 @@
 
     FreeRun     scans follow each other as fast as they come; virtual time only
     RealTime    scan n of a run is due at start + n * period on the monotonic clock
+    Clock       virtual time that keeps step with the clock on the wall
     Watchdog    ends logic that does not come back
     stopping_on_interrupt    Ctrl-C asks for a stop between scans
 
@@ -92,6 +93,38 @@ class RealTime:
         self.worst_late_ns = max(self.worst_late_ns, time.monotonic_ns() - due_ns)
         self.overruns += now_ns > due_ns
         return now_ns > due_ns
+
+
+class Clock:
+    """Virtual time in step with the wall clock; it begins at 0 when it is made.
+
+    Args:
+        speed: how many seconds of virtual time pass in one second, above 0.
+
+    Raises:
+        ValueError: the speed is not above 0.
+    """
+
+    def __init__(self, speed: float = 1.0) -> None:
+        if not 0 < speed < float("inf"):
+            raise ValueError(f"speed {speed:g} is not allowed: it must be above 0")
+        self.speed = speed
+        self._start_ns = time.monotonic_ns()
+
+    def now_ns(self) -> int:
+        """Return the virtual time, ns."""
+        return int((time.monotonic_ns() - self._start_ns) * self.speed)
+
+    def seconds_until(self, at_ns: int | None, longest_s: float) -> float:
+        """Return how long to wait on the wall clock for an instant of virtual time.
+
+        Args:
+            at_ns: the instant; None = there is none to wait for.
+            longest_s: the longest that is waited.
+        """
+        if at_ns is None:
+            return longest_s
+        return min(longest_s, max(0.0, (at_ns - self.now_ns()) / self.speed / 1e9))
 
 
 class WatchdogExpired(BaseException):

@@ -1,0 +1,33 @@
+"""Ports: where a simulated controller's serial line ends, on this machine or on its network.
+
+The law of this room: a port moves bytes and knows no device, a device knows no port, and the loop
+in `server` is all there is between them. Sockets are bound to the loopback address unless told
+otherwise.
+"""
+
+from __future__ import annotations
+
+from .modbustcp import ModbusTcpPort
+from .port import Port, PortError, Traffic
+from .pty import PtyPort
+from .rawtcp import RawTcpPort
+from .segment import Segment
+from .serialdevice import SerialPort
+from .server import LONGEST_S, LineServer, PduServer, Server, Stop, serve_until_interrupted
+
+__all__ = [
+    "LONGEST_S",
+    "LineServer",
+    "ModbusTcpPort",
+    "PduServer",
+    "Port",
+    "PortError",
+    "PtyPort",
+    "RawTcpPort",
+    "Segment",
+    "SerialPort",
+    "Server",
+    "Stop",
+    "Traffic",
+    "serve_until_interrupted",
+]

@@ -1,0 +1,111 @@
+"""Modbus TCP: requests with a seven-byte header, each answered by its transaction number.
+
+    0-1  transaction   2-3  protocol, 0   4-5  length of the rest   6  unit   7...  PDU
+
+Requests may be sent one after the other without waiting: each is answered, in
+order. A connection on which something else is spoken is ended.
+"""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Callable
+from struct import Struct
+
+from .port import Traffic
+from .sockets import Listener
+
+HEADER = Struct(">HHHB")
+PDU_MAX = 253
+"""The longest PDU, bytes [Modbus application protocol]."""
+
+AnswerPdu = Callable[[int, bytes], bytes | None]
+"""From a unit's address and a request PDU to the reply PDU; None = it is not answered."""
+
+
+class ModbusTcpPort:
+    """A Modbus TCP server.
+
+    Attributes:
+        name: host:port.
+        traffic: what went through, headers included.
+
+    Args:
+        host: the address to listen at.
+        port: the port, 0 = any that is free.
+
+    Raises:
+        PortError: it can't be listened there.
+    """
+
+    def __init__(self, host: str, port: int) -> None:
+        self._listener = Listener(host, port)
+        self._pending: dict[socket.socket, bytes] = {}
+        self.name = self._listener.name
+        self.traffic = Traffic()
+
+    @property
+    def connections(self) -> int:
+        """How many clients are connected."""
+        return len(self._listener.connections)
+
+    def serve(self, seconds: float, answer: AnswerPdu) -> None:
+        """Answer the requests that have come in; return at the latest after that time."""
+        for connection, data in self._listener.wait(seconds):
+            if not data:
+                self._end(connection)
+                continue
+            self.traffic.received += len(data)
+            self._serve(connection, self._pending.get(connection, b"") + data, answer)
+
+    def close(self) -> None:
+        """End all connections and stop listening."""
+        self._listener.close()
+
+    def _serve(self, connection: socket.socket, data: bytes, answer: AnswerPdu) -> None:
+        try:
+            requests, rest = split_frames(data)
+        except NotModbusError:
+            self._end(connection)
+            return
+        self._pending[connection] = rest
+        replies = b"".join(reply_to(request, answer) for request in requests)
+        if replies and self._listener.send(connection, replies):
+            self.traffic.sent += len(replies)
+        elif replies:
+            self._end(connection)
+
+    def _end(self, connection: socket.socket) -> None:
+        self._pending.pop(connection, None)
+        self._listener.drop(connection)
+
+
+class NotModbusError(ValueError):
+    """Bytes that are no Modbus TCP frame."""
+
+
+def split_frames(data: bytes) -> tuple[list[bytes], bytes]:
+    """Return the whole frames at the head of a stream, and what is left of it.
+
+    Raises:
+        NotModbusError: what should be a header is none.
+    """
+    frames: list[bytes] = []
+    start = 0
+    while len(data) - start >= HEADER.size:
+        _, protocol, length, _ = HEADER.unpack_from(data, start)
+        if protocol != 0 or not 2 <= length <= PDU_MAX + 1:
+            raise NotModbusError(f"no Modbus TCP frame: {data[start : start + HEADER.size].hex(' ')}")
+        end = start + 6 + length
+        if len(data) < end:
+            break
+        frames.append(data[start:end])
+        start = end
+    return frames, data[start:]
+
+
+def reply_to(request: bytes, answer: AnswerPdu) -> bytes:
+    """Return the reply frame to a request frame; b"" where it is not answered."""
+    transaction, _, _, unit = HEADER.unpack_from(request)
+    pdu = answer(unit, request[HEADER.size :])
+    return b"" if pdu is None else HEADER.pack(transaction, 0, len(pdu) + 1, unit) + pdu

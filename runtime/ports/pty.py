@@ -1,0 +1,58 @@
+"""A pseudo-terminal: a serial port without hardware, found by the path that is printed."""
+
+from __future__ import annotations
+
+import os
+import select
+
+from ..wire import LineFormat
+from .port import Traffic
+
+CHUNK = 4096
+
+
+class PtyPort:
+    """A pseudo-terminal in raw mode.
+
+    Programs may open and close its path as often as they like: its other end is kept open here,
+    so that it is never hung up. Speed and parity mean nothing on it; a program that insists on
+    even parity gets an error from the operating system, and has to be told none.
+
+    Not on Windows.
+
+    Attributes:
+        name: the path to open.
+        traffic: what went through.
+    """
+
+    def __init__(self) -> None:
+        import tty  # not on every system
+
+        self._own, self._kept = os.openpty()
+        tty.setraw(self._kept)
+        os.set_blocking(self._own, False)
+        self.name = os.ttyname(self._kept)
+        self.traffic = Traffic()
+
+    def wait(self, seconds: float) -> bytes:
+        """See `Port.wait`."""
+        if not select.select([self._own], [], [], seconds)[0]:
+            return b""
+        data = os.read(self._own, CHUNK)
+        self.traffic.received += len(data)
+        return data
+
+    def send(self, data: bytes) -> None:
+        """See `Port.send`; a reader that does not read loses what does not fit."""
+        try:
+            self.traffic.sent += os.write(self._own, data)
+        except BlockingIOError:
+            self.traffic.lost += 1
+
+    def follow(self, line_format: LineFormat) -> None:
+        """Do nothing: a pseudo-terminal has no line format."""
+
+    def close(self) -> None:
+        """See `Port.close`."""
+        os.close(self._own)
+        os.close(self._kept)

@@ -1,0 +1,55 @@
+"""The line's own bytes over TCP, as a serial device server passes them on."""
+
+from __future__ import annotations
+
+import socket
+
+from ..wire import LineFormat
+from .port import Traffic
+from .sockets import Listener
+
+
+class RawTcpPort:
+    """The bytes of the line over TCP: RTU frames, or ASCII once the unit speaks that.
+
+    Several clients may connect, but there is one line behind them: the one that was heard last gets
+    what is sent.
+
+    Attributes:
+        name: host:port.
+        traffic: what went through.
+
+    Args:
+        host: the address to listen at.
+        port: the port, 0 = any that is free.
+
+    Raises:
+        PortError: it can't be listened there.
+    """
+
+    def __init__(self, host: str, port: int) -> None:
+        self._listener = Listener(host, port)
+        self._heard: socket.socket | None = None
+        self.name = self._listener.name
+        self.traffic = Traffic()
+
+    def wait(self, seconds: float) -> bytes:
+        """See `Port.wait`."""
+        for connection, data in self._listener.wait(seconds):
+            if data:
+                self._heard = connection
+                self.traffic.received += len(data)
+                return data
+        return b""
+
+    def send(self, data: bytes) -> None:
+        """See `Port.send`."""
+        if self._heard is not None and self._listener.send(self._heard, data):
+            self.traffic.sent += len(data)
+
+    def follow(self, line_format: LineFormat) -> None:
+        """Do nothing: TCP has no line format."""
+
+    def close(self) -> None:
+        """See `Port.close`."""
+        self._listener.close()

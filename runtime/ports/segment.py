@@ -1,0 +1,84 @@
+"""Several units on one RS485 line: each hears the master and every other unit.
+
+    master   |request|
+    unit 1             |reply|
+    unit 2   |request|  |reply|  quiet |    a unit's own characters do not come back to it
+
+What the master sends while a unit's characters are still on the line waits for the line to be
+quiet: a port hands over a frame at once, and on the real line it would have been spoken after the
+reply, not on top of it.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+from ..wire import Device, LineFormat
+
+QUIET_CHARACTERS = 5
+"""Silence after a unit has spoken, in characters: more than the 3.5 that end a Modbus frame."""
+
+
+class Segment:
+    """A line with several units, as one device.
+
+    Attributes:
+        units: the units, in the order of their addresses.
+
+    Args:
+        units: the units, one at least.
+        quiet_ns: silence after a unit has spoken, ns; None = what the line's speed makes of
+            `QUIET_CHARACTERS`.
+    """
+
+    def __init__(self, *units: Device, quiet_ns: int | None = None) -> None:
+        self.units = units
+        self._quiet_ns = quiet_ns
+        self._free_ns = 0
+        self._waiting: deque[bytes] = deque()
+
+    @property
+    def line_format(self) -> LineFormat:
+        """The format of the first unit; all units of a line speak the same."""
+        return self.units[0].line_format
+
+    @property
+    def next_wake_ns(self) -> int | None:
+        """When a unit wants to be woken, or what has waited for a quiet line can be heard."""
+        times = [wake_ns for unit in self.units if (wake_ns := unit.next_wake_ns) is not None]
+        if self._waiting:
+            times.append(self._free_ns)
+        return min(times, default=None)
+
+    def receive(self, now_ns: int, data: bytes) -> None:
+        """See `Device.receive`."""
+        if now_ns < self._free_ns or self._waiting:
+            self._waiting.append(data)
+        else:
+            self._tell(now_ns, data)
+
+    def advance(self, now_ns: int) -> bytes:
+        """See `Device.advance`; return what the units have put on the line."""
+        said = b""
+        while (wake_ns := self.next_wake_ns) is not None and wake_ns <= now_ns:
+            said += self._step(wake_ns)
+        return said + self._step(now_ns)
+
+    def _step(self, now_ns: int) -> bytes:
+        if self._waiting and now_ns >= self._free_ns:
+            self._tell(now_ns, self._waiting.popleft())
+        return b"".join(self._speak(unit, now_ns) for unit in self.units)
+
+    def _speak(self, unit: Device, now_ns: int) -> bytes:
+        """Let a unit's time run, and the others hear what it says."""
+        said = unit.advance(now_ns)
+        if said:
+            span_ns = unit.line_format.span_ns(QUIET_CHARACTERS) if self._quiet_ns is None else self._quiet_ns
+            self._free_ns = now_ns + span_ns
+            self._tell(now_ns, said, unit)
+        return said
+
+    def _tell(self, now_ns: int, data: bytes, but: Device | None = None) -> None:
+        for unit in self.units:
+            if unit is not but:
+                unit.receive(now_ns, data)

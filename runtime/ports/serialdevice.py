@@ -1,0 +1,130 @@
+"""A real serial port; one that is unplugged is opened again when it is back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from os.path import realpath
+from threading import Event
+
+import serial
+
+from ..wire import LineFormat
+from .port import PortError, Traffic
+
+RETRY_S = 0.5
+"""How often a lost port is tried again."""
+
+
+class SerialPort:
+    """A serial port of this machine.
+
+    Attributes:
+        name: its path, such as /dev/ttyUSB0 or COM3.
+        traffic: what went through.
+
+    Args:
+        path: its path.
+        line_format: what it begins with.
+        opened: opens it; another one for tests.
+
+    Raises:
+        PortError: it can't be opened.
+    """
+
+    def __init__(
+        self,
+        path: str,
+        line_format: LineFormat,
+        opened: Callable[[str, LineFormat], serial.Serial] | None = None,
+    ) -> None:
+        self.name = path
+        self.traffic = Traffic()
+        self._format = line_format
+        self._open = opened or open_serial
+        try:
+            self._port: serial.Serial | None = self._open(path, line_format)
+        except (OSError, ValueError) as error:
+            raise PortError(f"{path} can't be opened: {error}") from error
+
+    @property
+    def is_open(self) -> bool:
+        """Whether it is there."""
+        return self._port is not None
+
+    def wait(self, seconds: float) -> bytes:
+        """See `Port.wait`; while the port is lost, it is tried again."""
+        if self._port is None:
+            Event().wait(min(seconds, RETRY_S))
+            self._reopen()
+            return b""
+        try:
+            self._port.timeout = seconds
+            data = self._port.read(1)
+            data += self._port.read(self._port.in_waiting)
+        except OSError:
+            self._lose()
+            return b""
+        self.traffic.received += len(data)
+        return bytes(data)
+
+    def send(self, data: bytes) -> None:
+        """See `Port.send`."""
+        if self._port is None:
+            return
+        try:
+            self._port.write(data)
+            self._port.flush()
+        except OSError:
+            self._lose()
+            return
+        self.traffic.sent += len(data)
+
+    def follow(self, line_format: LineFormat) -> None:
+        """See `Port.follow`."""
+        if line_format == self._format:
+            return
+        self._format = line_format
+        try:
+            if self._port is not None:
+                self._port.apply_settings(_settings(self.name, line_format))
+        except OSError:
+            self._lose()
+
+    def close(self) -> None:
+        """See `Port.close`."""
+        if self._port is not None:
+            self._port.close()
+
+    def _lose(self) -> None:
+        self.traffic.lost += 1
+        self.close()
+        self._port = None
+
+    def _reopen(self) -> None:
+        try:
+            self._port = self._open(self.name, self._format)
+        except (OSError, ValueError):
+            self._port = None
+
+
+def open_serial(path: str, line_format: LineFormat) -> serial.Serial:
+    """Open a serial port.
+
+    Raises:
+        OSError: it is not there, or somebody else has it.
+        ValueError: it does not do that format.
+    """
+    port = serial.Serial(path, exclusive=True, timeout=0)
+    port.apply_settings(_settings(path, line_format))
+    return port
+
+
+def _settings(path: str, line_format: LineFormat) -> dict[str, object]:
+    """Return pyserial's settings; a pseudo-terminal has no parity, and is an error with one."""
+    pseudo = realpath(path).startswith("/dev/pts/")
+    return {
+        "baudrate": line_format.baud,
+        "bytesize": line_format.data_bits,
+        "parity": "N" if pseudo else line_format.parity,
+        "stopbits": line_format.stop_bits,
+    }

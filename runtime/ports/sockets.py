@@ -1,0 +1,89 @@
+"""TCP: a listening socket and the connections it has taken."""
+
+from __future__ import annotations
+
+import selectors
+import socket
+from collections.abc import Iterator
+
+from .port import PortError
+
+CHUNK = 4096
+
+
+class Listener:
+    """A listening TCP socket with its connections.
+
+    Attributes:
+        name: host:port, with the port that was given by the system where 0 was asked for.
+        connections: those that are open.
+
+    Args:
+        host: the address to listen at.
+        port: the port, 0 = any that is free.
+
+    Raises:
+        PortError: it can't be listened there.
+    """
+
+    def __init__(self, host: str, port: int) -> None:
+        try:
+            self._socket = socket.create_server((host, port))
+        except (OSError, OverflowError) as error:
+            raise PortError(f"{host}:{port} can't be listened at: {error}") from error
+        self._socket.setblocking(False)
+        self.name = f"{host}:{self._socket.getsockname()[1]}"
+        self.connections: list[socket.socket] = []
+        self._selector = selectors.DefaultSelector()
+        self._selector.register(self._socket, selectors.EVENT_READ)
+
+    def wait(self, seconds: float) -> Iterator[tuple[socket.socket, bytes]]:
+        """Take new connections; yield what has come in on the others, and b"" for one that has ended."""
+        for key, _ in self._selector.select(seconds):
+            if key.fileobj is self._socket:
+                self._accept()
+            elif isinstance(key.fileobj, socket.socket):
+                yield key.fileobj, self._read(key.fileobj)
+
+    def send(self, connection: socket.socket, data: bytes) -> bool:
+        """Send to a connection; one that does not take it is dropped. Return whether it was taken."""
+        try:
+            taken = connection.send(data) == len(data)
+        except OSError:
+            taken = False
+        if not taken:
+            self.drop(connection)
+        return taken
+
+    def drop(self, connection: socket.socket) -> None:
+        """End a connection; nothing happens if it has ended."""
+        if connection in self.connections:
+            self.connections.remove(connection)
+            self._selector.unregister(connection)
+            connection.close()
+
+    def close(self) -> None:
+        """End all connections and stop listening."""
+        for connection in list(self.connections):
+            self.drop(connection)
+        self._selector.close()
+        self._socket.close()
+
+    def _accept(self) -> None:
+        try:
+            connection, _ = self._socket.accept()
+        except OSError:  # it was gone before it was taken
+            return
+        connection.setblocking(False)
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self.connections.append(connection)
+        self._selector.register(connection, selectors.EVENT_READ)
+
+    def _read(self, connection: socket.socket) -> bytes:
+        try:
+            data = connection.recv(CHUNK)
+        except OSError:
+            data = b""
+        if not data:
+            self.drop(connection)
+        return data
