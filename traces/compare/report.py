@@ -60,9 +60,9 @@ def _verdict(found: Comparison, names: Names) -> str:
         what = "show the same" if found.same else "show the same as far as both go"
         return f"{names[0]} and {names[1]} {what}{_within(found, 'within')}: {_scans(found)}"
     first = found.first
-    where = f"scan {first.scan:,} at {span(first.time_ns)}"
+    where = f"scan {first.scan} at {span(first.time_ns)}"
     if (first.scan, first.time_ns) != (first.scan_b, first.time_b_ns):
-        where += f" (scan {first.scan_b:,} at {span(first.time_b_ns)} of {names[1]})"
+        where += f" (scan {first.scan_b} at {span(first.time_b_ns)} of {names[1]})"
     return (
         f"{names[0]} and {names[1]} differ{_within(found, 'by more than')}, first in {where}; {_scans(found)}"
     )
@@ -124,7 +124,7 @@ def _changes(rows: Sequence[Row]) -> list[str]:
     cells = [("scan", "time s", "slot", "", "position", "encoder", "what")]
     cells += [
         (
-            _value(row.scan, ""),
+            "" if row.scan is None else str(row.scan),
             "" if row.now_ns is None else seconds(row.now_ns),
             _value(row.slot, ""),
             row.direction,
