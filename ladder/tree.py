@@ -190,7 +190,16 @@ def _operation_text(node: Operation, own: int) -> str:
     if own == ATOM:
         return f"{node.name}({_text_at(node.operands[0], 0)})"
     left, right = _text_at(node.operands[0], own), _text_at(node.operands[1], own + 1)
+    if node.name == "/" and not left.endswith(")") and _ends_in_file(node.operands[0]):
+        left = f"({left})"  # O:1.5/3 is a bit of O:1.5
     return f"{left} {node.name} {right}" if node.name in WORDS else f"{left}{node.name}{right}"
+
+
+def _ends_in_file(node: Operand) -> bool:
+    """Whether the text of a node ends in an address of a data file, behind which / means a bit."""
+    if isinstance(node, Operation):
+        return LEVEL.get(node.name, ATOM) != ATOM and _ends_in_file(node.operands[-1])
+    return isinstance(node, Address) and ":" in node.name
 
 
 # --- rungs

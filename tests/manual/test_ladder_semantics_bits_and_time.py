@@ -50,6 +50,10 @@ def test_ons_rm003_p103(engine):
         engine.tags.X = level
         engine.step()
     assert engine.tags.N == 2
+    for level in (False, False, False):  # a false rung does not pass, whatever the storage bit
+        engine.tags.X = level
+        engine.step()
+    assert engine.tags.N == 2
 
 
 EDGES = "TAG X : BOOL\nTAG R : BOOL\nTAG F : BOOL\nTAG Up : BOOL\nTAG Down : BOOL"
@@ -90,6 +94,26 @@ def test_ton_rm003_p118(engine):
     engine.tags.X = False
     engine.step(8)
     assert timer(engine) == (0, 0, 0, 0)
+
+
+@pytest.mark.parametrize("engine", both("TAG X : BOOL\nTAG T : TIMER", "XIC(X)TON(T,?,?);"), ids=str)
+def test_ton_with_pre_0_is_done_in_its_first_true_scan(engine):
+    """ACC, 0, has reached PRE: allowed, and no fault (RM003 p117: negative values are one)."""
+    engine.step(8)
+    engine.tags.X = True
+    engine.step(8)
+    assert timer(engine) == (1, 0, 1, 0)
+
+
+@pytest.mark.parametrize("engine", both(TIMER, "XIC(X)RTO(T,?,?);"), ids=str)
+def test_rto_that_is_done_is_enabled_again_rm003_p127(engine):
+    """EN follows the rung; DN stays, and nothing is timed."""
+    seen = []
+    for level in (True, True, True, False, True):  # 7 + 8 + 8 >= 20
+        engine.tags.X = level
+        engine.step(8)
+        seen.append(timer(engine))
+    assert seen[-3:] == [(1, 0, 1, 23), (0, 0, 1, 23), (1, 0, 1, 23)]
 
 
 @pytest.mark.parametrize("engine", both('TAG T : TIMER := {"PRE": 100000}', "TON(T,?,?);"), ids=str)

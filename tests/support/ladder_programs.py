@@ -243,13 +243,72 @@ def jumping_routines(draw):
     return lines
 
 
+LOGIC = (
+    "XIC(On)ADD(Amount,Kept,Sum);",
+    "XIO(On)MOV(Kept,Sum);",
+    "TON(Time,20,0)XIC(Time.DN)OTE(Late);",
+    "XIC(On)ONS(Edge)CTU(Times,3,0);",
+    "XIC(EnableIn)CPT(Shared,Shared+Amount);",
+    "XIC(Late)OTE(EnableOut);",
+    "GRT(Sum,100)OTL(Late);",
+    "MUL(Amount,3,Kept);",
+    "XIC(On)MOV(Times.ACC,Table[Kept]);",
+    "COP(Table[0],Table[1],2);",
+)
+"""Rungs that an add-on instruction may consist of."""
+
+SHARED = ("Wide", "Other", "Index", "Grid[1,1]")
+"""Tags that are handed over by reference."""
+
+INSTANCES = 4
+"""Instances that are declared; each is called once at most."""
+
+_INSTANCE_TAGS = [f"TAG M{number} : Mixer" for number in range(INSTANCES)]
+
+
+@st.composite
+def add_ons(draw):
+    """Text of an add-on instruction, and calls of some of its instances."""
+
+    def routine(name):
+        lines = draw(st.lists(st.sampled_from(LOGIC), min_size=1, max_size=4))
+        return [f"ROUTINE {name}", *lines, "END"]
+
+    text = [
+        "INSTRUCTION Mixer",
+        "INPUT On : BOOL REQUIRED",
+        "INPUT Amount : DINT REQUIRED",
+        "OUTPUT Sum : DINT REQUIRED",
+        "OUTPUT Late : BOOL",
+        "INOUT Shared : DINT",
+        "LOCAL Kept : DINT",
+        "LOCAL Edge : BOOL",
+        "LOCAL Time : TIMER",
+        "LOCAL Times : COUNTER",
+        "LOCAL Table : DINT[3]",
+        *routine("Logic"),
+        *(routine("EnableInFalse") if draw(st.booleans()) else ()),
+        *(routine("Prescan") if draw(st.booleans()) else ()),
+        "END INSTRUCTION",
+    ]
+    calls = []
+    for number in range(draw(st.integers(0, INSTANCES))):
+        condition = draw(st.sampled_from(("", "XIC(A)", "XIO(B)")))
+        operands = (draw(read_bits), draw(integer_values), draw(targets), draw(st.sampled_from(SHARED)))
+        calls.append(f"{condition}Mixer(M{number},{','.join(operands)})GRT(M{number}.Sum,50)OTE(C);")
+    return text, calls
+
+
 @st.composite
 def programs(draw):
-    """Text of a program with a main routine and a subroutine."""
+    """Text of a program with a main routine, a subroutine and an add-on instruction."""
     main = draw(jumping_routines())
     sub = draw(st.lists(rungs(subroutine=True), max_size=3))
+    definition, calls = draw(add_ons())
+    for call in calls:
+        main.insert(draw(st.integers(0, len(main) - 1)), call)
     text = [
-        TAGS,
+        TAGS.replace("SLOT axis", "\n".join([*definition, *_INSTANCE_TAGS, "SLOT axis"])),
         "ROUTINE Main",
         *main,
         "END",

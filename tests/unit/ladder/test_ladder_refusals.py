@@ -203,3 +203,11 @@ def test_no_copy_ends_in_the_middle_of_a_command_word(rung, may):
         return
     with pytest.raises(BuildError, match="half of a new command and half of an old one"):
         program.build()
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["CPT(N,(O:1.5)/3);", "CPT(N,(N+I:1.0)/D[2]);", "CPT(N,O:1.5/3);", "CPT(N,N/O:1.5);", "CPT(N,N/3);"],
+)
+def test_a_slash_behind_a_data_file_means_a_bit_unless_it_divides(text):
+    assert str(parse_rung(text)) == text
