@@ -11,6 +11,7 @@ from . import (
     fuzz,
     golden,
     ladder,
+    pclt,
     plot,
     query,
     repair,
@@ -40,6 +41,7 @@ COMMANDS = (
     why,
     fuzz,
     drive,
+    pclt,
     rules,
 )
 """The commands, in the order in which --help lists them."""
