@@ -19,6 +19,7 @@ from . import (
     rerun,
     rules,
     run,
+    serve,
     show,
     why,
 )
@@ -41,6 +42,7 @@ COMMANDS = (
     why,
     fuzz,
     drive,
+    serve,
     pclt,
     rules,
 )

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
-from os.path import realpath
 from threading import Event
 
 import serial
@@ -44,7 +44,9 @@ class SerialPort:
         try:
             self._port: serial.Serial | None = self._open(path, line_format)
         except (OSError, ValueError) as error:
-            raise PortError(f"{path} can't be opened: {error}") from error
+            number = getattr(error, "errno", None)
+            reason = str(error) if number is None else os.strerror(number)
+            raise PortError(f"{path} can't be opened: {reason}") from error
 
     @property
     def is_open(self) -> bool:
@@ -121,7 +123,7 @@ def open_serial(path: str, line_format: LineFormat) -> serial.Serial:
 
 def _settings(path: str, line_format: LineFormat) -> dict[str, object]:
     """Return pyserial's settings; a pseudo-terminal has no parity, and is an error with one."""
-    pseudo = realpath(path).startswith("/dev/pts/")
+    pseudo = os.path.realpath(path).startswith("/dev/pts/")
     return {
         "baudrate": line_format.baud,
         "bytesize": line_format.data_bits,

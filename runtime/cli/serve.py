@@ -1,0 +1,184 @@
+"""`scanrack serve CONTROLLER`: a simulated controller at a port, in step with the wall clock."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.live import Live
+from rich.table import Table
+
+from ..pace import Clock, wall_ns
+from ..ports import (
+    LineServer,
+    ModbusTcpPort,
+    PduServer,
+    Port,
+    PtyPort,
+    RawTcpPort,
+    Segment,
+    SerialPort,
+    Server,
+    serve_until_interrupted,
+)
+from ..wire import Device
+from .slices import QuietOption, told_mistakes
+from .units import Unit, addresses_in, pmc006_units
+
+LOOPBACK = "127.0.0.1"
+REFRESH_NS = 250_000_000
+"""How often the status is shown anew."""
+
+
+class Served(StrEnum):
+    """Controllers that can be served."""
+
+    PMC006 = "pmc006"
+
+
+MAKERS: dict[Served, Callable[[list[int], list[Path]], list[Unit]]] = {
+    Served.PMC006: pmc006_units,
+}
+
+
+def socket_address(text: str) -> tuple[str, int]:
+    """Return host and port; without a host it is the loopback address.
+
+    >>> socket_address("5020"), socket_address("0.0.0.0:502")
+    (('127.0.0.1', 5020), ('0.0.0.0', 502))
+
+    Raises:
+        ValueError: it is no address.
+    """
+    host, _, port = text.rpartition(":")
+    if not port.isdecimal() or int(port) > 65_535:
+        raise ValueError(f"--tcp {text}: it has to be HOST:PORT or PORT, and a port is 0 to 65535")
+    return host or LOOPBACK, int(port)
+
+
+def line_of(units: list[Unit]) -> Device:
+    """Return the line that the units are on, as one device."""
+    return units[0].device if len(units) == 1 else Segment(*(unit.device for unit in units))
+
+
+def server_for(
+    units: list[Unit],
+    clock: Clock,
+    *,
+    pty: bool = False,
+    serial: str | None = None,
+    tcp: str | None = None,
+    rtu_over_tcp: bool = False,
+) -> tuple[Server, str]:
+    """Open the port that was asked for; return what serves it, and where others find it.
+
+    Raises:
+        ValueError: not exactly one port is asked for, or it can't be opened.
+    """
+    if [pty, serial is not None, tcp is not None].count(True) != 1:
+        raise ValueError("give one of --pty, --serial DEV and --tcp HOST:PORT")
+    line = line_of(units)
+    if tcp is not None and not rtu_over_tcp and units[0].answer is not None:
+        modbus = ModbusTcpPort(*socket_address(tcp))
+        return PduServer(line, answering(units), modbus, clock), modbus.name
+    if tcp is not None:
+        port: Port = RawTcpPort(*socket_address(tcp))
+    else:
+        port = PtyPort() if serial is None else SerialPort(serial, line.line_format)
+    return LineServer(line, port, clock), port.name
+
+
+def answering(units: list[Unit]) -> Callable[[int, bytes], bytes | None]:
+    """Return what passes a Modbus request on to the unit that it is for."""
+    if len(units) == 1:
+        only = units[0].answer
+        return lambda _unit, pdu: None if only is None else only(pdu)
+    answers = {unit.address: unit.answer for unit in units if unit.answer is not None}
+    return lambda unit, pdu: answers[unit](pdu) if unit in answers else None
+
+
+def status_table(units: list[Unit]) -> Table:
+    """Return the state of the units, one row for each."""
+    rows = [unit.status() for unit in units]
+    table = Table(*rows[0], box=None, pad_edge=False)
+    for row in rows:
+        table.add_row(*row.values())
+    return table
+
+
+@contextmanager
+def shown_status(units: list[Unit], *, quiet: bool) -> Iterator[Callable[[], None]]:
+    """Show the state of the units on standard error, if that is a terminal; yield what refreshes it."""
+    console = Console(stderr=True)
+    if quiet or not console.is_terminal:
+        yield lambda: None
+        return
+    due_ns = 0
+
+    def refresh() -> None:
+        nonlocal due_ns
+        if wall_ns() >= due_ns:
+            due_ns = wall_ns() + REFRESH_NS
+            live.update(status_table(units), refresh=True)
+
+    with Live(console=console, auto_refresh=False) as live:
+        yield refresh
+
+
+def _serve_command(
+    controller: Annotated[Served, typer.Argument(help="Which controller.", show_default=False)],
+    pty: Annotated[bool, typer.Option("--pty", help="On a pseudo-terminal, whose path is printed.")] = False,
+    serial: Annotated[
+        str | None, typer.Option("--serial", metavar="DEV", help="On a serial port of this machine.")
+    ] = None,
+    tcp: Annotated[
+        str | None,
+        typer.Option(
+            "--tcp", metavar="[HOST:]PORT", help="Over TCP; on the loopback address unless a host is given."
+        ),
+    ] = None,
+    rtu_over_tcp: Annotated[
+        bool, typer.Option("--rtu-over-tcp", help="With --tcp: the line's own bytes, not Modbus TCP.")
+    ] = False,
+    address: Annotated[
+        list[str] | None,
+        typer.Option("--address", metavar="N", help="Address; several, or 1-5, for several units on a line."),
+    ] = None,
+    program: Annotated[
+        list[Path] | None,
+        typer.Option("--program", metavar="FILE", help="A stored program, as if saved earlier."),
+    ] = None,
+    speed: Annotated[
+        float, typer.Option("--speed", metavar="FACTOR", help="How many times as fast as real time.")
+    ] = 1.0,
+    quiet: QuietOption = False,
+) -> None:
+    """Serve a simulated controller until Ctrl-C.
+
+    The first line printed says where it is to be found. On a terminal its state is shown meanwhile.
+
+    Example: scanrack serve pmc006 --pty
+
+    Exit status: 0 ended by Ctrl-C, 2 an option, a file or a port can't be used.
+    """
+    with told_mistakes():
+        units = MAKERS[controller](addresses_in(address or []), program or [])
+        server, place = server_for(
+            units, Clock(speed), pty=pty, serial=serial, tcp=tcp, rtu_over_tcp=rtu_over_tcp
+        )
+        names = ", ".join(str(unit.address) for unit in units)
+        typer.echo(f"{place}  {controller} at address {names}, {units[0].device.line_format}; Ctrl-C ends")
+        sys.stdout.flush()  # who reads the path through a pipe waits for it
+        with shown_status(units, quiet=quiet) as refresh:
+            serve_until_interrupted(server, refresh)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("serve", no_args_is_help=True)(_serve_command)

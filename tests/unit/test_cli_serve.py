@@ -1,0 +1,83 @@
+"""`scanrack serve`: a controller in a process of its own, found by what it prints, ended by Ctrl-C."""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+from scanrack.io_images.pmc006.frame import command, reply
+from scanrack.io_images.pmc006.instructions import BY_NAME
+from scanrack.runtime.cli import build
+from typer.testing import CliRunner
+
+READ_POSITION = BY_NAME["read_position"].code
+
+
+@contextmanager
+def serving(*arguments: str) -> Iterator[str]:
+    """Serve; yield where. It is ended by the signal of Ctrl-C, and has to end without a word."""
+    words = [sys.executable, "-m", "scanrack.runtime.cli", "serve", *arguments]
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        assert process.stdout is not None
+        yield process.stdout.readline().split("  ")[0]
+        process.send_signal(signal.SIGINT)
+        assert process.communicate(timeout=10) == ("", "")
+        assert process.returncode == 0
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def read(terminal: int, count: int) -> bytes:
+    data = b""
+    while len(data) < count and select.select([terminal], [], [], 5.0)[0]:
+        data += os.read(terminal, count)
+    return data
+
+
+def test_a_pmc006_answers_on_a_pseudo_terminal_and_ends_by_ctrl_c() -> None:
+    """The position at first is 0; the address as from the factory is 255."""
+    with serving("pmc006", "--pty") as path:
+        terminal = os.open(path, os.O_RDWR | os.O_NOCTTY)
+        os.write(terminal, command(255, READ_POSITION))
+        assert read(terminal, 8) == reply(255, 0)
+        os.close(terminal)
+
+
+def test_a_pmc006_answers_over_tcp_on_the_loopback_address() -> None:
+    with serving("pmc006", "--tcp", "0", "--address", "7") as place:
+        host, port = place.split(":")
+        with socket.create_connection((host, int(port)), timeout=5) as client:
+            client.sendall(command(7, READ_POSITION))
+            assert client.recv(8) == reply(7, 0)
+    assert host == "127.0.0.1"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ([], "give one of --pty, --serial DEV and --tcp HOST:PORT"),
+        (["--pty", "--tcp", "0"], "give one of --pty"),
+        (["--tcp", "here"], "--tcp here: it has to be HOST:PORT or PORT"),
+        (["--tcp", "70000"], "--tcp 70000: it has to be HOST:PORT or PORT, and a port is 0 to 65535"),
+        (["--serial", "/dev/nothing-here"], "/dev/nothing-here can't be opened: No such file or directory"),
+        (["--pty", "--speed", "0"], "speed 0 is not allowed: it must be above 0"),
+        (["--pty", "--address", "x"], "--address x: an address is a number"),
+        (["--pty", "--address", "1-3"], "a PMC006 is alone on its line"),
+        (["--pty", "--address", "121"], "address 121: allowed is 1 to 120"),
+        (["--pty", "--program", "nothing"], "nothing: No such file or directory"),
+    ],
+)
+def test_what_cannot_be_served(arguments: list[str], said: str) -> None:
+    result = CliRunner().invoke(build(), ["serve", "pmc006", *arguments])
+    assert result.exit_code == 2
+    assert result.stderr.startswith(f"scanrack: {said}")
+    assert result.stderr.count("\n") == 1
