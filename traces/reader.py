@@ -137,13 +137,20 @@ class Trace(AbstractContextManager["Trace"]):
         """Iterate over the scans."""
         return (entry for entry in self if isinstance(entry, Scan))
 
-    def events(self) -> Iterator[TraceEvent]:
-        """Iterate over the events. Chunks that hold nothing but scans are not read."""
+    def events(self, start_ns: int = 0, end_ns: int | None = None) -> Iterator[TraceEvent]:
+        """Iterate over the events. Chunks that hold nothing but scans are not read.
+
+        Args:
+            start_ns: chunks that end before that time are left out.
+            end_ns: those that begin after it, too; None = none.
+        """
         for section in self.sections:
-            if not self.shape.only_scans(section):
-                for part in self._messages(section):
-                    if isinstance(part, Message):
-                        yield from self._events(part, section)
+            late = end_ns is not None and section.start_ns > end_ns
+            if late or section.end_ns < start_ns or self.shape.only_scans(section):
+                continue
+            for part in self._messages(section):
+                if isinstance(part, Message):
+                    yield from self._events(part, section)
 
     def scan_rows(self, section: Section) -> list[ScanRows]:
         """Return the scans of a section as arrays; none for a damaged one, which is noted.

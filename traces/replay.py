@@ -81,8 +81,9 @@ class Follower:
         tolerance: what may differ.
 
     Attributes:
-        on_difference: called at the first scan that differs, if nothing may; with a tolerance the whole
-            recording is gone through, since what comes late may still come in time.
+        stop: called at the first scan that differs, if nothing may; with a tolerance the whole
+            recording is gone through, since what comes late may still come in time. None: go on.
+        stopped: whether it has been called.
     """
 
     def __init__(
@@ -97,8 +98,8 @@ class Follower:
         self._memory = memory
         self._images = tuple(images)
         self._tolerance = tolerance
-        self.on_difference: Callable[[], None] = lambda: None
-        self._watching = tolerance.exact
+        self.stop: Callable[[], None] | None = None
+        self.stopped = False
         self._spans = [recording.span(image) for image in self._images]
         self._recorded = recording.memory
         self._heads: list[tuple[int, int, int]] = []
@@ -115,17 +116,15 @@ class Follower:
         block, recorded = bytes(self._memory), self._recorded[len(self._blocks)]
         self._heads.append((scan, now_ns, flags))
         self._blocks.append(block)
-        if self._watching and block != recorded and any(block[s] != recorded[s] for s in self._spans):
-            self._watching = False
-            self.on_difference()
+        if self.stop is not None and self._tolerance.exact and self._differ(block, recorded):
+            self.stop()
+            self.stopped, self.stop = True, None
+
+    def _differ(self, block: bytes, recorded: bytes) -> bool:
+        return block != recorded and any(block[span] != recorded[span] for span in self._spans)
 
     def close(self) -> None:
         """Nothing is held open."""
-
-    @property
-    def stopped(self) -> bool:
-        """Whether there are scans that have not been replayed."""
-        return self.scans < len(self._recorded)
 
     @property
     def scans(self) -> int:
@@ -133,13 +132,16 @@ class Follower:
         return len(self._blocks)
 
     def comparison(self) -> Comparison:
-        """Return what came of it, the recording first, the replay second."""
+        """Return what came of it, the recording first, the replay second.
+
+        A replay that was not stopped here and is not at its end is the shorter of the two.
+        """
         heads = np.array(self._heads, np.int64).reshape(-1, 3)
         words = np.frombuffer(b"".join(self._blocks), np.int16).reshape(len(heads), -1)
         replayed = Columns(heads[:, 0], heads[:, 1], heads[:, 2].astype(np.uint32), words)
-        slots = self._recording.slots
+        slots, recorded = self._recording.slots, self._recording.columns
         found = compare_columns(
-            (slots, self._recording.columns.rows(0, len(heads))),
+            (slots, recorded.rows(0, len(heads)) if self.stopped else recorded),
             (slots, replayed),
             self._tolerance,
             only=frozenset(self._images),
@@ -147,13 +149,13 @@ class Follower:
         if found.first is None:
             return found
         involved = {detail.slot for detail in found.first.details}
-        recorded = [
+        rules = [
             (event.scan, event.fields.get("slot"), describe(event.topic, event.scan, event.fields))
             for event in self._recording.events
             if event.fields.get("kind") == "rule"
         ]
         rules_a, rules_b = (
-            tuple(text for number, slot, text in rules if number == scan and slot in involved)
-            for rules, scan in ((recorded, found.first.scan), (self._rules, found.first.scan_b))
+            tuple(text for number, slot, text in fired if number == scan and slot in involved)
+            for fired, scan in ((rules, found.first.scan), (self._rules, found.first.scan_b))
         )
         return replace(found, first=replace(found.first, rules_a=rules_a, rules_b=rules_b))

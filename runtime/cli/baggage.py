@@ -103,8 +103,9 @@ def job_of(trace: Trace, folder: Path, *, trust: bool, program: str | None = Non
         UntrustedError: Python of the trace would be run.
         ValueError: the trace does not say what it was made by, or one of the files can't be used.
     """
-    rack, own = (_recorded(trace, key) for key in ("rack_file", "program_file"))
-    _take_out(trace, folder, [rack] if program else [rack, own], trust=trust)
+    rack = _recorded(trace, "rack_file")
+    own = _recorded(trace, "program_file") if program is None else rack
+    _take_out(trace, folder, [rack, own], trust=trust)
     if program is None and split_address(own)[0] != split_address(rack)[0]:
         program = f"{folder / own}"
     return load_job(f"{folder / rack}", program)
@@ -122,7 +123,7 @@ def _recorded(trace: Trace, key: str) -> str:
     address = trace.head.metadata.get(key)
     if address is None:
         what = key.replace("_", " ")
-        raise ValueError(f"the trace does not say what its {what} is: give the rack with --rack")
+        raise ValueError(f"the trace does not say what its {what} is: it can't be run without one")
     return _checked(address)
 
 

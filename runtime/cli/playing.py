@@ -79,7 +79,7 @@ class Replay:
         follower = Follower(self._recording, self.rack.memory, self._images, tolerance=allowed)
         cpu = build_playback(self._spec, self._score, self._logic, self.rack, listeners=[follower])
         if not to_the_end:
-            follower.on_difference = cpu.stop
+            follower.stop = cpu.stop
         with cpu.stopping_on_ctrl_c(), cpu, shown_progress(cpu, self._score.numbers[-1], quiet=quiet):
             try:
                 cpu.play()
@@ -126,16 +126,12 @@ def _forces(recording: Recording) -> Mapping[int, Mapping[str, int]]:
 
 
 def _stimuli(recording: Recording) -> Iterator[Stimulus]:
-    """Yield the stimuli that a trace tells of."""
+    """Yield what acted on the inputs, as a trace tells it; incidents come with the rack."""
     for event in recording.events:
-        if event.topic == "/stimuli":
-            name, level = str(event.fields["name"]).upper(), event.fields.get("energised")
-            yield Stimulus(
-                event.now_ns,
-                int(str(event.fields["slot"])),
-                InputBit[name],
-                None if level is None else bool(level),
-            )
+        name = str(event.fields.get("name")).upper()
+        if event.topic == "/stimuli" and name in InputBit.__members__:
+            slot, level = int(str(event.fields["slot"])), event.fields.get("energised")
+            yield Stimulus(event.now_ns, slot, InputBit[name], None if level is None else bool(level))
 
 
 def with_stimuli(spec: RackSpec, recording: Recording, stimuli: Stimuli) -> RackSpec:

@@ -298,3 +298,83 @@ def test_a_file_that_leads_out_of_its_folder_is_refused(tmp_path: Path, name: st
     result = scanrack("show", tmp_path / "evil.mcap", "--extract", tmp_path / "out")
     assert (result.exit_code, "leads out of its folder" in result.stderr) == (2, True)
     assert not (tmp_path / "out").exists()
+
+
+def test_a_replay_that_faults_early_is_not_the_same(folder: Path) -> None:
+    """Even if every scan before was: the rest is missing. Its outputs are zero, as recorded in scan 0."""
+    (folder / "rack.toml").write_text(RACK.format(program="still.py", limit=9000, more=""))
+    (folder / "still.py").write_text("def logic(scan):\n    pass\n")
+    assert scanrack("run", "rack.toml", "--scans", "60", "-q", "--record", "still.mcap").exit_code == 0
+    (folder / "other.py").write_text("def logic(scan):\n    assert scan.number < 50\n")
+    result = scanrack("replay", "still.mcap", "--into", "program", "--program", "other.py")
+    assert result.exit_code == 1
+    assert "only in still.mcap: 9 scans" in result.output
+    assert "the replay faulted in" in result.stderr
+
+
+def test_a_run_that_faulted_faults_again_and_is_the_same(folder: Path) -> None:
+    (folder / "rack.toml").write_text(RACK.format(program="fault.py", limit=9000, more=""))
+    (folder / "fault.py").write_text(
+        "def logic(scan):\n    scan.slot[1].outputs[5] = 7\n    assert scan.number < 50\n"
+    )
+    assert scanrack("run", "rack.toml", "--scans", "99", "-q", "--record", "fault.mcap").exit_code == 1
+    for command in (["rerun"], ["replay"], ["replay", "--into", "program"], ["replay", "--into", "rack"]):
+        result = scanrack(command[0], "fault.mcap", *command[1:])
+        assert result.exit_code == 0, (command, result.output)
+
+
+def test_power_links_torn_updates_and_the_key_come_again(folder: Path) -> None:
+    """What the rack file lets happen to module and CPU is no business of the recording: it is there anew."""
+    text = RACK.format(program="line.py", limit=9000, more="") + (
+        '[[incident]]\nat_s = 0.2\nwhat = "power-cycle"\n'
+        '[[incident]]\nat_s = 0.4\nwhat = "program-mode"\nfor_ms = 60\n'
+    )
+    (folder / "rack.toml").write_text(text)
+    trace = folder / "line.mcap"
+    assert scanrack("run", "rack.toml", "--scans", SCANS, "-q", "--record", trace).exit_code == 0
+    for into in ("module", "program", "rack"):
+        result = scanrack("replay", trace, "--into", into)
+        assert result.exit_code == 0, result.output
+
+
+def test_scans_as_irregular_as_those_of_a_real_plc_are_replayed_at_their_times(folder: Path) -> None:
+    """A module does not care how often it is asked; so a jittery recording has a jittery replay."""
+    from scanrack.io_images import Image
+    from scanrack.runtime.amci3601 import Amci3601
+    from scanrack.traces.layout import SlotInfo
+    from scanrack.traces.recorder import Attachment
+
+    memory, module, sent = bytearray(32), Amci3601("4.1"), Image()
+    rack = 'program = "none.py"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n'
+    recorder = ScanRecorder(
+        folder / "plc.mcap",
+        memory,
+        [SlotInfo(1, "amci3601", "4.1")],
+        scan_period_ns=2_000_000,
+        rack_file=Attachment("plc.toml", rack.encode()),
+        metadata={"rack_file": "plc.toml"},
+    )
+    words = [[-31682, 63, 1], [0], [0x0200], [0], [2, 0, 1, 0, 5, 0, 100, 100]]
+    now_ns = 0
+    for scan in range(200):
+        memory[16:] = module.update(now_ns, sent).raw
+        sent = Image(words[min(scan // 10, 4)])
+        memory[:16] = sent.raw
+        recorder.scan(scan, now_ns, 1)
+        now_ns += 1_700_000 + scan * scan * 7_919 % 600_000
+    recorder.close()
+    result = scanrack("replay", "plc.mcap")
+    assert (result.output, result.exit_code) == ("plc.mcap and replay show the same: 200 scans\n", 0)
+    other = scanrack("replay", "plc.mcap", "--into", "program", "--program", "none.py")
+    assert "there is no such program file" in other.stderr
+
+
+def test_a_recording_of_somebody_elses_needs_a_rack(folder: Path) -> None:
+    import made_traces
+
+    made_traces.record(folder / "bare.mcap", made_traces.idle(20))
+    for command in (["replay"], ["rerun"]):
+        result = scanrack(*command, "bare.mcap")
+        assert result.exit_code == 2
+        assert "the trace does not say what its rack file is: it can't be run without one" in result.stderr
+    assert scanrack("replay", "bare.mcap", "--rack", "rack.toml").exit_code == 1

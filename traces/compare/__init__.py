@@ -7,7 +7,7 @@
 
 Exactly, scans are paired by number, and every word counts. With a tolerance, as
 for recordings of real hardware, they are paired by time, and what one trace
-shows has to be shown by the other within the tolerance; see `differing.tolerantly`.
+shows has to be shown by the other within the tolerance; see `bytime.tolerantly`.
 """
 
 from .alignment import align

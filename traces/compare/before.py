@@ -44,10 +44,21 @@ def _scan(side: Side, row: int) -> Scan:
     return Scan(int(columns.scan[row]), int(columns.time_ns[row]), int(columns.flags[row]), memory, places)
 
 
-def rules_in(trace: Trace, scan: int, slots: Set[int | None]) -> tuple[str, ...]:
-    """Return the rules that fired in a scan in any of some slots, in words."""
+_TOLD_WITHIN_NS = 2_000_000_000
+"""How long after it happened an event becomes known at the latest: two exchanges of the slowest rack."""
+
+
+def rules_in(trace: Trace, scan: int, time_ns: int, slots: Set[int | None]) -> tuple[str, ...]:
+    """Return the rules that fired in a scan in any of some slots, in words.
+
+    Args:
+        trace: the trace.
+        scan: number of the scan.
+        time_ns: its time.
+        slots: numbers of the slots.
+    """
     return tuple(
         describe(event.topic, event.scan, event.fields)
-        for event in trace.events()
+        for event in trace.events(time_ns - _TOLD_WITHIN_NS, time_ns)
         if event.scan == scan and event.fields.get("kind") == "rule" and event.fields.get("slot") in slots
     )

@@ -12,7 +12,8 @@ from ..columns import SLOT_WORDS, Columns
 from ..layout import SlotInfo
 from ..reader import Trace
 from .before import before, rules_in
-from .differing import Differing, Extent, First, Side, exactly, tolerantly
+from .bytime import tolerantly
+from .differing import Differing, Extent, First, Side, exactly
 from .fields import all_fields
 from .pairing import by_number
 from .reading import slot_places
@@ -63,7 +64,7 @@ def compare(one: Trace, other: Trace, tolerance: Tolerance = EXACT, *, shift_ns:
     """Compare two traces.
 
     Without a tolerance scans are paired by number and every bit and their times count; with one
-    they are paired by time, see `differing.tolerantly`. Both traces are held in memory: 20 bytes
+    they are paired by time, see `bytime.tolerantly`. Both traces are held in memory: 20 bytes
     per scan and 32 per scan and slot.
 
     Args:
@@ -86,8 +87,12 @@ def compare(one: Trace, other: Trace, tolerance: Tolerance = EXACT, *, shift_ns:
     if found.first is None:
         return found
     slots = {detail.slot for detail in found.first.details}
-    rules = rules_in(one, found.first.scan, slots), rules_in(other, found.first.scan_b, slots)
-    return replace(found, first=replace(found.first, rules_a=rules[0], rules_b=rules[1]))
+    first = found.first
+    rules = (
+        rules_in(one, first.scan, first.time_ns, slots),
+        rules_in(other, first.scan_b, first.time_b_ns, slots),
+    )
+    return replace(found, first=replace(first, rules_a=rules[0], rules_b=rules[1]))
 
 
 def compare_columns(

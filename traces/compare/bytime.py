@@ -1,0 +1,135 @@
+"""Comparing by time: what one trace shows, the other has to show within a tolerance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..columns import Columns
+from .differing import Differing, Side, by_image
+from .fields import TIME, Field, Kind
+from .pairing import Rows, Windows, by_time, occurs, over_windows
+from .tolerance import Tolerance
+
+Array = NDArray[Any]
+
+
+def tolerantly(
+    fields: Sequence[Field], one: Side, other: Side, tolerance: Tolerance, shift_ns: int
+) -> tuple[list[Differing], int, int]:
+    """Compare two traces by time: what one shows, the other shows within the tolerance.
+
+    A word, or the level of a bit, has to be there at some time within the tolerance; a count may
+    lie between those that are. So an edge may be early or late by the tolerance, and a position
+    that moves may be off by as much as it moves meanwhile and the tolerance in counts.
+
+    Args:
+        fields: what is compared.
+        one: the first trace.
+        other: the second.
+        tolerance: what may differ.
+        shift_ns: what is added to the times of the second trace.
+
+    Returns:
+        What differs, and how many scans of either trace are outside the time of the other.
+
+    Raises:
+        ValueError: time goes back from one scan of a trace to the next.
+    """
+    times = _ascending(one.columns), _ascending(other.columns) + shift_ns
+    there = by_time(times[0], times[1], tolerance.time_ns, since_ns=_since(other, shift_ns))
+    back = by_time(times[1], times[0], tolerance.time_ns, since_ns=_since(one, 0))
+    found = []
+    for image, parts in by_image([field for field in fields if field is not TIME]):
+        images = one.images(image), other.images(image)
+        rows = _otherwise(images[0], images[1], there), _otherwise(images[1], images[0], back)
+        for field in parts:
+            a = _missing(field, images[0], images[1], there, rows[0], tolerance)
+            b = _missing(field, images[1], images[0], back, rows[1], tolerance)
+            if len(a.a) or len(b.a):
+                found.append(_merged(field, a, b))
+    return found, len(times[0]) - len(there.rows), len(times[1]) - len(back.rows)
+
+
+def _ascending(columns: Columns) -> NDArray[np.int64]:
+    """Return the times of the scans, once they are known to ascend."""
+    back = np.flatnonzero(np.diff(columns.time_ns) < 0)
+    if len(back):
+        scan = columns.scan[back[0] + 1]
+        raise ValueError(f"time goes back in scan {scan}: such a trace can't be compared by time")
+    return columns.time_ns
+
+
+def _since(side: Side, shift_ns: int) -> int | None:
+    """Return when a trace begins that does not begin with the first scan, None for one that does."""
+    columns = side.columns
+    return int(columns.time_ns[0]) + shift_ns if len(columns.scan) and columns.scan[0] else None
+
+
+def _otherwise(own: Array, other: Array, windows: Windows) -> Rows:
+    """Return which windows begin with another image than the one held, as far as they can be judged."""
+    unequal = own[windows.rows] != other[windows.held]
+    return np.flatnonzero((unequal if unequal.ndim == 1 else unequal.any(axis=1)) & windows.whole)
+
+
+def _missing(
+    field: Field, own: Array, other: Array, windows: Windows, rows: Rows, tolerance: Tolerance
+) -> Differing:
+    """Return the rows of one trace whose value the other does not have within the tolerance.
+
+    Args:
+        field: the field.
+        own: the images of the one trace.
+        other: those of the other.
+        windows: what of the other each row is set against.
+        rows: the windows that come into question: no others can lack a value.
+        tolerance: what may differ.
+    """
+    wanted, held = field.key(own[windows.rows[rows]]), field.key(other[windows.held[rows]])
+    rows, wanted = rows[wanted != held], wanted[wanted != held]
+    bits = None
+    if len(rows):
+        first, end = windows.first[rows], windows.end[rows]
+        if field.kind is Kind.BITS:
+            bits = _missing_bits(wanted, field.key(other), first, end)
+            missing = bits != 0
+            bits = bits[missing]
+        elif field.kind is Kind.COUNT:
+            values = field.values(own[windows.rows[rows]]), field.values(other)
+            missing = _beyond(*values, first, end, tolerance.counts)
+        else:
+            missing = ~occurs(wanted, field.key(other), first, end)
+        rows = rows[missing]
+    elif field.kind is Kind.BITS:
+        bits = np.zeros(0, np.uint16)
+    return Differing(field, windows.rows[rows], windows.held[rows], bits)
+
+
+def _missing_bits(wanted: Array, values: Array, first: Rows, end: Rows) -> Array:
+    """Return which bits stand otherwise throughout the window."""
+    never_set = ~over_windows(values, first, end, np.bitwise_or)
+    always_set = over_windows(values, first, end, np.bitwise_and)
+    missing: Array = (wanted & never_set) | (~wanted & always_set)
+    return missing
+
+
+def _beyond(wanted: Array, values: Array, first: Rows, end: Rows, counts: int) -> Array:
+    """Return which counts lie outside what the window spans; nothing does where there are none."""
+    least = over_windows(values, first, end, np.fmin)
+    most = over_windows(values, first, end, np.fmax)
+    beyond: Array = (wanted < least - counts) | (wanted > most + counts)
+    return beyond
+
+
+def _merged(field: Field, there: Differing, back: Differing) -> Differing:
+    """Join what was found either way, by rows of the first trace; a row once."""
+    a, b = np.concatenate((there.a, back.b)), np.concatenate((there.b, back.a))
+    rows, place = np.unique(a, return_index=True)
+    if there.bits is None or back.bits is None:
+        return Differing(field, rows, b[place])
+    bits = np.zeros(len(rows), np.uint16)
+    np.bitwise_or.at(bits, np.searchsorted(rows, a), np.concatenate((there.bits, back.bits)))
+    return Differing(field, rows, b[place], bits)
