@@ -1,58 +1,90 @@
-"""The commands; the only place that knows all the rooms."""
+"""The commands; the only place that knows all the rooms.
+
+A command's module is imported when the command is used: a run does not wait for the fuzzer's libraries.
+"""
 
 from __future__ import annotations
 
-import typer
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from . import (
-    compare,
-    drive,
-    export,
-    fuzz,
-    golden,
-    ladder,
-    pclt,
-    plot,
-    query,
-    repair,
-    replay,
-    rerun,
-    rules,
-    run,
-    serve,
-    show,
-    why,
-)
-from .benching import open_bench
+import typer
+from typer.core import TyperGroup
+
+if TYPE_CHECKING:
+    from ..bench import Bench
 
 __all__ = ["build", "main", "open_bench"]
 
-COMMANDS = (
-    run,
-    show,
-    query,
-    plot,
-    export,
-    compare,
-    repair,
-    replay,
-    rerun,
-    golden,
-    ladder,
-    why,
-    fuzz,
-    drive,
-    serve,
-    pclt,
-    rules,
-)
-"""The commands, in the order in which --help lists them."""
+
+class Entry(NamedTuple):
+    """A line of `scanrack --help`.
+
+    Attributes:
+        module: where the command is; it has `register(app)`.
+        sentence: what it does.
+    """
+
+    module: str
+    sentence: str
+
+
+COMMANDS = {
+    "run": Entry("run", "Run a rack's logic scan by scan, and record every scan."),
+    "show": Entry("show", "Print a trace: what happened, and what changed."),
+    "query": Entry("query", "Find the scans of a trace in which something holds."),
+    "plot": Entry("plot", "Draw a timing chart of a trace."),
+    "export": Entry("export", "Write a trace as CSV, Parquet or VCD."),
+    "compare": Entry("compare", "Compare two traces."),
+    "repair": Entry("repair", "Complete a trace that was killed or damaged."),
+    "replay": Entry("replay", "Replay a trace into a module, a program or a rack."),
+    "rerun": Entry("rerun", "Run again what a trace was made by."),
+    "golden": Entry("golden", "Make a library of recordings anew; show what changed."),
+    "ladder": Entry("ladder", "Draw the rungs of a ladder program."),
+    "why": Entry("why", "Say why a tag is as it is."),
+    "xref": Entry("why", "List where tags are read and written."),
+    "fuzz": Entry("fuzz", "Look for surroundings that break a program."),
+    "drive": Entry("drive", "Put one module or controller on the bench."),
+    "serve": Entry("serve", "Serve a simulated controller at a port."),
+    "pclt": Entry("pclt", "Check and assemble stored programs of the PCL601."),
+    "rules": Entry("rules", "Print the rules of a module's manual."),
+}
+"""The commands in the order in which --help lists them."""
+
+
+class Lazy(TyperGroup):
+    """A group that imports a command's module when it is asked for the command."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Return the names of all commands."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """Return a command, or None if there is none of that name."""
+        entry = COMMANDS.get(cmd_name)
+        if entry is None:
+            return None
+        app = _application(TyperGroup)
+        import_module(f".{entry.module}", __package__).register(app)
+        return typer.main.get_group(app).commands[cmd_name]
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """List the commands without importing them."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, entry.sentence) for name, entry in COMMANDS.items()])
 
 
 def build() -> typer.Typer:
     """Return the command-line application."""
+    return _application(Lazy)
+
+
+def _application(group: type[TyperGroup]) -> typer.Typer:
+    """Return an application without commands; a callback makes it a group even of one."""
     app = typer.Typer(
         name="scanrack",
+        cls=group,
         help="A PLC rack in software for stepper controllers.\n\n"
         "Run your logic scan by scan against a simulated AMCI 3601 bolted to a simulated machine; "
         "every scan is recorded.",
@@ -61,11 +93,21 @@ def build() -> typer.Typer:
         pretty_exceptions_enable=False,
         rich_markup_mode=None,
     )
-    for command in COMMANDS:
-        command.register(app)
+    app.callback()(_group)
     return app
+
+
+def _group() -> None:
+    """Nothing happens before the command."""
 
 
 def main() -> None:
     """Run the `scanrack` command."""
     build()()
+
+
+def open_bench(rack: str | Path, record: str | Path | None = None) -> Bench:
+    """Put a rack with its program onto a bench; see `benching.open_bench`."""
+    from . import benching
+
+    return benching.open_bench(rack, record)
