@@ -213,6 +213,23 @@ def test_wrap_of_a_counter_rm003_p143_p147(name, start, wrapped, flag):
         assert engine.tags["C.DN"] is (name == "CTU")
 
 
+@pytest.mark.parametrize(
+    ("there", "back", "flag"), [("CTU", "CTD", "OV"), ("CTD", "CTU", "UN")], ids=["up", "down"]
+)
+def test_a_counter_that_wraps_back_is_where_it_was_rm003_p143_p147(there, back, flag):
+    """Wrapping back clears the bit of the first wrap instead of setting its own."""
+    start = DINT_MAX if there == "CTU" else DINT_MIN
+    tags = f'TAG X : BOOL\nTAG Y : BOOL\nTAG C : COUNTER := {{"PRE": 0, "ACC": {start}}}'
+    for engine in both(tags, f"XIC(X){there}(C,?,?);", f"XIC(Y){back}(C,?,?);"):
+        engine.step()
+        engine.tags.X = True
+        engine.step()
+        assert engine.tags[f"C.{flag}"] is True
+        engine.tags.Y = True
+        engine.step()
+        assert (engine.tags["C.ACC"], engine.tags["C.OV"], engine.tags["C.UN"]) == (start, False, False)
+
+
 @pytest.mark.parametrize("engine", both(COUNTER, "XIC(X)CTU(C,?,?);", "XIO(X)RES(C);"), ids=str)
 def test_res_of_a_counter_rm003_p154(engine):
     for level in (0, 1, 0):

@@ -234,3 +234,52 @@ def test_strings_compare_by_their_characters():
     for engine in both(tags, "LES(A,B)OTE(Less);", "EQU(A,'abc')OTE(Same);"):
         engine.step()
         assert (engine.tags.Less, engine.tags.Same) == (True, True)
+
+
+@pytest.mark.parametrize(
+    ("condition", "wanted"),
+    [
+        ("D>0 AND E>0", (False, False, False, True)),
+        ("D>0 OR E>0", (False, True, True, True)),
+        ("D>0 XOR E>0", (False, True, True, False)),
+        ("NOT (D>0)", (True, True, False, False)),
+    ],
+)
+def test_cmp_joins_relations_rm003_p232(condition, wanted):
+    """The truth tables, rows 00, 01, 10, 11 of D and E."""
+    rows = [(d, e) for d in (0, 1) for e in (0, 1)]
+    assert tuple(after(f"CMP({condition})OTE(Yes);", D=d, E=e).tags.Yes for d, e in rows) == wanted
+
+
+def test_lim_with_equal_limits_is_one_value_rm003_p246():
+    """Low is not above high, so the test has to be between them."""
+    assert [after("LIM(5,D,5)OTE(Yes);", D=value).tags.Yes for value in (4, 5, 6)] == [False, True, False]
+
+
+@pytest.mark.parametrize(
+    "rung",
+    ["MOV(1,E);", "CPT(E,1+1);", "TRN(1.5,E);", "AND(1,1,E);", "NOT(1,E);", "CLR(E);", "ADD(1,1,E);"],
+)
+def test_an_instruction_that_fits_clears_the_overflow_of_the_one_before(rung):
+    """1756-RM003N, arithmetic status flags: S:V says what the latest instruction did."""
+    engine = after("ADD(2147483647,1,D);", rung, "XIC(S:V)OTE(Yes);")
+    assert engine.tags.Yes is False
+    assert len(engine.minor_faults) == 1
+
+
+@pytest.mark.parametrize(
+    ("mask", "zero", "negative"), [(0, True, False), (-1, False, True), (3, False, False)]
+)
+def test_logical_instructions_tell_zero_and_sign(mask, zero, negative):
+    """-5 is 1...1011: AND 0 is 0, AND -1 is -5, AND 3 is 3."""
+    for flag, wanted in (("S:Z", zero), ("S:N", negative)):
+        assert after(f"AND(-5,{mask},E);", f"XIC({flag})OTE(Yes);").tags.Yes is wanted
+
+
+def test_truncation_of_infinity_overflows():
+    engine = after("TRN(R,D);", "XIC(S:V)OTE(Yes);", R=math.inf)
+    assert (engine.tags.Yes, engine.tags.D, len(engine.minor_faults)) == (True, 0, 1)
+
+
+def test_fll_rounds_half_to_even_as_mov_does():
+    assert after("FLL(3.5,Block[0],2);").tags.Block[:3] == [4, 4, 3]
