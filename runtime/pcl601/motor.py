@@ -1,0 +1,80 @@
+"""The motor behind the clock output, and the encoder on its shaft.
+
+Encoder models:
+
+    ideal             counts every step, the steps of a correction included
+    stuck             never counts; the motor turns
+    lose_steps_once   in the first index move the shaft misses some steps, from the 101st on; the
+                      encoder counts what the shaft does
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+EncoderKind = Literal["ideal", "stuck", "lose_steps_once"]
+
+STEPS_BEFORE_LOSS = 100
+"""Steps of the first index move that are made before any is lost."""
+
+
+@dataclass(frozen=True, slots=True)
+class EncoderModel:
+    """An encoder on the motor's shaft.
+
+    Attributes:
+        ratio: counts per motor step.
+        model: see above.
+        steps: motor steps lost, for "lose_steps_once".
+    """
+
+    ratio: int = 1
+    model: EncoderKind = "ideal"
+    steps: int = 0
+
+
+class Motor:
+    """Where the motor stands.
+
+    Attributes:
+        position: physical position, steps; 0 at the start.
+
+    Args:
+        encoder: on its shaft, None without one.
+    """
+
+    def __init__(self, encoder: EncoderModel | None = None) -> None:
+        self.position = 0
+        self._ratio = 0
+        self._before = self._losing = 0
+        self._index_losses = 0
+        if encoder is not None:
+            self._ratio = 0 if encoder.model == "stuck" else encoder.ratio
+            self._index_losses = encoder.steps if encoder.model == "lose_steps_once" else 0
+
+    def begin_index(self) -> None:
+        """Take note that an index move begins."""
+        self._before, self._losing = STEPS_BEFORE_LOSS, self._index_losses
+        self._index_losses = 0
+
+    def end_motion(self) -> None:
+        """Take note that the motion is over: what it has not lost will not be lost."""
+        self._losing = 0
+
+    def steps_to(self, position: int) -> int:
+        """Return how many clock pulses it takes to get to a position, in the direction of that position."""
+        distance = abs(position - self.position)
+        return distance + self._losing if distance > self._before else distance
+
+    def turn(self, direction: int, steps: int) -> int:
+        """Follow so many clock pulses; return what the encoder has counted meanwhile."""
+        made = steps
+        if self._losing:
+            before = min(steps, self._before)
+            lost = min(steps - before, self._losing)
+            self._before -= before
+            self._losing -= lost
+            made -= lost
+        self.position += direction * made
+        return direction * made * self._ratio

@@ -1,0 +1,18 @@
+"""Switch SW2 and the thumbwheel module on J1 [Slide Switch Descriptions, Thumbwheel Index]."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Wiring:
+    """What is set and plugged in by hand.
+
+    Attributes:
+        thumbwheel_selected: SW2 is in position TWS, so that inputs 5 and 6 are not connected; else IN5/6.
+        thumbwheel: the value of its seven digits, None if there is none.
+    """
+
+    thumbwheel_selected: bool = False
+    thumbwheel: int | None = None
