@@ -11,6 +11,7 @@ from typing import Annotated, Any, TextIO
 import typer
 
 from .image_bench import ImageBench, amci3601_on_bench
+from .pcl601_bench import pcl601_bench
 from .pmc006_bench import pmc006_bench
 from .requests import RequestError, parse
 
@@ -19,6 +20,7 @@ class Target(StrEnum):
     """What sits on the bench."""
 
     AMCI3601 = "amci3601"
+    PCL601 = "pcl601"
     PMC006 = "pmc006"
 
 
@@ -37,6 +39,7 @@ def _amci3601() -> Answer:
 
 BENCHES: dict[Target, Callable[[], Answer]] = {
     Target.AMCI3601: _amci3601,
+    Target.PCL601: lambda: pcl601_bench().answer,
     Target.PMC006: lambda: pmc006_bench().answer,
 }
 """What makes the bench of a target."""
