@@ -42,9 +42,6 @@ def read_columns(trace: Trace, selection: Selection = ALL) -> Columns:
     Args:
         trace: the open trace.
         selection: which scans; columns of no row where the trace has none of them.
-
-    Raises:
-        TraceError: a scan is not laid out as the trace says.
     """
     parts = []
     for columns in column_chunks(trace, selection):
@@ -60,9 +57,6 @@ def column_chunks(trace: Trace, selection: Selection = ALL, *, margin: int = 0) 
         trace: the open trace.
         selection: which scans; the first and the last chunk may hold others as well.
         margin: how many scans before and after them are to come as well, if the trace has them.
-
-    Raises:
-        TraceError: a scan is not laid out as the trace says.
     """
     for section in _needed(trace, selection, margin):
         parts = [_columns(rows) for rows in trace.scan_rows(section)]
@@ -80,7 +74,6 @@ def scan_at(trace: Trace, number: int) -> Scan:
 
     Raises:
         ValueError: the trace has no scan of this number; the message says which it has.
-        TraceError: a scan is not laid out as the trace says.
     """
     for section in _needed(trace, Selection(number, number), 0):
         for rows in trace.scan_rows(section):

@@ -10,7 +10,7 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Header, Metadata, Schema
 
 from .layout import SlotInfo
-from .records import Span, TraceError, read_chunk, read_record
+from .records import Span, TraceError, read_chunk, read_record, sound_summary
 from .schema import FORMAT, MESSAGE_ENCODING, METADATA, SCHEMA_ENCODING, scan_schema
 from .topics import SCAN_TOPIC
 
@@ -53,13 +53,15 @@ def read_head(file: BinaryIO, spans: Sequence[Span]) -> TraceHead:
 
 
 def _channels(file: BinaryIO, spans: Sequence[Span]) -> tuple[dict[str, Channel], dict[int, Schema]]:
+    """Return channels by topic and schemas by id: those of the summary if its CRC fits, or the first."""
     channels: dict[str, Channel] = {}
     schemas: dict[int, Schema] = {}
-    for record in _registered(file, spans):
+    summary = sound_summary(file, spans) or 0
+    for record in _registered(file, [span for span in spans if span.offset >= summary]):
         if isinstance(record, Schema):
-            schemas[record.id] = record
+            schemas.setdefault(record.id, record)
         else:
-            channels[record.topic] = record
+            channels.setdefault(record.topic, record)
     return channels, schemas
 
 

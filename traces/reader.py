@@ -11,7 +11,7 @@ chunk is given, and `notes` says so. A damaged chunk is left out, and noted.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,7 +24,7 @@ from mcap.records import Attachment, Channel, Schema
 from ..io_images.image import IMAGE_BYTES, Image
 from .head import read_head
 from .layout import SLOT_BYTES
-from .records import MAGIC, Message, Span, TraceError, ends_whole, find_records, read_record
+from .records import MAGIC, Message, Span, TraceError, ends_whole, find_records, read_attachment
 from .schema import CDR_PREFIX, SCAN_HEAD
 from .sections import Part, ScanRows, ScanShape, Section, find_sections, held, take_apart, torn_chunk
 from .topics import SCAN_TOPIC, TOPICS
@@ -126,12 +126,13 @@ class Trace(AbstractContextManager["Trace"]):
         self.file.close()
 
     def __iter__(self) -> Iterator[Scan | TraceEvent]:
-        """Iterate over scans and events in the order of the file, damaged chunks left out.
-
-        Raises:
-            TraceError: a message is not what its channel says.
-        """
-        return self._entries(self.sections)
+        """Iterate over scans and events in the order of the file; what is damaged is left out and noted."""
+        for section in self.sections:
+            for message in self._messages(section):
+                if isinstance(message, Message):
+                    yield from self._events(message, section)
+                else:
+                    yield from self.as_scans(message)
 
     def scans(self) -> Iterator[Scan]:
         """Iterate over the scans."""
@@ -153,11 +154,7 @@ class Trace(AbstractContextManager["Trace"]):
                     yield from self._events(part, section)
 
     def scan_rows(self, section: Section) -> list[ScanRows]:
-        """Return the scans of a section as arrays; none for a damaged one, which is noted.
-
-        Raises:
-            TraceError: a scan is not laid out as the trace says.
-        """
+        """Return the scans of a section as arrays; none for a damaged one, which is noted."""
         return [part for part in self._messages(section) if not isinstance(part, Message)]
 
     def as_scans(self, rows: ScanRows) -> Iterator[Scan]:
@@ -182,10 +179,9 @@ class Trace(AbstractContextManager["Trace"]):
             place: the section's place in `sections`.
         """
         if place not in self._firsts:
-            parts = self.scan_rows(self.sections[place])
-            last = place + 1 == len(self.sections)
-            behind = _NO_SCAN if last or parts else self.first_scan(place + 1)
-            self._firsts[place] = int(parts[0]["scan"][0]) if parts else behind
+            found = (rows for section in self.sections[place:] for rows in self.scan_rows(section)[:1])
+            rows = next(found, None)
+            self._firsts[place] = _NO_SCAN if rows is None else int(rows["scan"][0])
         return self._firsts[place]
 
     def parts(self, section: Section) -> list[Part] | None:
@@ -208,41 +204,43 @@ class Trace(AbstractContextManager["Trace"]):
 
     def attachments(self) -> list[Attachment]:
         """Return the attachments: program, rack file, word map."""
-        return [read_record(self.file, span, Attachment.read) for span in self._spans_of(Opcode.ATTACHMENT)]
-
-    def _entries(self, sections: Iterable[Section]) -> Iterator[Scan | TraceEvent]:
-        for section in sections:
-            for part in self._messages(section):
-                if isinstance(part, Message):
-                    yield from self._events(part, section)
-                else:
-                    yield from self.as_scans(part)
+        found = []
+        for span in self.spans:
+            if span.opcode == Opcode.ATTACHMENT:
+                try:
+                    found.append(read_attachment(self.file, span))
+                except TraceError as error:
+                    self.note(f"{error}; the attachment is left out")
+        return found
 
     def _messages(self, section: Section) -> list[ScanRows | Message]:
         """Return scans and messages of a section; none for a damaged one, which is noted."""
         parts = self.parts(section) or ()
         messages = [part.what for part in parts if not isinstance(part.what, Channel | Schema)]
-        for message in messages:
-            self._check(message, section)
-        return messages
+        return [message for message in messages if self._is_sound(message, section)]
 
-    def _check(self, part: ScanRows | Message, section: Section) -> None:
-        """Refuse scans that are not laid out as the trace says."""
+    def _is_sound(self, part: ScanRows | Message, section: Section) -> bool:
+        """Return whether scans are laid out as the trace says; otherwise they are noted."""
         if isinstance(part, Message):
-            size, wrong = len(part.data), part.channel == self.shape.channel
+            size, sound = len(part.data), part.channel != self.shape.channel
         else:
-            size, wrong = self._scan_bytes, (part["prefix"] != CDR_PREFIX).any()
-        if wrong:
-            raise TraceError(
+            size, sound = self._scan_bytes, bool((part["prefix"] == CDR_PREFIX).all())
+        if not sound:
+            self.note(
                 f"the chunk at byte {section.span.offset:,} has a scan of {size} bytes that is not laid out "
-                f"as its {self._scan_bytes} bytes should be"
+                f"as its {self._scan_bytes} bytes should be; it is left out"
             )
+        return sound
 
     def _events(self, message: Message, section: Section) -> Iterator[TraceEvent]:
         """Yield the event that a message is, if it is one."""
         topic = self._topics.get(message.channel, "")
         if topic in _EVENT_TOPICS:
-            yield _event(message, topic, section.span)
+            try:
+                yield _event(message, topic)
+            except ValueError as error:
+                where = f"the chunk at byte {section.span.offset:,}"
+                self.note(f"{where} has a bad message on {topic}: {error}; it is left out")
 
     def _where_it_ends(self) -> Iterator[str]:
         """Tell the last scan that there is, and what was begun after it."""
@@ -255,9 +253,6 @@ class Trace(AbstractContextManager["Trace"]):
         if torn is not None:
             lost = held(self.shape, torn)
             yield f"the chunk at byte {torn.span.offset:,} is not whole; {lost} are left out"
-
-    def _spans_of(self, opcode: Opcode) -> list[Span]:
-        return [span for span in self.spans if span.opcode == opcode]
 
 
 def open_trace(path: Path) -> Trace:
@@ -286,11 +281,12 @@ _NO_SCAN = 1 << 32
 _EVENT_TOPICS = frozenset(topic.name for topic in TOPICS)
 
 
-def _event(message: Message, topic: str, span: Span) -> TraceEvent:
+def _event(message: Message, topic: str) -> TraceEvent:
+    """Read an event; ValueError if it is none."""
     try:
         fields = json.loads(message.data)
-        return TraceEvent(fields.pop("scan"), message.log_time, topic, fields)
-    except (ValueError, KeyError, AttributeError) as error:
-        raise TraceError(
-            f"the chunk at byte {span.offset:,} has a bad message on {topic}: {error}"
-        ) from error
+    except RecursionError as error:
+        raise ValueError("it is nested too deep") from error
+    if not isinstance(fields, dict) or not isinstance(fields.get("scan"), int):
+        raise ValueError("it does not tell its scan")
+    return TraceEvent(fields.pop("scan"), message.log_time, topic, fields)

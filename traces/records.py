@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import re
 import struct
+import zlib
 from collections.abc import Callable, Sequence
 from io import BytesIO
 from typing import BinaryIO, NamedTuple, TypeVar
@@ -19,7 +20,7 @@ from typing import BinaryIO, NamedTuple, TypeVar
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, Schema
+from mcap.records import Attachment, Channel, Chunk, Footer, Schema
 from mcap.stream_reader import get_chunk_data_stream
 from zstandard import ZstdError
 
@@ -35,6 +36,7 @@ _COMPRESSION_BYTES_MAX = 8
 _CHUNK_NAME = 37
 """Where in a chunk the name of its compression is, after opcode, length, two times, size and CRC."""
 
+_CRC = struct.Struct("<I")
 _LENGTH = struct.Struct("<Q")
 _SEARCH_BYTES = 1 << 20
 _FIRST_PRIVATE_OPCODE = 0x80
@@ -121,6 +123,18 @@ def ends_whole(file: BinaryIO, spans: Sequence[Span]) -> bool:
     return file.read(len(MAGIC)) == MAGIC
 
 
+def sound_summary(file: BinaryIO, spans: Sequence[Span]) -> int | None:
+    """Return where the summary of a file begins; None if it has none, or one whose CRC does not fit."""
+    if not ends_whole(file, spans):
+        return None
+    footer = read_record(file, spans[-1], Footer.read)
+    size = spans[-1].end - _CRC.size - footer.summary_start
+    if not footer.summary_start or not footer.summary_crc or size < 0:
+        return None
+    file.seek(footer.summary_start)
+    return footer.summary_start if zlib.crc32(file.read(size)) == footer.summary_crc else None
+
+
 def _last(spans: Sequence[Span]) -> tuple[int, int]:
     """Return where the last record begins and ends."""
     return (spans[-1].offset, spans[-1].end) if spans else (0, len(MAGIC))
@@ -167,6 +181,23 @@ def read_record(file: BinaryIO, span: Span, read: Callable[[ReadDataStream], R])
         return read(ReadDataStream(BytesIO(file.read(span.length))))
     except BROKEN as error:
         raise TraceError(f"{DAMAGED}record at byte {span.offset:,}: {error}") from error
+
+
+def read_attachment(file: BinaryIO, span: Span) -> Attachment:
+    """Read an attachment.
+
+    Raises:
+        TraceError: it is damaged, its CRC included; the message names its offset.
+    """
+    attachment: Attachment = read_record(file, span, Attachment.read)
+    file.seek(span.offset + RECORD_HEAD.size)
+    content = file.read(span.length)
+    (crc,) = _CRC.unpack(content[-_CRC.size :])
+    if crc not in (0, zlib.crc32(content[: -_CRC.size])):
+        raise TraceError(
+            f"{DAMAGED}attachment {attachment.name!r} at byte {span.offset:,}: its CRC does not fit"
+        )
+    return attachment
 
 
 def chunk_data(file: BinaryIO, span: Span) -> bytes:

@@ -14,7 +14,7 @@ import filecmp
 import os
 import shutil
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import takewhile
@@ -23,10 +23,10 @@ from typing import BinaryIO
 
 import numpy as np
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
+from mcap.records import Channel, Chunk, Metadata, Schema
 
 from .reader import Trace, open_trace
-from .records import DAMAGED, MAGIC, Message, Span, TraceError, read_record
+from .records import DAMAGED, MAGIC, Message, Span, TraceError, read_attachment, read_record, sound_summary
 from .schema import LIBRARY
 from .sections import Part, Section
 from .summary import Entries, Summary, encoded
@@ -134,6 +134,8 @@ class Rewriter:
         self._trace, self._file, self._result, self._progress = trace, file, result, progress
         self._sections = {section.span.offset: section for section in trace.sections}
         self._summary = Summary()
+        self._guarded = list(_guarded(trace))
+        self._registered = 0
 
     def run(self) -> None:
         """Write all of it."""
@@ -151,6 +153,8 @@ class Rewriter:
         section = self._sections.get(span.offset)
         if section is not None:
             self._section(section)
+        elif span.opcode in (Opcode.SCHEMA, Opcode.CHANNEL) and self._guarded:
+            self._register()
         elif span.opcode not in _NOT_COPIED:
             try:
                 self._index(span)
@@ -158,6 +162,20 @@ class Rewriter:
                 self._trace.note(f"{error}; it is left out")
             else:
                 self._file.write(self._trace.raw(span))
+
+    def _register(self) -> None:
+        """Write schemas and channels as the summary has them, once: a checksum guards those."""
+        for record in self._guarded[self._registered :]:
+            self._file.write(encoded(record))
+            self._take(record)
+            self._registered += 1
+
+    def _take(self, record: Schema | Channel) -> None:
+        """Let the summary know of a schema or channel."""
+        if isinstance(record, Schema):
+            self._summary.schema(record)
+        else:
+            self._summary.channel(record)
 
     def _index(self, span: Span) -> None:
         """Let the summary know of a record outside of chunks.
@@ -167,13 +185,13 @@ class Rewriter:
         """
         file, place = self._trace.file, (self._file.tell(), span.end - span.offset)
         if span.opcode == Opcode.SCHEMA:
-            self._summary.schema(read_record(file, span, Schema.read))
+            self._take(read_record(file, span, Schema.read))
         elif span.opcode == Opcode.CHANNEL:
-            self._summary.channel(read_record(file, span, Channel.read))
+            self._take(read_record(file, span, Channel.read))
         elif span.opcode == Opcode.METADATA:
             self._summary.metadata(*place, read_record(file, span, Metadata.read))
         elif span.opcode == Opcode.ATTACHMENT:
-            self._summary.attachment(*place, read_record(file, span, Attachment.read))
+            self._summary.attachment(*place, read_attachment(file, span))
 
     def _section(self, section: Section) -> None:
         parts = self._trace.parts(section)
@@ -200,10 +218,8 @@ class Rewriter:
         entries: dict[int, list[Entries]] = {}
         for part in parts:
             what = part.what
-            if isinstance(what, Schema):
-                self._summary.schema(what)
-            elif isinstance(what, Channel):
-                self._summary.channel(what)
+            if isinstance(what, Schema | Channel):
+                self._take(what)
             elif isinstance(what, Message):
                 entry = np.array([[what.log_time, part.offset]], np.uint64)
                 entries.setdefault(what.channel, []).append(entry)
@@ -212,6 +228,24 @@ class Rewriter:
                 rows = np.column_stack((what["log_time"], offsets.astype(np.uint64)))
                 entries.setdefault(self._trace.shape.channel, []).append(rows)
         return {channel: np.concatenate(entries[channel]) for channel in sorted(entries)}
+
+
+def _guarded(trace: Trace) -> Iterator[Schema | Channel]:
+    """Yield the schemas and channels in a trace's summary, each schema before its channels.
+
+    Those at the beginning of the file have no checksum.
+    """
+    summary = sound_summary(trace.file, trace.spans)
+    if summary is None:
+        return
+    spans = [span for span in trace.spans if span.offset >= summary]
+    schemas = [read_record(trace.file, span, Schema.read) for span in spans if span.opcode == Opcode.SCHEMA]
+    channels = [
+        read_record(trace.file, span, Channel.read) for span in spans if span.opcode == Opcode.CHANNEL
+    ]
+    for channel in channels:
+        yield from (schema for schema in schemas if schema.id == channel.schema_id)
+        yield channel
 
 
 _NOT_COPIED = frozenset({Opcode.MESSAGE, Opcode.MESSAGE_INDEX, Opcode.FOOTER, Opcode.STATISTICS}) | {

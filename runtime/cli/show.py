@@ -18,7 +18,6 @@ from ...traces.changes import Changes, Row
 from ...traces.flags import flag_names
 from ...traces.happenings import describe
 from ...traces.reader import Trace, TraceEvent, open_trace
-from ...traces.records import TraceError
 from ...traces.wording import seconds
 from .baggage import attached_files, extract
 from .slices import ScanRange, parse_range, told_mistakes
@@ -28,7 +27,7 @@ ALL_SCANS: ScanRange = (0, None)
 T = TypeVar("T")
 
 
-def show(trace: Path, *, every: bool = False, limit: int | None = None, scans: ScanRange = ALL_SCANS) -> int:
+def show(trace: Path, *, every: bool = False, limit: int | None = None, scans: ScanRange = ALL_SCANS) -> None:
     """Print a trace.
 
     Args:
@@ -37,18 +36,13 @@ def show(trace: Path, *, every: bool = False, limit: int | None = None, scans: S
         limit: most rows and most events to print; None = all.
         scans: which scans to print, and which events.
 
-    Returns:
-        The exit status: 0, or 2 for a file that can't be read, told on standard error.
+    Raises:
+        TraceError: it can't be read.
     """
-    try:
-        with open_trace(trace) as opened:
-            contents = Contents(opened, every=every, limit=limit, scans=scans)
-            for block in _blocks(trace, opened, contents):
-                print_block(block)
-    except TraceError as error:
-        print(error, file=sys.stderr)  # noqa: T201 - the message of a command
-        return 2
-    return 0
+    with open_trace(trace) as opened:
+        contents = Contents(opened, every=every, limit=limit, scans=scans)
+        for block in _blocks(trace, opened, contents):
+            print_block(block)
 
 
 class Capped(Generic[T]):
@@ -113,12 +107,12 @@ class Contents:
 def _blocks(path: Path, trace: Trace, contents: Contents) -> Iterator[str | Table]:
     """Yield all that is printed, in order."""
     head = trace.head
+    attachments = {attachment.name: f"{len(attachment.data):,} bytes" for attachment in trace.attachments()}
     yield f"{path}: {trace.size:,} bytes, written by {head.library}"
     for note in trace.notes:
         yield f"note: {note}"
     yield _scans_line(contents)
     yield from ("", _slot_table(trace), "", _pairs_table(head.metadata))
-    attachments = {attachment.name: f"{len(attachment.data):,} bytes" for attachment in trace.attachments()}
     yield from ("", _pairs_table({f"attached: {name}": size for name, size in attachments.items()}))
     yield ""
     yield from story(contents)
@@ -264,12 +258,8 @@ def _show_command(
         wanted = parse_range(scans)
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--scans") from error
-    try:
-        status = show(trace, every=every, limit=limit, scans=wanted)
-    except BrokenPipeError:  # whoever read the output has gone
-        sys.stderr.close()
-        status = 1
-    raise typer.Exit(status)
+    with told_mistakes():
+        show(trace, every=every, limit=limit, scans=wanted)
 
 
 def register(app: typer.Typer) -> None:

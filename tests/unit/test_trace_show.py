@@ -187,9 +187,9 @@ def test_limit_says_what_it_leaves_out(path: Path) -> None:
 def test_a_file_that_cannot_be_read_is_one_message_and_status_2(tmp_path: Path) -> None:
     other = tmp_path / "notes.txt"
     other.write_text("no trace at all, but long enough for one\n")
-    assert run(str(other)) == (2, "", f"{other}: it is not an MCAP file\n")
+    assert run(str(other)) == (2, "", f"scanrack: {other}: it is not an MCAP file\n")
     missing = tmp_path / "missing.mcap"
-    assert run(str(missing)) == (2, "", f"{missing}: No such file or directory\n")
+    assert run(str(missing)) == (2, "", f"scanrack: {missing}: No such file or directory\n")
 
 
 def test_a_killed_trace_is_shown_with_a_note(path: Path) -> None:
