@@ -58,6 +58,8 @@ def follow(m):
         leave(m)
         commands.error(m)  # CMD-31 to 34, 36
         return
+    if bits and not m.followed_bit:
+        m.followed = m.encoder(m.start_ns)  # what was counted without a direction is not followed
     m.followed_bit = bits
 
 
