@@ -194,7 +194,7 @@ def _whole(value: int, parts: int) -> int:
 def obey_follower(layer: CommandLayer, now_ns: int, order: Order, previous: Order) -> bool:
     """Enter the mode on the rise of LSW bit 7; return whether the words were the follower's."""
     if isinstance(layer.operation, Follower):
-        return order.msw != RESET or order.lsw != 0
+        return order.msw != RESET or bool(order.lsw & FOLLOW)
     if not layer.firmware.follower:
         return False
     risen = order.lsw & FOLLOW and (previous.configures or not previous.lsw & FOLLOW)

@@ -146,6 +146,15 @@ def test_reset_errors_leaves_the_mode_and_is_carried_out():
     assert bench.bits == {"MODULE_OK", "STOPPED"}
 
 
+@pytest.mark.rules("RST-02")
+def test_reset_errors_with_a_command_lsw_leaves_the_mode_and_is_refused():
+    """Its LSW has to be 0, in this mode as anywhere else (reading A-31)."""
+    bench = follow(follower_bench(), 1)
+    bench.out(RESET, 0x0003).scan()
+    assert bench.fired == ["RST-02"]
+    assert bench.bits == {"MODULE_OK", "STOPPED", "COMMAND_ERROR"}
+
+
 @EITHER_WAY
 @pytest.mark.rules("CMD-02")
 def test_both_manual_bits(direction):

@@ -9,15 +9,20 @@ from __future__ import annotations
 
 import contextlib
 
+import pytest
 from hypothesis import given
 from lockstep3601 import GivenUp, Lockstep
-from scripts3601 import scripts
+from stories3601 import THEMES, scripts
 
 
-@given(script=scripts())
-def test_module_and_oracle_show_the_same_bits(script):
-    setting, steps = script
-    bench = Lockstep(setting)
-    with contextlib.suppress(GivenUp):
-        for step in steps:
-            step.play(bench)
+@pytest.mark.parametrize("theme", THEMES)
+def test_module_and_oracle_show_the_same_bits(theme):
+    @given(script=scripts(theme))
+    def lockstep(script):
+        setting, steps = script
+        bench = Lockstep(setting)
+        with contextlib.suppress(GivenUp):
+            for step in steps:
+                step.play(bench)
+
+    lockstep()

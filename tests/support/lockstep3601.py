@@ -36,6 +36,7 @@ SOFT_MSW = (
 )
 SOFT_LSW = bits.BLEND_RUNNING
 STEPS_APART = 3
+DWELL_TICKS = 50
 
 
 class GivenUp(Exception):  # noqa: N818 - no error
@@ -121,15 +122,19 @@ class Lockstep:
             self.exchange()
 
     def run_to_rest(self, ticks):
-        for _ in range(-(-ticks // self.setting.scan_ticks)):
-            self.exchange()
+        """Until the axis rests, or for so many ticks, those not counted in which homing just waits."""
+        left = ticks
+        while left > 0:
+            dwells = self.oracle.phase == "dwell" and not self.apart
+            self.exchange((DWELL_TICKS if dwells else 1) * self.setting.scan_ticks)
+            left -= 0 if dwells else self.setting.scan_ticks
             if not self.apart and not self.oracle.in_motion():
                 break
 
-    def exchange(self):
+    def exchange(self, ticks=None):
         self.oracle.open_bits = 0
         close_call = self.oracle.close_call
-        for _ in range(self.setting.scan_ticks):
+        for _ in range(ticks or self.setting.scan_ticks):
             self.oracle.tick(self.words)
             close_call = close_call or self.oracle.close_call
         self.close_call = close_call

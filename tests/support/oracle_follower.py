@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import oracle_commands as commands
 from oracle_bits import (
     ESTOP,
@@ -9,8 +11,10 @@ from oracle_bits import (
     LIMITS,
     MANUAL_CCW,
     MANUAL_CW,
+    PROGRAM,
     RESET_ERRORS,
     S_CURVE,
+    STORE_MINIMUM,
 )
 
 STEPS_PER_TICK = 250
@@ -50,6 +54,7 @@ def follow(m):
     bits = m.o0 & 0x7FFF
     if not m.o1 & FOLLOW:
         leave(m)
+        m.close_call = bool(m.o1 & (PROGRAM | STORE_MINIMUM))  # whether that finds an axis at rest is open
         if bits not in (0, RESET_ERRORS):
             commands.error(m)  # CMD-35; CMD-34, whatever the LSW says by then
         return
@@ -74,12 +79,13 @@ def steps(m):
     counted, m.followed = count - m.followed, count
     if not m.followed_bit:
         m.moving = 0
+        m.owed = 0
         return
     sense = 1 if m.followed_bit == MANUAL_CW else -1
     multiplier, divisor = m.words[2:4]
-    m.owed += sense * counted * multiplier
-    made = min(abs(m.owed) // divisor, STEPS_PER_TICK) * (1 if m.owed > 0 else -1)
-    m.owed -= made * divisor
+    m.owed += Fraction(sense * counted * multiplier, divisor)
+    made = min(int(abs(m.owed)), STEPS_PER_TICK) * (1 if m.owed > 0 else -1)
+    m.owed -= made
     m.direction = 1 if made > 0 else -1
     m.make_steps(abs(made))
     m.moving = (made > 0) - (made < 0)

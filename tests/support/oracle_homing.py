@@ -64,6 +64,7 @@ def find_home(m, direction):
         return
     commands.take_rates(m)
     m.home_invalid = False
+    m.home_began_ns = m.start_ns
     m.home_direction = direction
     m.home_speed = vs
     m.home_signal = m.home_signal_before = signal(m)
@@ -180,6 +181,8 @@ def done(m):
 def obey_limits(m):
     """Reaching an End Limit Switch During a Homing Operation [chapter 4]."""
     same, opposite = (CW_LIMIT, CCW_LIMIT) if m.home_direction > 0 else (CCW_LIMIT, CW_LIMIT)
+    if m.home_began_ns == m.start_ns:
+        return  # what has changed before the start counts as it is at the start
     if m.phase == "dwell":
         return  # what is active by then is looked at when the axis turns round
     if m.phase in ("back", "back stop", "creep next"):

@@ -61,9 +61,11 @@ def begin(m, direction):
 
 def watch(m):
     """The words and the external input, while the move runs; the stop inputs come first."""
-    if m.op != "one shot" and m.on(ESTOP | m.ahead()):
-        return
     released = not m.o0 & m.manual_bit
+    if m.op != "one shot" and m.on(ESTOP | m.ahead()):
+        if released and m.course.at(m.start_ns)[1] <= m.starting_speed + 1e-6:
+            m.close_call = True  # no ramp: whether the input still meets a motion is open
+        return
     if m.op == "one shot":
         if released:
             m.rest("idle")

@@ -1,15 +1,7 @@
-"""Random but plausible scripts for a 3601: what a PLC programmer does, and now and then what he shouldn't.
-
-A script is a setting and a list of steps. Steps are small frozen objects with
-`play(bench)`; some of them look at the state of the oracle (`ToRest`,
-`Recover`), so that most commands find an axis that can take them and deep
-states are reached. Stories put steps into an order that makes sense (a move, a
-hold, a resume); meddling comes in between.
-"""
+"""Strategies of single steps: what a PLC programmer does, and now and then what he shouldn't."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache
 
 import oracle_bits as bits
@@ -18,146 +10,7 @@ from oracle_bits import CAPTURE, CCW_LIMIT, CW_LIMIT, ESTOP, EXTERNAL, HOME, PRO
 from scanrack.io_images import split_thousands
 from scanrack.io_images import strategies as images
 from scanrack.io_images.amci3601 import Firmware
-
-ERRORS = bits.COMMAND_ERROR | bits.INVALID_PROFILE | bits.HOME_INVALID | bits.INPUT_ERROR
-NOTHING = (0,) * 8
-
-# ---- steps
-
-
-@dataclass(frozen=True)
-class Out:
-    """These eight words, for so many ticks."""
-
-    words: tuple[int, ...]
-    ticks: int
-
-    def play(self, bench):
-        bench.out(self.words)
-        bench.run(self.ticks)
-
-
-@dataclass(frozen=True)
-class Alter:
-    """Some words changed, the others as they are: (index, value) each."""
-
-    changes: tuple[tuple[int, int], ...]
-    ticks: int
-
-    def play(self, bench):
-        words = list(bench.words)
-        for index, value in self.changes:
-            words[index] = value
-        bench.out(words)
-        bench.run(self.ticks)
-
-
-@dataclass(frozen=True)
-class Wait:
-    ticks: int
-
-    def play(self, bench):
-        bench.run(self.ticks)
-
-
-@dataclass(frozen=True)
-class ToRest:
-    """Until nothing moves, for at most so many ticks."""
-
-    ticks: int = 2_000
-
-    def play(self, bench):
-        bench.run_to_rest(self.ticks)
-
-
-@dataclass(frozen=True)
-class Input:
-    """An input on or off; with `ticks`, the other way again after them."""
-
-    bit: int
-    energised: bool
-    ticks: int
-
-    def play(self, bench):
-        bench.input(self.bit, self.energised)
-        if self.ticks:
-            bench.run(self.ticks)
-            bench.input(self.bit, not self.energised)
-
-
-@dataclass(frozen=True)
-class Turn:
-    """Somebody turns the encoder during the next ticks; `waited` says whether the script waits for it."""
-
-    counts: int
-    ticks: int
-    waited: bool = True
-
-    def play(self, bench):
-        bench.turn(self.counts, self.ticks)
-        if self.waited:
-            bench.run(self.ticks)
-
-
-@dataclass(frozen=True)
-class Marker:
-    """A Z pulse in so many ticks."""
-
-    ticks: int
-
-    def play(self, bench):
-        bench.marker(self.ticks)
-
-
-@dataclass(frozen=True)
-class Plc:
-    """The PLC goes to run or program mode."""
-
-    running: bool
-    ticks: int
-
-    def play(self, bench):
-        bench.plc(self.running)
-        bench.run(self.ticks)
-
-
-@dataclass(frozen=True)
-class PowerCycle:
-    def play(self, bench):
-        bench.power_cycle()
-
-
-@dataclass(frozen=True)
-class Recover:
-    """What a program does before it goes on: inputs off, errors reset, configured, position preset."""
-
-    config: tuple[int, ...]
-
-    def play(self, bench):
-        for bit in (EXTERNAL, ESTOP, CW_LIMIT, CCW_LIMIT):
-            if bench.world.hand_levels & bit:
-                bench.input(bit, False)
-        if not bench.oracle.plc_running:
-            bench.plc(True)
-        self.command(bench, [0, 0, *bench.words[2:]])
-        if bench.oracle.config_error:
-            self.command(bench, self.config)
-        if bench.oracle.image[0] & ERRORS:
-            self.command(bench, [bits.RESET_ERRORS, *NOTHING[1:]])
-        bench.run_to_rest(100)
-        if bench.oracle.in_motion():
-            self.command(bench, [bits.IMMEDIATE_STOP, *NOTHING[1:]])
-        if bench.oracle.position_invalid:
-            self.command(bench, [bits.PRESET_POSITION, 0, 0, 500, 0, 0, 0, 0])
-
-    def command(self, bench, words):
-        if list(words) != bench.words or words[0]:
-            bench.out(words)
-            bench.run(1)
-        if words[0]:
-            bench.out(NOTHING)
-            bench.run(1)
-
+from steps3601 import NOTHING, Alter, Input, Marker, Out, Plc, PowerCycle, ToRest, Turn, Wait
 
 # ---- values
 
@@ -244,12 +97,20 @@ press = st.builds(
     st.sampled_from([True, True, True, False]),
     st.sampled_from([0, 1, 5, 100]),
 )
+
+
+def pressed(bit):
+    """An input that comes on, for a while or to stay."""
+    return st.builds(Input, st.just(bit), st.just(True), st.sampled_from([0, 0, 5, 100]))
+
+
 turn = st.builds(Turn, st.sampled_from([100, -100, 4000, -3, 1001]), ticks, st.booleans())
 marker = st.builds(Marker, ticks)
 proximity = st.builds(lambda on, t: Alter(((1, PROXIMITY if on else 0),), t), st.booleans(), ticks)
 lsw_changed = st.builds(lambda lsw, t: Alter(((1, lsw),), t), st.sampled_from([0, 1, 2, 4, 0x1000]), few)
 target_changed = st.builds(lambda value, t: Alter(((3, value),), t), st.sampled_from([0, 1, 500]), ticks)
 plc = st.builds(Plc, st.booleans(), few)
+running_plc, stopped_plc = st.builds(Plc, st.just(True), few), st.builds(Plc, st.just(False), few)
 power = st.just(PowerCycle())
 hostile = st.builds(shown, images.hostile_images(), few)
 stored_minimum = command(
@@ -279,12 +140,23 @@ def speed_changed(start):
     return st.builds(alter, faster, st.one_of(st.none(), st.none(), rates), ticks)
 
 
+@cache
+def slip(start):
+    """A command with a slip of the pen."""
+    return st.builds(shown, images.nearly_right_images(start), few)
+
+
 # ---- starts of motions
 
 
 @cache
 def move(start):
     return command([bits.RELATIVE, bits.RELATIVE, bits.ABSOLUTE], shapes, distances, speeds(start))
+
+
+@cache
+def absolute(start):
+    return command([bits.ABSOLUTE], st.just(0), distances, speeds(start), good_rates)
 
 
 @cache
@@ -310,6 +182,16 @@ one_shot = command([bits.MANUAL_CW, bits.MANUAL_CCW], shapes, st.just(0), st.jus
 def registration(start):
     targets = st.sampled_from([300, 3000, 20_000, 1, -5])
     return command([bits.MANUAL_CW, bits.MANUAL_CCW], shapes, targets, speeds(start))
+
+
+@cache
+def good_registration(start):
+    """One that starts, unless an input or the firmware is against it."""
+    fast = st.sampled_from([2 * start, start, start + 1, 3 * start])
+    steep = st.sampled_from([(1000, 1000), (2000, 2000)])
+    return command(
+        [bits.MANUAL_CW, bits.MANUAL_CCW], shapes, st.sampled_from([300, 3000, 20_000]), fast, steep
+    )
 
 
 @cache
@@ -343,6 +225,17 @@ def follow(msws):
     )
 
 
+def steady_follow(msws):
+    """Words that keep the module in the mode."""
+    ratios = st.sampled_from([(1, 1), (7, 3), (3, 7), (1, 1000)])
+    return st.builds(
+        lambda msw, ratio, t: Out((msw, bits.FOLLOW, *ratio, 0, 0, 0, 0), t),
+        st.sampled_from(msws),
+        ratios,
+        ticks,
+    )
+
+
 blend_run = plain(bits.RUN_BLEND_CW, bits.RUN_BLEND_CCW)
 
 # ---- blend programming
@@ -350,6 +243,11 @@ blend_run = plain(bits.RUN_BLEND_CW, bits.RUN_BLEND_CCW)
 
 TOLERATED = {"types": (0, 4, 0b10), "reserved words": (0, 7, 5), "a block too many": None}
 """What the module overlooks in a blend profile (reading A-60)."""
+
+
+@cache
+def good_blend_program(start):
+    return images.blend_profiles(start, most=4).map(lambda profile: blocks_sent(profile.blocks()))
 
 
 @st.composite
@@ -390,98 +288,3 @@ reconfigured = st.builds(
     st.one_of(good_configuration, any_configuration, bad_configuration),
     ticks,
 )
-
-
-# ---- stories
-
-
-@cache
-def meddling(start):
-    """What comes in between."""
-    single = st.one_of(
-        *(hold, resume(start), stop, reset, preset, idle, wait, rest, press, press, turn, marker),
-        *(speed_changed(start), target_changed, release, all_zero, proximity, lsw_changed),
-        *(move(start), manual(start), find_home(start), blend_run, stored_minimum, hostile, plc, power),
-    )
-    several = st.one_of(single.map(lambda step: [step]), reconfigured, blend_program(start))
-    return st.lists(several, max_size=2).map(lambda lists: [step for steps in lists for step in steps])
-
-
-def story(*parts):
-    """Parts one after the other; a part is a strategy of a step or of a list of steps."""
-    return st.tuples(*parts).map(
-        lambda values: [s for value in values for s in (value if isinstance(value, list) else [value])]
-    )
-
-
-@cache
-def stories(start, encoder, follower):
-    between = meddling(start)
-    home_rest = st.just(ToRest(10_000))
-    held = st.one_of(hold, hold, press)
-    told = [
-        story(move(start), between, rest),
-        story(long_move(start), held, rest, between, resume(start), between, rest),
-        story(long_move(start), held, rest, idle, resume(start), held, rest, resume(start), rest),
-        story(manual(start), speed_changed(start), between, speed_changed(start), release, between, rest),
-        story(manual(start), between, release, rest),
-        story(one_shot, between, release),
-        story(registration(start), between, release, between, rest),
-        story(stored_minimum, registration(start), speed_changed(start), release, rest),
-        story(stored_minimum, registration(start), press, between, release, rest),
-        story(find_home(start), between, home_rest),
-        story(find_home(start), proximity, marker, press, proximity, marker, press, home_rest),
-        story(blend_program(start), blend_run, between, rest),
-        story(blend_program(start), between, blend_run, wait, between, rest, all_zero, blend_run, rest),
-        story(hostile, between, hostile),
-        story(reconfigured, between),
-    ]
-    if encoder:
-        told.append(story(encoder_move(start), turn, between, turn, rest))
-        told.append(story(encoder_move(start), between, rest))
-    if follower:
-        cw, ccw = [bits.MANUAL_CW], [bits.MANUAL_CCW]
-        told.append(story(follow([0]), follow(cw), turn, follow([0]), follow(ccw), turn, all_zero))
-        told.append(story(follow([0, *cw]), turn, between, follow([0, *cw, *ccw]), turn, between))
-    return st.one_of(told)
-
-
-@dataclass(frozen=True)
-class Setting:
-    """Which module it is, what it is bolted to, and how often images are exchanged.
-
-    Attributes:
-        switches: (input, first, last), normally open.
-        counts_per_step: of the encoder on the shaft; 0 = there is none.
-        marker_every: counts between two Z pulses of that encoder; None = no Z wired.
-        wired_back: diagnostic feedback wiring.
-    """
-
-    firmware: str = "4.1"
-    switches: tuple[tuple[int, int | None, int | None], ...] = ()
-    counts_per_step: int = 0
-    marker_every: int | None = None
-    wired_back: bool = False
-    scan_ticks: int = 1
-
-
-@st.composite
-def scripts(draw):
-    """A setting and the steps to play on it."""
-    config = draw(good_configuration)
-    encoder = bool(config[0] & bits.QUADRATURE)
-    gear = draw(st.sampled_from([0, 0, 1, 4]))
-    setting = Setting(
-        firmware=draw(st.sampled_from(FIRMWARES)),
-        switches=draw(st.sampled_from(MACHINES)),
-        counts_per_step=gear,
-        marker_every=draw(st.sampled_from([None, 400])) if gear else None,
-        wired_back=bool(config[0] & bits.DIAGNOSTIC) and draw(st.booleans()),
-        scan_ticks=draw(st.sampled_from([1, 1, 1, 2, 8])),
-    )
-    start = 1000 * config[2] + config[3]
-    told = draw(st.lists(stories(start, encoder, encoder and gear == 0), min_size=1, max_size=4))
-    steps = [Out(config, 2), Out(NOTHING, 2)]
-    for one in told:
-        steps += [Recover(config), *one]
-    return setting, steps
