@@ -12,7 +12,8 @@ from .errors import LadderError, Problem, Site
 from .instructions import BY_NAME as SPEC_BY_NAME
 from .instructions import Kind, Spec, Use
 from .linked import ADD_ON, AddOnCall, Call, Line, Linked, LinkedRoutine, Node, Parallel, Step, steps_of
-from .places import AddressError, Constant, Group, Place, Resolved, Resolver
+from .places import Constant, Group, Place, Resolved
+from .resolver import AddressError, Resolver
 from .tags import Layout
 from .tree import Address, Branch, Instruction, Number, Operand, Routine, Rung, Series, Unknown
 

@@ -7,7 +7,8 @@ from typing import Any
 
 from .linked import Linked
 from .memory import Memory, checked
-from .places import Calculation, Constant, Group, Place, Resolved, Resolver
+from .places import Calculation, Constant, Group, Place, Resolved
+from .resolver import Resolver
 from .text import parse_address
 from .tree import Address
 

@@ -9,7 +9,8 @@ from ..demands import WRITTEN
 from ..errors import Site
 from ..instructions import BY_NAME, Use
 from ..linked import ADD_ON, AddOnCall, Call, Linked, Step, steps_of
-from ..places import Calculation, Constant, Group, Place, Resolved, Resolver
+from ..places import Calculation, Constant, Group, Place, Resolved
+from ..resolver import Resolver
 from ..text import parse_address
 
 BOTH_WAYS = frozenset({Use.STORAGE, Use.TIMER, Use.COUNTER})

@@ -11,7 +11,8 @@ from ..engine import STEP_MS
 from ..errors import LadderError
 from ..logic import Program
 from ..memory import Value, checked
-from ..places import Constant, Group, Place, Resolver
+from ..places import Constant, Group, Place
+from ..resolver import Resolver
 from ..text import parse_address
 from ..tree import Routine
 from ..view import Tags

@@ -8,7 +8,7 @@ import typer
 
 from ...ladder import LadderError
 from ...ladder.debug import cross_reference
-from ...ladder.places import AddressError
+from ...ladder.resolver import AddressError
 from ..bench import Bench, NotReachedError
 from ..faults import CpuFault
 from ..quantities import parse_duration

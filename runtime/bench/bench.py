@@ -1,34 +1,20 @@
-"""The bench: a rack with its program and its machine in one's hands, scan by scan.
-
-    line = open_bench("line.toml")           # of scanrack.runtime.cli
-    line.run_until(lambda line: line.slot[1].status.MOVE_COMPLETE, within="5 s")
-    line.slot[1].press("estop", "100 ms")
-    assert line["Trouble"], line.why("Trouble")
-
-Made for tests that read as a story. What does not come about is told with what the bench shows then.
-"""
+"""The bench itself."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
 from types import TracebackType
 from typing import Any, Protocol, Self, runtime_checkable
 
-from ..io_images.amci3601 import StatusView, status_names
-from ..io_images.amci3601.bits import InputBit
-from ..io_images.image import Image
-from .addresses import parse_address
-from .build import build_cpu, build_rack
-from .cpu import Cpu
-from .events import JsonValue
-from .incidents import TROUBLES, Happening
-from .listener import ScanListener
-from .machinetables import INPUT_NAMES
-from .quantities import parse_duration
-from .rack import Rack, Slot
-from .rackspec import RackSpec
-from .scan import CpuMode, Logic
+from ..addresses import parse_address
+from ..build import build_cpu, build_rack
+from ..listener import ScanListener
+from ..quantities import parse_duration
+from ..rack import Rack
+from ..rackspec import RackSpec
+from ..scan import CpuMode, Logic
+from .ear import Ear
+from .slot import SlotBench
 
 
 class NotReachedError(AssertionError):
@@ -57,151 +43,6 @@ class Observed(Protocol):
     def unforce(self, tag: str | None = None) -> None:
         """Let a tag go."""
         ...
-
-
-@dataclass(frozen=True, slots=True)
-class Told:
-    """Something that happened.
-
-    Attributes:
-        scan: number of the scan in which it became known.
-        now_ns: when, ns since power-up.
-        slot: the module, 0 for the CPU.
-        kind: "rule", "move", "stimulus", "indicator", or the topic of what the CPU tells.
-        name: the rule's id, the move's kind, the input's name; the topic for the CPU.
-        text: a sentence.
-    """
-
-    scan: int
-    now_ns: int
-    slot: int
-    kind: str
-    name: str
-    text: str
-
-    def __str__(self) -> str:
-        where = f"slot {self.slot}" if self.slot else "CPU"
-        return f"scan {self.scan}, {self.now_ns / 1e9:g} s, {where}: {self.text}"
-
-
-class _Ear:
-    """A listener that remembers what is told, and ends a run when it is told to.
-
-    Attributes:
-        told: what has happened, oldest first.
-        over: asked after every scan whether the run is over.
-    """
-
-    def __init__(self) -> None:
-        self.told: list[Told] = []
-        self.over: Callable[[], object] = bool
-        self.cpu: Cpu
-
-    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        slot = fields.get("slot", 0)
-        text = fields.get("text", ", ".join(f"{key} {value}" for key, value in fields.items()))
-        kind = str(fields.get("kind", topic.strip("/")))
-        name = str(fields.get("name", kind))
-        self.told.append(Told(scan, now_ns, slot if isinstance(slot, int) else 0, kind, name, str(text)))
-
-    def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Stop the CPU if the run is over."""
-        if self.over():
-            self.cpu.stop()
-
-    def close(self) -> None:
-        """Nothing is open."""
-
-
-class SlotBench:
-    """A module on the bench, and what it is bolted to.
-
-    Attributes:
-        number: its slot.
-        outputs: the output image, as the program wrote it last.
-        inputs: the input image, as the program saw it last.
-        status: the bits and values of the input image by name.
-    """
-
-    def __init__(self, bench: Bench, slot: Slot) -> None:
-        self.number = slot.number
-        self.outputs: Image = slot.outputs
-        self.inputs: Image = slot.inputs
-        self.status = StatusView(slot.inputs)
-        self._bench = bench
-        self._module: Any = slot.module
-        self._device: Any = getattr(slot.module, "module", slot.module)  # inside of incidents
-
-    @property
-    def moving(self) -> bool:
-        """Whether the axis moves, either way, as the program saw it last."""
-        return self.status.MOVING_CW or self.status.MOVING_CCW
-
-    @property
-    def shaft(self) -> int:
-        """True position of the shaft, steps from where it stood at power-up; the module may be wrong."""
-        return int(self._device.machine.shaft)
-
-    def set_input(self, name: str, energised: bool) -> None:
-        """Give an input a level from now on.
-
-        Args:
-            name: "capture", "external", "home", "estop", "cw_limit" or "ccw_limit".
-            energised: the level.
-
-        Raises:
-            ValueError: there is no such input, or the machine of the rack file sees to it.
-        """
-        bit = INPUT_NAMES.get(name.lower())
-        if bit is None:
-            raise ValueError(f"there is no input {name!r}: inputs are {', '.join(INPUT_NAMES)}")
-        self._device.machine.set_input(bit, energised)
-        self._device.look_again()
-
-    def press(self, name: str, for_: str = "50 ms") -> None:
-        """Energise an input for a time, during which the bench runs; then let it go.
-
-        Raises:
-            ValueError: see `set_input`; or `for_` is no time.
-        """
-        self.set_input(name, True)
-        self._bench.run_for(for_)
-        self.set_input(name, False)
-
-    def power_cycle(self) -> None:
-        """Remove and restore the module's power."""
-        self._module.power_cycle()
-
-    def fail(self, how: str | None) -> None:
-        """Let the module stop answering, or answer again (None).
-
-        Args:
-            how: "link-lost", "removed", "fatal-error" or "asic-lost".
-
-        Raises:
-            ValueError: there is no such trouble, or the module can't be made to fail.
-        """
-        names = {each.value: trouble for each, trouble in TROUBLES.items()}
-        if how is not None and how not in names:
-            raise ValueError(f"there is no trouble {how!r}: allowed are {', '.join(names)}")
-        if not hasattr(self._device, "inject"):
-            raise ValueError(f"slot {self.number}: this module can't be made to fail")
-        if how is None and self._device.trouble is TROUBLES[Happening.FATAL_ERROR]:
-            self._device.power_cycle()
-        else:
-            self._device.inject(None if how is None else names[how])
-
-    def __str__(self) -> str:
-        msw, lsw = self.inputs[0] & 0xFFFF, self.inputs[1] & 0xFFFF
-        bits = " ".join(status_names(msw, lsw)) or "no bit"
-        held = [name for name, bit in INPUT_NAMES.items() if self._levels() & bit]
-        return (
-            f"slot {self.number}: {bits}; position {self.status.position}, shaft {self.shaft}; "
-            f"energised {', '.join(held) or 'nothing'}; outputs {list(self.outputs)}"
-        )
-
-    def _levels(self) -> InputBit:
-        return InputBit(self._device.machine.levels(self._bench.now_ns) & sum(InputBit))
 
 
 Condition = Callable[["Bench"], Any] | str
@@ -235,10 +76,12 @@ class Bench:
         self.logic: Any = logic
         self._observed = isinstance(logic, Observed)
         rack = build_rack(spec)
-        self._ear = ear = _Ear()
+        self._ear = ear = Ear()
         self.told = ear.told
         self.cpu = ear.cpu = build_cpu(spec, logic, rack, listeners=[*listeners(rack), ear])
-        self.slot = {number: SlotBench(self, slot) for number, slot in rack.slots.items()}
+        self.slot = {
+            number: SlotBench(slot, self.run_for, lambda: self.now_ns) for number, slot in rack.slots.items()
+        }
 
     # --- time
 

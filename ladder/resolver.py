@@ -1,0 +1,228 @@
+"""Addresses to places in memory: who is meant, of which type, and is there such an element.
+
+| address | means |
+|---|---|
+| `Run`, `Fill.ACC` | a place: a leaf |
+| `Data[3]`, `Data[i,j+1]` | a place: an element, its indices known or computed |
+| `Word.5`, `Word.[n]` | a place: a bit of an integer |
+| `Fill`, `Data`, `Recipe[2]` | a group: a structure or an array |
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+from ..io_images.amci3601.bits import CommandLsw, CommandMsw, ConfigMsw, StatusLsw, StatusMsw
+from .errors import LadderError
+from .places import Calculation, Constant, Group, Place, Quoted, Resolved, constant, is_integer
+from .tags import STATUS_FLAGS, Alias, Layout, SlotAlias, Tag
+from .tree import (
+    Address,
+    BitStep,
+    Characters,
+    MemberStep,
+    Number,
+    Operand,
+    Operation,
+    SlashStep,
+    Step,
+    SubscriptStep,
+    Unknown,
+    WordStep,
+    number,
+)
+from .types import Elementary, Structure
+
+
+class AddressError(LadderError):
+    """An address that means nothing.
+
+    Attributes:
+        remedy: what helps.
+    """
+
+    def __init__(self, text: str, remedy: str) -> None:
+        self.remedy = remedy
+        super().__init__(text)
+
+
+def _bits(word: int, bits: Iterable[object]) -> dict[str, tuple[int, int]]:
+    return {
+        bit.name: (word, bit.value.bit_length() - 1)  # type: ignore[attr-defined]
+        for bit in bits
+        if not bit.name.startswith("RESERVED")  # type: ignore[attr-defined]
+    }
+
+
+MEANINGS: Mapping[str, tuple[bool, Mapping[str, tuple[int, int]]]] = {
+    "STATUS": (False, _bits(0, StatusMsw) | _bits(1, StatusLsw)),
+    "COMMAND": (True, _bits(0, CommandMsw) | _bits(1, CommandLsw)),
+    "CONFIG": (True, _bits(0, ConfigMsw)),
+}
+"""Bits of a slot by meaning: group -> (output image?, name -> (word, bit))."""
+
+_LOCAL = re.compile(r"LOCAL:(\d+):([IO])")
+_SLOT_FILE = re.compile(r"([IO]):(\d+)")
+
+
+class Resolver:
+    """Finds what addresses mean.
+
+    Args:
+        layout: the memory.
+    """
+
+    def __init__(self, layout: Layout) -> None:
+        self._layout = layout
+        self._known: dict[Address, Place | Group] = {}
+
+    def operand(self, operand: Operand) -> Resolved:
+        """Resolve an operand with all that is inside.
+
+        Raises:
+            AddressError: an address in it means nothing.
+        """
+        if isinstance(operand, Address):
+            return self.address(operand)
+        if isinstance(operand, Number):
+            return constant(operand.value)
+        if isinstance(operand, Operation):
+            return Calculation(operand.name, tuple(map(self.operand, operand.operands)))
+        if isinstance(operand, Characters):
+            return Quoted(operand.value)
+        assert isinstance(operand, Unknown)
+        raise AddressError("? stands where a value is needed", "write the tag or the number")
+
+    def address(self, address: Address) -> Place | Group:
+        """Resolve an address.
+
+        Raises:
+            AddressError: it means nothing.
+        """
+        known = self._known.get(address)
+        if known is None:
+            known = self._known[address] = self._find(address, address, 0)
+        return known
+
+    def _find(self, address: Address, shown: Address, depth: int) -> Place | Group:
+        name = address.name.upper()
+        declaration = self._layout.declarations.get(name)
+        if isinstance(declaration, Tag):
+            start = Group(declaration.type, declaration.name, (), declaration.dims, self._layout, str(shown))
+            return self._walk(start, address.steps)
+        if isinstance(declaration, Alias):
+            if depth > 20:
+                raise AddressError(f"alias {declaration.name} leads back to itself", "point it at a tag")
+            target = declaration.target
+            return self._find(Address(target.name, target.steps + address.steps), shown, depth + 1)
+        if isinstance(declaration, SlotAlias):
+            return self._by_meaning(declaration, address.steps, shown)
+        if name in STATUS_FLAGS and not address.steps:
+            return Place(self._layout.leaf(name), (), None, str(shown))
+        return self._image(name, address, shown)
+
+    def _image(self, name: str, address: Address, shown: Address) -> Place | Group:
+        local, file = _LOCAL.fullmatch(name), _SLOT_FILE.fullmatch(name)
+        if local:
+            return self._local(int(local[1]), local[2] == "O", address.steps, shown)
+        if file:
+            steps = address.steps
+            if not steps or not isinstance(steps[0], WordStep):
+                steps = (WordStep(0, "."), *steps)
+            return self._data(int(file[2]), file[1] == "O", steps, shown)
+        raise self._undeclared(address.name)
+
+    def _local(self, slot: int, output: bool, steps: tuple[Step, ...], shown: Address) -> Place | Group:
+        if not steps or not isinstance(steps[0], MemberStep) or steps[0].name.upper() != "DATA":
+            raise AddressError(f"{shown} has the member Data only", "write .Data[word] or .Data[word].bit")
+        return self._data(slot, output, steps[1:], shown)
+
+    def _data(self, slot: int, output: bool, steps: tuple[Step, ...], shown: Address) -> Place | Group:
+        leaf = self._layout.image(slot, output=output)
+        return self._walk(Group(leaf.type, leaf.path, (), leaf.dims, self._layout, str(shown)), steps)
+
+    def _by_meaning(self, alias: SlotAlias, steps: tuple[Step, ...], shown: Address) -> Place | Group:
+        names = [step.name.upper() for step in steps[:2] if isinstance(step, MemberStep)]
+        if names and names[0] in ("I", "O"):
+            return self._local(alias.slot, names[0] == "O", steps[1:], shown)
+        if not names or names[0] not in MEANINGS:
+            parts = f"parts of {alias.name} are status, command, config, I and O"
+            raise AddressError(f"{shown} is no part of a module", parts)
+        output, bits = MEANINGS[names[0]]
+        if len(names) < 2 or len(steps) > 2 or names[1] not in bits:
+            close = difflib.get_close_matches(names[1] if len(names) > 1 else "", bits, n=1)
+            hint = f"did you mean {close[0]}" if close else f"bits are {', '.join(bits)}"
+            raise AddressError(f"{shown} is no bit of {alias.name}.{names[0].lower()}", hint)
+        word, bit = bits[names[1]]
+        leaf = self._layout.image(alias.slot, output=output)
+        return Place(leaf, (constant(word),), constant(bit), str(shown))
+
+    def _walk(self, here: Group, steps: tuple[Step, ...]) -> Place | Group:
+        for position, step in enumerate(steps):
+            if isinstance(step, (SubscriptStep, WordStep)):
+                here = self._subscript(here, step)
+            elif isinstance(step, MemberStep):
+                here = self._member(here, step.name)
+            else:
+                if position != len(steps) - 1:
+                    raise AddressError(f"nothing can follow the bit in {here.text}", "end the address there")
+                return self._bit(here, step)
+        return self._leaf(here)
+
+    def _leaf(self, here: Group) -> Place | Group:
+        """A group of one elementary value is a place."""
+        if here.dims or isinstance(here.type, Structure):
+            return here
+        return Place(self._layout.leaf(here.path), here.indices, None, here.text, here.array)
+
+    def _subscript(self, here: Group, step: SubscriptStep | WordStep) -> Group:
+        given: tuple[Operand, ...] = (number(step.index),) if isinstance(step, WordStep) else step.indices
+        if len(given) != len(here.dims):
+            what = f"has {len(here.dims)} dimensions" if here.dims else "is no array"
+            text = f"{here.path} {what}, {len(given)} subscripts are given"
+            raise AddressError(text, "give one per dimension")
+        indices = tuple(self._index(each, here.path) for each in given)
+        for index, length in zip(indices, here.dims, strict=True):
+            if isinstance(index, Constant) and not 0 <= index.value < length:
+                raise AddressError(
+                    f"index {index.value} is outside {here.path}[{length}]", f"allowed are 0 to {length - 1}"
+                )
+        return replace(here, indices=here.indices + indices, dims=(), array=here.dims)
+
+    def _index(self, operand: Operand, path: str) -> Resolved:
+        resolved = self.operand(operand)
+        if not is_integer(resolved):
+            raise AddressError(f"subscript {operand} of {path} is no integer", "use an integer tag or number")
+        return resolved
+
+    def _member(self, here: Group, name: str) -> Group:
+        if here.dims:
+            raise AddressError(f"{here.path} is an array", f"write {here.path}[index].{name}")
+        if isinstance(here.type, Elementary):
+            raise AddressError(f"{here.path} is {here.type.name} and has no member {name}", "leave it out")
+        member = here.type.member(name)
+        if member is None:
+            names = ", ".join(member.name for member in here.type.members)
+            raise AddressError(f"{here.type.name} has no member {name}", f"members are {names}")
+        path = f"{here.path}.{member.name}"
+        return replace(here, type=member.type, path=path, dims=member.dims, array=())
+
+    def _bit(self, here: Group, step: BitStep | SlashStep) -> Place:
+        whole = self._leaf(here)
+        if isinstance(whole, Group) or not whole.type.is_integer:
+            what = "an array" if here.dims else here.type.name
+            raise AddressError(f"{here.path} is {what} and has no bits", "use a BOOL or a bit of an integer")
+        index = self._index(number(step.index) if isinstance(step, SlashStep) else step.index, here.path)
+        bits = whole.type.bits
+        if isinstance(index, Constant) and not 0 <= index.value < bits:
+            raise AddressError(f"{here.path} has no bit {index.value}", f"allowed are 0 to {bits - 1}")
+        return replace(whole, bit=index)
+
+    def _undeclared(self, name: str) -> AddressError:
+        names = [each.name for each in self._layout.declarations.values()]
+        close = difflib.get_close_matches(name, names, n=1)
+        hint = f"did you mean {close[0]}, or " if close else ""
+        return AddressError(f"there is no tag {name}", f"{hint}declare it" if hint else "declare it")

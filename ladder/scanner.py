@@ -1,0 +1,61 @@
+"""A text that is read from left to right, with a position for messages."""
+
+from __future__ import annotations
+
+import re
+from typing import NoReturn
+
+from .errors import RungTextError
+
+_SPACE = re.compile(r"\s*")
+
+
+class Scanner:
+    """Reads from a text at a position that moves on.
+
+    Args:
+        text: what is read.
+        file: where it is from, for messages.
+        line: number of its first line.
+        rung: number of the rung, None if it is no rung.
+    """
+
+    def __init__(self, text: str, *, file: str, line: int, rung: int | None) -> None:
+        self.text, self.at = text.rstrip(), 0
+        self._file, self._line, self._rung = file, line, rung
+        self._space()
+
+    def ended(self) -> bool:
+        """Whether all has been read."""
+        return self.at == len(self.text)
+
+    def skip(self, mark: str) -> bool:
+        """Move past `mark` and white space, if it stands here."""
+        if not self.text.startswith(mark, self.at):
+            return False
+        self._move_to(self.at + len(mark))
+        return True
+
+    def fail(self, expected: str, found: str | None = None) -> NoReturn:
+        """Raise: something else was expected here."""
+        before = self.text[: self.at]
+        line = self._line + before.count("\n")
+        column = self.at - (before.rfind("\n") + 1) + 1
+        if found is None:
+            shown = re.match(r"\w+|.", self.text[self.at :])
+            found = shown.group() if shown else "the end of the text"
+        raise RungTextError(expected, found, file=self._file, line=line, column=column, rung=self._rung)
+
+    def _match(self, pattern: re.Pattern[str]) -> str | None:
+        found = pattern.match(self.text, self.at)
+        if found is None:
+            return None
+        self._move_to(found.end())
+        return found.group()
+
+    def _move_to(self, at: int) -> None:
+        match = _SPACE.match(self.text, at)
+        self.at = match.end() if match else at
+
+    def _space(self) -> None:
+        self._move_to(self.at)
