@@ -48,6 +48,7 @@ class Ear:
         self.cpu: Cpu
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
+        """Remember what is told."""
         slot = fields.get("slot", 0)
         text = fields.get("text", ", ".join(f"{key} {value}" for key, value in fields.items()))
         kind = str(fields.get("kind", topic.strip("/")))
