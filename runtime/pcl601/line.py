@@ -114,6 +114,21 @@ class Pcl601:
             self._format = FORMATS[self.controller.protocol]
         return data
 
+    def answer(self, pdu: bytes) -> bytes | None:
+        """Answer a request that came by Modbus TCP, at the instant of the last `advance`.
+
+        Args:
+            pdu: function code and data, at least one byte.
+
+        Returns:
+            The reply PDU; None in ASCII mode, in which it understands no Modbus.
+        """
+        if self.controller.protocol is Protocol.ASCII:
+            return None
+        reply = self._modbus.answer(pdu)
+        self.controller.settle(self._now_ns)
+        return reply
+
     def power_cycle(self, now_ns: int) -> None:
         """Remove and restore power; pressing the reset button does the same."""
         self.controller.power_up(now_ns)
