@@ -6,6 +6,7 @@ from scanrack.io_images.pmc006.frame import Frame, command, decode
 from scanrack.io_images.pmc006.instructions import BY_NAME
 from scanrack.io_images.pmc006.program import assemble
 from scanrack.io_images.pmc006.status import Status1, Status2
+from scanrack.runtime.kinematics import FOREVER
 from scanrack.runtime.pmc006.controller import Controller
 from scanrack.runtime.pmc006.line import LINE_FORMAT, Pmc006
 from scanrack.runtime.pmc006.options import Options
@@ -26,11 +27,11 @@ class Bench006:
         self.address = address
 
     def exchange(self, data: bytes) -> bytes:
-        """Put bytes on the line; return what has come 300 ms after the last of them."""
+        """Put bytes on the line; return the answer, or what has come 300 ms after the last of them."""
         end_ns = self.bus.send(data, LINE_FORMAT)
         self.bus.run_until(end_ns)
         while self.bus.now_ns < end_ns + SILENCE_NS and len(self.bus.heard) < 8:
-            self.bus.run_until(self.bus.now_ns + MS)
+            self.bus.run_until(min(self.bus.next_event_ns() or FOREVER, end_ns + SILENCE_NS))
         return self.bus.take()
 
     def text(self, frame: str) -> str:
