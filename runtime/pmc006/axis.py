@@ -159,7 +159,6 @@ class Axis:
         if self.doing is Doing.SPEED and self._motion is not None:
             ramp = self._memory["stop_speed"], self._memory["decel_coefficient"]
             self._begin(Doing.SLOWING, plan_slowing(self._motion, now_ns, *ramp))
-            self.end_if_due(now_ns)
 
     def zero_back(self, now_ns: int, stroke: int) -> None:
         """Begin to look for the switch on EXT1 within a stroke."""

@@ -22,9 +22,7 @@ def constant(speed: int = 1000) -> Bench006:
 
 
 @pytest.mark.parametrize(("coefficient", "acceleration"), ACCELERATIONS.items())
-def test_4_3_3_time_and_distance_of_a_ramp_are_those_of_the_table(
-    coefficient: int, acceleration: int
-) -> None:
+def test_4_3_3_a_ramp_takes_the_time_and_distance_of_the_table(coefficient: int, acceleration: int) -> None:
     motion = plan_run(0, 0, 1, Speeds(600, 6000, 600, coefficient, 5))
     ramp_s = (6000 - 600) / acceleration
     assert motion.segments[-1].start_ns == pytest.approx(ramp_s * 1e9, abs=2)

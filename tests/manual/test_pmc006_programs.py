@@ -160,6 +160,19 @@ def test_5_1_2_4_wait_for_a_level(option: int, pin: Pin) -> None:
     assert bench.controller.gpio8
 
 
+def test_wait_looks_once_per_millisecond() -> None:
+    bench = Bench006(1, "WAIT 4 0\nOUT 1 0\n")
+    bench.controller.execute(ord("Z"), 0)
+    seen = []
+    for level in (False, True, False):  # low from 0.3 to 0.6 ms, too short to be seen, and from 0.9 ms on
+        bench.wait(0.3)
+        bench.pin(Pin.FSET, level)
+    for _ in range(3):  # looked at 1 ms, so OUT is due at 2 ms
+        bench.wait(0.6)
+        seen.append((bench.bus.now_ns, bench.controller.gpio8))
+    assert seen == [(1_500_000, True), (2_100_000, False), (2_700_000, False)]
+
+
 @pytest.mark.parametrize(("option", "pin", "clear"), [(6, Pin.EXT1, "b"), (7, Pin.EXT2, "l")])
 def test_5_1_2_4_wait_for_an_emergency_stop_and_its_end(option: int, pin: Pin, clear: str) -> None:
     bench = running(f"WAIT {option} 1\nOUT 1 0\nWAIT {option} 0\nOUT 1 1\n", ext_stop_enable=3)
@@ -183,8 +196,14 @@ def test_5_1_2_clr1_and_clr2_clear_the_flags() -> None:
 
 @pytest.mark.parametrize(
     ("compare", "prepared"),
-    [("2 0", {Pin.EXT1}), ("3 0", {Pin.EXT2}), ("4 1", {Pin.EXT1}), ("5 1", {Pin.EXT2}), ("6 10", {Pin.EXT1, Pin.EXT2})],
-)  # fmt: skip
+    [
+        ("2 0", {Pin.EXT1}),
+        ("3 0", {Pin.EXT2}),
+        ("4 1", {Pin.EXT1}),
+        ("5 1", {Pin.EXT2}),
+        ("6 10", {Pin.EXT1, Pin.EXT2}),
+    ],
+)
 def test_5_1_2_6_compare(compare: str, prepared: set[Pin]) -> None:
     program = f"CMP {compare}\nJNE 0 0\nOUT 1 0\n"
     bench = running(program, ext_stop_enable=3)
