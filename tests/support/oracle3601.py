@@ -273,6 +273,7 @@ class Oracle:
         """Invalid Configurations, items 1 to 11 [chapter 3]; judged in every tick (A-08)."""
         if not self.configuration_is_valid():
             self.config_error = True
+            self.forget_configuration()
             return
         self.config_error = False
         if self.quadrature or self.diagnostic:
@@ -325,13 +326,15 @@ class Oracle:
         self.clear_status()
         self.position = 0
         self.position_invalid = True
-        if self.config_error:
-            if self.quadrature or self.diagnostic:
-                self.count_kept = self.encoder(self.start_ns)
-            self.config = None
-            self.quadrature = self.diagnostic = False
-            self.used = 0
-            self.active = 0
+
+    def forget_configuration(self):
+        """A rejected one takes the place of the one before: no input counts, and no encoder."""
+        if self.quadrature or self.diagnostic:
+            self.count_kept = self.encoder(self.start_ns)
+        self.config = None
+        self.quadrature = self.diagnostic = False
+        self.used = 0
+        self.active = 0
 
     # ---- motion
 
