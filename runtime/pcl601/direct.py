@@ -31,7 +31,7 @@ FLOW_CONTROL = frozenset(b"\x11\x13")
 ADDRESSES = range(100)
 END_OF_REPLY = "\r\n"
 
-LINE = re.compile(r"(?P<address>[0-9]{1,2})?(?P<name>E[A-Z]?|[^0-9])(?P<parameters>.*)", re.DOTALL)
+LINE = re.compile(r"(?P<address>[0-9]{1,2})?(?P<name>E[A-Z]?|.)?(?P<parameters>.*)", re.DOTALL)
 NUMBER = re.compile(r"[+-]?[0-9]+")
 NO_ADDRESS = ("%", "~")
 FLAGS = {"0": 0, "1": 1}
@@ -88,20 +88,16 @@ class Direct:
         """Carry out a line if it is for this unit; return the reply."""
         parts = LINE.fullmatch(line)
         if parts is None:
-            if re.fullmatch("[0-9]{1,2}", line) and int(line) == self._controller.values[Register.ADDRESS]:
-                self._controller.report(Error.COMMAND)
             return b""
         address, name, parameters = parts.group("address", "name", "parameters")
-        if address is None:
-            if name not in NO_ADDRESS:
-                return b""
-        elif int(address) != self._controller.values[Register.ADDRESS]:
+        own = self._controller.values[Register.ADDRESS]
+        if name not in NO_ADDRESS if address is None else int(address) != own:
             return b""
         reply = self._carry_out(name, parameters)
         return b"" if reply is None else (reply + END_OF_REPLY).encode("ascii")
 
-    def _carry_out(self, name: str, parameters: str) -> str | None:
-        command = BY_NAME.get(name)
+    def _carry_out(self, name: str | None, parameters: str) -> str | None:
+        command = BY_NAME.get(name or "")
         if command is None:
             return self._refuse(Error.COMMAND)
         if self._controller.program_running and not command.while_running:
