@@ -7,6 +7,7 @@ Broken on purpose: comparing words as values (two pairs of one value), windows o
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scanrack.io_images.thousands import split_reported
@@ -166,3 +167,65 @@ def test_slots_that_only_one_has_are_told_and_the_others_compared() -> None:
     found = compare_columns(one, other)
     assert (found.slots_only_a, found.slots_only_b, found.same) == ((1,), (), False)
     assert [extent.name for extent in found.extents] == ["slot4.out.word4"]
+
+
+@given(st.integers(10, 20), st.integers(30, 40), st.integers(-5, 5), st.integers(0, 5))
+def test_words_may_change_as_late_as_edges(start: int, end: int, late: int, allowed: int) -> None:
+    """An acceleration of 50 for a while; 20 lies between 0 and 50, but never was there."""
+    a, b = idle(), idle()
+    a[start:end, 6] = 50
+    b[start + late : end + late, 6] = 50
+    assert differ(columns(a), columns(b), Tolerance(time_ns=allowed * PERIOD_NS)).same is (
+        abs(late) <= allowed
+    )
+    b[end + late, 6] = 20
+    assert not differ(columns(a), columns(b), Tolerance(time_ns=5 * PERIOD_NS)).same
+
+
+@given(st.integers(10, 40), st.integers(1, 9), st.integers(1, 4))
+def test_a_gap_that_one_trace_lacks_is_found_whichever_it_is(fall: int, scans: int, allowed: int) -> None:
+    whole, gap = idle(), idle()
+    whole[:, STATUS_MSW] |= MOVING_CW
+    gap[:, STATUS_MSW] |= MOVING_CW
+    gap[fall : fall + scans, STATUS_MSW] &= ~MOVING_CW
+    for one, other in ((gap, whole), (whole, gap)):
+        found = differ(columns(one), columns(other), Tolerance(time_ns=allowed * PERIOD_NS))
+        assert found.first is not None
+        assert (found.first.scan, found.differing) == (fall, scans)
+
+
+@given(st.integers(10, 50), st.integers(-9, 9), st.integers(0, 9), st.integers(1, 4))
+def test_a_count_that_jumps_for_a_scan_is_found_whichever_it_is(
+    at: int, off: int, counts: int, allowed: int
+) -> None:
+    still, jump = idle(), idle()
+    jump[at, POSITION : POSITION + 2] = split_reported(off)
+    for one, other in ((jump, still), (still, jump)):
+        found = differ(columns(one), columns(other), Tolerance(allowed * PERIOD_NS, counts))
+        assert found.same is (abs(off) <= counts)
+
+
+def test_two_pairs_of_one_value_differ() -> None:
+    """1 000 and 0 1000 both make 1000; no module sends the second."""
+    a, b = idle(), idle()
+    a[5, POSITION], b[5, POSITION + 1] = 1, 1000
+    found = differ(columns(a), columns(b))
+    assert found.first is not None
+    assert [(one.name, one.a, one.b) for one in found.first.details] == [("position", 1000, 1000)]
+
+
+def test_what_was_before_a_trace_that_begins_in_mid_life_is_not_judged() -> None:
+    """An edge 3 scans late, of which the other trace shows nothing: it begins behind it."""
+    a, b = idle(), idle()
+    a[10:, STATUS_MSW] |= MOVING_CW
+    b[7:, STATUS_MSW] |= MOVING_CW
+    late = columns(b).at(np.arange(8, SCANS))
+    found = differ(columns(a), late, Tolerance(time_ns=3 * PERIOD_NS))
+    assert (found.first, found.only_a) == (None, 5), "scans 0 to 4 are more than the tolerance before it"
+
+
+def test_time_that_goes_back_is_refused() -> None:
+    times = np.arange(SCANS) * PERIOD_NS
+    times[30] = 0
+    with pytest.raises(ValueError, match="time goes back in scan 30"):
+        differ(columns(idle()), columns(idle(), times), Tolerance(time_ns=1))

@@ -33,7 +33,7 @@ module = "amci3601"
 firmware = "4.1"
 [slot.machine]
 switches = [{{ input = "cw_limit", first = {limit} }}]
-timeline = [{{ at_s = 0.3, input = "external", for_ms = 50 }}]
+timeline = [{{ at_s = 0.303, input = "external", for_ms = 50 }}]
 stations = [{{ position = 400, input = "capture", work_s = 0.1, pulse_ms = 20 }}]
 """
 
@@ -59,6 +59,8 @@ def logic(scan):
         outputs.load(PresetPosition(0).to_image())
     elif not outputs[0] & 1:
         outputs.load(Move(MoveKind.ABSOLUTE, 400, speed=SPEED, acceleration=2, deceleration=2).to_image())
+    elif status.IN_EXTERNAL:
+        outputs[7] = 3
 """
 
 SCANS = 400
@@ -108,7 +110,7 @@ def key_and_forces(cpu: Cpu, scan: int) -> None:
 
 @pytest.mark.parametrize("into", ["module", "program", "rack"])
 @pytest.mark.parametrize("during", [lambda cpu, scan: None, key_and_forces], ids=["run", "key and forces"])
-@pytest.mark.parametrize("more", ["", 'controller = "compactlogix"\nrpi_ms = 3\n'], ids=["micro", "compact"])
+@pytest.mark.parametrize("more", ["", 'controller = "compactlogix"\nrpi_ms = 5\n'], ids=["micro", "compact"])
 def test_an_unchanged_rack_answers_as_recorded(
     folder: Path, into: str, during: Callable[[Cpu, int], None], more: str
 ) -> None:
@@ -165,7 +167,7 @@ def test_recorded_stimuli_take_the_place_of_the_machines_own(folder: Path) -> No
     """The timeline of the other rack file is another one; the recorded one acts."""
     trace = record(folder)
     text = (folder / "rack.toml").read_text()
-    (folder / "other.toml").write_text(text.replace("at_s = 0.3,", "at_s = 0.2,"))
+    (folder / "other.toml").write_text(text.replace("at_s = 0.303,", "at_s = 0.2,"))
     assert scanrack("replay", trace, "--rack", "other.toml").exit_code == 1
     assert scanrack("replay", trace, "--rack", "other.toml", "--stimuli", "recorded").exit_code == 0
 
