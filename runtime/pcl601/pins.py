@@ -46,7 +46,7 @@ class Contact:
 
 
 GROUND = Contact()
-OPEN = Contact(1, 0)
+OPEN = Contact(low=FAR)
 """Open or at a high voltage: the inputs, input 1 apart, are pulled up."""
 
 

@@ -1,0 +1,148 @@
+"""RTU framing: noise, truncation and other units' traffic never cost a good frame."""
+
+from __future__ import annotations
+
+from random import Random
+
+import pytest
+from bench601 import Bench601, hexed
+from scanrack.io_images.pcl601 import Register
+from scanrack.runtime.pcl601.line import PORT_TIMING, SERIAL_TIMING, Pcl601
+from scanrack.runtime.pcl601.rtu import Framer, crc, frame
+
+READ = frame(1, hexed("03 00 05 00 01"))
+REPLY = frame(1, hexed("03 02 01 f4"))
+CHARACTER = 286_458
+MS = 1_000_000
+
+
+def fed(framer, now_ns, data):
+    """Feed bytes that end at an instant; return the frames that come at once."""
+    return framer.receive(now_ns - len(data) * CHARACTER, now_ns, data)
+
+
+def test_on_a_line_the_silence_ends_a_frame():
+    framer = Framer(SERIAL_TIMING)
+    assert fed(framer, 10 * MS, READ) == []
+    assert framer.deadline_ns == 10 * MS + 1_002_604
+    assert framer.silence() == [READ]
+    assert framer.deadline_ns is None
+
+
+@pytest.mark.parametrize(("pause_ns", "frames"), [(0, [READ]), (429_000, [READ]), (431_000, [])])
+def test_a_pause_of_more_than_a_character_and_a_half_spoils_a_frame(pause_ns, frames):
+    framer = Framer(SERIAL_TIMING)
+    fed(framer, 10 * MS, READ[:3])
+    fed(framer, 10 * MS + pause_ns + 5 * CHARACTER, READ[3:])
+    assert framer.silence() == frames
+
+
+def test_by_length_a_frame_is_taken_when_it_is_complete():
+    framer = Framer(PORT_TIMING)
+    assert fed(framer, MS, READ[:5]) == []
+    assert fed(framer, 3 * MS, READ[5:]) == [READ]
+    assert framer.deadline_ns is None
+
+
+def test_by_length_several_frames_in_one_piece():
+    framer = Framer(PORT_TIMING)
+    write = frame(1, hexed("10 00 05 00 03 06 01 f4 0b b8 07 d0"))
+    ident = frame(1, b"\x11")
+    assert fed(framer, MS, READ + write + ident + READ[:2]) == [READ, write, ident]
+    assert fed(framer, 2 * MS, READ[2:]) == [READ]
+
+
+def test_by_length_a_stub_that_promises_much_delays_but_loses_nothing():
+    framer = Framer(PORT_TIMING)
+    stub = hexed("01 10 00 00 00 7b fa 00")  # byte count 250
+    assert fed(framer, MS, stub) == []
+    assert fed(framer, 2 * MS, READ) == []
+    assert framer.deadline_ns == 2 * MS + PORT_TIMING.gap_ns
+    assert framer.silence() == [READ]
+
+
+def test_by_length_an_unknown_function_is_taken_at_the_silence():
+    framer = Framer(PORT_TIMING)
+    odd = frame(1, hexed("2b 0e 01 00"))
+    assert fed(framer, MS, odd) == []
+    assert framer.silence() == [odd]
+
+
+def test_the_frame_of_another_unit_is_consumed_whole():
+    # its data are, byte for byte, a frame for unit 1: that is not one
+    inner = frame(1, hexed("05 00 02 ff 00"))
+    other = frame(2, hexed("10 00 05 00 04 08") + inner)
+    for timing in (SERIAL_TIMING, PORT_TIMING):
+        unit = Pcl601(timing=timing)
+        unit.receive(10 * MS, other)
+        unit.advance(30 * MS)
+        assert unit.controller.outputs == 0
+
+
+DAMAGE = {
+    "a byte of noise": b"\x00",
+    "a truncated request": READ[:-1],
+    "a request with a damaged CRC": READ[:-1] + b"\x00",
+    "a stub of a long write": hexed("01 10 00 00 00 7b fa 00"),
+    "another unit's reply": frame(2, hexed("03 06 01 03 00 05 00 01")),
+    "another unit's exception": frame(2, hexed("83 02")),
+    "text": b"@1VZ\r\n",
+    "three hundred bytes": bytes(300),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGE.values(), ids=DAMAGE)
+def test_after_damage_and_silence_a_good_frame_is_answered(damage):
+    bench = Bench601()
+    assert bench.exchange(damage) == b""
+    assert bench.exchange(READ) == REPLY
+
+
+@pytest.mark.parametrize("damage", DAMAGE.values(), ids=DAMAGE)
+def test_by_length_even_without_silence(damage):
+    unit = Pcl601(timing=PORT_TIMING)
+    unit.receive(MS, damage + READ)
+    assert unit.advance(MS) + unit.advance(20 * MS) == REPLY
+
+
+def test_noise_right_before_a_frame_spoils_it_on_a_line():
+    bench = Bench601()
+    assert bench.exchange(b"\x55" + READ) == b""
+
+
+def damaged(draw):
+    """Return bytes that are no frame for this unit, in one of the ways in which lines go wrong."""
+    good = bytearray(frame(1, bytes((draw.choice((1, 2, 3, 4, 5, 6, 15, 16, 17)),)) + draw.randbytes(4)))
+    kind = draw.randrange(4)
+    if kind == 0:
+        return draw.randbytes(draw.randrange(1, 40))
+    if kind == 1:
+        return bytes(good[: draw.randrange(1, len(good))])
+    if kind == 2:
+        good[draw.randrange(len(good))] ^= 1 << draw.randrange(8)
+        return bytes(good)
+    return frame(draw.randrange(2, 248), draw.randbytes(draw.randrange(1, 30)))
+
+
+def is_for_it(data):
+    return len(data) >= 4 and crc(data[:-2]) == data[-2:] and data[0] in (0, 1)
+
+
+@pytest.mark.parametrize("timing", [SERIAL_TIMING, PORT_TIMING], ids=["line", "port"])
+def test_thousands_of_damaged_frames(timing):
+    draw = Random(601)
+    unit = Pcl601(timing=timing)
+    unit.controller.values[Register.BASE_SPEED] = 500
+    now_ns = 0
+    for _ in range(3000):
+        data = damaged(draw)
+        if is_for_it(data):
+            continue
+        now_ns += 20 * MS
+        unit.advance(now_ns)
+        unit.receive(now_ns, data)
+        now_ns += 20 * MS
+        assert unit.advance(now_ns) == b""
+        unit.receive(now_ns + 10 * MS, READ)
+        assert unit.advance(now_ns + 20 * MS) == REPLY
+        now_ns += 20 * MS
