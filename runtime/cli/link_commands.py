@@ -1,0 +1,58 @@
+"""What the commands for real controllers have in common: how a fault is told, and the progress of a move."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn
+
+from ..clients.link import LinkError
+from .slices import told_mistakes
+
+FAILED, INTERRUPTED = 1, 130
+"""Exit status: the controller or the line did not do it; Ctrl-C."""
+
+
+@contextmanager
+def told_faults() -> Iterator[None]:
+    """Tell mistakes and faults of the line in one line on standard error, and end."""
+    with told_mistakes():
+        try:
+            yield
+        except LinkError as error:
+            typer.echo(f"scanrack: {error}", err=True)
+            raise typer.Exit(FAILED) from None
+
+
+@contextmanager
+def stopped_by_interrupt(stop: Callable[[], None]) -> Iterator[None]:
+    """Stop the motor when Ctrl-C is pressed, and say so."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        stop()
+        typer.echo("scanrack: Ctrl-C: the motor was stopped", err=True)
+        raise typer.Exit(INTERRUPTED) from None
+
+
+@contextmanager
+def shown_travel(start: int, target: int | None, *, quiet: bool) -> Iterator[Callable[[int], None]]:
+    """Show how far a motion has come, on standard error if that is a terminal; yield what is told positions.
+
+    Args:
+        start: position at the start.
+        target: where it should end, None if that is not known.
+        quiet: nobody wants to see it.
+    """
+    console = Console(stderr=True)
+    if quiet or not console.is_terminal:
+        yield lambda _: None
+        return
+    columns = TextColumn("position"), BarColumn(), TextColumn("{task.fields[position]:,}")
+    with Progress(*columns, console=console) as bar:
+        total = None if target is None else abs(target - start)
+        task = bar.add_task("", total=total, position=start)
+        yield lambda position: bar.update(task, completed=abs(position - start), position=position)

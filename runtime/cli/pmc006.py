@@ -1,0 +1,226 @@
+"""`scanrack pmc006`: a real PMC006x3s on a serial port, or a simulated one on a pseudo-terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from enum import IntFlag
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from ...io_images.pmc006.instructions import Instruction
+from ...io_images.pmc006.program import UserProgram, assemble
+from ...io_images.pmc006.status import Level
+from ..clients.link import SerialLink
+from ..clients.pmc006 import READABLE, SETTABLE, Pmc006Client
+from ..pmc006.line import LINE_FORMAT
+from .link_commands import shown_travel, stopped_by_interrupt, told_faults
+from .slices import QuietOption
+
+app = typer.Typer(
+    help="Talk to a PMC006x3s on a serial port.\n\n"
+    "Example: scanrack pmc006 --port /dev/ttyUSB0 --address 1 move 2000",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+programs = typer.Typer(help="User programs.", no_args_is_help=True, rich_markup_mode=None)
+app.add_typer(programs, name="program")
+
+NO_DOWNLOAD = (
+    "the frames that write a program into a PMC006 are not documented: load it with the maker's tool, "
+    "or into the simulated controller with scanrack serve pmc006 --program"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where the controller is."""
+
+    port: str | None
+    address: int
+
+
+@contextmanager
+def client_at(context: typer.Context) -> Iterator[Pmc006Client]:
+    """Open the port that the group's options name; tell what goes wrong."""
+    place: Place = context.obj
+    with told_faults():
+        if place.port is None:
+            raise ValueError("--port is missing: scanrack pmc006 --port DEV ...")
+        link = SerialLink(place.port, LINE_FORMAT)
+        try:
+            yield Pmc006Client(link, place.address)
+        finally:
+            link.close()
+
+
+@app.callback()
+def _place(
+    context: typer.Context,
+    port: Annotated[
+        str | None, typer.Option("--port", metavar="DEV", help="Serial port, such as /dev/ttyUSB0 or COM3.")
+    ] = None,
+    address: Annotated[
+        int, typer.Option("--address", metavar="N", help="Its address, 1 to 120; 255 as from the factory.")
+    ] = 255,
+) -> None:
+    context.obj = Place(port, address)
+
+
+@app.command()
+def status(context: typer.Context) -> None:
+    """Show position, status registers, pins and parameters that can be read."""
+    with client_at(context) as client:
+        table = Table(box=None, show_header=False, pad_edge=False)
+        for name, value in _state(client):
+            table.add_row(name, value)
+        Console().print(table)
+
+
+def _state(client: Pmc006Client) -> Iterator[tuple[str, str]]:
+    yield "position", f"{client.position:,} steps"
+    yield "status 1", _names(client.status1)
+    yield "status 2", _names(client.status2)
+    yield "pins high", _names(Level(client.read("levels") & 0xF))
+    for name, row in READABLE.items():
+        if name not in ("position", "status1", "status2", "levels"):
+            yield name, _shown(row, client.read(name))
+
+
+def _names(bits: IntFlag) -> str:
+    return " ".join(str(bit.name) for bit in bits) or "-"
+
+
+def _shown(row: Instruction, value: int) -> str:
+    unit = SETTABLE[row.shows].unit if row.shows in SETTABLE else row.unit
+    return f"{value:,} {unit}".rstrip()
+
+
+@app.command()
+def read(
+    context: typer.Context, name: Annotated[str, typer.Argument(metavar="NAME", show_default=False)]
+) -> None:
+    """Print one value, such as position or start_speed."""
+    with client_at(context) as client:
+        typer.echo(client.read(name))
+
+
+@app.command("set")
+def set_parameter(
+    context: typer.Context,
+    name: Annotated[str, typer.Argument(metavar="NAME", show_default=False)],
+    value: Annotated[int, typer.Argument(metavar="VALUE", show_default=False)],
+    keep: Annotated[bool, typer.Option("--save", help="Save all parameters into the EEPROM, too.")] = False,
+) -> None:
+    """Set a parameter; a negative VALUE goes after --."""
+    with client_at(context) as client:
+        client.set(name, value)
+        if keep:
+            client.save()
+
+
+@app.command()
+def save(context: typer.Context) -> None:
+    """Save the parameters into the EEPROM, which does not last for ever."""
+    with client_at(context) as client:
+        client.save()
+
+
+@app.command()
+def move(
+    context: typer.Context,
+    steps: Annotated[int, typer.Argument(metavar="STEPS", show_default=False)],
+    speed: Annotated[
+        int | None, typer.Option("--speed", metavar="V", help="Maximum speed, steps/s; as it is without.")
+    ] = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Move over STEPS and wait for the end; a negative number goes after --.
+
+    Ctrl-C stops the motor at once.
+
+    Example: scanrack pmc006 --port /dev/ttyUSB0 move --speed 4000 -- -2000
+    """
+    with client_at(context) as client, stopped_by_interrupt(client.stop):
+        if speed is not None:
+            client.set("max_speed", speed)
+        start = client.position
+        with shown_travel(start, start + steps, quiet=quiet) as progress:
+            position = client.move(steps, progress)
+        typer.echo(position)
+
+
+@app.command()
+def home(
+    context: typer.Context,
+    stroke: Annotated[
+        int, typer.Option("--stroke", metavar="STEPS", help="The most it may travel.", show_default=False)
+    ],
+    speed: Annotated[
+        int | None, typer.Option("--speed", metavar="V", help="Speed back to zero, steps/s.")
+    ] = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Go back to the switch on EXT1; Ctrl-C stops the motor at once."""
+    with client_at(context) as client, stopped_by_interrupt(client.stop):
+        if speed is not None:
+            client.set("zero_back_speed", speed)
+        with shown_travel(client.position, None, quiet=quiet) as progress:
+            position = client.home(stroke, progress)
+        typer.echo(position)
+
+
+@app.command()
+def stop(context: typer.Context) -> None:
+    """Stop at once, without a ramp."""
+    with client_at(context) as client:
+        client.stop()
+
+
+@app.command()
+def clear(context: typer.Context) -> None:
+    """Clear the emergency stops of EXT1 and EXT2."""
+    with client_at(context) as client:
+        client.do("clear_ext1_flag")
+        client.do("clear_ext2_flag")
+
+
+FileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="The listing.", show_default=False)]
+
+
+def _listing(file: Path) -> UserProgram:
+    try:
+        program = assemble(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ValueError(f"{file}: {error.strerror}") from error
+    except ValueError as error:
+        raise ValueError(f"{file}: {error}") from error
+    for warning in program.warnings:
+        typer.echo(f"scanrack: {file}: {warning}", err=True)
+    return program
+
+
+@programs.command("check")
+def check(file: FileArgument) -> None:
+    """Assemble a listing and print it as a program, line by line."""
+    with told_faults():
+        for number, line in enumerate(_listing(file).lines):
+            typer.echo(f"{number:3}  {line}")
+
+
+@programs.command("write")
+def write(file: FileArgument) -> None:
+    """Check a listing; writing it into a controller is not documented."""
+    with told_faults():
+        lines = len(_listing(file).lines)
+        raise ValueError(f"{file} is a good program of {lines} instructions, but {NO_DOWNLOAD}")
+
+
+def register(application: typer.Typer) -> None:
+    """Add the command to the application."""
+    application.add_typer(app, name="pmc006")

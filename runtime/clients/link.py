@@ -1,0 +1,189 @@
+"""The line to a controller as its master uses it, and what can go wrong on it."""
+
+from __future__ import annotations
+
+import os
+import socket
+from threading import Event
+from typing import Protocol
+
+import serial
+
+from ..wire import LineFormat
+
+
+class LinkError(Exception):
+    """Something went wrong between this program and the controller.
+
+    Attributes:
+        received: the offending bytes, or what there is of them.
+    """
+
+    def __init__(self, message: str, received: bytes = b"") -> None:
+        super().__init__(f"{message}: {received.hex(' ')}" if received else message)
+        self.received = received
+
+
+class NoAnswerError(LinkError):
+    """Nothing, or too little, has come within the time."""
+
+
+class BadAnswerError(LinkError):
+    """What has come is damaged, or answers something else."""
+
+
+class RefusedError(LinkError):
+    """The controller has understood and does not do it."""
+
+
+class UncertainError(LinkError):
+    """A motion command was sent and not answered, and the motor shows no sign of it; it is not repeated."""
+
+
+class StoppedError(LinkError):
+    """A motion has ended elsewhere than it should have."""
+
+
+class Link(Protocol):
+    """Bytes to and from a controller, and the time between them."""
+
+    def send(self, data: bytes) -> None:
+        """Put bytes on the line.
+
+        Raises:
+            LinkError: the line is gone.
+        """
+        ...
+
+    def receive(self, count: int, seconds: float) -> bytes:
+        """Return `count` bytes as soon as they are there, or what is there when the time is up.
+
+        Raises:
+            LinkError: the line is gone.
+        """
+        ...
+
+    def pause(self, seconds: float) -> None:
+        """Let time pass."""
+        ...
+
+    def close(self) -> None:
+        """Give the line back."""
+        ...
+
+
+def drain(link: Link, quiet_s: float) -> bytes:
+    """Drop what comes until nothing has come for `quiet_s`; return what was dropped.
+
+    A line that never falls silent is given up on after 4096 bytes.
+    """
+    dropped = b""
+    while len(dropped) < 4096 and (came := link.receive(1, quiet_s)):
+        dropped += came
+    return dropped
+
+
+class SerialLink:
+    """A serial port of this machine.
+
+    Args:
+        path: its path, such as /dev/ttyUSB0 or COM3.
+        line_format: speed and character format; a pseudo-terminal has no parity and is opened without.
+
+    Raises:
+        LinkError: it can't be opened.
+    """
+
+    def __init__(self, path: str, line_format: LineFormat) -> None:
+        self._path = path
+        pseudo = os.path.realpath(path).startswith("/dev/pts/")
+        try:
+            self._port = serial.Serial(
+                path,
+                baudrate=line_format.baud,
+                bytesize=line_format.data_bits,
+                parity="N" if pseudo else line_format.parity,
+                stopbits=line_format.stop_bits,
+                exclusive=True if os.name == "posix" else None,
+                write_timeout=2.0,
+            )
+        except (OSError, ValueError) as error:
+            number = getattr(error, "errno", None)
+            raise LinkError(f"{path} can't be opened: {os.strerror(number) if number else error}") from error
+
+    def send(self, data: bytes) -> None:
+        """See `Link.send`."""
+        try:
+            self._port.write(data)
+            self._port.flush()
+        except OSError as error:
+            raise LinkError(f"{self._path} is gone: {error}") from error
+
+    def receive(self, count: int, seconds: float) -> bytes:
+        """See `Link.receive`."""
+        try:
+            self._port.timeout = seconds
+            return bytes(self._port.read(count))
+        except OSError as error:
+            raise LinkError(f"{self._path} is gone: {error}") from error
+
+    def pause(self, seconds: float) -> None:
+        """See `Link.pause`."""
+        Event().wait(seconds)
+
+    def close(self) -> None:
+        """See `Link.close`."""
+        self._port.close()
+
+
+class TcpLink:
+    """A TCP connection that carries the same bytes.
+
+    Args:
+        host: name or address.
+        port: number.
+        timeout_s: of the connection being made.
+
+    Raises:
+        LinkError: there is nobody.
+    """
+
+    def __init__(self, host: str, port: int, timeout_s: float = 3.0) -> None:
+        self._name = f"{host}:{port}"
+        try:
+            self._socket = socket.create_connection((host, port), timeout_s)
+        except OSError as error:
+            raise LinkError(f"{self._name} can't be reached: {error.strerror or error}") from error
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+
+    def send(self, data: bytes) -> None:
+        """See `Link.send`."""
+        try:
+            self._socket.settimeout(2.0)
+            self._socket.sendall(data)
+        except OSError as error:
+            raise LinkError(f"{self._name} is gone: {error}") from error
+
+    def receive(self, count: int, seconds: float) -> bytes:
+        """See `Link.receive`; the time counts from the latest bytes."""
+        data = b""
+        self._socket.settimeout(seconds)
+        while len(data) < count:
+            try:
+                came = self._socket.recv(count - len(data))
+            except TimeoutError:
+                return data
+            except OSError as error:
+                raise LinkError(f"{self._name} is gone: {error}") from error
+            if not came:
+                raise LinkError(f"{self._name} has closed the connection")
+            data += came
+        return data
+
+    def pause(self, seconds: float) -> None:
+        """See `Link.pause`."""
+        Event().wait(seconds)
+
+    def close(self) -> None:
+        """See `Link.close`."""
+        self._socket.close()

@@ -1,0 +1,312 @@
+"""A client of a PMC006x3s: everything by name, over one line, one question at a time.
+
+A reply does not say which instruction it answers [4.1.1], so the line is kept
+silent before every question, and longer after an answer that did not come: a
+late or a doubled answer is dropped, and not taken for the next one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ...io_images.pmc006.frame import (
+    FRAME_BYTES,
+    REPLY,
+    STATE_ERROR,
+    UNKNOWN_ERROR,
+    Framer,
+    command,
+)
+from ...io_images.pmc006.instructions import BY_NAME, INSTRUCTIONS, PARAMETERS, Instruction, Kind
+from ...io_images.pmc006.status import Status1, Status2
+from .link import BadAnswerError, Link, NoAnswerError, RefusedError, StoppedError, UncertainError, drain
+
+Progress = Callable[[int], None]
+"""Is told the position while a motion runs."""
+
+ANSWER_S = 0.2
+"""How long an answer may take; it takes 16.7 ms on the line."""
+
+SILENCE_S = 0.004
+"""Silence before a question: four characters, so that a doubled answer is noticed."""
+
+QUIET_S = 0.3
+"""Silence after an answer that did not come, so that it does not come later."""
+
+TRIES = 3
+"""How often a question is asked that may be asked twice."""
+
+POLL_S = 0.05
+"""Time between two looks at a motion."""
+
+_ERRORS = {
+    STATE_ERROR: "6: its state does not allow it, or the value is out of range",
+    UNKNOWN_ERROR: "7: it does not know the instruction, or the limit in that direction is reached",
+}
+_READS = {row.shows: row for row in INSTRUCTIONS if row.kind is Kind.READ and row.shows}
+_MOTIONS = ("step", "zero_back", "speed_mode", "run_user_program")
+
+
+def _readable() -> dict[str, Instruction]:
+    """Return what can be read, by the name under which it is asked for."""
+    rows = {row.name: row for row in PARAMETERS if row.asks_by_zero} | _READS
+    others = (row for row in INSTRUCTIONS if row.kind is Kind.READ and not row.shows)
+    return rows | {row.name.removeprefix("read_"): row for row in others}
+
+
+READABLE: dict[str, Instruction] = dict(sorted(_readable().items()))
+"""What can be read, and by which instruction; the manual offers no reading of the other parameters."""
+
+SETTABLE: dict[str, Instruction] = {
+    row.name: row for row in INSTRUCTIONS if row.kind is Kind.SET and row.name != "speed_mode"
+}
+"""What can be set."""
+
+
+class Pmc006Client:
+    """A controller at the other end of a line.
+
+    Attributes:
+        address: to which it listens, 1 to 120, or 255 as from the factory.
+        faults: answers so far that were missing, damaged or not its own.
+
+    Args:
+        link: the line, 9,600 baud, 8N1.
+        address: of the controller.
+    """
+
+    def __init__(self, link: Link, address: int = 255) -> None:
+        if not 1 <= address <= 120 and address != 255:
+            raise ValueError(f"address {address}: allowed is 1 to 120, or 255 as from the factory")
+        self._link = link
+        self.address = address
+        self.faults = 0
+        self._quiet_s = SILENCE_S
+
+    # -- by name -----------------------------------------------------------------------------
+
+    def read(self, name: str) -> int:
+        """Return a value by its name in `READABLE`.
+
+        Raises:
+            ValueError: it can't be read.
+            LinkError: no good answer.
+        """
+        if name not in READABLE:
+            raise ValueError(f"{name} can't be read: can be {', '.join(READABLE)}")
+        return self._asked(READABLE[name].code, 0)
+
+    def set(self, name: str, value: int) -> None:
+        """Set a parameter by its name in `SETTABLE`; where it can be read, it is read back.
+
+        It is in force until power goes; `save` keeps what can be kept.
+
+        Raises:
+            ValueError: it can't be set, or not to that.
+            LinkError: no good answer, or the controller refuses it.
+        """
+        row = SETTABLE.get(name)
+        if row is None:
+            raise ValueError(f"{name} can't be set: can be {', '.join(sorted(SETTABLE))}")
+        if not row.allows(value):
+            raise ValueError(f"{name} {value}: allowed is {row.allowed}")
+        if name == "device_address":
+            self._set_address(row, value)
+            return
+        answer = self._asked(row.code, value)
+        self._check(row, answer, value)
+        shown = "position" if name == "set_position" else name
+        if shown in READABLE and (kept := self.read(shown)) != value:
+            raise RefusedError(f"{name} was set to {value} and reads {kept}")
+
+    def do(self, name: str, data: int = 0) -> None:
+        """Carry out an action that may be carried out twice, such as clearing a flag.
+
+        Raises:
+            ValueError: it starts a motion, or is no action.
+            LinkError: no good answer, or the controller refuses it.
+        """
+        row = BY_NAME.get(name)
+        if row is None or row.kind is not Kind.ACTION or name in _MOTIONS:
+            raise ValueError(f"{name} is no action that may be carried out twice")
+        self._check(row, self._asked(row.code, data), None)
+
+    def save(self) -> None:
+        """Keep the parameters in force in the EEPROM, which does not last for ever [4.3.17].
+
+        Raises:
+            LinkError: no good answer.
+        """
+        self._check(BY_NAME["save_parameters"], self._once(BY_NAME["save_parameters"].code, 0), None)
+
+    @property
+    def status1(self) -> Status1:
+        """Status register 1, read."""
+        return Status1(self.read("status1") & 0xFF)
+
+    @property
+    def status2(self) -> Status2:
+        """Status register 2, read."""
+        return Status2(self.read("status2") & 0xFF)
+
+    @property
+    def position(self) -> int:
+        """The position register, read; steps."""
+        return self.read("position")
+
+    # -- motion ------------------------------------------------------------------------------
+
+    def start_move(self, steps: int) -> int:
+        """Start a move over so many steps, its sign the direction; return where it should end.
+
+        Raises:
+            ValueError: 0, or too many steps.
+            LinkError: it was refused, or it is not known to have begun.
+        """
+        if not 1 <= abs(steps) <= BY_NAME["step"].high:  # type: ignore[operator]
+            raise ValueError(f"{steps} steps: allowed is 1 to {BY_NAME['step'].high} in either direction")
+        self.set("direction", int(steps > 0))
+        target = self.position + steps
+        self._start(BY_NAME["step"], abs(steps))
+        return target
+
+    def move(self, steps: int, progress: Progress = lambda _: None) -> int:
+        """Move over so many steps and wait for the end; return the position.
+
+        Raises:
+            ValueError: 0, or too many steps.
+            StoppedError: it ended elsewhere; the message says why.
+            LinkError: it was refused, or the line failed.
+        """
+        target = self.start_move(steps)
+        position = self._watch(Status1.BUSY, progress)
+        if position != target:
+            raise StoppedError(f"the move ended at {position}, not at {target}{self._reason()}")
+        return position
+
+    def home(self, stroke: int, progress: Progress = lambda _: None) -> int:
+        """Go back to the switch on EXT1 and wait for it; return the position there.
+
+        Args:
+            stroke: the most that it may travel, in steps.
+            progress: is told the position.
+
+        Raises:
+            ValueError: no such stroke.
+            StoppedError: the switch was not found.
+            LinkError: it was refused, or the line failed.
+        """
+        row = BY_NAME["zero_back"]
+        if not row.allows(stroke):
+            raise ValueError(f"stroke {stroke}: allowed is {row.allowed}")
+        self._start(row, stroke)
+        position = self._watch(Status1.HOME, progress)
+        if not self._on_switch():
+            raise StoppedError(f"zero-back ended at {position} without the switch{self._reason()}")
+        return position
+
+    def run(self) -> None:
+        """Run at the maximum speed in the chosen direction, until `slow_down` or `stop`.
+
+        Raises:
+            LinkError: it was refused, or it is not known to have begun.
+        """
+        self._start(BY_NAME["speed_mode"], 1)
+
+    def slow_down(self) -> None:
+        """Leave speed mode by the ramp.
+
+        Raises:
+            LinkError: no good answer.
+        """
+        self._check(BY_NAME["speed_mode"], self._asked(BY_NAME["speed_mode"].code, 0), None)
+
+    def stop(self) -> None:
+        """Stop at once, without a ramp; asked again until it is answered.
+
+        Raises:
+            LinkError: no good answer.
+        """
+        self.do("abort")
+
+    # -- inside ------------------------------------------------------------------------------
+
+    def _start(self, row: Instruction, data: int) -> None:
+        """Send what starts a motion, once; without an answer, look whether it has begun."""
+        before = self.position
+        if self.status1 & Status1.BUSY:
+            raise RefusedError("a motion is under way")
+        try:
+            answer = self._once(row.code, data)
+        except (NoAnswerError, BadAnswerError) as error:
+            if not (self.status1 & (Status1.BUSY | Status1.HOME) or self.position != before):
+                raise UncertainError(
+                    f"{row.name} was not answered, and nothing moves; it is not repeated"
+                ) from error
+        else:
+            self._check(row, answer, None)
+
+    def _watch(self, running: Status1, progress: Progress) -> int:
+        while self.status1 & running:
+            progress(self.position)
+            self._link.pause(POLL_S)
+        position = self.position
+        progress(position)
+        return position
+
+    def _on_switch(self) -> bool:
+        """Return whether EXT1 is at the level to which its edge leads."""
+        rising = self.read("ext_trigger_mode") & 1
+        return (self.read("levels") >> 2 & 1) == rising
+
+    def _reason(self) -> str:
+        named = Status1.EXT1 | Status1.EXT2 | Status1.STALL | Status1.UVL
+        reasons = [str(bit.name) for bit in self.status1 & named]
+        return f": {', '.join(reasons)}" if reasons else ""
+
+    def _set_address(self, row: Instruction, value: int) -> None:
+        """Change the address, which counts at once: the answer may come from either."""
+        former = self.address
+        try:
+            answer = self._once(row.code, value, value)
+        except (NoAnswerError, BadAnswerError):
+            self.address = value
+            try:
+                answer = self._asked(row.code, 0)
+            except NoAnswerError:
+                self.address = former
+                raise
+        self._check(row, answer, value)
+        self.address = value
+
+    def _check(self, row: Instruction, answer: int, value: int | None) -> None:
+        """Raise what an answer says; 6 and 7 are values, too, where 6 or 7 was set."""
+        if answer in _ERRORS and answer != value:
+            raise RefusedError(f"{row.name} is refused with error {_ERRORS[answer]}")
+
+    def _asked(self, code: int, data: int) -> int:
+        """Ask, up to `TRIES` times; return the data of the answer."""
+        for _ in range(TRIES - 1):
+            try:
+                return self._once(code, data)
+            except (NoAnswerError, BadAnswerError):
+                continue
+        return self._once(code, data)
+
+    def _once(self, code: int, data: int, new_address: int | None = None) -> int:
+        """Ask once; return the data of the answer."""
+        drain(self._link, self._quiet_s)
+        self._quiet_s = QUIET_S
+        self.faults += 1
+        self._link.send(command(self.address, code, data))
+        received = self._link.receive(FRAME_BYTES, ANSWER_S)
+        frames = Framer().feed(received)
+        if len(received) < FRAME_BYTES:
+            raise NoAnswerError(f"address {self.address} does not answer within {ANSWER_S:g} s", received)
+        if not frames or frames[0].second != REPLY:
+            raise BadAnswerError(f"a damaged answer from address {self.address}", received)
+        if frames[0].third not in (self.address, new_address):
+            raise BadAnswerError(f"an answer from address {frames[0].third}, not {self.address}", received)
+        self._quiet_s = SILENCE_S
+        self.faults -= 1
+        return frames[0].data

@@ -1,0 +1,264 @@
+"""The PMC006 client against the simulated one, on a bad line in virtual time and on a pseudo-terminal."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from click.testing import Result
+from faultyline import BusLink, Fault, FaultyDevice, served_on_pty
+from scanrack.io_images.pmc006.status import Status1, Status2
+from scanrack.runtime.cli import build
+from scanrack.runtime.clients.link import (
+    BadAnswerError,
+    NoAnswerError,
+    RefusedError,
+    SerialLink,
+    StoppedError,
+    UncertainError,
+)
+from scanrack.runtime.clients.pmc006 import READABLE, SETTABLE, Pmc006Client
+from scanrack.runtime.pmc006.controller import Controller
+from scanrack.runtime.pmc006.line import LINE_FORMAT, Pmc006
+from scanrack.runtime.pmc006.pins import Pin, Switch
+from typer.testing import CliRunner
+
+STEP = 0x73
+
+
+def client_of(
+    controller: Controller, answers: dict[int, Fault] | None = None, questions: dict[int, Fault] | None = None
+) -> tuple[Pmc006Client, BusLink]:
+    """Return a client of a controller, and its line."""
+    link = BusLink(FaultyDevice(Pmc006(controller), answers or {}), questions)
+    return Pmc006Client(link, controller.address), link
+
+
+def steps_sent(link: BusLink) -> int:
+    return sum(question[2] == STEP for question in link.questions)
+
+
+def test_everything_that_can_be_read_is_read() -> None:
+    client, _ = client_of(Controller(address=9))
+    values = {name: client.read(name) for name in READABLE}
+    assert values["device_address"] == 9
+    assert values["microstepping"] == 16
+    assert values["status2"] == Status2.DIR
+
+
+def test_what_is_set_is_read_back() -> None:
+    controller = Controller(address=9)
+    client, _ = client_of(controller)
+    for name, row in SETTABLE.items():
+        value = row.values[-1] if row.values else row.high
+        assert value is not None
+        if name != "device_address":
+            client.set(name, value)
+            assert name == "set_position" or controller.memory[name] == value
+    assert client.position == 0x7FFFFFFF
+
+
+def test_a_new_address_is_followed() -> None:
+    controller = Controller(address=9)
+    client, _ = client_of(controller)
+    client.set("device_address", 33)
+    client.save()
+    assert (client.address, client.read("device_address")) == (33, 33)
+    controller.power_cycle()
+    assert client.read("microstepping") == 16
+
+
+@pytest.mark.parametrize("fault", Fault)
+def test_a_new_address_is_followed_even_if_that_exchange_fails(fault: Fault) -> None:
+    for plans in ({0: fault}, {}), ({}, {0: fault}):
+        controller = Controller(address=9)
+        client, _ = client_of(controller, *plans)
+        try:
+            client.set("device_address", 33)
+        except NoAnswerError:
+            assert controller.address == 9
+        assert client.address == controller.address
+        assert client.read("microstepping") == 16
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "said"),
+    [
+        ("start_speed", 64, "start_speed 64: allowed is 65 to 30000"),
+        ("microstepping", 3, "microstepping 3: allowed is 0, 2, 4"),
+        ("nothing", 3, "nothing can't be set: can be accel_coefficient"),
+    ],
+)
+def test_mistakes_are_told_before_anything_is_sent(name: str, value: int, said: str) -> None:
+    client, link = client_of(Controller())
+    with pytest.raises(ValueError, match=said):
+        client.set(name, value)
+    with pytest.raises(ValueError, match="accel_coefficient can't be read: can be"):
+        client.read("accel_coefficient")
+    with pytest.raises(ValueError, match="0 steps: allowed is 1"):
+        client.start_move(0)
+    with pytest.raises(ValueError, match="no action that may be carried out twice"):
+        client.do("step", 5)
+    assert link.questions == []
+
+
+def test_a_move_with_progress() -> None:
+    client, _ = client_of(Controller())
+    seen: list[int] = []
+    assert client.move(-3000, seen.append) == -3000
+    assert seen == sorted(seen, reverse=True)
+    assert len(seen) > 5
+    assert client.faults == 0
+
+
+def test_six_and_seven_are_values_where_they_were_set() -> None:
+    client, _ = client_of(Controller())
+    client.set("decel_coefficient", 6)
+    client.set("accel_coefficient", 7)
+
+
+def test_a_refusal_is_told() -> None:
+    controller = Controller()
+    client, _ = client_of(controller)
+    client.set("free_run", 1)
+    with pytest.raises(RefusedError, match="step is refused with error 6: its state does not allow it"):
+        client.move(100)
+    client.set("free_run", 0)
+    controller.set_pin(Pin.EXT2, False)
+    client.set("ext_stop_enable", 2)
+    with pytest.raises(RefusedError, match=r"error 7: .* limit in that direction is reached"):
+        client.move(100)
+
+
+def test_a_move_that_ends_early_says_why() -> None:
+    controller = Controller()
+    controller.set_pin(Pin.EXT2, Switch(499, True))
+    client, _ = client_of(controller)
+    client.set("ext_stop_enable", 2)
+    with pytest.raises(StoppedError, match="ended at 500, not at 2000: EXT2"):
+        client.move(2000)
+    assert client.status1 == Status1.EXT2
+
+
+def test_home_finds_the_switch_or_says_that_it_did_not() -> None:
+    controller = Controller()
+    controller.set_pin(Pin.EXT1, Switch(-301, False))
+    client, _ = client_of(controller)
+    client.set("zero_back_speed", 2000)
+    assert client.home(1000) == 0
+    assert controller.axis.physical == -301
+    client.move(2000)
+    with pytest.raises(StoppedError, match="zero-back ended at 1000 without the switch"):
+        client.home(1000)
+
+
+def test_speed_mode_and_its_ways_out() -> None:
+    client, link = client_of(Controller())
+    client.run()
+    with pytest.raises(RefusedError, match="a motion is under way"):
+        client.move(5)
+    client.slow_down()
+    link.pause(1)
+    assert not client.status1
+    client.run()
+    client.stop()
+    assert not client.status1
+
+
+@pytest.mark.parametrize("fault", Fault)
+@pytest.mark.parametrize("at", range(8))
+@pytest.mark.parametrize("question", [False, True])
+def test_one_bad_frame_never_repeats_a_motion_nor_spoils_a_result(
+    fault: Fault, at: int, question: bool
+) -> None:
+    controller = Controller()
+    plans = ({}, {at: fault}) if question else ({at: fault}, {})
+    client, link = client_of(controller, *plans)
+    try:
+        assert client.move(700) == 700
+    except UncertainError:
+        assert controller.axis.physical == 0  # the question itself was lost
+        assert question
+    assert steps_sent(link) == 1
+    assert controller.axis.physical in (0, 700)
+    assert client.position == controller.axis.position
+
+
+def test_a_line_that_is_dead_is_told() -> None:
+    client, link = client_of(Controller(), dict.fromkeys(range(10), Fault.DROPPED))
+    with pytest.raises(NoAnswerError, match=r"address 255 does not answer within 0\.2 s"):
+        client.read("position")
+    assert len(link.questions) == 3
+
+
+def test_another_unit_s_answer_is_told() -> None:
+    link = BusLink(Pmc006(Controller(address=9)))
+    client = Pmc006Client(link, 9)
+    client.read("position")
+    link.bus.devices[0].controller.memory["device_address"] = 8  # type: ignore[attr-defined]
+    with pytest.raises(NoAnswerError):
+        client.read("position")
+    assert client.faults == 3
+    damaged, _ = client_of(Controller(address=9), dict.fromkeys(range(10), Fault.DAMAGED))
+    with pytest.raises(BadAnswerError, match="a damaged answer from address 9: a5 7a 09 10"):
+        damaged.read("position")
+
+
+def test_end_to_end_through_a_pseudo_terminal_with_every_fault() -> None:
+    controller = Controller(address=9)
+    plan = dict(zip((3, 9, 15, 21), Fault, strict=True))
+    with served_on_pty(FaultyDevice(Pmc006(controller), plan)) as path:
+        link = SerialLink(path, LINE_FORMAT)
+        client = Pmc006Client(link, 9)
+        client.set("max_speed", 20_000)
+        assert client.move(2000) == 2000
+        assert client.move(-500) == 1500
+        for name in ("microstepping", "device_address", "start_speed", "encoder_cpr"):
+            assert client.read(name) == controller.memory[name]
+        link.close()
+    assert client.faults >= 3
+
+
+def scanrack(*arguments: str) -> Result:
+    return CliRunner().invoke(build(), [*map(str, arguments)])
+
+
+def test_the_commands_through_a_pseudo_terminal(tmp_path: Path) -> None:
+    controller = Controller(address=9)
+    controller.set_pin(Pin.EXT1, Switch(-101, False))
+    with served_on_pty(Pmc006(controller)) as path:
+        at = "pmc006", "--port", path, "--address", "9"
+        assert scanrack(*at, "set", "zero_back_speed", "5000").exit_code == 0
+        assert scanrack(*at, "move", "--speed", "9000", "300").output == "300\n"
+        assert scanrack(*at, "home", "--stroke", "2000").output == "0\n"
+        assert scanrack(*at, "read", "max_speed").output == "9000\n"
+        shown = scanrack(*at, "status").output
+        assert "max_speed" in shown
+        assert "9,000 steps/s" in shown
+        assert "DIR" in shown
+        refused = scanrack(*at, "set", "start_speed", "12")
+        assert (refused.exit_code, refused.output) == (
+            2,
+            "scanrack: start_speed 12: allowed is 65 to 30000\n",
+        )
+        controller.memory["free_run"] = 1
+        refused = scanrack(*at, "move", "5")
+        assert refused.exit_code == 1
+        assert refused.output.startswith("scanrack: step is refused with error 6")
+        assert [scanrack(*at, name).exit_code for name in ("stop", "clear", "save")] == [0, 0, 0]
+
+
+def test_commands_that_cannot_work_say_so(tmp_path: Path) -> None:
+    nowhere = scanrack("pmc006", "--port", str(tmp_path / "tty"), "status")
+    assert nowhere.exit_code == 1
+    assert "tty can't be opened: No such file or directory" in nowhere.output
+    assert "--port is missing" in scanrack("pmc006", "status").output
+    listing = tmp_path / "loop.pmc"
+    listing.write_text("ROT 0 100\nWAIT 1 1\nJMP 0 77\n")
+    checked = scanrack("pmc006", "program", "check", str(listing))
+    assert "  0  ROT 0 100\n  1  WAIT 1 1\n" in checked.output
+    assert "line 3: JMP 0 77: the manual's table has 0 to 50 only" in checked.output
+    written = scanrack("pmc006", "program", "write", str(listing))
+    assert (written.exit_code, "are not documented" in written.output) == (2, True)
+    listing.write_text("ROT 0 0\n")
+    assert "loop.pmc: line 1: ROT data 0" in scanrack("pmc006", "program", "check", str(listing)).output
