@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,10 +45,10 @@ def tolerantly(
     found = []
     for image, parts in by_image([field for field in fields if field is not TIME]):
         images = one.images(image), other.images(image)
-        rows = _otherwise(images[0], images[1], there), _otherwise(images[1], images[0], back)
+        ahead, behind = _otherwise(images[0], images[1], there), _otherwise(images[1], images[0], back)
         for field in parts:
-            a = _missing(field, images[0], images[1], there, rows[0], tolerance)
-            b = _missing(field, images[1], images[0], back, rows[1], tolerance)
+            a = _missing(field, ahead, images[1], tolerance)
+            b = _missing(field, behind, images[0], tolerance)
             if len(a.a) or len(b.a):
                 found.append(_merged(field, a, b))
     return found, len(times[0]) - len(there.rows), len(times[1]) - len(back.rows)
@@ -69,43 +69,60 @@ def _since(side: Side, shift_ns: int) -> int | None:
     return int(columns.time_ns[0]) + shift_ns if len(columns.scan) and columns.scan[0] else None
 
 
-def _otherwise(own: Array, other: Array, windows: Windows) -> Rows:
-    """Return which windows begin with another image than the one held, as far as they can be judged."""
-    unequal = own[windows.rows] != other[windows.held]
-    return np.flatnonzero((unequal if unequal.ndim == 1 else unequal.any(axis=1)) & windows.whole)
+class _Question(NamedTuple):
+    """Scans of one trace whose image is another one than that in force in the other trace.
+
+    Attributes:
+        rows: the scans.
+        held: the scans in force in the other trace.
+        first: the first scan of the other trace within the tolerance.
+        end: the one after the last.
+        own: the images of `rows`.
+        others: the images of `held`.
+    """
+
+    rows: Rows
+    held: Rows
+    first: Rows
+    end: Rows
+    own: Array
+    others: Array
 
 
-def _missing(
-    field: Field, own: Array, other: Array, windows: Windows, rows: Rows, tolerance: Tolerance
-) -> Differing:
-    """Return the rows of one trace whose value the other does not have within the tolerance.
+def _otherwise(own: Array, other: Array, windows: Windows) -> _Question:
+    """Return the scans in which anything can be missing, as far as they can be judged."""
+    rows, held = windows.rows[windows.whole], windows.held[windows.whole]
+    mine, others = own[rows], other[held]
+    unequal = mine != others
+    there = np.flatnonzero(unequal if unequal.ndim == 1 else unequal.any(axis=1))
+    first, end = windows.first[windows.whole], windows.end[windows.whole]
+    return _Question(*(column[there] for column in (rows, held, first, end, mine, others)))
+
+
+def _missing(field: Field, asked: _Question, other: Array, tolerance: Tolerance) -> Differing:
+    """Return the scans whose value the other trace does not have within the tolerance.
 
     Args:
         field: the field.
-        own: the images of the one trace.
-        other: those of the other.
-        windows: what of the other each row is set against.
-        rows: the windows that come into question: no others can lack a value.
+        asked: the scans.
+        other: the images of the other trace, all of them.
         tolerance: what may differ.
     """
-    wanted, held = field.key(own[windows.rows[rows]]), field.key(other[windows.held[rows]])
-    rows, wanted = rows[wanted != held], wanted[wanted != held]
+    wanted = field.key(asked.own)
+    rows = np.flatnonzero(wanted != field.key(asked.others))
+    wanted, first, end = wanted[rows], asked.first[rows], asked.end[rows]
     bits = None
-    if len(rows):
-        first, end = windows.first[rows], windows.end[rows]
-        if field.kind is Kind.BITS:
-            bits = _missing_bits(wanted, field.key(other), first, end)
-            missing = bits != 0
-            bits = bits[missing]
-        elif field.kind is Kind.COUNT:
-            values = field.values(own[windows.rows[rows]]), field.values(other)
-            missing = _beyond(*values, first, end, tolerance.counts)
-        else:
-            missing = ~occurs(wanted, field.key(other), first, end)
-        rows = rows[missing]
-    elif field.kind is Kind.BITS:
-        bits = np.zeros(0, np.uint16)
-    return Differing(field, windows.rows[rows], windows.held[rows], bits)
+    if field.kind is Kind.BITS:
+        bits = _missing_bits(wanted, field.key(other), first, end) if len(rows) else np.zeros(0, np.uint16)
+        missing = bits != 0
+        bits = bits[missing]
+    elif not len(rows):
+        missing = np.zeros(0, bool)
+    elif field.kind is Kind.COUNT:
+        missing = _beyond(field.values(asked.own[rows]), field.values(other), first, end, tolerance.counts)
+    else:
+        missing = ~occurs(wanted, field.key(other), first, end)
+    return Differing(field, asked.rows[rows[missing]], asked.held[rows[missing]], bits)
 
 
 def _missing_bits(wanted: Array, values: Array, first: Rows, end: Rows) -> Array:

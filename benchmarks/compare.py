@@ -1,0 +1,91 @@
+"""How long it takes to compare two traces, and to replay one: `python benchmarks/compare.py [SCANS]`.
+
+Traces of one slot whose axis goes to and fro: twice the same; one whose positions are off by two
+counts and whose scans have jitter, compared within a tolerance; and one that differs in a single bit.
+What comes of each comparison is checked.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from scanrack.traces.compare import EXACT, Tolerance, compare
+from scanrack.traces.layout import SLOT_BYTES, SlotInfo
+from scanrack.traces.reader import open_trace
+from scanrack.traces.recorder import ScanRecorder
+
+PERIOD_NS = 2_000_000
+STATUS_MSW, POSITION_MSW, POSITION_LSW = 8, 10, 11
+LOOSE = Tolerance(time_ns=2 * PERIOD_NS, counts=2)
+
+
+def words(scans: int, *, off: int = 0, flipped: int | None = None) -> np.ndarray:
+    """Return the words of an axis that moves 7 steps per scan, turning every 1,000 scans."""
+    count = np.arange(scans) % 2000
+    position = 7 * np.minimum(count, 2000 - count) + off
+    result = np.zeros((scans, SLOT_BYTES // 2), np.int16)
+    result[:, STATUS_MSW] = np.where(count < 1000, 0x4001, 0x4002)
+    result[:, POSITION_MSW], result[:, POSITION_LSW] = position // 1000, position % 1000
+    if flipped is not None:
+        result[flipped, STATUS_MSW] ^= 0x1000
+    return result
+
+
+def record(path: Path, images: np.ndarray, jitter_ns: int = 0) -> Path:
+    """Record images, a rule every 1,000 scans beside them."""
+    memory = bytearray(SLOT_BYTES)
+    recorder = ScanRecorder(path, memory, [SlotInfo(1, "amci3601", "4.1")], scan_period_ns=PERIOD_NS)
+    rule = {"slot": 1, "kind": "rule", "name": "CMD-03", "text": "A rule."}
+    for scan, image in enumerate(images):
+        now_ns = scan * PERIOD_NS + (scan * 7_919 % jitter_ns if jitter_ns else 0)
+        memory[:] = image.tobytes()
+        if scan % 1000 == 0:
+            recorder.event(scan, now_ns, "/events", rule)
+        recorder.scan(scan, now_ns, 1)
+    recorder.close()
+    return path
+
+
+def best(action: Callable[[], object]) -> float:
+    """Return the shortest of three times, s."""
+    times = []
+    for _ in range(3):
+        start = time.perf_counter()
+        action()
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+def main() -> None:
+    """Measure."""
+    scans = int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch)
+        one = record(folder / "one.mcap", words(scans))
+        cases = {
+            "the same": (record(folder / "same.mcap", words(scans)), EXACT, 0),
+            "one bit differs": (record(folder / "bit.mcap", words(scans, flipped=scans // 2)), EXACT, 1),
+            "jitter and counts, with a tolerance": (
+                record(folder / "loose.mcap", words(scans, off=2), jitter_ns=900_000),
+                LOOSE,
+                0,
+            ),
+        }
+        for name, (other, tolerance, differing) in cases.items():
+
+            def comparing(
+                other: Path = other, tolerance: Tolerance = tolerance, wanted: int = differing
+            ) -> None:
+                with open_trace(one) as a, open_trace(other) as b:
+                    assert compare(a, b, tolerance).differing == wanted
+
+            print(f"{name}: {best(comparing):.2f} s for two of {scans:,} scans")
+
+
+if __name__ == "__main__":
+    main()
