@@ -8,14 +8,14 @@ reference n is address n - 1 in a frame.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum, auto
+from enum import IntEnum, auto
 
 FIRMWARE = "1.00"
 """What function 0x11 and Appendix 6 print."""
 
 
-class Register(Enum):
-    """A value of the memory map, whether in one register or two."""
+class Register(IntEnum):
+    """A value of the memory map, whether in one register or two; the numbers mean nothing outside."""
 
     COMMAND = auto()
     STEPS = auto()

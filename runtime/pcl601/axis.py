@@ -127,7 +127,7 @@ class Axis:
         if self._at_limit(HARD_LIMITS, direction):
             return
         self._begin(Kind.INDEX, direction, move(now_ns, 0, distance, self._profile()))
-        taken = self._values.taken()
+        taken = dict(self._values)
         self._motor.begin_index()
         self._fly = OutputOnFly(taken, taken[Register.POSITION], direction)
         if taken[Register.ENCODER_AUTOCORRECT]:

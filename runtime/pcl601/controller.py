@@ -184,13 +184,11 @@ class Controller:
     def _either(self, *names: str) -> bool:
         return any(self.pins.grounded(name, self.motor.position) for name in names)
 
-    def register(self, register: Register) -> int:
-        """Return a register's value; the command register reads 0, since commands are executed at once."""
-        if register is Register.BUSY:
-            return int(self.busy)
-        if register is Register.ERROR_CODE:
-            return int(self.errors)
-        return self.values[register]
+    def read(self) -> Values:
+        """Return the registers as they read now; a command is executed at once, so its register is 0."""
+        self.values[Register.BUSY] = int(self.busy)
+        self.values[Register.ERROR_CODE] = int(self.errors)
+        return self.values
 
     def take_sent(self) -> bytes:
         """Return what a stored program has sent since this was last asked."""

@@ -161,9 +161,9 @@ class Direct:
     def _analog(self, command: Command, parameters: str) -> str | None:
         flag = self._flag(parameters)
         if flag is not None and command.action is Action.ANALOG_SPEED:
-            self._controller.values.analog_speed = bool(flag)
+            self._controller.values.set_analog(speed=bool(flag))
         elif flag is not None:
-            self._controller.values.analog_position = bool(flag)
+            self._controller.values.set_analog(position=bool(flag))
         return None
 
     def _flag(self, parameters: str) -> int | None:
@@ -211,7 +211,7 @@ class Direct:
             ";": lambda: controller.values.analog_speed,
         }
         if parameters in VERIFY:
-            return str(controller.register(VERIFY[parameters]))
+            return str(controller.read()[VERIFY[parameters]])
         if parameters in others:
             return str(int(others[parameters]()))
         return self._refuse(Error.COMMAND if parameters else Error.ZERO_PARAMETERS)

@@ -23,7 +23,8 @@ FORMATS = {Protocol.MODBUS: LineFormat(BAUD, "E"), Protocol.ASCII: LineFormat(BA
 """Fixed speed; the manual's "no start bit, no stop bit" is 11 bits in its own arithmetic."""
 
 BROADCAST = 0
-BROADCAST_FUNCTIONS = frozenset({0x05, 0x06, 0x0F, 0x10})
+WRITING = frozenset({0x05, 0x06, 0x0F, 0x10})
+"""Functions that change something; the only ones that may be broadcast."""
 
 _BIT_NS = 1_000_000_000 / BAUD
 SERIAL_TIMING = Timing(gap_ns=round(3.5 * 11 * _BIT_NS), pause_ns=round(1.5 * 11 * _BIT_NS))
@@ -126,7 +127,8 @@ class Pcl601:
         if self.controller.protocol is Protocol.ASCII:
             return None
         reply = self._modbus.answer(pdu)
-        self.controller.settle(self._now_ns)
+        if pdu[0] in WRITING:
+            self.controller.settle(self._now_ns)
         return reply
 
     def power_cycle(self, now_ns: int) -> None:
@@ -142,13 +144,14 @@ class Pcl601:
         address, pdu = request[0], request[1:-2]
         own = self.controller.values[Register.ADDRESS]
         if address == BROADCAST:
-            if pdu[0] in BROADCAST_FUNCTIONS:
+            if pdu[0] in WRITING:
                 self._modbus.answer(pdu)
         elif address == own:
             self._out += frame(own, self._modbus.answer(pdu))
         else:
             return
-        self.controller.settle(now_ns)
+        if pdu[0] in WRITING:
+            self.controller.settle(now_ns)
         if self.controller.protocol is Protocol.ASCII:
             self._framer.clear()
             self._direct.clear()

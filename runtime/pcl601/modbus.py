@@ -28,6 +28,8 @@ WORDS_MAX = 125
 WRITE_BITS_MAX = 1968
 WRITE_WORDS_MAX = 123
 ON, OFF = 0xFF00, 0x0000
+PLACES = tuple((row.register, 16 * word) for row, word in WORDS)
+"""Where each data register's bits are found."""
 EXCEPTION = 0x80
 ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE, DEVICE_BUSY = 1, 2, 3, 6
 
@@ -91,11 +93,9 @@ class Modbus:
 
     def _read_registers(self, data: bytes) -> bytes:
         first, count = _span(data, WORDS_MAX, WORD_COUNT)
-        return _words([self._word(address) for address in range(first, first + count)])
-
-    def _word(self, address: int) -> int:
-        row, word = WORDS[address]
-        return self._controller.register(row.register) >> 16 * word & 0xFFFF
+        values = self._controller.read()
+        places = PLACES[first : first + count]
+        return _words([values[register] >> shift & 0xFFFF for register, shift in places])
 
     def _read_input_register(self, data: bytes) -> bytes:
         _span(data, WORDS_MAX, 1)

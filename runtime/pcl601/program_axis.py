@@ -27,10 +27,7 @@ class ProgramAxis:
 
     def set_analog(self, *, speed: bool | None = None, position: bool | None = None) -> bool:
         """Enable or disable the analog functions."""
-        if speed is not None:
-            self._controller.values.analog_speed = speed
-        if position is not None:
-            self._controller.values.analog_position = position
+        self._controller.values.set_analog(speed=speed, position=position)
         return True
 
     def command(self, code: int) -> bool:

@@ -2,44 +2,39 @@
 
 from __future__ import annotations
 
-from ...io_images.pcl601 import MAP, ROWS, Register, Row, with_word, word_of
+from ...io_images.pcl601 import MAP, ROWS, Register, Row, with_word
 
 
-class Values:
-    """The registers' values, 32-bit ones as one signed number.
+class Values(dict[Register, int]):
+    """The registers' values by register, 32-bit ones as one signed number.
+
+    The one register for both analog functions is written for both, and reads as either.
 
     Attributes:
-        analog_speed: input 1 may set the maximum speed.
-        analog_position: input 1 may set the absolute position.
+        analog_speed: input 1 may set the maximum speed; see `set_analog`.
+        analog_position: input 1 may set the absolute position; see `set_analog`.
     """
 
     def __init__(self) -> None:
-        self._values = {row.register: row.default for row in MAP}
-        self.analog_speed = False
-        self.analog_position = False
+        super().__init__({row.register: row.default for row in MAP})
+        self.analog_speed = self.analog_position = False
 
     def reset(self) -> None:
         """Go back to what power-up finds: the defaults, but what is non-volatile."""
-        self._values.update({row.register: row.default for row in MAP if not row.kept})
-        self.analog_speed = self.analog_position = False
+        self.update({row.register: row.default for row in MAP if not row.kept})
+        self.set_analog(speed=False, position=False)
 
-    def __getitem__(self, register: Register) -> int:
-        if register is Register.ANALOG_ENABLE:
-            return int(self.analog_speed or self.analog_position)
-        return self._values[register]
+    def set_analog(self, *, speed: bool | None = None, position: bool | None = None) -> None:
+        """Enable or disable the analog functions; None leaves one as it is."""
+        self.analog_speed = self.analog_speed if speed is None else speed
+        self.analog_position = self.analog_position if position is None else position
+        super().__setitem__(Register.ANALOG_ENABLE, int(self.analog_speed or self.analog_position))
 
     def __setitem__(self, register: Register, value: int) -> None:
         if register is Register.ANALOG_ENABLE:
-            self.analog_speed = self.analog_position = bool(value)
-        self._values[register] = value
-
-    def taken(self) -> dict[Register, int]:
-        """Return a copy: what a motion goes by once it has begun."""
-        return dict(self._values)
-
-    def word(self, row: Row, word: int) -> int:
-        """Return a word as it is read over Modbus."""
-        return word_of(self[row.register], word)
+            self.set_analog(speed=bool(value), position=bool(value))
+        else:
+            super().__setitem__(register, value)
 
     def set_word(self, row: Row, word: int, bits: int) -> None:
         """Set a word; the pair it belongs to is not looked at until it is used."""

@@ -234,7 +234,7 @@ def test_analog_enable_writes_both_and_reads_either(bench):
     values = bench.controller.values
     assert bench.write(Register.ANALOG_ENABLE, 1) is None
     assert (values.analog_speed, values.analog_position) == (True, True)
-    values.analog_speed = False
+    values.set_analog(speed=False)
     assert bench.read(Register.ANALOG_ENABLE) == 1
     bench.write(Register.ANALOG_ENABLE, 0)
     assert (values.analog_speed, values.analog_position) == (False, False)

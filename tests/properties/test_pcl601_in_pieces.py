@@ -7,7 +7,7 @@ from decimal import Decimal, getcontext
 from bench601 import MS, Bench601
 from hypothesis import example, given
 from hypothesis import strategies as st
-from scanrack.io_images.pcl601 import ROWS, Register
+from scanrack.io_images.pcl601 import Register
 from scanrack.io_images.pcl601.program import parse_program
 from scanrack.runtime.pcl601.motor import EncoderModel
 from scanrack.runtime.pcl601.pins import GROUND, OPEN, Contact
@@ -70,7 +70,7 @@ def play(script, pieces):
             (
                 bench.bus.now_ns,
                 bench.position,
-                [bench.controller.register(register) for register in ROWS],
+                list(bench.controller.read().values()),
                 bench.controller.output_pins,
                 list(bench.controller.axis.pulse_positions),
                 bench.controller.program_running,
