@@ -29,9 +29,10 @@ from ..ports import (
 )
 from ..wire import Device
 from .slices import QuietOption, told_mistakes
-from .units import Unit, addresses_in, pmc006_units
+from .units import Unit, addresses_in, pcl601_units, pmc006_units
 
 LOOPBACK = "127.0.0.1"
+BROADCAST = 0
 REFRESH_NS = 250_000_000
 """How often the status is shown anew."""
 
@@ -39,10 +40,12 @@ REFRESH_NS = 250_000_000
 class Served(StrEnum):
     """Controllers that can be served."""
 
+    PCL601 = "pcl601"
     PMC006 = "pmc006"
 
 
-MAKERS: dict[Served, Callable[[list[int], list[Path]], list[Unit]]] = {
+MAKERS: dict[Served, Callable[[list[int], list[Path], float], list[Unit]]] = {
+    Served.PCL601: pcl601_units,
     Served.PMC006: pmc006_units,
 }
 
@@ -95,12 +98,24 @@ def server_for(
 
 
 def answering(units: list[Unit]) -> Callable[[int, bytes], bytes | None]:
-    """Return what passes a Modbus request on to the unit that it is for."""
-    if len(units) == 1:
-        only = units[0].answer
-        return lambda _unit, pdu: None if only is None else only(pdu)
+    """Return what passes a Modbus request on to the unit that it is for.
+
+    One unit answers whatever unit a request names, as gateways do; of several the one that is named
+    answers, and what is for unit 0 is carried out by all of them and not answered.
+    """
     answers = {unit.address: unit.answer for unit in units if unit.answer is not None}
-    return lambda unit, pdu: answers[unit](pdu) if unit in answers else None
+    if len(answers) == 1:
+        [only] = answers.values()
+        return lambda _unit, pdu: only(pdu)
+
+    def pass_on(unit: int, pdu: bytes) -> bytes | None:
+        if unit == BROADCAST:
+            for answer in answers.values():
+                answer(pdu)
+            return None
+        return answers[unit](pdu) if unit in answers else None
+
+    return pass_on
 
 
 def status_table(units: list[Unit]) -> Table:
@@ -163,15 +178,14 @@ def _serve_command(
 
     The first line printed says where it is to be found. On a terminal its state is shown meanwhile.
 
-    Example: scanrack serve pmc006 --pty
+    Example: scanrack serve pcl601 --tcp 5020 --program examples/pcl601/sample1.pclt
 
     Exit status: 0 ended by Ctrl-C, 2 an option, a file or a port can't be used.
     """
     with told_mistakes():
-        units = MAKERS[controller](addresses_in(address or []), program or [])
-        server, place = server_for(
-            units, Clock(speed), pty=pty, serial=serial, tcp=tcp, rtu_over_tcp=rtu_over_tcp
-        )
+        clock = Clock(speed)
+        units = MAKERS[controller](addresses_in(address or []), program or [], speed)
+        server, place = server_for(units, clock, pty=pty, serial=serial, tcp=tcp, rtu_over_tcp=rtu_over_tcp)
         names = ", ".join(str(unit.address) for unit in units)
         typer.echo(f"{place}  {controller} at address {names}, {units[0].device.line_format}; Ctrl-C ends")
         sys.stdout.flush()  # who reads the path through a pipe waits for it

@@ -4,13 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
+from ...io_images.pcl601 import Register
+from ...io_images.pcl601.program import Program
 from ...io_images.pmc006.frame import FACTORY_ADDRESS
 from ...io_images.pmc006.program import UserProgram, assemble
+from ..pcl601.line import PORT_TIMING, Pcl601
+from ..pcl601.program import ProgramMachine
+from ..pcl601.rtu import Timing
 from ..pmc006.controller import Controller
 from ..pmc006.line import Pmc006
 from ..wire import Device
+from .pclt import read_program
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +34,7 @@ class Unit:
     device: Device
     address: int
     status: Callable[[], dict[str, str]]
-    answer: Callable[[bytes], bytes] | None = None
+    answer: Callable[[bytes], bytes | None] | None = None
 
 
 def addresses_in(texts: list[str]) -> list[int]:
@@ -54,7 +61,58 @@ def addresses_in(texts: list[str]) -> list[int]:
     return found
 
 
-def pmc006_units(addresses: list[int], programs: list[Path]) -> list[Unit]:
+def pcl601_units(addresses: list[int], programs: list[Path], speed: float) -> list[Unit]:
+    """Make PCL601s, one for each address, 1 if there is none; frames are told by their length.
+
+    A program goes to the unit that its `.axis` names; without that directive, to the only unit.
+
+    Raises:
+        ValueError: no such address, or a program that can't be used.
+    """
+    timing = Timing(int(PORT_TIMING.gap_ns * max(speed, 1)), PORT_TIMING.pause_ns, PORT_TIMING.by_length)
+    devices = {address: Pcl601(address, timing=timing) for address in addresses or [1]}
+    for file in programs:
+        program = read_program(file)
+        _load(devices[_axis(file, program, list(devices))], program)
+    return [
+        Unit(device, address, partial(_pcl601_status, device), device.answer)
+        for address, device in devices.items()
+    ]
+
+
+def _axis(file: Path, program: Program, addresses: list[int]) -> int:
+    """Return the address of the unit that a program is for."""
+    if program.axis is None and len(addresses) == 1:
+        return addresses[0]
+    if program.axis not in addresses:
+        said = "has no .axis" if program.axis is None else f"is for axis {program.axis}"
+        raise ValueError(f"{file} {said}; the units have the addresses {', '.join(map(str, addresses))}")
+    return program.axis
+
+
+def _load(device: Pcl601, program: Program) -> None:
+    """Put a program into memory as if saved earlier, and switch the power on."""
+    device.controller.runner = ProgramMachine(program)
+    if program.autostart is not None:
+        device.controller.autorun = program.autostart
+        device.power_cycle(0)
+
+
+def _pcl601_status(device: Pcl601) -> dict[str, str]:
+    controller = device.controller
+    running = controller.program_running
+    return {
+        "address": str(controller.register(Register.ADDRESS)),
+        "line": "Modbus RTU" if device.line_format.parity == "E" else "AA ASCII",
+        "position": f"{controller.register(Register.POSITION):,}",
+        "motion": "moving" if controller.busy else "idle",
+        "program": "running" if running else "-",
+        "outputs": f"{controller.output_pins:08b}"[::-1],
+        "error": str(controller.register(Register.ERROR_CODE)),
+    }
+
+
+def pmc006_units(addresses: list[int], programs: list[Path], _speed: float) -> list[Unit]:
     """Make one PMC006; its line is RS-232, point to point.
 
     Raises:

@@ -10,11 +10,14 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
 from scanrack.io_images.pmc006.frame import command, reply
 from scanrack.io_images.pmc006.instructions import BY_NAME
 from scanrack.runtime.cli import build
+from scanrack.runtime.cli.serve import answering
+from scanrack.runtime.cli.units import pcl601_units
 from typer.testing import CliRunner
 
 READ_POSITION = BY_NAME["read_position"].code
@@ -81,3 +84,40 @@ def test_what_cannot_be_served(arguments: list[str], said: str) -> None:
     assert result.exit_code == 2
     assert result.stderr.startswith(f"scanrack: {said}")
     assert result.stderr.count("\n") == 1
+
+
+def test_programs_find_their_units_by_axis(tmp_path: Path) -> None:
+    first, second = tmp_path / "a.pclt", tmp_path / "b.pclt"
+    first.write_text(".axis 2\n.autostart on\nLABEL A\nGOTO A\nEND\n")
+    second.write_text(".axis 1\nEND\n")
+    units = pcl601_units([1, 2, 3], [first, second], 1.0)
+    assert [unit.status()["program"] for unit in units] == ["-", "running", "-"]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("END", "a.pclt has no .axis; the units have"),
+        (".axis 7\nEND", "a.pclt is for axis 7; the units have"),
+    ],
+)
+def test_a_program_for_no_unit_is_refused(text: str, said: str, tmp_path: Path) -> None:
+    file = tmp_path / "a.pclt"
+    file.write_text(text)
+    with pytest.raises(ValueError, match=said):
+        pcl601_units([1, 2], [file], 1.0)
+
+
+def test_several_units_over_modbus_tcp_answer_to_their_own_addresses_and_all_carry_out_a_broadcast() -> None:
+    """Register 4x6 is the base speed, 500 at first."""
+    answer = answering(pcl601_units([1, 2], [], 1.0))
+    read, write = bytes.fromhex("03 0005 0001"), bytes.fromhex("06 0005 0064")
+    assert answer(1, write) == write
+    assert (answer(1, read), answer(2, read)) == (b"\x03\x02\x00\x64", b"\x03\x02\x01\xf4")
+    assert (answer(0, write), answer(3, read)) == (None, None)
+    assert answer(2, read) == b"\x03\x02\x00\x64"
+
+
+def test_one_unit_over_modbus_tcp_answers_whatever_unit_is_named() -> None:
+    answer = answering(pcl601_units([], [], 1.0))
+    assert answer(255, bytes.fromhex("03 0005 0001")) == b"\x03\x02\x01\xf4"
