@@ -283,3 +283,25 @@ def test_truncation_of_infinity_overflows():
 
 def test_fll_rounds_half_to_even_as_mov_does():
     assert after("FLL(3.5,Block[0],2);").tags.Block[:3] == [4, 4, 3]
+
+
+def test_overflow_in_real_tells_once_and_infinity_goes_on():
+    """3.0e38 + 3.0e38 is beyond REAL; infinity + 1 is infinity, and no news."""
+    engine = after("ADD(R,R,Q);", "XIC(S:V)OTE(Yes);", R=3.0e38)
+    assert (engine.tags.Q, engine.tags.Yes, len(engine.minor_faults)) == (math.inf, True, 1)
+    engine = after("ADD(R,1,Q);", "XIC(S:V)OTE(Yes);", R=math.inf)
+    assert (engine.tags.Q, engine.tags.Yes, len(engine.minor_faults)) == (math.inf, False, 0)
+
+
+def test_bitwise_operators_compute_in_integers_inside_of_a_real_expression():
+    """6 AND 3 is 2, and 2 + 0.5 is 2.5."""
+    assert after("CPT(R,(D AND E)+Q);", D=6, E=3, Q=0.5).tags.R == 2.5
+
+
+def test_two_dimensions_count_row_by_row():
+    """Element [1,2] of DINT[2,3] is the sixth."""
+    tags = "TAG G : DINT[2,3] := [[0, 1, 2], [3, 4, 5]]\nTAG A : DINT\nTAG B : DINT\nTAG N : DINT"
+    for engine in both(tags, "MOV(G[A,B],N);"):
+        engine.tags.A, engine.tags.B = 1, 2
+        engine.step()
+        assert engine.tags.N == 5
