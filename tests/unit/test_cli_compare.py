@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from click.testing import Result
 from scanrack.runtime.cli import build
+from scanrack.traces.layout import SlotInfo
 from typer.testing import CliRunner
 
 SCANS = 40
@@ -88,6 +89,36 @@ def test_the_first_scan_that_differs_is_told_with_what_led_to_it(
 def test_three_scans_of_2_ms_are_six_milliseconds(pair: tuple[Path, Path], time: str, status: int) -> None:
     result = scanrack("compare", *pair, "--tolerance-time", time)
     assert result.exit_code == status, result.output
+
+
+@pytest.mark.parametrize("chunks", [(16, 16), (16, 10), (7, 100)])
+@pytest.mark.parametrize("at", [0, 15, 16, 40, 99])
+def test_it_does_not_matter_how_a_trace_is_cut_into_chunks(
+    tmp_path: Path, chunks: tuple[int, int], at: int
+) -> None:
+    words = made_traces.idle(100)
+    words[:, 11] = np.arange(100)
+    changed = words.copy()
+    changed[at, 8] ^= 0x1000
+    a = made_traces.record(tmp_path / "a.mcap", words, chunk_scans=chunks[0])
+    b = made_traces.record(tmp_path / "b.mcap", changed, chunk_scans=chunks[1])
+    same = made_traces.record(tmp_path / "same.mcap", words, chunk_scans=chunks[1])
+    said = scanrack("compare", a, b).output
+    assert f"first in scan {at} at" in said
+    assert "1 of 100 scans differ" in said
+    assert scanrack("compare", a, same).output == "a.mcap and same.mcap show the same: 100 scans\n"
+
+
+def test_slots_are_compared_by_number_not_by_place(tmp_path: Path) -> None:
+    """Slot 2 is the second of the one and the first of the other; by place they would be the same."""
+    words = made_traces.idle(30, slots=2)
+    words[7:, 8 + 16] |= 0x0080
+    slots = [SlotInfo(number, "amci3601", "4.1") for number in (1, 2, 3)]
+    a = made_traces.record(tmp_path / "a.mcap", words, slots[:2], chunk_scans=5)
+    b = made_traces.record(tmp_path / "b.mcap", words, slots[1:], chunk_scans=5)
+    result = scanrack("compare", a, b)
+    assert "first in scan 7 at" in result.output
+    assert "only in a.mcap: slot 1\nonly in b.mcap: slot 3\n" in result.output
 
 
 def test_a_trace_is_the_same_as_itself(pair: tuple[Path, Path]) -> None:

@@ -20,7 +20,7 @@ _LOOKED_AT = 4096
 """How far back these are looked for, scans."""
 
 
-def before(side: Side, slots: Sequence[SlotInfo], row: int) -> tuple[Row, ...]:
+def changes_before(side: Side, slots: Sequence[SlotInfo], row: int) -> tuple[Row, ...]:
     """Return what changed in the last scans before a row, and in it."""
     begin = max(0, row - _LOOKED_AT)
     words, flags = side.columns.words[begin : row + 1], side.columns.flags[begin : row + 1]

@@ -11,12 +11,12 @@ from ..arrays import read_columns
 from ..columns import SLOT_WORDS, Columns
 from ..layout import SlotInfo
 from ..reader import Trace
-from .before import before, rules_in
+from .before import changes_before, rules_in
 from .bytime import tolerantly
 from .differing import Differing, Extent, First, Side, exactly
 from .fields import all_fields
 from .pairing import by_number
-from .reading import slot_places
+from .reading import read_from_where_they_part, slot_places
 from .tolerance import EXACT, Tolerance
 
 
@@ -64,8 +64,9 @@ def compare(one: Trace, other: Trace, tolerance: Tolerance = EXACT, *, shift_ns:
     """Compare two traces.
 
     Without a tolerance scans are paired by number and every bit and their times count; with one
-    they are paired by time, see `bytime.tolerantly`. Both traces are held in memory: 20 bytes
-    per scan and 32 per scan and slot.
+    they are paired by time, see `bytime.tolerantly`. What is held in memory of both takes 20 bytes
+    per scan and 32 per scan and slot: all of it with a tolerance, otherwise what follows the first
+    chunk that differs.
 
     Args:
         one: the first trace.
@@ -77,12 +78,19 @@ def compare(one: Trace, other: Trace, tolerance: Tolerance = EXACT, *, shift_ns:
     Raises:
         TraceError: one of the files is damaged beyond what can be left out.
     """
+    left_out = 0
+    numbers = [[slot.number for slot in trace.head.slots] for trace in (one, other)]
+    if tolerance.exact and not shift_ns and numbers[0] == numbers[1]:
+        a, b, left_out = read_from_where_they_part(one, other)
+    else:
+        a, b = read_columns(one), read_columns(other)
     found = compare_columns(
-        (one.head.slots, read_columns(one)),
-        (other.head.slots, read_columns(other)),
+        (one.head.slots, a),
+        (other.head.slots, b),
         tolerance,
         shift_ns=shift_ns,
         heads=_heads(one, other),
+        before=left_out,
     )
     if found.first is None:
         return found
@@ -103,6 +111,7 @@ def compare_columns(
     shift_ns: int = 0,
     heads: tuple[tuple[str, str, str], ...] = (),
     only: frozenset[tuple[int | None, str]] | None = None,
+    before: int = 0,
 ) -> Comparison:
     """Compare scans that are in memory, see `compare`.
 
@@ -114,6 +123,7 @@ def compare_columns(
         heads: metadata that differ, for the result.
         only: which images are compared: slot and direction; all if left out. (None, "cpu") stands
             for flags and times.
+        before: how many scans there were before these, which are the same.
     """
     numbers = [{slot.number for slot in slots} for slots, _ in (one, other)]
     common = [slot for slot in one[0] if slot.number in numbers[1]]
@@ -128,8 +138,8 @@ def compare_columns(
     return Comparison(
         first=_first(found, a, b, common),
         extents=_extents(found, a, b),
-        scans_a=len(a.columns.scan),
-        scans_b=len(b.columns.scan),
+        scans_a=before + len(a.columns.scan),
+        scans_b=before + len(b.columns.scan),
         only_a=only_a,
         only_b=only_b,
         differing=_rows_in(found, len(a.columns.scan)),
@@ -170,8 +180,8 @@ def _first(found: Sequence[Differing], a: Side, b: Side, slots: Sequence[SlotInf
         int(b.columns.scan[row_b]),
         int(b.columns.time_ns[row_b]),
         tuple(detail for detail in details if detail is not None),
-        before(a, slots, row),
-        before(b, slots, row_b),
+        changes_before(a, slots, row),
+        changes_before(b, slots, row_b),
     )
 
 
