@@ -98,7 +98,7 @@ def moves(count: int) -> None:
         controller.settle(0)
         unit.advance(60_000 * MS)
         check(controller.motor.position, 10_000, "position")
-        check(controller.axis.pulse_positions, [2000, 3000, 4000, 5000, 6000], "pulses")
+        check(list(controller.axis.fly.positions), [2000, 3000, 4000, 5000, 6000], "pulses")
 
     print(f"move of 10,000 steps         {timed(count, one):8.1f} µs")
 

@@ -166,7 +166,7 @@ class Pcl601Target:
         return {
             "position": lambda: self.position,
             **outputs,
-            "output1_pulse_positions": lambda: list(controller.axis.pulse_positions),
+            "output1_pulse_positions": lambda: list(controller.axis.fly.positions),
             "driver_on_off": lambda: _on_off(controller.values[Register.MOTOR_CURRENT]),
             "led": lambda: "green" if controller.errors == NO_ERROR else "red",
             "encoder_counts": lambda: controller.values[Register.ENCODER_POSITION],

@@ -21,15 +21,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from enum import Enum, auto
-from fractions import Fraction
 
 from ...io_images.pcl601 import Error, Register
-from ...io_images.pcl601.terminals import HARD_LIMITS, JOG_INPUTS, ON_FLY_PULSE_NS, SOFT_LIMITS
-from ..kinematics import Motion, Profile, Shape, change_speed, creep, go_on, move, run, stop
+from ...io_images.pcl601.terminals import HARD_LIMITS, SOFT_LIMITS
+from ..kinematics import Motion, go_on, move, run
 from .autocorrect import Autocorrect
 from .fly import OutputOnFly
+from .jog import JogInputs
 from .motor import Motor
 from .pins import Pins
+from .speeds import Speeds
 from .values import Values
 
 MSPS = 1000
@@ -63,8 +64,9 @@ class Axis:
     Attributes:
         kind: what it is doing, None when idle.
         direction: of the present or last motion, +1 or -1.
-        pulse_positions: position register at each pulse of the output on the fly so far.
-        jog_allowed: whether the jog inputs are heeded.
+        fly: the output on the fly.
+        jog: the jog inputs.
+        speeds: the speed registers.
 
     Args:
         values: the registers; position and encoder are counted in them.
@@ -84,13 +86,14 @@ class Axis:
     ) -> None:
         self.kind: Kind | None = None
         self.direction = 1
-        self.pulse_positions: list[int] = []
-        self.jog_allowed = True
+        self.fly = OutputOnFly()
+        self.jog = JogInputs(pins, motor)
+        self.speeds = Speeds(values)
         self._values, self._pins, self._motor = values, pins, motor
         self._report, self._retries_failed = report, retries_failed
         self._motion: Motion | None = None
-        self._pulse_until_ns: int | None = None
-        self._release_jog = False
+        self._registration = 0
+        self._jog_sps = 0
         self._clear()
 
     def _clear(self) -> None:
@@ -98,7 +101,6 @@ class Axis:
         self._halt_steps: int | None = None
         self._slowed = False
         self._timer_ns = 0
-        self._fly: OutputOnFly | None = None
         self._correct: Autocorrect | None = None
         self._left_home = False
 
@@ -109,29 +111,17 @@ class Axis:
         """Whether motion is in progress, the encoder's delay and corrections included."""
         return self.kind is not None
 
-    @property
-    def pulsing(self) -> bool:
-        """Whether the output on the fly is on."""
-        return self._pulse_until_ns is not None
-
-    def speeds_fit(self, high: Register = Register.MAX_SPEED) -> bool:
-        """Whether base speed is below the speed that a motion goes to, and all are in range."""
-        values = self._values
-        in_range = values.in_range(Register.BASE_SPEED, high, Register.ACCEL)
-        return in_range and values[Register.BASE_SPEED] < values[high]
-
     def index(self, now_ns: int, distance: int) -> None:
         """Begin an index move over a distance in steps, not 0; nothing happens against a hard limit."""
         direction = 1 if distance > 0 else -1
         self._face(direction)
         if self._at_limit(HARD_LIMITS, direction):
             return
-        self._begin(Kind.INDEX, direction, move(now_ns, 0, distance, self._profile()))
-        taken = dict(self._values)
+        self._begin(Kind.INDEX, direction, move(now_ns, 0, distance, self.speeds.profile()))
         self._motor.begin_index()
-        self._fly = OutputOnFly(taken, taken[Register.POSITION], direction)
-        if taken[Register.ENCODER_AUTOCORRECT]:
-            self._correct = Autocorrect(taken, distance)
+        self.fly.begin(self._values, direction)
+        if self._values[Register.ENCODER_AUTOCORRECT]:
+            self._correct = Autocorrect(self._values, distance)
 
     def slew(self, now_ns: int) -> None:
         """Begin to slew in the direction of the direction register."""
@@ -145,21 +135,22 @@ class Axis:
 
     def stop_hard(self) -> None:
         """End whatever it is doing, at once."""
-        self._release_jog = self.kind is Kind.JOG or self._release_jog
+        if self.kind is Kind.JOG:
+            self.jog.wait_for_release()
         self._end()
 
     def stop_soft(self, now_ns: int) -> None:
         """Slow down to base speed; what then follows depends on the kind."""
         if self.kind is Kind.JOG:
-            self._release_jog = True
+            self.jog.wait_for_release()
         elif self.kind in SLOWED_ONCE and not self._slowed:
             self._slow(now_ns)
 
     def power_off(self) -> None:
         """Stop where it is and forget everything but what has been recorded."""
         self._end()
-        self._pulse_until_ns = None
-        self._release_jog = False
+        self.fly.power_off()
+        self.jog.wait_for_release(False)
 
     # time
 
@@ -180,7 +171,7 @@ class Axis:
 
     def next_event_ns(self) -> int | None:
         """Return the instant at which `settle` must look again, None if there is none."""
-        times = [self._pulse_until_ns]
+        times = [self.fly.until_ns]
         if self.kind is Kind.SETTLING:
             times.append(self._timer_ns)
         elif self._motion is not None:
@@ -194,8 +185,8 @@ class Axis:
         edge = self._pins.next_edge(self._motor.position, self.direction)
         if edge is not None:
             steps.append(self._made + self._motor.steps_to(edge))
-        if self._fly is not None and self._fly.next_position is not None:
-            steps.append(self._made + abs(self._fly.next_position - self._values[Register.POSITION]))
+        if self.fly.next_position is not None:
+            steps.append(self._made + abs(self.fly.next_position - self._values[Register.POSITION]))
         if self.kind is Kind.SLEW and self._made == 0:
             steps.append(1)  # a mark that is there from the start counts from the first step
         if self._halt_steps is not None:
@@ -204,7 +195,7 @@ class Axis:
 
     def settle(self, now_ns: int) -> bool:
         """Do one thing that is due, if any is; return whether there was one."""
-        if self._pulse(now_ns):
+        if self.fly.settle(now_ns, self._values[Register.POSITION]):
             return True
         if self.kind is None:
             return self._jog_from_rest(now_ns)
@@ -230,7 +221,7 @@ class Axis:
         """Look at the inputs that this kind of motion heeds."""
         kind = self.kind
         if kind is Kind.JOG:
-            return self._jog(now_ns)
+            return self._jog_on(now_ns)
         if kind in HOMING and self._watch_home(now_ns):
             return True
         if kind is Kind.SLEW and not self._slowed and self._mark_seen():
@@ -265,9 +256,9 @@ class Axis:
         motion = self._running
         self.kind = Kind.REGISTERED
         try:
-            self._motion = go_on(motion, now_ns, self._registration, self._profile())
+            self._motion = go_on(motion, now_ns, self._registration, self.speeds.profile())
         except ValueError:
-            self._motion = self._at_speed(now_ns, self._base)
+            self._motion = self.speeds.change(self._running, now_ns, self.speeds.base_sps)
             self._halt_steps = self._made + self._registration
 
     def _slow(self, now_ns: int) -> None:
@@ -276,17 +267,17 @@ class Axis:
         if self.kind is Kind.SLEW:
             self._stop(now_ns, Kind.STOPPING)
         elif self.kind in HOMING:
-            self._motion = self._at_speed(now_ns, self._base)
+            self._motion = self.speeds.change(self._running, now_ns, self.speeds.base_sps)
         elif self._halt_steps is None:
-            self._motion = creep(self._running, now_ns, self._base, self._rate, Shape.CONSTANT)
+            self._motion = self.speeds.creep(self._running, now_ns)
 
     def _stop(self, now_ns: int, kind: Kind) -> None:
         """Ramp down to base speed and stop; at base speed, stop here."""
         self.kind = kind
-        if self._running.speed_at(now_ns) <= self._base * MSPS:
+        if self._running.speed_at(now_ns) <= self.speeds.base_sps * MSPS:
             self._halt_steps = self._made
         else:
-            self._motion = stop(self._running, now_ns, self._base, self._rate, Shape.CONSTANT)
+            self._motion = self.speeds.stop(self._running, now_ns)
 
     def _hit_hard_limit(self, now_ns: int) -> None:
         if self.kind is Kind.CORRECTION:
@@ -297,26 +288,12 @@ class Axis:
     def _finish(self, now_ns: int) -> None:
         """Do what follows the end of a motion."""
         if self.kind is Kind.HOME_1_STOP:
-            back = run(now_ns, 0, -self.direction, self._at_base())
+            back = run(now_ns, 0, -self.direction, self.speeds.at_base())
             self._begin(Kind.HOME_1_BACK, -self.direction, back)
         elif self._correct is not None:
             self._settle_from(now_ns)
         else:
             self._end()
-
-    # output on the fly
-
-    def _pulse(self, now_ns: int) -> bool:
-        if self._pulse_until_ns is not None and now_ns >= self._pulse_until_ns:
-            self._pulse_until_ns = None
-            return True
-        position = self._values[Register.POSITION]
-        if self._fly is not None and self._fly.next_position == position:
-            self._fly.pulsed(position)
-            self.pulse_positions.append(position)
-            self._pulse_until_ns = now_ns + ON_FLY_PULSE_NS
-            return True
-        return False
 
     # encoder
 
@@ -353,45 +330,32 @@ class Axis:
         if steps == 0 or self._at_limit(HARD_LIMITS, direction):
             self._settle_from(now_ns)
             return
-        self._begin(Kind.CORRECTION, direction, move(now_ns, 0, steps, self._at_base()))
+        self._begin(Kind.CORRECTION, direction, move(now_ns, 0, steps, self.speeds.at_base()))
         self._correct = correct
 
     # jog
 
-    def _jog_wanted(self) -> int:
-        """Return the direction that the jog inputs ask for and the limits allow, 0 for none."""
-        position = self._motor.position
-        asked = [way for way, name in JOG_INPUTS.items() if self._pins.grounded(name, position)]
-        if not asked:
-            self._release_jog = False
-        if len(asked) != 1 or self._release_jog or not self.jog_allowed:
-            return 0
-        way = asked[0]
-        blocked = self._at_limit(HARD_LIMITS, way) or self._at_limit(SOFT_LIMITS, way)
-        return 0 if blocked else way
-
     def _jog_from_rest(self, now_ns: int) -> bool:
-        direction = self._jog_wanted()
+        direction = self.jog.wanted()
         if direction == 0:
             return False
-        if not self.speeds_fit(Register.JOG_SPEED):
+        if not self.speeds.fit(Register.JOG_SPEED):
             self._report(Error.MOTOR)
             return False
         self._face(direction)
-        self._begin(Kind.JOG, direction, run(now_ns, 0, direction, self._at_base()))
-        self._jog_speed = self._base
+        self._begin(Kind.JOG, direction, run(now_ns, 0, direction, self.speeds.at_base()))
+        self._jog_sps = self.speeds.base_sps
         return True
 
-    def _jog(self, now_ns: int) -> bool:
-        if self._jog_wanted() != self.direction:
+    def _jog_on(self, now_ns: int) -> bool:
+        if self.jog.wanted() != self.direction:
             self._stop(now_ns, Kind.STOPPING)
             return True
-        fast = self._pins.grounded("fast_jog", self._motor.position)
-        speed_sps = self._values[Register.JOG_SPEED] if fast else self._base
-        if speed_sps == self._jog_speed:
+        speed_sps = self.speeds.jog_sps if self.jog.fast else self.speeds.base_sps
+        if speed_sps == self._jog_sps:
             return False
-        self._motion = self._at_speed(now_ns, speed_sps)
-        self._jog_speed = speed_sps
+        self._motion = self.speeds.change(self._running, now_ns, speed_sps)
+        self._jog_sps = speed_sps
         return True
 
     # parts
@@ -399,7 +363,7 @@ class Axis:
     def _endless(self, now_ns: int, kind: Kind) -> None:
         direction = 1 if self._values[Register.DIRECTION] else -1
         if not self._at_limit(HARD_LIMITS, direction):
-            self._begin(kind, direction, run(now_ns, 0, direction, self._profile()))
+            self._begin(kind, direction, run(now_ns, 0, direction, self.speeds.profile()))
 
     def _begin(self, kind: Kind, direction: int, motion: Motion) -> None:
         self._clear()
@@ -407,6 +371,7 @@ class Axis:
 
     def _end(self) -> None:
         self._motor.end_motion()
+        self.fly.end()
         self._clear()
         self.kind = self._motion = None
 
@@ -417,26 +382,8 @@ class Axis:
     def _at_limit(self, limits: dict[int, str], direction: int) -> bool:
         return self._pins.grounded(limits[direction], self._motor.position)
 
-    def _at_speed(self, now_ns: int, speed_sps: int) -> Motion:
-        return change_speed(self._running, now_ns, speed_sps, self._rate, self._rate, Shape.CONSTANT)
-
     @property
     def _running(self) -> Motion:
         if self._motion is None:
             raise AssertionError("nothing is running")
         return self._motion
-
-    @property
-    def _base(self) -> int:
-        return self._values[Register.BASE_SPEED]
-
-    @property
-    def _rate(self) -> Fraction:
-        """Acceleration in steps/ms/s."""
-        return Fraction(self._values[Register.ACCEL], 1000)
-
-    def _profile(self) -> Profile:
-        return Profile(self._base, self._values[Register.MAX_SPEED], self._rate, self._rate)
-
-    def _at_base(self) -> Profile:
-        return Profile(self._base, self._base, self._rate, self._rate)

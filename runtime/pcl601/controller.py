@@ -11,10 +11,11 @@ from collections.abc import Callable
 from enum import Enum, auto
 
 from ...io_images.pcl601 import NEEDS_IDLE, NO_ERROR, POSITION_LIMIT, ROWS, Code, Error, Register
-from ...io_images.pcl601.terminals import HARD_LIMIT_BIT, ON_FLY_OUTPUT, RETRIES_OUTPUT, SOFT_LIMIT_BIT
+from ...io_images.pcl601.terminals import ON_FLY_OUTPUT, RETRIES_OUTPUT
 from .axis import Axis, Kind
+from .inputs import Inputs
 from .motor import EncoderModel, Motor
-from .pins import FULL_SCALE_VOLTS, Pins
+from .pins import Pins
 from .program_axis import ProgramAxis
 from .stored import ProgramRunner
 from .values import Values
@@ -42,7 +43,7 @@ class Controller:
         values: the registers.
         pins: the inputs.
         motor: what it turns.
-        wiring: switch SW2 and the thumbwheel.
+        inputs: what it reads from them.
         axis: the motion.
         protocol: spoken at present.
         outputs: output register, bit 0 is output 1.
@@ -59,7 +60,7 @@ class Controller:
         self.values = Values()
         self.pins = Pins()
         self.motor = Motor(encoder)
-        self.wiring = wiring or Wiring()
+        self.inputs = Inputs(self.pins, self.motor, wiring or Wiring(), self.values, self.report)
         self.axis = Axis(self.values, self.pins, self.motor, self.report, self._retries_failed)
         self.protocol = Protocol.MODBUS
         self.outputs = 0
@@ -114,7 +115,7 @@ class Controller:
         self._now_ns = now_ns
         self._due_ns = None
         while True:
-            self.axis.jog_allowed = not self.program_running
+            self.axis.jog.allowed = not self.program_running
             if not self.axis.settle(now_ns) and not self._run_program(now_ns):
                 break
         self._due_ns = self._next_event_ns()
@@ -150,39 +151,7 @@ class Controller:
     @property
     def output_pins(self) -> int:
         """The outputs as they are: a pulse of the output on the fly included."""
-        return self.outputs | (ON_FLY_OUTPUT if self.axis.pulsing else 0)
-
-    @property
-    def analog_enabled(self) -> bool:
-        """Whether input 1 serves as an analog input."""
-        return bool(self.values[Register.ANALOG_ENABLE])
-
-    def inputs_grounded(self) -> int:
-        """Return inputs 1 to 6 as contacts: bit 0 is input 1; 5 and 6 are open where SW2 is at TWS."""
-        bits = sum(bit << k for k, bit in enumerate(self.pins.general(self.motor.position)))
-        return bits & 0b001111 if self.wiring.thumbwheel_selected else bits
-
-    def inputs_raw(self) -> int:
-        """Return inputs 1 to 6 as levels, 1 high; input 1 is high while it serves as an analog input."""
-        return ~self.inputs_grounded() & 0b111111 | self.analog_enabled
-
-    def inputs_active(self) -> int:
-        """Return the input register of Modbus: inputs 1 to 6, hard limit, soft limit; 1 is active."""
-        bits = self.inputs_grounded() | self.analog_enabled
-        return bits | self.hard_limit << HARD_LIMIT_BIT | self.soft_limit << SOFT_LIMIT_BIT
-
-    @property
-    def hard_limit(self) -> bool:
-        """Whether either hard limit is active."""
-        return self._either("hard_plus", "hard_minus")
-
-    @property
-    def soft_limit(self) -> bool:
-        """Whether either soft limit is active."""
-        return self._either("soft_plus", "soft_minus")
-
-    def _either(self, *names: str) -> bool:
-        return any(self.pins.grounded(name, self.motor.position) for name in names)
+        return self.outputs | (ON_FLY_OUTPUT if self.axis.fly.until_ns is not None else 0)
 
     def read(self) -> Values:
         """Return the registers as they read now; a command is executed at once, so its register is 0."""
@@ -318,7 +287,7 @@ class Controller:
         """Index over a distance with sign."""
         if self.busy:
             return self.refuse(Error.BUSY)
-        if not self.axis.speeds_fit():
+        if not self.axis.speeds.fit():
             return self.refuse(Error.MOTOR)
         if distance:
             self._last_distance = distance
@@ -331,7 +300,7 @@ class Controller:
 
     def _seek(self, begin: Callable[[], None]) -> bool:
         """Begin a motion without end, if the speeds are right."""
-        if not self.axis.speeds_fit():
+        if not self.axis.speeds.fit():
             return self.refuse(Error.MOTOR)
         begin()
         return True
@@ -357,44 +326,14 @@ class Controller:
     # inputs
 
     def _max_speed_from_analog(self) -> bool:
-        if not self.values.analog_speed:
-            return self.refuse(Error.ZERO_PARAMETERS)
-        speed = self._from_analog(Register.ANALOG_SPEED_LOWER, Register.ANALOG_SPEED_UPPER)
-        return speed is not None and self.write(Register.MAX_SPEED, speed)
+        return (speed := self.inputs.analog_speed()) is not None and self.write(Register.MAX_SPEED, speed)
 
     def _position_from_analog(self) -> bool:
-        return (position := self.analog_position()) is not None and self.write(Register.ABS_TARGET, position)
-
-    def analog_position(self) -> int | None:
-        """Return the position that input 1 asks for, None if that is refused."""
-        if not self.values.analog_position:
-            self.report(Error.ZERO_PARAMETERS)
-            return None
-        position = self._from_analog(Register.ANALOG_POS_LOWER, Register.ANALOG_POS_UPPER)
-        if position is not None:
-            self.values[Register.ANALOG_INDEX] = position
-        return position
-
-    def _from_analog(self, lower: Register, upper: Register) -> int | None:
-        """Return `lower + (upper - lower) * V / 5`, rounded down; None unless lower < upper."""
-        low, high = self.values[lower], self.values[upper]
-        if low >= high:
-            self.report(Error.RANGE)
-            return None
-        return low + int((high - low) * self.pins.volts(self.motor.position) / FULL_SCALE_VOLTS)
+        position = self.inputs.analog_position()
+        return position is not None and self.write(Register.ABS_TARGET, position)
 
     def _steps_from_thumbwheel(self) -> bool:
-        return (steps := self.thumbwheel()) is not None and self.write(Register.STEPS, steps)
-
-    def thumbwheel(self) -> int | None:
-        """Return the seven digits, None if that is refused."""
-        if not self.values[Register.THUMBWHEEL_ENABLE]:
-            self.report(Error.ZERO_PARAMETERS)
-        elif self.wiring.thumbwheel is None or not self.wiring.thumbwheel_selected:
-            self.report(Error.THUMBWHEEL)
-        else:
-            return self.wiring.thumbwheel
-        return None
+        return (steps := self.inputs.thumbwheel()) is not None and self.write(Register.STEPS, steps)
 
     # program
 

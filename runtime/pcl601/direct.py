@@ -195,7 +195,7 @@ class Direct:
     # commands that answer
 
     def _inputs(self, _: Command, parameters: str) -> str | None:
-        raw = self._controller.inputs_raw()
+        raw = self._controller.inputs.raw()
         if parameters == "R":
             return str(~raw & (1 << len(GENERAL_INPUTS)) - 1)
         if re.fullmatch(f"[1-{len(GENERAL_INPUTS)}]", parameters):
@@ -205,7 +205,7 @@ class Direct:
     def _verify(self, _: Command, parameters: str) -> str | None:
         controller = self._controller
         others: dict[str, Callable[[], int]] = {
-            "L": lambda: controller.hard_limit | controller.soft_limit << 1,
+            "L": lambda: controller.inputs.hard_limit | controller.inputs.soft_limit << 1,
             "O": lambda: controller.output_pins,
             ":": lambda: controller.values.analog_position,
             ";": lambda: controller.values.analog_speed,

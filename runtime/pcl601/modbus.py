@@ -89,7 +89,7 @@ class Modbus:
 
     def _read_inputs(self, data: bytes) -> bytes:
         first, count = _span(data, BITS_MAX, INPUT_COUNT)
-        return _bits(self._controller.inputs_active(), first, count)
+        return _bits(self._controller.inputs.active(), first, count)
 
     def _read_registers(self, data: bytes) -> bytes:
         first, count = _span(data, WORDS_MAX, WORD_COUNT)
@@ -99,7 +99,7 @@ class Modbus:
 
     def _read_input_register(self, data: bytes) -> bytes:
         _span(data, WORDS_MAX, 1)
-        return _words([self._controller.inputs_active()])
+        return _words([self._controller.inputs.active()])
 
     def _report_id(self, data: bytes) -> bytes:
         if data:

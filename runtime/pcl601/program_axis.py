@@ -51,17 +51,17 @@ class ProgramAxis:
 
     def move_thumbwheel(self) -> bool:
         """Read the thumbwheel and index by it."""
-        steps = self._controller.thumbwheel()
+        steps = self._controller.inputs.thumbwheel()
         return steps is not None and self._controller.move(steps)
 
     def move_to_analog(self) -> bool:
         """Read input 1 and index to that position."""
-        position = self._controller.analog_position()
+        position = self._controller.inputs.analog_position()
         return position is not None and self._controller.move_to(position)
 
     def inputs_raw(self) -> int:
         """Return the input register as levels: bit 0 is input 1."""
-        return self._controller.inputs_raw()
+        return self._controller.inputs.raw()
 
     def set_outputs(self, pattern: int) -> bool:
         """Set all eight outputs: bit 0 is output 1."""

@@ -57,7 +57,7 @@ def test_output_on_the_fly(settings, start, target, positions):
     bench.write(Register.POSITION, start)
     bench.go_to(target)
     settle(bench)
-    assert bench.controller.axis.pulse_positions == positions
+    assert list(bench.controller.axis.fly.positions) == positions
 
 
 def test_output_1_is_on_for_50_us():
@@ -65,7 +65,7 @@ def test_output_1_is_on_for_50_us():
     on_fly(bench, 100, 0, 0)
     bench.go(1000)
     controller = bench.controller
-    while not controller.axis.pulse_positions:
+    while not controller.axis.fly.positions:
         bench.bus.run_until(bench.bus.next_event_ns())
     begun = bench.bus.now_ns
     assert (controller.output_pins, controller.values[Register.POSITION]) == (1, 100)
@@ -82,7 +82,7 @@ def test_output_on_the_fly_works_in_index_moves_only():
     bench.wait(1000)
     bench.code(5)
     assert bench.position > 100
-    assert bench.controller.axis.pulse_positions == []
+    assert list(bench.controller.axis.fly.positions) == []
 
 
 def test_output_on_the_fly_must_be_enabled():
@@ -91,7 +91,7 @@ def test_output_on_the_fly_must_be_enabled():
     bench.write(Register.OUTPUT_ON_FLY, 0)
     bench.go(1000)
     settle(bench)
-    assert bench.controller.axis.pulse_positions == []
+    assert list(bench.controller.axis.fly.positions) == []
 
 
 @pytest.mark.parametrize("steps", [2500, 1000, 1])

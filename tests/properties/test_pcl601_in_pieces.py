@@ -72,7 +72,7 @@ def play(script, pieces):
                 bench.position,
                 list(bench.controller.read().values()),
                 bench.controller.output_pins,
-                list(bench.controller.axis.pulse_positions),
+                list(bench.controller.axis.fly.positions),
                 bench.controller.program_running,
             )
         )
