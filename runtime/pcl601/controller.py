@@ -159,6 +159,10 @@ class Controller:
         self.values[Register.ERROR_CODE] = int(self.errors)
         return self.values
 
+    def register(self, register: Register) -> int:
+        """Return one register as it reads now."""
+        return self.read()[register]
+
     def take_sent(self) -> bytes:
         """Return what a stored program has sent since this was last asked."""
         data = bytes(self._sent)

@@ -211,7 +211,7 @@ class Direct:
             ";": lambda: controller.values.analog_speed,
         }
         if parameters in VERIFY:
-            return str(controller.read()[VERIFY[parameters]])
+            return str(controller.register(VERIFY[parameters]))
         if parameters in others:
             return str(int(others[parameters]()))
         return self._refuse(Error.COMMAND if parameters else Error.ZERO_PARAMETERS)

@@ -91,7 +91,7 @@ def test_sample_3_pulses_on_the_way_out_only() -> None:
     bench.connect(in1=OPEN)
     bench.run(21_000)
     assert bench.positions == [-3000, 10_000, 0]
-    assert bench.controller.axis.pulse_positions == [2000, 3000, 4000, 5000, 6000]
+    assert list(bench.controller.axis.fly.positions) == [2000, 3000, 4000, 5000, 6000]
     assert bench.controller.program_running
 
 
