@@ -21,7 +21,7 @@ from ..thousands import split_thousands
 from .values import shapes
 
 SEGMENT_RATES = (1000, 2000, 333)
-LENGTHS = (3000, 1000, 10_000, 100)
+LENGTHS = (1000, 100, 3000, 200)
 START_MAX = 100_000
 SEGMENT_SPEED_MAX = 250_000
 """Up to it, steps/s, sixteen segments with ramps stay below 8,388,607 steps."""

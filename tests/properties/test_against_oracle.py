@@ -3,6 +3,9 @@
 The oracle (`oracle3601` and its neighbours in tests/support) is written from the manual: a loop over
 250 µs ticks, floats for motion. It shares nothing with the module but the image and the names of bits.
 Where both are right within the tolerance of floats but would part for good, a script is given up.
+
+The search is told how rare the rules are that a script has made fire; with --long it tries more of its kind.
+The end of a test run says which rules that were, see conftest.py.
 """
 
 from __future__ import annotations
@@ -10,13 +13,20 @@ from __future__ import annotations
 import contextlib
 
 import pytest
-from hypothesis import given
+from coverage3601 import RuleCoverage
+from hypothesis import given, target
 from lockstep3601 import GivenUp, Lockstep
 from stories3601 import THEMES, scripts
 
 
+@pytest.fixture(scope="session")
+def coverage(request):
+    request.config.rule_coverage = RuleCoverage()
+    return request.config.rule_coverage
+
+
 @pytest.mark.parametrize("theme", THEMES)
-def test_module_and_oracle_show_the_same_bits(theme):
+def test_module_and_oracle_show_the_same_bits(theme, coverage):
     @given(script=scripts(theme))
     def lockstep(script):
         setting, steps = script
@@ -24,5 +34,6 @@ def test_module_and_oracle_show_the_same_bits(theme):
         with contextlib.suppress(GivenUp):
             for step in steps:
                 step.play(bench)
+        target(coverage.add(bench.module.events), label="rare rules")
 
     lockstep()

@@ -56,6 +56,7 @@ class Mistake:
     Attributes:
         name: a short name.
         sentence: what is wrong.
+        theme: of the scripts that it is looked for with, see `stories3601`.
         owner: class or module of which an attribute is replaced, or dictionary of which an entry is.
         attribute: which.
         wrong: makes what is put there from what is right.
@@ -63,6 +64,7 @@ class Mistake:
 
     name: str
     sentence: str
+    theme: str
     owner: Any
     attribute: Any
     wrong: Callable[[Any], Any]
@@ -83,12 +85,12 @@ class Mistake:
 MISTAKES: list[Mistake] = []
 
 
-def mistake(owner: Any, attribute: Any) -> Callable[[Callable[[Any], Any]], Callable[[Any], Any]]:
+def mistake(owner: Any, attribute: Any, theme: str) -> Callable[[Callable[[Any], Any]], Callable[[Any], Any]]:
     """Add a mistake: the function takes what is right and returns what is wrong."""
 
     def add(wrong: Callable[[Any], Any]) -> Callable[[Any], Any]:
         assert wrong.__doc__
-        MISTAKES.append(Mistake(wrong.__name__, wrong.__doc__, owner, attribute, wrong))
+        MISTAKES.append(Mistake(wrong.__name__, wrong.__doc__, theme, owner, attribute, wrong))
         return wrong
 
     return add
@@ -117,7 +119,7 @@ def overlooked(check: refusals.Check) -> Callable[[Any], Any]:
 # ---- edges and levels
 
 
-@mistake(CommandLayer, "_obey_new_words")
+@mistake(CommandLayer, "_obey_new_words", "moves")
 def missing_edge_check(right):
     """A command bit that stays set starts its command anew whenever any word changes."""
 
@@ -127,7 +129,7 @@ def missing_edge_check(right):
     return wrong
 
 
-@mistake(CommandLayer, "_obey_new_words")
+@mistake(CommandLayer, "_obey_new_words", "moves")
 def edge_of_the_whole_word(right):
     """A command is seen only if the command word was zero before, not when its own bit rises."""
 
@@ -137,7 +139,7 @@ def edge_of_the_whole_word(right):
     return wrong
 
 
-@mistake(CommandLayer, "_sample")
+@mistake(CommandLayer, "_sample", "states")
 def capture_by_level(right):
     """The position is captured as long as the capture input is active, not when it becomes so."""
 
@@ -149,7 +151,7 @@ def capture_by_level(right):
     return wrong
 
 
-@mistake(CommandLayer, "enter_run_mode")
+@mistake(CommandLayer, "enter_run_mode", "states")
 def edge_after_program_mode(right):
     """A command bit that is still set when the PLC returns to run mode counts as a new edge."""
 
@@ -160,7 +162,7 @@ def edge_after_program_mode(right):
     return wrong
 
 
-@mistake(OneShot, "on_order")
+@mistake(OneShot, "on_order", "manual")
 def one_shot_never_ends(right):
     """A one-shot manual move is not over when its bit is released."""
 
@@ -173,7 +175,7 @@ def one_shot_never_ends(right):
 # ---- errors and how they are reset
 
 
-@mistake(CommandLayer, "_obey")
+@mistake(CommandLayer, "_obey", "states")
 def error_clears_itself(right):
     """A command error goes off by itself when the command word returns to zero."""
 
@@ -185,25 +187,25 @@ def error_clears_itself(right):
     return wrong
 
 
-@mistake(CommandLayer, "locked")
+@mistake(CommandLayer, "locked", "moves")
 def error_does_not_lock(right):
     """With a command error set, the next command is carried out."""
     return property(lambda self: bool(self.latches.bits & 0x0200))
 
 
-@mistake(commands, "RESETTABLE")
+@mistake(commands, "RESETTABLE", "moves")
 def reset_makes_the_position_valid(right):
     """Reset Errors clears the position invalid bit, too."""
     return right | POSITION_INVALID
 
 
-@mistake(commands, "RESETTABLE")
+@mistake(commands, "RESETTABLE", "moves")
 def reset_keeps_the_input_error(right):
     """Reset Errors leaves the input error set."""
     return right & ~INPUT_ERROR
 
 
-@mistake(CommandLayer, "_command")
+@mistake(CommandLayer, "_command", "states")
 def reset_overlooks_the_lsw(right):
     """Reset Errors is accepted with a command LSW that is not zero."""
 
@@ -215,7 +217,7 @@ def reset_overlooks_the_lsw(right):
     return wrong
 
 
-@mistake(Latches, "fire")
+@mistake(Latches, "fire", "registration")
 def partner_bit_forgotten(right):
     """A rule sets its own bit only: a command error comes without its invalid profile."""
 
@@ -225,7 +227,7 @@ def partner_bit_forgotten(right):
     return wrong
 
 
-@mistake(CommandLayer, "_command")
+@mistake(CommandLayer, "_command", "states")
 def lowest_of_two_bits(right):
     """Of two command bits the lower one is carried out, and nothing is refused."""
 
@@ -236,7 +238,7 @@ def lowest_of_two_bits(right):
     return wrong
 
 
-@mistake(BlendRun, "on_end")
+@mistake(BlendRun, "on_end", "blend")
 def hold_in_a_blend_is_not_forgiven(right):
     """The command error of a Hold during a blend move stays when the move is complete."""
 
@@ -249,7 +251,7 @@ def hold_in_a_blend_is_not_forgiven(right):
 # ---- numbers
 
 
-@mistake(module, "split_reported")
+@mistake(module, "split_reported", "moves")
 def sign_lost_in_the_thousands(right):
     """A negative position is reported with its thousands positive."""
 
@@ -260,13 +262,13 @@ def sign_lost_in_the_thousands(right):
     return wrong
 
 
-@mistake(module, "split_reported")
+@mistake(module, "split_reported", "moves")
 def floor_division(right):
     """A negative position is split by a division that rounds down: -345 becomes (-1, 655)."""
     return lambda value: divmod(value, 1000)
 
 
-@mistake(Parameters, "read")
+@mistake(Parameters, "read", "moves")
 def sign_lost_in_a_parameter(right):
     """The LSW of a target counts as positive, whatever its sign."""
 
@@ -276,7 +278,7 @@ def sign_lost_in_a_parameter(right):
     return classmethod(wrong)
 
 
-@mistake(Parameters, "read")
+@mistake(Parameters, "read", "moves")
 def lsw_beyond_999(right):
     """Words whose LSW is above 999 count as a value."""
 
@@ -288,13 +290,13 @@ def lsw_beyond_999(right):
     return classmethod(wrong)
 
 
-@mistake(refusals, "rate_in_range")
+@mistake(refusals, "rate_in_range", "manual")
 def rate_of_zero(right):
     """An acceleration or deceleration of zero passes as if it were one."""
     return lambda rate: 0 <= rate <= 2000
 
 
-@mistake(CommandLayer, "refused")
+@mistake(CommandLayer, "refused", "moves")
 def starting_speed_itself(right):
     """A programmed speed equal to the starting speed is refused."""
 
@@ -304,7 +306,7 @@ def starting_speed_itself(right):
     return judged(refusals.slower_than_start, too_slow)(right)
 
 
-@mistake(Order, "profile")
+@mistake(Order, "profile", "moves")
 def rates_swapped(right):
     """Acceleration and deceleration are taken for each other."""
 
@@ -317,7 +319,7 @@ def rates_swapped(right):
     return wrong
 
 
-@mistake(order, "shape_of")
+@mistake(order, "shape_of", "moves")
 def s_curve_ignored(right):
     """Every ramp has a constant acceleration."""
     return lambda lsw: Shape.CONSTANT
@@ -326,7 +328,7 @@ def s_curve_ignored(right):
 # ---- limits and inputs
 
 
-@mistake(CommandLayer, "_end_limit")
+@mistake(CommandLayer, "_end_limit", "manual")
 def limit_ignored_in_one_direction(right):
     """The CCW end limit stops nothing."""
 
@@ -337,25 +339,25 @@ def limit_ignored_in_one_direction(right):
     return wrong
 
 
-@mistake(ManualMove, "limits")
+@mistake(ManualMove, "limits", "manual")
 def manual_move_caught(right):
     """A manual move away from an active end limit is stopped, too."""
     return Limits.EITHER
 
 
-@mistake(ProfileMove, "limits")
+@mistake(ProfileMove, "limits", "moves")
 def limit_behind_overlooked(right):
     """A relative move is stopped by the limit ahead only."""
     return Limits.SAME_DIRECTION
 
 
-@mistake(CommandLayer, "refused")
+@mistake(CommandLayer, "refused", "moves")
 def start_on_a_limit(right):
     """A move starts although an end limit is active."""
     return overlooked(refusals.any_limit_active)(right)
 
 
-@mistake(CommandLayer, "_emergency_stop")
+@mistake(CommandLayer, "_emergency_stop", "moves")
 def estop_keeps_the_position(right):
     """After an emergency stop of a motion the position is still valid."""
 
@@ -368,7 +370,7 @@ def estop_keeps_the_position(right):
     return wrong
 
 
-@mistake(CommandLayer, "_watch_inputs")
+@mistake(CommandLayer, "_watch_inputs", "moves")
 def estop_decelerates(right):
     """The emergency stop makes a ramp instead of cutting the steps."""
 
@@ -381,7 +383,7 @@ def estop_decelerates(right):
     return wrong
 
 
-@mistake(CommandLayer, "_active")
+@mistake(CommandLayer, "_active", "states")
 def active_low_ignored(right):
     """Every input is active when it is energised, whatever the configuration says."""
 
@@ -391,7 +393,7 @@ def active_low_ignored(right):
     return wrong
 
 
-@mistake(CommandLayer, "_active")
+@mistake(CommandLayer, "_active", "states")
 def unused_input_counts(right):
     """An input that is not configured to be used acts all the same."""
 
@@ -403,7 +405,7 @@ def unused_input_counts(right):
     return wrong
 
 
-@mistake(CommandLayer, "_capture")
+@mistake(CommandLayer, "_capture", "encoder")
 def wrong_value_captured(right):
     """With an encoder the position is captured instead of the encoder value."""
 
@@ -413,7 +415,7 @@ def wrong_value_captured(right):
     return wrong
 
 
-@mistake(ProfileMove, "on_external")
+@mistake(ProfileMove, "on_external", "moves")
 def external_input_ignored(right):
     """The external input does not hold a move."""
     return lambda self, now_ns: None
@@ -422,19 +424,19 @@ def external_input_ignored(right):
 # ---- moves
 
 
-@mistake(CommandLayer, "busy")
+@mistake(CommandLayer, "busy", "moves")
 def second_move_accepted(right):
     """A move that is started while another one runs replaces it."""
     return property(lambda self: False)
 
 
-@mistake(CommandLayer, "refused")
+@mistake(CommandLayer, "refused", "moves")
 def absolute_without_a_position(right):
     """An absolute move starts although the position is not valid."""
     return overlooked(refusals.position_invalid)(right)
 
 
-@mistake(ProfileMove, "_hold")
+@mistake(ProfileMove, "_hold", "moves")
 def hold_cuts(right):
     """Hold ends a move without a ramp."""
 
@@ -446,7 +448,7 @@ def hold_cuts(right):
     return wrong
 
 
-@mistake(COMMANDS, CommandMsw.RESUME_MOVE.value)
+@mistake(COMMANDS, CommandMsw.RESUME_MOVE.value, "moves")
 def resume_starts_over(right):
     """Resume makes the whole distance again, not the rest of it."""
 
@@ -459,23 +461,13 @@ def resume_starts_over(right):
     return wrong
 
 
-@mistake(CommandLayer, "_forfeit")
+@mistake(CommandLayer, "_forfeit", "moves")
 def resume_after_a_preset(right):
     """A held move can be resumed though another command came in between."""
     return lambda self: None
 
 
-@mistake(Latches, "complete")
-def two_completion_bits(right):
-    """The completion bit of the move before stays set beside the new one."""
-
-    def wrong(self, bit):
-        self.bits |= bit
-
-    return wrong
-
-
-@mistake(CommandLayer, "accept")
+@mistake(CommandLayer, "accept", "moves")
 def complete_while_moving(right):
     """Move Complete of the last move stays set while the next one runs."""
 
@@ -487,7 +479,7 @@ def complete_while_moving(right):
     return wrong
 
 
-@mistake(COMMANDS, CommandMsw.IMMEDIATE_STOP.value)
+@mistake(COMMANDS, CommandMsw.IMMEDIATE_STOP.value, "moves")
 def stop_keeps_the_position(right):
     """After an Immediate Stop of a motion the position is still valid."""
 
@@ -498,7 +490,7 @@ def stop_keeps_the_position(right):
     return wrong
 
 
-@mistake(CommandLayer, "leave_run_mode")
+@mistake(CommandLayer, "leave_run_mode", "states")
 def motion_outlives_run_mode(right):
     """A move goes on when the PLC leaves run mode."""
 
@@ -508,23 +500,23 @@ def motion_outlives_run_mode(right):
     return wrong
 
 
-@mistake(ManualMove, "_change_speed")
+@mistake(ManualMove, "_change_speed", "manual")
 def speed_of_a_manual_move_is_fixed(right):
     """A change of the programmed speed of a running manual move is overlooked."""
     return lambda self, now_ns, given: None
 
 
-@mistake(OneShot, "start")
-def one_shot_of_two(right):
-    """A one-shot manual move makes two steps."""
+@mistake(OneShot, "start", "manual")
+def one_shot_of_ten(right):
+    """A one-shot manual move makes ten steps."""
 
     def wrong(self, now_ns):
-        self.layer.axis.pulse(now_ns, self.direction, 2)
+        self.layer.axis.pulse(now_ns, self.direction, 10)
 
     return wrong
 
 
-@mistake(EncoderMove, "_stop")
+@mistake(EncoderMove, "_stop", "encoder")
 def encoder_move_never_arrives(right):
     """An encoder move does not look at what the encoder has counted, only at the external input."""
 
@@ -538,7 +530,7 @@ def encoder_move_never_arrives(right):
 # ---- registration moves
 
 
-@mistake(RegistrationMove, "_register")
+@mistake(RegistrationMove, "_register", "registration")
 def minimum_distance_ignored(right):
     """The registration input counts before the minimum distance has been made."""
 
@@ -550,7 +542,7 @@ def minimum_distance_ignored(right):
     return wrong
 
 
-@mistake(StepGenerator, "register")
+@mistake(StepGenerator, "register", "registration")
 def distance_after_the_ramp(right):
     """A registration move makes a thousand steps more than its target says."""
 
@@ -560,7 +552,7 @@ def distance_after_the_ramp(right):
     return wrong
 
 
-@mistake(RegistrationMove, "on_hold")
+@mistake(RegistrationMove, "on_hold", "registration")
 def hold_during_registration(right):
     """Hold stops a registration move without an error."""
     return lambda self, now_ns: self._stop(now_ns)
@@ -569,7 +561,7 @@ def hold_during_registration(right):
 # ---- homing
 
 
-@mistake(Homing, "on_end")
+@mistake(Homing, "on_end", "homing")
 def home_is_not_zero(right):
     """At home the position is made valid, but not zero."""
 
@@ -581,17 +573,19 @@ def home_is_not_zero(right):
     return wrong
 
 
-@mistake(Homing, "_take_home")
-def home_by_level(right):
-    """Home is where the switch is on, not where it comes on."""
+@mistake(Homing, "_seek", "homing")
+def home_at_full_speed(right):
+    """Home is taken where the switch comes on first, at the programmed speed."""
 
-    def wrong(self, now_ns, home_risen):
-        right(self, now_ns, bool(self.layer.active & 0x04))
+    def wrong(self, now_ns):
+        if self._signal:
+            self.layer.axis.cut(now_ns)
+            self.found = True
 
     return wrong
 
 
-@mistake(Homing, "_dwell")
+@mistake(Homing, "_dwell", "homing")
 def no_dwell_at_the_limit(right):
     """Homing turns round at an end limit without waiting for two seconds."""
 
@@ -602,7 +596,7 @@ def no_dwell_at_the_limit(right):
     return wrong
 
 
-@mistake(CommandLayer, "refused")
+@mistake(CommandLayer, "refused", "homing")
 def home_without_a_limit(right):
     """Find Home goes in a direction that has no end limit."""
     return overlooked(refusals.direction_without_limit)(right)
@@ -611,7 +605,7 @@ def home_without_a_limit(right):
 # ---- blend moves and the handshake
 
 
-@mistake(Amci3601, "update")
+@mistake(Amci3601, "update", "blend")
 def handshake_a_scan_late(right):
     """The blend acknowledge bit comes one scan late."""
 
@@ -624,7 +618,7 @@ def handshake_a_scan_late(right):
     return wrong
 
 
-@mistake(BlendProgramming, "program")
+@mistake(BlendProgramming, "program", "blend")
 def missing_block_overlooked(right):
     """A blend profile is stored without its last segment."""
 
@@ -634,13 +628,13 @@ def missing_block_overlooked(right):
     return wrong
 
 
-@mistake(blending, "SEGMENTS_MIN")
+@mistake(blending, "SEGMENTS_MIN", "blend")
 def profile_of_one_segment(right):
     """A blend profile may have a single segment."""
     return 1
 
 
-@mistake(BlendRun, "start")
+@mistake(BlendRun, "start", "blend")
 def blend_in_one_direction(right):
     """A blend move runs clockwise, whichever way it is commanded."""
 
@@ -653,7 +647,7 @@ def blend_in_one_direction(right):
 # ---- encoder follower
 
 
-@mistake(Follower, "_divide_by")
+@mistake(Follower, "_divide_by", "follower")
 def fraction_lost(right):
     """The follower forgets the fraction of a step at every tick."""
 
@@ -664,7 +658,7 @@ def fraction_lost(right):
     return wrong
 
 
-@mistake(Follower, "on_order")
+@mistake(Follower, "on_order", "follower")
 def follower_in_one_sense(right):
     """The follower goes with the encoder when it should go against it."""
 
@@ -675,7 +669,7 @@ def follower_in_one_sense(right):
     return wrong
 
 
-@mistake(Follower, "on_end")
+@mistake(Follower, "on_end", "follower")
 def follower_ends_silently(right):
     """Leaving the follower mode does not set Stopped."""
     return lambda self, now_ns: self.layer.finish(now_ns, 0, "left")
@@ -684,13 +678,13 @@ def follower_ends_silently(right):
 # ---- configuration, versions, images
 
 
-@mistake(configuring, "_axis_free")
+@mistake(configuring, "_axis_free", "states")
 def configured_in_motion(right):
     """Configuration mode is entered while a move runs."""
     return lambda layer, now_ns, previous: True
 
 
-@mistake(configuring, "leave")
+@mistake(configuring, "leave", "states")
 def configuration_keeps_the_position(right):
     """Leaving configuration mode does not zero the position."""
 
@@ -702,7 +696,7 @@ def configuration_keeps_the_position(right):
     return wrong
 
 
-@mistake(Latches, "clear")
+@mistake(Latches, "clear", "states")
 def configuration_error_for_ever(right):
     """A configuration error stays when a valid configuration is sent after it."""
 
@@ -713,19 +707,19 @@ def configuration_error_for_ever(right):
     return wrong
 
 
-@mistake(Amci3601, "power_cycle")
+@mistake(Amci3601, "power_cycle", "states")
 def memory_over_a_power_cycle(right):
     """The configuration survives a power cycle."""
     return lambda self: None
 
 
-@mistake(CommandLayer, "refused")
+@mistake(CommandLayer, "refused", "registration")
 def registration_before_its_time(right):
     """Firmware without registration moves takes a manual move with a target for a plain one."""
     return overlooked(refusals.target_given_to_old_firmware)(right)
 
 
-@mistake(Amci3601, "update")
+@mistake(Amci3601, "update", "moves")
 def torn_image(right):
     """The position's thousands are of this scan, its units of the scan before."""
 
@@ -738,7 +732,7 @@ def torn_image(right):
     return wrong
 
 
-@mistake(Amci3601, "update")
+@mistake(Amci3601, "update", "states")
 def image_a_scan_late(right):
     """The whole input image is the one of the scan before."""
 
@@ -750,7 +744,7 @@ def image_a_scan_late(right):
     return wrong
 
 
-@mistake(CommandLayer, "proximity")
+@mistake(CommandLayer, "proximity", "homing")
 def echo_while_homing_only(right):
     """The backplane proximity bit is echoed only while the axis homes."""
 
@@ -760,7 +754,7 @@ def echo_while_homing_only(right):
     return property(wrong)
 
 
-@mistake(CommandLayer, "finish")
+@mistake(CommandLayer, "finish", "moves")
 def stopped_after_a_hold(right):
     """A held move shows Stopped, too."""
 
@@ -772,7 +766,7 @@ def stopped_after_a_hold(right):
     return wrong
 
 
-@mistake(CommandLayer, "_end_limit")
+@mistake(CommandLayer, "_end_limit", "manual")
 def limits_taken_for_each_other(right):
     """The CW and the CCW end limit are taken for each other by a motion that one of them stops."""
 

@@ -140,6 +140,30 @@ def speed_changed(start):
     return st.builds(alter, faster, st.one_of(st.none(), st.none(), rates), ticks)
 
 
+two_bits = plain(
+    bits.ABSOLUTE | bits.RELATIVE,
+    bits.RELATIVE | bits.HOLD,
+    bits.MANUAL_CW | bits.MANUAL_CCW,
+    bits.PRESET_POSITION | bits.RESET_ERRORS,
+)
+sloppy_reset = st.builds(
+    lambda lsw, t: Out((bits.RESET_ERRORS, lsw, *NOTHING[2:]), t), st.sampled_from([1, 4, 0x1000]), few
+)
+
+
+@cache
+def no_number(start):
+    """A relative move whose target or speed is a pair of words that is no value."""
+    pairs = st.sampled_from([(3, 1000), (3, -1), (5, 1000), (5, -999), (3, 2001)])
+    return st.builds(
+        lambda speed, pair: Alter(
+            (*enumerate(images.parameter_words(2, 0, 1000, speed, (100, 50))), pair), 2
+        ),
+        speeds(start),
+        pairs,
+    )
+
+
 @cache
 def slip(start):
     """A command with a slip of the pen."""
@@ -161,7 +185,7 @@ def absolute(start):
 
 @cache
 def long_move(start):
-    far = st.sampled_from([3000, -5000, 20_000, 8_388_607])
+    far = st.sampled_from([600, -900, 20_000, 8_388_607])
     return command([bits.RELATIVE], shapes, far, speeds(start), good_rates)
 
 
@@ -247,15 +271,25 @@ TOLERATED = {"types": (0, 4, 0b10), "reserved words": (0, 7, 5), "a block too ma
 
 @cache
 def good_blend_program(start):
-    return images.blend_profiles(start, most=4).map(lambda profile: blocks_sent(profile.blocks()))
+    return images.blend_profiles(start, most=3).map(lambda profile: blocks_sent(profile.blocks()))
+
+
+@cache
+def faulty_blend_program(start):
+    return images.faulty_blends(max(start, 2)).map(lambda faulty: blocks_sent(faulty.blocks))
+
+
+@cache
+def incomplete_blend_program(start):
+    return images.blend_profiles(start, most=4).map(lambda profile: blocks_sent(profile.blocks()[:-1]))
 
 
 @st.composite
 def blend_program(draw, start):
     """Header and segments, block by block, with or without a fault."""
     faulty = draw(st.sampled_from([False, False, True]))
-    if faulty and start > 1:
-        return blocks_sent(draw(images.faulty_blends(start)).blocks)
+    if faulty:
+        return draw(faulty_blend_program(start))
     blocks = draw(images.blend_profiles(start, most=4)).blocks()
     odd = draw(st.sampled_from([None, None, None, None, *TOLERATED]))
     if odd == "a block too many":
@@ -281,6 +315,10 @@ def configuration_words(msw, levels, start):
 good_configuration = st.builds(
     configuration_words, st.sampled_from(CONFIGURATIONS), st.just(0x3F), starting_speeds
 )
+few_inputs = st.builds(
+    lambda start: [Out(configuration_words(0x8414, 0x3F, start), 2), Out(NOTHING, 2)], starting_speeds
+)
+"""Home switch and CW limit, nothing else: what the other inputs do must not matter."""
 any_configuration = images.configurations(Firmware(2, 0)).map(lambda it: tuple(it.to_image()))
 bad_configuration = images.faulty_configurations(Firmware(2, 0)).map(lambda faulty: tuple(faulty.image))
 reconfigured = st.builds(

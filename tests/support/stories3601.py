@@ -12,7 +12,7 @@ from functools import cache
 import oracle_bits as bits
 import scripts3601 as one
 from hypothesis import strategies as st
-from oracle_bits import CAPTURE, CCW_LIMIT, CW_LIMIT, EXTERNAL, HOME
+from oracle_bits import CAPTURE, CCW_LIMIT, CW_LIMIT, ESTOP, EXTERNAL, HOME
 from steps3601 import NOTHING, Out, Recover, ToRest
 
 
@@ -52,6 +52,10 @@ def moves(start):
         story(one.pressed(EXTERNAL), one.move(start), rest, resume, rest),
         story(one.slip(start), one.idle, one.slip(start), rest),
         story(one.move(start), one.move(start), rest),
+        story(one.no_number(start), rest),
+        story(long, one.pressed(ESTOP), rest, resume, rest),
+        story(long, one.pressed(CW_LIMIT), rest, one.idle, one.move(start), rest),
+        story(long, one.pressed(CCW_LIMIT), rest, one.reset, one.move(start), rest),
     ]
 
 
@@ -116,8 +120,11 @@ def blend_moves(start):
         story(programmed, run, between, rest),
         story(programmed, between, run, one.wait, between, rest, one.all_zero, run, rest),
         story(good, run, rest, one.idle, run, rest),
-        story(good, run, one.hold, rest),
+        story(good, run, one.hold, st.just(ToRest(4_000)), one.reset),
+        story(good, run, one.hold, st.just(ToRest(4_000)), one.idle, run),
         story(good, run, programmed, rest, run),
+        story(one.faulty_blend_program(start), one.reset, one.faulty_blend_program(start), run),
+        story(one.incomplete_blend_program(start), run, rest),
         story(one.long_move(start), programmed, run),
     ]
 
@@ -130,6 +137,7 @@ def encoder_moves(start):
         story(move, one.turn, between, one.turn, one.rest),
         story(move, between, one.rest),
         story(move, one.pressed(EXTERNAL), one.turn, one.rest),
+        story(one.turn, one.preset, one.turn, one.pressed(CAPTURE), one.move(start), one.rest),
     ]
 
 
@@ -160,6 +168,8 @@ def states(start):
         story(one.pressed(CAPTURE), one.move(start), rest, one.press, rest),
         story(one.preset, one.idle, one.preset, between, one.absolute(start), rest),
         story(one.slip(start), one.idle, one.slip(start), one.reset, one.slip(start)),
+        story(one.few_inputs, one.pressed(EXTERNAL) | one.pressed(ESTOP), one.move(start), rest),
+        story(one.two_bits, one.idle, one.sloppy_reset, one.idle, one.reset, one.two_bits),
     ]
 
 
@@ -222,7 +232,7 @@ def _script(draw, theme):
         wired_back=bool(config[0] & bits.DIAGNOSTIC) and draw(st.booleans()),
         scan_ticks=draw(st.sampled_from([1, 1, 1, 2, 8])),
     )
-    told = draw(st.lists(st.one_of(THEMES[theme](start)), min_size=1, max_size=4))
+    told = draw(st.lists(st.one_of(THEMES[theme](start)), min_size=1, max_size=6))
     steps = [Out(config, 2), Out(NOTHING, 2)]
     for each in told:
         steps += [Recover(config), *each]
