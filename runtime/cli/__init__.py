@@ -47,6 +47,7 @@ COMMANDS = {
     "fuzz": Entry("fuzz", "Look for surroundings that break a program."),
     "drive": Entry("drive", "Put one module or controller on the bench."),
     "serve": Entry("serve", "Serve a simulated controller at a port."),
+    "pcl601": Entry("pcl601", "Talk to a PCL601 on a serial port or a network."),
     "pmc006": Entry("pmc006", "Talk to a PMC006 on a serial port."),
     "pclt": Entry("pclt", "Check and assemble stored programs of the PCL601."),
     "rules": Entry("rules", "Print the rules of a module's manual."),

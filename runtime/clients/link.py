@@ -4,12 +4,31 @@ from __future__ import annotations
 
 import os
 import socket
+from collections.abc import Callable
 from threading import Event
 from typing import Protocol
 
 import serial
 
 from ..wire import LineFormat
+
+ANSWER_S = 0.2
+"""How long an answer may take; on the line itself it takes 6 to 28 ms."""
+
+SILENCE_S = 0.004
+"""Silence before a question, so that a doubled answer is noticed: four characters at 9,600 baud."""
+
+QUIET_S = 0.3
+"""Silence after an answer that did not come, so that it does not come later."""
+
+TRIES = 3
+"""How often a question is asked that may be asked twice."""
+
+POLL_S = 0.05
+"""Time between two looks at a motion."""
+
+Progress = Callable[[int], None]
+"""Is told the position while a motion runs."""
 
 
 class LinkError(Exception):

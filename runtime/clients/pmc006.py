@@ -7,8 +7,6 @@ late or a doubled answer is dropped, and not taken for the next one.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from ...io_images.pmc006.frame import (
     FRAME_BYTES,
     REPLY,
@@ -19,25 +17,21 @@ from ...io_images.pmc006.frame import (
 )
 from ...io_images.pmc006.instructions import BY_NAME, INSTRUCTIONS, PARAMETERS, Instruction, Kind
 from ...io_images.pmc006.status import Status1, Status2
-from .link import BadAnswerError, Link, NoAnswerError, RefusedError, StoppedError, UncertainError, drain
-
-Progress = Callable[[int], None]
-"""Is told the position while a motion runs."""
-
-ANSWER_S = 0.2
-"""How long an answer may take; it takes 16.7 ms on the line."""
-
-SILENCE_S = 0.004
-"""Silence before a question: four characters, so that a doubled answer is noticed."""
-
-QUIET_S = 0.3
-"""Silence after an answer that did not come, so that it does not come later."""
-
-TRIES = 3
-"""How often a question is asked that may be asked twice."""
-
-POLL_S = 0.05
-"""Time between two looks at a motion."""
+from .link import (
+    ANSWER_S,
+    POLL_S,
+    QUIET_S,
+    SILENCE_S,
+    TRIES,
+    BadAnswerError,
+    Link,
+    NoAnswerError,
+    Progress,
+    RefusedError,
+    StoppedError,
+    UncertainError,
+    drain,
+)
 
 _ERRORS = {
     STATE_ERROR: "6: its state does not allow it, or the value is out of range",

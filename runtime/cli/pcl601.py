@@ -1,0 +1,221 @@
+"""`scanrack pcl601`: a real PCL601 on a serial port or a network, or a simulated one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from ...io_images.pcl601 import Code
+from ...io_images.pcl601.errors import CAUSES
+from ..clients.link import Link, SerialLink, TcpLink
+from ..clients.modbus import ModbusLine, RtuLine, TcpLine
+from ..clients.pcl601 import READABLE, Pcl601Client
+from ..pcl601.controller import Protocol
+from ..pcl601.line import FORMATS
+from .link_commands import shown_travel, stopped_by_interrupt, told_faults
+from .pclt import read_program
+from .serve import socket_address
+from .slices import QuietOption
+
+app = typer.Typer(
+    help="Talk to a PCL601 over Modbus.\n\nExample: scanrack pcl601 --port /dev/ttyUSB0 --unit 1 move 2000",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+programs = typer.Typer(
+    help="Stored programs; see also scanrack pclt.", no_args_is_help=True, rich_markup_mode=None
+)
+app.add_typer(programs, name="program")
+
+NO_DOWNLOAD = (
+    "how a program is written into a PCL601 is not documented: load it with the maker's tool, "
+    "or into the simulated controller with scanrack serve pcl601 --program"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where the controller is."""
+
+    port: str | None
+    tcp: str | None
+    rtu_over_tcp: bool
+    unit: int
+
+    def link(self) -> Link:
+        """Open the line.
+
+        Raises:
+            ValueError: not one line is named.
+            LinkError: it can't be opened.
+        """
+        if (self.port is None) == (self.tcp is None):
+            raise ValueError("give one of --port DEV and --tcp HOST:PORT before the command")
+        if self.port is not None:
+            return SerialLink(self.port, FORMATS[Protocol.MODBUS])
+        return TcpLink(*socket_address(self.tcp or ""))
+
+    def spoken_on(self, link: Link) -> ModbusLine:
+        """Return the Modbus that is spoken there."""
+        return RtuLine(link) if self.tcp is None or self.rtu_over_tcp else TcpLine(link)
+
+
+@contextmanager
+def client_at(context: typer.Context) -> Iterator[Pcl601Client]:
+    """Open the line that the group's options name; tell what goes wrong."""
+    place: Place = context.obj
+    with told_faults():
+        link = place.link()
+        try:
+            yield Pcl601Client(place.spoken_on(link), place.unit)
+        finally:
+            link.close()
+
+
+@app.callback()
+def _place(
+    context: typer.Context,
+    port: Annotated[
+        str | None, typer.Option("--port", metavar="DEV", help="Serial port, such as /dev/ttyUSB0 or COM3.")
+    ] = None,
+    tcp: Annotated[
+        str | None, typer.Option("--tcp", metavar="HOST:PORT", help="Modbus TCP instead of a serial port.")
+    ] = None,
+    rtu_over_tcp: Annotated[
+        bool, typer.Option("--rtu-over-tcp", help="With --tcp: the serial line's own bytes.")
+    ] = False,
+    unit: Annotated[int, typer.Option("--unit", metavar="N", help="Its address, 1 to 99.")] = 1,
+) -> None:
+    context.obj = Place(port, tcp, rtu_over_tcp, unit)
+
+
+@app.command()
+def status(context: typer.Context) -> None:
+    """Show position, motion, errors, inputs, outputs and all registers."""
+    with client_at(context) as client:
+        table = Table(box=None, show_header=False, pad_edge=False)
+        for name, value in _state(client):
+            table.add_row(name, value)
+        Console().print(table)
+
+
+def _state(client: Pcl601Client) -> Iterator[tuple[str, str]]:
+    yield "motion", "moving" if client.busy else "idle"
+    errors = client.errors
+    yield "errors", "; ".join(f"{error.name}: {CAUSES[error]}" for error in errors) or "-"
+    yield "inputs active", f"{client.inputs:b}"
+    yield "outputs on", f"{client.outputs:08b}"
+    for name, row in READABLE.items():
+        if name not in ("command", "busy", "error_code"):
+            yield name, f"{client.read(name):,}  ({row.meaning})"
+
+
+@app.command()
+def read(
+    context: typer.Context, name: Annotated[str, typer.Argument(metavar="NAME", show_default=False)]
+) -> None:
+    """Print one register, such as position or base_speed."""
+    with client_at(context) as client:
+        typer.echo(client.read(name))
+
+
+@app.command("set")
+def set_register(
+    context: typer.Context,
+    name: Annotated[str, typer.Argument(metavar="NAME", show_default=False)],
+    value: Annotated[int, typer.Argument(metavar="VALUE", show_default=False)],
+) -> None:
+    """Set a register; a negative VALUE goes after --."""
+    with client_at(context) as client:
+        client.set(name, value)
+
+
+@app.command()
+def output(
+    context: typer.Context,
+    number: Annotated[int, typer.Argument(metavar="N", show_default=False)],
+    on: Annotated[bool, typer.Option("--on/--off")] = True,
+) -> None:
+    """Switch output N, 1 to 8."""
+    with client_at(context) as client:
+        client.set_output(number, on)
+
+
+@app.command()
+def move(
+    context: typer.Context,
+    steps: Annotated[int, typer.Argument(metavar="STEPS", show_default=False)],
+    speed: Annotated[
+        int | None, typer.Option("--speed", metavar="V", help="Maximum speed, steps/s; as it is without.")
+    ] = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Move over STEPS and wait for the end; a negative number goes after --.
+
+    Ctrl-C stops the motor at once.
+
+    Example: scanrack pcl601 --tcp 192.168.0.9:502 move --speed 4000 -- -2000
+    """
+    with client_at(context) as client, stopped_by_interrupt(client.stop):
+        if speed is not None:
+            client.set("max_speed", speed)
+        start = client.position
+        with shown_travel(start, start + steps, quiet=quiet) as progress:
+            position = client.move(steps, progress)
+        typer.echo(position)
+
+
+@app.command()
+def home(
+    context: typer.Context,
+    kind: Annotated[int, typer.Option("--type", metavar="0|1", help="The manual's home type.")] = 1,
+    quiet: QuietOption = False,
+) -> None:
+    """Look for the home switch; Ctrl-C stops the motor at once."""
+    with client_at(context) as client, stopped_by_interrupt(client.stop):
+        with shown_travel(client.position, None, quiet=quiet) as progress:
+            position = client.home(kind, progress)
+        typer.echo(position)
+
+
+@app.command()
+def stop(context: typer.Context) -> None:
+    """Stop motion and program at once."""
+    with client_at(context) as client:
+        client.stop()
+
+
+@app.command()
+def clear(context: typer.Context) -> None:
+    """Clear the error register."""
+    with client_at(context) as client:
+        client.command(Code.CLEAR_ERRORS)
+
+
+@programs.command("run")
+def run_program(context: typer.Context) -> None:
+    """Start the stored program."""
+    with client_at(context) as client:
+        client.command(Code.RUN_PROGRAM)
+
+
+@programs.command("write")
+def write(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The program.", show_default=False)],
+) -> None:
+    """Check a program; writing it into a controller is not documented."""
+    with told_faults():
+        steps = len(read_program(file).steps)
+        raise ValueError(f"{file} is a good program of {steps} instructions, but {NO_DOWNLOAD}")
+
+
+def register(application: typer.Typer) -> None:
+    """Add the command to the application."""
+    application.add_typer(app, name="pcl601")

@@ -1,0 +1,256 @@
+"""The PCL601 client against the simulated one: bad lines in virtual time, a pseudo-terminal, Modbus TCP."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from click.testing import Result
+from faultyline import BusLink, Fault, FaultyDevice, served_on_pty
+from scanrack.io_images.pcl601 import Code, Error
+from scanrack.runtime.cli import build
+from scanrack.runtime.clients.link import (
+    BadAnswerError,
+    NoAnswerError,
+    RefusedError,
+    SerialLink,
+    StoppedError,
+    TcpLink,
+    UncertainError,
+)
+from scanrack.runtime.clients.modbus import RtuLine, TcpLine, check_answer
+from scanrack.runtime.clients.pcl601 import READABLE, SETTABLE, Pcl601Client
+from scanrack.runtime.pace import Clock
+from scanrack.runtime.pcl601.line import PORT_TIMING, Pcl601
+from scanrack.runtime.pcl601.pins import Contact
+from scanrack.runtime.ports import ModbusTcpPort, PduServer
+from typer.testing import CliRunner
+
+GO = bytes.fromhex("06 00 00 00 01")
+
+
+def client_of(
+    device: Pcl601, answers: dict[int, Fault] | None = None, questions: dict[int, Fault] | None = None
+) -> tuple[Pcl601Client, BusLink]:
+    """Return a client of a controller, and its line."""
+    link = BusLink(FaultyDevice(device, answers or {}), questions)
+    return Pcl601Client(RtuLine(link), 1), link
+
+
+def goes(link: BusLink) -> int:
+    return sum(question[1:-2] == GO for question in link.questions)
+
+
+def test_everything_that_can_be_read_is_read() -> None:
+    client, _ = client_of(Pcl601())
+    values = {name: client.read(name) for name in READABLE}
+    assert values["base_speed"] == 500
+    assert values["firmware"].to_bytes(4, "big") == b"1.00"
+    assert (client.busy, client.errors, client.outputs) == (False, Error(0), 0)
+
+
+def test_what_is_set_is_read_back() -> None:
+    client, _ = client_of(Pcl601())
+    for name, row in SETTABLE.items():
+        if name != "address":
+            client.set(name, row.high)
+            client.set(name, row.low)
+            assert client.read(name) == row.low
+    client.set("position", -8_388_607)
+    assert client.position == -8_388_607
+
+
+def test_a_new_address_is_followed() -> None:
+    client, _ = client_of(Pcl601())
+    client.set("address", 33)
+    assert (client.unit, client.read("address")) == (33, 33)
+
+
+def test_mistakes_are_told_before_anything_is_sent() -> None:
+    client, link = client_of(Pcl601())
+    for call, said in (
+        (lambda: client.set("base_speed", 5001), "base_speed 5001: allowed is 1 to 5000"),
+        (lambda: client.set("busy", 1), "busy can't be set: can be steps, accel"),
+        (lambda: client.read("nothing"), "nothing can't be read: can be command, steps"),
+        (lambda: client.start_move(0), "0 steps: allowed is 1 to 8388607"),
+        (lambda: client.home(2), "home type 2: allowed are 0 and 1"),
+        (lambda: client.set_output(9, True), "output 9: allowed is 1 to 8"),
+        (lambda: Pcl601Client(RtuLine(link), 100), "unit 100: allowed is 1 to 99"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            call()
+    assert link.questions == []
+
+
+def test_a_move_with_progress() -> None:
+    client, _ = client_of(Pcl601())
+    seen: list[int] = []
+    client.set("accel", 20_000)
+    assert client.move(-3000, seen.append) == -3000
+    assert seen == sorted(seen, reverse=True)
+    assert len(seen) > 5
+    assert client.faults == 0
+
+
+def test_outputs_and_inputs() -> None:
+    device = Pcl601()
+    client, _ = client_of(device)
+    client.set_output(3, True)
+    client.set_output(4, True)
+    client.set_output(4, False)
+    assert (client.outputs, device.controller.outputs) == (0b100, 0b100)
+    assert client.inputs == device.controller.inputs_active()
+
+
+def test_what_the_controller_refuses_is_told_with_its_reason() -> None:
+    client, link = client_of(Pcl601())
+    client.set("base_speed", 5000)
+    client.set("max_speed", 5000)
+    with pytest.raises(RefusedError, match="GO is refused; MOTOR: motion asked for with base speed"):
+        client.move(100)
+    client.command(Code.CLEAR_ERRORS)
+    assert client.errors == Error(0)
+    client.set("base_speed", 500)
+    client.start_move(100_000)
+    with pytest.raises(RefusedError, match=r"exception 6: .* locked while the motor moves"):
+        client.set("accel", 5000)
+    with pytest.raises(RefusedError, match="a motion is under way"):
+        client.command(Code.GO)
+    client.stop()
+    assert not client.busy
+    assert goes(link) == 2
+
+
+def test_a_move_that_a_limit_ends_is_told() -> None:
+    device = Pcl601()
+    device.controller.pins.connect("hard_plus", Contact(low=500))
+    client, _ = client_of(device)
+    with pytest.raises(StoppedError, match="the move ended at 500, not at 2000"):
+        client.move(2000)
+
+
+@pytest.mark.parametrize("fault", Fault)
+@pytest.mark.parametrize("at", range(11))
+@pytest.mark.parametrize("question", [False, True])
+def test_one_bad_frame_never_repeats_a_motion_nor_spoils_it(fault: Fault, at: int, question: bool) -> None:
+    device = Pcl601()
+    plans = ({}, {at: fault}) if question else ({at: fault}, {})
+    client, link = client_of(device, *plans)
+    try:
+        assert client.move(700) == 700
+    except UncertainError:
+        assert device.controller.motor.position == 0  # the question itself was lost
+        assert question
+    assert goes(link) == 1
+    assert device.controller.motor.position in (0, 700)
+    assert client.position == device.controller.motor.position
+
+
+def test_a_line_that_is_dead_is_told() -> None:
+    client, link = client_of(Pcl601(), dict.fromkeys(range(10), Fault.DROPPED))
+    with pytest.raises(NoAnswerError, match=r"unit 1 does not answer within 0\.2 s"):
+        client.read("position")
+    assert len(link.questions) == client.faults == 3
+
+
+@pytest.mark.parametrize(
+    ("question", "answer"),
+    [
+        ("03 00 0c 00 02", "04 04 00 00 00 01"),  # another function
+        ("03 00 0c 00 02", "03 02 00 01"),  # another count
+        ("03 00 0c 00 02", "03 03 00 00 00 01"),  # a count that is not so
+        ("06 00 00 00 01", "06 00 00 00 02"),  # another value
+        ("06 00 00 00 01", "06 00 01 00 01"),  # another register
+        ("10 00 01 00 02 04 00 00 00 01", "10 00 01 00 01"),  # another quantity
+        ("05 00 02 ff 00", "05 00 03 ff 00"),  # another output
+        ("06 00 00 00 01", "90 03"),  # the exception of another function
+    ],
+)
+def test_what_cannot_be_the_answer_is_not_taken_for_it(question: str, answer: str) -> None:
+    with pytest.raises(BadAnswerError):
+        check_answer(bytes.fromhex(question), bytes.fromhex(answer))
+
+
+def test_end_to_end_through_a_pseudo_terminal_with_every_fault() -> None:
+    device = Pcl601(timing=PORT_TIMING)
+    plan = dict(zip((5, 11, 17, 23), Fault, strict=True))
+    with served_on_pty(FaultyDevice(device, plan)) as path:
+        link = SerialLink(path, device.line_format)
+        client = Pcl601Client(RtuLine(link), 1)
+        client.set("accel", 50_000)
+        client.set("max_speed", 20_000)
+        assert client.move(2000) == 2000
+        assert client.move(-500) == 1500
+        assert client.read("jog_speed") == 5000
+        link.close()
+    assert client.faults >= 3
+
+
+@contextmanager
+def served_on_modbus_tcp(device: Pcl601) -> Iterator[int]:
+    port = ModbusTcpPort("127.0.0.1", 0)
+    server = PduServer(device, lambda _unit, pdu: device.answer(pdu), port, Clock())
+    ended = threading.Event()
+
+    def serve() -> None:
+        while not ended.is_set():
+            server.step(0.01)
+
+    thread = threading.Thread(target=serve)
+    thread.start()
+    try:
+        yield int(port.name.rpartition(":")[2])
+    finally:
+        ended.set()
+        thread.join()
+        server.close()
+
+
+def test_end_to_end_over_modbus_tcp() -> None:
+    with served_on_modbus_tcp(Pcl601()) as port:
+        link = TcpLink("127.0.0.1", port)
+        client = Pcl601Client(TcpLine(link), 1)
+        client.set("accel", 50_000)
+        assert client.move(500) == 500
+        with pytest.raises(RefusedError, match="exception 2"):
+            client._asked(bytes.fromhex("06 00 22 00 01"))
+        link.close()
+
+
+def scanrack(*arguments: str) -> Result:
+    return CliRunner().invoke(build(), arguments)
+
+
+def test_the_commands_over_modbus_tcp_and_a_pseudo_terminal() -> None:
+    device = Pcl601(timing=PORT_TIMING)
+    with served_on_modbus_tcp(device) as port:
+        at = "pcl601", "--tcp", f"127.0.0.1:{port}"
+        assert scanrack(*at, "set", "accel", "90000").exit_code == 0
+        assert scanrack(*at, "move", "--speed", "9000", "300").output == "300\n"
+        assert scanrack(*at, "read", "max_speed").output == "9000\n"
+        shown = scanrack(*at, "status").output
+        assert "9,000  (Maximum Speed, steps/s)" in shown
+        outcomes = [scanrack(*at, "output", "2", flag).exit_code for flag in ("--on", "--off", "--on")]
+        assert outcomes == [0, 0, 0]
+        assert device.controller.outputs == 0b10
+    with served_on_pty(device) as path:
+        at = "pcl601", "--port", path
+        assert scanrack(*at, "move", "--", "-100").output == "200\n"
+        refused = scanrack(*at, "program", "run")
+        assert refused.exit_code == 1
+        assert "scanrack: RUN_PROGRAM is refused; MEMORY_COMMAND" in refused.output
+        assert [scanrack(*at, name).exit_code for name in ("clear", "stop")] == [0, 0]
+        assert device.controller.errors == Error(0)
+
+
+def test_commands_that_cannot_work_say_so(tmp_path: Path) -> None:
+    assert "give one of --port DEV and --tcp HOST:PORT" in scanrack("pcl601", "status").output
+    nobody = scanrack("pcl601", "--tcp", "127.0.0.1:1", "status")
+    assert (nobody.exit_code, "127.0.0.1:1 can't be reached" in nobody.output) == (1, True)
+    program = tmp_path / "home.pclt"
+    program.write_text("END\n")
+    written = scanrack("pcl601", "program", "write", str(program))
+    assert (written.exit_code, "is not documented" in written.output) == (2, True)
