@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from ...traces.compare import Comparison, Tolerance, align, compare, report
+from ...traces.compare import SAME_CLOCK, Clock, Comparison, Tolerance, align, compare, realign, report
 from ...traces.reader import Trace, open_trace
 from ..quantities import parse_time
 from .slices import told_mistakes
@@ -87,6 +87,15 @@ def _compare_command(
             show_default="power-up",
         ),
     ] = None,
+    realign_at: Annotated[
+        str | None,
+        typer.Option(
+            "--realign",
+            metavar="SIGNAL",
+            help="Every rise of this bit is at the same time in both: what comes late does not add up.",
+            show_default="no",
+        ),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Compare two traces: the first scan that differs, what led to it, and how they differ altogether.
@@ -102,11 +111,18 @@ def _compare_command(
     with told_mistakes():
         allowed = tolerance(tolerance_time, tolerance_counts)
         with open_trace(a) as one, open_trace(b) as other:
-            shift_ns = 0 if align_at is None else align(one, other, align_at)
-            found = compare(one, other, allowed, shift_ns=shift_ns)
+            found = compare(one, other, allowed, clock=_clock(one, other, align_at, realign_at))
             tell_notes(one, other)
         status = tell(found, names_of(a, b), as_json=as_json)
     raise typer.Exit(status)
+
+
+def _clock(one: Trace, other: Trace, align_at: str | None, realign_at: str | None) -> Clock:
+    if align_at is not None and realign_at is not None:
+        raise ValueError("--align and --realign contradict each other: give one of them")
+    if realign_at is not None:
+        return realign(one, other, realign_at)
+    return SAME_CLOCK if align_at is None else align(one, other, align_at)
 
 
 def register(app: typer.Typer) -> None:

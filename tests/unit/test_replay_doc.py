@@ -40,7 +40,7 @@ def changed(source: Path, target: Path, old: str, new: str) -> None:
 
 
 def test_there_are_commands_to_try() -> None:
-    assert len(COMMANDS) == 6
+    assert len(COMMANDS) == 7
 
 
 @pytest.mark.parametrize(("command", "printed"), COMMANDS)

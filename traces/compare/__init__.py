@@ -10,7 +10,7 @@ for recordings of real hardware, they are paired by time, and what one trace
 shows has to be shown by the other within the tolerance; see `bytime.tolerantly`.
 """
 
-from .alignment import align
+from .alignment import SAME_CLOCK, Clock, align, realign
 from .comparison import Comparison, compare, compare_columns
 from .differing import Detail, Extent, First
 from .report import report
@@ -18,6 +18,8 @@ from .tolerance import EXACT, Tolerance
 
 __all__ = [
     "EXACT",
+    "SAME_CLOCK",
+    "Clock",
     "Comparison",
     "Detail",
     "Extent",
@@ -26,5 +28,6 @@ __all__ = [
     "align",
     "compare",
     "compare_columns",
+    "realign",
     "report",
 ]

@@ -1,17 +1,55 @@
-"""By how much the clock of one trace is ahead of the other's."""
+"""Clocks of two traces brought together: by their first scans, or by the rises of a bit.
+
+first trace     0 ----- rise --------- rise ------------ rise ---
+second trace    7 ------- rise ---------- rise --------- rise ---
+                shifted   |  stretched    |  stretched   |  shifted
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
+from numpy.typing import NDArray
 
 from ..reader import Trace
 from ..signals import Catalog, Kind, blocks
 
+Times = NDArray[np.int64]
+
 START = "start"
 
 
-def align(one: Trace, other: Trace, at: str) -> int:
-    """Return what has to be added to the times of the second trace so that something is at one time in both.
+@dataclass(frozen=True, slots=True)
+class Clock:
+    """Turns times of the second trace into times of the first.
+
+    >>> clock = Clock((100, 200), (90, 190))
+    >>> clock(np.array([90, 140, 190, 200])).tolist()
+    [100, 150, 200, 210]
+
+    Attributes:
+        first: times in the first trace, ns, ascending.
+        second: what the same instants are in the second trace; as many.
+    """
+
+    first: tuple[int, ...] = (0,)
+    second: tuple[int, ...] = (0,)
+
+    def __call__(self, times: Times) -> Times:
+        """Return times of the second trace as times of the first, ns."""
+        first, second = np.array(self.first), np.array(self.second)
+        between = np.interp(times, second, first - second)  # the shift, constant beyond the ends
+        result: Times = times + np.rint(between).astype(np.int64)
+        return result
+
+
+SAME_CLOCK = Clock()
+"""Both traces have one clock."""
+
+
+def align(one: Trace, other: Trace, at: str) -> Clock:
+    """Return the clock by which something is at one time in both traces.
 
     Args:
         one: the first trace.
@@ -21,20 +59,39 @@ def align(one: Trace, other: Trace, at: str) -> int:
     Raises:
         ValueError: there is no such bit, or it never rises in one of them.
     """
-    return _time_of(one, at) - _time_of(other, at)
+    return Clock(_times_of(one, at)[:1], _times_of(other, at)[:1])
 
 
-def _time_of(trace: Trace, at: str) -> int:
+def realign(one: Trace, other: Trace, signal: str) -> Clock:
+    """Return the clock by which a bit rises at the same times in both traces, as often as it does in both.
+
+    What takes a little longer each time, as on a real machine, so does not add up.
+
+    Args:
+        one: the first trace.
+        other: the second.
+        signal: the name of the bit.
+
+    Raises:
+        ValueError: there is no such bit, or it never rises in one of them.
+    """
+    first, second = _times_of(one, signal), _times_of(other, signal)
+    return Clock(first[: len(second)], second[: len(first)])
+
+
+def _times_of(trace: Trace, at: str) -> tuple[int, ...]:
+    """Return when something happened, at least once."""
     if at == START:
-        return next(int(block.time_ns[0]) for block in blocks(trace))
+        return (next(int(block.time_ns[0]) for block in blocks(trace)),)
     signal = Catalog(trace.head.slots)[at]
     if signal.kind is not Kind.BIT:
-        raise ValueError(f"{at} is no bit: traces are aligned at 'start' or at the first rise of a bit")
-    before = True
+        raise ValueError(f"{at} is no bit: traces are aligned at 'start' or where a bit rises")
+    before, times = True, list[int]()
     for block in blocks(trace):
         levels = signal.read(block)
         risen = np.flatnonzero(levels & ~np.concatenate(([before], levels[:-1])))
-        if len(risen):
-            return int(block.time_ns[risen[0]])
+        times += block.time_ns[risen].tolist()
         before = bool(levels[-1])
-    raise ValueError(f"{at} never rises in one of the traces, so they can't be aligned there")
+    if not times:
+        raise ValueError(f"{at} never rises in one of the traces, so they can't be aligned there")
+    return tuple(times)

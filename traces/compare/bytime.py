@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..columns import Columns
+from .alignment import Clock
 from .differing import Differing, Side, by_image
 from .fields import TIME, Field, Kind
 from .pairing import Rows, Windows, by_time, occurs, over_windows
@@ -18,7 +19,7 @@ Array = NDArray[Any]
 
 
 def tolerantly(
-    fields: Sequence[Field], one: Side, other: Side, tolerance: Tolerance, shift_ns: int
+    fields: Sequence[Field], one: Side, other: Side, tolerance: Tolerance, clock: Clock
 ) -> tuple[list[Differing], int, int]:
     """Compare two traces by time: what one shows, the other shows within the tolerance.
 
@@ -31,7 +32,7 @@ def tolerantly(
         one: the first trace.
         other: the second.
         tolerance: what may differ.
-        shift_ns: what is added to the times of the second trace.
+        clock: turns times of the second trace into times of the first.
 
     Returns:
         What differs, and how many scans of either trace are outside the time of the other.
@@ -39,9 +40,9 @@ def tolerantly(
     Raises:
         ValueError: time goes back from one scan of a trace to the next.
     """
-    times = _ascending(one.columns), _ascending(other.columns) + shift_ns
-    there = by_time(times[0], times[1], tolerance.time_ns, since_ns=_since(other, shift_ns))
-    back = by_time(times[1], times[0], tolerance.time_ns, since_ns=_since(one, 0))
+    times = _ascending(one.columns), clock(_ascending(other.columns))
+    there = by_time(times[0], times[1], tolerance.time_ns, since_ns=_since(other, times[1]))
+    back = by_time(times[1], times[0], tolerance.time_ns, since_ns=_since(one, times[0]))
     found = []
     for image, parts in by_image([field for field in fields if field is not TIME]):
         images = one.images(image), other.images(image)
@@ -63,10 +64,9 @@ def _ascending(columns: Columns) -> NDArray[np.int64]:
     return columns.time_ns
 
 
-def _since(side: Side, shift_ns: int) -> int | None:
+def _since(side: Side, times: NDArray[np.int64]) -> int | None:
     """Return when a trace begins that does not begin with the first scan, None for one that does."""
-    columns = side.columns
-    return int(columns.time_ns[0]) + shift_ns if len(columns.scan) and columns.scan[0] else None
+    return int(times[0]) if len(times) and side.columns.scan[0] else None
 
 
 class _Question(NamedTuple):

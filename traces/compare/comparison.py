@@ -11,6 +11,7 @@ from ..arrays import read_columns
 from ..columns import SLOT_WORDS, Columns
 from ..layout import SlotInfo
 from ..reader import Trace
+from .alignment import SAME_CLOCK, Clock
 from .before import changes_before, rules_in
 from .bytime import tolerantly
 from .differing import Differing, Extent, First, Side, exactly
@@ -36,6 +37,7 @@ class Comparison:
         slots_only_b: those that only the second has.
         heads: entries of the metadata that differ: name, in the first trace, in the second.
         tolerance: what was allowed to differ.
+        aligned: whether their clocks were brought together.
     """
 
     first: First | None
@@ -49,18 +51,25 @@ class Comparison:
     slots_only_b: tuple[int, ...]
     heads: tuple[tuple[str, str, str], ...]
     tolerance: Tolerance
+    aligned: bool = False
 
     @property
     def same(self) -> bool:
         """Whether both show the same: every scan, in the slots of both, and no more of them in one.
 
-        Metadata may differ: the same images from another program are the same images.
+        Metadata may differ: the same images from another program are the same images. Traces whose
+        clocks were brought together need not begin and end together.
         """
-        apart = self.only_a or self.only_b or self.slots_only_a or self.slots_only_b
-        return self.first is None and not apart
+        if self.first is not None or self.slots_only_a or self.slots_only_b:
+            return False
+        if self.aligned:
+            return self.only_a < self.scans_a
+        return not (self.only_a or self.only_b)
 
 
-def compare(one: Trace, other: Trace, tolerance: Tolerance = EXACT, *, shift_ns: int = 0) -> Comparison:
+def compare(
+    one: Trace, other: Trace, tolerance: Tolerance = EXACT, *, clock: Clock = SAME_CLOCK
+) -> Comparison:
     """Compare two traces.
 
     Without a tolerance scans are paired by number and every bit and their times count; with one
@@ -72,15 +81,15 @@ def compare(one: Trace, other: Trace, tolerance: Tolerance = EXACT, *, shift_ns:
         one: the first trace.
         other: the second.
         tolerance: what may differ.
-        shift_ns: what is added to the times of the second trace before they are compared; not 0
-            makes it a comparison by time.
+        clock: turns times of the second trace into times of the first, see `align`; another than
+            that of both makes it a comparison by time.
 
     Raises:
         TraceError: one of the files is damaged beyond what can be left out.
     """
     left_out = 0
     numbers = [[slot.number for slot in trace.head.slots] for trace in (one, other)]
-    if tolerance.exact and not shift_ns and numbers[0] == numbers[1]:
+    if tolerance.exact and clock == SAME_CLOCK and numbers[0] == numbers[1]:
         a, b, left_out = read_from_where_they_part(one, other)
     else:
         a, b = read_columns(one), read_columns(other)
@@ -88,7 +97,7 @@ def compare(one: Trace, other: Trace, tolerance: Tolerance = EXACT, *, shift_ns:
         (one.head.slots, a),
         (other.head.slots, b),
         tolerance,
-        shift_ns=shift_ns,
+        clock=clock,
         heads=_heads(one, other),
         before=left_out,
     )
@@ -108,7 +117,7 @@ def compare_columns(
     other: tuple[Sequence[SlotInfo], Columns],
     tolerance: Tolerance = EXACT,
     *,
-    shift_ns: int = 0,
+    clock: Clock = SAME_CLOCK,
     heads: tuple[tuple[str, str, str], ...] = (),
     only: frozenset[tuple[int | None, str]] | None = None,
     before: int = 0,
@@ -119,7 +128,7 @@ def compare_columns(
         one: slots and scans of the first trace.
         other: those of the second.
         tolerance: what may differ.
-        shift_ns: what is added to the times of the second.
+        clock: turns times of the second into times of the first.
         heads: metadata that differ, for the result.
         only: which images are compared: slot and direction; all if left out. (None, "cpu") stands
             for flags and times.
@@ -129,12 +138,12 @@ def compare_columns(
     common = [slot for slot in one[0] if slot.number in numbers[1]]
     a, b = (_side(slots, columns, numbers[0] & numbers[1]) for slots, columns in (one, other))
     fields = [field for field in all_fields(common) if only is None or (field.slot, field.direction) in only]
-    if tolerance.exact and not shift_ns:
+    if tolerance.exact and clock == SAME_CLOCK:
         pairs = by_number(a.columns.scan, b.columns.scan)
         only_a, only_b = pairs.only_a, pairs.only_b
         found = list(exactly(fields, a, b, pairs))
     else:
-        found, only_a, only_b = tolerantly(fields, a, b, tolerance, shift_ns)
+        found, only_a, only_b = tolerantly(fields, a, b, tolerance, clock)
     return Comparison(
         first=_first(found, a, b, common),
         extents=_extents(found, a, b),
@@ -147,6 +156,7 @@ def compare_columns(
         slots_only_b=tuple(sorted(numbers[1] - numbers[0])),
         heads=heads,
         tolerance=tolerance,
+        aligned=clock != SAME_CLOCK,
     )
 
 

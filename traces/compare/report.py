@@ -57,7 +57,8 @@ def _alike(a: Sequence[Row], b: Sequence[Row]) -> int:
 
 def _verdict(found: Comparison, names: Names) -> str:
     if found.first is None:
-        what = "show the same" if found.same else "show the same as far as both go"
+        whole = not (found.only_a or found.only_b or found.slots_only_a or found.slots_only_b)
+        what = "show the same" if whole else "show the same as far as both go"
         return f"{names[0]} and {names[1]} {what}{_within(found, 'within')}: {_scans(found)}"
     first = found.first
     where = f"scan {first.scan} at {span(first.time_ns)}"
