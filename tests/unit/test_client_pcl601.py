@@ -25,7 +25,7 @@ from scanrack.runtime.clients.modbus import RtuLine, TcpLine, check_answer
 from scanrack.runtime.clients.pcl601 import READABLE, SETTABLE, Pcl601Client
 from scanrack.runtime.pace import Clock
 from scanrack.runtime.pcl601.line import PORT_TIMING, Pcl601
-from scanrack.runtime.pcl601.pins import Contact
+from scanrack.runtime.pcl601.pins import GROUND, Contact
 from scanrack.runtime.ports import ModbusTcpPort, PduServer
 from typer.testing import CliRunner
 
@@ -102,7 +102,9 @@ def test_outputs_and_inputs() -> None:
     client.set_output(4, True)
     client.set_output(4, False)
     assert (client.outputs, device.controller.outputs) == (0b100, 0b100)
-    assert client.inputs == device.controller.inputs_active()
+    before = client.inputs
+    device.controller.pins.connect("in2", GROUND)
+    assert client.inputs == before ^ 0b10
 
 
 def test_what_the_controller_refuses_is_told_with_its_reason() -> None:
