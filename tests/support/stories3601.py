@@ -11,6 +11,7 @@ from functools import cache
 
 import oracle_bits as bits
 import scripts3601 as one
+from faults3601 import faults
 from hypothesis import strategies as st
 from oracle_bits import CAPTURE, CCW_LIMIT, CW_LIMIT, ESTOP, EXTERNAL, HOME
 from steps3601 import NOTHING, Out, Recover, ToRest
@@ -173,6 +174,12 @@ def states(start):
     ]
 
 
+@cache
+def errors(start):
+    """Every error in the manual's lists, provoked on purpose [chapters 3 and 6]."""
+    return list(faults(start).values())
+
+
 THEMES = {
     "moves": moves,
     "manual": manual_moves,
@@ -182,6 +189,7 @@ THEMES = {
     "encoder": encoder_moves,
     "follower": following,
     "states": states,
+    "errors": errors,
 }
 """What a script may be about; each has the stories that its part of the manual calls for."""
 
@@ -206,7 +214,11 @@ class Setting:
 
 
 WITH_ENCODER = [0x853F, 0x853F, 0x953F, 0x957B]
-NEWER = {"registration": ["4.1", "3.1", "4.1", "2.2"], "follower": ["4.1", "4.1", "4.1", "3.1"]}
+NEWER = {
+    "registration": ["4.1", "3.1", "4.1", "2.2"],
+    "follower": ["4.1", "4.1", "4.1", "3.1"],
+    "errors": ["4.1", "4.1", "4.1", "2.0"],
+}
 """Firmware versions for what the older ones do not have."""
 
 
@@ -232,8 +244,18 @@ def _script(draw, theme):
         wired_back=bool(config[0] & bits.DIAGNOSTIC) and draw(st.booleans()),
         scan_ticks=draw(st.sampled_from([1, 1, 1, 2, 8])),
     )
-    told = draw(st.lists(st.one_of(THEMES[theme](start)), min_size=1, max_size=6))
+    told = draw(_many(THEMES[theme](start)) if theme == "errors" else _some(THEMES[theme](start)))
     steps = [Out(config, 2), Out(NOTHING, 2)]
     for each in told:
         steps += [Recover(config), *each]
     return setting, steps
+
+
+def _some(stories):
+    return st.lists(st.one_of(stories), min_size=1, max_size=6)
+
+
+def _many(stories):
+    """No story twice, so that in not so many scripts each of them is told."""
+    chosen = st.lists(st.sampled_from(stories), unique_by=id, min_size=10, max_size=20)
+    return chosen.flatmap(lambda each: st.tuples(*each))
