@@ -100,15 +100,16 @@ def _load(device: Pcl601, program: Program) -> None:
 
 def _pcl601_status(device: Pcl601) -> dict[str, str]:
     controller = device.controller
+    registers = controller.read()
     running = controller.program_running
     return {
-        "address": str(controller.register(Register.ADDRESS)),
+        "address": str(registers[Register.ADDRESS]),
         "line": "Modbus RTU" if device.line_format.parity == "E" else "AA ASCII",
-        "position": f"{controller.register(Register.POSITION):,}",
+        "position": f"{registers[Register.POSITION]:,}",
         "motion": "moving" if controller.busy else "idle",
         "program": "running" if running else "-",
         "outputs": f"{controller.output_pins:08b}"[::-1],
-        "error": str(controller.register(Register.ERROR_CODE)),
+        "error": str(registers[Register.ERROR_CODE]),
     }
 
 

@@ -75,7 +75,7 @@ def test_sample_2_corrects_what_the_shaft_has_missed() -> None:
     bench.connect(home=GROUND)
     bench.start()
     bench.run(2000)
-    assert bench.controller.register(Register.ENCODER_POSITION) == 20_000
+    assert bench.controller.read()[Register.ENCODER_POSITION] == 20_000
     assert bench.controller.errors == Error(2)
 
 
@@ -121,7 +121,7 @@ def test_sample_4_ends_2500_steps_after_its_mark() -> None:
     assert bench.controller.motor.position == -2999
     bench.connect(in2=Contact(low=5000), in3=GROUND)
     bench.run(22_000)
-    assert bench.controller.register(Register.MAX_SPEED) == 7000
+    assert bench.controller.read()[Register.MAX_SPEED] == 7000
     bench.connect(in3=OPEN)
     bench.run(40_000)
     assert bench.positions[-2:] == [7999 + 2500, 0]

@@ -65,7 +65,7 @@ class Bench:
 
     @property
     def position(self) -> int:
-        return self.controller.register(Register.POSITION)
+        return self.controller.read()[Register.POSITION]
 
     @property
     def positions(self) -> list[int]:
