@@ -12,7 +12,7 @@ import typer
 from ...traces.compare import SAME_CLOCK, Clock, Comparison, Tolerance, align, compare, realign, report
 from ...traces.reader import Trace, open_trace
 from ..quantities import parse_time
-from .slices import told_mistakes
+from .slices import QuietOption, reading, told_mistakes
 
 SAME, DIFFERENT = 0, 1
 """Exit status; `told_mistakes` has the others."""
@@ -97,6 +97,7 @@ def _compare_command(
         ),
     ] = None,
     as_json: JsonOption = False,
+    quiet: QuietOption = False,
 ) -> None:
     """Compare two traces: the first scan that differs, what led to it, and how they differ altogether.
 
@@ -111,7 +112,9 @@ def _compare_command(
     with told_mistakes():
         allowed = tolerance(tolerance_time, tolerance_counts)
         with open_trace(a) as one, open_trace(b) as other:
-            found = compare(one, other, allowed, clock=_clock(one, other, align_at, realign_at))
+            clock = _clock(one, other, align_at, realign_at)
+            with reading(one, quiet=quiet) as progress:
+                found = compare(one, other, allowed, clock=clock, progress=progress)
             tell_notes(one, other)
         status = tell(found, names_of(a, b), as_json=as_json)
     raise typer.Exit(status)

@@ -108,12 +108,13 @@ def load_library(folder: Path) -> Library:
     """Read the scenarios of a folder.
 
     Raises:
-        ValueError: the file is no TOML, or something in it is not as it should be.
-        OSError: it can't be read.
+        ValueError: there is no such file, it is no TOML, or something in it is not as it should be.
     """
     path = folder / SCENARIOS
     try:
         library = Library.model_validate(tomllib.loads(path.read_text("utf-8")))
+    except OSError as error:
+        raise ValueError(f"{path}: the scenarios can't be read: {error.strerror}") from None
     except tomllib.TOMLDecodeError as error:
         raise ValueError(f"{path}: this is no TOML: {error}") from None
     except ValidationError as error:

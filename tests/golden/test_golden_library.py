@@ -146,6 +146,11 @@ def test_scenarios_that_cannot_be_used_are_told(small: Path, old: str, new: str,
     assert says in result.stderr
 
 
+def test_a_folder_without_scenarios_is_told(tmp_path: Path) -> None:
+    result = CliRunner().invoke(build(), ["golden", str(tmp_path)])
+    assert (result.exit_code, "scenarios.toml: the scenarios can't be read" in result.stderr) == (2, True)
+
+
 def change(folder: Path, old: str, new: str) -> None:
     path = folder / "scenarios.toml"
     text = path.read_text("utf-8")

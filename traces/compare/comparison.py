@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arrays import read_columns
 from ..columns import SLOT_WORDS, Columns
 from ..layout import SlotInfo
 from ..reader import Trace
@@ -17,7 +16,7 @@ from .bytime import tolerantly
 from .differing import Differing, Extent, First, Side, exactly
 from .fields import all_fields
 from .pairing import by_number
-from .reading import read_from_where_they_part, slot_places
+from .reading import Progress, read_all, read_from_where_they_part, slot_places
 from .tolerance import EXACT, Tolerance
 
 
@@ -68,7 +67,12 @@ class Comparison:
 
 
 def compare(
-    one: Trace, other: Trace, tolerance: Tolerance = EXACT, *, clock: Clock = SAME_CLOCK
+    one: Trace,
+    other: Trace,
+    tolerance: Tolerance = EXACT,
+    *,
+    clock: Clock = SAME_CLOCK,
+    progress: Progress = lambda scans: None,
 ) -> Comparison:
     """Compare two traces.
 
@@ -83,6 +87,7 @@ def compare(
         tolerance: what may differ.
         clock: turns times of the second trace into times of the first, see `align`; another than
             that of both makes it a comparison by time.
+        progress: told how many scans of the first trace have been read with each chunk.
 
     Raises:
         TraceError: one of the files is damaged beyond what can be left out.
@@ -90,9 +95,9 @@ def compare(
     left_out = 0
     numbers = [[slot.number for slot in trace.head.slots] for trace in (one, other)]
     if tolerance.exact and clock == SAME_CLOCK and numbers[0] == numbers[1]:
-        a, b, left_out = read_from_where_they_part(one, other)
+        a, b, left_out = read_from_where_they_part(one, other, progress)
     else:
-        a, b = read_columns(one), read_columns(other)
+        a, b = read_all(one, progress), read_all(other, lambda scans: None)
     found = compare_columns(
         (one.head.slots, a),
         (other.head.slots, b),
