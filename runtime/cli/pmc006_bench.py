@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from typing import Annotated, Literal
+from collections.abc import Callable, Collection
+from typing import Annotated, Any
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator
 
 from ...io_images.pmc006.frame import FACTORY_ADDRESS
 from ...io_images.pmc006.program import assemble
@@ -16,8 +16,6 @@ from ..pmc006.pins import Pin, Switch
 from .requests import Strict
 from .wire_bench import WireBench
 
-Steps = Annotated[int, Field(strict=True)]
-
 
 class Options(Strict):
     """Options of a fresh bench."""
@@ -26,38 +24,43 @@ class Options(Strict):
     program: str | None = None
 
 
-class Follows(Strict):
-    """A switch that the motor passes: high up to a position, or from one on."""
-
-    high_when_pos_le: Steps | None = None
-    high_when_pos_ge: Steps | None = None
-    otherwise: Annotated[Literal["low"], Field(alias="else")] = "low"
-
-    @model_validator(mode="after")
-    def _one_end(self) -> Follows:
-        if (self.high_when_pos_le is None) == (self.high_when_pos_ge is None):
-            raise ValueError("needed is one of high_when_pos_le and high_when_pos_ge")
-        return self
-
-    def switch(self) -> Switch:
-        """Return the switch that is meant."""
-        if self.high_when_pos_le is not None:
-            return Switch(self.high_when_pos_le, True)
-        assert self.high_when_pos_ge is not None
-        return Switch(self.high_when_pos_ge - 1, False)
+LEVELS = {"low": False, "high": True}
+FOLLOWERS: dict[str, Callable[[int], Switch]] = {
+    "high_when_pos_le": lambda position: Switch(position, True),
+    "high_when_pos_ge": lambda position: Switch(position - 1, False),
+}
+FORMS = '"low", "high", {"high_when_pos_le": N, "else": "low"} and the same with ge, N a number of steps'
 
 
-PinLevel = Literal["low", "high"] | Follows | None
+def _level(value: Any) -> bool | Switch:
+    """Return what a pin's value means.
+
+    Raises:
+        ValueError: nothing.
+    """
+    if isinstance(value, str) and value in LEVELS:
+        return LEVELS[value]
+    if isinstance(value, dict):
+        rest = {key: position for key, position in value.items() if (key, position) != ("else", "low")}
+        [(key, position)] = rest.items() if len(rest) == 1 else [("", None)]
+        if key in FOLLOWERS and isinstance(position, int) and not isinstance(position, bool):
+            return FOLLOWERS[key](position)
+    raise ValueError(f"allowed are {FORMS}")
 
 
 class Env(Strict):
-    """Levels of the pins from now on."""
+    """Levels of the pins from now on; None where the request does not give one."""
 
-    ext1: PinLevel = None
-    ext2: PinLevel = None
-    fset: PinLevel = None
-    gpio8: PinLevel = None
+    ext1: Any = None
+    ext2: Any = None
+    fset: Any = None
+    gpio8: Any = None
     """Without effect: it is an output."""
+
+    @field_validator("*")
+    @classmethod
+    def _understood(cls, value: Any) -> bool | Switch:
+        return _level(value)
 
 
 PINS = {"ext1": Pin.EXT1, "ext2": Pin.EXT2, "fset": Pin.FSET}
@@ -101,10 +104,9 @@ class Pmc006Target:
     def set_env(self, now_ns: int, env: Env) -> None:
         """Set the levels of pins."""
         for name, pin in PINS.items():
-            level: PinLevel = getattr(env, name)
+            level: bool | Switch | None = getattr(env, name)
             if level is not None:
-                high = level.switch() if isinstance(level, Follows) else level == "high"
-                self._controller.set_pin(pin, high)
+                self._controller.set_pin(pin, level)
 
     def observe(self, name: str) -> JsonValue:
         """Return a signal."""
