@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from enum import StrEnum
+from itertools import pairwise
 
 from ...io_images.amci3601 import InputBit
 from ...traces.compare import Tolerance
@@ -68,7 +69,7 @@ class Replay:
         self._logic = logic or recorded_outputs(self._score, recording.memory)
         directions = {Into.MODULE: ("in",), Into.PROGRAM: ("out",), Into.RACK: ("in", "out")}[into]
         self._images: list[Image] = [(slot, direction) for slot in slots for direction in directions]
-        self.notes = list(_assumptions(into, self._score.numbers[0]))
+        self.notes = [*_assumptions(into, self._score.numbers[0]), *_gaps(self._score.numbers)]
 
     def run(self, allowed: Tolerance, *, to_the_end: bool, quiet: bool) -> Follower:
         """Play it, until it differs or to the end; return who has followed it.
@@ -114,6 +115,14 @@ def _assumptions(into: Into, first: int) -> Iterator[str]:
     """Yield what is taken for granted of a trace that begins with that scan."""
     if first:
         yield f"the trace begins with scan {first:,}, in mid-life: {_FRESH[into]} then"
+
+
+def _gaps(numbers: Sequence[int]) -> Iterator[str]:
+    """Yield what is taken for granted of scans that are missing."""
+    for before, after in pairwise(numbers):
+        if after != before + 1:
+            missing = f"scans {before + 1} to {after - 1} are missing"
+            yield f"{missing}: outputs and inputs are taken to stay as they were in scan {before}"
 
 
 def _forces(recording: Recording) -> Mapping[int, Mapping[str, int]]:

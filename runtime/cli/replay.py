@@ -85,7 +85,7 @@ def _replay_command(
             follower = replay.run(allowed, to_the_end=to_the_end, quiet=quiet)
         if follower.stopped:
             total = len(recording.columns.scan)
-            replay.notes.append(f"stopped at scan {follower.scans:,} of {total:,}; --to-the-end goes on")
+            replay.notes.append(f"stopped after {follower.scans:,} of {total:,} scans; --to-the-end goes on")
         for note in replay.notes:
             typer.echo(f"note: {note}", err=True)
         status = tell(follower.comparison(), (path.name, REPLAY), as_json=as_json)

@@ -130,7 +130,7 @@ def test_a_changed_program_is_told_by_the_scan_in_which_it_decides_otherwise(fol
     with open_trace(trace) as opened:
         started = next(scan.scan for scan in opened.scans() if scan.outputs(1)[0] == 1)
     assert f"first in scan {started} at" in result.output
-    assert f"note: stopped at scan {started + 1} of 400; --to-the-end goes on\n" in result.stderr
+    assert f"note: stopped after {started + 1} of 400 scans; --to-the-end goes on\n" in result.stderr
     assert "of 400 scans differ" in scanrack(
         "replay", trace, "--into", "program", "--program", "other.py", "--to-the-end"
     ).output  # fmt: skip
@@ -369,6 +369,18 @@ def test_scans_as_irregular_as_those_of_a_real_plc_are_replayed_at_their_times(f
     assert (result.output, result.exit_code) == ("plc.mcap and replay show the same: 200 scans\n", 0)
     other = scanrack("replay", "plc.mcap", "--into", "program", "--program", "none.py")
     assert "there is no such program file" in other.stderr
+
+
+def test_scans_that_are_missing_are_told(folder: Path) -> None:
+    import made_traces
+
+    memory = bytearray(32)
+    recorder = ScanRecorder(folder / "gap.mcap", memory, [made_traces.A3601], scan_period_ns=2_000_000)
+    for scan in (0, 1, 2, 10, 11):
+        recorder.scan(scan, scan * 2_000_000, 1)
+    recorder.close()
+    result = scanrack("replay", "gap.mcap", "--rack", "rack.toml", "--to-the-end")
+    assert "note: scans 3 to 9 are missing: outputs and inputs are taken to stay" in result.stderr
 
 
 def test_a_recording_of_somebody_elses_needs_a_rack(folder: Path) -> None:
