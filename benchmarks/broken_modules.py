@@ -1,10 +1,11 @@
-"""How soon are deliberately broken modules found?
+"""How soon are deliberately broken modules and programs found?
 
     python benchmarks/broken_modules.py             all of them, with the scripts of the CI profile
     python benchmarks/broken_modules.py --smoke     a handful, quickly
 
 A broken module is a 3601 with one mistake (tests/support/broken3601.py); it is played in lockstep with the
-oracle until the first difference.
+oracle until the first difference. A broken program is a small user program with one mistake
+(tests/support/broken_programs.py); it is searched as `scanrack fuzz` does.
 
 Exit status: 0 all are found, 1 one of them is not.
 """
@@ -19,6 +20,7 @@ from time import perf_counter
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 
 from broken3601 import MISTAKES
+from broken_programs import BROKEN_PROGRAMS, found_after
 from hunt3601 import hunt, scripts_of
 
 SMOKE = 6
@@ -41,11 +43,30 @@ def report_modules(count: int | None) -> bool:
     return found == len(chosen)
 
 
+def report_programs(count: int | None) -> bool:
+    """Search programs and print a line for each; return whether all were found."""
+    chosen = BROKEN_PROGRAMS[:count]
+    found = 0
+    print(f"{'runs':>8} {'seconds':>8}  mistake")
+    for program in chosen:
+        start = perf_counter()
+        after = found_after(program)
+        found += after is not None
+        seconds = perf_counter() - start
+        print(f"{'never' if after is None else after:>8} {seconds:>8.2f}  {program.sentence}")
+    print(f"{found} of {len(chosen)} broken programs found (the seconds include shrinking)")
+    return found == len(chosen)
+
+
 def main(arguments: list[str]) -> int:
-    parser = argparse.ArgumentParser(description="How soon are deliberately broken modules found?")
+    parser = argparse.ArgumentParser(
+        description="How soon are deliberately broken modules and programs found?"
+    )
     parser.add_argument("--smoke", action="store_true", help="a handful, quickly")
     given = parser.parse_args(arguments)
-    return 0 if report_modules(SMOKE if given.smoke else None) else 1
+    count = SMOKE if given.smoke else None
+    modules, programs = report_modules(count), report_programs(count)
+    return 0 if modules and programs else 1
 
 
 if __name__ == "__main__":
