@@ -105,7 +105,6 @@ def _needed(trace: Trace, selection: Selection, margin: int) -> Sequence[Section
         low = max(low, bisect_left(places, selection.first + 1, key=trace.first_scan) - 1)
     if selection.last is not None:
         high = min(high, bisect_right(places, selection.last, key=trace.first_scan))
-    high = max(low, high)
     return sections[_back(trace, low, margin) : _ahead(trace, high, margin)]
 
 

@@ -149,7 +149,7 @@ class ScanShape:
         Size and index must agree, so an index that is damaged, or cut off, is not believed.
         """
         count = section.counts.get(self.channel, 0)
-        return len(section.counts) == 1 and count * self.stride == section.size
+        return section.is_chunk and count * self.stride == section.size
 
     def expected(self, section: Section) -> int:
         """Return how many scans a section should hold: by its index, by its size if it has none."""

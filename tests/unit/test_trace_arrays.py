@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from made_traces import PERIOD_NS, record
+from mcap.opcode import Opcode
 from mcap.writer import CompressionType, Writer
 from scanrack.traces import reader
 from scanrack.traces.arrays import by_name, column_chunks, extent, read_columns, scan_at, scan_count
@@ -102,6 +103,15 @@ def test_a_slice_reads_only_the_chunks_it_needs(
         assert len(read) <= 1 + (last - first + CHUNK_SCANS) // CHUNK_SCANS
 
 
+def test_a_slice_that_ends_where_a_chunk_begins(path: Path) -> None:
+    with open_trace(path) as trace:
+        for section in trace.sections[1:]:
+            scans = read_columns(trace, Selection(end_ns=section.start_ns)).scan
+            assert scans[-1] * PERIOD_NS == section.start_ns
+            scans = read_columns(trace, Selection(start_ns=section.start_ns)).scan
+            assert scans[0] * PERIOD_NS == section.start_ns
+
+
 @pytest.mark.parametrize("selection", [Selection(first=500), Selection(start_ns=10**12), Selection(9, 3)])
 def test_a_slice_beyond_the_trace_is_empty(path: Path, selection: Selection) -> None:
     with open_trace(path) as trace:
@@ -124,9 +134,10 @@ def test_every_scan_is_found_at_random(path: Path, monkeypatch: pytest.MonkeyPat
             scan = scan_at(trace, number)
             assert (scan.scan, scan.now_ns) == (number, number * PERIOD_NS)
             assert list(scan.inputs(5)) == NUMBERS[number, 24:].tolist()
-        read.clear()
-        scan_at(trace, 321)
-        assert len(read) == 1
+        for place in range(len(trace.sections)):
+            read.clear()
+            scan_at(trace, trace.first_scan(place))
+            assert len(read) == 1
         for number in (SCANS, -1):
             with pytest.raises(ValueError, match=f"the trace has no scan {number}; it holds 0 to 499"):
                 scan_at(trace, number)
@@ -147,6 +158,15 @@ def test_events_are_read_without_the_chunks_that_have_none(
         assert [event.scan for event in trace.events()] == [7, 8, 240]
         assert len(read) == 2
         assert len(trace.sections) > 8
+
+
+def test_an_index_that_does_not_tell_all_is_not_believed(path: Path, tmp_path: Path) -> None:
+    with open_trace(path) as trace:
+        index = next(span for span in trace.spans if span.opcode == Opcode.MESSAGE_INDEX)
+    torn = tmp_path / "torn.mcap"
+    torn.write_bytes(path.read_bytes()[: index.end])  # that of the events is missing
+    with open_trace(torn) as trace:
+        assert [event.scan for event in trace.events()] == [7, 8]
 
 
 def test_a_trace_without_scans(tmp_path: Path) -> None:
@@ -223,7 +243,7 @@ def test_the_scans_of_a_damaged_chunk_are_missing_and_noted(path: Path, tmp_path
             scan_at(trace, lost[3])
 
 
-def test_a_scan_of_another_size_is_noted(tmp_path: Path) -> None:
+def test_a_scan_of_another_size_is_noted_and_the_others_are_given(tmp_path: Path) -> None:
     path = tmp_path / "other.mcap"
     schema = scan_schema(SLOTS)
     with path.open("wb") as file:
@@ -233,8 +253,10 @@ def test_a_scan_of_another_size_is_noted(tmp_path: Path) -> None:
             "/scan", "cdr", writer.register_schema(schema.name, "ros2msg", schema.text.encode())
         )
         writer.add_metadata("scanrack", FOREIGN)
-        writer.add_message(channel, log_time=0, data=bytes(75), publish_time=0)
+        for scan in range(9):
+            payload = SCAN_HEAD.pack(CDR_PREFIX, scan, 1) + bytes(64 if scan != 5 else 65)
+            writer.add_message(channel, log_time=scan, data=payload, publish_time=scan)
         writer.finish()
     with open_trace(path) as trace:
-        assert read_columns(trace).words.shape == (0, 32)
-        assert "has a scan of 75 bytes" in trace.notes[0]
+        assert read_columns(trace).scan.tolist() == [0, 1, 2, 3, 4, 6, 7, 8]
+        assert "has a scan of 77 bytes" in trace.notes[0]

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from mcap.opcode import Opcode
 from mcap.writer import Writer
+from scanrack.traces import records
 from scanrack.traces.layout import SlotInfo
 from scanrack.traces.reader import open_trace
 from scanrack.traces.recorder import ScanRecorder
@@ -198,6 +199,33 @@ def test_a_wrong_length_costs_one_chunk_at_most(path: Path, length: int) -> None
     scans, notes = numbers(path)
     assert set(scans) >= set(chunks[0] + joined(chunks[2:]))
     assert notes
+
+
+def test_a_length_that_reaches_into_the_next_chunk_does_not_cost_that_one(path: Path) -> None:
+    chunks = per_chunk(path)
+    (start, _), (following, _) = spans(path, Opcode.CHUNK)[1:3]
+    damage(path, start + 1, *(following - start + 100).to_bytes(8, "little"))
+    scans, notes = numbers(path)
+    assert set(scans) >= set(chunks[0] + joined(chunks[2:]))
+    assert notes[0].endswith(f"the next chunk is at byte {following:,}")
+
+
+@pytest.mark.parametrize("size", [1, 7, 64])
+def test_the_next_chunk_is_found_however_much_is_read_at_once(
+    path: Path, size: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (start, _), (following, _) = spans(path, Opcode.CHUNK)[2:4]
+    damage(path, start, 0x77)
+    monkeypatch.setattr(records, "_SEARCH_BYTES", size)
+    _, notes = numbers(path)
+    assert notes == [f"damaged at byte {start:,}; the next chunk is at byte {following:,}"]
+
+
+def test_a_chunk_that_holds_less_than_it_says_is_damaged(path: Path) -> None:
+    start, _ = spans(path, Opcode.CHUNK)[0]
+    damage(path, start + 9 + 16, 1)  # the uncompressed size, after two times
+    _, notes = numbers(path)
+    assert re.search(r"damaged chunk at byte [\d,]+: it holds [\d,]+ bytes instead of [\d,]+;", notes[0])
 
 
 def test_a_damaged_last_chunk_ends_the_file_there(path: Path) -> None:

@@ -182,9 +182,11 @@ def test_what_another_tool_wrote_is_repaired(tmp_path: Path, compression: Compre
 
 def test_output_leaves_the_original(path: Path, content: bytes) -> None:
     path.write_bytes(content[:-50])
+    path.chmod(0o640)
     target = path.with_name("whole.mcap")
     assert repair(path, target).original is None
     assert target.read_bytes() == content
+    assert target.stat().st_mode & 0o777 == 0o640
     assert path.read_bytes() == content[:-50]
 
 
