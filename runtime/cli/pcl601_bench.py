@@ -179,4 +179,4 @@ def _on_off(bit: int) -> str:
 
 def pcl601_bench() -> WireBench[Options, Env]:
     """Return the bench of `drive pcl601`."""
-    return WireBench(Pcl601Target, Options, Env)
+    return WireBench(Pcl601Target, Options, Env, {("new", "encoder"): EncoderOptions})

@@ -180,12 +180,13 @@ def _explain(fault: Any, tables: Tables) -> str:
     """Say a validation fault in one line: key, value, what is allowed."""
     key = ".".join(str(part) for part in fault["loc"]) or "request"
     if fault["type"] == "extra_forbidden":
-        allowed = ", ".join(tables[fault["loc"][:-1]].model_fields)
-        return f"{key}: unknown key; allowed are {allowed}"
+        table = tables.get(fault["loc"][:-1])
+        allowed = f"; allowed are {', '.join(table.model_fields)}" if table is not None else ""
+        return f"{key}: unknown key{allowed}"
     value = "" if isinstance(fault["input"], BaseModel | dict) else f" {_shown(fault['input'])}"
     message = str(fault["msg"]).removeprefix("Value error, ")
     return f"{key}:{value} is not allowed: {message}" if value else f"{key}: {message}"
 
 
 def _shown(value: Any) -> str:
-    return json.dumps(value, default=str)[:80]
+    return json.dumps(value, default=lambda other: float(other) if isinstance(other, Decimal) else "")[:80]

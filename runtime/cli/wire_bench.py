@@ -129,12 +129,19 @@ class WireBench(Generic[New, Env]):
         make: makes a target for the options of a fresh bench; ValueError where they can't be taken.
         new: model of the options, all of which have defaults.
         env: model of what may be set around the controller; every key defaults to None.
+        inner: models of the objects within these two, by where they stand, to name their keys in errors.
     """
 
-    def __init__(self, make: Callable[[New], WireTarget[Env]], new: type[New], env: type[Env]) -> None:
+    def __init__(
+        self,
+        make: Callable[[New], WireTarget[Env]],
+        new: type[New],
+        env: type[Env],
+        inner: Tables | None = None,
+    ) -> None:
         self._make = make
         self._model: type[WireRequest[New, Env]] = WireRequest[new, env]  # type: ignore[valid-type]
-        self._tables: Tables = {(): self._model, ("new",): new, ("env",): env}
+        self._tables: Tables = {(): self._model, ("new",): new, ("env",): env, **(inner or {})}
         self._renew(make(new()))
 
     def _renew(self, target: WireTarget[Env]) -> None:

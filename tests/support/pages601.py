@@ -6,7 +6,7 @@ import re
 import sys
 from pathlib import Path
 
-from scanrack.io_images.pcl601 import CAUSES, COMMANDS, MAP, NEEDS_IDLE, Code
+from scanrack.io_images.pcl601 import CAUSES, COMMANDS, FIRMWARE, MAP, NEEDS_IDLE, Code, Register
 
 PAGE = Path(__file__).parents[2] / "docs" / "pcl601.md"
 BLOCK = re.compile(r"(<!-- (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
@@ -28,16 +28,10 @@ def registers():
         notes = ["read only"] * (not row.writable) + ["locked in motion"] * row.locked
         notes += ["non-volatile"] * row.kept
         letters = " ".join(code(letter) for letter in row.ascii.split())
-        rows.append(
-            [
-                references,
-                row.meaning,
-                f"{row.low:,} to {row.high:,}",
-                f"{row.default:,}",
-                letters,
-                ", ".join(notes),
-            ]
-        )
+        limits, default = f"{row.low:,} to {row.high:,}", f"{row.default:,}"
+        if row.register is Register.FIRMWARE:
+            limits, default = "fixed", f"{row.default:08X}h, `{FIRMWARE}` in ASCII"
+        rows.append([references, row.meaning, limits, default, letters, ", ".join(notes)])
     return table(["Register", "Meaning", "Range", "Power-up", "ASCII", "Notes"], rows)
 
 
@@ -50,8 +44,6 @@ def commands():
     rows = []
     for command in COMMANDS:
         form = ", ".join(f"`{part}`" for part in command.form.replace("|", "\\|").split(", "))
-        if command.name == ",":
-            form = "`,`"
         rows.append([form, command.meaning, "yes" if command.while_running else ""])
     return table(["Form", "Meaning", "While a program runs"], rows)
 
