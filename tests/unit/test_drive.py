@@ -110,7 +110,7 @@ REFUSED = [
     ({"foo": 1}, "foo: unknown key; allowed are new, power_cycle, plc_mode"),
     ({"new": {"firmwre": "4.1"}}, "new.firmwre: unknown key; allowed are firmware"),
     ({"new": {"firmware": "9.9"}}, 'new.firmware: "9.9" is not allowed'),
-    ({"new": {"scan_ms": 0.3}}, 'new.scan_ms: 0.3 is not allowed: must be a multiple of 0.25'),
+    ({"new": {"scan_ms": 0.3}}, "new.scan_ms: 0.3 is not allowed: must be a multiple of 0.25"),
     ({"new": {"machine": {"home": [5, 1]}}}, "new.machine.home: [5, 1] is not allowed"),
     ({"new": {"options": {"stoped_after_config": True}}}, "did you mean stopped_after_config"),
     ({"new": {"options": {"stopped_after_config": 1}}}, "1 is not true or false"),
