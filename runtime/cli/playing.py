@@ -15,7 +15,7 @@ from ..faults import CpuFault
 from ..playback import RecordedInputs, Score, Stimulus, recorded_outputs, stimulated
 from ..rack import Card, Rack
 from ..rackspec import RackSpec
-from ..scan import Logic
+from ..scan import CpuMode, Logic
 from .levels import recorded_levels
 from .progress import shown_progress
 
@@ -69,13 +69,12 @@ class Replay:
         self._logic = logic or recorded_outputs(self._score, recording.memory)
         directions = {Into.MODULE: ("in",), Into.PROGRAM: ("out",), Into.RACK: ("in", "out")}[into]
         self._images: list[Image] = [(slot, direction) for slot in slots for direction in directions]
-        self.notes = [*_assumptions(into, self._score.numbers[0]), *_gaps(self._score.numbers)]
+        self.notes = list(_assumptions(into, self._score))
 
     def run(self, allowed: Tolerance, *, to_the_end: bool, quiet: bool) -> Follower:
         """Play it, until it differs or to the end; return who has followed it.
 
-        Raises:
-            CpuFault: the program raised, or did not come back.
+        A program that raises or does not come back ends it, too, and is noted.
         """
         follower = Follower(self._recording, self.rack.memory, self._images, tolerance=allowed)
         cpu = build_playback(self._spec, self._score, self._logic, self.rack, listeners=[follower])
@@ -104,6 +103,8 @@ class Replay:
         )
 
 
+_GAPS_TOLD = 3
+
 _FRESH = {
     Into.MODULE: "the module is taken to be just powered up",
     Into.PROGRAM: "the program is taken to have just been started",
@@ -111,10 +112,17 @@ _FRESH = {
 }
 
 
-def _assumptions(into: Into, first: int) -> Iterator[str]:
-    """Yield what is taken for granted of a trace that begins with that scan."""
+def _assumptions(into: Into, score: Score) -> Iterator[str]:
+    """Yield what is taken for granted of a trace."""
+    first = score.numbers[0]
     if first:
         yield f"the trace begins with scan {first:,}, in mid-life: {_FRESH[into]} then"
+    if all(score.mode(row) is CpuMode.PROGRAM for row in range(len(score.flags))):
+        yield "the flags of all scans say program mode, in which logic rests and outputs are not sent"
+    gaps = list(_gaps(score.numbers))
+    yield from gaps[:_GAPS_TOLD]
+    if len(gaps) > _GAPS_TOLD:
+        yield f"and so on, {len(gaps):,} times in all"
 
 
 def _gaps(numbers: Sequence[int]) -> Iterator[str]:

@@ -376,11 +376,13 @@ def test_scans_that_are_missing_are_told(folder: Path) -> None:
 
     memory = bytearray(32)
     recorder = ScanRecorder(folder / "gap.mcap", memory, [made_traces.A3601], scan_period_ns=2_000_000)
-    for scan in (0, 1, 2, 10, 11):
-        recorder.scan(scan, scan * 2_000_000, 1)
+    for scan in (0, 1, 2, 10, 12, 14, 16):
+        recorder.scan(scan, scan * 2_000_000, 0)
     recorder.close()
     result = scanrack("replay", "gap.mcap", "--rack", "rack.toml", "--to-the-end")
     assert "note: scans 3 to 9 are missing: outputs and inputs are taken to stay" in result.stderr
+    assert "note: and so on, 4 times in all" in result.stderr
+    assert "note: the flags of all scans say program mode" in result.stderr
 
 
 def test_a_recording_of_somebody_elses_needs_a_rack(folder: Path) -> None:
