@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import select
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -14,8 +16,11 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
+from ...traces.line import LineRecorder, UnitColumns
 from ..pace import Clock, wall_ns
 from ..ports import (
+    LONGEST_S,
+    LineListener,
     LineServer,
     ModbusTcpPort,
     PduServer,
@@ -33,6 +38,9 @@ from .units import Unit, addresses_in, pcl601_units, pmc006_units
 
 LOOPBACK = "127.0.0.1"
 BROADCAST = 0
+RECORDED_EVERY_S = 0.01
+"""How often registers are recorded at least, if they change."""
+
 REFRESH_NS = 250_000_000
 """How often the status is shown anew."""
 
@@ -73,6 +81,7 @@ def line_of(units: list[Unit]) -> Device:
 def server_for(
     units: list[Unit],
     clock: Clock,
+    listener: LineListener | None = None,
     *,
     pty: bool = False,
     serial: str | None = None,
@@ -89,12 +98,12 @@ def server_for(
     line = line_of(units)
     if tcp is not None and not rtu_over_tcp and units[0].answer is not None:
         modbus = ModbusTcpPort(*socket_address(tcp))
-        return PduServer(line, answering(units), modbus, clock), modbus.name
+        return PduServer(line, answering(units), modbus, clock, listener), modbus.name
     if tcp is not None:
         port: Port = RawTcpPort(*socket_address(tcp))
     else:
         port = PtyPort() if serial is None else SerialPort(serial, line.line_format)
-    return LineServer(line, port, clock), port.name
+    return LineServer(line, port, clock, listener), port.name
 
 
 def answering(units: list[Unit]) -> Callable[[int, bytes], bytes | None]:
@@ -125,6 +134,59 @@ def status_table(units: list[Unit]) -> Table:
     for row in rows:
         table.add_row(*row.values())
     return table
+
+
+def wire(units: list[Unit], text: str) -> None:
+    """Give an input a state: `in1=ground`, or `2:home=..-3000` for the unit at address 2.
+
+    Raises:
+        ValueError: there is no such unit, input or state.
+    """
+    name, equals, state = text.replace(" ", "").partition("=")
+    address, colon, pin = name.rpartition(":")
+    chosen = [unit for unit in units if not colon or str(unit.address) == address]
+    if not equals or not chosen:
+        raise ValueError(f"{text!r} wires no input: it has to be NAME=STATE, or ADDRESS:NAME=STATE")
+    chosen[0].wire(pin, state)
+
+
+class Typed:
+    """Lines that somebody types while it serves: each gives an input a state."""
+
+    def __init__(self, units: list[Unit]) -> None:
+        self._units = units
+        self._open = sys.stdin is not None and sys.stdin.isatty()
+        self._due_ns = 0
+
+    def look(self) -> None:
+        """Take a line, if there is one; a mistake is told and changes nothing."""
+        if not self._open or wall_ns() < self._due_ns:
+            return
+        self._due_ns = wall_ns() + REFRESH_NS
+        if os.tcgetpgrp(0) != os.getpgrp() or not select.select([0], [], [], 0)[0]:
+            return
+        line = sys.stdin.readline()
+        self._open = bool(line)
+        try:
+            if line.strip():
+                wire(self._units, line.strip())
+        except ValueError as error:
+            typer.echo(f"scanrack: {error}", err=True)
+
+
+@contextmanager
+def recording(path: Path | None, controller: str, units: list[Unit]) -> Iterator[LineRecorder | None]:
+    """Record the line and the units into a file, if there is a path.
+
+    Raises:
+        OSError: it can't be written.
+    """
+    if path is None:
+        yield None
+        return
+    columns = [UnitColumns(unit.address, tuple(unit.values())) for unit in units]
+    with closing(LineRecorder(path, columns, {"controller": controller})) as recorder:
+        yield recorder
 
 
 @contextmanager
@@ -172,25 +234,61 @@ def _serve_command(
     speed: Annotated[
         float, typer.Option("--speed", metavar="FACTOR", help="How many times as fast as real time.")
     ] = 1.0,
+    pin: Annotated[
+        list[str] | None,
+        typer.Option("--pin", metavar="NAME=STATE", help="State of an input: in1=ground, home=..-3000."),
+    ] = None,
+    record: Annotated[
+        Path | None, typer.Option("--record", metavar="FILE", help="Record line and registers as MCAP.")
+    ] = None,
     quiet: QuietOption = False,
 ) -> None:
     """Serve a simulated controller until Ctrl-C.
 
-    The first line printed says where it is to be found. On a terminal its state is shown meanwhile.
+    The first line printed says where it is to be found. On a terminal its state is shown meanwhile, and
+    inputs change by typing NAME=STATE: ground, open, high, 2.5V at in1, or the positions at which a
+    switch is closed: 9000.. or ..-3000 or 5..10. With several units: ADDRESS:NAME=STATE.
 
     Example: scanrack serve pcl601 --tcp 5020 --program examples/pcl601/sample1.pclt
 
-    Exit status: 0 ended by Ctrl-C, 2 an option, a file or a port can't be used.
+    Exit status: 0 ended by Ctrl-C, 2 an option, a file or a port can't be used, 3 the recording can't
+    be written.
     """
     with told_mistakes():
         clock = Clock(speed)
         units = MAKERS[controller](addresses_in(address or []), program or [], speed)
-        server, place = server_for(units, clock, pty=pty, serial=serial, tcp=tcp, rtu_over_tcp=rtu_over_tcp)
-        names = ", ".join(str(unit.address) for unit in units)
-        typer.echo(f"{place}  {controller} at address {names}, {units[0].device.line_format}; Ctrl-C ends")
-        sys.stdout.flush()  # who reads the path through a pipe waits for it
-        with shown_status(units, quiet=quiet) as refresh:
-            serve_until_interrupted(server, refresh)
+        for each in pin or []:
+            wire(units, each)
+        with recording(record, controller, units) as recorder:
+            server, place = server_for(
+                units, clock, recorder, pty=pty, serial=serial, tcp=tcp, rtu_over_tcp=rtu_over_tcp
+            )
+            names = ", ".join(str(unit.address) for unit in units)
+            typer.echo(
+                f"{place}  {controller} at address {names}, {units[0].device.line_format}; Ctrl-C ends"
+            )
+            sys.stdout.flush()  # who reads the path through a pipe waits for it
+            _serve(server, units, clock, recorder, quiet=quiet)
+
+
+def _serve(
+    server: Server, units: list[Unit], clock: Clock, recorder: LineRecorder | None, *, quiet: bool
+) -> None:
+    typed = Typed(units)
+
+    def each_step() -> None:
+        refresh()
+        typed.look()
+        if recorder is not None:
+            now_ns = clock.now_ns()
+            for unit in units:
+                recorder.unit(now_ns, unit.address, unit.values())
+
+    with shown_status(units, quiet=quiet) as refresh:
+        each_step()  # how it is at first
+        serve_until_interrupted(
+            server, each_step, longest_s=LONGEST_S if recorder is None else RECORDED_EVERY_S
+        )
 
 
 def register(app: typer.Typer) -> None:

@@ -4,20 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import partial
 from pathlib import Path
 
-from ...io_images.pcl601 import Register
+from ...io_images.pcl601 import MAP, Register
 from ...io_images.pcl601.program import Program
+from ...io_images.pcl601.terminals import INPUTS
 from ...io_images.pmc006.frame import FACTORY_ADDRESS
 from ...io_images.pmc006.program import UserProgram, assemble
 from ..pcl601.line import PORT_TIMING, Pcl601
+from ..pcl601.pins import FAR, FULL_SCALE_VOLTS, GROUND, OPEN, Contact
 from ..pcl601.program import ProgramMachine
 from ..pcl601.rtu import Timing
 from ..pmc006.controller import Controller
 from ..pmc006.line import Pmc006
+from ..pmc006.pins import Pin
 from ..wire import Device
 from .pclt import read_program
+
+LEVELS = {"ground": GROUND, "open": OPEN, "high": OPEN}
+RECORDED = [row for row in MAP if row.register not in (Register.COMMAND, Register.FIRMWARE)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,12 +35,16 @@ class Unit:
         device: what is on the line.
         address: as it was made.
         status: says how it is at this moment: a word or two for each column of the status table.
+        values: what it holds at this moment, by name, as it is recorded.
+        wire: gives an input a state, by name; raises ValueError if there is no such input or state.
         answer: answers a Modbus request PDU; None for what speaks no Modbus.
     """
 
     device: Device
     address: int
     status: Callable[[], dict[str, str]]
+    values: Callable[[], dict[str, int]]
+    wire: Callable[[str, str], None]
     answer: Callable[[bytes], bytes | None] | None = None
 
 
@@ -75,7 +86,14 @@ def pcl601_units(addresses: list[int], programs: list[Path], speed: float) -> li
         program = read_program(file)
         _load(devices[_axis(file, program, list(devices))], program)
     return [
-        Unit(device, address, partial(_pcl601_status, device), device.answer)
+        Unit(
+            device,
+            address,
+            partial(_pcl601_status, device),
+            partial(_pcl601_values, device),
+            partial(_wire_pcl601, device),
+            device.answer,
+        )
         for address, device in devices.items()
     ]
 
@@ -113,6 +131,62 @@ def _pcl601_status(device: Pcl601) -> dict[str, str]:
     }
 
 
+def _pcl601_values(device: Pcl601) -> dict[str, int]:
+    controller = device.controller
+    registers = controller.read()
+    return {
+        **{row.register.name.lower(): registers[row.register] for row in RECORDED},
+        "inputs": controller.inputs.active(),
+        "outputs": controller.output_pins,
+        "program_running": int(controller.program_running),
+    }
+
+
+def _wire_pcl601(device: Pcl601, name: str, state: str) -> None:
+    if name not in INPUTS:
+        raise ValueError(f"there is no input {name}: allowed are {', '.join(INPUTS)}")
+    pins = device.controller.pins
+    if name == "in1" and state.endswith("V"):
+        pins.apply_volts(_volts(state))
+    elif name == "in1" and state == "open":  # it alone has no pull-up
+        pins.connect(name, GROUND)
+    elif state in LEVELS:
+        pins.connect(name, LEVELS[state])
+    else:
+        first, last = range_of(state)
+        pins.connect(name, Contact(-FAR if first is None else first, FAR if last is None else last))
+    device.controller.settle(device.controller.now_ns)
+
+
+def _volts(state: str) -> Fraction:
+    try:
+        volts = Fraction(state.removesuffix("V").strip())
+    except ValueError:
+        volts = Fraction(-1)
+    if not 0 <= volts <= FULL_SCALE_VOLTS:
+        raise ValueError(f"{state} is no voltage: allowed is 0V to {FULL_SCALE_VOLTS}V")
+    return volts
+
+
+def range_of(state: str) -> tuple[int | None, int | None]:
+    """Return the first and last position of a range; None where it has no end.
+
+    >>> range_of("9000.."), range_of("..-3000"), range_of("-5..5")
+    ((9000, None), (None, -3000), (-5, 5))
+
+    Raises:
+        ValueError: it is none.
+    """
+    first, dots, last = state.partition("..")
+    try:
+        if not dots or not first + last:
+            raise ValueError(state)
+        return int(first) if first else None, int(last) if last else None
+    except ValueError:
+        allowed = "ground, open, high, 2.5V at in1, or positions such as 9000.. or ..-3000 or 5..10"
+        raise ValueError(f"{state!r} is no state of an input: allowed are {allowed}") from None
+
+
 def pmc006_units(addresses: list[int], programs: list[Path], _speed: float) -> list[Unit]:
     """Make one PMC006; its line is RS-232, point to point.
 
@@ -123,7 +197,15 @@ def pmc006_units(addresses: list[int], programs: list[Path], _speed: float) -> l
         raise ValueError("a PMC006 is alone on its line: give one --address and one --program at most")
     program = _user_program(programs[0]) if programs else None
     controller = Controller(address=addresses[0] if addresses else FACTORY_ADDRESS, program=program)
-    return [Unit(Pmc006(controller), controller.address, lambda: _pmc006_status(controller))]
+    return [
+        Unit(
+            Pmc006(controller),
+            controller.address,
+            lambda: _pmc006_status(controller),
+            lambda: _pmc006_values(controller),
+            lambda name, state: _wire_pmc006(controller, name, state),
+        )
+    ]
 
 
 def _user_program(file: Path) -> UserProgram:
@@ -143,3 +225,22 @@ def _pmc006_status(controller: Controller) -> dict[str, str]:
         "status 1": f"{int(controller.status1):#04x}",
         "status 2": f"{int(controller.status2):#04x}",
     }
+
+
+def _pmc006_values(controller: Controller) -> dict[str, int]:
+    return {
+        "position": controller.axis.position,
+        "status1": int(controller.status1),
+        "status2": int(controller.status2),
+        "levels": int(controller.levels),
+        "gpio8": int(controller.gpio8),
+    }
+
+
+def _wire_pmc006(controller: Controller, name: str, state: str) -> None:
+    pins = {pin.name.lower(): pin for pin in Pin if pin.name is not None}
+    if name not in pins:
+        raise ValueError(f"there is no input {name}: allowed are {', '.join(pins)}")
+    if state not in ("high", "low"):
+        raise ValueError(f"{state!r} is no state of an input: allowed are high and low")
+    controller.set_pin(pins[name], state == "high")

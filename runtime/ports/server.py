@@ -27,6 +27,18 @@ class Server(Protocol):
         ...
 
 
+class LineListener(Protocol):
+    """Is told what is said on a line."""
+
+    def heard(self, now_ns: int, data: bytes) -> None:
+        """The device has received."""
+        ...
+
+    def said(self, now_ns: int, data: bytes) -> None:
+        """The device has sent."""
+        ...
+
+
 class LineServer:
     """A device at a port that carries the bytes of its serial line.
 
@@ -34,12 +46,16 @@ class LineServer:
         device: a unit, or a `Segment` of several.
         port: where its line ends.
         clock: its time.
+        listener: is told of every byte; None = nobody is.
     """
 
-    def __init__(self, device: Device, port: Port, clock: Clock) -> None:
+    def __init__(
+        self, device: Device, port: Port, clock: Clock, listener: LineListener | None = None
+    ) -> None:
         self._device = device
         self._port = port
         self._clock = clock
+        self._listener = listener
 
     def step(self, longest_s: float) -> None:
         """See `Server.step`."""
@@ -51,11 +67,19 @@ class LineServer:
             said += self._device.advance(now_ns)
         if said:
             self._port.send(said)
+        self._tell(now_ns, data, said)
         self._port.follow(self._device.line_format)
 
     def close(self) -> None:
         """See `Server.close`."""
         self._port.close()
+
+    def _tell(self, now_ns: int, heard: bytes, said: bytes) -> None:
+        if self._listener is not None:
+            if heard:
+                self._listener.heard(now_ns, heard)
+            if said:
+                self._listener.said(now_ns, said)
 
 
 class PduServer:
@@ -66,9 +90,18 @@ class PduServer:
         answer: answers a request PDU, at the present instant of the device.
         port: where the requests come in.
         clock: its time.
+        listener: is told of every request and reply, unit and PDU; None = nobody is.
     """
 
-    def __init__(self, device: Device, answer: AnswerPdu, port: ModbusTcpPort, clock: Clock) -> None:
+    def __init__(
+        self,
+        device: Device,
+        answer: AnswerPdu,
+        port: ModbusTcpPort,
+        clock: Clock,
+        listener: LineListener | None = None,
+    ) -> None:
+        self._listener = listener
         self._device = device
         self._answer_pdu = answer
         self._port = port
@@ -84,8 +117,14 @@ class PduServer:
         self._port.close()
 
     def _answer(self, unit: int, pdu: bytes) -> bytes | None:
-        self._device.advance(self._clock.now_ns())
-        return self._answer_pdu(unit, pdu)
+        now_ns = self._clock.now_ns()
+        self._device.advance(now_ns)
+        reply = self._answer_pdu(unit, pdu)
+        if self._listener is not None:
+            self._listener.heard(now_ns, bytes((unit,)) + pdu)
+            if reply is not None:
+                self._listener.said(now_ns, bytes((unit,)) + reply)
+        return reply
 
 
 class Stop:
@@ -108,7 +147,10 @@ def _closing(server: Server) -> Iterator[None]:
 
 
 def serve_until_interrupted(
-    server: Server, each_step: Callable[[], None] = lambda: None, stop: Stop | None = None
+    server: Server,
+    each_step: Callable[[], None] = lambda: None,
+    stop: Stop | None = None,
+    longest_s: float = LONGEST_S,
 ) -> None:
     """Serve until Ctrl-C, or until somebody else asks for a stop; then give the port back.
 
@@ -116,9 +158,10 @@ def serve_until_interrupted(
         server: what is served.
         each_step: called after every step.
         stop: asks for a stop.
+        longest_s: the longest that a step waits.
     """
     stop = stop or Stop()
     with _closing(server), stopping_on_interrupt(stop.ask, server.step.__code__):
         while not stop.asked:
-            server.step(LONGEST_S)
+            server.step(longest_s)
             each_step()

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import os
+import re
 import select
 import signal
 import socket
@@ -13,11 +15,14 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from mcap.reader import make_reader
 from scanrack.io_images.pmc006.frame import command, reply
 from scanrack.io_images.pmc006.instructions import BY_NAME
 from scanrack.runtime.cli import build
-from scanrack.runtime.cli.serve import answering
-from scanrack.runtime.cli.units import pcl601_units
+from scanrack.runtime.cli.serve import answering, wire
+from scanrack.runtime.cli.units import pcl601_units, pmc006_units
+from scanrack.runtime.pcl601.rtu import frame
+from scanrack.runtime.pmc006.pins import Pin
 from typer.testing import CliRunner
 
 READ_POSITION = BY_NAME["read_position"].code
@@ -121,3 +126,91 @@ def test_several_units_over_modbus_tcp_answer_to_their_own_addresses_and_all_car
 def test_one_unit_over_modbus_tcp_answers_whatever_unit_is_named() -> None:
     answer = answering(pcl601_units([], [], 1.0))
     assert answer(255, bytes.fromhex("03 0005 0001")) == b"\x03\x02\x01\xf4"
+
+
+@pytest.mark.parametrize(
+    ("states", "active"),
+    [
+        ([], 0),
+        (["in1=ground", "in3 = ground"], 0b101),
+        (["in1=open"], 0b1),
+        (["in1=1.9V"], 0b1),
+        (["in1=2V"], 0),
+        (["in2=ground", "in2=high"], 0),
+        (["in2=0.."], 0b10),
+        (["in2=1..", "in3=..-1", "in4=-5..5"], 0b1000),
+        (["hard_plus=ground"], 1 << 6),
+    ],
+)
+def test_inputs_take_states_and_switches_follow_the_motor(states: list[str], active: int) -> None:
+    """Bits 0 to 5 are inputs 1 to 6, bit 6 the hard limit; input 1 is low below 2 V, and when open."""
+    units = pcl601_units([], [], 1.0)
+    for state in states:
+        wire(units, state)
+    assert units[0].values()["inputs"] == active
+
+
+def test_an_input_of_one_of_several_units_is_wired_by_its_address() -> None:
+    units = pcl601_units([1, 2], [], 1.0)
+    wire(units, "2:in2=ground")
+    assert [unit.values()["inputs"] for unit in units] == [0, 2]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("in7=ground", "there is no input in7: allowed are in1, in2"),
+        ("in2=warm", "'warm' is no state of an input: allowed are ground, open"),
+        ("in2=..", "'..' is no state of an input"),
+        ("in2=1..x", "'1..x' is no state of an input"),
+        ("in1=6V", "6V is no voltage: allowed is 0V to 5V"),
+        ("in1=fullV", "fullV is no voltage"),
+        ("in2=2V", "'2V' is no state of an input"),
+        ("in2", "'in2' wires no input: it has to be NAME=STATE"),
+        ("9:in2=ground", "'9:in2=ground' wires no input"),
+    ],
+)
+def test_an_input_that_cannot_be_wired(text: str, said: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(said)):
+        wire(pcl601_units([1, 2], [], 1.0), text)
+
+
+def test_inputs_of_a_pmc006() -> None:
+    units = pmc006_units([], [], 1.0)
+    wire(units, "ext1=low")
+    assert units[0].values()["levels"] & Pin.EXT1 == 0
+    with pytest.raises(ValueError, match="'ground' is no state of an input: allowed are high and low"):
+        wire(units, "ext1=ground")
+    with pytest.raises(ValueError, match="there is no input in1: allowed are ext2, ext1"):
+        wire(units, "in1=low")
+
+
+def test_line_and_registers_are_recorded(tmp_path: Path) -> None:
+    """A frame in, its echo out, and the base speed that it wrote, all at their virtual times."""
+    trace = tmp_path / "line.mcap"
+    request = frame(1, bytes.fromhex("06 0005 0064"))
+    with serving("pcl601", "--pty", "--record", str(trace)) as path:
+        terminal = os.open(path, os.O_RDWR | os.O_NOCTTY)
+        os.write(terminal, request)
+        assert read(terminal, 8) == request
+        os.close(terminal)
+    with trace.open("rb") as stream:
+        messages = [
+            (channel.topic, message.log_time, json.loads(message.data))
+            for _, channel, message in make_reader(stream, validate_crcs=True).iter_messages()
+        ]
+    line = [fields for topic, _, fields in messages if topic == "/line"]
+    assert [(each["direction"], each["hex"]) for each in line] == [
+        ("received", request.hex(" ")),
+        ("sent", request.hex(" ")),
+    ]
+    speeds = [fields["base_speed"] for topic, _, fields in messages if topic == "/unit1"]
+    assert (speeds[0], speeds[-1]) == (500, 100)
+    times = [time for _, time, _ in messages]
+    assert times == sorted(times)
+
+
+def test_a_recording_that_cannot_be_written_is_told() -> None:
+    result = CliRunner().invoke(build(), ["serve", "pcl601", "--pty", "--record", "/nowhere/at/all.mcap"])
+    assert result.exit_code == 3
+    assert "/nowhere/at/all.mcap" in result.stderr
