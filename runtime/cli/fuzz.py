@@ -60,6 +60,27 @@ class Here(Executor):
         return future
 
 
+class OnCluster(Executor):
+    """Has tasks done by a Dask cluster, and leaves it when it is shut down.
+
+    Args:
+        client: a `distributed.Client`.
+    """
+
+    def __init__(self, client: Any) -> None:
+        self._client = client
+        self._executor: Executor = client.get_executor(pure=False)
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Send it to a worker."""
+        return self._executor.submit(fn, *args, **kwargs)
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """Close the connection; the cluster goes on."""
+        self._executor.shutdown(wait=wait)
+        self._client.close()
+
+
 def executor_of(jobs: int, dask: str | None) -> Callable[[], Executor]:
     """Return what makes the executor: this process, a pool of processes, or a Dask cluster.
 
@@ -82,8 +103,7 @@ def _dask(address: str) -> Executor:
         client: Any = Client(address, timeout=10)  # type: ignore[no-untyped-call, unused-ignore]
     except OSError as error:
         raise ValueError(f"no Dask scheduler answers at {address}: {error}") from error
-    executor: Executor = client.get_executor(pure=False)
-    return executor
+    return OnCluster(client)
 
 
 class _Teller:

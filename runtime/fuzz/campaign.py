@@ -233,7 +233,9 @@ def campaign(
                 pool = executor()
             wanted = wanted and go_on()
     finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+        for future in running:
+            future.cancel()
+        pool.shutdown(wait=True)
 
 
 def _worker_died(error: BaseException) -> bool:
