@@ -9,7 +9,16 @@ import typer
 
 from ...traces.export import write_csv, write_parquet, write_vcd
 from ...traces.reader import open_trace
-from .slices import QuietOption, ScansOption, TimeOption, check_target, reading, selection, told_mistakes
+from .slices import (
+    QuietOption,
+    ScansOption,
+    TimeOption,
+    check_target,
+    reading,
+    selection,
+    told_mistakes,
+    writing,
+)
 
 _WRITERS = {"--csv": write_csv, "--parquet": write_parquet, "--vcd": write_vcd}
 
@@ -54,7 +63,11 @@ def _export_command(
             if target is None:
                 continue
             check_target(target, trace)
-            with open_trace(trace) as opened, reading(opened, wanted, quiet=quiet) as progress:
+            with (
+                open_trace(trace) as opened,
+                reading(opened, wanted, quiet=quiet) as progress,
+                writing(target),
+            ):
                 count = _WRITERS[option](opened, target, signal or (), wanted, progress=progress)
             if not quiet:
                 typer.echo(f"{target}: {count:,} scans, {target.stat().st_size:,} bytes")

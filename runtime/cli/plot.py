@@ -9,7 +9,16 @@ import typer
 
 from ...traces.plot import Envelope, read_chart, save_figure, save_page
 from ...traces.reader import open_trace
-from .slices import QuietOption, ScansOption, TimeOption, check_target, reading, selection, told_mistakes
+from .slices import (
+    QuietOption,
+    ScansOption,
+    TimeOption,
+    check_target,
+    reading,
+    selection,
+    told_mistakes,
+    writing,
+)
 
 _PICTURES = (".png", ".svg")
 _PAGES = (".html", ".htm")
@@ -55,7 +64,7 @@ def _plot_command(
             allowed = ", ".join(_PICTURES + _PAGES)
             raise ValueError(f"{target}: what to draw is told by the file's suffix: {allowed}")
         check_target(target, trace)
-        with open_trace(trace) as opened, reading(opened, wanted, quiet=quiet) as progress:
+        with open_trace(trace) as opened, reading(opened, wanted, quiet=quiet) as progress, writing(target):
             if kind in _PAGES:
                 save_page(opened, target, wanted, slots=slot or (), title=title, progress=progress)
             else:

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TimeRemainingColumn
 
 from ...traces.repair import Repair, repair
-from .slices import QuietOption, check_target, told_mistakes
+from .slices import QuietOption, check_target, told_mistakes, writing
 
 WHOLE, LEFT_OUT = 0, 1
 """Exit status; `told_mistakes` has the others."""
@@ -64,7 +64,7 @@ def _repair_command(
     with told_mistakes():
         if output is not None:
             check_target(output, trace)
-        with _bar(trace, quiet=quiet) as progress:
+        with _bar(trace, quiet=quiet) as progress, writing(trace if output is None else output):
             found = repair(trace, output, progress=progress)
     if not quiet:
         tell(found, trace, trace if output is None else output)

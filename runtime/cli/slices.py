@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 from collections.abc import Callable, Iterator
@@ -112,7 +113,19 @@ def told_mistakes() -> Iterator[None]:
         sys.stderr.close()
         raise typer.Exit(NOTHING_FOUND) from None
     except OSError as error:
-        _end(f"{error.filename}: {error.strerror}" if error.filename else str(error), CANNOT_WRITE)
+        says = error.strerror or str(error)
+        _end(f"{error.filename}: {says}" if error.filename else says, CANNOT_WRITE)
+
+
+@contextmanager
+def writing(target: Path) -> Iterator[None]:
+    """Let an error that is about no file in particular, such as a full disk, name the file written."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename is not None or error.errno is None:
+            raise
+        raise OSError(error.errno, os.strerror(error.errno), str(target)) from error
 
 
 def check_target(target: Path, trace: Path) -> None:

@@ -179,6 +179,33 @@ def test_a_file_that_may_not_grow_is_whole_up_to_there(tmp_path: Path) -> None:
     assert f"repaired, {scans:,} scans" in result.stdout
 
 
+WRITING = {
+    "csv": ["export", "good.mcap", "--csv", "out.csv"],
+    "vcd": ["export", "good.mcap", "--vcd", "out.vcd"],
+    "parquet": ["export", "good.mcap", "--parquet", "out.parquet"],
+    "page": ["plot", "good.mcap", "--out", "out.html"],
+    "repair": ["repair", "good.mcap", "--output", "out.mcap"],
+}
+
+
+@pytest.mark.parametrize("command", WRITING)
+def test_a_disk_that_is_full_is_told_with_the_file_that_was_written(tmp_path: Path, command: str) -> None:
+    if command == "parquet":
+        pytest.importorskip("pyarrow", reason="pyarrow is not installed")
+    path = record(tmp_path / "good.mcap", idle(3_000))
+    content = path.read_bytes()
+    path.write_bytes(content[:-40])
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1_024, limits[1]))
+    try:
+        result = CliRunner().invoke(build(), [str(tmp_path / w) if "." in w else w for w in WRITING[command]])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert result.exit_code == 3
+    assert result.stderr == f"scanrack: {tmp_path / WRITING[command][-1]}: File too large\n"
+    assert path.read_bytes() == content[:-40]
+
+
 def test_a_disk_without_any_room_is_told_in_one_line(tmp_path: Path) -> None:
     if not Path("/dev/full").exists():
         pytest.skip("there is no /dev/full")
