@@ -4,7 +4,8 @@
 works over any `Axis`; `StepGenerator` is the simulated one.
 """
 
-from .axis import Axis, Capabilities
+from .axis import Axis
+from .capabilities import Capabilities, Feature, Inability, Wish
 from .command_layer import CommandLayer
 from .indicators import Indicators, Light
 from .module import Amci3601
@@ -17,9 +18,12 @@ __all__ = [
     "Axis",
     "Capabilities",
     "CommandLayer",
+    "Feature",
+    "Inability",
     "Indicators",
     "Light",
     "Options",
     "StepGenerator",
     "Trouble",
+    "Wish",
 ]

@@ -13,16 +13,7 @@ from typing import Protocol
 
 from ...io_images.amci3601 import Configuration
 from ..kinematics import BlendLeg, Profile, Rate, Shape
-
-
-@dataclass(frozen=True, slots=True)
-class Capabilities:
-    """What an axis can do of the 3601's repertoire; the layer refuses the rest before anything is sent."""
-
-    hold: bool = True
-    manual_speed_change: bool = True
-    one_shot: bool = True
-    encoder: bool = True
+from .capabilities import Capabilities
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,8 +80,19 @@ class Axis(Protocol):
         """Output step pulses at once; no motion follows."""
         ...
 
-    def run(self, now_ns: int, direction: int, profile: Profile) -> None:
-        """Start a motion that lasts until it is stopped."""
+    def run(self, now_ns: int, direction: int, profile: Profile, registration: int | None = None) -> None:
+        """Start a motion that lasts until it is stopped.
+
+        Args:
+            now_ns: the instant.
+            direction: +1 or -1.
+            profile: speeds and rates.
+            registration: the steps that a later `register` will ask for, None if none will.
+        """
+        ...
+
+    def home(self, now_ns: int, direction: int, profile: Profile) -> None:
+        """Search for the home switch and stop where it is left; for an axis that homes itself."""
         ...
 
     def change_speed(self, now_ns: int, profile: Profile) -> None:
@@ -140,4 +142,8 @@ class Axis(Protocol):
 
     def preset_encoder(self, value: int) -> None:
         """Let the present encoder count be `value`."""
+        ...
+
+    def reset_errors(self) -> None:
+        """Clear what the axis itself shows as errors."""
         ...

@@ -14,6 +14,7 @@ from ...io_images.amci3601 import CommandLsw, CommandMsw, rate_in_range, speed_i
 from ...io_images.thousands import PARAMETER_MAX, is_legal_pair, join_thousands
 from ..kinematics import MILLI, PICO, BlendLeg, Shape, check_blend, ramp_distance
 from .axis import BlendProgram
+from .capabilities import Feature
 from .latches import COMMAND_ERROR, INVALID_PROFILE, STOPPED
 from .operation import Operation
 from .order import Order
@@ -58,6 +59,7 @@ class BlendProgramming:
         self.acknowledged = True
         self.blocks += 1
         if self.blocks == 1:
+            self.good = not self.layer.unable(now_ns, Feature.BLEND, order)
             self._read_header(now_ns, order)
         elif self.good and len(self.segments) < self.wanted:
             self._read_segment(now_ns, order)

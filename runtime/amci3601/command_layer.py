@@ -33,6 +33,7 @@ from ..events import Event, JsonValue
 from . import configuring, refusals
 from .axis import Axis, BlendProgram
 from .blending import BlendProgramming, BlendRun, obey_programming
+from .capabilities import Feature, Inability, Wish
 from .commands import COMMANDS, obey_store_minimum
 from .follower import Follower, obey_follower
 from .latches import (
@@ -83,6 +84,7 @@ class CommandLayer:
         minimum_registration: steps that a registration move makes before its input counts.
         active: inputs that are active, as a mask of `InputBit`; `risen` those that became so.
         captured: the captured value.
+        order: the output words acted on last.
 
     Args:
         axis: what makes the steps.
@@ -114,7 +116,7 @@ class CommandLayer:
         self.held_by_external = False
         self._reported_inputs = 0
         self._events = events
-        self._order = NO_ORDER
+        self.order = NO_ORDER
         self.latches.fire(now_ns, "CER-01", alone=True)
         self.latches.bits |= POSITION_INVALID  # nothing has made it valid yet (reading A-04)
 
@@ -148,13 +150,13 @@ class CommandLayer:
     @property
     def proximity(self) -> bool:
         """Whether the backplane home proximity bit is set; in a configuration word it is another bit."""
-        return bool(self._order.lsw & PROXIMITY) and not self._order.configures
+        return bool(self.order.lsw & PROXIMITY) and not self.order.configures
 
     def next_wake_ns(self, now_ns: int) -> int | None:
         """Return when a tick is wanted though neither words nor inputs change; None = it is not."""
         if self.operation is not None:
             return self.operation.next_wake_ns(now_ns)
-        waiting = self._order.configures and not self.in_configuration_mode
+        waiting = self.order.configures and not self.in_configuration_mode
         return now_ns + 1 if waiting and self.running else None
 
     # -- what it shows ------------------------------------------------------------------------
@@ -204,7 +206,7 @@ class CommandLayer:
         if not self.in_configuration_mode:
             self._watch_inputs(now_ns)
         if self.operation is not None and not self.operation.over:
-            self.operation.on_tick(now_ns, self._order)
+            self.operation.on_tick(now_ns, self.order)
         self.settle(now_ns)
 
     def settle(self, now_ns: int) -> None:
@@ -225,6 +227,10 @@ class CommandLayer:
     def enter_run_mode(self) -> None:
         """The PLC is back in run mode; a bit that is still set is no new edge (reading A-78)."""
         self.running = True
+
+    def overlook(self, words: tuple[int, ...]) -> None:
+        """Take note of words without acting on them: what is set in them makes no edge later."""
+        self.order = Order(words)
 
     # -- inputs -------------------------------------------------------------------------------
 
@@ -282,8 +288,8 @@ class CommandLayer:
     # -- output words -------------------------------------------------------------------------
 
     def _obey(self, now_ns: int, words: tuple[int, ...]) -> None:
-        previous = self._order
-        self._order = order = previous if previous.words == words else Order(words)
+        previous = self.order
+        self.order = order = previous if previous.words == words else Order(words)
         if order.configures:
             configuring.obey_mode_bit(self, now_ns, order, previous)
             return
@@ -326,6 +332,23 @@ class CommandLayer:
                 self.fire(now_ns, reason.rule, bits=reason.bits, alone=reason.alone)
                 return True
         return False
+
+    def unable(self, now_ns: int, feature: Feature, order: Order, distance: int = 0) -> bool:
+        """Refuse what the axis can't do, and return True; to be asked after the manual's own rules."""
+        if self.configuration is None:
+            return False
+        wish = Wish(feature, order, self.configuration, distance, self.minimum_registration)
+        inability = self.axis.capabilities.lacking_for(wish)
+        if inability is not None:
+            self.refuse(now_ns, inability)
+        return inability is not None
+
+    def refuse(self, now_ns: int, inability: Inability) -> None:
+        """Show what the axis can't do."""
+        bits = self.latches.show(now_ns, "refusal", inability.name, inability.bits, inability.reason)
+        if bits & COMMAND_ERROR:
+            self.error_since_start = True
+            self._forfeit()
 
     def blocked_by_inputs(self, now_ns: int, order: Order) -> bool:
         """Refuse because of the emergency stop or an end limit, if one is active."""

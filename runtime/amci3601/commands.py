@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING
 from ...io_images.amci3601 import CommandLsw, CommandMsw
 from . import refusals
 from .blending import RUN_CW, BlendRun
+from .capabilities import Feature
 from .encoder_move import EncoderMove
-from .homing import Homing
+from .homing import Homing, HomingByAxis
 from .latches import COMMAND_ERROR, HOME_INVALID, POSITION_INVALID, RESETTABLE
 from .manual_move import MANUAL_BIT, ManualMove, OneShot
 from .order import Order
@@ -64,12 +65,16 @@ def resume(layer: CommandLayer, now_ns: int, order: Order) -> None:
 
 
 def _start_profile_move(layer: CommandLayer, now_ns: int, order: Order, name: str, target: int) -> None:
+    if layer.unable(now_ns, Feature.MOVE, order, target - layer.axis.position):
+        return
     move = ProfileMove(layer, now_ns, name, target, order.profile(layer.start_sps))
     layer.accept(move)
     move.start(now_ns)
 
 
 def _start_encoder_move(layer: CommandLayer, now_ns: int, order: Order, target: int, way: int) -> None:
+    if layer.unable(now_ns, Feature.ENCODER_MOVE, order):
+        return
     move = EncoderMove(layer, now_ns, target, 1 if way >= 0 else -1, order.profile(layer.start_sps))
     layer.accept(move)
     move.start(now_ns)
@@ -82,8 +87,10 @@ def manual(layer: CommandLayer, now_ns: int, order: Order) -> None:
     if layer.firmware.registration and order.target_words != (0, 0):
         if layer.refused(now_ns, order, refusals.REGISTRATION):
             return
+        if layer.unable(now_ns, Feature.REGISTRATION, order):
+            return
         move = RegistrationMove(layer, now_ns, direction, order)
-    elif layer.refused(now_ns, order, refusals.MANUAL):
+    elif layer.refused(now_ns, order, refusals.MANUAL) or layer.unable(now_ns, Feature.MANUAL, order):
         return
     elif order.parameters.speed == 0:
         move = OneShot(layer, now_ns, direction)
@@ -95,10 +102,11 @@ def manual(layer: CommandLayer, now_ns: int, order: Order) -> None:
 
 def find_home(layer: CommandLayer, now_ns: int, order: Order) -> None:
     """Search for home in the direction of the bit."""
-    if layer.refused(now_ns, order, refusals.FIND_HOME):
+    if layer.refused(now_ns, order, refusals.FIND_HOME) or layer.unable(now_ns, Feature.HOME, order):
         return
     direction = 1 if order.msw & FIND_HOME_CW else -1
-    homing = Homing(layer, now_ns, direction, order.profile(layer.start_sps))
+    kind = HomingByAxis if layer.axis.capabilities.homes_itself else Homing
+    homing = kind(layer, now_ns, direction, order.profile(layer.start_sps))
     layer.latches.clear(HOME_INVALID)  # by the next accepted Find Home (reading A-19)
     layer.accept(homing)
     homing.start(now_ns)
@@ -143,7 +151,9 @@ def preset_position(layer: CommandLayer, now_ns: int, order: Order) -> None:
 
 def preset_encoder(layer: CommandLayer, now_ns: int, order: Order) -> None:
     """Let the encoder count be the target; the validity of the position is not touched."""
-    if not layer.refused(now_ns, order, refusals.PRESET_ENCODER):
+    if layer.refused(now_ns, order, refusals.PRESET_ENCODER):
+        return
+    if not layer.unable(now_ns, Feature.PRESET_ENCODER, order):
         value = order.parameters.target
         assert value is not None
         layer.axis.preset_encoder(value)
@@ -153,6 +163,7 @@ def reset_errors(layer: CommandLayer, now_ns: int, order: Order) -> None:
     """Clear the errors that can be recovered from; a running motion is not affected."""
     if not layer.refused(now_ns, order, refusals.RESET_ERRORS):
         layer.latches.clear(RESETTABLE)
+        layer.axis.reset_errors()
 
 
 def reserved(layer: CommandLayer, now_ns: int, order: Order) -> None:

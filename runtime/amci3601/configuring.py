@@ -56,13 +56,25 @@ def _validate(layer: CommandLayer, now_ns: int, order: Order) -> None:
         layer.latches.fire(now_ns, "CER-02", alone=True)
         layer.configuration = None
     else:
+        layer.configuration = _within_capabilities(layer, now_ns, order)
+    accepted = layer.configuration is not None
+    if accepted:
         layer.latches.clear(CONFIG_ERROR)
-        layer.configuration = Configuration.from_image(Image(order.words), layer.firmware)
         layer.blend = None  # programming the configuration erases both [chapter 4]
         layer.minimum_registration = 0
-    if not broken or layer.options.mirror_rejected_config:
+    if accepted or layer.options.mirror_rejected_config:
         layer.mirror = order.words[:4]
     layer.axis.configure(layer.configuration)
+
+
+def _within_capabilities(layer: CommandLayer, now_ns: int, order: Order) -> Configuration | None:
+    """Return the configuration of legal words, None if the axis can't do what it asks for."""
+    configuration = Configuration.from_image(Image(order.words), layer.firmware)
+    inability = layer.axis.capabilities.lacking_for_configuration(configuration)
+    if inability is None:
+        return configuration
+    layer.refuse(now_ns, inability)
+    return None
 
 
 def leave(layer: CommandLayer, now_ns: int) -> None:

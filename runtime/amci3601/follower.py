@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from ...io_images.amci3601 import CommandLsw, CommandMsw
 from ..kinematics import MILLI, PICO
+from .capabilities import Feature
 from .latches import COMMAND_ERROR, STOPPED
 from .manual_move import MANUAL_BIT
 from .operation import Limits, Operation
@@ -206,6 +207,6 @@ def obey_follower(layer: CommandLayer, now_ns: int, order: Order, previous: Orde
     fault = follower_fault(layer, order)
     if fault is not None:
         layer.fire(now_ns, fault[0], bits=fault[1])
-    elif not layer.blocked_by_inputs(now_ns, order):
+    elif not layer.blocked_by_inputs(now_ns, order) and not layer.unable(now_ns, Feature.FOLLOWER, order):
         layer.accept(Follower(layer, now_ns, order))
     return True

@@ -122,8 +122,11 @@ class Homing(Operation):
         elif self._on_at_start:
             self._back(now_ns)
         else:
-            self.phase = Phase.SEEK
-            self.layer.axis.run(now_ns, self.direction, self.profile)
+            self._begin_seek(now_ns)
+
+    def _begin_seek(self, now_ns: int) -> None:
+        self.phase = Phase.SEEK
+        self.layer.axis.run(now_ns, self.direction, self.profile)
 
     def _dwell(self, now_ns: int) -> None:
         """An end limit has been met: stand still for two seconds, then turn round."""
@@ -256,3 +259,36 @@ class Homing(Operation):
         layer.captured = 0
         layer.latches.clear(POSITION_INVALID)
         layer.finish(now_ns, AT_HOME, "home")
+
+
+class HomingByAxis(Homing):
+    """A search by an axis that finds the home switch itself: it stops on leaving the switch.
+
+    What is left to the command layer: a switch that is on at the start is left at
+    starting speed first, and an end limit turns the search round after its dwell.
+    """
+
+    def _begin_seek(self, now_ns: int) -> None:
+        self.phase = Phase.SEEK
+        self.layer.axis.home(now_ns, self.direction, self.profile)
+
+    def _back(self, now_ns: int) -> None:
+        self.phase = Phase.BACK
+        if self.reversed:
+            self.layer.axis.home(now_ns, -self.direction, self.profile)
+        else:
+            self._signal_was_on = self._signal
+            slow = replace(self.profile, speed_sps=self.profile.start_sps)
+            self.layer.axis.run(now_ns, -self.direction, slow)
+
+    def _creep(self, now_ns: int) -> None:
+        self._begin_seek(now_ns)
+
+    def _seek(self, now_ns: int) -> None:
+        self.found = not self.layer.axis.moving
+
+    def _look_behind(self, now_ns: int) -> None:
+        if self.reversed:
+            self.found = not self.layer.axis.moving
+        else:
+            super()._look_behind(now_ns)

@@ -79,6 +79,13 @@ class Latches:
         self._events.append(Event(now_ns, "rule", rule_id, rule.text, fields))
         return bits
 
+    def show(self, now_ns: int, kind: str, name: str, bits: int, text: str) -> int:
+        """Set bits for a reason that is none of the manual's rules, and write it down; return them."""
+        self.bits |= bits
+        names = [str(bit.name) for bit in StatusMsw if bit & bits]
+        self._events.append(Event(now_ns, kind, name, text, {"bits": names}))
+        return bits
+
     def clear(self, bits: int) -> None:
         """Clear bits, and forget what set them."""
         self.bits &= ~bits

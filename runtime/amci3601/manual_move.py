@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from ...io_images.amci3601 import CommandMsw
 from ..kinematics import Profile
+from .capabilities import Feature
 from .latches import STOPPED
 from .operation import Limits, Operation
 from .order import Order
@@ -71,6 +72,8 @@ class ManualMove(Operation):
             self.layer.axis.cut(now_ns)  # at or below the starting speed there is no ramp (reading A-42)
         elif speed_or_rates_out_of_range(self.layer, order):
             self.layer.fire(now_ns, "CMD-15")
+            self._stop(now_ns)
+        elif self.layer.unable(now_ns, Feature.SPEED_CHANGE, order):
             self._stop(now_ns)
         else:
             self.profile = order.profile(self.layer.start_sps)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ..kinematics import Profile
+from .capabilities import Feature
 from .latches import HOLD_STATE
 from .operation import Operation
 
@@ -31,6 +32,7 @@ class ProfileMove(Operation):
         self.profile = profile
         self.holding = False
         self.by_external = False
+        self.single_step = False
         self.resumable = True
 
     def start(self, now_ns: int) -> None:
@@ -39,14 +41,15 @@ class ProfileMove(Operation):
         if distance == 0:
             return
         if self.layer.external_active:
-            self.holding = self.by_external = True
+            self.holding = self.by_external = self.single_step = True
             self.layer.axis.step_slowly(now_ns, 1 if distance > 0 else -1, self.profile.start_sps)
         else:
             self.layer.axis.move(now_ns, distance, self.profile)
 
     def on_hold(self, now_ns: int) -> None:
         """Ramp down into the hold state; nothing further once the axis is stopping."""
-        self._hold(now_ns)
+        if not self.layer.unable(now_ns, Feature.HOLD, self.layer.order):
+            self._hold(now_ns)
 
     def on_forfeit(self) -> None:
         """Something came between Hold and Resume while the axis still ramps down."""
@@ -70,7 +73,7 @@ class ProfileMove(Operation):
 
     def on_end(self, now_ns: int) -> None:
         """Show MOVE_COMPLETE, or HOLD_STATE with the rest of the way kept for Resume."""
-        if self.holding:
+        if self.holding and (self.single_step or self.layer.axis.position != self.target):
             self.layer.finish(now_ns, HOLD_STATE, "held")
             self.layer.held = Held(self.target, self.name) if self.resumable else None
             self.layer.held_by_external = self.by_external

@@ -49,6 +49,7 @@ class Refusal(NamedTuple):
 Refusals = tuple[Refusal, ...]
 
 ESTOP = InputBit.ESTOP.value
+EITHER_LIMIT = CW_LIMIT | CCW_LIMIT
 FIND_HOME_CW = CommandMsw.FIND_HOME_CW.value
 ENCODER_MOVE = CommandLsw.ENCODER_MOVE.value
 MANUAL_CW = CommandMsw.MANUAL_CW.value
@@ -100,7 +101,9 @@ def any_limit_active(layer: CommandLayer, order: Order) -> bool:
 
 
 def same_limit_active(layer: CommandLayer, order: Order) -> bool:
-    """Whether the end limit in the direction of a manual command is active."""
+    """Whether the end limit in the direction of a manual command is active, as far as that is known."""
+    if layer.axis.capabilities.shared_limit and layer.active & EITHER_LIMIT == EITHER_LIMIT:
+        return False
     return bool(layer.active & limit_of(1 if order.msw & MANUAL_CW else -1))
 
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar
 
+from .capabilities import Feature
 from .manual_move import MANUAL_BIT, ManualMove
 from .order import Order
 from .refusals import speed_or_rates_out_of_range
@@ -35,7 +36,7 @@ class RegistrationMove(ManualMove):
 
     def start(self, now_ns: int) -> None:
         """Set the axis going, and have it looked at when the minimum distance is exceeded."""
-        self.layer.axis.run(now_ns, self.direction, self.profile)
+        self.layer.axis.run(now_ns, self.direction, self.profile, self.distance)
         self.layer.axis.watch_steps(self.layer.minimum_registration + 1)
 
     def on_order(self, now_ns: int, order: Order) -> None:
@@ -58,6 +59,8 @@ class RegistrationMove(ManualMove):
             self._fault(now_ns, "CMD-28")
         elif self.constant or speed_or_rates_out_of_range(self.layer, order):
             super()._change_speed(now_ns, order)
+        elif self.layer.unable(now_ns, Feature.SPEED_CHANGE, order):
+            self._stop(now_ns)
         else:
             assert speed is not None
             self.profile = replace(self.profile, speed_sps=speed)  # shape and rates stay

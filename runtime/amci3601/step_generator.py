@@ -21,7 +21,8 @@ from ..kinematics import run as plan_run
 from ..kinematics import single_step as plan_single_step
 from ..kinematics import stop as plan_stop
 from ..machine import Machine
-from .axis import BlendProgram, Capabilities
+from .axis import BlendProgram
+from .capabilities import Capabilities
 
 NEVER = FOREVER
 """An instant that does not come (ns)."""
@@ -208,8 +209,8 @@ class StepGenerator:
         self.position += direction * steps
         self.machine.rest(now_ns)
 
-    def run(self, now_ns: int, direction: int, profile: Profile) -> None:
-        """Start a motion that lasts until it is stopped."""
+    def run(self, now_ns: int, direction: int, profile: Profile, registration: int | None = None) -> None:
+        """Start a motion that lasts until it is stopped; what `register` will ask for makes no difference."""
         self._begin(plan_run(now_ns, self.position, direction, profile))
 
     def _begin(self, motion: Motion) -> None:
@@ -217,6 +218,10 @@ class StepGenerator:
         self.motion = motion
         self._steps_made = 0
         self.segment = motion.segment_at(motion.start_ns)
+
+    def home(self, now_ns: int, direction: int, profile: Profile) -> None:
+        """The generator makes steps only; whoever commands it finds home."""
+        raise NotImplementedError
 
     def change_speed(self, now_ns: int, profile: Profile) -> None:
         """Ramp from the present speed to the profile's."""
@@ -297,3 +302,6 @@ class StepGenerator:
     def preset_encoder(self, value: int) -> None:
         """Let the present encoder count be `value`."""
         self._encoder_offset = value - self._source_counts()
+
+    def reset_errors(self) -> None:
+        """There are none."""
