@@ -154,6 +154,11 @@ class SerialBus:
         self.heard.clear()
         return data
 
+    def silence(self) -> None:
+        """Lose what is under way, and what has been received and not taken."""
+        self._under_way.clear()
+        self.heard.clear()
+
     def run_until(self, until_ns: int) -> None:
         """Let time run: all characters and wake-ups up to and including that instant."""
         while (due_ns := self.next_event_ns()) is not None and due_ns <= until_ns:

@@ -22,7 +22,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from ...io_images.amci3601 import Firmware, StatusMsw
-from ...io_images.image import Image, signed_word
+from ...io_images.image import Image
 from ...io_images.thousands import split_reported
 from ..events import Event, JsonValue
 from ..kinematics import Segment
@@ -30,6 +30,7 @@ from ..machine import Machine
 from .command_layer import CommandLayer
 from .indicators import ASIC_LOST, DIAGNOSTICS_FAILED, UNPOWERED, indicators
 from .options import Options
+from .report import report
 from .step_generator import NEVER, StepGenerator
 from .trouble import Trouble
 
@@ -254,17 +255,7 @@ class Amci3601:
             self.events.append(Event(self.axis.now_ns, "indicator", "lights", text, fields))
 
     def _report(self) -> None:
-        words, layer = self._image.words, self.layer
-        words[0] = signed_word(layer.status_msw())
-        words[1] = signed_word(layer.status_lsw())
-        if layer.in_configuration_mode:
-            words[2], words[3] = layer.mirror[2], layer.mirror[3]
-            words[4] = words[5] = 0
-            words[6], words[7] = self.firmware.major, self.firmware.minor
-        else:
-            words[2], words[3] = split_reported(self.axis.position)
-            words[4], words[5] = split_reported(self.axis.encoder)
-            words[6], words[7] = split_reported(layer.captured)
+        report(self.layer, self._image.words)
         self._steps = -1
 
     def _report_travel(self, now_ns: int, segment: Segment) -> None:

@@ -68,6 +68,7 @@ class ImageBench:
             self._renew(request.new)
         if request.power_cycle:
             self.module.power_cycle()
+        self._befall(request)
         if request.plc_mode is not None:
             self.module.plc_run(request.plc_mode == "run")
         if request.out is not None:
@@ -86,6 +87,9 @@ class ImageBench:
         if request.changes:
             reply["changes"] = changes
         return reply
+
+    def _befall(self, request: Request) -> None:
+        """Let happen what else a request may hold, before the words."""
 
     def _check(self, request: Request) -> None:
         wired = self._wired
@@ -171,15 +175,19 @@ def time_ms(now_ns: int) -> int | float:
     return whole if rest == 0 else float(Decimal(now_ns) / NS_PER_MS)
 
 
-def amci3601_on_bench(options: Bench) -> Amci3601:
-    """Make a simulated 3601 for the options of a fresh bench."""
+def machine_for(options: Bench) -> Machine:
+    """Make the machine that the options of a fresh bench describe."""
     switches = tuple(
         Switch(InputBit[name.upper()], ends[0], ends[1]) for name, ends in options.machine if ends is not None
     )
-    machine = Machine(MachineSpec(switches=switches))
+    return Machine(MachineSpec(switches=switches))
+
+
+def amci3601_on_bench(options: Bench) -> Amci3601:
+    """Make a simulated 3601 for the options of a fresh bench."""
     return Amci3601(
         options.firmware,
-        machine,
+        machine_for(options),
         options.options,
         diagnostic_wiring=options.wiring == "diagnostic",
     )

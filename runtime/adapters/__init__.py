@@ -1,0 +1,8 @@
+"""Adapters: another controller under the 3601's command layer, behind the same eight words.
+
+    PLC image <-> CommandLayer (the 3601's rules) <-> Axis over a link <-> the controller's line
+
+An adapter is a state machine without I/O: bytes in, bytes out, and when it
+wants to be woken. In virtual time its line is a `wire.SerialBus` with a
+simulated controller at the other end.
+"""

@@ -1,0 +1,235 @@
+"""What a PCL601 can't do, row by row, and the bits of the 3601 in which it is said.
+
+The first row that applies decides. A configuration is refused with
+CONFIG_ERROR; a value that the controller can't run at with INVALID_PROFILE and
+COMMAND_ERROR; a whole function that it lacks with COMMAND_ERROR.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from ....io_images.amci3601 import Configuration, InputBit, StatusMsw
+from ...amci3601 import Capabilities, Feature, Inability, Wish
+from ...kinematics import MILLI, PICO, stopping_distance
+from .options import Options
+from .units import BASE_MAX, SPEED_MAX, STEPS_MAX, drive_for
+
+CONFIG_ERROR = StatusMsw.CONFIG_ERROR.value
+COMMAND_ERROR = StatusMsw.COMMAND_ERROR.value
+PROFILE = (StatusMsw.INVALID_PROFILE | StatusMsw.COMMAND_ERROR).value
+EITHER_LIMIT = (InputBit.CW_LIMIT | InputBit.CCW_LIMIT).value
+GROUNDED = (InputBit.HOME | InputBit.ESTOP).value
+
+
+class ConfigurationRow(NamedTuple):
+    """Why a configuration is refused.
+
+    Attributes:
+        name: what it is about.
+        applies: tells whether it is to be refused.
+        reason: for people.
+    """
+
+    name: str
+    applies: Callable[[Configuration, Options], bool]
+    reason: str
+
+
+def _used_low(configuration: Configuration, mask: int) -> bool:
+    return bool(configuration.inputs_used & ~configuration.active_high & mask)
+
+
+CONFIGURATION_ROWS: tuple[ConfigurationRow, ...] = (
+    ConfigurationRow(
+        "starting speed",
+        lambda it, _: it.starting_speed > BASE_MAX,
+        f"the PCL601's base speed goes up to {BASE_MAX} steps/s",
+    ),
+    ConfigurationRow(
+        "capture input",
+        lambda it, options: bool(it.inputs_used & InputBit.CAPTURE.value) and options.capture == "reject",
+        "captures are polled, and option capture rejects that",
+    ),
+    ConfigurationRow(
+        "backplane home proximity",
+        lambda it, _: it.backplane_proximity,
+        "the PCL601 has no home proximity that a PLC could set",
+    ),
+    ConfigurationRow(
+        "diagnostic feedback",
+        lambda it, options: it.diagnostic_feedback and options.diagnostic != "mirror",
+        "the PCL601 can't count its own pulses; option diagnostic = mirror copies the position",
+    ),
+    ConfigurationRow(
+        "CW/CCW pulses",
+        lambda it, _: not it.step_and_direction,
+        "the PCL601 has clock and direction outputs",
+    ),
+    ConfigurationRow("marker home", lambda it, _: it.marker_home, "the PCL601 has no marker input"),
+    ConfigurationRow(
+        "normally closed end limit",
+        lambda it, _: _used_low(it, EITHER_LIMIT),
+        "the PCL601's hard limits act when grounded: normally open switches are needed",
+    ),
+    ConfigurationRow(
+        "normally closed home switch or emergency stop",
+        lambda it, _: _used_low(it, GROUNDED),
+        "home and emergency stop are wired to inputs that act when grounded",
+    ),
+)
+
+
+class CommandRow(NamedTuple):
+    """Why a command is refused.
+
+    Attributes:
+        features: the commands that it is about.
+        name: what it is about.
+        applies: tells whether it is to be refused.
+        bits: error bits of input word 0.
+        reason: for people.
+    """
+
+    features: frozenset[Feature]
+    name: str
+    applies: Callable[[Wish, Options], bool]
+    bits: int
+    reason: str
+
+
+RAMPED = frozenset({Feature.MOVE, Feature.MANUAL, Feature.REGISTRATION, Feature.HOME})
+
+
+def _always(wish: Wish, options: Options) -> bool:
+    return True
+
+
+def _speed(wish: Wish) -> int:
+    return wish.order.parameters.speed or 0
+
+
+def _too_fast(wish: Wish, options: Options) -> bool:
+    return _speed(wish) > SPEED_MAX
+
+
+def _one_step_per_second(wish: Wish, options: Options) -> bool:
+    """Whether the speed is 1 step/s; the base speed has to be below it."""
+    return _speed(wish) == 1
+
+
+def _rates_differ(wish: Wish, options: Options) -> bool:
+    given = wish.order.parameters
+    ramps = _speed(wish) > wish.configuration.starting_speed
+    return options.strict and ramps and given.acceleration != given.deceleration
+
+
+def _too_far(wish: Wish, options: Options) -> bool:
+    return abs(wish.distance) > STEPS_MAX
+
+
+def _too_short_to_stop(wish: Wish, options: Options) -> bool:
+    target = wish.order.parameters.target or 0
+    drive = drive_for(wish.order.profile(wish.configuration.starting_speed))
+    stop = stopping_distance(MILLI * drive.speed_sps, drive.base_sps, drive.rate_spmss, drive.profile.shape)
+    return target * PICO < stop
+
+
+def _no_restart(wish: Wish, options: Options) -> bool:
+    return options.respeed != "restart"
+
+
+COMMAND_ROWS: tuple[CommandRow, ...] = (
+    CommandRow(
+        frozenset({Feature.ENCODER_MOVE}),
+        "encoder move",
+        _always,
+        PROFILE,
+        "the PCL601 can't end a move by its encoder",
+    ),
+    CommandRow(
+        frozenset({Feature.FOLLOWER}),
+        "encoder follower",
+        _always,
+        COMMAND_ERROR,
+        "the PCL601 can't follow an encoder",
+    ),
+    CommandRow(
+        frozenset({Feature.BLEND}),
+        "blend move",
+        _always,
+        StatusMsw.INVALID_PROFILE.value,
+        "the PCL601 can't change speed in motion",
+    ),
+    CommandRow(
+        frozenset({Feature.SPEED_CHANGE}),
+        "speed change",
+        _no_restart,
+        PROFILE,
+        "the PCL601 can't change speed in motion; option respeed = restart stops in between",
+    ),
+    CommandRow(
+        RAMPED | {Feature.SPEED_CHANGE},
+        "speed",
+        _too_fast,
+        PROFILE,
+        f"the PCL601 goes up to {SPEED_MAX} steps/s",
+    ),
+    CommandRow(
+        RAMPED | {Feature.SPEED_CHANGE},
+        "speed",
+        _one_step_per_second,
+        PROFILE,
+        "the PCL601's slowest motion is 2 steps/s",
+    ),
+    CommandRow(
+        RAMPED | {Feature.SPEED_CHANGE},
+        "different rates",
+        _rates_differ,
+        PROFILE,
+        "the PCL601 has one rate for both ramps, and option strict rejects the lower one for both",
+    ),
+    CommandRow(
+        frozenset({Feature.MOVE}),
+        "distance",
+        _too_far,
+        PROFILE,
+        f"the PCL601 indexes by up to {STEPS_MAX} steps",
+    ),
+    CommandRow(
+        frozenset({Feature.REGISTRATION}),
+        "registration distance",
+        _too_short_to_stop,
+        PROFILE,
+        "the distance is shorter than the ramp down at the lower of the two rates",
+    ),
+)
+
+
+class Pcl601Capabilities(Capabilities):
+    """The rows above, read.
+
+    Args:
+        options: of the adapter.
+    """
+
+    homes_itself = True
+    shared_limit = True
+
+    def __init__(self, options: Options) -> None:
+        self._options = options
+
+    def lacking_for_configuration(self, configuration: Configuration) -> Inability | None:
+        """Return why a configuration is refused, None if it is not."""
+        for row in CONFIGURATION_ROWS:
+            if row.applies(configuration, self._options):
+                return Inability(row.name, CONFIG_ERROR, row.reason)
+        return None
+
+    def lacking_for(self, wish: Wish) -> Inability | None:
+        """Return why a command is refused, None if it is not."""
+        for row in COMMAND_ROWS:
+            if wish.feature in row.features and row.applies(wish, self._options):
+                return Inability(row.name, row.bits, row.reason)
+        return None

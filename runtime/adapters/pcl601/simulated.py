@@ -1,0 +1,177 @@
+"""A simulated PCL601 bolted to a machine, wired as the adapter expects it.
+
+3601 terminal    PCL601
+home             home, input 6
+CW, CCW limit    hard limit +, -
+external         input 3; input 2, too, where it is active high (and by option registration)
+emergency stop   input 4; both hard limits through diodes
+capture          input 5
+encoder          encoder
+input 2 also to output 7
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from ....io_images.amci3601 import InputBit
+from ....io_images.pcl601 import Register
+from ...machine import Machine, Switch
+from ...pcl601.line import Pcl601
+from ...pcl601.pins import FAR, GROUND, OPEN, Contact
+from ..line import Line
+from .driver import MARK_OUTPUT
+
+WIRING: dict[InputBit, tuple[str, ...]] = {
+    InputBit.HOME: ("home", "in6"),
+    InputBit.CW_LIMIT: ("hard_plus",),
+    InputBit.CCW_LIMIT: ("hard_minus",),
+    InputBit.EXTERNAL: ("in3", "in2"),
+    InputBit.ESTOP: ("in4", "hard_plus", "hard_minus"),
+    InputBit.CAPTURE: ("in5",),
+}
+"""Pins that each terminal of the 3601 is wired to."""
+
+MARK_PIN = "in2"
+
+
+@dataclass(frozen=True, slots=True)
+class Parallel(Contact):
+    """Contacts in parallel: closed while any of them is.
+
+    Attributes:
+        contacts: the single ones.
+    """
+
+    contacts: tuple[Contact, ...] = ()
+
+    def closed(self, position: int) -> bool:
+        """Whether the input is grounded."""
+        return any(contact.closed(position) for contact in self.contacts)
+
+    def edge_after(self, position: int, direction: int) -> int | None:
+        """Return the next position on the way at which one of them is otherwise."""
+        edges = [contact.edge_after(position, direction) for contact in self.contacts]
+        return min(
+            (edge for edge in edges if edge is not None),
+            key=lambda edge: abs(edge - position),
+            default=None,
+        )
+
+
+def contacts_of(switch: Switch) -> tuple[Contact, ...]:
+    """Return the contacts that are closed where a switch energises its input."""
+    first = -FAR if switch.first is None else switch.first
+    last = FAR if switch.last is None else switch.last
+    if switch.normally_closed:
+        return Contact(-FAR, first - 1), Contact(last + 1, FAR)
+    return (Contact(first, last),)
+
+
+class SimulatedPcl601:
+    """A controller, its line and the machine that it moves.
+
+    Attributes:
+        machine: what is bolted to it.
+        device: the controller on its line.
+        line: between it and the adapter.
+        external_on_mark: the external input is wired to input 2.
+
+    Args:
+        machine: what is bolted to it; its shaft follows every step.
+
+    Raises:
+        ValueError: the machine slips or jams, which this controller's simulation has no notion of.
+    """
+
+    def __init__(self, machine: Machine) -> None:
+        if machine.spec.slips or machine.spec.jams:
+            raise ValueError("machine: slips and jams are simulated with module amci3601 only")
+        self.machine = machine
+        self.device = Pcl601()
+        self.line = Line(self.device)
+        self.external_on_mark = True
+        self._motor_before = 0
+        self._moved = False
+        self._counts_before = machine.encoder_counts(0)
+        self._levels: int | None = None
+        self._marked = False
+        self._fixed = {
+            bit: tuple(
+                each
+                for switch in machine.spec.switches
+                if switch.input is bit
+                for each in contacts_of(switch)
+            )
+            for bit in InputBit
+        }
+        self.sense(0)
+
+    def next_event_ns(self, now_ns: int) -> int | None:
+        """Return when something happens next on the line, behind it or at the machine."""
+        times = (self.line.next_event_ns(), self.machine.next_change_ns(now_ns))
+        return min((time for time in times if time is not None), default=None)
+
+    def run_until(self, now_ns: int) -> None:
+        """Let time run; no event lies in between."""
+        self.line.run_until(now_ns)
+        self.sense(now_ns)
+
+    def sense(self, now_ns: int) -> None:
+        """Let the machine follow the motor, and the inputs follow the machine."""
+        self._follow(now_ns)
+        self._count(now_ns)
+        levels = self.machine.levels(now_ns)
+        marked = bool(self.device.controller.outputs >> MARK_OUTPUT - 1 & 1)
+        if levels != self._levels or marked != self._marked:
+            self._levels, self._marked = levels, marked
+            self._wire(now_ns)
+
+    def rewire(self, now_ns: int, *, external_on_mark: bool) -> None:
+        """Wire input 2 to the external input, or leave it to output 7 alone."""
+        if external_on_mark != self.external_on_mark:
+            self.external_on_mark = external_on_mark
+            self._wire(now_ns)
+
+    def power_cycle(self, now_ns: int) -> None:
+        """Take the controller's power away and give it back; nothing else changes."""
+        self.device.power_cycle(now_ns)
+        self.sense(now_ns)
+
+    def _follow(self, now_ns: int) -> None:
+        position = self.device.controller.motor.position
+        steps = position - self._motor_before
+        if steps:
+            if not self._moved:
+                self.machine.depart(now_ns)
+            self.machine.follow(1 if steps > 0 else -1, abs(steps), now_ns)
+        if self._moved and not self.device.controller.axis.busy:
+            self.machine.rest(now_ns)
+        self._motor_before = position
+        self._moved = self.device.controller.axis.busy
+
+    def _count(self, now_ns: int) -> None:
+        counts = self.machine.encoder_counts(now_ns)
+        self.device.controller.values[Register.ENCODER_POSITION] += counts - self._counts_before
+        self._counts_before = counts
+
+    def _wire(self, now_ns: int) -> None:
+        """Connect every pin to what grounds it."""
+        parts: dict[str, list[Contact]] = {pin: [] for pins in WIRING.values() for pin in pins}
+        for bit, pins in WIRING.items():
+            for pin in pins:
+                if pin != MARK_PIN or self.external_on_mark:
+                    parts[pin] += self._contacts(bit)
+        if self._marked:
+            parts[MARK_PIN].append(GROUND)
+        for pin, contacts in parts.items():
+            self.device.controller.pins.connect(pin, Parallel(contacts=tuple(contacts)))
+        self.device.controller.settle(now_ns)
+
+    def _contacts(self, bit: InputBit) -> Iterable[Contact]:
+        """What grounds a terminal: switches that the motor passes, or what people and stations do."""
+        if self._fixed[bit]:
+            return self._fixed[bit]
+        assert self._levels is not None
+        return (GROUND if self._levels & bit.value else OPEN,)

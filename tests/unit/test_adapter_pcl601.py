@@ -1,0 +1,158 @@
+"""The PCL601 under the 3601's command layer: what is done, what is refused, what a fault comes to."""
+
+from __future__ import annotations
+
+import pytest
+from adapterbench import CONFIGURE, AdapterBench, move
+from scanrack.io_images.amci3601 import InputBit
+from scanrack.io_images.pcl601 import Register
+from scanrack.runtime.machine import Switch
+from scanrack.runtime.pcl601.pins import GROUND
+
+
+def test_before_the_first_good_exchange_the_module_is_not_ok():
+    bench = AdapterBench()
+    assert bench.bits == {"POSITION_INVALID"}
+    assert bench.run(30).bits == {"MODULE_OK", "CONFIG_ERROR", "POSITION_INVALID"}
+
+
+def test_a_configuration_shows_when_the_controller_has_it():
+    bench = AdapterBench().run(30)
+    bench.give(*CONFIGURE, ms=20)
+    assert bench.bits == {"MODULE_OK", "CONFIG_ERROR", "MODE_CONFIG"}
+    bench.release(10)  # leaving waits for it
+    assert "MODE_CONFIG" in bench.bits
+    assert bench.run(100).bits == {"MODULE_OK", "POSITION_INVALID"}
+
+
+def test_a_move_takes_the_time_of_the_lower_rate():
+    # 1000 to 5000 steps/s at min(20, 10): 0.4 s and 1,200 steps up and down, 7,600 at 5,000/s: 2.32 s
+    bench = AdapterBench().configured()
+    began = bench.now_ns
+    bench.give(*move(10_000, 5000, 20, 10), ms=5000, until="MOVE_COMPLETE")
+    assert bench.position == bench.motor == 10_000
+    assert 2.32e9 < bench.now_ns - began < 2.42e9
+
+
+@pytest.mark.parametrize(
+    ("words", "options", "reason"),
+    [
+        ((0x843E, 63, 5, 1), {}, "starting speed"),
+        ((0x843F, 63, 1, 0), {"capture": "reject"}, "capture input"),
+        ((0x847E, 63, 1, 0), {}, "backplane home proximity"),
+        ((0x863E, 63, 1, 0), {}, "diagnostic feedback"),
+        ((0x803E, 63, 1, 0), {}, "CW/CCW pulses"),
+        ((0x953C, 63, 1, 0), {}, "marker home"),
+        ((0x843E, 0x0F, 1, 0), {}, "normally closed end limit"),
+        ((0x843E, 0x37, 1, 0), {}, "normally closed home switch or emergency stop"),
+    ],
+)
+def test_a_configuration_beyond_the_controller_is_refused(words, options, reason):
+    bench = AdapterBench(**options).give(*words)
+    assert bench.bits == {"MODULE_OK", "CONFIG_ERROR", "MODE_CONFIG"}
+    assert bench.reasons == [reason]
+
+
+@pytest.mark.parametrize(
+    ("words", "bits", "reason"),
+    [
+        (move(10, 50_001), {"INVALID_PROFILE", "COMMAND_ERROR"}, "speed"),
+        (move(-8_388_608), {"INVALID_PROFILE", "COMMAND_ERROR"}, "distance"),
+        ((2, 4, 0, 100, 5, 0, 20, 20), {"INVALID_PROFILE", "COMMAND_ERROR"}, "encoder move"),
+        ((0, 256 + 512, 2, 0, 0, 10, 0, 0), {"INVALID_PROFILE", "BLEND_ACK"}, "blend move"),
+        ((0, 128, 1, 1), {"COMMAND_ERROR"}, "encoder follower"),
+        ((128, 0, 0, 0, 0, 1), {"INVALID_PROFILE", "COMMAND_ERROR"}, "speed"),
+    ],
+)
+def test_a_command_beyond_the_controller_is_refused_before_anything_is_sent(words, bits, reason):
+    bench = AdapterBench().configured(0x853E, 63, 1, 0)  # with an encoder
+    assert bench.give(*words).bits == {"MODULE_OK"} | bits
+    assert bench.reasons == [reason]
+    assert bench.motor == 0
+
+
+def test_registration_ends_exactly_behind_the_external_input():
+    bench = AdapterBench(Switch(InputBit.EXTERNAL, 6000, 6400)).configured()
+    bench.give(128, 0, 3, 0, 5, 0, 20, 20, ms=4000, until="STOPPED")
+    assert bench.motor == bench.position == 9000
+
+
+def test_registration_by_the_released_bit_is_exact_from_the_output_on():
+    bench = AdapterBench().configured()
+    bench.give(128, 0, 3, 0, 5, 0, 20, 20, ms=1000)
+    at = bench.motor
+    bench.give(0, 0, 3, 0, 5, 0, 20, 20, ms=4000, until="STOPPED")
+    assert 3000 < bench.motor - at <= 3000 + 5000 * 0.02  # a request under way, and one write
+    bench.release()
+    bench.give(128, 0, 3, 0, 5, 0, 20, 20, ms=1000)  # the mark has been taken away again
+    assert {"MOVING_CW"} <= bench.bits
+
+
+def test_home_is_where_the_switch_is_left():
+    # home type 1 leaves the switch on the side it came from: the first step off 3000..3500 is 2999
+    bench = AdapterBench(Switch(InputBit.HOME, 3000, 3500)).configured()
+    bench.give(32, 0, 0, 0, 5, 0, 20, 20, ms=9000, until="AT_HOME")
+    assert bench.bits == {"MODULE_OK", "AT_HOME"}
+    assert (bench.position, bench.motor) == (0, 2999)
+
+
+def test_a_limit_ends_a_move_as_on_the_3601():
+    bench = AdapterBench(Switch(InputBit.CW_LIMIT, 4000, None)).configured()
+    bench.give(*move(10_000), ms=3000, until="STOPPED")
+    assert {"INPUT_ERROR", "POSITION_INVALID", "STOPPED", "IN_CW_LIMIT"} <= bench.bits
+    assert bench.run(50).position == bench.motor == 4000  # the pin stops the clock at once
+
+
+def test_emergency_stop_through_the_diodes_is_no_limit():
+    bench = AdapterBench().configured()
+    bench.give(*move(10_000), ms=500)
+    bench.level(InputBit.ESTOP, True)
+    bench.run(100)
+    assert bench.bits == {"MODULE_OK", "INPUT_ERROR", "POSITION_INVALID", "STOPPED", "IN_ESTOP"}
+    assert bench.position == bench.motor < 10_000
+
+
+def test_the_counter_is_moved_before_its_range_ends():
+    bench = AdapterBench().configured()
+    controller = bench.module.controller.device.controller
+    bench.give(*move(7_500_000, 50_000, 2000, 2000), ms=200)  # the counter is at 1,000,000 when idle
+    assert controller.values[Register.POSITION] < 0
+    bench.give(16).release()
+    assert bench.position == bench.motor > 0
+
+
+def test_a_controller_that_moves_by_itself_makes_the_position_invalid():
+    bench = AdapterBench().configured()
+    bench.module.controller.device.controller.pins.connect("jog_plus", GROUND)
+    bench.module.controller.device.controller.settle(bench.now_ns)
+    assert bench.run(100).bits == {"MODULE_OK", "POSITION_INVALID"}
+    assert bench.position > 0
+
+
+def test_a_power_cycled_controller_is_noticed_in_mid_move():
+    bench = AdapterBench().configured()
+    bench.give(*move(10_000), ms=500)
+    bench.module.cycle_device()
+    at = bench.motor
+    bench.run(200)
+    assert list(bench.image) == [0x6400, 0, 0, 0, 0, 0, 0, 0]
+    assert bench.motor == at
+
+
+def test_after_a_loss_the_axis_is_stopped_and_commands_need_a_new_edge():
+    bench = AdapterBench().configured()
+    bench.give(*move(10_000), ms=500)
+    line = bench.module.controller.line
+    line.take_down()
+    assert bench.run(400).bits == {"POSITION_INVALID"}
+    bench.give(*move(300), ms=50)
+    line.put_up()
+    bench.run(600)
+    assert bench.bits == {"MODULE_OK", "POSITION_INVALID", "STOPPED"}
+    assert bench.position == bench.motor
+    at = bench.motor
+    bench.run(300)
+    assert bench.motor == at
+    bench.release()
+    bench.give(*move(300), ms=500, until="MOVE_COMPLETE")
+    assert bench.motor == at + 300
