@@ -16,6 +16,7 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
+from ...io_images.pcl601 import Code
 from ...traces.line import LineRecorder, UnitColumns
 from ..pace import Clock, wall_ns
 from ..ports import (
@@ -34,7 +35,7 @@ from ..ports import (
 )
 from ..wire import Device
 from .slices import QuietOption, told_mistakes
-from .units import Unit, addresses_in, pcl601_units, pmc006_units
+from .units import NO_PROGRAM, Unit, addresses_in, pcl601_units, pmc006_units
 
 LOOPBACK = "127.0.0.1"
 BROADCAST = 0
@@ -174,6 +175,23 @@ class Typed:
             typer.echo(f"scanrack: {error}", err=True)
 
 
+def begin(units: list[Unit], *, ascii_mode: bool, start: bool) -> None:
+    """Do what is asked for before anybody talks to the units, as SMC60WIN does it.
+
+    Raises:
+        ValueError: these units have nothing of the kind.
+    """
+    for wanted, option, code in (
+        (ascii_mode, "--ascii", Code.SWITCH_TO_ASCII),
+        (start, "--start", Code.RUN_PROGRAM),
+    ):
+        for unit in units if wanted else []:
+            if unit.do is None:
+                raise ValueError(f"{option}: only a PCL601 can be told so")
+            if code is not Code.RUN_PROGRAM or unit.status()["program"] != NO_PROGRAM:
+                unit.do(code)
+
+
 @contextmanager
 def recording(path: Path | None, controller: str, units: list[Unit]) -> Iterator[LineRecorder | None]:
     """Record the line and the units into a file, if there is a path.
@@ -241,6 +259,12 @@ def _serve_command(
     record: Annotated[
         Path | None, typer.Option("--record", metavar="FILE", help="Record line and registers as MCAP.")
     ] = None,
+    ascii_mode: Annotated[
+        bool, typer.Option("--ascii", help="PCL601: the line is in AA ASCII, as after code 11.")
+    ] = False,
+    start: Annotated[
+        bool, typer.Option("--start", help="PCL601: stored programs are started, as by SMC60WIN.")
+    ] = False,
     quiet: QuietOption = False,
 ) -> None:
     """Serve a simulated controller until Ctrl-C.
@@ -259,6 +283,7 @@ def _serve_command(
         units = MAKERS[controller](addresses_in(address or []), program or [], speed)
         for each in pin or []:
             wire(units, each)
+        begin(units, ascii_mode=ascii_mode, start=start)
         with recording(record, controller, units) as recorder:
             server, place = server_for(
                 units, clock, recorder, pty=pty, serial=serial, tcp=tcp, rtu_over_tcp=rtu_over_tcp

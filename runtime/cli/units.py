@@ -17,12 +17,14 @@ from ..pcl601.line import PORT_TIMING, Pcl601
 from ..pcl601.pins import FAR, FULL_SCALE_VOLTS, GROUND, OPEN, Contact
 from ..pcl601.program import ProgramMachine
 from ..pcl601.rtu import Timing
+from ..pcl601.stored import ProgramRunner
 from ..pmc006.controller import Controller
 from ..pmc006.line import Pmc006
 from ..pmc006.pins import Pin
 from ..wire import Device
 from .pclt import read_program
 
+NO_PROGRAM = "-"
 LEVELS = {"ground": GROUND, "open": OPEN, "high": OPEN}
 RECORDED = [row for row in MAP if row.register not in (Register.COMMAND, Register.FIRMWARE)]
 
@@ -38,6 +40,7 @@ class Unit:
         values: what it holds at this moment, by name, as it is recorded.
         wire: gives an input a state, by name; raises ValueError if there is no such input or state.
         answer: answers a Modbus request PDU; None for what speaks no Modbus.
+        do: carries out a command code as if it had been told to; None for what has no such codes.
     """
 
     device: Device
@@ -46,6 +49,7 @@ class Unit:
     values: Callable[[], dict[str, int]]
     wire: Callable[[str, str], None]
     answer: Callable[[bytes], bytes | None] | None = None
+    do: Callable[[int], None] | None = None
 
 
 def addresses_in(texts: list[str]) -> list[int]:
@@ -93,6 +97,7 @@ def pcl601_units(addresses: list[int], programs: list[Path], speed: float) -> li
             partial(_pcl601_values, device),
             partial(_wire_pcl601, device),
             device.answer,
+            partial(_do_pcl601, device),
         )
         for address, device in devices.items()
     ]
@@ -119,16 +124,21 @@ def _load(device: Pcl601, program: Program) -> None:
 def _pcl601_status(device: Pcl601) -> dict[str, str]:
     controller = device.controller
     registers = controller.read()
-    running = controller.program_running
     return {
         "address": str(registers[Register.ADDRESS]),
         "line": "Modbus RTU" if device.line_format.parity == "E" else "AA ASCII",
         "position": f"{registers[Register.POSITION]:,}",
         "motion": "moving" if controller.busy else "idle",
-        "program": "running" if running else "-",
+        "program": _program_state(controller.runner),
         "outputs": f"{controller.output_pins:08b}"[::-1],
         "error": str(registers[Register.ERROR_CODE]),
     }
+
+
+def _program_state(runner: ProgramRunner | None) -> str:
+    if runner is None:
+        return NO_PROGRAM
+    return "running" if runner.running else "stored"
 
 
 def _pcl601_values(device: Pcl601) -> dict[str, int]:
@@ -140,6 +150,11 @@ def _pcl601_values(device: Pcl601) -> dict[str, int]:
         "outputs": controller.output_pins,
         "program_running": int(controller.program_running),
     }
+
+
+def _do_pcl601(device: Pcl601, code: int) -> None:
+    device.controller.do(code)
+    device.controller.settle(device.controller.now_ns)
 
 
 def _wire_pcl601(device: Pcl601, name: str, state: str) -> None:
