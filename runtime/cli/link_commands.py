@@ -10,6 +10,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
 from ..clients.link import LinkError
+from ..pace import stopping_on_interrupt
+from ..ports import Stop
 from .slices import told_mistakes
 
 FAILED, INTERRUPTED = 1, 130
@@ -28,10 +30,20 @@ def told_faults() -> Iterator[None]:
 
 
 @contextmanager
-def stopped_by_interrupt(stop: Callable[[], None]) -> Iterator[None]:
-    """Stop the motor when Ctrl-C is pressed, and say so."""
+def stopped_by_interrupt(stop: Callable[[], None]) -> Iterator[Callable[[], None]]:
+    """Stop the motor when Ctrl-C is pressed, and say so; yield what looks whether it was.
+
+    An exchange is not broken off: the line would have to fall silent before the stop can be sent.
+    """
+    interrupt = Stop()
+
+    def look() -> None:
+        if interrupt.asked:
+            raise KeyboardInterrupt
+
     try:
-        yield
+        with stopping_on_interrupt(interrupt.ask, look.__code__):
+            yield look
     except KeyboardInterrupt:
         stop()
         typer.echo("scanrack: Ctrl-C: the motor was stopped", err=True)
@@ -39,20 +51,29 @@ def stopped_by_interrupt(stop: Callable[[], None]) -> Iterator[None]:
 
 
 @contextmanager
-def shown_travel(start: int, target: int | None, *, quiet: bool) -> Iterator[Callable[[int], None]]:
+def shown_travel(
+    start: int, target: int | None, each: Callable[[], None], *, quiet: bool
+) -> Iterator[Callable[[int], None]]:
     """Show how far a motion has come, on standard error if that is a terminal; yield what is told positions.
 
     Args:
         start: position at the start.
         target: where it should end, None if that is not known.
+        each: called with every position, and once before the first.
         quiet: nobody wants to see it.
     """
+    each()
     console = Console(stderr=True)
     if quiet or not console.is_terminal:
-        yield lambda _: None
+        yield lambda _: each()
         return
     columns = TextColumn("position"), BarColumn(), TextColumn("{task.fields[position]:,}")
     with Progress(*columns, console=console) as bar:
         total = None if target is None else abs(target - start)
         task = bar.add_task("", total=total, position=start)
-        yield lambda position: bar.update(task, completed=abs(position - start), position=position)
+
+        def told(position: int) -> None:
+            bar.update(task, completed=abs(position - start), position=position)
+            each()
+
+        yield told

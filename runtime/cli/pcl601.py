@@ -163,11 +163,11 @@ def move(
 
     Example: scanrack pcl601 --tcp 192.168.0.9:502 move --speed 4000 -- -2000
     """
-    with client_at(context) as client, stopped_by_interrupt(client.stop):
+    with client_at(context) as client, stopped_by_interrupt(client.stop) as look:
         if speed is not None:
             client.set("max_speed", speed)
         start = client.position
-        with shown_travel(start, start + steps, quiet=quiet) as progress:
+        with shown_travel(start, start + steps, look, quiet=quiet) as progress:
             position = client.move(steps, progress)
         typer.echo(position)
 
@@ -179,8 +179,8 @@ def home(
     quiet: QuietOption = False,
 ) -> None:
     """Look for the home switch; Ctrl-C stops the motor at once."""
-    with client_at(context) as client, stopped_by_interrupt(client.stop):
-        with shown_travel(client.position, None, quiet=quiet) as progress:
+    with client_at(context) as client, stopped_by_interrupt(client.stop) as look:
+        with shown_travel(client.position, None, look, quiet=quiet) as progress:
             position = client.home(kind, progress)
         typer.echo(position)
 

@@ -146,11 +146,11 @@ def move(
 
     Example: scanrack pmc006 --port /dev/ttyUSB0 move --speed 4000 -- -2000
     """
-    with client_at(context) as client, stopped_by_interrupt(client.stop):
+    with client_at(context) as client, stopped_by_interrupt(client.stop) as look:
         if speed is not None:
             client.set("max_speed", speed)
         start = client.position
-        with shown_travel(start, start + steps, quiet=quiet) as progress:
+        with shown_travel(start, start + steps, look, quiet=quiet) as progress:
             position = client.move(steps, progress)
         typer.echo(position)
 
@@ -167,10 +167,10 @@ def home(
     quiet: QuietOption = False,
 ) -> None:
     """Go back to the switch on EXT1; Ctrl-C stops the motor at once."""
-    with client_at(context) as client, stopped_by_interrupt(client.stop):
+    with client_at(context) as client, stopped_by_interrupt(client.stop) as look:
         if speed is not None:
             client.set("zero_back_speed", speed)
-        with shown_travel(client.position, None, quiet=quiet) as progress:
+        with shown_travel(client.position, None, look, quiet=quiet) as progress:
             position = client.home(stroke, progress)
         typer.echo(position)
 

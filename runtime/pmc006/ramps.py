@@ -95,7 +95,7 @@ def ramp_steps(slow_sps: int, fast_sps: int, coefficient: int) -> Fraction:
     """Return the length of a ramp in steps, `(v1^2 - v0^2) / 2a`; 0 where there is none.
 
     >>> ramp_steps(600, 5000, 3)  # 27170 steps/s/s
-    Fraction(1232000, 2717)
+    Fraction(112000, 247)
     """
     return _ramp_steps_fine(NANO * fast_sps, NANO * slow_sps, coefficient)
 
