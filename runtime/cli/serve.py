@@ -181,15 +181,13 @@ def begin(units: list[Unit], *, ascii_mode: bool, start: bool) -> None:
     Raises:
         ValueError: these units have nothing of the kind.
     """
-    for wanted, option, code in (
-        (ascii_mode, "--ascii", Code.SWITCH_TO_ASCII),
-        (start, "--start", Code.RUN_PROGRAM),
-    ):
-        for unit in units if wanted else []:
-            if unit.do is None:
-                raise ValueError(f"{option}: only a PCL601 can be told so")
-            if code is not Code.RUN_PROGRAM or unit.status()["program"] != NO_PROGRAM:
-                unit.do(code)
+    if (ascii_mode or start) and any(unit.do is None for unit in units):
+        raise ValueError("--ascii and --start: only a PCL601 can be told so")
+    for unit in units:
+        if unit.do is not None and ascii_mode:
+            unit.do(Code.SWITCH_TO_ASCII)
+        if unit.do is not None and start and unit.status()["program"] != NO_PROGRAM:
+            unit.do(Code.RUN_PROGRAM)
 
 
 @contextmanager

@@ -19,7 +19,7 @@ from mcap.reader import make_reader
 from scanrack.io_images.pmc006.frame import command, reply
 from scanrack.io_images.pmc006.instructions import BY_NAME
 from scanrack.runtime.cli import build
-from scanrack.runtime.cli.serve import answering, wire
+from scanrack.runtime.cli.serve import answering, begin, line_of, wire
 from scanrack.runtime.cli.units import pcl601_units, pmc006_units
 from scanrack.runtime.pcl601.rtu import frame
 from scanrack.runtime.pmc006.pins import Pin
@@ -96,7 +96,7 @@ def test_programs_find_their_units_by_axis(tmp_path: Path) -> None:
     first.write_text(".axis 2\n.autostart on\nLABEL A\nGOTO A\nEND\n")
     second.write_text(".axis 1\nEND\n")
     units = pcl601_units([1, 2, 3], [first, second], 1.0)
-    assert [unit.status()["program"] for unit in units] == ["-", "running", "-"]
+    assert [unit.status()["program"] for unit in units] == ["stored", "running", "-"]
 
 
 @pytest.mark.parametrize(
@@ -214,3 +214,20 @@ def test_a_recording_that_cannot_be_written_is_told() -> None:
     result = CliRunner().invoke(build(), ["serve", "pcl601", "--pty", "--record", "/nowhere/at/all.mcap"])
     assert result.exit_code == 3
     assert "/nowhere/at/all.mcap" in result.stderr
+
+
+def test_programs_are_started_in_ascii_mode_as_by_smc60win(tmp_path: Path) -> None:
+    """Text is refused (256) unless the line is in AA ASCII."""
+    file = tmp_path / "a.pclt"
+    file.write_text('.axis 0\nTEXT "@1B100"\nEND\n')
+    for ascii_mode, said, error in ((True, b"@1B100\r", "0"), (False, b"", "256")):
+        units = pcl601_units([0, 1], [file], 1.0)
+        begin(units, ascii_mode=ascii_mode, start=True)
+        assert line_of(units).advance(10_000_000) == said
+        assert [unit.status()["error"] for unit in units] == [error, "0"]
+        assert units[1].values()["base_speed"] == (100 if ascii_mode else 500)
+
+
+def test_a_pmc006_has_no_ascii_mode() -> None:
+    with pytest.raises(ValueError, match="only a PCL601 can be told so"):
+        begin(pmc006_units([], [], 1.0), ascii_mode=True, start=False)
