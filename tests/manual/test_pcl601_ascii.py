@@ -167,6 +167,14 @@ def test_go_repeats(bench):
     assert bench.talk("@1VZ") == "80\r\n"
 
 
+def test_go_after_an_absolute_position_goes_as_far_again(bench):
+    bench.talk("@1P40", "@1G")
+    bench.wait(500)
+    bench.talk("@1G")
+    bench.wait(500)
+    assert bench.talk("@1VZ") == "80\r\n"  # P has set N, once
+
+
 def test_home_and_slew_and_stops(bench):
     bench.ge("home", 1000)
     bench.talk("@1H0")

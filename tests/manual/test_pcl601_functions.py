@@ -11,8 +11,10 @@ import pytest
 from bench601 import MS, Bench601
 from scanrack.io_images.pcl601 import Register
 from scanrack.io_images.pcl601.program import parse_program
+from scanrack.runtime.pcl601.autocorrect import Autocorrect
 from scanrack.runtime.pcl601.motor import EncoderModel
 from scanrack.runtime.pcl601.program import ProgramMachine
+from scanrack.runtime.pcl601.values import Values
 from scanrack.runtime.pcl601.wiring import Wiring
 
 
@@ -44,6 +46,7 @@ ON_FLY = {
     "count 1": ((2500, 100, 1), 0, 5000, [2500]),
     "count 0 with a spacing": ((2500, 100, 0), 0, 5000, [2500]),
     "the move ends first": ((2000, 1000, 5), 0, 3500, [2000, 3000]),
+    "no spacing": ((2500, 0, 3), 0, 5000, [2500]),
     "going down": ((2000, 1000, 5), 5000, -2500, [2000, 1000, 0, -1000, -2000]),
     "behind the start": ((2000, 1000, 5), 2500, 6000, []),
     "at the end": ((2000, 0, 0), 0, 2000, [2000]),
@@ -289,6 +292,16 @@ def test_a_dead_encoder_exhausts_the_retries():
 def test_no_retries():
     bench, _ = corrected(EncoderModel(10, "stuck"), steps=200, retries=0)
     assert (bench.errors(), bench.position) == (4, 200)
+
+
+@pytest.mark.parametrize(
+    ("pulses", "steps"), [(10, None), (-10, None), (11, 1), (14, 1), (15, 2), (-15, -2), (-14, -1), (30, 3)]
+)
+def test_what_is_missing_in_motor_steps(pulses, steps):
+    values = Values()
+    values[Register.ENCODER_WINDOW], values[Register.ENCODER_RATIO] = 10, 10
+    values[Register.ENCODER_POSITION] = 7
+    assert Autocorrect(values, -20).missing(7 - 200 - pulses) == steps
 
 
 def test_a_stopped_index_is_not_corrected():

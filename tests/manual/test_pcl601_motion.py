@@ -146,6 +146,20 @@ def test_soft_stop_in_an_index_creeps_to_its_end(bench):
     assert bench.position == 4000
 
 
+@pytest.mark.parametrize("wait_ms", [1700, 2000, 2345, 2800, 3000, 3110])
+def test_soft_stop_on_the_last_ramp_changes_nothing(bench, wait_ms):
+    bench.write(Register.STEPS, 4000)
+    begun = bench.bus.now_ns
+    bench.controller.do(1)
+    bench.controller.settle(begun)
+    bench.wait(wait_ms)
+    bench.controller.do(6)
+    bench.controller.settle(bench.bus.now_ns)
+    end_of(bench)
+    assert bench.position == 4000
+    assert bench.bus.now_ns - begun == 3_125_000_000  # 3 s of ramps, 250 steps at 2000/s
+
+
 def test_soft_stop_when_idle_does_nothing(bench):
     bench.code(6)
     assert (bench.busy(), bench.errors()) == (False, 0)
@@ -246,6 +260,7 @@ def test_home_type_1_on_the_switch_reverses_at_base_speed(bench):
 
 def test_home_type_1_with_a_short_switch_looks_for_it_again(bench):
     bench.pin("home", Contact(3000, 3100))
+    bench.ge("in3", 4000)  # something else happens on the way back
     bench.code(3)
     end_of(bench)
     assert bench.position == 2999
@@ -305,6 +320,17 @@ def test_jog_waits_for_the_end_of_a_motion(bench):
     bench.wait(5000)
     assert bench.position < 1000
     assert bench.read(Register.DIRECTION) == 0
+
+
+def test_both_jog_inputs_are_none(bench):
+    bench.pin("jog_plus")
+    bench.wait(100)
+    bench.pin("jog_minus")
+    bench.wait(100)
+    assert (bench.position, bench.controller.busy) == (50, False)
+    bench.pin("jog_plus", "open")
+    bench.wait(100)
+    assert bench.position == 0
 
 
 def test_jog_into_limits(bench):

@@ -47,6 +47,12 @@ def test_text_in_ascii_mode_has_ten_bits():
     assert replies[2]["t_ms"] - replies[1]["t_ms"] == pytest.approx(6 * 10 / 38.4 + 20, abs=1e-5)
 
 
+def test_the_echo_of_the_switch_is_the_last_in_modbus_format():
+    _, replies = session({"tx": "01 06 00 00 00 0b c8 0d"}, {"tx_text": "@%\r"})
+    assert replies[0]["t_ms"] == pytest.approx(19.5 * 11 / 38.4, abs=1e-4)
+    assert replies[1]["t_ms"] - replies[0]["t_ms"] == pytest.approx(6 * 10 / 38.4, abs=1e-4)
+
+
 def test_for_ms_is_exact():
     _, replies = session({"for_ms": 0.25}, {"for_ms": 1e-6}, {})
     assert [reply["t_ms"] for reply in replies] == [0.25, 0.250001, 0.250001]
