@@ -216,11 +216,17 @@ class Pcl601Client:
         try:
             self._once(_command(code))
         except (NoAnswerError, BadAnswerError) as error:
-            if self.read("busy") == 0 and self.position == before:
+            if not self._has_begun(before):
                 message = f"{code.name} was not answered, and nothing moves; it is not repeated"
                 raise UncertainError(message) from error
-        if raised := self.errors & ~errors:
+        raised = self.errors & ~errors
+        if raised and not self._has_begun(
+            before
+        ):  # a question doubled on the line is refused the second time
             raise RefusedError(f"{code.name} is refused{_told(raised)}")
+
+    def _has_begun(self, before: int) -> bool:
+        return self.busy or self.position != before
 
     def _set_address(self, value: int) -> None:
         """Change the address: the former one answers, the new one listens afterwards."""

@@ -231,14 +231,17 @@ class Pmc006Client:
         if self.status1 & Status1.BUSY:
             raise RefusedError("a motion is under way")
         try:
-            answer = self._once(row.code, data)
+            self._check(row, self._once(row.code, data), None)
+        except RefusedError:
+            if not self._has_begun(before):  # a question doubled on the line is refused the second time
+                raise
         except (NoAnswerError, BadAnswerError) as error:
-            if not (self.status1 & (Status1.BUSY | Status1.HOME) or self.position != before):
-                raise UncertainError(
-                    f"{row.name} was not answered, and nothing moves; it is not repeated"
-                ) from error
-        else:
-            self._check(row, answer, None)
+            if not self._has_begun(before):
+                message = f"{row.name} was not answered, and nothing moves; it is not repeated"
+                raise UncertainError(message) from error
+
+    def _has_begun(self, before: int) -> bool:
+        return bool(self.status1 & (Status1.BUSY | Status1.HOME)) or self.position != before
 
     def _watch(self, running: Status1, progress: Progress) -> int:
         while self.status1 & running:

@@ -151,6 +151,24 @@ def test_one_bad_frame_never_repeats_a_motion_nor_spoils_it(fault: Fault, at: in
     assert client.position == device.controller.motor.position
 
 
+def test_a_go_doubled_on_a_port_that_keeps_no_gaps_counts_as_taken() -> None:
+    device = Pcl601(timing=PORT_TIMING)
+    for at in range(6, 11):
+        client, link = client_of(device, questions={at: Fault.DOUBLED})
+        before = client.position
+        assert client.move(700) == before + 700
+        assert goes(link) == 1
+
+
+@pytest.mark.parametrize("fault", Fault)
+@pytest.mark.parametrize("at", range(3))
+def test_no_answer_is_taken_for_that_to_another_question(fault: Fault, at: int) -> None:
+    names = ["base_speed", "max_speed", "jog_speed", "address", "motor_current", "encoder_ratio"] * 3
+    expected = [READABLE[name].default for name in names]
+    client, _ = client_of(Pcl601(), {at: fault, at + 5: fault})
+    assert [client.read(name) for name in names] == expected
+
+
 def test_a_line_that_is_dead_is_told() -> None:
     client, link = client_of(Pcl601(), dict.fromkeys(range(10), Fault.DROPPED))
     with pytest.raises(NoAnswerError, match=r"unit 1 does not answer within 0\.2 s"):

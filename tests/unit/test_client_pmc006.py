@@ -184,6 +184,25 @@ def test_one_bad_frame_never_repeats_a_motion_nor_spoils_a_result(
     assert client.position == controller.axis.position
 
 
+def test_a_step_doubled_on_the_line_whose_first_answer_is_lost_counts_as_taken() -> None:
+    controller = Controller()
+    # questions: direction, position, position, status 1, step; the second answer to it is the refusal
+    client, link = client_of(controller, {4: Fault.DROPPED}, {4: Fault.DOUBLED})
+    assert client.move(700) == controller.axis.physical == 700
+    assert link.questions[4][2] == STEP
+
+
+@pytest.mark.parametrize("fault", Fault)
+@pytest.mark.parametrize("at", range(3))
+def test_no_answer_is_taken_for_that_to_another_question(fault: Fault, at: int) -> None:
+    controller = Controller(address=9)
+    names = ["start_speed", "stop_speed", "max_speed", "zero_back_speed", "peak_current", "encoder_cpr"] * 3
+    for name, value in zip(names[:6], (701, 702, 703, 704, 705, 800), strict=True):
+        controller.memory[name] = value
+    client, _ = client_of(controller, {at: fault, at + 5: fault})
+    assert [client.read(name) for name in names] == [controller.memory[name] for name in names]
+
+
 def test_a_line_that_is_dead_is_told() -> None:
     client, link = client_of(Controller(), dict.fromkeys(range(10), Fault.DROPPED))
     with pytest.raises(NoAnswerError, match=r"address 255 does not answer within 0\.2 s"):
