@@ -1,14 +1,14 @@
 """The search finds what is planted, shrinks it, and hands it over so that it can be run again."""
 
 import json
-import os
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
 import pytest
+from campaign_work import DiesOnce, dies
 from scanrack.runtime.cli import build
-from scanrack.runtime.fuzz import Found, Report, Scenario
+from scanrack.runtime.fuzz import Found, Scenario
 from scanrack.runtime.fuzz.campaign import CampaignError, State, campaign, read_state, write_state
 from scanrack.runtime.fuzz.trial import Broken
 from typer.testing import CliRunner
@@ -121,7 +121,7 @@ def test_a_campaign_goes_on_where_it_left_off(rack, tmp_path):
 
 def test_the_same_search_finds_the_same(rack, tmp_path):
     file = rack(HASTY)
-    words = ("--runs", 100, "--only", "inputs", "--check", "no-command-error")
+    words = ("--runs", 50, "--for", "0.2 s", "--only", "inputs", "--check", "no-command-error")
     # Hypothesis takes constants from the modules that are loaded: let all of them be loaded before
     fuzz(file, *words, "--out", tmp_path / "none")
     fuzz(file, *words, "--out", tmp_path / "one")
@@ -151,31 +151,13 @@ def test_what_cannot_be_used_is_told(rack, words, says):
 # --- campaigns
 
 
-def counted(task):
-    return Report(runs=task.examples, rules=Counter({f"R{task.number}": 1}))
-
-
-def dies_once(task):
-    """Task 1 kills its worker, unless it has done so before."""
-    flag = os.environ["SCANRACK_TEST_FLAG"]
-    if task.number == 1 and not os.path.exists(flag):
-        open(flag, "w").close()
-        os._exit(1)
-    return counted(task)
-
-
-def dies(task):
-    os._exit(1)
-
-
 def pool():
-    return ProcessPoolExecutor(2, mp_context=get_context("fork"))
+    return ProcessPoolExecutor(2, mp_context=get_context("spawn"))
 
 
-def test_a_task_whose_worker_dies_is_given_out_again(tmp_path, monkeypatch):
-    monkeypatch.setenv("SCANRACK_TEST_FLAG", str(tmp_path / "died"))
+def test_a_task_whose_worker_dies_is_given_out_again(tmp_path):
     state = State()
-    campaign(dies_once, state, pool, examples=3, tasks=4, jobs=2)
+    campaign(DiesOnce(tmp_path / "died"), state, pool, examples=3, tasks=4, jobs=2)
     assert (state.tasks, state.runs) == (4, 12)
     assert sorted(state.rules) == ["R0", "R1", "R2", "R3"]
 
