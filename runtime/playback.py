@@ -84,7 +84,6 @@ class Playback(Cpu):
         )
         self._score = score
         self._row = 0
-        self._view.first = bool(score.flags[0] & ScanFlag.FIRST_SCAN)
         self._ask_for(0)
         self._turn_to(0)
 
@@ -108,6 +107,10 @@ class Playback(Cpu):
 
     def _turn_to(self, row: int) -> None:
         self._view.number, self._view.now_ns = self._score.numbers[row], self._score.times[row]
+        first = bool(self._score.flags[row] & ScanFlag.FIRST_SCAN)
+        if first is not self._view.first:
+            self._view.first = first
+            self._prepare(self.mode)
 
     def _ask_for(self, row: int) -> None:
         mode = self._score.mode(row)
