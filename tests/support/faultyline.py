@@ -41,12 +41,14 @@ class FaultyDevice:
     Args:
         inner: the device.
         plan: what becomes of which answer, counted from 0.
+        delay_ns: of the delayed ones.
     """
 
-    def __init__(self, inner: Device, plan: Mapping[int, Fault]) -> None:
+    def __init__(self, inner: Device, plan: Mapping[int, Fault], delay_ns: int = DELAY_NS) -> None:
         self.inner = inner
         self.answers = 0
         self._plan = plan
+        self._delay_ns = delay_ns
         self._held: list[tuple[int, bytes]] = []
 
     @property
@@ -67,7 +69,7 @@ class FaultyDevice:
         if answer := self.inner.advance(now_ns):
             fault = self._plan.get(self.answers)
             self.answers += 1
-            due_ns = now_ns + DELAY_NS if fault is Fault.DELAYED else now_ns
+            due_ns = now_ns + self._delay_ns if fault is Fault.DELAYED else now_ns
             self._held.append((due_ns, answer if fault is None else spoilt(answer, fault)))
         said = b"".join(frame for due_ns, frame in self._held if due_ns <= now_ns)
         self._held = [(due_ns, frame) for due_ns, frame in self._held if due_ns > now_ns]

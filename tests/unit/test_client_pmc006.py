@@ -193,13 +193,14 @@ def test_a_step_doubled_on_the_line_whose_first_answer_is_lost_counts_as_taken()
 
 
 @pytest.mark.parametrize("fault", Fault)
-@pytest.mark.parametrize("at", range(3))
-def test_no_answer_is_taken_for_that_to_another_question(fault: Fault, at: int) -> None:
+@pytest.mark.parametrize("delay_ms", range(150, 480, 7))
+def test_no_answer_is_taken_for_that_to_another_question(fault: Fault, delay_ms: int) -> None:
     controller = Controller(address=9)
     names = ["start_speed", "stop_speed", "max_speed", "zero_back_speed", "peak_current", "encoder_cpr"] * 3
     for name, value in zip(names[:6], (701, 702, 703, 704, 705, 800), strict=True):
         controller.memory[name] = value
-    client, _ = client_of(controller, {at: fault, at + 5: fault})
+    faulty = FaultyDevice(Pmc006(controller), {1: fault, 6: fault}, delay_ms * 1_000_000)
+    client = Pmc006Client(BusLink(faulty), 9)
     assert [client.read(name) for name in names] == [controller.memory[name] for name in names]
 
 
