@@ -1,4 +1,4 @@
-"""`scanrack pmc006`: a real PMC006x3s on a serial port, or a simulated one on a pseudo-terminal."""
+"""`scanrack pmc006`: a real PMC006x3s on a serial port or behind a serial server, or a simulated one."""
 
 from __future__ import annotations
 
@@ -16,10 +16,11 @@ from rich.table import Table
 from ...io_images.pmc006.instructions import Instruction
 from ...io_images.pmc006.program import UserProgram, assemble
 from ...io_images.pmc006.status import Level
-from ..clients.link import SerialLink
+from ..clients.link import Link, SerialLink, TcpLink
 from ..clients.pmc006 import READABLE, SETTABLE, Pmc006Client
 from ..pmc006.line import LINE_FORMAT
 from .link_commands import shown_travel, stopped_by_interrupt, told_faults
+from .serve import socket_address
 from .slices import QuietOption
 
 app = typer.Typer(
@@ -42,7 +43,21 @@ class Place:
     """Where the controller is."""
 
     port: str | None
+    tcp: str | None
     address: int
+
+    def link(self) -> Link:
+        """Open the line.
+
+        Raises:
+            ValueError: not one line is named.
+            LinkError: it can't be opened.
+        """
+        if (self.port is None) == (self.tcp is None):
+            raise ValueError("give one of --port DEV and --tcp HOST:PORT before the command")
+        if self.port is not None:
+            return SerialLink(self.port, LINE_FORMAT)
+        return TcpLink(*socket_address(self.tcp or ""))
 
 
 @contextmanager
@@ -50,9 +65,7 @@ def client_at(context: typer.Context) -> Iterator[Pmc006Client]:
     """Open the port that the group's options name; tell what goes wrong."""
     place: Place = context.obj
     with told_faults():
-        if place.port is None:
-            raise ValueError("--port is missing: scanrack pmc006 --port DEV ...")
-        link = SerialLink(place.port, LINE_FORMAT)
+        link = place.link()
         try:
             yield Pmc006Client(link, place.address)
         finally:
@@ -65,11 +78,15 @@ def _place(
     port: Annotated[
         str | None, typer.Option("--port", metavar="DEV", help="Serial port, such as /dev/ttyUSB0 or COM3.")
     ] = None,
+    tcp: Annotated[
+        str | None,
+        typer.Option("--tcp", metavar="HOST:PORT", help="The line's own bytes over TCP instead."),
+    ] = None,
     address: Annotated[
         int, typer.Option("--address", metavar="N", help="Its address, 1 to 120; 255 as from the factory.")
     ] = 255,
 ) -> None:
-    context.obj = Place(port, address)
+    context.obj = Place(port, tcp, address)
 
 
 @app.command()

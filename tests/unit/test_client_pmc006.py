@@ -272,7 +272,9 @@ def test_commands_that_cannot_work_say_so(tmp_path: Path) -> None:
     nowhere = scanrack("pmc006", "--port", str(tmp_path / "tty"), "status")
     assert nowhere.exit_code == 1
     assert "tty can't be opened: No such file or directory" in nowhere.output
-    assert "--port is missing" in scanrack("pmc006", "status").output
+    assert "give one of --port DEV and --tcp HOST:PORT" in scanrack("pmc006", "status").output
+    nobody = scanrack("pmc006", "--tcp", "127.0.0.1:1", "status")
+    assert (nobody.exit_code, "127.0.0.1:1 can't be reached" in nobody.output) == (1, True)
     listing = tmp_path / "loop.pmc"
     listing.write_text("ROT 0 100\nWAIT 1 1\nJMP 0 77\n")
     checked = scanrack("pmc006", "program", "check", str(listing))
