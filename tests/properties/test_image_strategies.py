@@ -118,6 +118,10 @@ def test_what_a_strategy_shrinks_to(strategy, plainest):
 
 
 def test_a_fault_in_one_number_shrinks_to_a_command_with_that_number():
-    """A gateway that loses the sign of the thousands: the smallest failure is a single negative number."""
+    """A gateway that loses the sign of the thousands: what is left is one negative number, all else plain.
+
+    Which negative number depends on the constants that Hypothesis finds in the modules that are loaded.
+    """
     image = find(images.plausible_images(1000), lambda image: image[0] == 2 and image[2] < 0)
-    assert list(image) == [2, 0, -5, 0, 5, 0, 100, 50]
+    words = list(image)
+    assert words[:2] + words[4:] == [2, 0, 5, 0, 100, 50]
