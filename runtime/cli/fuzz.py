@@ -16,14 +16,15 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from ...io_images.amci3601 import RULES, StatusMsw
+from ...io_images.amci3601 import ERROR_BITS, RULES
 from ..fuzz import STANDARD, Found, InvariantError, Scenario
-from ..fuzz.campaign import CampaignError, State, Work, campaign, read_state, write_state
+from ..fuzz.campaign import RECORDING, CampaignError, State, Work, campaign, read_state, write_state
 from ..fuzz.scenarios import Kind, kinds_for
 from ..pace import wall_ns
 from ..quantities import parse_duration
 from .fuzzing import Setup, bench_of, hand_over, replay
 from .fuzzing import Work as SearchWork
+from .learning import learn
 from .loading import Job, load_job, scans_to_run
 
 HELD, BROKEN, BAD_INPUT, CANNOT_WRITE, INTERRUPTED = 0, 1, 2, 3, 130
@@ -33,15 +34,6 @@ DEFAULT_CHECKS = ("no-command-error", "no-invalid-profile", "one-motion")
 """What is checked if neither --check nor --invariants is given."""
 
 WIDTH = 100
-
-_ERRORS = (
-    StatusMsw.HOME_INVALID
-    | StatusMsw.INVALID_PROFILE
-    | StatusMsw.POSITION_INVALID
-    | StatusMsw.INPUT_ERROR
-    | StatusMsw.COMMAND_ERROR
-    | StatusMsw.CONFIG_ERROR
-).value
 
 PER_TASK = 50
 """Scenarios per task."""
@@ -157,9 +149,9 @@ def summary(state: State, before: State, seconds: float) -> str:
     lines = [f"runs          {runs:,}{rate}"]
     if before.runs:
         lines.append(f"in all        {state.runs:,} runs, {state.scans:,} scans")
-    told = [rule.id for rule in RULES.values() if rule.sets & _ERRORS]
+    told = [rule.id for rule in RULES.values() if rule.list_of and rule.list_of & ERROR_BITS.value]
     fired = [rule for rule in told if state.rules[rule]]
-    lines.append(f"error rules   {len(fired)} of {len(told)} of the manual fired")
+    lines.append(f"error rules   {len(fired)} of {len(told)} of chapter 6 fired")
     lines += [f"  {rule:<9} {state.rules[rule]:>9,} times" for rule in fired]
     never = ", ".join(rule for rule in told if not state.rules[rule])
     lines += wrap(never, WIDTH, initial_indent="  never     ", subsequent_indent=" " * 12)
@@ -168,7 +160,10 @@ def summary(state: State, before: State, seconds: float) -> str:
 
 def _fuzz_command(
     rack: Annotated[
-        str, typer.Argument(metavar="RACK", help="Rack file: TOML, or Python that defines rack().")
+        str,
+        typer.Argument(
+            metavar="RACK", help="Rack file: TOML, or Python that defines rack(). Or a trace, to vary it."
+        ),
     ],
     invariants: Annotated[
         list[Path] | None,
@@ -209,6 +204,7 @@ def _fuzz_command(
     scenario: Annotated[
         Path | None, typer.Option("--scenario", metavar="FILE", help="Run just this scenario.")
     ] = None,
+    trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False,
 ) -> None:
     """Look for surroundings in which a rack's program breaks what must hold.
@@ -217,6 +213,7 @@ def _fuzz_command(
     stopped, updates are torn, all at random. What breaks an invariant is shrunk, and handed over as a
     rack file, a trace with its chart, and a script for the bench, with the sentence of the rule.
     A campaign goes on where it left off: its state is in the same folder.
+    Of a trace, the rack file and the program in it are searched, and what acted on the inputs is varied.
 
     Example: scanrack fuzz line.toml --invariants must_hold.py --time "10 min"
 
@@ -224,19 +221,26 @@ def _fuzz_command(
     can't be written, 130 stopped by Ctrl-C; what is known by then is kept.
     """
     try:
+        folder = out or Path(f"{Path(rack.partition(':')[0]).stem}-fuzz")
+        learned = learn(Path(rack), folder / "recording", trust=trust) if rack.endswith(".mcap") else None
+        if learned is not None:
+            rack = str(learned.rack)
         job = load_job(rack)
-        scans = scans_to_run(job.spec, duration, None, endless=False)
+        recorded = learned.scans if learned is not None and duration is None else None
+        scans = scans_to_run(job.spec, duration, recorded, endless=False)
         assert scans is not None
         files = tuple(invariants or ())
         setup = Setup(
             rack, files, _checks(check or [], list(files)), scans, _kinds(job, only or [], without or [])
         )
         bench_of(setup)  # what can't be used is told before a search begins
-        folder = out or Path(f"{job.rack_file.stem}-fuzz")
         if scenario is not None:
             raise typer.Exit(_replay(job, setup, scenario))
         limit = None if time is None else parse_duration(time)
-        status = _campaign(job, setup, folder, runs, limit, jobs or os.cpu_count() or 1, dask, quiet=quiet)
+        base = None if learned is None else learned.scenario
+        status = _campaign(
+            job, setup, folder, runs, limit, jobs or os.cpu_count() or 1, dask, base=base, quiet=quiet
+        )
     except (CampaignError, InvariantError, ValueError) as error:
         _complain(str(error))
         raise typer.Exit(BAD_INPUT) from error
@@ -265,11 +269,14 @@ def _campaign(
     jobs: int,
     dask: str | None,
     *,
+    base: Scenario | None,
     quiet: bool,
 ) -> int:
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / "state.json"
     state, before = read_state(file), read_state(file)
+    if base is not None:
+        state.corpus = {RECORDING: base, **state.corpus}
     tasks = None if limit_ns is not None else -(-runs // PER_TASK)
     examples = min(runs, PER_TASK)
     start_ns = wall_ns()

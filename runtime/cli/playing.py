@@ -142,7 +142,7 @@ def _forces(recording: Recording) -> Mapping[int, Mapping[str, int]]:
     }
 
 
-def _stimuli(recording: Recording) -> Iterator[Stimulus]:
+def recorded_stimuli(recording: Recording) -> Iterator[Stimulus]:
     """Yield what acted on the inputs, as a trace tells it; incidents come with the rack."""
     for event in recording.events:
         name = str(event.fields.get("name")).upper()
@@ -155,7 +155,7 @@ def with_stimuli(spec: RackSpec, recording: Recording, stimuli: Stimuli) -> Rack
     """Return a rack on whose machines the stimuli act that are asked for."""
     if stimuli is Stimuli.MACHINE:
         return spec
-    found = _stimuli(recording) if stimuli is Stimuli.RECORDED else recorded_levels(recording)
+    found = recorded_stimuli(recording) if stimuli is Stimuli.RECORDED else recorded_levels(recording)
     by_slot: dict[int, list[Stimulus]] = defaultdict(list)
     for each in found:
         by_slot[each.slot].append(each)

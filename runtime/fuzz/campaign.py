@@ -40,6 +40,9 @@ class Task:
     base: Scenario | None = None
 
 
+RECORDING = "recording"
+"""What stands for a rule in the corpus where a scenario was learned from a recording."""
+
 Work = Callable[[Task], Report]
 """Does a task, in this process or another one; it can be pickled."""
 
@@ -57,7 +60,7 @@ class State:
         runs: number of runs.
         scans: scans in all of them.
         rules: how often each rule of the manual fired.
-        corpus: the scenario in which a rule fired first, by the rule's id.
+        corpus: by a rule's id, the scenario in which it fired first; by `RECORDING`, that of a recording.
         found: the smallest scenario that breaks an invariant, by the invariant's name.
     """
 
@@ -248,6 +251,6 @@ def _tasks(state: State, examples: int, count: int | None, known: frozenset[str]
     end = None if count is None else number + count
     while end is None or number < end:
         bases = list(state.corpus.values())
-        base = bases[number // 2 % len(bases)] if bases and number % 2 else None
+        base = bases[number // 2 % len(bases)] if bases and number % 2 == 0 else None
         yield Task(number, examples, known | frozenset(state.found), base)
         number += 1

@@ -1,4 +1,4 @@
-"""A scenario written into a rack file, so that `scanrack run` shows what the search has found."""
+"""Rack files with a scenario in them, so that `scanrack run` shows what was found, or with none."""
 
 from __future__ import annotations
 
@@ -49,6 +49,25 @@ def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, f
         entries = [entry for each in presses for entry in entries_of(each, slot.machine)]
         _extend(machine, "timeline", map(_entry, entries))
     _extend(document, "incident", map(_incident, scenario.incidents))
+    return tomli_w.dumps(document)
+
+
+def bare_rack_text(rack_file: Path, program: str) -> str:
+    """Return the text of a rack file in which nothing happens by time.
+
+    Args:
+        rack_file: the rack file, TOML.
+        program: the path of the program, from the new file's folder.
+
+    Raises:
+        OSError: the rack file can't be read.
+    """
+    document: Table = tomllib.loads(rack_file.read_text(encoding="utf-8"), parse_float=Decimal)
+    document["program"] = program
+    document.pop("incident", None)
+    document.pop("trace", None)
+    for table in document["slot"]:
+        table.get("machine", {}).pop("timeline", None)
     return tomli_w.dumps(document)
 
 

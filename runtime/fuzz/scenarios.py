@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
+from dataclasses import replace
 from enum import Enum
+from typing import TypeVar
 
 from hypothesis import strategies as st
 
@@ -14,6 +16,10 @@ from ..incidents import Happening, Incident
 from ..machine import MachineSpec
 from ..rackspec import RackSpec, SlotSpec
 from .scenario import Lost, Press, Scenario, Shift
+
+T = TypeVar("T")
+Timed = TypeVar("Timed", Press, Incident)
+"""What happens at an instant."""
 
 
 class Kind(Enum):
@@ -81,7 +87,7 @@ def scenarios(
             1,
         ),
     )
-    return made if base is None else st.builds(_joined, _parts_of(base), made)
+    return made if base is None else st.builds(_joined, _parts_of(base, spec.scan_ns), made)
 
 
 def _number(slot: SlotSpec) -> int:
@@ -135,18 +141,33 @@ def _incidents(
     return kind, st.builds(Incident, times, st.just(Happening.TORN_UPDATE), slots, st.just(0), late)
 
 
-def _parts_of(base: Scenario) -> st.SearchStrategy[Scenario]:
-    """Scenarios with some of the parts of another."""
+MOVED = (0, 1, -1, 10, -10, 100, -100)
+"""By how many scans something happens earlier or later than in the scenario that is varied."""
 
-    def kept(parts: tuple[object, ...]) -> st.SearchStrategy[tuple[object, ...]]:
+
+def _parts_of(base: Scenario, scan_ns: int) -> st.SearchStrategy[Scenario]:
+    """Another scenario as it is, or some of its parts, at other times."""
+
+    def kept(parts: Sequence[T]) -> st.SearchStrategy[tuple[T, ...]]:
         flags = st.tuples(*[st.booleans()] * len(parts))
         return flags.map(lambda wanted: tuple(part for part, keep in zip(parts, wanted, strict=True) if keep))
 
-    return st.builds(
+    def moved(parts: Sequence[Timed]) -> st.SearchStrategy[tuple[Timed, ...]]:
+        return kept(parts).flatmap(lambda some: st.tuples(*(_moved(part, scan_ns) for part in some)))
+
+    varied = st.builds(
         Scenario,
         st.just(base.firmware),
-        *map(kept, (base.presses, base.incidents, base.shifts, base.lost)),
+        moved(base.presses),
+        moved(base.incidents),
+        kept(base.shifts),
+        kept(base.lost),
     )
+    return varied | st.just(base)
+
+
+def _moved(part: Timed, scan_ns: int) -> st.SearchStrategy[Timed]:
+    return st.sampled_from(MOVED).map(lambda scans: replace(part, at_ns=max(0, part.at_ns + scans * scan_ns)))
 
 
 def _joined(a: Scenario, b: Scenario) -> Scenario:
