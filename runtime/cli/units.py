@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import partial
 from pathlib import Path
 
 from ...io_images.pcl601 import MAP, Register
 from ...io_images.pcl601.program import Program
-from ...io_images.pcl601.terminals import INPUTS
 from ...io_images.pmc006.frame import FACTORY_ADDRESS
 from ...io_images.pmc006.program import UserProgram, assemble
 from ..pcl601.line import PORT_TIMING, Pcl601
-from ..pcl601.pins import FAR, FULL_SCALE_VOLTS, GROUND, OPEN, Contact
+from ..pcl601.pinstates import connect
 from ..pcl601.program import ProgramMachine
 from ..pcl601.rtu import Timing
 from ..pcl601.stored import ProgramRunner
@@ -25,7 +23,6 @@ from ..wire import Device
 from .pclt import read_program
 
 NO_PROGRAM = "-"
-LEVELS = {"ground": GROUND, "open": OPEN, "high": OPEN}
 RECORDED = [row for row in MAP if row.register not in (Register.COMMAND, Register.FIRMWARE)]
 
 
@@ -158,48 +155,8 @@ def _do_pcl601(device: Pcl601, code: int) -> None:
 
 
 def _wire_pcl601(device: Pcl601, name: str, state: str) -> None:
-    if name not in INPUTS:
-        raise ValueError(f"there is no input {name}: allowed are {', '.join(INPUTS)}")
-    pins = device.controller.pins
-    if name == "in1" and state.endswith("V"):
-        pins.apply_volts(_volts(state))
-    elif name == "in1" and state == "open":  # it alone has no pull-up
-        pins.connect(name, GROUND)
-    elif state in LEVELS:
-        pins.connect(name, LEVELS[state])
-    else:
-        first, last = range_of(state)
-        pins.connect(name, Contact(-FAR if first is None else first, FAR if last is None else last))
+    connect(device.controller.pins, name, state)
     device.controller.settle(device.controller.now_ns)
-
-
-def _volts(state: str) -> Fraction:
-    try:
-        volts = Fraction(state.removesuffix("V").strip())
-    except ValueError:
-        volts = Fraction(-1)
-    if not 0 <= volts <= FULL_SCALE_VOLTS:
-        raise ValueError(f"{state} is no voltage: allowed is 0V to {FULL_SCALE_VOLTS}V")
-    return volts
-
-
-def range_of(state: str) -> tuple[int | None, int | None]:
-    """Return the first and last position of a range; None where it has no end.
-
-    >>> range_of("9000.."), range_of("..-3000"), range_of("-5..5")
-    ((9000, None), (None, -3000), (-5, 5))
-
-    Raises:
-        ValueError: it is none.
-    """
-    first, dots, last = state.partition("..")
-    try:
-        if not dots or not first + last:
-            raise ValueError(state)
-        return int(first) if first else None, int(last) if last else None
-    except ValueError:
-        allowed = "ground, open, high, 2.5V at in1, or positions such as 9000.. or ..-3000 or 5..10"
-        raise ValueError(f"{state!r} is no state of an input: allowed are {allowed}") from None
 
 
 def pmc006_units(addresses: list[int], programs: list[Path], _speed: float) -> list[Unit]:
