@@ -29,6 +29,7 @@ from .machinetables import (
 )
 from .rackspec import ForceSpec, IncidentSpec, MisplacedError, RackSpec, SlotSpec
 from .tomllines import KeyLines, KeyPath
+from .unitspec import UnitSpec
 
 
 class RackFileError(ValueError):
@@ -174,6 +175,7 @@ _MODELS: Mapping[tuple[str, ...], type[BaseModel]] = {
     ("slot",): SlotSpec,
     ("force",): ForceSpec,
     ("incident",): IncidentSpec,
+    ("unit",): UnitSpec,
     ("slot", "machine"): MachineTable,
     ("slot", "machine", "switches"): SwitchTable,
     ("slot", "machine", "timeline"): TimelineTable,

@@ -29,6 +29,7 @@ from .machinetables import MachineTable, Table
 from .module import Module
 from .quantities import Milliseconds, Number, Seconds, between, exact_ns
 from .tomllines import KeyPath
+from .unitspec import UnitSpec
 
 Result = TypeVar("Result")
 
@@ -202,6 +203,7 @@ class RackSpec(Table):
         slot: the slots, at least one.
         force: the forces.
         incident: what happens beside commands and inputs.
+        unit: controllers on a serial line beside the rack.
     """
 
     program: Annotated[str | Callable[..., Any], PlainValidator(_program)]
@@ -217,6 +219,7 @@ class RackSpec(Table):
     slot: Annotated[tuple[SlotSpec, ...], Field(strict=False, min_length=1)]
     force: Annotated[tuple[ForceSpec, ...], Field(strict=False)] = ()
     incident: Annotated[tuple[IncidentSpec, ...], Field(strict=False)] = ()
+    unit: Annotated[tuple[UnitSpec, ...], Field(strict=False)] = ()
 
     @property
     def incidents(self) -> tuple[Incident, ...]:
@@ -239,6 +242,7 @@ class RackSpec(Table):
         self._check_slots()
         self._check_forces()
         self._check_incidents()
+        self._check_units()
         return self
 
     def _check_times(self) -> None:
@@ -279,6 +283,14 @@ class RackSpec(Table):
             elif each.slot is not None and each.slot not in numbers:
                 says = f"this slot is empty: modules sit in {', '.join(map(str, numbers))}"
                 raise MisplacedError(path, each.slot, says)
+
+    def _check_units(self) -> None:
+        seen: set[int] = set()
+        for index, unit in enumerate(self.unit):
+            if unit.address in seen:
+                path: KeyPath = ("unit", index, "address")
+                raise MisplacedError(path, unit.address, f"address {unit.address} is used twice")
+            seen.add(unit.address)
 
 
 def _at(path: KeyPath, value: object, check: Callable[..., Result], *arguments: Any) -> Result:

@@ -58,6 +58,12 @@ def imported(job: Job) -> list[Attachment]:
     return [attachment(found[name], name) for name in sorted(found) if found[name] not in given]
 
 
+def unit_programs(job: Job) -> list[Attachment]:
+    """Return the stored programs of the units beside the rack, each once, in the order of the units."""
+    names = dict.fromkeys(unit.program for unit in job.spec.unit if unit.program is not None)
+    return [attachment(job.folder / name, name) for name in names]
+
+
 def _imported_from(folder: Path) -> Iterator[tuple[str, Path]]:
     """Yield imported files of modules that lie in a folder, by their path from there."""
     for name, module in list(sys.modules.items()):

@@ -15,9 +15,10 @@ from ..faults import Cause, CpuFault
 from ..listener import ScanListener
 from ..pace import FreeRun, RealTime, wall_ns
 from ..rack import Rack
-from .baggage import attachment, imported, made_by, program_name
+from .baggage import attachment, imported, made_by, program_name, unit_programs
 from .loading import DEFAULT_RUN, Job, load_job, scans_to_run
 from .progress import shown_progress
+from .rackunits import UnitsBeside, units_of
 from .summary import Tally, summary
 
 OK, FAULT, BAD_INPUT, NO_TRACE, INTERRUPTED = 0, 1, 2, 3, 130
@@ -34,14 +35,20 @@ def run_job(job: Job, scans: int | None, trace: Path | None, *, realtime: bool, 
         realtime: in step with the wall clock.
         quiet: no progress and no summary; messages of what went wrong are still written.
     """
+    try:
+        units = units_of(job.spec.unit, job.folder)
+    except ValueError as error:
+        return _complain(str(error), BAD_INPUT)
     rack = build_rack(job.spec)
     tally = Tally()
     listeners: list[ScanListener] = [tally]
-    if trace is not None:
-        try:
+    try:
+        if trace is not None:
             listeners.append(recorder_for(job, rack, trace))
-        except OSError as error:
-            return _complain(f"the trace can't be written: {_reason(error)}", NO_TRACE)
+        if units:
+            listeners.append(UnitsBeside(units, trace))
+    except OSError as error:
+        return _complain(f"the trace can't be written: {_reason(error)}", NO_TRACE)
     pacer = RealTime() if realtime else FreeRun()
     cpu = build_cpu(job.spec, job.logic, rack, listeners=listeners, pacer=pacer)
     start_ns = wall_ns()
@@ -66,7 +73,7 @@ def recorder_for(job: Job, rack: Rack, trace: Path) -> ScanRecorder:
         seed=spec.seed,
         program=attachment(job.program, program_name(job)),
         rack_file=attachment(job.rack_file, job.rack_file.name) if job.rack_file != job.program else None,
-        attachments=imported(job),
+        attachments=[*imported(job), *unit_programs(job)],
         metadata={
             **made_by(job),
             "name": spec.name,

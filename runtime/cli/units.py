@@ -91,7 +91,7 @@ def pcl601_units(addresses: list[int], programs: list[Path], speed: float) -> li
             device,
             address,
             partial(_pcl601_status, device),
-            partial(_pcl601_values, device),
+            partial(pcl601_values, device),
             partial(_wire_pcl601, device),
             device.answer,
             partial(_do_pcl601, device),
@@ -138,7 +138,8 @@ def _program_state(runner: ProgramRunner | None) -> str:
     return "running" if runner.running else "stored"
 
 
-def _pcl601_values(device: Pcl601) -> dict[str, int]:
+def pcl601_values(device: Pcl601) -> dict[str, int]:
+    """Return registers, inputs and outputs by name, as they are recorded."""
     controller = device.controller
     registers = controller.read()
     return {
