@@ -1,17 +1,6 @@
 """The axis: motion from its command to its end, against limits, switches and marks.
 
-    kind          is                                                  ends
-    INDEX         a relative or absolute move                         on its last step
-    SLEW          without end                                         at a stop or limit
-    REGISTERED    a slew that has seen its mark                       so many steps after the mark
-    STOPPING      a slew or jog on its ramp to base speed             on the first step the ramp allows
-    HOME_0        to the soft limit, on at base speed                 at the home limit
-    HOME_1        to the home limit                                   there, and turns round
-    HOME_1_STOP   on its ramp down on the home limit                  as STOPPING, and turns round
-    HOME_1_BACK   back at base speed                                  where the home limit is released
-    JOG           while a jog input is grounded                       when it is released
-    SETTLING      standstill: the encoder's delay                     when it has been checked
-    CORRECTION    steps that the encoder was missing, at base speed   on its last step, in SETTLING
+What it can be doing, and where that ends, is the table of `kinds`.
 
 Nothing is sampled: `next_event_ns` is the instant of the step, end or timer at
 which `settle` has to look again. In between, motion is a closed form of time.
@@ -20,7 +9,6 @@ which `settle` has to look again. In between, motion is a closed form of time.
 from __future__ import annotations
 
 from collections.abc import Callable
-from enum import Enum, auto
 
 from ...io_images.pcl601 import Error, Register
 from ...io_images.pcl601.terminals import HARD_LIMITS, SOFT_LIMITS
@@ -28,6 +16,7 @@ from ..kinematics import Motion, go_on, move, run
 from .autocorrect import Autocorrect
 from .fly import OutputOnFly
 from .jog import JogInputs
+from .kinds import HOMING, SLOWED_ONCE, Kind
 from .motor import Motor
 from .pins import Pins
 from .speeds import Speeds
@@ -35,27 +24,6 @@ from .values import Values
 
 MSPS = 1000
 """Speeds of a motion are in 1e-3 step/s."""
-
-
-class Kind(Enum):
-    """What the axis is doing; see above."""
-
-    INDEX = auto()
-    SLEW = auto()
-    REGISTERED = auto()
-    STOPPING = auto()
-    HOME_0 = auto()
-    HOME_1 = auto()
-    HOME_1_STOP = auto()
-    HOME_1_BACK = auto()
-    JOG = auto()
-    SETTLING = auto()
-    CORRECTION = auto()
-
-
-HOMING = frozenset({Kind.HOME_0, Kind.HOME_1, Kind.HOME_1_STOP, Kind.HOME_1_BACK})
-SLOWED_ONCE = frozenset({Kind.INDEX, Kind.REGISTERED, Kind.SLEW, Kind.HOME_0, Kind.HOME_1})
-"""Kinds that a soft limit or a soft stop slows down."""
 
 
 class Axis:

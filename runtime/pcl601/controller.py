@@ -12,8 +12,9 @@ from enum import Enum, auto
 
 from ...io_images.pcl601 import NEEDS_IDLE, NO_ERROR, POSITION_LIMIT, ROWS, Code, Error, Register
 from ...io_images.pcl601.terminals import ON_FLY_OUTPUT, RETRIES_OUTPUT
-from .axis import Axis, Kind
+from .axis import Axis
 from .inputs import Inputs
+from .kinds import Kind
 from .motor import EncoderModel, Motor
 from .pins import Pins
 from .program_axis import ProgramAxis

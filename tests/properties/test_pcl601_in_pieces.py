@@ -123,3 +123,19 @@ def test_bytes_of_any_kind_do_no_harm(data, pause_bytes):
     if bench.unit.line_format.parity == "E":
         good = frame(bench.controller.values[Register.ADDRESS], b"\x11")
         assert bench.exchange(good)[1:2] == b"\x11"
+
+
+TALK = "@@@@1111023589ABCDEGHIJMNOPSTVZRFLW!$%'(+,-./:;[]^{}~=\r\r\r\r\n x"
+
+
+@given(st.text(TALK, max_size=120))
+@example("@1H1\r@1.\r@1EA1\r@1N5\r@1G\r@1,\r@1P\r@1N\r@1M\r")
+def test_talk_of_any_kind_does_no_harm(text):
+    bench = Bench601()
+    bench.to_ascii()
+    bench.exchange(text.encode("ascii"))
+    bench.wait(1000)
+    bench.exchange(b"\r")
+    own = bench.controller.values[Register.ADDRESS]
+    assert bench.talk("@%") == f"{own}\r\n"
+    assert 0 <= int(bench.controller.errors) < 1 << 14
