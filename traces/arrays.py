@@ -59,9 +59,9 @@ def column_chunks(trace: Trace, selection: Selection = ALL, *, margin: int = 0) 
         margin: how many scans before and after them are to come as well, if the trace has them.
     """
     for section in _needed(trace, selection, margin):
-        parts = [_columns(rows) for rows in trace.scan_rows(section)]
+        parts = trace.scan_rows(section)
         if parts:
-            yield parts[0] if len(parts) == 1 else join(parts)
+            yield _columns(parts[0] if len(parts) == 1 else np.concatenate(parts))
 
 
 def scan_count(trace: Trace, selection: Selection = ALL, *, margin: int = 0) -> int:

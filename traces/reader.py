@@ -25,7 +25,7 @@ from ..io_images.image import IMAGE_BYTES, Image
 from .head import read_head
 from .layout import SLOT_BYTES
 from .records import MAGIC, Message, Span, TraceError, ends_whole, find_records, read_attachment
-from .schema import CDR_PREFIX, SCAN_HEAD
+from .schema import SCAN_HEAD
 from .sections import Part, ScanRows, ScanShape, Section, find_sections, held, take_apart, torn_chunk
 from .topics import SCAN_TOPIC, TOPICS
 from .wording import seconds
@@ -220,17 +220,14 @@ class Trace(AbstractContextManager["Trace"]):
         return [message for message in messages if self._is_sound(message, section)]
 
     def _is_sound(self, part: ScanRows | Message, section: Section) -> bool:
-        """Return whether scans are laid out as the trace says; otherwise they are noted."""
-        if isinstance(part, Message):
-            size, sound = len(part.data), part.channel != self.shape.channel
-        else:
-            size, sound = self._scan_bytes, bool((part["prefix"] == CDR_PREFIX).all())
-        if not sound:
-            self.note(
-                f"the chunk at byte {section.span.offset:,} has a scan of {size} bytes that is not laid out "
-                f"as its {self._scan_bytes} bytes should be; it is left out"
-            )
-        return sound
+        """Return whether a message is no scan in disguise: one not laid out as the trace says is noted."""
+        if not isinstance(part, Message) or part.channel != self.shape.channel:
+            return True
+        self.note(
+            f"the chunk at byte {section.span.offset:,} has a scan of {len(part.data)} bytes "
+            f"that is not laid out as its {self._scan_bytes} bytes should be; it is left out"
+        )
+        return False
 
     def _events(self, message: Message, section: Section) -> Iterator[TraceEvent]:
         """Yield the event that a message is, if it is one."""

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from .batch import message_layout
 from .records import BROKEN, DAMAGED, RECORD_HEAD, Message, Span, TraceError, chunk_data, split
+from .schema import CDR_PREFIX
 from .wording import seconds
 
 _CHUNK_HEAD = struct.Struct("<QQQ")
@@ -31,6 +32,10 @@ _LOOSE_BYTES = 1 << 20
 _EVER = 1 << 64
 _SAME_HEAD = struct.Struct("<BQH")
 """What all messages of one size on one channel begin with."""
+
+_PREFIX = CDR_PREFIX.to_bytes(4, "little")
+_PREFIX_AT = 31
+"""Where in the record of a scan the prefix of its payload is."""
 
 ScanRows = NDArray[np.void]
 """Scans that follow one another, laid out as `batch.message_layout` says."""
@@ -158,40 +163,50 @@ class ScanShape:
     def take_apart(self, data: bytes) -> Iterator[Part]:
         """Yield what is in a section: scans that follow one another together, other records one by one.
 
-        A message on the scans' channel that is of another size comes as a `Message`.
+        A message on the scans' channel that is laid out in another way comes as a `Message`.
 
         Raises:
             ValueError: they are no whole records.
         """
         offset = 0
         while offset < len(data):
-            if data.startswith(self._begin, offset):
-                rows = self._leading(data, offset)
-                yield Part(offset, rows)
-                offset += rows.nbytes
+            count = self._scans_from(data, offset)
+            if count:
+                yield Part(offset, np.frombuffer(data, self.layout, count, offset))
+                offset += count * self.stride
             else:
                 record, end = split(data, offset)
                 if record is not None:
                     yield Part(offset, record)
                 offset = end
 
-    def _leading(self, data: bytes, offset: int) -> ScanRows:
-        """Return the scans from `offset` on, up to the next message that is none."""
+    def _scans_from(self, data: bytes, offset: int) -> int:
+        """Return how many scans follow one another from `offset` on."""
+        if not self._is_scan(data, offset):
+            return 0
+        if not self._is_scan(data, offset + self.stride):
+            return 1
         rows = np.frombuffer(data, self.layout, (len(data) - offset) // self.stride, offset)
-        checked, reach = 0, 16
+        checked, reach = 2, 16
         while checked < len(rows):
             fits = self._fits(rows[checked : checked + reach])
             if not fits.all():
-                return rows[: checked + int(np.argmin(fits))]
+                return checked + int(np.argmin(fits))
             checked, reach = checked + len(fits), 4 * reach
-        if not len(rows):
-            raise ValueError("a record in it is longer than the chunk")
-        return rows
+        return len(rows)
+
+    def _is_scan(self, data: bytes, offset: int) -> bool:
+        """Return whether a whole scan begins at `offset`: the same as `_fits`, for one."""
+        whole = offset + self.stride <= len(data)
+        return (
+            whole and data.startswith(self._begin, offset) and data.startswith(_PREFIX, offset + _PREFIX_AT)
+        )
 
     def _fits(self, rows: ScanRows) -> NDArray[np.bool_]:
         fits: NDArray[np.bool_] = rows["opcode"] == Opcode.MESSAGE
         fits &= rows["length"] == self._length
         fits &= rows["channel"] == self.channel
+        fits &= rows["prefix"] == CDR_PREFIX
         return fits
 
 

@@ -243,7 +243,7 @@ def test_the_scans_of_a_damaged_chunk_are_missing_and_noted(path: Path, tmp_path
             scan_at(trace, lost[3])
 
 
-def test_a_scan_of_another_size_is_noted_and_the_others_are_given(tmp_path: Path) -> None:
+def test_a_scan_laid_out_in_another_way_is_noted_and_the_others_are_given(tmp_path: Path) -> None:
     path = tmp_path / "other.mcap"
     schema = scan_schema(SLOTS)
     with path.open("wb") as file:
@@ -253,10 +253,12 @@ def test_a_scan_of_another_size_is_noted_and_the_others_are_given(tmp_path: Path
             "/scan", "cdr", writer.register_schema(schema.name, "ros2msg", schema.text.encode())
         )
         writer.add_metadata("scanrack", FOREIGN)
-        for scan in range(9):
-            payload = SCAN_HEAD.pack(CDR_PREFIX, scan, 1) + bytes(64 if scan != 5 else 65)
+        for scan in range(40):
+            prefix = CDR_PREFIX if scan != 30 else CDR_PREFIX + 1
+            payload = SCAN_HEAD.pack(prefix, scan, 1) + bytes(64 if scan != 5 else 65)
             writer.add_message(channel, log_time=scan, data=payload, publish_time=scan)
         writer.finish()
     with open_trace(path) as trace:
-        assert read_columns(trace).scan.tolist() == [0, 1, 2, 3, 4, 6, 7, 8]
-        assert "has a scan of 77 bytes" in trace.notes[0]
+        assert read_columns(trace).scan.tolist() == [scan for scan in range(40) if scan not in (5, 30)]
+        assert ["77 bytes" in note for note in trace.notes] == [True, False]
+        assert "has a scan of 76 bytes that is not laid out as its 76 bytes should be" in trace.notes[1]
