@@ -10,6 +10,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from difflib import unified_diff
 from itertools import groupby
 from pathlib import Path
 from typing import Annotated
@@ -185,10 +186,9 @@ def changes(made: Made, folder: Path) -> list[str]:
     old, text = folder / made.trace.name, folder / f"{name}{TEXT}"
     if not old.exists() or not text.exists():
         return [f"{name}: it is new"]
-    lines = [f"{name}: {line}".rstrip() for line in _apart(old, made.trace)]
-    if not lines and text.read_text("utf-8") != made.text:
-        lines = [f"{name}: its text differs"]
-    return lines
+    before, now = text.read_text("utf-8").splitlines(), made.text.splitlines()
+    lines = [*_apart(old, made.trace), *unified_diff(before, now, n=0, lineterm="")]
+    return [f"{name}: {line}".rstrip() for line in lines if not line.startswith(("---", "+++", "@@"))]
 
 
 def _apart(old: Path, new: Path) -> list[str]:
