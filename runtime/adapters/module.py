@@ -11,20 +11,18 @@ words that come while a hard stop or a configuration is under way wait for it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from typing import Generic, Protocol
 
-from ...io_images.amci3601 import Firmware, InputBit, StatusMsw
+from ...io_images.amci3601 import Configuration, Firmware, StatusMsw
 from ...io_images.image import Image, signed_word
-from ...io_images.pcl601 import CAUSES, NO_ERROR, Error
-from ..amci3601 import CommandLayer, Inability
-from ..amci3601 import Options as ModelOptions
+from ..amci3601 import CommandLayer, Inability, Options
 from ..amci3601.report import report
-from ..events import Event, JsonValue
+from ..events import Event
 from ..machine import Machine
-from .pcl601.axis import Pcl601Axis
-from .pcl601.driver import LINE_FORMAT, Driver, State
-from .pcl601.options import Options
-from .pcl601.simulated import SimulatedPcl601
+from .axis import LinkedAxis
+from .driver import Driver, State
+from .line import Line
+from .task import Drive
 
 TICK_NS = 250_000
 NEVER = 1 << 62
@@ -33,61 +31,74 @@ MODE_CONFIG = StatusMsw.MODE_CONFIG.value
 CONFIG_ERROR = StatusMsw.CONFIG_ERROR.value
 COMMAND_ERROR = StatusMsw.COMMAND_ERROR.value
 POSITION_INVALID = StatusMsw.POSITION_INVALID.value
-INPUT_ERROR = StatusMsw.INPUT_ERROR.value
 INVALID_PROFILE = StatusMsw.INVALID_PROFILE.value
 STOPPED = StatusMsw.STOPPED.value
 CLEARED_BY_RETURN = MODE_CONFIG - 1 & ~(MODULE_OK | CONFIG_ERROR)
 COMMAND_BITS = 0x7FFF
 
-ERRORS: dict[Error, int] = {
-    Error.RECEIVE_OVERFLOW: COMMAND_ERROR,
-    Error.ENCODER_CORRECTED: 0,
-    Error.ENCODER_FAILED: INPUT_ERROR | POSITION_INVALID,
-    Error.COMMAND: COMMAND_ERROR,
-    Error.MOTOR: INVALID_PROFILE | COMMAND_ERROR,
-    Error.RANGE_OVERFLOW: INVALID_PROFILE | COMMAND_ERROR,
-    Error.RANGE: INVALID_PROFILE | COMMAND_ERROR,
-    Error.TRANSMIT: COMMAND_ERROR,
-    Error.MODE: COMMAND_ERROR,
-    Error.ZERO_PARAMETERS: COMMAND_ERROR,
-    Error.BUSY: COMMAND_ERROR,
-    Error.MEMORY_RANGE: 0,
-    Error.MEMORY_COMMAND: 0,
-    Error.THUMBWHEEL: 0,
-}
-"""What the controller's error bits become; those without bits are told of in events only."""
+
+class Plant(Protocol):
+    """A simulated controller, its line and the machine that it moves."""
+
+    line: Line
+    machine: Machine
+
+    def next_event_ns(self, now_ns: int) -> int | None:
+        """Return when something happens next on the line, behind it or at the machine."""
+        ...
+
+    def run_until(self, now_ns: int) -> None:
+        """Let time run; no event lies in between."""
+        ...
+
+    def sense(self, now_ns: int) -> None:
+        """Let the inputs follow the machine."""
+        ...
+
+    def rewire(self, now_ns: int, configuration: Configuration) -> None:
+        """Wire the controller as a configuration needs it."""
+        ...
+
+    def power_cycle(self, now_ns: int) -> None:
+        """Take the controller's power away and give it back; nothing else changes."""
+        ...
 
 
-class Pcl601Adapter:
-    """A PCL601 that answers as a 3601; satisfies `runtime.module.Module`.
+class Adapter(Generic[Drive]):
+    """A controller that answers as a 3601; satisfies `runtime.module.Module`.
 
     Attributes:
         machine: what is bolted to the simulated controller.
+        controller: that controller, on its line.
         events: what happened, in order of time; whoever drives the module empties it.
+        driver: what talks to the controller.
+        axis: the controller as the command layer sees it.
+        layer: the 3601's rules.
 
     Args:
-        machine: what is bolted to the simulated controller.
-        options: by name, see `pcl601.options`.
-
-    Raises:
-        ValueError: an unknown option, or a value that is not allowed.
+        controller: at the far end of the line.
     """
 
-    def __init__(
-        self, machine: Machine | None = None, options: Mapping[str, JsonValue] | None = None
-    ) -> None:
-        self.machine = Machine() if machine is None else machine
-        self.options = Options.of(options)
+    def __init__(self, controller: Plant) -> None:
+        self.machine = controller.machine
+        self.controller = controller
         self.events: list[Event] = []
-        self.controller = SimulatedPcl601(self.machine)
         self._now_ns = 0
         self._plc_running = True
         self._image = Image()
         self._power_up()
 
+    def new_driver(self) -> Driver[Drive]:
+        """Return what talks to the controller, with nothing said yet."""
+        raise NotImplementedError
+
+    def new_axis(self) -> LinkedAxis[Drive]:
+        """Return the controller as the command layer sees it, with nothing configured yet."""
+        raise NotImplementedError
+
     def _power_up(self) -> None:
-        self._driver = Driver()
-        self._driver.master.now_ns = self._now_ns
+        self.driver = self.new_driver()
+        self.driver.master.now_ns = self._now_ns
         self._locked_out = False
         self._begin_anew()
         self._image.clear()
@@ -95,11 +106,10 @@ class Pcl601Adapter:
 
     def _begin_anew(self) -> None:
         """Start the command layer as after power-up: nothing is configured, nothing remembered."""
-        self.axis = Pcl601Axis(self._driver, self.options)
-        self.layer = CommandLayer(self.axis, Firmware.parse("4.1"), ModelOptions(), self.events, self._now_ns)
+        self.axis = self.new_axis()
+        self.layer = CommandLayer(self.axis, Firmware.parse("4.1"), Options(), self.events, self._now_ns)
         self.layer.running = self._plc_running
         self._acted_on: bytes | None = None
-        self._errors = NO_ERROR
         self._tick_due_ns = NEVER
 
     # -- the contract -------------------------------------------------------------------------
@@ -147,18 +157,18 @@ class Pcl601Adapter:
     # -- time ---------------------------------------------------------------------------------
 
     def _wire_due_ns(self) -> int:
-        wake_ns = self._driver.master.next_wake_ns
+        wake_ns = self.driver.master.next_wake_ns
         event_ns = self.controller.next_event_ns(self._now_ns)
         return max(self._now_ns, wake_ns if event_ns is None else min(wake_ns, event_ns))
 
     def _pass_time(self, now_ns: int, outputs: Image) -> None:
         """Let the line go on to an instant at which something happens on it."""
-        master, line = self._driver.master, self.controller.line
+        master, line = self.driver.master, self.controller.line
         self.controller.run_until(now_ns)
         master.receive(now_ns, line.take())
         data = master.advance(now_ns)
         if data:
-            line.send(data, LINE_FORMAT)
+            line.send(data, self.driver.line_format)
         if master.published:
             master.published = False
             self._tick(now_ns, outputs)
@@ -166,7 +176,7 @@ class Pcl601Adapter:
     def _tick(self, now_ns: int, outputs: Image) -> None:
         """Let the command layer look at words and inputs."""
         self._take_notice(now_ns)
-        if self._driver.state is State.ABSENT:
+        if self.driver.state is State.ABSENT:
             self._pass_over(now_ns, outputs)
             return
         if self.layer.running != self._plc_running:
@@ -183,14 +193,15 @@ class Pcl601Adapter:
         wake_ns = self.layer.next_wake_ns(now_ns)
         if wake_ns is not None:
             self._tick_due_ns = max(_tick_at_or_after(wake_ns), now_ns + 1)
-        self._rewire(now_ns)
+        if self.layer.configuration is not None:
+            self.controller.rewire(now_ns, self.layer.configuration)
 
     def _pass_over(self, now_ns: int, outputs: Image) -> None:
         """Without the controller: what moved has an unknown position, and words make no edges later."""
         self._acted_on = outputs.raw.tobytes()
         if self.layer.operation is not None:
             self.layer.cut(now_ns)
-            self._driver.cut = False
+            self.driver.cut = False
         if self.layer.configuration is not None:
             self.layer.held = None
             self.layer.overlook(tuple(outputs))
@@ -201,25 +212,19 @@ class Pcl601Adapter:
         else:
             self.layer.enter_run_mode()
 
-    def _rewire(self, now_ns: int) -> None:
-        """The external input is on the registration input where it grounds it when it is active."""
-        configuration = self.layer.configuration
-        if configuration is not None:
-            active_high = configuration.inputs_used & configuration.active_high & InputBit.EXTERNAL.value
-            both = bool(active_high) and self.options.registration != "jumper"
-            self.controller.rewire(now_ns, external_on_mark=both)
-
     # -- what the driver has found ------------------------------------------------------------
 
     def _take_notice(self, now_ns: int) -> None:
         """Turn what has been found out about the controller into the 3601's bits."""
-        driver = self._driver
+        driver = self.driver
         if driver.lost_power:
             driver.lost_power = False
             self._note(now_ns, "power lost", "the controller has lost its power and its configuration")
             self._begin_anew()
             self._image.clear()
-        self._show_errors(now_ns)
+        for bits, text in driver.complaints:
+            self._show(now_ns, "controller error", bits, text)
+        driver.complaints.clear()
         if driver.returned:
             driver.returned = False
             self._return(now_ns)
@@ -238,27 +243,19 @@ class Pcl601Adapter:
         self._locked_out = True
 
     def _end_of_range(self, now_ns: int) -> None:
-        reason = "the PCL601's counter has come to the end of its range"
+        reason = "the controller's counter has come to the end of its range"
         self.layer.refuse(now_ns, Inability("counter range", INVALID_PROFILE | COMMAND_ERROR, reason))
         if self.layer.operation is not None:
             self.layer.operation.on_many_bits(now_ns)
 
     def _look_at_the_end(self, now_ns: int) -> None:
         """A move that has ended elsewhere than at its target, and not at a limit that is seen."""
-        if self._driver.stopped_short:
-            self._driver.stopped_short = False
+        if self.driver.stopped_short:
+            self.driver.stopped_short = False
             if self.layer.operation is not None:
                 text = "the controller has stopped before the target"
                 self._show(now_ns, "stopped short", POSITION_INVALID, text)
                 self.layer.cut(now_ns)
-
-    def _show_errors(self, now_ns: int) -> None:
-        """Show the controller's own error bits, each when it comes."""
-        fresh = self._driver.errors & ~self._errors
-        self._errors = self._driver.errors
-        for error, bits in ERRORS.items():
-            if error & fresh:
-                self._show(now_ns, "controller error", bits, CAUSES[error])
 
     def _show(self, now_ns: int, name: str, bits: int, text: str) -> None:
         self.layer.latches.show(now_ns, "adapter", name, bits, text)
@@ -270,10 +267,10 @@ class Pcl601Adapter:
 
     def _publish(self) -> None:
         layer, words = self.layer, self._image.words
-        if self._driver.state is State.ABSENT:
+        if self.driver.state is State.ABSENT:
             words[0] = signed_word(POSITION_INVALID | layer.latches.bits & MODE_CONFIG)
             words[1] = 0
-        elif layer.in_configuration_mode and self._driver.setup:
+        elif layer.in_configuration_mode and self.driver.setup:
             words[0] = signed_word(MODE_CONFIG | MODULE_OK | CONFIG_ERROR)
         else:
             report(layer, words)

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from ..adapters.module import Pcl601Adapter
+from ..adapters.pcl601.module import Pcl601Adapter
 from .image_bench import ImageBench, machine_for
 from .requests import TABLES, Bench, Request, Strict, Tables, read
 

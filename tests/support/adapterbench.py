@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import InputBit, status_names
 from scanrack.io_images.thousands import join_reported, split_thousands
-from scanrack.runtime.adapters.module import Pcl601Adapter
+from scanrack.runtime.adapters.pcl601.module import Pcl601Adapter
 from scanrack.runtime.events import JsonValue
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from ....io_images.amci3601 import InputBit
+from ....io_images.amci3601 import Configuration, InputBit
 from ....io_images.pcl601 import Register
 from ...machine import Machine, Switch
 from ...pcl601.line import Pcl601
@@ -80,18 +80,20 @@ class SimulatedPcl601:
 
     Args:
         machine: what is bolted to it; its shaft follows every step.
+        has_jumper: input 2 is wired to output 7 alone (option registration).
 
     Raises:
         ValueError: the machine slips or jams, which this controller's simulation has no notion of.
     """
 
-    def __init__(self, machine: Machine) -> None:
+    def __init__(self, machine: Machine, *, has_jumper: bool = False) -> None:
         if machine.spec.slips or machine.spec.jams:
             raise ValueError("machine: slips and jams are simulated with module amci3601 only")
         self.machine = machine
         self.device = Pcl601()
         self.line = Line(self.device)
         self.external_on_mark = True
+        self._has_jumper = has_jumper
         self._motor_before = 0
         self._moved = False
         self._counts_before = machine.encoder_counts(0)
@@ -128,8 +130,10 @@ class SimulatedPcl601:
             self._levels, self._marked = levels, marked
             self._wire(now_ns)
 
-    def rewire(self, now_ns: int, *, external_on_mark: bool) -> None:
-        """Wire input 2 to the external input, or leave it to output 7 alone."""
+    def rewire(self, now_ns: int, configuration: Configuration) -> None:
+        """Wire input 2 to the external input where that grounds it when active; else to output 7 alone."""
+        used_high = configuration.inputs_used & configuration.active_high & InputBit.EXTERNAL.value
+        external_on_mark = bool(used_high) and not self._has_jumper
         if external_on_mark != self.external_on_mark:
             self.external_on_mark = external_on_mark
             self._wire(now_ns)

@@ -1,31 +1,33 @@
-"""One motion of the controller, from the command layer's wish to its end."""
+"""One motion of a controller, from the command layer's wish to its end."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import Generic, TypeVar
 
-from ....io_images.pcl601 import Code
-from ...kinematics import Motion
-from .units import Drive
+from ..kinematics import Motion
+
+Drive = TypeVar("Drive")
 
 
 class Kind(Enum):
-    """What a motion is to the controller: the command code that starts it."""
+    """What a motion is to a controller."""
 
-    INDEX = Code.GO
-    SLEW = Code.GO_SLEW
-    HOME = Code.HOME_TYPE_1
+    INDEX = "so many steps"
+    SLEW = "until it is stopped"
+    HOME = "until the home switch"
 
 
 @dataclass(slots=True)
-class Task:
+class Task(Generic[Drive]):
     """One motion.
 
     Attributes:
         kind: how it is started.
         direction: +1 CW, -1 CCW.
-        drive: speeds and acceleration.
+        drive: speeds and ramps in the controller's terms.
+        ramps_up: whether it begins with a ramp that lasts.
         steps: of an index; of a slew the steps after its mark, 0 where there is no mark.
         shown: whether the command layer counts it as a motion.
         stopping: a soft stop is wanted, or under way.
@@ -37,17 +39,13 @@ class Task:
     kind: Kind
     direction: int
     drive: Drive
+    ramps_up: bool
     steps: int = 0
     shown: bool = True
     stopping: bool = False
     marked: bool = False
-    following: Task | None = None
+    following: Task[Drive] | None = None
     model: Motion | None = None
-
-    @property
-    def ramps_up(self) -> bool:
-        """Whether it begins with a ramp that lasts."""
-        return self.drive.speed_sps - self.drive.base_sps > 1
 
     @property
     def registers(self) -> bool:
