@@ -4,18 +4,69 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Protocol
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn
+from rich.progress import BarColumn, TextColumn
+from rich.progress import Progress as Bar
 
-from ..clients.link import LinkError
+from ..clients.link import Link, LinkError, Progress, SerialLink, TcpLink
 from ..pace import stopping_on_interrupt
 from ..ports import Stop
+from ..wire import LineFormat
+from .serve import socket_address
 from .slices import told_mistakes
 
 FAILED, INTERRUPTED = 1, 130
 """Exit status: the controller or the line did not do it; Ctrl-C."""
+
+
+class Mover(Protocol):
+    """A client of something that moves."""
+
+    @property
+    def position(self) -> int:
+        """Where it is, steps."""
+        ...
+
+    def move(self, steps: int, progress: Progress) -> int:
+        """Move over so many steps and wait for the end; return the position."""
+        ...
+
+    def stop(self) -> None:
+        """Stop at once."""
+        ...
+
+
+def open_link(port: str | None, tcp: str | None, line_format: LineFormat) -> Link:
+    """Open the line that --port or --tcp names.
+
+    Raises:
+        ValueError: not one line is named.
+        LinkError: it can't be opened.
+    """
+    if port is not None and tcp is None:
+        return SerialLink(port, line_format)
+    if tcp is not None and port is None:
+        return TcpLink(*socket_address(tcp))
+    raise ValueError("give one of --port DEV and --tcp HOST:PORT before the command")
+
+
+def travel(client: Mover, steps: int, *, quiet: bool) -> None:
+    """Move over so many steps, show how far it has come, and print the position; Ctrl-C stops the motor.
+
+    Raises:
+        ValueError: so many steps are not allowed.
+        LinkError: it was not done.
+    """
+    start = client.position
+    with (
+        stopped_by_interrupt(client.stop) as look,
+        shown_travel(start, start + steps, look, quiet=quiet) as progress,
+    ):
+        position = client.move(steps, progress)
+    typer.echo(position)
 
 
 @contextmanager
@@ -53,7 +104,7 @@ def stopped_by_interrupt(stop: Callable[[], None]) -> Iterator[Callable[[], None
 @contextmanager
 def shown_travel(
     start: int, target: int | None, each: Callable[[], None], *, quiet: bool
-) -> Iterator[Callable[[int], None]]:
+) -> Iterator[Progress]:
     """Show how far a motion has come, on standard error if that is a terminal; yield what is told positions.
 
     Args:
@@ -68,7 +119,7 @@ def shown_travel(
         yield lambda _: each()
         return
     columns = TextColumn("position"), BarColumn(), TextColumn("{task.fields[position]:,}")
-    with Progress(*columns, console=console) as bar:
+    with Bar(*columns, console=console) as bar:
         total = None if target is None else abs(target - start)
         task = bar.add_task("", total=total, position=start)
 

@@ -14,14 +14,13 @@ from rich.table import Table
 
 from ...io_images.pcl601 import Code
 from ...io_images.pcl601.errors import CAUSES
-from ..clients.link import Link, SerialLink, TcpLink
+from ..clients.link import Link
 from ..clients.modbus import ModbusLine, RtuLine, TcpLine
 from ..clients.pcl601 import READABLE, Pcl601Client
 from ..pcl601.controller import Protocol
 from ..pcl601.line import FORMATS
-from .link_commands import shown_travel, stopped_by_interrupt, told_faults
+from .link_commands import open_link, shown_travel, stopped_by_interrupt, told_faults, travel
 from .pclt import read_program
-from .serve import socket_address
 from .slices import QuietOption
 
 app = typer.Typer(
@@ -49,19 +48,6 @@ class Place:
     rtu_over_tcp: bool
     unit: int
 
-    def link(self) -> Link:
-        """Open the line.
-
-        Raises:
-            ValueError: not one line is named.
-            LinkError: it can't be opened.
-        """
-        if (self.port is None) == (self.tcp is None):
-            raise ValueError("give one of --port DEV and --tcp HOST:PORT before the command")
-        if self.port is not None:
-            return SerialLink(self.port, FORMATS[Protocol.MODBUS])
-        return TcpLink(*socket_address(self.tcp or ""))
-
     def spoken_on(self, link: Link) -> ModbusLine:
         """Return the Modbus that is spoken there."""
         return RtuLine(link) if self.tcp is None or self.rtu_over_tcp else TcpLine(link)
@@ -72,7 +58,7 @@ def client_at(context: typer.Context) -> Iterator[Pcl601Client]:
     """Open the line that the group's options name; tell what goes wrong."""
     place: Place = context.obj
     with told_faults():
-        link = place.link()
+        link = open_link(place.port, place.tcp, FORMATS[Protocol.MODBUS])
         try:
             yield Pcl601Client(place.spoken_on(link), place.unit)
         finally:
@@ -163,13 +149,10 @@ def move(
 
     Example: scanrack pcl601 --tcp 192.168.0.9:502 move --speed 4000 -- -2000
     """
-    with client_at(context) as client, stopped_by_interrupt(client.stop) as look:
+    with client_at(context) as client:
         if speed is not None:
             client.set("max_speed", speed)
-        start = client.position
-        with shown_travel(start, start + steps, look, quiet=quiet) as progress:
-            position = client.move(steps, progress)
-        typer.echo(position)
+        travel(client, steps, quiet=quiet)
 
 
 @app.command()

@@ -16,11 +16,9 @@ from rich.table import Table
 from ...io_images.pmc006.instructions import Instruction
 from ...io_images.pmc006.program import UserProgram, assemble
 from ...io_images.pmc006.status import Level
-from ..clients.link import Link, SerialLink, TcpLink
 from ..clients.pmc006 import READABLE, SETTABLE, Pmc006Client
 from ..pmc006.line import LINE_FORMAT
-from .link_commands import shown_travel, stopped_by_interrupt, told_faults
-from .serve import socket_address
+from .link_commands import open_link, shown_travel, stopped_by_interrupt, told_faults, travel
 from .slices import QuietOption
 
 app = typer.Typer(
@@ -46,26 +44,13 @@ class Place:
     tcp: str | None
     address: int
 
-    def link(self) -> Link:
-        """Open the line.
-
-        Raises:
-            ValueError: not one line is named.
-            LinkError: it can't be opened.
-        """
-        if (self.port is None) == (self.tcp is None):
-            raise ValueError("give one of --port DEV and --tcp HOST:PORT before the command")
-        if self.port is not None:
-            return SerialLink(self.port, LINE_FORMAT)
-        return TcpLink(*socket_address(self.tcp or ""))
-
 
 @contextmanager
 def client_at(context: typer.Context) -> Iterator[Pmc006Client]:
     """Open the port that the group's options name; tell what goes wrong."""
     place: Place = context.obj
     with told_faults():
-        link = place.link()
+        link = open_link(place.port, place.tcp, LINE_FORMAT)
         try:
             yield Pmc006Client(link, place.address)
         finally:
@@ -163,13 +148,10 @@ def move(
 
     Example: scanrack pmc006 --port /dev/ttyUSB0 move --speed 4000 -- -2000
     """
-    with client_at(context) as client, stopped_by_interrupt(client.stop) as look:
+    with client_at(context) as client:
         if speed is not None:
             client.set("max_speed", speed)
-        start = client.position
-        with shown_travel(start, start + steps, look, quiet=quiet) as progress:
-            position = client.move(steps, progress)
-        typer.echo(position)
+        travel(client, steps, quiet=quiet)
 
 
 @app.command()
