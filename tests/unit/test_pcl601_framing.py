@@ -9,6 +9,7 @@ from bench601 import Bench601, hexed
 from scanrack.io_images.pcl601 import Register
 from scanrack.runtime.pcl601.line import PORT_TIMING, SERIAL_TIMING, Pcl601
 from scanrack.runtime.pcl601.rtu import Framer, crc, frame
+from scanrack.runtime.wire import SerialBus
 
 READ = frame(1, hexed("03 00 05 00 01"))
 REPLY = frame(1, hexed("03 02 01 f4"))
@@ -146,3 +147,18 @@ def test_thousands_of_damaged_frames(timing):
         unit.receive(now_ns + 10 * MS, READ)
         assert unit.advance(now_ns + 20 * MS) == REPLY
         now_ns += 20 * MS
+
+
+def test_ninety_nine_units_on_one_line():
+    units = [Pcl601(address) for address in range(1, 100)]
+    bus = SerialBus(*units)
+    for address in (1, 42, 99):
+        bus.send(frame(address, hexed("06 00 05 00") + bytes((address,))), units[0].line_format)
+        bus.run_until(bus.now_ns + 20 * MS)
+        assert bus.take() == frame(address, hexed("06 00 05 00") + bytes((address,)))
+    bases = [unit.controller.values[Register.BASE_SPEED] for unit in units]
+    assert {base for base in bases if base != 500} == {1, 42, 99}
+    bus.send(frame(0, hexed("06 00 05 00 07")), units[0].line_format)
+    bus.run_until(bus.now_ns + 20 * MS)
+    assert bus.take() == b""
+    assert {unit.controller.values[Register.BASE_SPEED] for unit in units} == {7}
