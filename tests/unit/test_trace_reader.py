@@ -338,3 +338,23 @@ def test_a_scan_that_is_not_laid_out_as_it_should_be_is_named(tmp_path: Path, pa
         assert re.search(
             r"^the chunk at byte \d+ has a scan of \d\d bytes .* it is left out$", trace.notes[0]
         )
+
+
+@pytest.mark.parametrize("data", [b"{", b"[1]", b'{"name": "x"}', b'{"scan": "x"}', b"[" * 100_000])
+def test_an_event_that_is_none_is_noted_and_the_others_are_given(tmp_path: Path, data: bytes) -> None:
+    path = tmp_path / "other.mcap"
+    schema = scan_schema(SLOTS)
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start("ros2", "somebody else")
+        number = writer.register_schema(schema.name, "ros2msg", schema.text.encode())
+        writer.register_channel("/scan", "cdr", number)
+        channel = writer.register_channel("/events", "json", number)
+        writer.add_metadata("scanrack", GOOD)
+        for message in (data, b'{"scan": 7, "name": "x"}'):
+            writer.add_message(channel, log_time=0, data=message, publish_time=0)
+        writer.finish()
+    with open_trace(path) as trace:
+        assert [event.scan for event in trace.events()] == [7]
+        (note,) = trace.notes
+    assert re.fullmatch(r"the chunk at byte [\d,]+ has a bad message on /events: .*; it is left out", note)
