@@ -3,13 +3,15 @@
 //     node read_trace.cjs TRACE FIRST_NS LAST_NS
 //
 // @mcap/core follows the indexes from the footer to every message, checks the CRCs of chunks and
-// summary, and reads the slice from FIRST_NS to LAST_NS once more, backwards. Each scan is decoded
-// by name by the decoders that Foxglove and Lichtblick use.
+// summary, and reads the slice from FIRST_NS to LAST_NS once more, backwards; its other reader goes
+// through the whole file record by record. Each scan is decoded by name by the decoders that Foxglove
+// and Lichtblick use.
 
 const fs = require("node:fs/promises");
-const { McapIndexedReader } = require("@mcap/core");
+const { McapIndexedReader, McapStreamReader } = require("@mcap/core");
 const fzstd = require("fzstd");
 
+const DECOMPRESS = { zstd: (data, size) => fzstd.decompress(data, new Uint8Array(Number(size))) };
 const DECODERS = ["@foxglove", "@lichtblick"];
 
 class FileReadable {
@@ -37,10 +39,24 @@ function decoder(vendor, schema) {
   return (data) => reader.readMessage(data);
 }
 
+// Reads the file from its beginning to its end, without the indexes; returns how many records there are.
+async function records(path) {
+  const stream = new McapStreamReader({ decompressHandlers: DECOMPRESS, validateCrcs: true });
+  stream.append(await fs.readFile(path));
+  const counts = {};
+  for (let record; (record = stream.nextRecord()); ) {
+    counts[record.type] = (counts[record.type] ?? 0) + 1;
+  }
+  if (!stream.done()) {
+    throw new Error("the file ends in the midst of something");
+  }
+  return counts;
+}
+
 async function main(path, firstNs, lastNs) {
   const reader = await McapIndexedReader.Initialize({
     readable: new FileReadable(await fs.open(path)),
-    decompressHandlers: { zstd: (data, size) => fzstd.decompress(data, new Uint8Array(Number(size))) },
+    decompressHandlers: DECOMPRESS,
   });
   const channel = [...reader.channelsById.values()].find((known) => known.topic === "/scan");
   const schema = reader.schemasById.get(channel.schemaId);
@@ -71,7 +87,8 @@ async function main(path, firstNs, lastNs) {
   }
   const statistics = Number(reader.statistics.messageCount);
   const chunks = reader.chunkIndexes.length;
-  process.stdout.write(JSON.stringify({ counts, statistics, chunks, scans, slice, attachments, metadata }));
+  const all = await records(path);
+  process.stdout.write(JSON.stringify({ all, counts, statistics, chunks, scans, slice, attachments, metadata }));
 }
 
 main(...process.argv.slice(2));

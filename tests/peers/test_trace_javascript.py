@@ -83,6 +83,9 @@ def check(found: dict[str, Any], scans: int) -> None:
     assert found["counts"] == {"/scan": scans, "/stimuli": events}
     assert found["statistics"] == scans + events
     assert found["slice"] == list(range(LAST, FIRST - 1, -1))
+    assert found["all"]["Message"] == scans + events
+    assert found["all"]["ChunkIndex"] == found["chunks"]
+    assert found["all"]["Footer"] == found["all"]["DataEnd"] == found["all"]["Statistics"] == 1
     assert found["attachments"] == ["words.json"]
     assert found["metadata"]["scanrack"]["slots"] == "1 3 12"
     assert found["chunks"] > 5
