@@ -54,9 +54,11 @@ def command(m, edge0, edge1):
         oracle_follower.enter(m)
         return
     oracle_blend.handshake(m, edge1)
+    if m.command_error or m.invalid_profile:
+        return
     if m.firmware >= (3, 1) and edge1 & STORE_MINIMUM:
         store_minimum(m)
-    if m.command_error or m.invalid_profile or not edge0:
+    if m.command_error or not edge0:
         return
     one_command(m)
 

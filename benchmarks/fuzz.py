@@ -1,0 +1,118 @@
+"""How fast are the searches, and what do they spend their time on?
+
+    python benchmarks/fuzz.py             both searches, per core
+    python benchmarks/fuzz.py --smoke     a few examples of each, quickly
+
+Module: scripts of all themes, module and oracle in lockstep (tests/properties/test_against_oracle.py). A
+command sequence is a story of a script: the module is made ready, commands are written, their bits fall,
+inputs change, and the axis comes to rest. Program: `scanrack fuzz` on the feeder, 2 s of machine time a run.
+
+Exit status: 0; 1 if module and oracle have differed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import cProfile
+import pstats
+import sys
+from pathlib import Path
+from time import perf_counter
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
+
+from hunt3601 import scripts_of
+from lockstep3601 import GivenUp, Lockstep
+from scanrack.runtime.cli.fuzzing import Setup, bench_of
+from scanrack.runtime.fuzz import search
+from scanrack.runtime.fuzz.scenarios import kinds_for, scenarios
+from steps3601 import Recover
+from stories3601 import THEMES
+
+SHARES = {
+    "the oracle's ticks": ("oracle3601.py", "tick"),
+    "the oracle's images": ("oracle3601.py", "image"),
+    "the module": ("module.py", "update"),
+    "comparing": ("lockstep3601.py", "compare"),
+}
+"""What the time of the lockstep is divided into: functions, in which the time of those below them counts."""
+
+FEEDER = Path(__file__).parents[1] / "examples" / "feeder" / "feeder.toml"
+SCANS = 1000
+
+
+def play(scripts) -> tuple[int, int, int]:
+    """Play scripts in lockstep; return commands, command sequences and ticks."""
+    commands = stories = ticks = 0
+    for setting, steps in scripts:
+        bench = Lockstep(setting)
+        try:
+            for step in steps:
+                step.play(bench)
+                stories += isinstance(step, Recover)
+        except GivenUp:
+            pass
+        ticks += bench.now_ns // 250_000
+        commands += sum(line.rpartition("]")[2].strip() not in ("", "configuration") for line in bench.log)
+    return commands, stories, ticks
+
+
+def report_module(examples: int) -> None:
+    start = perf_counter()
+    scripts = [script for theme in THEMES for script in scripts_of(theme, examples)]
+    drawn = perf_counter() - start
+    start = perf_counter()
+    commands, stories, ticks = play(scripts)
+    played = perf_counter() - start
+    total = drawn + played
+    print("module and oracle in lockstep")
+    print(
+        f"  scripts            {len(scripts) / total:>10,.0f} per second ({len(scripts):,} in {total:.1f} s)"
+    )
+    print(f"  command sequences  {stories / total:>10,.0f} per second")
+    print(f"  commands           {commands / total:>10,.0f} per second")
+    print(f"  ticks of 250 µs    {ticks / total:>10,.0f} per second")
+    print(f"  drawing scripts    {drawn / total:>10.0%} of the time")
+    for what, share in shares(scripts[:: max(1, len(scripts) // 40)]).items():
+        print(f"  {what:<18} {share * played / total:>10.0%}")
+
+
+def shares(scripts) -> dict[str, float]:
+    """Return what playing scripts spends its time on, as a profiler sees it."""
+    profile = cProfile.Profile()
+    profile.runcall(play, scripts)
+    stats = pstats.Stats(profile)
+    spent = {
+        (Path(file).name, name): cumulative
+        for (file, _, name), (_, _, _, cumulative, _) in stats.stats.items()
+    }
+    return {what: spent.get(place, 0.0) / stats.total_tt for what, place in SHARES.items()}
+
+
+def report_program(runs: int) -> None:
+    setup = Setup(str(FEEDER), (), ("no-command-error",), SCANS, frozenset())
+    bench = bench_of(setup)
+    strategy = scenarios(bench.spec, bench.scans, kinds_for(bench.spec))
+    start = perf_counter()
+    report = search(bench, strategy, examples=runs)
+    seconds = perf_counter() - start
+    print(f"scanrack fuzz, examples/feeder: {report.runs:,} runs in {seconds:.1f} s")
+    print(f"  runs               {report.runs / seconds:>10,.1f} per second")
+    print(f"  scans              {report.scans / seconds:>10,.0f} per second")
+
+
+def main(arguments: list[str]) -> int:
+    parser = argparse.ArgumentParser(description="How fast are the searches?")
+    parser.add_argument("--smoke", action="store_true", help="a few examples of each")
+    given = parser.parse_args(arguments)
+    try:
+        report_module(5 if given.smoke else 60)
+    except AssertionError as difference:
+        print(difference)
+        return 1
+    report_program(10 if given.smoke else 100)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
