@@ -134,13 +134,15 @@ def test_inner_loops_begin_anew_in_each_pass_of_the_outer_one() -> None:
 
 
 def test_a_loop_left_by_goto_begins_anew_when_it_is_entered_again() -> None:
-    """The first time, input 1 leads out of the loop after one pass; then all three are passed."""
+    """Input 1 leads out of the loop in its second pass; afterwards all three are passed."""
     text = "LABEL A\nMOVE 1\nIF INPUT 1 = 0\nGOTO OUT\nLOOP INNER 3 A\nEND\nLABEL OUT\nMOVE 2\nGOTO A\nEND"
-    axis = Notes(levels=0b111110)
-    machine = run(text, axis, until_ms=6)
+    axis = Notes()
+    machine = run(text, axis, until_ms=5)
+    axis.levels = 0b111110
+    go_on(machine, axis, 8)
     axis.levels = 0b111111
     go_on(machine, axis, 1000)
-    assert [asked for _, asked in axis.asked] == ["move 1", "move 2"] + ["move 1"] * 3
+    assert [asked for _, asked in axis.asked] == ["move 1"] * 2 + ["move 2"] + ["move 1"] * 3
 
 
 def test_a_subroutine_inside_a_loop_does_not_disturb_it() -> None:
