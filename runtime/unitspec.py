@@ -19,12 +19,12 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from ..io_images.pcl601 import Code
-from ..io_images.pcl601.program import ProgramError, parse_program
+from ..io_images.pcl601.program import Program, ProgramError, parse_program
 from .machinetables import Table
 from .pcl601.line import Pcl601
 from .pcl601.pins import Pins
 from .pcl601.pinstates import connect
-from .pcl601.program import ProgramMachine
+from .pcl601.program import load
 from .pcl601.wiring import Wiring
 
 
@@ -63,7 +63,8 @@ class UnitSpec(Table):
         for name, state in self.pins.items():
             connect(unit.controller.pins, name, state)
         if self.program is not None:
-            unit.controller.runner = _runner(folder / self.program)
+            load(unit.controller, _program(folder / self.program))
+            unit.power_cycle(0)
         for wanted, code in ((self.ascii, Code.SWITCH_TO_ASCII), (self.start, Code.RUN_PROGRAM)):
             if wanted:
                 unit.controller.do(code)
@@ -79,9 +80,9 @@ class UnitSpec(Table):
         return self
 
 
-def _runner(file: Path) -> ProgramMachine:
+def _program(file: Path) -> Program:
     try:
-        return ProgramMachine(parse_program(file.read_text(encoding="utf-8")))
+        return parse_program(file.read_text(encoding="utf-8"))
     except OSError as error:
         raise ValueError(f"{file}: {error.strerror}") from error
     except (ProgramError, UnicodeDecodeError) as error:

@@ -17,7 +17,7 @@ from ..events import JsonValue
 from ..pcl601.line import Pcl601
 from ..pcl601.motor import EncoderKind, EncoderModel
 from ..pcl601.pins import FULL_SCALE_VOLTS, GROUND, OPEN, Contact
-from ..pcl601.program import ProgramMachine
+from ..pcl601.program import load
 from ..pcl601.wiring import Wiring
 from .requests import Strict
 from .wire_bench import WireBench
@@ -119,7 +119,7 @@ class Pcl601Target:
         digits = int(options.thumbwheel) if options.thumbwheel is not None else None
         self.device = Pcl601(options.address, encoder, Wiring(options.sw2 == "TWS", digits))
         if options.program is not None:
-            self.device.controller.runner = ProgramMachine(parse_program(options.program))
+            load(self.device.controller, parse_program(options.program))
         self._signals = self._signal_table()
         self.signals: Collection[str] = tuple(self._signals)
 

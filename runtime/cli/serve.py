@@ -53,7 +53,7 @@ class Served(StrEnum):
     PMC006 = "pmc006"
 
 
-MAKERS: dict[Served, Callable[[list[int], list[Path], float], list[Unit]]] = {
+MAKERS: dict[Served, Callable[[list[int], list[Path], float, list[str]], list[Unit]]] = {
     Served.PCL601: pcl601_units,
     Served.PMC006: pmc006_units,
 }
@@ -254,6 +254,10 @@ def _serve_command(
         list[str] | None,
         typer.Option("--pin", metavar="NAME=STATE", help="State of an input: in1=ground, home=..-3000."),
     ] = None,
+    thumbwheel: Annotated[
+        list[str] | None,
+        typer.Option("--thumbwheel", metavar="DIGITS", help="PCL601: a thumbwheel; of several 2:DIGITS."),
+    ] = None,
     record: Annotated[
         Path | None, typer.Option("--record", metavar="FILE", help="Record line and registers as MCAP.")
     ] = None,
@@ -278,7 +282,7 @@ def _serve_command(
     """
     with told_mistakes():
         clock = Clock(speed)
-        units = MAKERS[controller](addresses_in(address or []), program or [], speed)
+        units = MAKERS[controller](addresses_in(address or []), program or [], speed, thumbwheel or [])
         for each in pin or []:
             wire(units, each)
         begin(units, ascii_mode=ascii_mode, start=start)

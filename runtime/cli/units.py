@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -13,9 +13,10 @@ from ...io_images.pmc006.frame import FACTORY_ADDRESS
 from ...io_images.pmc006.program import UserProgram, assemble
 from ..pcl601.line import PORT_TIMING, Pcl601
 from ..pcl601.pinstates import connect
-from ..pcl601.program import ProgramMachine
+from ..pcl601.program import load
 from ..pcl601.rtu import Timing
 from ..pcl601.stored import ProgramRunner
+from ..pcl601.wiring import Wiring
 from ..pmc006.controller import Controller
 from ..pmc006.line import Pmc006
 from ..pmc006.pins import Pin
@@ -23,6 +24,7 @@ from ..wire import Device
 from .pclt import read_program
 
 NO_PROGRAM = "-"
+THUMBWHEEL_DIGITS = 7
 RECORDED = [row for row in MAP if row.register not in (Register.COMMAND, Register.FIRMWARE)]
 
 
@@ -73,19 +75,24 @@ def addresses_in(texts: list[str]) -> list[int]:
     return found
 
 
-def pcl601_units(addresses: list[int], programs: list[Path], speed: float) -> list[Unit]:
+def pcl601_units(
+    addresses: list[int], programs: list[Path], speed: float, thumbwheels: Sequence[str] = ()
+) -> list[Unit]:
     """Make PCL601s, one for each address, 1 if there is none; frames are told by their length.
 
     A program goes to the unit that its `.axis` names; without that directive, to the only unit.
 
     Raises:
-        ValueError: no such address, or a program that can't be used.
+        ValueError: no such address, or a program or a thumbwheel that can't be used.
     """
     timing = Timing(int(PORT_TIMING.gap_ns * max(speed, 1)), PORT_TIMING.pause_ns, PORT_TIMING.by_length)
-    devices = {address: Pcl601(address, timing=timing) for address in addresses or [1]}
+    wirings = _wirings(addresses or [1], thumbwheels)
+    devices = {address: Pcl601(address, wiring=wiring, timing=timing) for address, wiring in wirings.items()}
     for file in programs:
         program = read_program(file)
-        _load(devices[_axis(file, program, list(devices))], program)
+        device = devices[_axis(file, program, list(devices))]
+        load(device.controller, program)
+        device.power_cycle(0)
     return [
         Unit(
             device,
@@ -100,6 +107,18 @@ def pcl601_units(addresses: list[int], programs: list[Path], speed: float) -> li
     ]
 
 
+def _wirings(addresses: list[int], thumbwheels: Sequence[str]) -> dict[int, Wiring]:
+    """Return what is plugged into each unit: a thumbwheel where one is given, as DIGITS or ADDRESS:DIGITS."""
+    wirings = dict.fromkeys(addresses, Wiring())
+    for text in thumbwheels:
+        address, _, digits = text.rpartition(":")
+        chosen = [each for each in addresses if not address or str(each) == address]
+        if not chosen or not (digits.isdecimal() and len(digits) <= THUMBWHEEL_DIGITS):
+            raise ValueError(f"--thumbwheel {text}: it has to be up to 7 digits, or ADDRESS:DIGITS")
+        wirings[chosen[0]] = Wiring(True, int(digits))
+    return wirings
+
+
 def _axis(file: Path, program: Program, addresses: list[int]) -> int:
     """Return the address of the unit that a program is for."""
     if program.axis is None and len(addresses) == 1:
@@ -108,14 +127,6 @@ def _axis(file: Path, program: Program, addresses: list[int]) -> int:
         said = "has no .axis" if program.axis is None else f"is for axis {program.axis}"
         raise ValueError(f"{file} {said}; the units have the addresses {', '.join(map(str, addresses))}")
     return program.axis
-
-
-def _load(device: Pcl601, program: Program) -> None:
-    """Put a program into memory as if saved earlier, and switch the power on."""
-    device.controller.runner = ProgramMachine(program)
-    if program.autostart is not None:
-        device.controller.autorun = program.autostart
-        device.power_cycle(0)
 
 
 def _pcl601_status(device: Pcl601) -> dict[str, str]:
@@ -160,12 +171,16 @@ def _wire_pcl601(device: Pcl601, name: str, state: str) -> None:
     device.controller.settle(device.controller.now_ns)
 
 
-def pmc006_units(addresses: list[int], programs: list[Path], _speed: float) -> list[Unit]:
+def pmc006_units(
+    addresses: list[int], programs: list[Path], _speed: float, thumbwheels: Sequence[str] = ()
+) -> list[Unit]:
     """Make one PMC006; its line is RS-232, point to point.
 
     Raises:
         ValueError: several are asked for, or the address or the program can't be used.
     """
+    if thumbwheels:
+        raise ValueError("--thumbwheel: only a PCL601 has one")
     if len(addresses) > 1 or len(programs) > 1:
         raise ValueError("a PMC006 is alone on its line: give one --address and one --program at most")
     program = _user_program(programs[0]) if programs else None

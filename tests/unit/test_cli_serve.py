@@ -231,3 +231,18 @@ def test_programs_are_started_in_ascii_mode_as_by_smc60win(tmp_path: Path) -> No
 def test_a_pmc006_has_no_ascii_mode() -> None:
     with pytest.raises(ValueError, match="only a PCL601 can be told so"):
         begin(pmc006_units([], [], 1.0), ascii_mode=True, start=False)
+
+
+def test_sample_program_5_is_played_as_the_docs_say() -> None:
+    """Axes 0 and 1 go out by their thumbwheels; 3000 steps take 2.6 s."""
+    program = Path(__file__).parents[2] / "examples/pcl601/sample5.pclt"
+    units = pcl601_units([0, 1, 2], [program], 1.0, ["0:2500", "1:3000"])
+    begin(units, ascii_mode=True, start=True)
+    line_of(units).advance(4_000_000_000)
+    assert [unit.values()["position"] for unit in units] == [2500, 3000, 0]
+
+
+@pytest.mark.parametrize("text", ["12345678", "x", "7:100", "1:"])
+def test_a_thumbwheel_that_is_none(text: str) -> None:
+    with pytest.raises(ValueError, match=f"--thumbwheel {text}: it has to be up to 7 digits"):
+        pcl601_units([1, 2], [], 1.0, [text])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from .loading import load
 from .machine import INSTRUCTION_NS, ProgramMachine
 
-__all__ = ["INSTRUCTION_NS", "ProgramMachine"]
+__all__ = ["INSTRUCTION_NS", "ProgramMachine", "load"]
