@@ -35,7 +35,7 @@ from ..ports import (
 )
 from ..wire import Device
 from .slices import QuietOption, told_mistakes
-from .units import NO_PROGRAM, Unit, addresses_in, pcl601_units, pmc006_units
+from .units import NO_PROGRAM, PORT_GAP_MS, SERIAL_GAP_MS, Unit, addresses_in, pcl601_units, pmc006_units
 
 LOOPBACK = "127.0.0.1"
 BROADCAST = 0
@@ -53,7 +53,7 @@ class Served(StrEnum):
     PMC006 = "pmc006"
 
 
-MAKERS: dict[Served, Callable[[list[int], list[Path], float, list[str]], list[Unit]]] = {
+MAKERS: dict[Served, Callable[[list[int], list[Path], float, list[str], float], list[Unit]]] = {
     Served.PCL601: pcl601_units,
     Served.PMC006: pmc006_units,
 }
@@ -258,6 +258,14 @@ def _serve_command(
         list[str] | None,
         typer.Option("--thumbwheel", metavar="DIGITS", help="PCL601: a thumbwheel; of several 2:DIGITS."),
     ] = None,
+    gap_ms: Annotated[
+        float | None,
+        typer.Option(
+            "--gap-ms",
+            metavar="MS",
+            help="PCL601: silence that ends what is no frame; 5, on a serial port 25.",
+        ),
+    ] = None,
     record: Annotated[
         Path | None, typer.Option("--record", metavar="FILE", help="Record line and registers as MCAP.")
     ] = None,
@@ -282,7 +290,9 @@ def _serve_command(
     """
     with told_mistakes():
         clock = Clock(speed)
-        units = MAKERS[controller](addresses_in(address or []), program or [], speed, thumbwheel or [])
+        usual_ms = PORT_GAP_MS if serial is None else SERIAL_GAP_MS
+        gap = usual_ms if gap_ms is None else gap_ms
+        units = MAKERS[controller](addresses_in(address or []), program or [], speed, thumbwheel or [], gap)
         for each in pin or []:
             wire(units, each)
         begin(units, ascii_mode=ascii_mode, start=start)

@@ -11,7 +11,7 @@ from ...io_images.pcl601 import MAP, Register
 from ...io_images.pcl601.program import Program
 from ...io_images.pmc006.frame import FACTORY_ADDRESS
 from ...io_images.pmc006.program import UserProgram, assemble
-from ..pcl601.line import PORT_TIMING, Pcl601
+from ..pcl601.line import Pcl601
 from ..pcl601.pinstates import connect
 from ..pcl601.program import load
 from ..pcl601.rtu import Timing
@@ -25,6 +25,14 @@ from .pclt import read_program
 
 NO_PROGRAM = "-"
 THUMBWHEEL_DIGITS = 7
+
+PORT_GAP_MS = 5.0
+"""Silence between frames where the transport keeps no time."""
+
+SERIAL_GAP_MS = 25.0
+"""Likewise on a serial port: USB adapters hand over what they receive every 16 ms."""
+
+GAP_MS_MAX = 10_000
 RECORDED = [row for row in MAP if row.register not in (Register.COMMAND, Register.FIRMWARE)]
 
 
@@ -76,16 +84,24 @@ def addresses_in(texts: list[str]) -> list[int]:
 
 
 def pcl601_units(
-    addresses: list[int], programs: list[Path], speed: float, thumbwheels: Sequence[str] = ()
+    addresses: list[int],
+    programs: list[Path],
+    speed: float,
+    thumbwheels: Sequence[str] = (),
+    gap_ms: float = PORT_GAP_MS,
 ) -> list[Unit]:
     """Make PCL601s, one for each address, 1 if there is none; frames are told by their length.
+
+    Silence of `gap_ms` of real time is the way back after anything else than a frame.
 
     A program goes to the unit that its `.axis` names; without that directive, to the only unit.
 
     Raises:
         ValueError: no such address, or a program or a thumbwheel that can't be used.
     """
-    timing = Timing(int(PORT_TIMING.gap_ns * max(speed, 1)), PORT_TIMING.pause_ns, PORT_TIMING.by_length)
+    if not 0 < gap_ms <= GAP_MS_MAX:
+        raise ValueError(f"--gap-ms {gap_ms:g}: it has to be above 0, and at most {GAP_MS_MAX}")
+    timing = Timing(round(gap_ms * 1e6 * max(speed, 1)), by_length=True)
     wirings = _wirings(addresses or [1], thumbwheels)
     devices = {address: Pcl601(address, wiring=wiring, timing=timing) for address, wiring in wirings.items()}
     for file in programs:
@@ -172,7 +188,11 @@ def _wire_pcl601(device: Pcl601, name: str, state: str) -> None:
 
 
 def pmc006_units(
-    addresses: list[int], programs: list[Path], _speed: float, thumbwheels: Sequence[str] = ()
+    addresses: list[int],
+    programs: list[Path],
+    _speed: float,
+    thumbwheels: Sequence[str] = (),
+    _gap_ms: float = PORT_GAP_MS,
 ) -> list[Unit]:
     """Make one PMC006; its line is RS-232, point to point.
 

@@ -246,3 +246,21 @@ def test_sample_program_5_is_played_as_the_docs_say() -> None:
 def test_a_thumbwheel_that_is_none(text: str) -> None:
     with pytest.raises(ValueError, match=f"--thumbwheel {text}: it has to be up to 7 digits"):
         pcl601_units([1, 2], [], 1.0, [text])
+
+
+@pytest.mark.parametrize(("pause_ms", "answered"), [(20, True), (30, False)])
+def test_a_frame_that_an_adapter_has_split_is_put_together_within_the_gap(
+    pause_ms: int, answered: bool
+) -> None:
+    line = line_of(pcl601_units([], [], 1.0, gap_ms=25))
+    request = frame(1, bytes.fromhex("06 0005 0064"))
+    line.receive(0, request[:3])
+    said = line.advance(pause_ms * 1_000_000)
+    line.receive(pause_ms * 1_000_000, request[3:])
+    said += line.advance(pause_ms * 1_000_000) + line.advance(200_000_000)
+    assert (said == request) is answered
+
+
+def test_a_gap_that_is_none() -> None:
+    with pytest.raises(ValueError, match="--gap-ms -1: it has to be above 0, and at most 10000"):
+        pcl601_units([], [], 1.0, gap_ms=-1)

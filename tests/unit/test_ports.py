@@ -222,6 +222,15 @@ def test_a_serial_port_follows_the_format_of_the_device() -> None:
         server.close()
 
 
+def test_a_real_serial_port_object_speaks_over_a_pseudo_terminal() -> None:
+    """A pseudo-terminal has no parity; asked for 8E1, it is opened with none instead of failing."""
+    with closing(PtyPort()) as line:
+        server = LineServer(Parrot(), SerialPort(line.name, FORMAT), Clock())
+        line.send(b"hello")
+        until(server.step, lambda: line.wait(0.0) == b"HELLO")
+        server.close()
+
+
 def test_a_port_that_is_not_there_is_an_error_that_names_it() -> None:
     with pytest.raises(PortError, match="/dev/nothing-here can't be opened"):
         SerialPort("/dev/nothing-here", FORMAT)
