@@ -269,7 +269,7 @@ def test_a_clock_runs_as_fast_as_it_is_told() -> None:
     clock = Clock(1000.0)
     assert clock.seconds_until(None, 0.5) == 0.5
     assert clock.seconds_until(0, 0.5) == 0.0
-    assert clock.seconds_until(clock.now_ns() + 10**12, 2.0) == pytest.approx(1.0, abs=0.5)
+    assert 0 <= clock.seconds_until(clock.now_ns() + 10**12, 2.0) <= 1.0
 
 
 @pytest.mark.parametrize("speed", [0, -1, float("inf"), float("nan")])
