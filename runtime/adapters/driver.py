@@ -333,7 +333,7 @@ class Driver(Generic[Drive]):
                 if self._cut_meanwhile() or (task.stopping > slowed) or (task.marked > marked):
                     break
             else:
-                self.watch(task)
+                yield from self.watch(task)
                 if not self.busy:
                     return
                 yield PUBLISH
@@ -346,8 +346,9 @@ class Driver(Generic[Drive]):
         """Set the mark of a registration move."""
         raise NotImplementedError
 
-    def watch(self, task: Task[Drive]) -> None:
-        """Look at what has been read of a motion."""
+    def watch(self, task: Task[Drive]) -> Talk:
+        """Look at what has been read of a motion, and do what follows."""
+        raise NotImplementedError
 
     def _cut_meanwhile(self) -> bool:
         """Whether a hard stop was wanted while what was read was looked at."""

@@ -11,17 +11,16 @@ words that come while a hard stop or a configuration is under way wait for it.
 
 from __future__ import annotations
 
-from typing import Generic, Protocol
+from typing import Generic
 
-from ...io_images.amci3601 import Configuration, Firmware, StatusMsw
+from ...io_images.amci3601 import Firmware, StatusMsw
 from ...io_images.image import Image, signed_word
 from ..amci3601 import CommandLayer, Inability, Options
 from ..amci3601.report import report
 from ..events import Event
-from ..machine import Machine
 from .axis import LinkedAxis
 from .driver import Driver, State
-from .line import Line
+from .plant import Plant
 from .task import Drive
 
 TICK_NS = 250_000
@@ -35,33 +34,6 @@ INVALID_PROFILE = StatusMsw.INVALID_PROFILE.value
 STOPPED = StatusMsw.STOPPED.value
 CLEARED_BY_RETURN = MODE_CONFIG - 1 & ~(MODULE_OK | CONFIG_ERROR)
 COMMAND_BITS = 0x7FFF
-
-
-class Plant(Protocol):
-    """A simulated controller, its line and the machine that it moves."""
-
-    line: Line
-    machine: Machine
-
-    def next_event_ns(self, now_ns: int) -> int | None:
-        """Return when something happens next on the line, behind it or at the machine."""
-        ...
-
-    def run_until(self, now_ns: int) -> None:
-        """Let time run; no event lies in between."""
-        ...
-
-    def sense(self, now_ns: int) -> None:
-        """Let the inputs follow the machine."""
-        ...
-
-    def rewire(self, now_ns: int, configuration: Configuration) -> None:
-        """Wire the controller as a configuration needs it."""
-        ...
-
-    def power_cycle(self, now_ns: int) -> None:
-        """Take the controller's power away and give it back; nothing else changes."""
-        ...
 
 
 class Adapter(Generic[Drive]):

@@ -5,7 +5,7 @@ works over any `Axis`; `StepGenerator` is the simulated one.
 """
 
 from .axis import Axis
-from .capabilities import Capabilities, Feature, Inability, Wish
+from .capabilities import AxisHoming, Capabilities, Feature, Inability, Wish
 from .command_layer import CommandLayer
 from .indicators import Indicators, Light
 from .module import Amci3601
@@ -16,6 +16,7 @@ from .trouble import Trouble
 __all__ = [
     "Amci3601",
     "Axis",
+    "AxisHoming",
     "Capabilities",
     "CommandLayer",
     "Feature",

@@ -63,16 +63,26 @@ class Inability:
     reason: str
 
 
+class AxisHoming(Enum):
+    """What an axis itself does of a search for home."""
+
+    NONE = "nothing"
+    LEAVES_SWITCH = "it stops on leaving the home switch"
+    MEETS_SWITCH = "it stops on meeting the home switch, and leaves one that is active first"
+
+
 class Capabilities:
     """What an axis can do: here, everything. One that can do less overrides the methods.
 
     Attributes:
-        homes_itself: `Axis.home` finds the home switch without help.
+        homing: what `Axis.home` does.
         shared_limit: the end limits come on one input: both active means one of them, side unknown.
+        home_is_ccw_limit: the home switch is the CCW limit, too: active, it blocks CCW motion only.
     """
 
-    homes_itself = False
+    homing = AxisHoming.NONE
     shared_limit = False
+    home_is_ccw_limit = False
 
     def lacking_for_configuration(self, configuration: Configuration) -> Inability | None:
         """Return why a configuration that the 3601 accepts is refused, None if it is not."""

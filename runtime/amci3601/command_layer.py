@@ -278,12 +278,21 @@ class CommandLayer:
         if self.risen & EITHER_LIMIT:
             self.held = None
         operation = self.operation
-        if operation is None or operation.over or operation.limits is Limits.OWN:
+        if operation is None or operation.over or operation.limits is Limits.OWN or self._leaves_home():
             return
         if operation.limits is Limits.EITHER or self.active & limit_of(self.axis.direction):
             self.latches.fire(now_ns, "INP-02", alone=True)
             self.latches.fire(now_ns, "POS-04", alone=True)
             self.cut(now_ns)
+
+    def _leaves_home(self) -> bool:
+        """Whether the only limit active is the home switch, and is being left as it was at the start."""
+        return (
+            self.axis.capabilities.home_is_ccw_limit
+            and self.axis.direction > 0
+            and not self.active & CW_LIMIT
+            and not self.risen & CCW_LIMIT
+        )
 
     # -- output words -------------------------------------------------------------------------
 

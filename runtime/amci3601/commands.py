@@ -14,7 +14,7 @@ from . import refusals
 from .blending import RUN_CW, BlendRun
 from .capabilities import Feature
 from .encoder_move import EncoderMove
-from .homing import Homing, HomingByAxis
+from .homing import HOMINGS
 from .latches import COMMAND_ERROR, HOME_INVALID, POSITION_INVALID, RESETTABLE
 from .manual_move import MANUAL_BIT, ManualMove, OneShot
 from .order import Order
@@ -105,8 +105,7 @@ def find_home(layer: CommandLayer, now_ns: int, order: Order) -> None:
     if layer.refused(now_ns, order, refusals.FIND_HOME) or layer.unable(now_ns, Feature.HOME, order):
         return
     direction = 1 if order.msw & FIND_HOME_CW else -1
-    kind = HomingByAxis if layer.axis.capabilities.homes_itself else Homing
-    homing = kind(layer, now_ns, direction, order.profile(layer.start_sps))
+    homing = HOMINGS[layer.axis.capabilities.homing](layer, now_ns, direction, order.profile(layer.start_sps))
     layer.latches.clear(HOME_INVALID)  # by the next accepted Find Home (reading A-19)
     layer.accept(homing)
     homing.start(now_ns)

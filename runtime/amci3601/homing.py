@@ -35,8 +35,9 @@ from typing import TYPE_CHECKING, ClassVar
 
 from ...io_images.amci3601 import HomingKind, InputBit
 from ..kinematics import Profile
+from .capabilities import AxisHoming
 from .latches import AT_HOME, POSITION_INVALID
-from .operation import Limits, Operation, limit_of
+from .operation import CW_LIMIT, Limits, Operation, limit_of
 from .order import Order
 
 if TYPE_CHECKING:
@@ -292,3 +293,32 @@ class HomingByAxis(Homing):
             self.found = not self.layer.axis.moving
         else:
             super()._look_behind(now_ns)
+
+
+class HomingOntoSwitch(Homing):
+    """A search by an axis that leaves and finds the home switch itself, without a dwell.
+
+    The home switch is the end limit of that side, too, and no limit meanwhile.
+    """
+
+    def start(self, now_ns: int) -> None:
+        """Let the axis search."""
+        self.layer.axis.home(now_ns, self.direction, self.profile)
+
+    def on_tick(self, now_ns: int, order: Order) -> None:
+        """Look at the opposite limit, and whether the switch has been met when the axis stands still."""
+        layer = self.layer
+        if layer.risen & CW_LIMIT:
+            layer.abort_homing(now_ns, "HOM-05")
+        elif not layer.axis.moving:
+            self.found = bool(layer.active & HOME)
+            if not self.found:
+                layer.abort_homing(now_ns, "HOM-05")
+
+
+HOMINGS: dict[AxisHoming, type[Homing]] = {
+    AxisHoming.NONE: Homing,
+    AxisHoming.LEAVES_SWITCH: HomingByAxis,
+    AxisHoming.MEETS_SWITCH: HomingOntoSwitch,
+}
+"""The search for home, by what the axis itself does of it."""

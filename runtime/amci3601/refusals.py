@@ -96,8 +96,20 @@ def estop_active(layer: CommandLayer, order: Order) -> bool:
 
 
 def any_limit_active(layer: CommandLayer, order: Order) -> bool:
-    """Whether either end limit is active."""
-    return bool(layer.active & (CW_LIMIT | CCW_LIMIT))
+    """Whether either end limit is active, one that is also the home switch only where it is in the way."""
+    if layer.axis.capabilities.home_is_ccw_limit and heads_cw(layer, order):
+        return bool(layer.active & CW_LIMIT)
+    return bool(layer.active & EITHER_LIMIT)
+
+
+def heads_cw(layer: CommandLayer, order: Order) -> bool:
+    """Whether an absolute or relative move, or a resumed one, goes CW."""
+    target = order.parameters.target or 0
+    if order.msw & CommandMsw.ABSOLUTE_MOVE.value:
+        return target > layer.axis.position
+    if order.msw & CommandMsw.RESUME_MOVE.value:
+        return layer.held is not None and layer.held.target > layer.axis.position
+    return target > 0
 
 
 def same_limit_active(layer: CommandLayer, order: Order) -> bool:

@@ -1,47 +1,34 @@
-"""What a PCL601 can't do, row by row, and the bits of the 3601 in which it is said.
-
-The first row that applies decides. A configuration is refused with
-CONFIG_ERROR; a value that the controller can't run at with INVALID_PROFILE and
-COMMAND_ERROR; a whole function that it lacks with COMMAND_ERROR.
-"""
+"""What a PCL601 can't do."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import NamedTuple
-
-from ....io_images.amci3601 import Configuration, InputBit, StatusMsw
-from ...amci3601 import Capabilities, Feature, Inability, Wish
+from ....io_images.amci3601 import Configuration, InputBit
+from ...amci3601 import AxisHoming, Feature, Wish
 from ...kinematics import MILLI, PICO, stopping_distance
+from ..capabilities import (
+    BLOCK,
+    FUNCTION,
+    PROFILE,
+    RAMPED,
+    CommandRow,
+    ConfigurationRow,
+    RowCapabilities,
+    always,
+    has_ramps,
+    speed_of,
+)
 from .options import Options
 from .units import BASE_MAX, SPEED_MAX, STEPS_MAX, drive_for
 
-CONFIG_ERROR = StatusMsw.CONFIG_ERROR.value
-COMMAND_ERROR = StatusMsw.COMMAND_ERROR.value
-PROFILE = (StatusMsw.INVALID_PROFILE | StatusMsw.COMMAND_ERROR).value
 EITHER_LIMIT = (InputBit.CW_LIMIT | InputBit.CCW_LIMIT).value
 GROUNDED = (InputBit.HOME | InputBit.ESTOP).value
-
-
-class ConfigurationRow(NamedTuple):
-    """Why a configuration is refused.
-
-    Attributes:
-        name: what it is about.
-        applies: tells whether it is to be refused.
-        reason: for people.
-    """
-
-    name: str
-    applies: Callable[[Configuration, Options], bool]
-    reason: str
 
 
 def _used_low(configuration: Configuration, mask: int) -> bool:
     return bool(configuration.inputs_used & ~configuration.active_high & mask)
 
 
-CONFIGURATION_ROWS: tuple[ConfigurationRow, ...] = (
+CONFIGURATION_ROWS: tuple[ConfigurationRow[Options], ...] = (
     ConfigurationRow(
         "starting speed",
         lambda it, _: it.starting_speed > BASE_MAX,
@@ -81,48 +68,18 @@ CONFIGURATION_ROWS: tuple[ConfigurationRow, ...] = (
 )
 
 
-class CommandRow(NamedTuple):
-    """Why a command is refused.
-
-    Attributes:
-        features: the commands that it is about.
-        name: what it is about.
-        applies: tells whether it is to be refused.
-        bits: error bits of input word 0.
-        reason: for people.
-    """
-
-    features: frozenset[Feature]
-    name: str
-    applies: Callable[[Wish, Options], bool]
-    bits: int
-    reason: str
-
-
-RAMPED = frozenset({Feature.MOVE, Feature.MANUAL, Feature.REGISTRATION, Feature.HOME})
-
-
-def _always(wish: Wish, options: Options) -> bool:
-    return True
-
-
-def _speed(wish: Wish) -> int:
-    return wish.order.parameters.speed or 0
-
-
 def _too_fast(wish: Wish, options: Options) -> bool:
-    return _speed(wish) > SPEED_MAX
+    return speed_of(wish) > SPEED_MAX
 
 
 def _one_step_per_second(wish: Wish, options: Options) -> bool:
     """Whether the speed is 1 step/s; the base speed has to be below it."""
-    return _speed(wish) == 1
+    return speed_of(wish) == 1
 
 
 def _rates_differ(wish: Wish, options: Options) -> bool:
     given = wish.order.parameters
-    ramps = _speed(wish) > wish.configuration.starting_speed
-    return options.strict and ramps and given.acceleration != given.deceleration
+    return options.strict and has_ramps(wish) and given.acceleration != given.deceleration
 
 
 def _too_far(wish: Wish, options: Options) -> bool:
@@ -140,26 +97,26 @@ def _no_restart(wish: Wish, options: Options) -> bool:
     return options.respeed != "restart"
 
 
-COMMAND_ROWS: tuple[CommandRow, ...] = (
+COMMAND_ROWS: tuple[CommandRow[Options], ...] = (
     CommandRow(
         frozenset({Feature.ENCODER_MOVE}),
         "encoder move",
-        _always,
+        always,
         PROFILE,
         "the PCL601 can't end a move by its encoder",
     ),
     CommandRow(
         frozenset({Feature.FOLLOWER}),
         "encoder follower",
-        _always,
-        COMMAND_ERROR,
+        always,
+        FUNCTION,
         "the PCL601 can't follow an encoder",
     ),
     CommandRow(
         frozenset({Feature.BLEND}),
         "blend move",
-        _always,
-        StatusMsw.INVALID_PROFILE.value,
+        always,
+        BLOCK,
         "the PCL601 can't change speed in motion",
     ),
     CommandRow(
@@ -170,21 +127,21 @@ COMMAND_ROWS: tuple[CommandRow, ...] = (
         "the PCL601 can't change speed in motion; option respeed = restart stops in between",
     ),
     CommandRow(
-        RAMPED | {Feature.SPEED_CHANGE},
+        RAMPED,
         "speed",
         _too_fast,
         PROFILE,
         f"the PCL601 goes up to {SPEED_MAX} steps/s",
     ),
     CommandRow(
-        RAMPED | {Feature.SPEED_CHANGE},
+        RAMPED,
         "speed",
         _one_step_per_second,
         PROFILE,
         "the PCL601's slowest motion is 2 steps/s",
     ),
     CommandRow(
-        RAMPED | {Feature.SPEED_CHANGE},
+        RAMPED,
         "different rates",
         _rates_differ,
         PROFILE,
@@ -207,29 +164,15 @@ COMMAND_ROWS: tuple[CommandRow, ...] = (
 )
 
 
-class Pcl601Capabilities(Capabilities):
-    """The rows above, read.
+class Pcl601Capabilities(RowCapabilities[Options]):
+    """The rows above.
 
     Args:
         options: of the adapter.
     """
 
-    homes_itself = True
+    homing = AxisHoming.LEAVES_SWITCH
     shared_limit = True
 
     def __init__(self, options: Options) -> None:
-        self._options = options
-
-    def lacking_for_configuration(self, configuration: Configuration) -> Inability | None:
-        """Return why a configuration is refused, None if it is not."""
-        for row in CONFIGURATION_ROWS:
-            if row.applies(configuration, self._options):
-                return Inability(row.name, CONFIG_ERROR, row.reason)
-        return None
-
-    def lacking_for(self, wish: Wish) -> Inability | None:
-        """Return why a command is refused, None if it is not."""
-        for row in COMMAND_ROWS:
-            if wish.feature in row.features and row.applies(wish, self._options):
-                return Inability(row.name, row.bits, row.reason)
-        return None
+        super().__init__(CONFIGURATION_ROWS, COMMAND_ROWS, options)

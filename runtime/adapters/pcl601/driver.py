@@ -240,10 +240,11 @@ class Pcl601Driver(Driver[Drive]):
         else:
             task.model = run(now_ns, 0, task.direction, profile)
 
-    def watch(self, task: Task[Drive]) -> None:
+    def watch(self, task: Task[Drive]) -> Talk:
         """Notice that a slew has come to the end of the counter's range."""
         if task.kind is Kind.SLEW and not task.stopping and abs(self.position) > COUNTER_END:
             self.out_of_range = True
+        yield from ()
 
     def set_mark(self, task: Task[Drive]) -> Talk:
         """Set the mark from which the controller counts the steps of a registration move."""

@@ -20,7 +20,7 @@ from ....io_images.pcl601 import Register
 from ...machine import Machine, Switch
 from ...pcl601.line import Pcl601
 from ...pcl601.pins import FAR, GROUND, OPEN, Contact
-from ..line import Line
+from ..plant import Plant, switches_of
 from .driver import MARK_OUTPUT
 
 WIRING: dict[InputBit, tuple[str, ...]] = {
@@ -69,13 +69,11 @@ def contacts_of(switch: Switch) -> tuple[Contact, ...]:
     return (Contact(first, last),)
 
 
-class SimulatedPcl601:
+class SimulatedPcl601(Plant):
     """A controller, its line and the machine that it moves.
 
     Attributes:
-        machine: what is bolted to it.
         device: the controller on its line.
-        line: between it and the adapter.
         external_on_mark: the external input is wired to input 2.
 
     Args:
@@ -87,48 +85,30 @@ class SimulatedPcl601:
     """
 
     def __init__(self, machine: Machine, *, has_jumper: bool = False) -> None:
-        if machine.spec.slips or machine.spec.jams:
-            raise ValueError("machine: slips and jams are simulated with module amci3601 only")
-        self.machine = machine
         self.device = Pcl601()
-        self.line = Line(self.device)
         self.external_on_mark = True
         self._has_jumper = has_jumper
-        self._motor_before = 0
-        self._moved = False
         self._counts_before = machine.encoder_counts(0)
-        self._levels: int | None = None
-        self._marked = False
         self._fixed = {
-            bit: tuple(
-                each
-                for switch in machine.spec.switches
-                if switch.input is bit
-                for each in contacts_of(switch)
-            )
+            bit: tuple(contact for switch in switches_of(machine, bit) for contact in contacts_of(switch))
             for bit in InputBit
         }
-        self.sense(0)
+        super().__init__(machine, self.device)
 
-    def next_event_ns(self, now_ns: int) -> int | None:
-        """Return when something happens next on the line, behind it or at the machine."""
-        times = (self.line.next_event_ns(), self.machine.next_change_ns(now_ns))
-        return min((time for time in times if time is not None), default=None)
+    @property
+    def motor_position(self) -> int:
+        """Where the motor stands."""
+        return self.device.controller.motor.position
 
-    def run_until(self, now_ns: int) -> None:
-        """Let time run; no event lies in between."""
-        self.line.run_until(now_ns)
-        self.sense(now_ns)
+    @property
+    def motor_turns(self) -> bool:
+        """Whether a motion is under way."""
+        return self.device.controller.axis.busy
 
-    def sense(self, now_ns: int) -> None:
-        """Let the machine follow the motor, and the inputs follow the machine."""
-        self._follow(now_ns)
-        self._count(now_ns)
-        levels = self.machine.levels(now_ns)
-        marked = bool(self.device.controller.outputs >> MARK_OUTPUT - 1 & 1)
-        if levels != self._levels or marked != self._marked:
-            self._levels, self._marked = levels, marked
-            self._wire(now_ns)
+    @property
+    def feedback(self) -> int:
+        """The mark's output, which is wired to an input."""
+        return self.device.controller.outputs >> MARK_OUTPUT - 1 & 1
 
     def rewire(self, now_ns: int, configuration: Configuration) -> None:
         """Wire input 2 to the external input where that grounds it when active; else to output 7 alone."""
@@ -136,38 +116,28 @@ class SimulatedPcl601:
         external_on_mark = bool(used_high) and not self._has_jumper
         if external_on_mark != self.external_on_mark:
             self.external_on_mark = external_on_mark
-            self._wire(now_ns)
+            self.wire(now_ns)
 
     def power_cycle(self, now_ns: int) -> None:
         """Take the controller's power away and give it back; nothing else changes."""
         self.device.power_cycle(now_ns)
         self.sense(now_ns)
 
-    def _follow(self, now_ns: int) -> None:
-        position = self.device.controller.motor.position
-        steps = position - self._motor_before
-        if steps:
-            if not self._moved:
-                self.machine.depart(now_ns)
-            self.machine.follow(1 if steps > 0 else -1, abs(steps), now_ns)
-        if self._moved and not self.device.controller.axis.busy:
-            self.machine.rest(now_ns)
-        self._motor_before = position
-        self._moved = self.device.controller.axis.busy
-
-    def _count(self, now_ns: int) -> None:
+    def sense(self, now_ns: int) -> None:
+        """Let the machine follow the motor, inputs and encoder the machine."""
+        super().sense(now_ns)
         counts = self.machine.encoder_counts(now_ns)
         self.device.controller.values[Register.ENCODER_POSITION] += counts - self._counts_before
         self._counts_before = counts
 
-    def _wire(self, now_ns: int) -> None:
+    def wire(self, now_ns: int) -> None:
         """Connect every pin to what grounds it."""
         parts: dict[str, list[Contact]] = {pin: [] for pins in WIRING.values() for pin in pins}
         for bit, pins in WIRING.items():
             for pin in pins:
                 if pin != MARK_PIN or self.external_on_mark:
                     parts[pin] += self._contacts(bit)
-        if self._marked:
+        if self.feedback:
             parts[MARK_PIN].append(GROUND)
         for pin, contacts in parts.items():
             self.device.controller.pins.connect(pin, Parallel(contacts=tuple(contacts)))
@@ -177,5 +147,4 @@ class SimulatedPcl601:
         """What grounds a terminal: switches that the motor passes, or what people and stations do."""
         if self._fixed[bit]:
             return self._fixed[bit]
-        assert self._levels is not None
-        return (GROUND if self._levels & bit.value else OPEN,)
+        return (GROUND if self.levels & bit.value else OPEN,)
