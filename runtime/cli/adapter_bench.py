@@ -1,4 +1,4 @@
-"""The bench of `scanrack drive pcl601-adapter`: an image bench with a line and a controller behind it."""
+"""The benches of the adapters for `scanrack drive`: image benches with a line and a controller behind."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
+from ..adapters.module import Adapter
 from ..adapters.pcl601.module import Pcl601Adapter
+from ..adapters.pmc006.module import Pmc006Adapter
 from .image_bench import ImageBench, machine_for
-from .requests import TABLES, Bench, Request, Strict, Tables, read
+from .requests import TABLES, Request, Strict, Tables, read
 
 Count = Annotated[int, Field(ge=1, le=1_000_000, strict=True)]
 
@@ -39,7 +41,7 @@ ADAPTER_TABLES: Tables = TABLES | {(): AdapterRequest, ("link",): LinkFault}
 class AdapterBench(ImageBench):
     """An adapter with its simulated controller on the bench."""
 
-    module: Pcl601Adapter
+    module: Adapter[Any]
 
     def answer_line(self, line: str) -> dict[str, Any]:
         """Carry out one line.
@@ -63,11 +65,11 @@ class AdapterBench(ImageBench):
             self.module.cycle_device()
 
 
-def pcl601_adapter_on_bench(options: Bench) -> Pcl601Adapter:
-    """Make an adapter for the options of a fresh bench."""
-    return Pcl601Adapter(machine_for(options), options.options)
-
-
 def pcl601_adapter_bench() -> AdapterBench:
     """Return the bench of `drive pcl601-adapter`."""
-    return AdapterBench(pcl601_adapter_on_bench)
+    return AdapterBench(lambda options: Pcl601Adapter(machine_for(options), options.options))
+
+
+def pmc006_adapter_bench() -> AdapterBench:
+    """Return the bench of `drive pmc006-adapter`."""
+    return AdapterBench(lambda options: Pmc006Adapter(machine_for(options), options.options))

@@ -10,7 +10,7 @@ from typing import Annotated, Any, TextIO
 
 import typer
 
-from .adapter_bench import pcl601_adapter_bench
+from .adapter_bench import pcl601_adapter_bench, pmc006_adapter_bench
 from .image_bench import ImageBench, amci3601_on_bench
 from .pcl601_bench import pcl601_bench
 from .pmc006_bench import pmc006_bench
@@ -23,6 +23,7 @@ class Target(StrEnum):
     AMCI3601 = "amci3601"
     PCL601 = "pcl601"
     PCL601_ADAPTER = "pcl601-adapter"
+    PMC006_ADAPTER = "pmc006-adapter"
     PMC006 = "pmc006"
 
 
@@ -43,6 +44,7 @@ BENCHES: dict[Target, Callable[[], Answer]] = {
     Target.AMCI3601: _amci3601,
     Target.PCL601: lambda: pcl601_bench().answer,
     Target.PCL601_ADAPTER: lambda: pcl601_adapter_bench().answer_line,
+    Target.PMC006_ADAPTER: lambda: pmc006_adapter_bench().answer_line,
     Target.PMC006: lambda: pmc006_bench().answer,
 }
 """What makes the bench of a target."""

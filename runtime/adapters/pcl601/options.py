@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 from ...events import JsonValue
+from ..options import check_choices, check_names
 
 CHOICES: dict[str, tuple[str | bool, ...]] = {
     "strict": (False, True),
@@ -39,11 +39,7 @@ class Options:
     respeed: str = "refuse"
 
     def __post_init__(self) -> None:
-        for name, allowed in CHOICES.items():
-            value = getattr(self, name)
-            if not any(value is each or (value == each and type(value) is type(each)) for each in allowed):
-                words = ", ".join(str(each).lower() for each in allowed)
-                raise ValueError(f"option {name}: {value!r} is not allowed: {words}")
+        check_choices(self, CHOICES)
 
     @classmethod
     def of(cls, given: Mapping[str, JsonValue] | None) -> Options:
@@ -52,10 +48,5 @@ class Options:
         Raises:
             ValueError: an unknown name, or a value that is not allowed.
         """
-        names = [field.name for field in fields(cls)]
-        for name in given or {}:
-            if name not in names:
-                near = difflib.get_close_matches(name, names, n=1)
-                hint = f"; did you mean {near[0]}?" if near else f"; allowed are {', '.join(names)}"
-                raise ValueError(f"option {name}: the PCL601 adapter has no such option{hint}")
+        check_names(cls, given or {}, "PCL601 adapter")
         return cls(**(given or {}))  # type: ignore[arg-type]  # checked in __post_init__
