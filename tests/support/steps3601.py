@@ -55,7 +55,7 @@ class Wait:
 class ToRest:
     """Until nothing moves, for at most so many ticks."""
 
-    ticks: int = 800
+    ticks: int = 500
 
     def play(self, bench):
         bench.run_to_rest(self.ticks)

@@ -99,7 +99,7 @@ def registration_moves(start):
 @cache
 def homing(start):
     """The four kinds of homing [chapter 3, item 10; chapter 4, Find Home]."""
-    between, rest, home = meddling(start), st.just(ToRest(2_000)), one.find_home(start)
+    between, rest, home = meddling(start), st.just(ToRest(1_200)), one.find_home(start)
     signal = one.proximity | one.marker | one.pressed(HOME) | one.press
     limit = one.pressed(CW_LIMIT) | one.pressed(CCW_LIMIT)
     return [
