@@ -1,19 +1,25 @@
-"""A PCL601 adapter on a bench: words in, bits out, and a controller whose true position can be looked at."""
+"""An adapter on a bench: words in, bits out, and a controller whose true position can be looked at."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import InputBit, status_names
 from scanrack.io_images.thousands import join_reported, split_thousands
+from scanrack.runtime.adapters.module import Adapter
 from scanrack.runtime.adapters.pcl601.module import Pcl601Adapter
+from scanrack.runtime.adapters.pmc006.module import Pmc006Adapter
 from scanrack.runtime.events import JsonValue
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
 
 MS = 1_000_000
 CONFIGURE = (0x843E, 63, 1, 0)
 """External, home, emergency stop, both limits, all active high; starting speed 1000 steps/s."""
+
+CONFIGURE_006 = (0x843C, 63, 1, 0)
+"""The same without the external input, for which a PMC006 has no use."""
 
 
 class AdapterBench:
@@ -25,12 +31,18 @@ class AdapterBench:
         options: of the adapter.
     """
 
+    configuration = CONFIGURE
+
     def __init__(self, *switches: Switch, scan_ms: float = 2, **options: JsonValue) -> None:
-        self.module = Pcl601Adapter(Machine(MachineSpec(switches=switches)), options)
+        self.module = self.make(Machine(MachineSpec(switches=switches)), options)
         self.scan_ns = round(scan_ms * MS)
         self.now_ns = 0
         self.outputs = Image()
         self.image = self.module.update(0, self.outputs)
+
+    def make(self, machine: Machine, options: Mapping[str, JsonValue]) -> Adapter[Any]:
+        """Make the adapter."""
+        return Pcl601Adapter(machine, options)
 
     def put(self, *words: int) -> None:
         """Write the output words from now on; missing ones are 0."""
@@ -57,7 +69,7 @@ class AdapterBench:
 
     def configured(self, *words: int) -> AdapterBench:
         """Configure, leave configuration mode, and make the position valid at 0."""
-        self.give(*(words or CONFIGURE)).release()
+        self.give(*(words or self.configuration), ms=600).release()
         self.give(512).release()
         assert self.bits == {"MODULE_OK"}
         return self
@@ -80,12 +92,22 @@ class AdapterBench:
     @property
     def motor(self) -> int:
         """Where the motor truly stands."""
-        return self.module.controller.device.controller.motor.position
+        return self.module.controller.motor_position
 
     @property
     def reasons(self) -> list[str]:
         """Names of the refusals so far."""
         return [event.name for event in self.module.events if event.kind == "refusal"]
+
+
+class AdapterBench006(AdapterBench):
+    """The same over a PMC006, whose strokes home are up to 100,000 steps."""
+
+    configuration = CONFIGURE_006
+
+    def make(self, machine: Machine, options: Mapping[str, JsonValue]) -> Adapter[Any]:
+        """Make the adapter."""
+        return Pmc006Adapter(machine, {"home_stroke": 100_000, **options})
 
 
 def move(distance: int, speed: int = 5000, acceleration: int = 20, deceleration: int = 20) -> Iterable[int]:
