@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -36,3 +38,10 @@ def test_the_broken_gateway_of_the_page_is_found_out(page):
 def test_every_public_strategy_is_on_the_page():
     made = {name for name in images.__all__ if name.islower()} - {"parameter_words", "plain_speeds"}
     assert {name for name in made if f"`{name}" not in TEXT} == set()
+
+
+def test_nobody_needs_hypothesis_who_does_not_ask_for_it():
+    code = (
+        "import sys, scanrack.io_images, scanrack.io_images.amci3601; assert 'hypothesis' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
