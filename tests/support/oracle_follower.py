@@ -75,6 +75,8 @@ def leave(m):
 
 def steps(m):
     """Steps of this tick: counts times multiplier over divisor, the remainder kept exactly (A-66)."""
+    if any(m.words[6:]):
+        m.close_call = True  # ramps are not in here
     count = m.encoder(m.start_ns)
     counted, m.followed = count - m.followed, count
     if not m.followed_bit:
