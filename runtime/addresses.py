@@ -69,11 +69,15 @@ def _places(image: str, *words: type[IntFlag]) -> Mapping[str, tuple[str, int, i
     }
 
 
+_NAMES_3601 = {
+    "command": _places("O", CommandMsw, CommandLsw),
+    "status": _places("I", StatusMsw, StatusLsw),
+}
+
 BIT_NAMES: Mapping[str, Mapping[str, Mapping[str, tuple[str, int, int]]]] = {
-    "amci3601": {
-        "command": _places("O", CommandMsw, CommandLsw),
-        "status": _places("I", StatusMsw, StatusLsw),
-    },
+    "amci3601": _NAMES_3601,
+    "pcl601-adapter": _NAMES_3601,
+    "pmc006-adapter": _NAMES_3601,
 }
 """By catalog name and group: the named bits of a module as (image, word, bit)."""
 

@@ -37,7 +37,47 @@ def make_amci3601(
     return Amci3601(firmware, Machine(machine, seed), options, diagnostic_wiring=wiring == "diagnostic")
 
 
-CATALOG: dict[str, Factory] = {"amci3601": make_amci3601}
+def _without_firmware(module: str, firmware: str, wiring: str | None) -> None:
+    """Refuse what an adapter has no choice of: it answers as firmware 4.1, and has no such wiring."""
+    if firmware != "4.1":
+        raise ValueError(f"firmware {firmware}: {module} answers as 4.1")
+    if wiring is not None:
+        raise ValueError(f"wiring {wiring}: {module} has none; leave it out")
+
+
+def make_pcl601_adapter(
+    firmware: str,
+    machine: MachineSpec,
+    seed: int,
+    options: Mapping[str, JsonValue],
+    wiring: str | None,
+) -> Module:
+    """Make a simulated PCL601 that answers as a 3601; arguments as for `make_amci3601`."""
+    from .adapters.pcl601.module import Pcl601Adapter
+
+    _without_firmware("pcl601-adapter", firmware, wiring)
+    return Pcl601Adapter(Machine(machine, seed), options)
+
+
+def make_pmc006_adapter(
+    firmware: str,
+    machine: MachineSpec,
+    seed: int,
+    options: Mapping[str, JsonValue],
+    wiring: str | None,
+) -> Module:
+    """Make a simulated PMC006x3s that answers as a 3601; arguments as for `make_amci3601`."""
+    from .adapters.pmc006.module import Pmc006Adapter
+
+    _without_firmware("pmc006-adapter", firmware, wiring)
+    return Pmc006Adapter(Machine(machine, seed), options)
+
+
+CATALOG: dict[str, Factory] = {
+    "amci3601": make_amci3601,
+    "pcl601-adapter": make_pcl601_adapter,
+    "pmc006-adapter": make_pmc006_adapter,
+}
 """The modules by catalog name; a rack in Python may add its own before it is built."""
 
 
