@@ -608,6 +608,9 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_presets_and_resets.py::test_words_2_to_7_of_reset_errors_are_ignored",
             "test_rules_stops.py::test_immediate_stop_is_not_accepted_under_a_command_error",
         ),
+        "RST-02": (
+            "test_rules_follower_errors.py::test_reset_errors_with_a_command_lsw_leaves_the_mode_and_is_refused",
+        ),
         "RST-03": (
             "test_rules_manual_speed.py::test_under_a_command_error_the_speed_is_fixed_and_the_bit_still_counts",
             "test_rules_moves.py::test_the_move_in_progress_completes_and_says_so",
