@@ -156,8 +156,17 @@ class LinkedAxis(Generic[Drive]):
             (task.following or task).marked = True
 
     def blend(self, now_ns: int, direction: int, program: BlendProgram) -> None:
-        """The controller can't; the command layer has refused the profile."""
-        raise NotImplementedError
+        """Index segment by segment, with a stop in between (option blend)."""
+        start_sps = 1 if self.configuration is None else self.configuration.starting_speed
+        following: Task[Drive] | None = None
+        last = len(program.segments) - 1
+        for at, (length, speed, rate, shape) in reversed(list(enumerate(program.segments))):
+            down = program.final_deceleration if at == last else rate
+            profile = Profile(start_sps, speed, rate, down, shape)
+            task = self.task_for(Kind.INDEX, direction, profile, length)
+            task.following, following = following, task
+        assert following is not None
+        self._driver.tasks.append(following)
 
     def stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> None:
         """Begin a controlled stop, at the rate that the motion has."""

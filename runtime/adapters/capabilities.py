@@ -24,6 +24,9 @@ BLOCK = StatusMsw.INVALID_PROFILE.value
 RAMPED = frozenset({Feature.MOVE, Feature.MANUAL, Feature.REGISTRATION, Feature.HOME, Feature.SPEED_CHANGE})
 """Commands that carry speed and rates."""
 
+TIMED = RAMPED | {Feature.BLEND_SEGMENT}
+"""What has a speed."""
+
 Options = TypeVar("Options")
 
 

@@ -105,6 +105,9 @@ class BlendProgramming:
         if fault is not None:
             self._spoil(now_ns, fault)
             return
+        if self.layer.unable(now_ns, Feature.BLEND_SEGMENT, order):
+            self.good = False
+            return
         speed, rate = order.parameters.speed, order.words[6]
         assert speed is not None
         length = join_thousands(order.words[2], order.words[3])

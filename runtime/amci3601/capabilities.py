@@ -26,6 +26,7 @@ class Feature(Enum):
     ENCODER_MOVE = "encoder move"
     FOLLOWER = "encoder follower"
     BLEND = "blend move"
+    BLEND_SEGMENT = "segment of a blend move"
     PRESET_ENCODER = "preset encoder"
 
 

@@ -48,7 +48,7 @@ from .latches import (
     STOPPED,
     Latches,
 )
-from .operation import CCW_LIMIT, CW_LIMIT, Limits, Operation, limit_of
+from .operation import CCW_LIMIT, CW_LIMIT, EITHER_LIMIT, Limits, Operation, limit_in
 from .options import Options
 from .order import COMMAND_BITS, Order
 from .profile_move import Held
@@ -56,7 +56,6 @@ from .profile_move import Held
 CAPTURE = InputBit.CAPTURE.value
 EXTERNAL = InputBit.EXTERNAL.value
 ESTOP = InputBit.ESTOP.value
-EITHER_LIMIT = CW_LIMIT | CCW_LIMIT
 MOVING_CW = StatusMsw.MOVING_CW.value
 MOVING_CCW = StatusMsw.MOVING_CCW.value
 ACCELERATING = StatusMsw.ACCELERATING.value
@@ -280,7 +279,7 @@ class CommandLayer:
         operation = self.operation
         if operation is None or operation.over or operation.limits is Limits.OWN or self._leaves_home():
             return
-        if operation.limits is Limits.EITHER or self.active & limit_of(self.axis.direction):
+        if operation.limits is Limits.EITHER or limit_in(self, self.axis.direction):
             self.latches.fire(now_ns, "INP-02", alone=True)
             self.latches.fire(now_ns, "POS-04", alone=True)
             self.cut(now_ns)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 CW_LIMIT = InputBit.CW_LIMIT.value
 CCW_LIMIT = InputBit.CCW_LIMIT.value
+EITHER_LIMIT = CW_LIMIT | CCW_LIMIT
 
 
 class Limits(Enum):
@@ -31,6 +32,13 @@ class Limits(Enum):
 def limit_of(direction: int) -> int:
     """Return the input bit of the end limit that lies in `direction` (+1 CW, -1 CCW)."""
     return CW_LIMIT if direction > 0 else CCW_LIMIT
+
+
+def limit_in(layer: CommandLayer, direction: int) -> bool:
+    """Whether the end limit in a direction is active, as far as that is known."""
+    if layer.axis.capabilities.shared_limit and layer.active & EITHER_LIMIT == EITHER_LIMIT:
+        return False
+    return bool(layer.active & limit_of(direction))
 
 
 class Operation:

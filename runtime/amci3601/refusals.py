@@ -21,7 +21,7 @@ from ...io_images.amci3601 import (
 )
 from ..kinematics import MILLI, PICO, stopping_distance
 from .latches import COMMAND_ERROR, POSITION_INVALID
-from .operation import CCW_LIMIT, CW_LIMIT, limit_of
+from .operation import CW_LIMIT, EITHER_LIMIT, limit_in, limit_of
 from .order import S_CURVE, Order
 
 if TYPE_CHECKING:
@@ -49,7 +49,6 @@ class Refusal(NamedTuple):
 Refusals = tuple[Refusal, ...]
 
 ESTOP = InputBit.ESTOP.value
-EITHER_LIMIT = CW_LIMIT | CCW_LIMIT
 FIND_HOME_CW = CommandMsw.FIND_HOME_CW.value
 ENCODER_MOVE = CommandLsw.ENCODER_MOVE.value
 MANUAL_CW = CommandMsw.MANUAL_CW.value
@@ -114,9 +113,7 @@ def heads_cw(layer: CommandLayer, order: Order) -> bool:
 
 def same_limit_active(layer: CommandLayer, order: Order) -> bool:
     """Whether the end limit in the direction of a manual command is active, as far as that is known."""
-    if layer.axis.capabilities.shared_limit and layer.active & EITHER_LIMIT == EITHER_LIMIT:
-        return False
-    return bool(layer.active & limit_of(1 if order.msw & MANUAL_CW else -1))
+    return limit_in(layer, 1 if order.msw & MANUAL_CW else -1)
 
 
 def not_held(layer: CommandLayer, order: Order) -> bool:

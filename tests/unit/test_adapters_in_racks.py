@@ -53,3 +53,21 @@ def test_what_an_adapter_can_not_take_is_named(slot, said):
 def test_its_bits_have_the_names_of_the_3601():
     address = parse_address("slot1.status.IN_HOME", {1: "pcl601-adapter"})
     assert (address.word, address.bit) == (1, 2)
+
+
+@pytest.mark.parametrize("name", HARDWARES)
+def test_a_blend_move_ends_where_its_segments_end(name):
+    options = HARDWARES[name] | ({} if name == "amci3601" else {"blend": "segmented"})
+    module = SlotSpec(number=1, module=name, options=options).make(seed=0)
+    blocks = [(0, 256 + 512, 2, 0, 0, 20), (0, 256 + 512, 4, 0, 3, 0, 20), (0, 256 + 512, 3, 500, 5, 0, 20)]
+    script = [(CONFIGURE, 500), ((), 100), (PRESET, 100), ((), 100)]
+    for block in blocks:
+        script += [(block, 100), ((0, 256), 100)]
+    now_ns = 0
+    for words, ms in (*script, ((), 100), ((8192,), 300)):
+        now_ns += ms * MS
+        image = module.update(now_ns, Image(words))
+    assert {"MOVING_CCW", "BLEND_RUNNING"} <= set(status_names(image[0] & 0xFFFF, image[1] & 0xFFFF))
+    image = module.update(now_ns + 8000 * MS, Image((8192,)))
+    assert status_names(image[0] & 0xFFFF, image[1] & 0xFFFF) == ["MOVE_COMPLETE", "MODULE_OK"]
+    assert join_reported(image[2], image[3]) == -7500

@@ -10,6 +10,7 @@ from ..capabilities import (
     FUNCTION,
     PROFILE,
     RAMPED,
+    TIMED,
     CommandRow,
     ConfigurationRow,
     RowCapabilities,
@@ -115,9 +116,9 @@ COMMAND_ROWS: tuple[CommandRow[Options], ...] = (
     CommandRow(
         frozenset({Feature.BLEND}),
         "blend move",
-        always,
+        lambda wish, options: options.blend != "segmented",
         BLOCK,
-        "the PCL601 can't change speed in motion",
+        "the PCL601 can't change speed in motion; option blend = segmented stops in between",
     ),
     CommandRow(
         frozenset({Feature.SPEED_CHANGE}),
@@ -127,14 +128,14 @@ COMMAND_ROWS: tuple[CommandRow[Options], ...] = (
         "the PCL601 can't change speed in motion; option respeed = restart stops in between",
     ),
     CommandRow(
-        RAMPED,
+        TIMED,
         "speed",
         _too_fast,
         PROFILE,
         f"the PCL601 goes up to {SPEED_MAX} steps/s",
     ),
     CommandRow(
-        RAMPED,
+        TIMED,
         "speed",
         _one_step_per_second,
         PROFILE,

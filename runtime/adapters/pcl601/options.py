@@ -10,6 +10,7 @@ from ..options import check_choices, check_names
 
 CHOICES: dict[str, tuple[str | bool, ...]] = {
     "strict": (False, True),
+    "blend": ("refuse", "segmented"),
     "capture": ("polled", "reject"),
     "diagnostic": ("reject", "mirror"),
     "registration": ("default", "jumper"),
@@ -23,6 +24,8 @@ class Options:
 
     Attributes:
         strict: refuse what is done with a slower ramp than programmed.
+        blend: "segmented" runs the segments of a blend move one by one, with a stop in between; else
+            refused.
         capture: "polled", within a poll period of the edge, or "reject".
         diagnostic: "mirror" copies the position to the diagnostic words, "reject" refuses them.
         registration: "jumper": input 2 is wired to output 7 alone; else to the external input, too.
@@ -33,6 +36,7 @@ class Options:
     """
 
     strict: bool = False
+    blend: str = "refuse"
     capture: str = "polled"
     diagnostic: str = "reject"
     registration: str = "default"

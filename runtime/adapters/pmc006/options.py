@@ -11,6 +11,7 @@ from ..options import check_choices, check_names
 
 CHOICES: dict[str, tuple[str | bool, ...]] = {
     "strict": (False, True),
+    "blend": ("refuse", "segmented"),
     "capture": ("reject", "fset"),
     "hold": ("refuse", "immediate"),
     "diagnostic": ("reject", "mirror"),
@@ -24,6 +25,8 @@ class Options:
     Attributes:
         home_stroke: how far Find Home may go, steps; a configuration is refused without it.
         strict: refuse what is done with a slower ramp, or one of another shape, than programmed.
+        blend: "segmented" runs the segments of a blend move one by one, with a stop in between; else
+            refused.
         capture: "fset": the capture input is wired to FSET; else it is refused.
         hold: "immediate" holds a move without a ramp, and allows the external input on FSET; else refused.
         diagnostic: "mirror" copies the position to the diagnostic words, "reject" refuses them.
@@ -34,6 +37,7 @@ class Options:
 
     home_stroke: int | None = None
     strict: bool = False
+    blend: str = "refuse"
     capture: str = "reject"
     hold: str = "refuse"
     diagnostic: str = "reject"
