@@ -24,7 +24,7 @@ BLOCK = StatusMsw.INVALID_PROFILE.value
 RAMPED = frozenset({Feature.MOVE, Feature.MANUAL, Feature.REGISTRATION, Feature.HOME, Feature.SPEED_CHANGE})
 """Commands that carry speed and rates."""
 
-TIMED = RAMPED | {Feature.BLEND_SEGMENT}
+TIMED = RAMPED | {Feature.BLEND_SEGMENT, Feature.ENCODER_MOVE}
 """What has a speed."""
 
 Options = TypeVar("Options")

@@ -88,6 +88,15 @@ def test_registration_by_the_released_bit_is_exact_from_the_output_on():
     assert {"MOVING_CW"} <= bench.bits
 
 
+def test_an_encoder_move_by_option_slows_down_when_the_count_has_been_read():
+    bench = AdapterBench(encoder_move="polled").configured(0x853E, 63, 1, 0)
+    bench.give(2, 4, 0, 100, 2, 0, 20, 20, ms=500)
+    assert "MOVING_CW" in bench.bits  # the encoder stands still
+    bench.module.machine.turn_encoder(100, bench.now_ns, bench.now_ns + 10_000_000)
+    bench.run(500, until="MOVE_COMPLETE")
+    assert bench.bits == {"MODULE_OK", "MOVE_COMPLETE"}
+
+
 def test_home_is_where_the_switch_is_left():
     # home type 1 leaves the switch on the side it came from: the first step off 3000..3500 is 2999
     bench = AdapterBench(Switch(InputBit.HOME, 3000, 3500)).configured()

@@ -113,6 +113,22 @@ def test_lost_replies_never_double_a_motion(after_ms, lost):
     assert bench.position == bench.motor == 400
 
 
+def test_registration_by_option_ends_behind_the_place_at_which_it_was_noticed():
+    bench = AdapterBench006(registration="polled").configured()
+    bench.give(128, 0, 3, 0, 2, 0, 20, 20, ms=1000)
+    at = bench.motor
+    bench.give(0, 0, 3, 0, 2, 0, 20, 20, ms=5000, until="STOPPED")
+    assert bench.bits == {"MODULE_OK", "STOPPED"}
+    assert 3000 <= bench.position - at <= 3000 + 2000 * 0.06  # a poll of 50 ms, and what was under way
+    assert bench.position == bench.motor
+
+
+def test_the_nearest_rate_by_option():
+    bench = AdapterBench006(accel_rounding="nearest").configured()
+    bench.give(*move(1000, 2000, 1, 1), ms=3000, until="MOVE_COMPLETE")
+    assert bench.bits == {"MODULE_OK", "MOVE_COMPLETE"}
+
+
 def test_a_power_cycled_controller_is_noticed():
     bench = AdapterBench006().configured()
     bench.give(*move(10_000), ms=900)

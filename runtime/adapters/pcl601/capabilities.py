@@ -102,9 +102,9 @@ COMMAND_ROWS: tuple[CommandRow[Options], ...] = (
     CommandRow(
         frozenset({Feature.ENCODER_MOVE}),
         "encoder move",
-        always,
+        lambda wish, options: options.encoder_move != "polled",
         PROFILE,
-        "the PCL601 can't end a move by its encoder",
+        "the PCL601 can't end a move by its encoder; option encoder_move = polled stops when it is read",
     ),
     CommandRow(
         frozenset({Feature.FOLLOWER}),

@@ -14,6 +14,7 @@ CHOICES: dict[str, tuple[str | bool, ...]] = {
     "capture": ("polled", "reject"),
     "diagnostic": ("reject", "mirror"),
     "registration": ("default", "jumper"),
+    "encoder_move": ("refuse", "polled"),
     "respeed": ("refuse", "restart"),
 }
 
@@ -29,6 +30,7 @@ class Options:
         capture: "polled", within a poll period of the edge, or "reject".
         diagnostic: "mirror" copies the position to the diagnostic words, "reject" refuses them.
         registration: "jumper": input 2 is wired to output 7 alone; else to the external input, too.
+        encoder_move: "polled" ends an encoder move when the count has been read; else refused.
         respeed: "restart" changes the speed of a manual move by stopping in between; else refused.
 
     Raises:
@@ -40,6 +42,7 @@ class Options:
     capture: str = "polled"
     diagnostic: str = "reject"
     registration: str = "default"
+    encoder_move: str = "refuse"
     respeed: str = "refuse"
 
     def __post_init__(self) -> None:

@@ -28,10 +28,11 @@ class Pmc006Axis(LinkedAxis[Speeds]):
     def __init__(self, driver: Pmc006Driver, options: Options) -> None:
         super().__init__(driver, Pmc006Capabilities(options))
         self.driver = driver
+        self._nearest = options.accel_rounding == "nearest"
 
     def drive_for(self, profile: Profile) -> Speeds:
         """Return what a profile becomes."""
-        return speeds_for(profile)
+        return speeds_for(profile, nearest=self._nearest)
 
     def task_for(self, kind: Kind, direction: int, profile: Profile, steps: int = 0) -> Task[Speeds]:
         """Return a motion; an index no faster than its ramps allow."""

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 from ....io_images.amci3601 import CommandMsw, Configuration, InputBit
 from ...amci3601 import AxisHoming, Feature, Wish
+from ...pmc006.ramps import ramp_steps
 from ..capabilities import (
     BLOCK,
     FUNCTION,
@@ -19,13 +22,16 @@ from ..capabilities import (
     speed_of,
 )
 from .options import Options
-from .units import RATE_MIN, SPEED_MAX, START_MAX, START_MIN
+from .units import RATE_MIN, SPEED_MAX, START_MAX, START_MIN, speeds_for
 
 FSET_INPUTS = (InputBit.CAPTURE, InputBit.EXTERNAL, InputBit.ESTOP)
 """What FSET may be wired to, one of them."""
 
 SHARED = (InputBit.HOME | InputBit.CCW_LIMIT).value
 """Both are wired to EXT1."""
+POLL_S = Fraction(1, 20)
+"""Time of a poll, s: how long the ramp down may be in coming."""
+
 FIND_HOME_CW = CommandMsw.FIND_HOME_CW.value
 
 
@@ -98,11 +104,20 @@ def _too_slow(wish: Wish, options: Options) -> bool:
 
 def _rate_too_low(wish: Wish, options: Options) -> bool:
     given = wish.order.parameters
-    return has_ramps(wish) and min(given.acceleration, given.deceleration) < RATE_MIN
+    gentler = options.accel_rounding == "gentler"
+    return gentler and has_ramps(wish) and min(given.acceleration, given.deceleration) < RATE_MIN
 
 
 def _ramps_differ(wish: Wish, options: Options) -> bool:
     return options.strict and has_ramps(wish)
+
+
+def _too_short_to_stop(wish: Wish, options: Options) -> bool:
+    """Whether the steps of a registration are less than a poll and the ramp down take."""
+    nearest = options.accel_rounding == "nearest"
+    speeds = speeds_for(wish.order.profile(wish.configuration.starting_speed), nearest=nearest)
+    ramp = ramp_steps(speeds.stop_sps, speeds.max_sps, speeds.deceleration)
+    return (wish.order.parameters.target or 0) < ramp + speeds.max_sps * POLL_S
 
 
 COMMAND_ROWS: tuple[CommandRow[Options], ...] = (
@@ -137,9 +152,9 @@ COMMAND_ROWS: tuple[CommandRow[Options], ...] = (
     CommandRow(
         frozenset({Feature.REGISTRATION}),
         "registration move",
-        always,
+        lambda wish, options: options.registration != "polled",
         PROFILE,
-        "the PMC006 can't count steps from an input",
+        "the PMC006 can't count steps from an input; option registration = polled stops in between",
     ),
     CommandRow(
         frozenset({Feature.SPEED_CHANGE}),
@@ -179,14 +194,20 @@ COMMAND_ROWS: tuple[CommandRow[Options], ...] = (
     CommandRow(
         frozenset({Feature.BLEND_SEGMENT}),
         "acceleration",
-        lambda wish, _: has_ramps(wish) and wish.order.parameters.acceleration < RATE_MIN,
+        lambda wish, options: (
+            options.accel_rounding == "gentler"
+            and has_ramps(wish)
+            and wish.order.parameters.acceleration < RATE_MIN
+        ),
         PROFILE,
         f"the PMC006's lowest rate is 5.21 steps/ms/s, so {RATE_MIN} is the least that can be kept",
     ),
     CommandRow(
         frozenset({Feature.BLEND}),
         "final deceleration",
-        lambda wish, _: 0 < wish.order.words[5] & 0x3FFF < RATE_MIN,
+        lambda wish, options: (
+            options.accel_rounding == "gentler" and 0 < wish.order.words[5] & 0x3FFF < RATE_MIN
+        ),
         PROFILE,
         f"the PMC006's lowest rate is 5.21 steps/ms/s, so {RATE_MIN} is the least that can be kept",
     ),
@@ -196,6 +217,13 @@ COMMAND_ROWS: tuple[CommandRow[Options], ...] = (
         _rate_too_low,
         PROFILE,
         f"the PMC006's lowest rate is 5.21 steps/ms/s, so {RATE_MIN} is the least that can be kept",
+    ),
+    CommandRow(
+        frozenset({Feature.REGISTRATION}),
+        "registration distance",
+        _too_short_to_stop,
+        PROFILE,
+        "the distance is shorter than the ramp down, and the way until it begins",
     ),
     CommandRow(
         RAMPED,

@@ -18,6 +18,7 @@ from ..driver import BIAS, NEAR_ZERO, Driver, Talk
 from ..master import Manners, Reply, Request
 from ..task import Kind, Task
 from . import frames
+from .units import fitted
 
 LINE_FORMAT = LineFormat(BAUD)
 MANNERS = Manners(LINE_FORMAT, gap_ns=0, patience_ns=100_000_000)
@@ -210,6 +211,20 @@ class Pmc006Driver(Driver[Speeds]):
         if task.model is not None:
             drive = task.drive
             task.model = plan_slowing(task.model, self.master.now_ns, drive.stop_sps, drive.deceleration)
+
+    def set_mark(self, task: Task[Speeds]) -> Talk:
+        """Stop, and index what is then left of the steps behind the mark, which is where it stands now."""
+        yield from self.read_position()
+        mark = self.position
+        task.stopping = True
+        yield from self.slow_down(task)
+        self.busy = True
+        while self.busy and not self.cut:
+            yield from self.read_status()
+        yield from self.read_position()
+        left = task.steps - abs(self.position - mark)
+        if left > 0:
+            task.following = Task(Kind.INDEX, task.direction, fitted(task.drive, left), task.ramps_up, left)
 
     def watch(self, task: Task[Speeds]) -> Talk:
         """Arm the home switch again once it has been left."""

@@ -13,6 +13,8 @@ CHOICES: dict[str, tuple[str | bool, ...]] = {
     "strict": (False, True),
     "blend": ("refuse", "segmented"),
     "capture": ("reject", "fset"),
+    "registration": ("refuse", "polled"),
+    "accel_rounding": ("gentler", "nearest"),
     "hold": ("refuse", "immediate"),
     "diagnostic": ("reject", "mirror"),
 }
@@ -28,6 +30,9 @@ class Options:
         blend: "segmented" runs the segments of a blend move one by one, with a stop in between; else
             refused.
         capture: "fset": the capture input is wired to FSET; else it is refused.
+        registration: "polled" stops a registration move when its input has been read, and goes on by the
+            steps that are left; else refused.
+        accel_rounding: "nearest" takes the nearest rate of the table, which may be a steeper one.
         hold: "immediate" holds a move without a ramp, and allows the external input on FSET; else refused.
         diagnostic: "mirror" copies the position to the diagnostic words, "reject" refuses them.
 
@@ -39,6 +44,8 @@ class Options:
     strict: bool = False
     blend: str = "refuse"
     capture: str = "reject"
+    registration: str = "refuse"
+    accel_rounding: str = "gentler"
     hold: str = "refuse"
     diagnostic: str = "reject"
 

@@ -24,21 +24,26 @@ RATE_MIN = 6
 """Steps/ms/s; below, the table has no rate that is low enough."""
 
 
-def coefficient_for(rate_spmss: Rate) -> int:
-    """Return the coefficient for a programmed rate, 6 steps/ms/s or more.
+def coefficient_for(rate_spmss: Rate, *, nearest: bool = False) -> int:
+    """Return the coefficient for a programmed rate, 6 steps/ms/s or more unless the nearest one will do.
 
     >>> [coefficient_for(rate) for rate in (6, 7, 10, 11, 15, 22, 28, 49, 78, 2000)]
     [8, 7, 7, 6, 5, 4, 3, 2, 1, 1]
+    >>> [coefficient_for(rate, nearest=True) for rate in (1, 6, 9, 77)]
+    [8, 8, 6, 1]
     """
+    if nearest:
+        return min(range(1, 9), key=lambda at: abs(ACCELERATIONS_PPS2[at] - 1000 * Fraction(rate_spmss)))
     return next(at for at, rate in enumerate(ACCELERATIONS_PPS2) if at and rate <= 1000 * rate_spmss)
 
 
-def speeds_for(profile: Profile) -> Speeds:
+def speeds_for(profile: Profile, *, nearest: bool = False) -> Speeds:
     """Return what a profile becomes; its speed is 65 to 256,000 steps/s."""
     base = profile.base_sps
     if not profile.has_ramps:
         return Speeds(base, base, base, 1, 1)
-    up, down = coefficient_for(profile.acceleration_spmss), coefficient_for(profile.deceleration_spmss)
+    up = coefficient_for(profile.acceleration_spmss, nearest=nearest)
+    down = coefficient_for(profile.deceleration_spmss, nearest=nearest)
     return Speeds(base, profile.speed_sps, base, up, down)
 
 
