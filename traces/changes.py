@@ -14,7 +14,7 @@ from struct import Struct
 
 from ..io_images.image import IMAGE_BYTES
 from ..io_images.thousands import join_reported
-from .layout import SLOT_BYTES, SlotInfo
+from .layout import SLOT_BYTES, SPEAK_3601, SlotInfo
 from .reader import Scan
 from .wording import Words, in_configuration_mode, module_text, risen_and_fallen
 
@@ -63,7 +63,7 @@ class Changes:
         self, slots: Sequence[SlotInfo], flag_names: Callable[[int], Sequence[str]], *, every: bool = False
     ) -> None:
         self._slots = [(slot, SLOT_BYTES * place) for place, slot in enumerate(slots)]
-        self._reporting = [place + IMAGE_BYTES for slot, place in self._slots if slot.module == "amci3601"]
+        self._reporting = [place + IMAGE_BYTES for slot, place in self._slots if slot.module in SPEAK_3601]
         self._flag_names = flag_names
         self._every = every
         self._memory = bytes(SLOT_BYTES * len(slots))
@@ -134,6 +134,6 @@ class Changes:
 
 def _reported(slot: SlotInfo, direction: str, words: Words) -> tuple[int | None, int | None]:
     """Return position and count of an image, None where it has none."""
-    if slot.module != "amci3601" or direction != "in" or in_configuration_mode(words):
+    if slot.module not in SPEAK_3601 or direction != "in" or in_configuration_mode(words):
         return None, None
     return join_reported(words[2], words[3]), join_reported(words[4], words[5])

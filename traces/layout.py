@@ -53,17 +53,20 @@ class ModuleWords:
 
 
 # fmt: off
-MODULE_WORDS: Mapping[str, ModuleWords] = {
-    "amci3601": ModuleWords(
-        "Amci3601",
-        # chapter 5, output data in command mode    chapter 6, input data in command mode
-        outputs=("command_msw", "command_lsw",      "target_msw", "target_lsw",
-                 "speed_msw", "speed_lsw",          "acceleration", "deceleration"),
-        inputs=("status_msw", "status_lsw",         "position_msw", "position_lsw",
-                "encoder_msw", "encoder_lsw",       "captured_msw", "captured_lsw"),
-    ),
-}
+WORDS_3601 = ModuleWords(
+    "Amci3601",
+    # chapter 5, output data in command mode    chapter 6, input data in command mode
+    outputs=("command_msw", "command_lsw",      "target_msw", "target_lsw",
+             "speed_msw", "speed_lsw",          "acceleration", "deceleration"),
+    inputs=("status_msw", "status_lsw",         "position_msw", "position_lsw",
+            "encoder_msw", "encoder_lsw",       "captured_msw", "captured_lsw"),
+)
 # fmt: on
+
+SPEAK_3601 = ("amci3601", "pcl601-adapter", "pmc006-adapter")
+"""Modules whose words are those of a 3601: itself, and the adapters, which answer as one."""
+
+MODULE_WORDS: Mapping[str, ModuleWords] = dict.fromkeys(SPEAK_3601, WORDS_3601)
 """Modules whose words have names, by catalog name."""
 
 PLAIN_WORDS = ModuleWords(

@@ -8,7 +8,7 @@ from enum import IntFlag
 from ..io_images.amci3601.bits import CommandLsw, CommandMsw, ConfigMsw, InputBit, StatusMsw, status_names
 from ..io_images.image import WORDS
 from ..io_images.thousands import is_legal_pair, join_reported, join_thousands
-from .layout import module_words
+from .layout import SPEAK_3601, module_words
 
 Words = Sequence[int]
 """Eight signed words."""
@@ -121,7 +121,7 @@ def seconds(time_ns: int) -> str:
 
 def module_text(module: str, direction: str, before: Words, after: Words) -> str:
     """Tell what changed in an image; `direction` is "out" or "in"."""
-    if module == "amci3601":
+    if module in SPEAK_3601:
         return (output_wording if direction == "out" else input_wording)(before, after)
     names = module_words(module)
     return plain_wording(names.outputs if direction == "out" else names.inputs, before, after)

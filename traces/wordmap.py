@@ -7,17 +7,18 @@ from collections.abc import Iterable, Mapping
 from enum import IntFlag
 
 from ..io_images.amci3601.bits import CommandLsw, CommandMsw, ConfigMsw, InputBit, StatusLsw, StatusMsw
-from .layout import SlotInfo, module_words
+from .layout import SPEAK_3601, SlotInfo, module_words
 
 Bits = Mapping[int, type[IntFlag]]
 
 # module -> which words have bits, per table of the manual
 _BIT_TABLES: Mapping[str, Mapping[str, Bits]] = {
-    "amci3601": {
+    module: {
         "out, command mode": {0: CommandMsw, 1: CommandLsw},  # chapter 5
         "out, configuration mode": {0: ConfigMsw, 1: InputBit},  # chapter 3; word 1: active level
         "in, command mode": {0: StatusMsw, 1: StatusLsw},  # chapter 6
-    },
+    }
+    for module in SPEAK_3601
 }
 
 

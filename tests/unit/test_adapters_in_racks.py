@@ -9,6 +9,7 @@ from scanrack.io_images.thousands import join_reported
 from scanrack.runtime.addresses import parse_address
 from scanrack.runtime.machine import Jam, MachineSpec
 from scanrack.runtime.rackspec import SlotSpec
+from scanrack.traces.layout import module_words
 
 HARDWARES = {"amci3601": {}, "pcl601-adapter": {}, "pmc006-adapter": {"home_stroke": 100_000}}
 CONFIGURE = (0x843C, 63, 1, 0)
@@ -71,3 +72,7 @@ def test_a_blend_move_ends_where_its_segments_end(name):
     image = module.update(now_ns + 8000 * MS, Image((8192,)))
     assert status_names(image[0] & 0xFFFF, image[1] & 0xFFFF) == ["MOVE_COMPLETE", "MODULE_OK"]
     assert join_reported(image[2], image[3]) == -7500
+
+
+def test_its_words_have_the_names_of_the_3601_in_a_trace():
+    assert module_words("pmc006-adapter") == module_words("amci3601")

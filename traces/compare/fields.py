@@ -20,7 +20,7 @@ from ...io_images.amci3601 import LIVE_BITS, CommandLsw, CommandMsw, StatusLsw, 
 from ...io_images.image import WORDS
 from ..flags import FLAGS as CPU_FLAGS
 from ..flags import OVERRUN
-from ..layout import SlotInfo, module_words
+from ..layout import SPEAK_3601, SlotInfo, module_words
 from ..signals import decode
 
 Array = NDArray[Any]
@@ -110,7 +110,7 @@ TIME = Field(None, "cpu", "time_ns", Kind.WORD, 0, 1, lambda times: times)
 
 def fields_of(slot: SlotInfo) -> Iterator[Field]:
     """Yield the fields of a slot's images, inputs first: the logic reads before it writes."""
-    if slot.module == "amci3601":
+    if slot.module in SPEAK_3601:
         yield from _inputs_3601(slot.number)
         yield from _outputs_3601(slot.number)
         return

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from ...io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw, StatusMsw
-from ..layout import SlotInfo, module_words
+from ..layout import SPEAK_3601, SlotInfo, module_words
 from . import decode
 from .signal import Array, Kind, Signal
 from .stream import Block
@@ -119,7 +119,7 @@ class Catalog(Mapping[str, Signal]):
 def _slot_signals(slot: SlotInfo) -> Iterator[Signal]:
     """Yield the signals of a slot."""
     number, stem = slot.number, f"slot{slot.number}"
-    if slot.module == "amci3601":
+    if slot.module in SPEAK_3601:
         yield Signal(f"{stem}.speed", Kind.MEASURED, partial(_speed, number))
         yield from _3601_signals(number, stem)
     words = module_words(slot.module)
