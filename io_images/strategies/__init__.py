@@ -1,4 +1,4 @@
-"""Strategies for Hypothesis: what a PLC can write to a 3601, from the plausible to the hostile.
+"""Strategies for Hypothesis: what a PLC can write to a 3601, and what comes over the wires, good and bad.
 
     from hypothesis import given
     from scanrack.io_images import strategies as images
@@ -63,6 +63,7 @@ from .values import (
     starting_speeds,
     targets,
 )
+from .wires import Piece, damaged, line_traffic, modbus_frame, modbus_requests, noise, pmc006_requests
 
 __all__ = [
     "BLEND_FAULTS",
@@ -73,11 +74,13 @@ __all__ = [
     "BlendProfile",
     "FaultyBlend",
     "FaultyConfiguration",
+    "Piece",
     "Words",
     "any_images",
     "blend_profiles",
     "commands",
     "configurations",
+    "damaged",
     "faulty_blends",
     "faulty_configurations",
     "find_homes",
@@ -85,13 +88,18 @@ __all__ = [
     "followers",
     "handshake",
     "hostile_images",
+    "line_traffic",
     "manual_moves",
+    "modbus_frame",
+    "modbus_requests",
     "moves",
     "nearly_right_images",
+    "noise",
     "output_images",
     "parameter_words",
     "plain_speeds",
     "plausible_images",
+    "pmc006_requests",
     "presets",
     "rates",
     "registration_moves",

@@ -1,0 +1,148 @@
+"""What travels on the serial lines: legal frames, damaged ones, noise, and all of it in a row."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hypothesis import strategies as st
+from pymodbus.framer import FramerRTU
+
+from ..pcl601.registers import MAP, WORD_COUNT, Row, word_of
+from ..pcl601.terminals import INPUT_COUNT, OUTPUT_COUNT
+from ..pmc006.frame import FACTORY_ADDRESS, command
+from ..pmc006.instructions import INSTRUCTIONS, Instruction, Kind
+
+READ_FUNCTIONS = {1: OUTPUT_COUNT, 2: INPUT_COUNT, 3: WORD_COUNT, 4: 1}
+"""Modbus functions that read, each with how many items the PCL601 has [Appendix 3]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """What is put on a line without a pause in it.
+
+    Attributes:
+        data: the bytes.
+        whole: whether it is a legal frame as it stands.
+    """
+
+    data: bytes
+    whole: bool
+
+
+def modbus_frame(unit: int, pdu: bytes) -> bytes:
+    """Return an RTU frame.
+
+    >>> modbus_frame(1, bytes.fromhex("11")).hex(" ")
+    '01 11 c0 2c'
+    """
+    body = bytes((unit,)) + pdu
+    return body + FramerRTU.compute_CRC(body).to_bytes(2, "big")
+
+
+def modbus_requests(unit: int = 1) -> st.SearchStrategy[bytes]:
+    """Return a strategy of requests that a PCL601 answers without an exception while it stands still.
+
+    Args:
+        unit: its address, 1 to 99; 0 = all of them, which is never answered.
+    """
+    pdus = st.just(b"\x11") | _reads() | _writes() | _coils()
+    return pdus.map(lambda pdu: modbus_frame(unit, pdu))
+
+
+def _reads() -> st.SearchStrategy[bytes]:
+    def ranges(function: int) -> st.SearchStrategy[bytes]:
+        there = READ_FUNCTIONS[function]
+        return st.integers(0, there - 1).flatmap(
+            lambda first: st.integers(1, there - first).map(
+                lambda count: bytes((function, *first.to_bytes(2, "big"), *count.to_bytes(2, "big")))
+            )
+        )
+
+    return st.sampled_from([3, 1, 2, 4]).flatmap(ranges)
+
+
+def _writes() -> st.SearchStrategy[bytes]:
+    """Values into registers, but for commands, the address, and what selects other behaviour."""
+    quiet = [row for row in MAP if row.writable and row.ascii and not row.kept and not row.locked]
+    plain = [row for row in quiet if row.high > 1]
+
+    def write(row: Row) -> st.SearchStrategy[bytes]:
+        return st.integers(row.low, row.high).map(lambda value: _write(row, value))
+
+    return st.sampled_from(plain).flatmap(write)
+
+
+def _write(row: Row, value: int) -> bytes:
+    words = [word_of(value, word) for word in range(row.words)]
+    start = row.address.to_bytes(2, "big")
+    if row.words == 1:
+        return bytes((6, *start, *words[0].to_bytes(2, "big")))
+    data = b"".join(word.to_bytes(2, "big") for word in words)
+    return bytes((16, *start, 0, row.words, len(data))) + data
+
+
+def _coils() -> st.SearchStrategy[bytes]:
+    levels = st.booleans().map(lambda on: b"\xff\x00" if on else b"\x00\x00")
+    return st.builds(
+        lambda coil, level: bytes((5, 0, coil)) + level, st.integers(0, OUTPUT_COUNT - 1), levels
+    )
+
+
+def pmc006_requests(address: int = FACTORY_ADDRESS) -> st.SearchStrategy[bytes]:
+    """Return a strategy of frames that read or set a parameter of a PMC006, within its range.
+
+    Args:
+        address: of the controller, 0 to 255.
+    """
+    rows = [row for row in INSTRUCTIONS if row.kind is not Kind.ACTION]
+
+    def frames(row: Instruction) -> st.SearchStrategy[bytes]:
+        if row.values:
+            data: st.SearchStrategy[int] = st.sampled_from(row.values)
+        elif row.kind is Kind.READ or row.low is None or row.high is None:
+            data = st.just(0)
+        else:
+            data = st.integers(row.low, row.high)
+        return data.map(lambda value: command(address, row.code, value))
+
+    return st.sampled_from(rows).flatmap(frames)
+
+
+def noise(most: int = 40) -> st.SearchStrategy[bytes]:
+    """Return a strategy of bytes that nobody meant, at least one of them."""
+    return st.binary(min_size=1, max_size=most)
+
+
+@st.composite
+def damaged(draw: st.DrawFn, frames: st.SearchStrategy[bytes]) -> bytes:
+    """Return a frame with one thing wrong: a bit, a byte lost, doubled or added, or its end cut off.
+
+    Args:
+        draw: of Hypothesis; not an argument for callers.
+        frames: the frames.
+    """
+    frame = draw(frames)
+    at = draw(st.integers(0, len(frame) - 1))
+    how = draw(st.sampled_from(["bit", "lost", "doubled", "added", "cut"]))
+    if how == "bit":
+        wrong = frame[at] ^ 1 << draw(st.integers(0, 7))
+        return frame[:at] + bytes((wrong,)) + frame[at + 1 :]
+    if how == "lost":
+        return frame[:at] + frame[at + 1 :]
+    if how == "doubled":
+        return frame[:at] + frame[at : at + 1] + frame[at:]
+    if how == "added":
+        return frame[:at] + bytes((draw(st.integers(0, 255)),)) + frame[at:]
+    return frame[: max(at, 1)]
+
+
+def line_traffic(frames: st.SearchStrategy[bytes], most: int = 8) -> st.SearchStrategy[list[Piece]]:
+    """Return a strategy of what comes over a line, piece by piece: whole frames, damaged ones, noise.
+
+    Args:
+        frames: the whole ones.
+        most: most pieces.
+    """
+    whole = frames.map(lambda data: Piece(data, whole=True))
+    broken = (damaged(frames) | noise()).map(lambda data: Piece(data, whole=False))
+    return st.lists(whole | broken, max_size=most)
