@@ -19,7 +19,8 @@ class Event:
     Attributes:
         at_ns: virtual time.
         kind: what sort of thing: "rule" (a rule of the manual fired), "move" (a motion began or
-            ended), "stimulus" (the machine's timeline acted), "indicator" (an LED changed).
+            ended), "stimulus" (the machine's timeline acted), "indicator" (an LED changed),
+            "refusal" (an axis can't do what was asked), "adapter" (a link or controller failed).
         name: the rule's id, the move's kind, the input's name.
         text: a sentence for people.
         fields: further values, by name.

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+OF_ADAPTERS = ("refusal", "adapter")
+"""Kinds of events in which an adapter sets bits for a reason of its controller's."""
+
 
 def describe(topic: str, scan: int, fields: Mapping[str, object]) -> str:
     """Tell a message of one of the topics beside /scan.
@@ -24,7 +27,7 @@ def describe(topic: str, scan: int, fields: Mapping[str, object]) -> str:
 
 
 def _event(scan: int, fields: Mapping[str, object]) -> str:
-    if fields.get("kind") == "rule":
+    if fields.get("kind") == "rule" or (fields.get("kind") in OF_ADAPTERS and fields.get("bits")):
         return _rule(scan, fields)
     return str(fields.get("text") or _pairs(fields))
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ...traces.happenings import describe
+from ...traces.happenings import OF_ADAPTERS, describe
 from ..events import JsonValue
 from ..pace import Pacer
 
@@ -48,7 +48,7 @@ class Tally:
             return
         if fields["kind"] == "move":
             self.moves[fields["slot"], fields["name"], fields.get("outcome", "ended")] += 1
-        elif fields["kind"] == "rule" and fields.get("bits"):
+        elif fields["kind"] in ("rule", *OF_ADAPTERS) and fields.get("bits"):
             first = SeenError(describe(topic, scan, fields))
             self.errors.setdefault((fields["slot"], fields["name"]), first).count += 1
 

@@ -7,6 +7,7 @@ from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import status_names
 from scanrack.io_images.thousands import join_reported
 from scanrack.runtime.addresses import parse_address
+from scanrack.runtime.cli.summary import Tally
 from scanrack.runtime.machine import Jam, MachineSpec
 from scanrack.runtime.rackspec import SlotSpec
 from scanrack.traces.layout import module_words
@@ -76,3 +77,12 @@ def test_a_blend_move_ends_where_its_segments_end(name):
 
 def test_its_words_have_the_names_of_the_3601_in_a_trace():
     assert module_words("pmc006-adapter") == module_words("amci3601")
+
+
+def test_the_closing_summary_has_the_reason_of_a_refusal():
+    tally = Tally()
+    fields = {"slot": 1, "kind": "refusal", "name": "speed", "bits": ["COMMAND_ERROR"], "text": "too fast"}
+    tally.event(7, 14_000_000, "/events", fields)
+    assert [error.sentence for error in tally.errors.values()] == [
+        "COMMAND_ERROR at scan 7: too fast [speed]"
+    ]
