@@ -14,7 +14,7 @@ power counts from 0 and is noticed by that.
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from enum import Enum
 from typing import Generic
 
@@ -128,6 +128,11 @@ class Driver(Generic[Drive]):
         """Make a motion, up to the standstill after it."""
         raise NotImplementedError
 
+    @property
+    def cycle(self) -> tuple[Callable[[], Talk], ...]:
+        """What is read over and over, in order: the position is final where the status before was idle."""
+        return self.read_status, self.read_position, self.read_inputs
+
     def errand(self) -> Talk | None:
         """Return something else that is to be done, None if there is nothing."""
         return None
@@ -214,7 +219,7 @@ class Driver(Generic[Drive]):
     def _look_around(self) -> Talk:
         """Read everything while nothing is to be done; what moves then was not told to."""
         before = self.position
-        for read in (self.read_status, self.read_position, self.read_inputs):
+        for read in self.cycle:
             yield from read()
             if self.state is State.READY and (self.busy or self.position != before):
                 self.strayed = True
@@ -328,7 +333,7 @@ class Driver(Generic[Drive]):
             elif task.marked and not marked:
                 marked = True
                 yield from self.set_mark(task)
-            for read in (self.read_status, self.read_position, self.read_inputs):
+            for read in self.cycle:
                 yield from read()
                 if self._cut_meanwhile() or (task.stopping > slowed) or (task.marked > marked):
                     break

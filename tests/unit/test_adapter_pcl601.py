@@ -165,3 +165,15 @@ def test_after_a_loss_the_axis_is_stopped_and_commands_need_a_new_edge():
     bench.release()
     bench.give(*move(300), ms=500, until="MOVE_COMPLETE")
     assert bench.motor == at + 300
+
+
+def test_a_pulse_of_20_ms_is_seen_whenever_it_comes():
+    # 8.6 ms of status or 6.9 ms of position lie between two looks at the inputs, 6.3 ms each
+    bench = AdapterBench(scan_ms=1).configured(0x843F, 63, 1, 0)
+    for pause_ms in range(30):
+        bench.run(40 + pause_ms)
+        bench.level(InputBit.CAPTURE, True)
+        bench.run(20, until="IN_CAPTURE")
+        bench.level(InputBit.CAPTURE, False)
+        bench.run(12, until="IN_CAPTURE")  # what has been read is still on its way
+        assert "IN_CAPTURE" in bench.bits, pause_ms

@@ -7,6 +7,8 @@ motion      parameters where they have changed, the start, then as idle until it
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from ....io_images.amci3601 import StatusMsw
 from ....io_images.pcl601 import CAUSES, NO_ERROR, Code, Error, Register
 from ...kinematics import Shape, creep, move, register, run
@@ -167,6 +169,18 @@ class Pcl601Driver(Driver[Drive]):
             self.limit_side = 0
         elif self.limit_side in (0, BOTH_SIDES):
             yield from self._attribute()
+
+    @property
+    def cycle(self) -> tuple[Callable[[], Talk], ...]:
+        """Inputs are read twice: a pulse of 20 ms is longer than what lies between."""
+        return self.read_status, self._glance_at_inputs, self.read_position, self.read_inputs
+
+    def _glance_at_inputs(self) -> Talk:
+        """Read the inputs, and hand over what has changed."""
+        before = self.inputs
+        yield from self.read_inputs()
+        if self.inputs != before:
+            yield PUBLISH
 
     def _attribute(self) -> Talk:
         """Find out which limit is on: it stops a slew towards it, and not one away from it."""
