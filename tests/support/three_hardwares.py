@@ -28,6 +28,10 @@ ERRORS = frozenset(
     ("COMMAND_ERROR", "CONFIG_ERROR", "HOME_INVALID", "INPUT_ERROR", "INVALID_PROFILE", "POSITION_INVALID")
 )
 
+MOVING = frozenset(("MOVING_CW", "MOVING_CCW"))
+SETTLING_MS = 100
+"""How long a step takes at least, unless it is shorter; a poll of the slowest line is 50 ms."""
+
 INPUTS = InputBit.HOME | InputBit.ESTOP | InputBit.CW_LIMIT | InputBit.CCW_LIMIT
 """The inputs for which all three have a use."""
 
@@ -53,7 +57,7 @@ class Step:
 
     Attributes:
         words: what the PLC writes; None leaves the words as they are.
-        ms: how long the step lasts.
+        ms: how long the step lasts; one that expects a standstill is over when it has come.
         bits: status bits at its end, MODULE_OK and the inputs left out.
         position: at its end; a pair is the first and the last one allowed, None any.
         refused: by the name of the hardware.
@@ -105,7 +109,7 @@ class Teller:
             if step.words is not None:
                 self.outputs = step.words
             shaft = self.shaft
-            stood = "MOVING_CW" not in self.bits and "MOVING_CCW" not in self.bits
+            stood = self.bits.isdisjoint(MOVING)
             self._do(step)
             refusal = step.refused.get(self.hardware)
             where = f"step {number} on {self.hardware}"
@@ -123,8 +127,15 @@ class Teller:
             self.module.look_again()
         if step.running is not None:
             self.module.plc_run(step.running)
-        self.now_ns += step.ms * MS
-        self.image = self.module.update(self.now_ns, self.outputs)
+        end_ns = self.now_ns + step.ms * MS
+        self._run_to(min(end_ns, self.now_ns + SETTLING_MS * MS))
+        at_rest = step.bits.isdisjoint(MOVING)
+        while self.now_ns < end_ns and not (at_rest and self.bits == step.bits | {"MODULE_OK"}):
+            self._run_to(min(end_ns, self.now_ns + SETTLING_MS * MS))
+
+    def _run_to(self, now_ns: int) -> None:
+        self.now_ns = now_ns
+        self.image = self.module.update(now_ns, self.outputs)
 
     def _check_position(self, expected: int | tuple[int, int] | None, where: str) -> None:
         if isinstance(expected, tuple):
