@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import ExitStack, closing
 
 from .cpu import Cpu
 from .exchange import EndOfScan, EveryRpi, Exchange
@@ -17,19 +18,39 @@ from .rackspec import RackSpec, SlotSpec
 from .scan import CpuMode, Logic
 
 
-def build_rack(spec: RackSpec) -> Rack:
+def build_rack(spec: RackSpec, ports: ExitStack | None = None) -> Rack:
     """Put new modules into a new rack.
 
     Chance in slot n is seeded with the rack's seed and n, so that slots do not repeat each other.
+
+    Args:
+        spec: the specification.
+        ports: closes the real ports that are opened; None = there must be none.
+
+    Raises:
+        ValueError: there is a real port and should be none, or it can't be opened.
     """
-    return Rack(Card(slot.number, _module(spec, slot), slot.module, slot.firmware) for slot in spec.slot)
+    return Rack(
+        Card(slot.number, _module(spec, slot, ports), slot.module, slot.firmware) for slot in spec.slot
+    )
 
 
-def _module(spec: RackSpec, slot: SlotSpec) -> Module:
+def _module(spec: RackSpec, slot: SlotSpec, ports: ExitStack | None) -> Module:
     """Make a slot's module, exposed to the incidents that are to come."""
-    module = slot.make(seed=slot_seed(spec.seed, slot.number))
+    module = _plain_module(slot, slot_seed(spec.seed, slot.number), ports)
     coming = [each for each in spec.incidents if each.slot == slot.number]
     return Exposed(module, coming) if coming else module
+
+
+def _plain_module(slot: SlotSpec, seed: int, ports: ExitStack | None) -> Module:
+    if not slot.is_live:
+        return slot.make(seed)
+    if ports is None:
+        raise ValueError(
+            f"slot {slot.number}: port {slot.port} is a real one, which takes real time: "
+            "only scanrack run --realtime --live drives it"
+        )
+    return ports.enter_context(closing(slot.open()))
 
 
 def build_cpu(

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from decimal import Decimal
-from typing import Annotated, Any, Literal, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import BeforeValidator, Field, GetPydanticSchema, PlainValidator, model_validator
 from pydantic_core import PydanticCustomError, core_schema
@@ -31,7 +31,13 @@ from .quantities import Milliseconds, Number, Seconds, between, exact_ns
 from .tomllines import KeyPath
 from .unitspec import UnitSpec
 
+if TYPE_CHECKING:
+    from .adapters.live import LivePcl601, LivePmc006
+
 Result = TypeVar("Result")
+
+SIMULATED = "sim"
+"""The port of an adapter whose controller is simulated."""
 
 
 class MisplacedError(ValueError):
@@ -100,6 +106,8 @@ class SlotSpec(Table):
         options: model switches by name.
         machine: what it is bolted to.
         wiring: "diagnostic": the step outputs are wired to the encoder inputs.
+        port: of an adapter: "sim", or where a real controller is: a serial device, or tcp:HOST:PORT.
+        address: of the controller there; as from the factory if left out.
     """
 
     number: Annotated[int, Field(ge=1)]
@@ -108,9 +116,26 @@ class SlotSpec(Table):
     options: Annotated[Mapping[str, JsonValue], PlainValidator(_plain)] = Field(default_factory=dict)
     machine: Annotated[MachineSpec, GetPydanticSchema(_machine_schema)] = MachineSpec()
     wiring: Literal["diagnostic"] | None = None
+    port: str = SIMULATED
+    address: int | None = None
+
+    @property
+    def is_live(self) -> bool:
+        """Whether a real controller is meant."""
+        return self.port != SIMULATED
+
+    def open(self) -> LivePcl601 | LivePmc006:
+        """Open the real port and put the adapter on it; whoever has it closes it.
+
+        Raises:
+            ValueError: it can't be opened.
+        """
+        from .adapters.live import open_adapter
+
+        return open_adapter(self.module, self.port, self.address, self.options)
 
     def make(self, seed: int) -> Module:
-        """Make the module.
+        """Make the module, with a simulated controller whatever the port.
 
         Raises:
             ValueError: it can't take the firmware or an option.
@@ -126,6 +151,12 @@ class SlotSpec(Table):
     @model_validator(mode="after")
     def _can_be_made(self) -> Self:
         self.make(seed=0)
+        if self.is_live:
+            from .adapters.live import check_port
+
+            check_port(self.module, self.port, self.address)
+        elif self.address is not None:
+            raise ValueError(f"address {self.address}: it goes with a real port only")
         return self
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
 
@@ -14,7 +15,9 @@ from ..cpu import Cpu
 from ..faults import Cause, CpuFault
 from ..listener import ScanListener
 from ..pace import FreeRun, RealTime, wall_ns
+from ..pcl601.line import Pcl601
 from ..rack import Rack
+from ..rackspec import RackSpec
 from .baggage import attachment, imported, made_by, program_name, unit_programs
 from .loading import DEFAULT_RUN, Job, load_job, scans_to_run
 from .progress import shown_progress
@@ -25,7 +28,16 @@ OK, FAULT, BAD_INPUT, NO_TRACE, INTERRUPTED = 0, 1, 2, 3, 130
 """Exit status: done; the CPU faulted; a file or option can't be used; the trace can't be written; Ctrl-C."""
 
 
-def run_job(job: Job, scans: int | None, trace: Path | None, *, realtime: bool, quiet: bool) -> int:
+NO_SAFETY_SYSTEM = (
+    "this is no safety system: the controller has no watchdog, and if scanrack dies in a manual move "
+    "the axis goes on until a limit stops it; wire end limits and emergency stop so that they act "
+    "without any software"
+)
+
+
+def run_job(
+    job: Job, scans: int | None, trace: Path | None, *, realtime: bool, quiet: bool, live: bool = False
+) -> int:
     """Run a job and say what it came to; return the exit status.
 
     Args:
@@ -34,12 +46,27 @@ def run_job(job: Job, scans: int | None, trace: Path | None, *, realtime: bool, 
         trace: where the recording goes, None = nowhere.
         realtime: in step with the wall clock.
         quiet: no progress and no summary; messages of what went wrong are still written.
+        live: real ports may be driven.
     """
-    try:
-        units = units_of(job.spec.unit, job.folder)
-    except ValueError as error:
-        return _complain(str(error), BAD_INPUT)
-    rack = build_rack(job.spec)
+    with ExitStack() as ports:
+        try:
+            units = units_of(job.spec.unit, job.folder)
+            rack = build_rack(job.spec, ports if live else None)
+        except ValueError as error:
+            return _complain(str(error), BAD_INPUT)
+        return _run_rack(job, rack, units, scans, trace, realtime=realtime, quiet=quiet)
+
+
+def _run_rack(
+    job: Job,
+    rack: Rack,
+    units: dict[int, Pcl601],
+    scans: int | None,
+    trace: Path | None,
+    *,
+    realtime: bool,
+    quiet: bool,
+) -> int:
     tally = Tally()
     listeners: list[ScanListener] = [tally]
     try:
@@ -56,6 +83,25 @@ def run_job(job: Job, scans: int | None, trace: Path | None, *, realtime: bool, 
     if not quiet:
         typer.echo(summary(tally, cpu.period_ns, wall_ns() - start_ns, pacer, trace))
     return status
+
+
+def check_ports(spec: RackSpec, *, realtime: bool, live: bool) -> None:
+    """Refuse real ports in virtual time, and real ports that nobody has agreed to.
+
+    Raises:
+        ValueError: such a port.
+    """
+    for slot in spec.slot:
+        if slot.is_live and not realtime:
+            raise ValueError(
+                f"slot {slot.number}: port {slot.port} is a real one, and a real controller does not "
+                "wait for virtual time: give --realtime"
+            )
+        if slot.is_live and not live:
+            raise ValueError(
+                f"slot {slot.number}: port {slot.port} moves a real motor; {NO_SAFETY_SYSTEM}. "
+                "If that is done, give --live"
+            )
 
 
 def recorder_for(job: Job, rack: Rack, trace: Path) -> ScanRecorder:
@@ -160,15 +206,22 @@ def _run_command(
         Path | None, typer.Option("--record", help="Where the trace goes.", show_default=False)
     ] = None,
     no_record: Annotated[bool, typer.Option("--no-record", help="Record nothing.")] = False,
+    live: Annotated[
+        bool,
+        typer.Option(
+            "--live", help="Real ports in the rack file may move real motors. This is no safety system."
+        ),
+    ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False,
 ) -> None:
     try:
         job = load_job(rack)
         count = scans_to_run(job.spec, duration, scans, endless=realtime)
         trace = trace_path(job, record, no_record)
+        check_ports(job.spec, realtime=realtime, live=live)
     except ValueError as error:
         raise typer.Exit(_complain(str(error), BAD_INPUT)) from error
-    raise typer.Exit(run_job(job, count, trace, realtime=realtime, quiet=quiet))
+    raise typer.Exit(run_job(job, count, trace, realtime=realtime, quiet=quiet, live=live))
 
 
 _HELP = f"""Run a rack's logic scan by scan against its modules and machine, and record every scan.

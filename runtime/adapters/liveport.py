@@ -1,0 +1,146 @@
+"""A real line to a controller: two threads that move bytes, and nothing more.
+
+    adapter --send--> queue --sender--> port --receiver--> queue --take--> adapter
+
+The scan loop never waits for the port. A port that is lost is opened again when it is
+back; meanwhile what is sent is dropped, as on a line that is cut.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from queue import Empty, SimpleQueue
+from threading import Event, Lock, Thread
+
+from ..clients.link import Link, LinkError, SerialLink, TcpLink
+from ..wire import LineFormat
+from .line import Line
+
+TCP = "tcp:"
+RECEIVE_S = 0.05
+"""How long the receiver waits before it looks whether it is to end."""
+
+REOPEN_S = 0.5
+"""How often a lost port is tried again."""
+
+
+def check_address(port: str) -> None:
+    """Refuse what can be no port.
+
+    Raises:
+        ValueError: an address over TCP without host or number, or nothing at all.
+    """
+    if port.startswith(TCP):
+        host, _, number = port.removeprefix(TCP).rpartition(":")
+        if not host or not number.isdecimal() or not 1 <= int(number) <= 65_535:
+            raise ValueError(f"port {port}: over TCP it is tcp:HOST:PORT, and a port is 1 to 65535")
+    elif not port.strip():
+        raise ValueError('port: "sim", a serial device such as /dev/ttyUSB0 or COM3, or tcp:HOST:PORT')
+
+
+def open_port(port: str, line_format: LineFormat) -> Link:
+    """Open a serial device or, with `tcp:HOST:PORT`, a connection that carries the line's own bytes.
+
+    Raises:
+        ValueError: no such address.
+        LinkError: it can't be opened.
+    """
+    check_address(port)
+    if not port.startswith(TCP):
+        return SerialLink(port, line_format)
+    host, _, number = port.removeprefix(TCP).rpartition(":")
+    return TcpLink(host, int(number))
+
+
+class LiveLine(Line):
+    """A line whose bytes go through a port.
+
+    Attributes:
+        losses: how often the port went away.
+
+    Args:
+        opened: opens the port, now and whenever it was lost.
+
+    Raises:
+        LinkError: it can't be opened.
+    """
+
+    def __init__(self, opened: Callable[[], Link]) -> None:
+        self.losses = 0
+        self._opened = opened
+        self._port: Link | None = opened()
+        self._lock = Lock()
+        self._over = Event()
+        self._heard: SimpleQueue[bytes] = SimpleQueue()
+        self._said: SimpleQueue[bytes] = SimpleQueue()
+        self._threads = [Thread(target=each, daemon=True) for each in (self._receive, self._send)]
+        for thread in self._threads:
+            thread.start()
+
+    def next_event_ns(self) -> int | None:
+        """Return 0, which is in the past, if something has been received, else None."""
+        return None if self._heard.empty() else 0
+
+    def run_until(self, now_ns: int) -> None:
+        """Do nothing: its time runs by itself."""
+
+    def take(self) -> bytes:
+        """Return what has been received."""
+        data = b""
+        while True:
+            try:
+                data += self._heard.get_nowait()
+            except Empty:
+                return data
+
+    def send(self, data: bytes, line_format: LineFormat) -> None:
+        """Send, without waiting for it."""
+        self._said.put(data)
+
+    def close(self) -> None:
+        """Send what is still to be sent, and give the port back."""
+        self._over.set()
+        self._said.put(b"")
+        for thread in self._threads:
+            thread.join()
+        self._drop()
+
+    def _receive(self) -> None:
+        while not self._over.is_set():
+            port = self._port
+            if port is None:
+                self._reopen()
+                continue
+            try:
+                data = port.receive(1, RECEIVE_S)
+            except LinkError:
+                self.losses += 1
+                self._drop()
+                continue
+            if data:
+                self._heard.put(data)
+
+    def _send(self) -> None:
+        while data := self._said.get():
+            with self._lock:
+                try:
+                    if self._port is not None:
+                        self._port.send(data)
+                except LinkError:
+                    continue  # the receiver notices the loss, too, and opens the port again
+
+    def _drop(self) -> None:
+        with self._lock:
+            if self._port is not None:
+                self._port.close()
+            self._port = None
+
+    def _reopen(self) -> None:
+        if self._over.wait(REOPEN_S):
+            return
+        try:
+            port = self._opened()
+        except LinkError:
+            return
+        with self._lock:
+            self._port = port

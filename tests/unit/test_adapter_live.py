@@ -1,0 +1,233 @@
+"""Adapters on real ports: here a pseudo-terminal, with `scanrack serve` in another process behind it."""
+
+from __future__ import annotations
+
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from threading import Event
+
+import pytest
+from scanrack.io_images import Image
+from scanrack.io_images.amci3601 import status_names
+from scanrack.io_images.thousands import join_reported
+from scanrack.runtime.adapters.live import LiveAdapter
+from scanrack.runtime.adapters.liveport import check_address
+from scanrack.runtime.build import build_rack
+from scanrack.runtime.cli import build
+from scanrack.runtime.rackspec import RackSpec, SlotSpec
+from typer.testing import CliRunner
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
+
+CONFIGURE = (0x843C, 63, 1, 0)
+OPTIONS = {"pcl601-adapter": {}, "pmc006-adapter": {"home_stroke": 100_000}}
+MOVE = (2, 0, 2, 0, 5, 0, 50, 50)
+"""2000 steps at 5000 steps/s."""
+
+SLEW = (128, 0, 0, 0, 2, 0, 50, 50)
+"""Manual move CW at 2000 steps/s."""
+
+
+@contextmanager
+def served(*arguments: str) -> Iterator[tuple[str, subprocess.Popen[str]]]:
+    """Serve a controller in a process of its own; yield where it is."""
+    words = [sys.executable, "-m", "scanrack.runtime.cli", "serve", *arguments, "--quiet"]
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    try:
+        yield process.stdout.readline().split("  ")[0], process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+class Live:
+    """A live adapter, looked at every 2 ms of real time, for so long at most."""
+
+    def __init__(self, module: LiveAdapter) -> None:  # type: ignore[type-arg]
+        self.module, self.scans = module, 0
+
+    def give(self, *words: int, until: str = "", without: str = "", seconds: float = 3.0) -> set[str]:
+        """Put words until a bit is set, or clear, but for a few scans at least."""
+        for turn in range(round(seconds / 0.002)):
+            Event().wait(0.002)
+            self.scans += 1
+            self.image = self.module.update(self.scans * 2_000_000, Image(words))
+            bits = set(status_names(self.image[0] & 0xFFFF, self.image[1] & 0xFFFF))
+            if turn > 2 and (until in bits or (without and without not in bits)):
+                return bits
+        raise AssertionError(f"{until or without}: {sorted(bits)}")
+
+    @property
+    def position(self) -> int:
+        return join_reported(self.image[2], self.image[3])
+
+    def prepare(self) -> None:
+        """Configure, and make the position valid at 0."""
+        self.give(until="MODULE_OK")
+        self.give(*CONFIGURE, without="CONFIG_ERROR")
+        self.give(until="MODULE_OK")
+        self.give(512, without="POSITION_INVALID")
+        self.give(without="POSITION_INVALID")
+
+
+def opened(name: str, port: str, address: int | None = None) -> LiveAdapter:  # type: ignore[type-arg]
+    slot = SlotSpec(number=1, module=name, port=port, address=address, options=OPTIONS[name])
+    return slot.open()
+
+
+@pytest.mark.parametrize(("name", "controller"), [("pcl601-adapter", "pcl601"), ("pmc006-adapter", "pmc006")])
+def test_a_move_over_a_pseudo_terminal_ends_where_it_should(name: str, controller: str) -> None:
+    with served(controller, "--pty") as (path, _):
+        module = opened(name, path)
+        live = Live(module)
+        live.prepare()
+        assert live.give(*MOVE, until="MOVE_COMPLETE") == {"MOVE_COMPLETE", "MODULE_OK"}
+        assert live.position == 2000
+        module.close()
+
+
+def test_over_tcp_it_is_the_same() -> None:
+    with served("pcl601", "--tcp", "0", "--rtu-over-tcp", "--address", "7") as (place, _):
+        module = opened("pcl601-adapter", f"tcp:{place}", 7)
+        live = Live(module)
+        live.prepare()
+        live.give(*MOVE, until="MOVE_COMPLETE")
+        assert live.position == 2000
+        module.close()
+
+
+def test_closing_stops_a_manual_move() -> None:
+    """The controller is asked by another client afterwards: it stands still."""
+    with served("pcl601", "--pty") as (path, _):
+        module = opened("pcl601-adapter", path)
+        live = Live(module)
+        live.prepare()
+        live.give(*SLEW, until="MOVING_CW")
+        while live.position < 200:
+            live.give(*SLEW, until="MOVING_CW")
+        module.close()
+        first = CliRunner().invoke(build(), ["pcl601", "--port", path, "read", "position"])
+        again = CliRunner().invoke(build(), ["pcl601", "--port", path, "read", "position"])
+        assert first.exit_code == 0
+        assert first.stdout == again.stdout
+
+
+def test_a_port_that_goes_and_comes_back_is_a_lost_link(tmp_path: Path) -> None:
+    """The port is a link to a pseudo-terminal; the controller behind the second one is a fresh one."""
+    port = tmp_path / "port"
+    with served("pcl601", "--pty") as (path, process):
+        port.symlink_to(path)
+        module = opened("pcl601-adapter", str(port))
+        live = Live(module)
+        live.prepare()
+        process.send_signal(signal.SIGINT)
+        assert live.give(without="MODULE_OK") == {"POSITION_INVALID"}
+        assert (live.image[0] & 0xFFFF, live.image[1]) == (1 << 10, 0)
+    with served("pcl601", "--pty") as (path, _):
+        port.unlink()
+        port.symlink_to(path)
+        bits = live.give(until="MODULE_OK")
+        assert bits == {"MODULE_OK", "CONFIG_ERROR", "POSITION_INVALID"}
+        module.close()
+
+
+RACK = """
+program = "logic.py"
+scan_ms = 2
+[[slot]]
+number = 1
+module = "{module}"
+{rest}
+"""
+
+LOGIC = """
+from scanrack.io_images.amci3601 import StatusView
+
+def logic(scan):
+    module = scan.slot[1]
+    status = StatusView(module.inputs)
+    if status.CONFIG_ERROR:
+        words = (0x843C, 63, 1, 0, 0, 0, 0, 0)
+    elif status.POSITION_INVALID and not status.MODE_CONFIG:
+        words = (512, 0, 0, 0, 0, 0, 0, 0)
+    elif status.MODE_CONFIG:
+        words = (0,) * 8
+    else:
+        words = (2, 0, 2, 0, 5, 0, 50, 50)
+    for at, word in enumerate(words):
+        module.outputs[at] = word - 65536 if word > 32767 else word
+"""
+
+
+def rack_file(folder: Path, rest: str, module: str = "pcl601-adapter") -> str:
+    (folder / "logic.py").write_text(LOGIC)
+    (folder / "rack.toml").write_text(RACK.format(module=module, rest=rest))
+    return str(folder / "rack.toml")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["run"], "does not wait for virtual time: give --realtime"),
+        (["run", "--live"], "does not wait for virtual time: give --realtime"),
+        (["run", "--realtime"], "this is no safety system"),
+        (["run", "--realtime", "--live"], "/dev/nothing-here can't be opened: No such file or directory"),
+        (["fuzz"], "only scanrack run --realtime --live drives it"),
+    ],
+)
+def test_a_real_port_is_refused_where_it_must_be(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], said: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    rack = rack_file(tmp_path, 'port = "/dev/nothing-here"')
+    command, *options = arguments
+    result = CliRunner().invoke(build(), [command, rack, *options])
+    assert result.exit_code == 2
+    assert said in re.sub(r"\s+", " ", result.stderr)
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ({"module": "amci3601", "port": "COM3"}, "only pcl601-adapter, pmc006-adapter can be"),
+        ({"module": "pcl601-adapter", "port": "tcp:5020"}, "over TCP it is tcp:HOST:PORT"),
+        ({"module": "pcl601-adapter", "port": ""}, "a serial device such as"),
+        ({"module": "pcl601-adapter", "port": "COM3", "address": 100}, "allowed is 1 to 99"),
+        ({"module": "pmc006-adapter", "port": "COM3", "address": 0}, "1 to 120, or 255"),
+        ({"module": "pmc006-adapter", "address": 3}, "goes with a real port only"),
+    ],
+)
+def test_a_port_that_can_not_be_is_refused(keys: dict[str, object], said: str) -> None:
+    with pytest.raises(ValueError, match=said):
+        SlotSpec(number=1, **keys)
+
+
+def test_a_rack_with_a_real_port_is_not_built_without_being_told_so() -> None:
+    spec = RackSpec(
+        program=print, slot=(SlotSpec(number=1, module="pcl601-adapter", port="/dev/nothing-here"),)
+    )
+    with pytest.raises(ValueError, match="slot 1: port /dev/nothing-here is a real one"):
+        build_rack(spec)
+
+
+def test_an_address_over_tcp_may_be_an_ipv6_one() -> None:
+    check_address("tcp:::1:502")
+    with pytest.raises(ValueError, match="1 to 65535"):
+        check_address("tcp:host:0")
+
+
+def test_a_run_in_real_time_moves_the_controller_of_another_process(tmp_path: Path) -> None:
+    """The logic makes one move over 2000 steps; the counter began at B = 1,000,000."""
+    with served("pcl601", "--pty") as (path, _):
+        rack = rack_file(tmp_path, f'port = "{path}"')
+        arguments = ["run", rack, "--realtime", "--live", "--for", "2 s", "--no-record"]
+        result = CliRunner().invoke(build(), arguments)
+        assert result.exit_code == 0, result.stderr
+        position = CliRunner().invoke(build(), ["pcl601", "--port", path, "read", "position"])
+    assert position.stdout == "1002000\n"
