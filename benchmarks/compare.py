@@ -1,4 +1,8 @@
-"""How long it takes to compare two traces, and to replay one: `python benchmarks/compare.py [SCANS]`.
+"""How long it takes to compare two traces.
+
+    python benchmarks/compare.py                  two traces of a million scans
+    python benchmarks/compare.py --scans 100000   of so many
+    python benchmarks/compare.py --smoke          a check that it runs
 
 Traces of one slot whose axis goes to and fro: twice the same; one whose positions are off by two
 counts and whose scans have jitter, compared within a tolerance; and one that differs in a single bit.
@@ -7,7 +11,7 @@ What comes of each comparison is checked.
 
 from __future__ import annotations
 
-import sys
+import argparse
 import tempfile
 import time
 from collections.abc import Callable
@@ -63,7 +67,13 @@ def best(action: Callable[[], object]) -> float:
 
 def main() -> None:
     """Measure."""
-    scans = int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--scans", type=int, default=1_000_000)
+    parser.add_argument("--smoke", action="store_true")
+    options = parser.parse_args()
+    scans = 20_000 if options.smoke else options.scans
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         one = record(folder / "one.mcap", words(scans))
