@@ -8,10 +8,9 @@ from pathlib import Path
 import made_traces
 import numpy as np
 import pytest
-from click.testing import Result
 from scanrack.runtime.cli import build
 from scanrack.traces.layout import SlotInfo
-from typer.testing import CliRunner
+from typer.testing import CliRunner, Result
 
 SCANS = 40
 RULE = {

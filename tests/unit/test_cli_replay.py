@@ -12,7 +12,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from click.testing import Result
 from scanrack.runtime.build import build_cpu, build_rack
 from scanrack.runtime.cli import build
 from scanrack.runtime.cli.loading import load_job
@@ -21,7 +20,7 @@ from scanrack.runtime.cpu import Cpu
 from scanrack.runtime.scan import CpuMode
 from scanrack.traces.reader import open_trace
 from scanrack.traces.recorder import ScanRecorder
-from typer.testing import CliRunner
+from typer.testing import CliRunner, Result
 
 RACK = """\
 program = "{program}"

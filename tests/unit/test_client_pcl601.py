@@ -8,7 +8,6 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from click.testing import Result
 from faultyline import BusLink, Fault, FaultyDevice, served_on_pty
 from scanrack.io_images.pcl601 import Code, Error
 from scanrack.runtime.cli import build
@@ -27,7 +26,7 @@ from scanrack.runtime.pace import Clock
 from scanrack.runtime.pcl601.line import PORT_TIMING, Pcl601
 from scanrack.runtime.pcl601.pins import GROUND, Contact
 from scanrack.runtime.ports import ModbusTcpPort, PduServer
-from typer.testing import CliRunner
+from typer.testing import CliRunner, Result
 
 GO = bytes.fromhex("06 00 00 00 01")
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from click.testing import Result
 from faultyline import BusLink, Fault, FaultyDevice, served_on_pty
 from scanrack.io_images.pmc006.status import Status1, Status2
 from scanrack.runtime.cli import build
@@ -21,7 +20,7 @@ from scanrack.runtime.clients.pmc006 import READABLE, SETTABLE, Pmc006Client
 from scanrack.runtime.pmc006.controller import Controller
 from scanrack.runtime.pmc006.line import LINE_FORMAT, Pmc006
 from scanrack.runtime.pmc006.pins import Pin, Switch
-from typer.testing import CliRunner
+from typer.testing import CliRunner, Result
 
 STEP = 0x73
 
