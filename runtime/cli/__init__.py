@@ -49,6 +49,8 @@ COMMANDS = {
     "serve": Entry("serve", "Serve a simulated controller at a port."),
     "pcl601": Entry("pcl601", "Talk to a PCL601 on a serial port or a network."),
     "pmc006": Entry("pmc006", "Talk to a PMC006 on a serial port."),
+    "ports": Entry("discovery", "List the serial devices of this machine."),
+    "probe": Entry("discovery", "Say what controller answers on a port."),
     "pclt": Entry("pclt", "Check and assemble stored programs of the PCL601."),
     "rules": Entry("rules", "Print the rules of a module's manual."),
 }

@@ -1,0 +1,90 @@
+"""`scanrack ports` and `scanrack probe PORT`: which serial devices there are, and what answers on one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
+from itertools import islice
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn
+from serial.tools.list_ports import comports
+
+from ..adapters.liveport import open_port
+from ..clients.probing import Asked, probe, questions
+from .link_commands import told_faults
+from .slices import NOTHING_FOUND, QuietOption
+from .units import addresses_in
+
+
+def _ports_command() -> None:
+    """List the serial devices of this machine: path, and what is known about each.
+
+    Example: scanrack ports
+
+    Exit status: 0 there are some, 1 there is none.
+    """
+    devices = sorted(comports(), key=lambda each: each.device)
+    for each in devices:
+        about = [text for text in (each.description, each.manufacturer) if text and text != "n/a"]
+        typer.echo("  ".join([each.device, *about]))
+    if not devices:
+        typer.echo("scanrack: there is no serial device", err=True)
+        raise typer.Exit(NOTHING_FOUND)
+
+
+@contextmanager
+def shown_questions(total: int, *, quiet: bool) -> Iterator[Asked]:
+    """Show on standard error, if that is a terminal, who is asked; yield what is told."""
+    console = Console(stderr=True)
+    if quiet or not console.is_terminal:
+        yield lambda _language, _address: None
+        return
+    columns = TextColumn("asking {task.description}"), BarColumn()
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("", total=total)
+        yield lambda language, address: bar.update(
+            task, advance=1, description=f"{language} {address}" if address else language
+        )
+
+
+def _probe_command(
+    port: Annotated[
+        str,
+        typer.Argument(metavar="PORT", help="Serial device, or tcp:HOST:PORT.", show_default=False),
+    ],
+    address: Annotated[
+        list[str] | None,
+        typer.Option("--address", metavar="N", help="Ask this address only; several, or 1-5."),
+    ] = None,
+    everyone: Annotated[bool, typer.Option("--all", help="Go on after the first that answers.")] = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Say what answers on a port: a PCL601 in Modbus RTU or in ASCII, or a PMC006, and its address.
+
+    The questions only read: nothing is changed, and nothing moves. A line on which nobody answers takes
+    about 25 seconds; --address makes it short.
+
+    Example: scanrack probe /dev/ttyUSB0
+
+    Exit status: 0 something answers, 1 nothing does or the line fails, 2 an address or PORT can't be meant.
+    """
+    with told_faults():
+        addresses = addresses_in(address) if address else None
+        with shown_questions(questions(addresses), quiet=quiet) as asked:
+            answers = probe(partial(open_port, port), addresses, asked)
+            found = list(answers if everyone else islice(answers, 1))
+    for each in found:
+        typer.echo(each)
+    if not found:
+        typer.echo(f"scanrack: nobody answers on {port}", err=True)
+        raise typer.Exit(NOTHING_FOUND)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands to the application."""
+    app.command("ports")(_ports_command)
+    app.command("probe", no_args_is_help=True)(_probe_command)

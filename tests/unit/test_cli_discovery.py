@@ -1,0 +1,140 @@
+"""`scanrack ports` and `scanrack probe`: over pseudo-terminals with simulated controllers behind them."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from threading import Thread
+from types import SimpleNamespace
+
+import pytest
+from scanrack.runtime.cli import build, discovery
+from scanrack.runtime.cli.serve import begin, server_for
+from scanrack.runtime.cli.units import Unit, pcl601_units, pmc006_units
+from scanrack.runtime.clients.probing import probe, questions
+from scanrack.runtime.pace import Clock
+from scanrack.runtime.ports import Stop, serve_until_interrupted
+from scanrack.runtime.wire import LineFormat
+from typer.testing import CliRunner
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
+
+
+@contextmanager
+def serving(units: list[Unit]) -> Iterator[str]:
+    """Serve units on a pseudo-terminal, in a thread; yield its path."""
+    server, place = server_for(units, Clock(), pty=True)
+    stop = Stop()
+    thread = Thread(target=serve_until_interrupted, args=(server, lambda: None, stop))
+    thread.start()
+    try:
+        yield place
+    finally:
+        stop.ask()
+        thread.join(5)
+
+
+def probed(place: str, *options: str) -> tuple[int, str, str]:
+    result = CliRunner().invoke(build(), ["probe", place, *options])
+    return result.exit_code, result.stdout, result.stderr
+
+
+def test_a_pcl601_is_found_by_its_address() -> None:
+    with serving(pcl601_units([3], [], 1.0)) as place:
+        said = probed(place, "--address", "1-4")
+    assert said == (0, "PCL601 at address 3, Modbus RTU, 38400 8E1\n", "")
+
+
+def test_all_units_of_a_line_are_found() -> None:
+    with serving(pcl601_units([2, 4], [], 1.0)) as place:
+        status, out, _ = probed(place, "--address", "1-5", "--all")
+    assert status == 0
+    assert [line.split(",")[0] for line in out.splitlines()] == [
+        "PCL601 at address 2",
+        "PCL601 at address 4",
+    ]
+
+
+def test_a_pcl601_in_ascii_is_found() -> None:
+    units = pcl601_units([7], [], 1.0)
+    begin(units, ascii_mode=True, start=False)
+    with serving(units) as place:
+        assert probed(place, "--address", "7") == (0, "PCL601 at address 7, AA ASCII, 38400 8N1\n", "")
+        assert probed(place, "--address", "6")[0] == 1
+
+
+@pytest.mark.parametrize("address", [255, 5])
+def test_a_pmc006_is_found(address: int) -> None:
+    with serving(pmc006_units([address], [], 1.0)) as place:
+        said = probed(place, "--address", str(address))
+    assert said == (0, f"PMC006 at address {address}, its own frames, 9600 8N1\n", "")
+
+
+def test_nobody_is_a_status_of_its_own() -> None:
+    with serving(pmc006_units([5], [], 1.0)) as place:
+        assert probed(place, "--address", "6") == (1, "", f"scanrack: nobody answers on {place}\n")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "said"),
+    [
+        (["/dev/nothing-here"], 1, "/dev/nothing-here can't be opened: No such file or directory"),
+        (["tcp:5020"], 2, "over TCP it is tcp:HOST:PORT"),
+        (["/dev/nothing-here", "--address", "x"], 2, "an address is a number"),
+    ],
+)
+def test_what_can_not_be_asked_is_told(arguments: list[str], status: int, said: str) -> None:
+    result = CliRunner().invoke(build(), ["probe", *arguments])
+    assert result.exit_code == status
+    assert said in result.stderr
+    assert len(result.stderr.splitlines()) == 1
+
+
+class Mute:
+    """A line on which nobody answers, and every question is kept."""
+
+    def __init__(self) -> None:
+        self.sent: list[bytes] = []
+
+    def open(self, line_format: LineFormat) -> Mute:
+        return self
+
+    def send(self, data: bytes) -> None:
+        self.sent.append(data)
+
+    def receive(self, count: int, seconds: float) -> bytes:
+        return b""
+
+    def pause(self, seconds: float) -> None:
+        return None
+
+    def close(self) -> None:
+        return None
+
+
+def test_the_questions_only_read() -> None:
+    """Function 11h has no data; % and j are reads in their tables. As many are asked as were announced."""
+    mute = Mute()
+    told: list[tuple[str, int]] = []
+    assert list(probe(mute.open, None, lambda *each: told.append(each))) == []
+    rtu, ascii_line, pmc006 = mute.sent[:99], mute.sent[99], mute.sent[100:]
+    assert [frame[:2] for frame in rtu] == [bytes((unit, 0x11)) for unit in range(1, 100)]
+    assert {len(frame) for frame in rtu} == {4}
+    assert ascii_line == b"@%\r"
+    assert [frame[1] for frame in pmc006] == [255, *range(1, 121)]
+    assert {frame[2] for frame in pmc006} == {ord("j")}
+    assert len(told) == len(mute.sent) == questions(None)
+
+
+def test_serial_devices_are_listed(monkeypatch: pytest.MonkeyPatch) -> None:
+    ports = [
+        SimpleNamespace(device="/dev/ttyUSB1", description="FT232R USB UART", manufacturer="FTDI"),
+        SimpleNamespace(device="/dev/ttyS0", description="n/a", manufacturer=None),
+    ]
+    monkeypatch.setattr(discovery, "comports", lambda: ports)
+    result = CliRunner().invoke(build(), ["ports"])
+    assert (result.exit_code, result.stdout) == (0, "/dev/ttyS0\n/dev/ttyUSB1  FT232R USB UART  FTDI\n")
+    monkeypatch.setattr(discovery, "comports", list)
+    result = CliRunner().invoke(build(), ["ports"])
+    assert (result.exit_code, result.stderr) == (1, "scanrack: there is no serial device\n")
