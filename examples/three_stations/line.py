@@ -18,7 +18,7 @@ from scanrack.io_images.amci3601 import (
 STATIONS = (0, 4000, 8000)
 
 CONFIGURATION = Configuration(
-    inputs_used=InputBit.CAPTURE | InputBit.HOME | InputBit.ESTOP | InputBit.CW_LIMIT | InputBit.CCW_LIMIT,
+    inputs_used=InputBit.CAPTURE | InputBit.HOME | InputBit.CW_LIMIT | InputBit.CCW_LIMIT,
     step_and_direction=True,
     starting_speed=500,
 )

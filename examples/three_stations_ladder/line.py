@@ -7,7 +7,7 @@ from scanrack.io_images.amci3601 import Configuration, InputBit, Move, MoveKind,
 from scanrack.ladder import ADD, BOOL, CLR, COP, DINT, FLL, INT, MOD, MUL, ONS, OTE, Program
 
 CONFIGURATION = Configuration(
-    inputs_used=InputBit.CAPTURE | InputBit.HOME | InputBit.ESTOP | InputBit.CW_LIMIT | InputBit.CCW_LIMIT,
+    inputs_used=InputBit.CAPTURE | InputBit.HOME | InputBit.CW_LIMIT | InputBit.CCW_LIMIT,
     step_and_direction=True,
     starting_speed=500,
 )

@@ -104,6 +104,8 @@ class Adapter(Generic[Drive]):
                 break
         self._now_ns = now_ns
         self.controller.run_until(now_ns)
+        self.events += self.machine.events
+        self.machine.events.clear()
         self._publish()
         return self._image
 
