@@ -1,0 +1,190 @@
+"""How often an adapter on a real port refreshes its image, beside what the line alone would take.
+
+    python benchmarks/adapter_refresh.py [--seconds N] [--scan-ms N] [--smoke]
+
+The controller is `scanrack serve` in another process, on a pseudo-terminal; over it the adapter makes
+moves to and fro in real time. A refresh is what lies between two readings of the controller's
+position: status, position and inputs are asked one after the other, over again, and starts and parameters in
+between. The wire's floor is what the characters of that refresh, questions and answers, and the silence
+that the protocol wants before a question, take at the line's speed; a pseudo-terminal takes no time for
+them. So on a real line a refresh takes at most about the sum of the two.
+
+Exit status 1 if a move does not end where it should, or the link was lost.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from itertools import pairwise
+from statistics import median, quantiles
+from time import perf_counter, sleep
+from typing import Any
+
+from scanrack.io_images import Image
+from scanrack.io_images.amci3601 import status_names
+from scanrack.io_images.pcl601 import Register
+from scanrack.io_images.thousands import join_reported, split_thousands
+from scanrack.runtime.adapters.master import Manners
+from scanrack.runtime.adapters.pcl601 import frames as pcl601
+from scanrack.runtime.adapters.pcl601.driver import MANNERS as PCL601_MANNERS
+from scanrack.runtime.adapters.pmc006 import frames as pmc006
+from scanrack.runtime.adapters.pmc006.driver import MANNERS as PMC006_MANNERS
+from scanrack.runtime.rackspec import SlotSpec
+
+CONFIGURE = (0x843C, 63, 1, 0)
+STROKE = 2000
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A hardware: how it is served, how its line is used, and how it is asked for its position."""
+
+    module: str
+    controller: str
+    options: dict[str, Any]
+    manners: Manners
+    question: bytes
+
+
+KINDS = (
+    Kind(
+        "pcl601-adapter", "pcl601", {}, PCL601_MANNERS, pcl601.read_registers(1, Register.POSITION, 2).frame
+    ),
+    Kind(
+        "pmc006-adapter",
+        "pmc006",
+        {"home_stroke": 100_000},
+        PMC006_MANNERS,
+        pmc006.reading(255, "read_position").frame,
+    ),
+)
+
+
+@contextmanager
+def served(controller: str) -> Iterator[str]:
+    """Serve a controller in another process; yield the path of its pseudo-terminal."""
+    words = [sys.executable, "-m", "scanrack.runtime.cli", "serve", controller, "--pty", "--quiet"]
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
+    try:
+        assert process.stdout is not None
+        yield process.stdout.readline().split("  ")[0]
+    finally:
+        process.kill()
+        process.communicate()
+
+
+@dataclass
+class Run:
+    """An adapter that is scanned in real time.
+
+    Attributes:
+        asked_s: instants at which its position was asked for.
+        wire_s: by then, what everything that was said would have taken on the line.
+        moves: how many have ended where they should.
+    """
+
+    kind: Kind
+    port: str
+    scan_s: float
+    asked_s: list[float] = field(default_factory=list)
+    wire_s: list[float] = field(default_factory=list)
+    moves: int = 0
+    scans: int = 0
+    said_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Open the port, and listen to the line."""
+        slot = SlotSpec(number=1, module=self.kind.module, port=self.port, options=self.kind.options)
+        self.module = slot.open()
+        self.start = perf_counter()
+        line = self.module.controller.line
+        send, take, manners = line.send, line.take, self.kind.manners
+
+        def asks(data: bytes, line_format: Any) -> None:
+            if data == self.kind.question:
+                self.asked_s.append(perf_counter())
+                self.wire_s.append(self.said_s)
+            self.said_s += (manners.line_format.span_ns(len(data)) + manners.gap_ns) / 1e9
+            send(data, line_format)
+
+        def hears() -> bytes:
+            data = take()
+            self.said_s += manners.line_format.span_ns(len(data)) / 1e9
+            return data
+
+        line.send, line.take = asks, hears  # type: ignore[method-assign]
+
+    def give(self, *words: int, until: str = "", without: str = "") -> None:
+        """Put words until a bit is set or clear; end the benchmark after ten seconds."""
+        outputs = Image(words)
+        for turn in range(round(10 / self.scan_s)):
+            self.scans += 1
+            sleep(max(0.0, self.start + self.scans * self.scan_s - perf_counter()))
+            image = self.module.update(round(self.scans * self.scan_s * 1e9), outputs)
+            self.position = join_reported(image[2], image[3])
+            bits = status_names(image[0] & 0xFFFF, image[1] & 0xFFFF)
+            if turn > 2 and (until in bits or (without and without not in bits)):
+                return
+        sys.exit(f"{self.kind.module}: {until or 'not ' + without} does not come: {bits}")
+
+    def prepare(self) -> None:
+        """Configure, and make the position valid at 0."""
+        self.give(until="MODULE_OK")
+        self.give(*CONFIGURE, without="CONFIG_ERROR")
+        self.give(until="MODULE_OK")
+        self.give(512, without="POSITION_INVALID")
+        self.give(without="POSITION_INVALID")
+        self.asked_s.clear()
+        self.wire_s.clear()
+
+    def move_for(self, seconds: float) -> None:
+        """Move to and fro."""
+        end, sign = perf_counter() + seconds, 1
+        while perf_counter() < end:
+            target = self.position + sign * STROKE
+            self.give(2, 0, *split_thousands(sign * STROKE), 5, 0, 50, 50, until="MOVE_COMPLETE")
+            if self.position != target:
+                sys.exit(f"{self.kind.module}: a move ended at {self.position}, not at {target}")
+            self.give(without="MOVING_CW")
+            self.moves, sign = self.moves + 1, -sign
+
+
+def periods(instants: list[float]) -> list[float]:
+    """Return what lies between instants, ms."""
+    return [1e3 * (later - earlier) for earlier, later in pairwise(instants)]
+
+
+def report(run: Run) -> None:
+    """Print what it came to."""
+    refresh, floor = periods(run.asked_s), periods(run.wire_s)
+    print(
+        f"{run.kind.module}: refresh {median(refresh):.1f} ms in the middle, "
+        f"{quantiles(refresh, n=100)[98]:.1f} ms at 99 %; the wire's floor {median(floor):.1f} ms; "
+        f"{run.moves} moves, {len(refresh)} refreshes, {run.module.driver.master.failures} exchanges failed"
+    )
+
+
+def main() -> int:
+    """Run one hardware after the other; return the exit status."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--seconds", type=float, default=60.0, help="how long for each hardware")
+    parser.add_argument("--scan-ms", type=float, default=2.0)
+    parser.add_argument("--smoke", action="store_true", help="a second for each")
+    options = parser.parse_args()
+    for kind in KINDS:
+        with served(kind.controller) as port:
+            run = Run(kind, port, options.scan_ms / 1e3)
+            run.prepare()
+            run.move_for(1.0 if options.smoke else options.seconds)
+            run.module.close()
+        report(run)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
