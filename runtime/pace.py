@@ -262,6 +262,27 @@ def stopping_on_interrupt(stop: Callable[[], None], inside: CodeType) -> Iterato
         signal.signal(signal.SIGINT, previous)
 
 
+@contextmanager
+def ending_as_interrupt() -> Iterator[None]:
+    """Let what asks the process to end, SIGTERM or a terminal that is closed, do what Ctrl-C does.
+
+    Afterwards the handlers are as they were. Outside the main thread nothing is changed.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    previous = {
+        number: signal.signal(number, lambda _number, _frame: signal.raise_signal(signal.SIGINT))
+        for number in numbers
+    }
+    try:
+        yield
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)
+
+
 def wall_ns() -> int:
     """Return the monotonic clock, for figures that people read."""
     return time.monotonic_ns()

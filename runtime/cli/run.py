@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
+from contextlib import ExitStack, nullcontext
 from pathlib import Path
 from typing import Annotated
 
@@ -14,7 +14,7 @@ from ..build import build_cpu, build_rack
 from ..cpu import Cpu
 from ..faults import Cause, CpuFault
 from ..listener import ScanListener
-from ..pace import FreeRun, RealTime, wall_ns
+from ..pace import FreeRun, RealTime, ending_as_interrupt, wall_ns
 from ..pcl601.line import Pcl601
 from ..rack import Rack
 from ..rackspec import RackSpec
@@ -48,7 +48,7 @@ def run_job(
         quiet: no progress and no summary; messages of what went wrong are still written.
         live: real ports may be driven.
     """
-    with ExitStack() as ports:
+    with ending_as_interrupt() if live else nullcontext(), ExitStack() as ports:
         try:
             units = units_of(job.spec.unit, job.folder)
             rack = build_rack(job.spec, ports if live else None)

@@ -231,3 +231,87 @@ def test_a_run_in_real_time_moves_the_controller_of_another_process(tmp_path: Pa
         assert result.exit_code == 0, result.stderr
         position = CliRunner().invoke(build(), ["pcl601", "--port", path, "read", "position"])
     assert position.stdout == "1002000\n"
+
+
+SLEWING = (
+    LOGIC.replace("(2, 0, 2, 0, 5, 0, 50, 50)", "(128, 0, 0, 0, 2, 0, 50, 50)")
+    + """
+    if status.MOVING_CW and scan.number % 50 == 0:
+        print("moving", flush=True)
+"""
+)
+FAULTING = SLEWING + "        raise ValueError\n"
+
+
+def position_at(path: str) -> int:
+    result = CliRunner().invoke(build(), ["pcl601", "--port", path, "read", "position"])
+    assert result.exit_code == 0, result.stderr
+    return int(result.stdout)
+
+
+def moves(path: str) -> bool:
+    """Whether the position of a controller changes within a tenth of a second, twice looked at."""
+    before = position_at(path)
+    Event().wait(0.1)
+    return position_at(path) != before
+
+
+@contextmanager
+def running(folder: Path, path: str, logic: str) -> Iterator[subprocess.Popen[str]]:
+    """Run a rack in a process of its own; yield it when the axis moves."""
+    rack = rack_file(folder, f'port = "{path}"')
+    (folder / "logic.py").write_text(logic)
+    words = [sys.executable, "-m", "scanrack.runtime.cli", "run", rack, "--realtime", "--live", "--no-record"]
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    try:
+        assert process.stdout.readline() == "moving\n"
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_run_that_is_asked_to_end_stops_the_motor(tmp_path: Path, number: signal.Signals) -> None:
+    with served("pcl601", "--pty") as (path, _), running(tmp_path, path, SLEWING) as process:
+        process.send_signal(number)
+        assert process.wait(5) == 130
+        assert position_at(path) > 1_000_000
+        assert not moves(path)
+
+
+def test_a_program_that_raises_stops_the_motor(tmp_path: Path) -> None:
+    with served("pcl601", "--pty") as (path, _), running(tmp_path, path, FAULTING) as process:
+        assert process.wait(5) == 1
+        assert position_at(path) > 1_000_000
+        assert not moves(path)
+
+
+def test_killed_in_a_manual_move_the_axis_goes_on_until_the_next_configuration(tmp_path: Path) -> None:
+    """No controller has a watchdog: what the page says of a process that dies."""
+    with served("pcl601", "--pty") as (path, _):
+        with running(tmp_path, path, SLEWING) as process:
+            process.kill()
+            process.wait(5)
+            assert moves(path)
+        module = opened("pcl601-adapter", path)
+        live = Live(module)
+        live.give(until="MODULE_OK")
+        live.give(*CONFIGURE, without="CONFIG_ERROR")
+        module.close()
+        assert not moves(path)
+
+
+def test_a_scan_that_comes_late_takes_no_reply_for_missing() -> None:
+    """A fifth of a second is more than the patience for a reply, 50 ms."""
+    with served("pcl601", "--pty") as (path, _):
+        module = opened("pcl601-adapter", path)
+        live = Live(module)
+        live.prepare()
+        failures = module.driver.master.failures
+        for _ in range(2):
+            Event().wait(0.2)
+            assert live.give(until="MODULE_OK") == {"MODULE_OK"}
+        assert module.driver.master.failures == failures
+        module.close()
