@@ -86,11 +86,15 @@ class LiveAdapter(Adapter[Drive]):
         self._line = line
         self._clock = Clock()
         self._present_ns = 0
+        self._losses = 0
         super().__init__(RealController(line))
 
     def update(self, now_ns: int, outputs: Image) -> Image:
         """Advance to the present on the wall clock; events are told as of `now_ns`, the scan's time."""
         self._present_ns = self._clock.now_ns()
+        if self._line.losses != self._losses:
+            self._losses = self._line.losses
+            self._note(self._present_ns, "port lost", "the port is gone; it is opened again when it is back")
         image = super().update(self._present_ns, outputs)
         self.events[:] = [replace(event, at_ns=min(event.at_ns, now_ns)) for event in self.events]
         return image
@@ -104,12 +108,11 @@ class LiveAdapter(Adapter[Drive]):
             self._line.close()
 
     def _wait_for_standstill(self) -> None:
-        outputs = Image(self._image)
         end_ns = self._clock.now_ns() + round(STOP_S * 1e9)
         driver, moves = self.driver, True
         while moves and self._clock.now_ns() < end_ns:
             Signal().wait(LOOK_S)
-            self.update(self._now_ns, outputs)
+            self.update(self._now_ns, Image())
             moves = driver.cut or driver.task is not None or bool(driver.tasks)
 
     def _wire_due_ns(self) -> int:

@@ -32,6 +32,9 @@ MOVE = (2, 0, 2, 0, 5, 0, 50, 50)
 SLEW = (128, 0, 0, 0, 2, 0, 50, 50)
 """Manual move CW at 2000 steps/s."""
 
+LONG_MOVE = (2, 0, 60, 0, 2, 0, 50, 50)
+"""60,000 steps at 2000 steps/s."""
+
 
 @contextmanager
 def served(*arguments: str) -> Iterator[tuple[str, subprocess.Popen[str]]]:
@@ -102,20 +105,19 @@ def test_over_tcp_it_is_the_same() -> None:
         module.close()
 
 
-def test_closing_stops_a_manual_move() -> None:
-    """The controller is asked by another client afterwards: it stands still."""
+@pytest.mark.parametrize("words", [SLEW, LONG_MOVE], ids=["manual", "relative"])
+def test_closing_stops_a_motion(words: tuple[int, ...]) -> None:
+    """The controller is asked by another client afterwards: it stands still, far from any target."""
     with served("pcl601", "--pty") as (path, _):
         module = opened("pcl601-adapter", path)
         live = Live(module)
         live.prepare()
-        live.give(*SLEW, until="MOVING_CW")
+        live.give(*words, until="MOVING_CW")
         while live.position < 200:
-            live.give(*SLEW, until="MOVING_CW")
+            live.give(*words, until="MOVING_CW")
         module.close()
-        first = CliRunner().invoke(build(), ["pcl601", "--port", path, "read", "position"])
-        again = CliRunner().invoke(build(), ["pcl601", "--port", path, "read", "position"])
-        assert first.exit_code == 0
-        assert first.stdout == again.stdout
+        assert not moves(path)
+        assert 1_000_000 < position_at(path) < 1_010_000
 
 
 def test_a_port_that_goes_and_comes_back_is_a_lost_link(tmp_path: Path) -> None:
@@ -134,6 +136,8 @@ def test_a_port_that_goes_and_comes_back_is_a_lost_link(tmp_path: Path) -> None:
         port.symlink_to(path)
         bits = live.give(until="MODULE_OK")
         assert bits == {"MODULE_OK", "CONFIG_ERROR", "POSITION_INVALID"}
+        assert [each.name for each in module.events if each.kind == "adapter"] == ["port lost", "power lost"]
+        assert all(each.at_ns <= live.scans * 2_000_000 for each in module.events)
         module.close()
 
 
