@@ -14,7 +14,7 @@ from ...traces.compare import compare
 from ...traces.reader import Trace, open_trace
 from .baggage import job_of
 from .compare import SAME, JsonOption, tell, tell_notes
-from .run import run_job
+from .run import BAD_INPUT, run_job
 from .slices import QuietOption, told_mistakes
 
 RERUN = "rerun"
@@ -57,7 +57,8 @@ def _rerun(
     if not ends:
         raise ValueError(f"{path}: the trace has no scans to compare with")
     tell_notes(trace)
-    run_job(job, ends[-1] + 1, again, realtime=False, quiet=True)
+    if run_job(job, ends[-1] + 1, again, realtime=False, quiet=True) == BAD_INPUT:
+        return BAD_INPUT
     if not as_json and filecmp.cmp(path, again, shallow=False):
         if not quiet:
             typer.echo(f"{path.name}: {ends[-1] - ends[0] + 1:,} scans, the same byte for byte")

@@ -141,6 +141,29 @@ def test_a_port_that_goes_and_comes_back_is_a_lost_link(tmp_path: Path) -> None:
         module.close()
 
 
+@pytest.mark.parametrize("over", [("--pty",), ("--tcp", "0", "--rtu-over-tcp")], ids=["pty", "tcp"])
+def test_a_controller_that_was_silent_in_a_manual_move_is_stopped_when_it_answers(
+    over: tuple[str, ...],
+) -> None:
+    """What was asked in vain is answered late, and counts for nothing."""
+    with served("pcl601", *over) as (place, process):
+        module = opened("pcl601-adapter", place if over == ("--pty",) else f"tcp:{place}")
+        live = Live(module)
+        live.prepare()
+        live.give(*SLEW, until="MOVING_CW")
+        process.send_signal(signal.SIGSTOP)
+        assert live.give(*SLEW, without="MODULE_OK") == {"POSITION_INVALID"}
+        process.send_signal(signal.SIGCONT)
+        bits = live.give(*SLEW, until="MODULE_OK")
+        assert bits == {"MODULE_OK", "POSITION_INVALID", "STOPPED"}
+        assert "link restored" in [each.name for each in module.events]
+        stood = live.position
+        for _ in range(100):
+            live.give(*SLEW, until="MODULE_OK")
+        assert (live.position, module.driver.busy) == (stood, False)
+        module.close()
+
+
 RACK = """
 program = "logic.py"
 scan_ms = 2
@@ -230,11 +253,16 @@ def test_a_run_in_real_time_moves_the_controller_of_another_process(tmp_path: Pa
     """The logic makes one move over 2000 steps; the counter began at B = 1,000,000."""
     with served("pcl601", "--pty") as (path, _):
         rack = rack_file(tmp_path, f'port = "{path}"')
-        arguments = ["run", rack, "--realtime", "--live", "--for", "2 s", "--no-record"]
+        trace = str(tmp_path / "live.mcap")
+        arguments = ["run", rack, "--realtime", "--live", "--for", "2 s", "--record", trace]
         result = CliRunner().invoke(build(), arguments)
         assert result.exit_code == 0, result.stderr
         position = CliRunner().invoke(build(), ["pcl601", "--port", path, "read", "position"])
     assert position.stdout == "1002000\n"
+    again = CliRunner().invoke(build(), ["rerun", trace, "--trust"])
+    assert again.exit_code == 2
+    assert again.stderr.endswith("only scanrack run --realtime --live drives it\n")
+    assert len(again.stderr.splitlines()) == 1
 
 
 SLEWING = (
