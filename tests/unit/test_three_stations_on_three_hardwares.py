@@ -12,6 +12,7 @@ from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import Move, MoveKind, PresetPosition
 from scanrack.runtime.build import build_cpu, build_rack
 from scanrack.runtime.cli.loading import load_job
+from witness import Witness
 
 LINE = Path(__file__).parents[2] / "examples" / "three_stations"
 SCANS = 8200  # 16.4 s: a round takes the slowest hardware 15.7 s
@@ -34,22 +35,6 @@ STORY = [
     "The station at 8000 is done and signals it.",
     "absolute move from 8000: complete at 0",
 ]
-
-
-class Witness:
-    """A listener that keeps the texts of events."""
-
-    def __init__(self):
-        self.texts = []
-
-    def scan(self, _scan, _now_ns, _flags):
-        pass
-
-    def event(self, *event):
-        self.texts.append(str(event[-1].get("text", "")))
-
-    def close(self):
-        pass
 
 
 @pytest.mark.parametrize("rack", ["line.toml", "line_pcl601.toml", "line_pmc006.toml"])
