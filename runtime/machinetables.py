@@ -18,7 +18,17 @@ from .addresses import allowed
 from .machine.spec import EncoderSpec, Jam, MachineSpec, Slip, Station, Switch, TimelineEntry, press
 from .quantities import Milliseconds, Number, Seconds, decimal_of, exact_ns
 
-INPUT_NAMES = {str(bit.name).lower(): bit for bit in InputBit}
+
+def input_name(bit: InputBit) -> str:
+    """Return the name of an input as files and requests write it.
+
+    >>> input_name(InputBit.CW_LIMIT)
+    'cw_limit'
+    """
+    return str(bit.name).lower()
+
+
+INPUT_NAMES = {input_name(bit): bit for bit in InputBit}
 """The inputs by name: capture, external, home, estop, cw_limit, ccw_limit."""
 
 

@@ -247,6 +247,11 @@ class StatusView:
     HOME_PROX_ECHO = _bit(1, StatusLsw.HOME_PROX_ECHO)
 
     @property
+    def moving(self) -> bool:
+        """Whether the axis moves, either way."""
+        return self.MOVING_CW or self.MOVING_CCW
+
+    @property
     def position(self) -> int:
         """Current position, steps."""
         return join_reported(self._words[2], self._words[3])

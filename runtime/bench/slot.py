@@ -40,7 +40,7 @@ class SlotBench:
     @property
     def moving(self) -> bool:
         """Whether the axis moves, either way, as the program saw it last."""
-        return self.status.MOVING_CW or self.status.MOVING_CCW
+        return self.status.moving
 
     @property
     def shaft(self) -> int:

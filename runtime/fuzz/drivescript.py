@@ -11,6 +11,7 @@ from ...io_images.image import Image
 from ..events import JsonValue
 from ..incidents import Exposed, Happening, Incident
 from ..machine import Machine, MachineSpec
+from ..machinetables import input_name
 from ..rack import Slot
 from ..rackspec import RackSpec, SlotSpec
 
@@ -76,7 +77,7 @@ class DriveScript:
         if words != self._before[0]:
             request["out"] = words
         changed = levels ^ self._before[1]
-        inputs = {_name(bit): int(bool(levels & bit)) for bit in self._free if changed & bit}
+        inputs = {input_name(bit): int(bool(levels & bit)) for bit in self._free if changed & bit}
         if inputs:
             request["inputs"] = inputs
         if request or scan == 0:
@@ -102,7 +103,7 @@ class DriveScript:
 def _bench(spec: RackSpec, slot: SlotSpec) -> dict[str, Any]:
     made: dict[str, Any] = {"firmware": slot.firmware, "scan_ms": _number(spec.scan_ns / 1e6)}
     if slot.machine.switches:
-        made["machine"] = {_name(each.input): [each.first, each.last] for each in slot.machine.switches}
+        made["machine"] = {input_name(each.input): [each.first, each.last] for each in slot.machine.switches}
     if slot.wiring:
         made["wiring"] = slot.wiring
     if slot.options:
@@ -122,10 +123,6 @@ def _acts(incidents: tuple[Incident, ...], slot: int, scan_ns: int) -> dict[int,
             if each.for_ns:
                 acts.setdefault(-(-(each.at_ns + each.for_ns) // scan_ns) + 1, {})["plc_mode"] = "run"
     return acts
-
-
-def _name(bit: InputBit) -> str:
-    return str(bit.name).lower()
 
 
 def _number(value: float) -> int | float:

@@ -45,7 +45,7 @@ class SlotMoment:
     @property
     def moving(self) -> bool:
         """Whether the axis moves, either way."""
-        return self.status.MOVING_CW or self.status.MOVING_CCW
+        return self.status.moving
 
     @property
     def position(self) -> int:

@@ -13,6 +13,7 @@ import tomli_w
 
 from ..incidents import Incident
 from ..machine import TimelineEntry
+from ..machinetables import input_name
 from ..rackspec import RackSpec
 from .scenario import Scenario, entries_of
 
@@ -97,7 +98,7 @@ def _ms(time_ns: int) -> Decimal | int:
 
 def _entry(entry: TimelineEntry) -> Table:
     level = "wired" if entry.energised is None else entry.energised
-    return {"at_ms": _ms(entry.at_ns), "input": str(entry.input.name).lower(), "energised": level}
+    return {"at_ms": _ms(entry.at_ns), "input": input_name(entry.input), "energised": level}
 
 
 def _incident(incident: Incident) -> Table:

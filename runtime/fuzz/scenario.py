@@ -14,6 +14,7 @@ from typing import Any
 from ...io_images.amci3601.bits import InputBit
 from ..incidents import Happening, Incident
 from ..machine import MachineSpec, Slip, TimelineEntry
+from ..machinetables import input_name
 from ..rackspec import IncidentSpec, RackSpec, SlotSpec
 
 
@@ -108,7 +109,7 @@ class Scenario:
             "presses": [
                 {
                     "slot": each.slot,
-                    "input": str(each.input.name).lower(),
+                    "input": input_name(each.input),
                     "energised": each.energised,
                     "at_ns": each.at_ns,
                     "for_ns": each.for_ns,
