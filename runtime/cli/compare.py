@@ -12,7 +12,7 @@ import typer
 from ...traces.compare import SAME_CLOCK, Clock, Comparison, Tolerance, align, compare, realign, report
 from ...traces.reader import Trace, open_trace
 from ..quantities import parse_time
-from .slices import QuietOption, reading, told_mistakes
+from .slices import QuietOption, reading, tell_notes, told_mistakes
 
 SAME, DIFFERENT = 0, 1
 """Exit status; `told_mistakes` has the others."""
@@ -55,13 +55,6 @@ def tell(found: Comparison, names: tuple[str, str], *, as_json: bool) -> int:
         text = "\n".join(report(found, names))
     print(text)  # noqa: T201 - the output of a command
     return SAME if found.same else DIFFERENT
-
-
-def tell_notes(*traces: Trace) -> None:
-    """Say on standard error what is wrong with the files."""
-    for trace in traces:
-        for note in trace.notes:
-            typer.echo(f"note: {note}", err=True)
 
 
 def names_of(a: Path, b: Path) -> tuple[str, str]:

@@ -16,6 +16,7 @@ from .slices import (
     check_target,
     reading,
     selection,
+    tell_notes,
     told_mistakes,
     writing,
 )
@@ -71,8 +72,7 @@ def _export_command(
                 count = _WRITERS[option](opened, target, signal or (), wanted, progress=progress)
             if not quiet:
                 typer.echo(f"{target}: {count:,} scans, {target.stat().st_size:,} bytes")
-            for note in opened.notes:
-                typer.echo(f"note: {note}", err=True)
+            tell_notes(opened)
 
 
 def register(app: typer.Typer) -> None:

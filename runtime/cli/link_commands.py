@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from typing import Protocol
+from typing import Annotated, Protocol
 
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Bar
+from rich.table import Table
 
 from ..clients.link import Link, LinkError, Progress, SerialLink, TcpLink
 from ..pace import stopping_on_interrupt
@@ -17,6 +18,16 @@ from ..ports import Stop
 from ..wire import LineFormat
 from .serve import socket_address
 from .slices import told_mistakes
+
+PortOption = Annotated[
+    str | None, typer.Option("--port", metavar="DEV", help="Serial port, such as /dev/ttyUSB0 or COM3.")
+]
+NameArgument = Annotated[str, typer.Argument(metavar="NAME", show_default=False)]
+ValueArgument = Annotated[int, typer.Argument(metavar="VALUE", show_default=False)]
+StepsArgument = Annotated[int, typer.Argument(metavar="STEPS", show_default=False)]
+SpeedOption = Annotated[
+    int | None, typer.Option("--speed", metavar="V", help="Maximum speed, steps/s; as it is without.")
+]
 
 FAILED, INTERRUPTED = 1, 130
 """Exit status: the controller or the line did not do it; Ctrl-C."""
@@ -51,6 +62,25 @@ def open_link(port: str | None, tcp: str | None, line_format: LineFormat) -> Lin
     if tcp is not None and port is None:
         return TcpLink(*socket_address(tcp))
     raise ValueError("give one of --port DEV and --tcp HOST:PORT before the command")
+
+
+@contextmanager
+def opened_link(port: str | None, tcp: str | None, line_format: LineFormat) -> Iterator[Link]:
+    """Open the line that --port or --tcp names for as long as the context lasts; tell what goes wrong."""
+    with told_faults():
+        link = open_link(port, tcp, line_format)
+        try:
+            yield link
+        finally:
+            link.close()
+
+
+def show_state(rows: Iterable[tuple[str, str]]) -> None:
+    """Print names and values below each other."""
+    table = Table(box=None, show_header=False, pad_edge=False)
+    for name, value in rows:
+        table.add_row(name, value)
+    Console().print(table)
 
 
 def travel(client: Mover, steps: int, *, quiet: bool) -> None:

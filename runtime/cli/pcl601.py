@@ -9,8 +9,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.table import Table
 
 from ...io_images.pcl601 import Code
 from ...io_images.pcl601.errors import CAUSES
@@ -19,7 +17,19 @@ from ..clients.modbus import ModbusLine, RtuLine, TcpLine
 from ..clients.pcl601 import READABLE, Pcl601Client
 from ..pcl601.controller import Protocol
 from ..pcl601.line import FORMATS
-from .link_commands import open_link, shown_travel, stopped_by_interrupt, told_faults, travel
+from .link_commands import (
+    NameArgument,
+    PortOption,
+    SpeedOption,
+    StepsArgument,
+    ValueArgument,
+    opened_link,
+    show_state,
+    shown_travel,
+    stopped_by_interrupt,
+    told_faults,
+    travel,
+)
 from .pclt import read_program
 from .slices import QuietOption
 
@@ -57,20 +67,14 @@ class Place:
 def client_at(context: typer.Context) -> Iterator[Pcl601Client]:
     """Open the line that the group's options name; tell what goes wrong."""
     place: Place = context.obj
-    with told_faults():
-        link = open_link(place.port, place.tcp, FORMATS[Protocol.MODBUS])
-        try:
-            yield Pcl601Client(place.spoken_on(link), place.unit)
-        finally:
-            link.close()
+    with opened_link(place.port, place.tcp, FORMATS[Protocol.MODBUS]) as link:
+        yield Pcl601Client(place.spoken_on(link), place.unit)
 
 
 @app.callback()
 def _place(
     context: typer.Context,
-    port: Annotated[
-        str | None, typer.Option("--port", metavar="DEV", help="Serial port, such as /dev/ttyUSB0 or COM3.")
-    ] = None,
+    port: PortOption = None,
     tcp: Annotated[
         str | None, typer.Option("--tcp", metavar="HOST:PORT", help="Modbus TCP instead of a serial port.")
     ] = None,
@@ -86,10 +90,7 @@ def _place(
 def status(context: typer.Context) -> None:
     """Show position, motion, errors, inputs, outputs and all registers."""
     with client_at(context) as client:
-        table = Table(box=None, show_header=False, pad_edge=False)
-        for name, value in _state(client):
-            table.add_row(name, value)
-        Console().print(table)
+        show_state(_state(client))
 
 
 def _state(client: Pcl601Client) -> Iterator[tuple[str, str]]:
@@ -104,9 +105,7 @@ def _state(client: Pcl601Client) -> Iterator[tuple[str, str]]:
 
 
 @app.command()
-def read(
-    context: typer.Context, name: Annotated[str, typer.Argument(metavar="NAME", show_default=False)]
-) -> None:
+def read(context: typer.Context, name: NameArgument) -> None:
     """Print one register, such as position or base_speed."""
     with client_at(context) as client:
         typer.echo(client.read(name))
@@ -115,8 +114,8 @@ def read(
 @app.command("set")
 def set_register(
     context: typer.Context,
-    name: Annotated[str, typer.Argument(metavar="NAME", show_default=False)],
-    value: Annotated[int, typer.Argument(metavar="VALUE", show_default=False)],
+    name: NameArgument,
+    value: ValueArgument,
 ) -> None:
     """Set a register; a negative VALUE goes after --."""
     with client_at(context) as client:
@@ -137,10 +136,8 @@ def output(
 @app.command()
 def move(
     context: typer.Context,
-    steps: Annotated[int, typer.Argument(metavar="STEPS", show_default=False)],
-    speed: Annotated[
-        int | None, typer.Option("--speed", metavar="V", help="Maximum speed, steps/s; as it is without.")
-    ] = None,
+    steps: StepsArgument,
+    speed: SpeedOption = None,
     quiet: QuietOption = False,
 ) -> None:
     """Move over STEPS and wait for the end; a negative number goes after --.

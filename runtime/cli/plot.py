@@ -16,6 +16,7 @@ from .slices import (
     check_target,
     reading,
     selection,
+    tell_notes,
     told_mistakes,
     writing,
 )
@@ -72,8 +73,7 @@ def _plot_command(
                 save_figure(chart, target)
         if not quiet:
             typer.echo(f"{target}: {target.stat().st_size:,} bytes")
-        for note in opened.notes:
-            typer.echo(f"note: {note}", err=True)
+        tell_notes(opened)
 
 
 def register(app: typer.Typer) -> None:

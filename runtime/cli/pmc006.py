@@ -10,15 +10,25 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.table import Table
 
 from ...io_images.pmc006.instructions import Instruction
 from ...io_images.pmc006.program import UserProgram, assemble
 from ...io_images.pmc006.status import Level
 from ..clients.pmc006 import READABLE, SETTABLE, Pmc006Client
 from ..pmc006.line import LINE_FORMAT
-from .link_commands import open_link, shown_travel, stopped_by_interrupt, told_faults, travel
+from .link_commands import (
+    NameArgument,
+    PortOption,
+    SpeedOption,
+    StepsArgument,
+    ValueArgument,
+    opened_link,
+    show_state,
+    shown_travel,
+    stopped_by_interrupt,
+    told_faults,
+    travel,
+)
 from .slices import QuietOption
 
 app = typer.Typer(
@@ -49,20 +59,14 @@ class Place:
 def client_at(context: typer.Context) -> Iterator[Pmc006Client]:
     """Open the port that the group's options name; tell what goes wrong."""
     place: Place = context.obj
-    with told_faults():
-        link = open_link(place.port, place.tcp, LINE_FORMAT)
-        try:
-            yield Pmc006Client(link, place.address)
-        finally:
-            link.close()
+    with opened_link(place.port, place.tcp, LINE_FORMAT) as link:
+        yield Pmc006Client(link, place.address)
 
 
 @app.callback()
 def _place(
     context: typer.Context,
-    port: Annotated[
-        str | None, typer.Option("--port", metavar="DEV", help="Serial port, such as /dev/ttyUSB0 or COM3.")
-    ] = None,
+    port: PortOption = None,
     tcp: Annotated[
         str | None,
         typer.Option("--tcp", metavar="HOST:PORT", help="The line's own bytes over TCP instead."),
@@ -78,10 +82,7 @@ def _place(
 def status(context: typer.Context) -> None:
     """Show position, status registers, pins and parameters that can be read."""
     with client_at(context) as client:
-        table = Table(box=None, show_header=False, pad_edge=False)
-        for name, value in _state(client):
-            table.add_row(name, value)
-        Console().print(table)
+        show_state(_state(client))
 
 
 def _state(client: Pmc006Client) -> Iterator[tuple[str, str]]:
@@ -104,9 +105,7 @@ def _shown(row: Instruction, value: int) -> str:
 
 
 @app.command()
-def read(
-    context: typer.Context, name: Annotated[str, typer.Argument(metavar="NAME", show_default=False)]
-) -> None:
+def read(context: typer.Context, name: NameArgument) -> None:
     """Print one value, such as position or start_speed."""
     with client_at(context) as client:
         typer.echo(client.read(name))
@@ -115,8 +114,8 @@ def read(
 @app.command("set")
 def set_parameter(
     context: typer.Context,
-    name: Annotated[str, typer.Argument(metavar="NAME", show_default=False)],
-    value: Annotated[int, typer.Argument(metavar="VALUE", show_default=False)],
+    name: NameArgument,
+    value: ValueArgument,
     keep: Annotated[bool, typer.Option("--save", help="Save all parameters into the EEPROM, too.")] = False,
 ) -> None:
     """Set a parameter; a negative VALUE goes after --."""
@@ -136,10 +135,8 @@ def save(context: typer.Context) -> None:
 @app.command()
 def move(
     context: typer.Context,
-    steps: Annotated[int, typer.Argument(metavar="STEPS", show_default=False)],
-    speed: Annotated[
-        int | None, typer.Option("--speed", metavar="V", help="Maximum speed, steps/s; as it is without.")
-    ] = None,
+    steps: StepsArgument,
+    speed: SpeedOption = None,
     quiet: QuietOption = False,
 ) -> None:
     """Move over STEPS and wait for the end; a negative number goes after --.

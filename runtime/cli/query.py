@@ -12,7 +12,7 @@ from ...traces.query import Answer, Occurrence, query
 from ...traces.reader import open_trace
 from ...traces.wording import seconds
 from .show import new_table, print_block
-from .slices import DONE, NOTHING_FOUND, QuietOption, reading, told_mistakes
+from .slices import DONE, NOTHING_FOUND, QuietOption, reading, tell_notes, told_mistakes
 
 _EXAMPLES = """
 
@@ -91,8 +91,7 @@ def _query_command(
         with open_trace(trace) as opened, reading(opened, quiet=quiet) as progress:
             answer = query(opened, text, show=show or (), progress=progress)
         tell(answer, limit)
-        for note in opened.notes:
-            typer.echo(f"note: {note}", err=True)
+        tell_notes(opened)
     raise typer.Exit(DONE if answer.count else NOTHING_FOUND)
 
 

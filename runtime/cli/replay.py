@@ -13,10 +13,10 @@ from ...traces.replay import Recording
 from ..rackspec import RackSpec
 from ..scan import Logic
 from .baggage import job_of, spec_of
-from .compare import JsonOption, ToleranceCountsOption, ToleranceTimeOption, tell, tell_notes, tolerance
+from .compare import JsonOption, ToleranceCountsOption, ToleranceTimeOption, tell, tolerance
 from .loading import load_job, load_spec
 from .playing import Into, Replay, Stimuli, check_slots, with_stimuli
-from .slices import QuietOption, told_mistakes
+from .slices import QuietOption, tell_notes, told_mistakes
 
 REPLAY = "replay"
 """What the second of the two is called in the report."""

@@ -13,9 +13,9 @@ from ...traces.arrays import extent
 from ...traces.compare import compare
 from ...traces.reader import Trace, open_trace
 from .baggage import job_of
-from .compare import SAME, JsonOption, tell, tell_notes
+from .compare import SAME, JsonOption, tell
 from .run import BAD_INPUT, run_job
-from .slices import QuietOption, told_mistakes
+from .slices import QuietOption, tell_notes, told_mistakes
 
 RERUN = "rerun"
 """What the second of the two is called in the report."""

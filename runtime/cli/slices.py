@@ -102,6 +102,13 @@ def reading(trace: Trace, selection: Selection = ALL, *, quiet: bool) -> Iterato
         yield lambda scans: bar.advance(task, scans)
 
 
+def tell_notes(*traces: Trace) -> None:
+    """Say on standard error what is wrong with the files."""
+    for trace in traces:
+        for note in trace.notes:
+            typer.echo(f"note: {note}", err=True)
+
+
 @contextmanager
 def told_mistakes() -> Iterator[None]:
     """Tell what the user or the disk got wrong in one line on standard error, and end."""
