@@ -32,6 +32,8 @@ SHARED = (InputBit.HOME | InputBit.CCW_LIMIT).value
 POLL_S = Fraction(1, 20)
 """Time of a poll, s: how long the ramp down may be in coming."""
 
+RATE_TOO_LOW = f"the PMC006's lowest rate is 5.21 steps/ms/s, so {RATE_MIN} is the least that can be kept"
+
 FIND_HOME_CW = CommandMsw.FIND_HOME_CW.value
 
 
@@ -200,7 +202,7 @@ COMMAND_ROWS: tuple[CommandRow[Options], ...] = (
             and wish.order.parameters.acceleration < RATE_MIN
         ),
         PROFILE,
-        f"the PMC006's lowest rate is 5.21 steps/ms/s, so {RATE_MIN} is the least that can be kept",
+        RATE_TOO_LOW,
     ),
     CommandRow(
         frozenset({Feature.BLEND}),
@@ -209,14 +211,14 @@ COMMAND_ROWS: tuple[CommandRow[Options], ...] = (
             options.accel_rounding == "gentler" and 0 < wish.order.words[5] & 0x3FFF < RATE_MIN
         ),
         PROFILE,
-        f"the PMC006's lowest rate is 5.21 steps/ms/s, so {RATE_MIN} is the least that can be kept",
+        RATE_TOO_LOW,
     ),
     CommandRow(
         RAMPED,
         "rate",
         _rate_too_low,
         PROFILE,
-        f"the PMC006's lowest rate is 5.21 steps/ms/s, so {RATE_MIN} is the least that can be kept",
+        RATE_TOO_LOW,
     ),
     CommandRow(
         frozenset({Feature.REGISTRATION}),
