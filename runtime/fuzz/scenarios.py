@@ -104,7 +104,12 @@ def _presses(slot: SlotSpec, times: st.SearchStrategy[int]) -> st.SearchStrategy
     inputs = (
         st.sampled_from(used) | st.sampled_from(list(InputBit)) if used else st.sampled_from(list(InputBit))
     )
-    return st.builds(Press, st.just(slot.number), inputs, st.sampled_from((True, False)), times, _durations())
+    return st.builds(Press, st.just(slot.number), inputs, st.booleans().map(_on_first), times, _durations())
+
+
+def _on_first(off: bool) -> bool:
+    """Shrink towards an input that is energised."""
+    return not off
 
 
 def _fed(machine: MachineSpec) -> set[InputBit]:
