@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.console import Console
+from rich.progress import track
 
 from .library import INDEX, TEXT, Library, Made, changes, index_of, left_over, load_library, make
 from .slices import told_mistakes
@@ -34,7 +36,11 @@ def _golden_command(
     """
     with told_mistakes(), tempfile.TemporaryDirectory() as scratch:
         library = load_library(folder)
-        all_made = [make(library, scenario, Path(scratch)) for scenario in library.scenario]
+        console = Console(stderr=True)
+        scenarios = track(
+            library.scenario, "scenarios", console=console, transient=True, disable=not console.is_terminal
+        )
+        all_made = [make(library, scenario, Path(scratch)) for scenario in scenarios]
         lines = [line for made in all_made for line in (*_faults(made), *changes(made, folder))]
         lines += [f"{path.name}: no scenario makes it" for path in left_over(library, folder)]
         if _index_differs(library, folder):

@@ -15,7 +15,7 @@ from ...traces.reader import Trace, open_trace
 from .baggage import job_of
 from .compare import SAME, JsonOption, tell
 from .run import BAD_INPUT, run_job
-from .slices import QuietOption, tell_notes, told_mistakes
+from .slices import QuietOption, reading, tell_notes, told_mistakes
 
 RERUN = "rerun"
 """What the second of the two is called in the report."""
@@ -57,14 +57,17 @@ def _rerun(
     if not ends:
         raise ValueError(f"{path}: the trace has no scans to compare with")
     tell_notes(trace)
-    if run_job(job, ends[-1] + 1, again, realtime=False, quiet=True) == BAD_INPUT:
+    scans = ends[-1] + 1
+    if run_job(job, scans, again, realtime=False, quiet=quiet, summarised=False) == BAD_INPUT:
         return BAD_INPUT
     if not as_json and filecmp.cmp(path, again, shallow=False):
         if not quiet:
             typer.echo(f"{path.name}: {ends[-1] - ends[0] + 1:,} scans, the same byte for byte")
         return SAME
     with open_trace(again) as other:
-        return tell(compare(trace, other), (path.name, RERUN), as_json=as_json)
+        with reading(trace, quiet=quiet) as progress:
+            found = compare(trace, other, progress=progress)
+        return tell(found, (path.name, RERUN), as_json=as_json)
 
 
 def register(app: typer.Typer) -> None:

@@ -36,7 +36,14 @@ NO_SAFETY_SYSTEM = (
 
 
 def run_job(
-    job: Job, scans: int | None, trace: Path | None, *, realtime: bool, quiet: bool, live: bool = False
+    job: Job,
+    scans: int | None,
+    trace: Path | None,
+    *,
+    realtime: bool,
+    quiet: bool,
+    live: bool = False,
+    summarised: bool = True,
 ) -> int:
     """Run a job and say what it came to; return the exit status.
 
@@ -47,6 +54,7 @@ def run_job(
         realtime: in step with the wall clock.
         quiet: no progress and no summary; messages of what went wrong are still written.
         live: real ports may be driven.
+        summarised: whether what is not quiet ends in a summary.
     """
     with ending_as_interrupt() if live else nullcontext(), ExitStack() as ports:
         try:
@@ -54,7 +62,9 @@ def run_job(
             rack = build_rack(job.spec, ports if live else None)
         except ValueError as error:
             return _complain(str(error), BAD_INPUT)
-        return _run_rack(job, rack, units, scans, trace, realtime=realtime, quiet=quiet)
+        return _run_rack(
+            job, rack, units, scans, trace, realtime=realtime, quiet=quiet, summarised=summarised
+        )
 
 
 def _run_rack(
@@ -66,6 +76,7 @@ def _run_rack(
     *,
     realtime: bool,
     quiet: bool,
+    summarised: bool,
 ) -> int:
     tally = Tally()
     listeners: list[ScanListener] = [tally]
@@ -80,7 +91,7 @@ def _run_rack(
     cpu = build_cpu(job.spec, job.logic, rack, listeners=listeners, pacer=pacer)
     start_ns = wall_ns()
     status = _run(cpu, scans, quiet=quiet)
-    if not quiet:
+    if summarised and not quiet:
         typer.echo(summary(tally, cpu.period_ns, wall_ns() - start_ns, pacer, trace))
     return status
 
