@@ -90,7 +90,7 @@ def shares(scripts) -> dict[str, float]:
 
 
 def report_program(runs: int) -> None:
-    setup = Setup(str(FEEDER), (), ("no-command-error",), SCANS, frozenset())
+    setup = Setup(str(FEEDER), (), ("no-command-error",), SCANS, frozenset(), Path())
     bench = bench_of(setup)
     strategy = scenarios(bench.spec, bench.scans, kinds_for(bench.spec))
     start = perf_counter()

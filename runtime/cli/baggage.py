@@ -7,6 +7,7 @@ words.json                 the map of words and bits, which a run does not need
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path, PurePosixPath
@@ -64,14 +65,34 @@ def unit_programs(job: Job) -> list[Attachment]:
     return [attachment(job.folder / name, name) for name in names]
 
 
+def forget_imported(folder: Path) -> None:
+    """Have modules that were imported from a folder imported anew: whoever needs them finds none.
+
+    Args:
+        folder: an absolute path without symbolic links.
+    """
+    ours = __name__.partition(".")[0]
+    for name, _place, _path in _modules_of(folder):
+        if name.partition(".")[0] != ours:
+            del sys.modules[name]
+
+
 def _imported_from(folder: Path) -> Iterator[tuple[str, Path]]:
     """Yield imported files of modules that lie in a folder, by their path from there."""
+    for _name, place, path in _modules_of(folder):
+        yield place.as_posix(), path
+
+
+def _modules_of(folder: Path) -> Iterator[tuple[str, Path, Path]]:
+    """Yield the modules that have been imported from a folder: name, path from there, whole path."""
+    inside = f"{folder}{os.sep}"
     for name, module in list(sys.modules.items()):
-        path = Path(getattr(module, "__file__", None) or folder).resolve()
-        if path.suffix == PYTHON and path.is_relative_to(folder):
+        file = getattr(module, "__file__", None) or ""
+        if file.startswith(inside) and file.endswith(PYTHON):
+            path = Path(file)
             place = path.relative_to(folder)
             if place.with_suffix("").parts[0] == name.partition(".")[0]:
-                yield place.as_posix(), path
+                yield name, place, path
 
 
 def attached_files(trace: Trace) -> dict[str, bytes]:

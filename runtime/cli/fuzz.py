@@ -4,126 +4,25 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
-from contextlib import contextmanager
-from multiprocessing import get_context
 from pathlib import Path
-from textwrap import wrap
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from ...io_images.amci3601 import ERROR_BITS, RULES
-from ..fuzz import STANDARD, Found, InvariantError, Scenario
-from ..fuzz.campaign import RECORDING, CampaignError, State, Work, campaign, read_state, write_state
+from ..fuzz import STANDARD, Scenario
 from ..fuzz.scenarios import Kind, kinds_for
-from ..pace import wall_ns
 from ..quantities import parse_duration
-from .fuzzing import Setup, bench_of, hand_over, replay
-from .fuzzing import Work as SearchWork
-from .learning import learn
+from .campaigning import BROKEN, HELD, Session
+from .fuzzing import Setup, bench_of, replay
+from .fuzzsummary import failure
+from .learning import Learned, learn
 from .loading import Job, load_job, scans_to_run
 
-HELD, BROKEN, BAD_INPUT, CANNOT_WRITE, INTERRUPTED = 0, 1, 2, 3, 130
-"""Exit status: everything held; something is broken; bad input; a file can't be written; Ctrl-C."""
+BAD_INPUT, CANNOT_WRITE = 2, 3
+"""Exit status beside those of a session: bad input; a file can't be written."""
 
 DEFAULT_CHECKS = ("no-command-error", "no-invalid-profile", "one-motion")
 """What is checked if neither --check nor --invariants is given."""
-
-WIDTH = 100
-
-PER_TASK = 50
-"""Scenarios per task."""
-
-
-class Here(Executor):
-    """Does every task at once, in this process."""
-
-    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Do it, and return what came out of it."""
-        future: Future[Any] = Future()
-        try:
-            future.set_result(fn(*args, **kwargs))
-        except Exception as error:  # it is raised where the result is asked for
-            future.set_exception(error)
-        return future
-
-
-class OnCluster(Executor):
-    """Has tasks done by a Dask cluster, and leaves it when it is shut down.
-
-    Args:
-        client: a `distributed.Client`.
-    """
-
-    def __init__(self, client: Any) -> None:
-        self._client = client
-        self._executor: Executor = client.get_executor(pure=False)
-
-    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Send it to a worker."""
-        return self._executor.submit(fn, *args, **kwargs)
-
-    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Close the connection; the cluster goes on."""
-        self._executor.shutdown(wait=wait)
-        self._client.close()
-
-
-def executor_of(jobs: int, dask: str | None) -> Callable[[], Executor]:
-    """Return what makes the executor: this process, a pool of processes, or a Dask cluster.
-
-    Raises:
-        ValueError: the cluster's library is missing, or nothing answers at its address.
-    """
-    if dask is not None:
-        return lambda: _dask(dask)
-    if jobs == 1:
-        return Here
-    return lambda: ProcessPoolExecutor(jobs, mp_context=get_context("spawn"))
-
-
-def _dask(address: str) -> Executor:
-    try:
-        from distributed import Client
-    except ModuleNotFoundError:
-        raise ValueError("a cluster needs dask: pip install 'scanrack[cluster]'") from None
-    try:
-        client: Any = Client(address, timeout=10)  # type: ignore[no-untyped-call, unused-ignore]
-    except OSError as error:
-        raise ValueError(f"no Dask scheduler answers at {address}: {error}") from error
-    return OnCluster(client)
-
-
-class _Teller:
-    """Shows how far a campaign is, and decides when it is over."""
-
-    def __init__(self, state: State, bar: Progress | None, task: Any, deadline: int | None) -> None:
-        self._state, self._bar, self._task, self._deadline = state, bar, task, deadline
-        self._before = state.tasks
-
-    def update(self) -> None:
-        if self._bar is not None:
-            done = self._state.tasks - self._before
-            text = f"{self._state.runs:,} runs, {len(self._state.found)} broken"
-            self._bar.update(self._task, completed=done, description=text)
-
-    def go_on(self) -> bool:
-        return self._deadline is None or wall_ns() < self._deadline
-
-
-@contextmanager
-def _shown(state: State, tasks: int | None, deadline: int | None, *, quiet: bool) -> Iterator[_Teller]:
-    console = Console(stderr=True)
-    if quiet or not console.is_terminal:
-        yield _Teller(state, None, None, deadline)
-        return
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console) as bar:
-        yield _Teller(state, bar, bar.add_task("searching", total=tasks), deadline)
 
 
 def _kinds(job: Job, only: list[str], without: list[str]) -> frozenset[Kind]:
@@ -132,7 +31,10 @@ def _kinds(job: Job, only: list[str], without: list[str]) -> frozenset[Kind]:
         if name not in names:
             raise ValueError(f"unknown kind {name!r}: allowed are {', '.join(names)}")
     kinds = frozenset(names[name] for name in only) if only else kinds_for(job.spec)
-    return kinds - {names[name] for name in without}
+    left = kinds - {names[name] for name in without}
+    if not left:
+        raise ValueError(f"--without {', '.join(without)}: nothing is left that is random")
+    return left
 
 
 def _checks(given: list[str], files: list[Path]) -> tuple[str, ...]:
@@ -140,22 +42,6 @@ def _checks(given: list[str], files: list[Path]) -> tuple[str, ...]:
         if name not in STANDARD:
             raise ValueError(f"unknown check {name!r}: allowed are {', '.join(STANDARD)}")
     return tuple(given) if given or files else DEFAULT_CHECKS
-
-
-def summary(state: State, before: State, seconds: float) -> str:
-    """Return what a campaign came to, for people."""
-    runs, scans = state.runs - before.runs, state.scans - before.scans
-    rate = f" ({runs / seconds:,.0f} runs and {scans / seconds:,.0f} scans per second)" if seconds else ""
-    lines = [f"runs          {runs:,}{rate}"]
-    if before.runs:
-        lines.append(f"in all        {state.runs:,} runs, {state.scans:,} scans")
-    told = [rule.id for rule in RULES.values() if rule.list_of and rule.list_of & ERROR_BITS.value]
-    fired = [rule for rule in told if state.rules[rule]]
-    lines.append(f"error rules   {len(fired)} of {len(told)} of chapter 6 fired")
-    lines += [f"  {rule:<9} {state.rules[rule]:>9,} times" for rule in fired]
-    never = ", ".join(rule for rule in told if not state.rules[rule])
-    lines += wrap(never, WIDTH, initial_indent="  never     ", subsequent_indent=" " * 12)
-    return "\n".join(lines)
 
 
 def _fuzz_command(
@@ -223,25 +109,33 @@ def _fuzz_command(
     try:
         folder = out or Path(f"{Path(rack.partition(':')[0]).stem}-fuzz")
         learned = learn(Path(rack), folder / "recording", trust=trust) if rack.endswith(".mcap") else None
-        if learned is not None:
-            rack = str(learned.rack)
+        rack = rack if learned is None else str(learned.rack)
         job = load_job(rack)
-        recorded = learned.scans if learned is not None and duration is None else None
-        scans = scans_to_run(job.spec, duration, recorded, endless=False)
-        assert scans is not None
         files = tuple(invariants or ())
         setup = Setup(
-            rack, files, _checks(check or [], list(files)), scans, _kinds(job, only or [], without or [])
+            rack=rack,
+            invariants=files,
+            checks=_checks(check or [], list(files)),
+            scans=_scans(job, duration, learned),
+            kinds=_kinds(job, only or [], without or []),
+            notes=folder,
         )
         bench_of(setup)  # what can't be used is told before a search begins
         if scenario is not None:
-            raise typer.Exit(_replay(job, setup, scenario))
-        limit = None if time is None else parse_duration(time)
-        base = None if learned is None else learned.scenario
-        status = _campaign(
-            job, setup, folder, runs, limit, jobs or os.cpu_count() or 1, dask, base=base, quiet=quiet
+            raise typer.Exit(_replay(setup, scenario))
+        session = Session(
+            job=job,
+            setup=setup,
+            folder=folder,
+            runs=runs,
+            limit_ns=None if time is None else parse_duration(time),
+            jobs=jobs or os.cpu_count() or 1,
+            dask=dask,
+            base=None if learned is None else learned.scenario,
+            quiet=quiet,
         )
-    except (CampaignError, InvariantError, ValueError) as error:
+        status = session.run()
+    except ValueError as error:
         _complain(str(error))
         raise typer.Exit(BAD_INPUT) from error
     except OSError as error:
@@ -250,65 +144,37 @@ def _fuzz_command(
     raise typer.Exit(status)
 
 
-def _replay(job: Job, setup: Setup, file: Path) -> int:
-    try:
-        scenario = Scenario.from_json(json.loads(file.read_text(encoding="utf-8")))
-    except json.JSONDecodeError as error:
-        raise ValueError(f"{file}:{error.lineno}: this is no JSON: {error.msg}") from None
-    found = replay(bench_of(setup), scenario)
-    typer.echo("everything held" if found is None else str(found.broken))
+def _scans(job: Job, duration: str | None, learned: Learned | None) -> int:
+    """Return how long a run is: as the command line says, or the recording, or the rack file."""
+    if learned is not None and duration is None:
+        return learned.scans
+    scans = scans_to_run(job.spec, duration, None, endless=False)
+    assert scans is not None
+    return scans
+
+
+def _replay(setup: Setup, file: Path) -> int:
+    found = replay(bench_of(setup), read_scenario(file, setup))
+    typer.echo("everything held" if found is None else failure(found))
     return HELD if found is None else BROKEN
 
 
-def _campaign(
-    job: Job,
-    setup: Setup,
-    folder: Path,
-    runs: int,
-    limit_ns: int | None,
-    jobs: int,
-    dask: str | None,
-    *,
-    base: Scenario | None,
-    quiet: bool,
-) -> int:
-    folder.mkdir(parents=True, exist_ok=True)
-    file = folder / "state.json"
-    state, before = read_state(file), read_state(file)
-    if base is not None:
-        state.corpus = {RECORDING: base, **state.corpus}
-    tasks = None if limit_ns is not None else -(-runs // PER_TASK)
-    examples = min(runs, PER_TASK)
-    start_ns = wall_ns()
-    deadline = None if limit_ns is None else start_ns + limit_ns
-    work: Work = SearchWork(setup)
-    status = HELD
-    with _shown(state, tasks, deadline, quiet=quiet) as teller:
+def read_scenario(file: Path, setup: Setup) -> Scenario:
+    """Read a scenario for a rack.
 
-        def news(found: list[Found]) -> None:
-            for each in found:
-                hand_over(job, bench_of(setup), each, folder / each.broken.invariant)
-            write_state(state, file)
-            teller.update()
-
-        try:
-            campaign(
-                work,
-                state,
-                executor_of(jobs, dask),
-                examples=examples,
-                tasks=tasks,
-                jobs=jobs,
-                go_on=teller.go_on,
-                news=news,
-            )
-        except KeyboardInterrupt:
-            status = INTERRUPTED
-    for each in state.found.values():
-        typer.echo(f"{each.broken}\n  see {folder / each.broken.invariant}")
-    if not quiet:
-        typer.echo(summary(state, before, (wall_ns() - start_ns) / 1e9))
-    return status or (BROKEN if state.found else HELD)
+    Raises:
+        ValueError: there is no such file, it holds no scenario, or one for slots that the rack has not.
+    """
+    if not file.is_file():
+        raise ValueError(f"{file}: there is no such scenario")
+    try:
+        scenario = Scenario.from_json(json.loads(file.read_text(encoding="utf-8")))
+        scenario.check(bench_of(setup).spec)
+    except json.JSONDecodeError as error:
+        raise ValueError(f"{file}:{error.lineno}: this is no JSON: {error.msg}") from None
+    except ValueError as error:
+        raise ValueError(f"{file}: {error}") from None
+    return scenario
 
 
 def _complain(text: str) -> None:

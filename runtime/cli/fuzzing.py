@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable
+import shlex
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
+
+from hypothesis.configuration import set_hypothesis_home_dir
 
 from ...ladder import Program
 from ...ladder.program import load_program
@@ -22,6 +26,8 @@ from ..listener import ScanListener
 from ..rack import Rack
 from ..rackspec import RackSpec
 from ..scan import Logic
+from .baggage import forget_imported
+from .fuzzsummary import report
 from .loading import Job, load_job
 from .run import recorder_for
 
@@ -39,6 +45,7 @@ class Setup:
         checks: standard invariants by name.
         scans: how long a run is.
         kinds: what is random.
+        notes: folder for what Hypothesis keeps.
     """
 
     rack: str
@@ -46,6 +53,13 @@ class Setup:
     checks: tuple[str, ...]
     scans: int
     kinds: frozenset[Kind]
+    notes: Path
+
+    @property
+    def words(self) -> list[str]:
+        """How the command line says what must hold."""
+        words = [word for file in self.invariants for word in ("--invariants", str(file))]
+        return words + [word for check in self.checks for word in ("--check", check)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +72,18 @@ class Work:
         """Search."""
         bench = bench_of(self.setup)
         strategy = scenarios(bench.spec, bench.scans, self.setup.kinds, base=task.base)
-        return search(bench, strategy, examples=task.examples, start=task.number, known=task.known)
+        with _kept_in(self.setup.notes):
+            return search(bench, strategy, examples=task.examples, start=task.number, known=task.known)
+
+
+@contextmanager
+def _kept_in(folder: Path) -> Iterator[None]:
+    """Have Hypothesis keep what it keeps in a folder, not in the one where the user happens to be."""
+    set_hypothesis_home_dir(folder / ".hypothesis")
+    try:
+        yield
+    finally:
+        set_hypothesis_home_dir(None)
 
 
 @cache
@@ -86,21 +111,27 @@ def logic_maker(job: Job, rack: str) -> Callable[[], Logic]:
     if isinstance(logic, Program):
         return logic.compile
     if job.rack_file == job.program:
-        return lambda: load_job(rack).logic
+        return lambda: _of_rack(rack, job.folder.resolve())
     address = f"{job.program}:{job.logic_name.rpartition(':')[2]}"
-    return lambda: _function(address)
+    return lambda: _function(address, job.program.resolve().parent)
 
 
-def _function(address: str) -> Logic:
+def _function(address: str, folder: Path) -> Logic:
+    forget_imported(folder)
     logic: Logic = load_program(address).function
     return logic
+
+
+def _of_rack(rack: str, folder: Path) -> Logic:
+    forget_imported(folder)
+    return load_job(rack).logic
 
 
 def _tags_of(logic: Logic) -> Any:
     return getattr(logic, "tags", {})
 
 
-def hand_over(job: Job, bench: Bench, found: Found, folder: Path) -> list[Path]:
+def hand_over(job: Job, setup: Setup, bench: Bench, found: Found, folder: Path) -> None:
     """Write all that shows a failure: report, scenario, rack file, trace, drive scripts, picture.
 
     Raises:
@@ -109,15 +140,23 @@ def hand_over(job: Job, bench: Bench, found: Found, folder: Path) -> list[Path]:
     folder.mkdir(parents=True, exist_ok=True)
     scans = min(bench.scans, found.broken.scan + RESERVE)
     scenario = _written(folder / "scenario.json", json.dumps(found.scenario.to_json(), indent=1) + "\n")
-    again = f"scanrack fuzz {job.rack_file} --scenario {scenario}"
-    written = [scenario]
+    check = shlex.join(["scanrack", "fuzz", setup.rack, *setup.words, "--scenario", str(scenario)])
+    again = []
     if job.rack_file.suffix == ".toml":
         text = rack_text(job.rack_file, bench.spec, found.scenario, scans, folder)
         rack_file = _written(folder / "rack.toml", text)
-        job, again = load_job(str(rack_file)), f"scanrack run {rack_file}"
-        written.append(rack_file)
-    report = [str(found.broken), "", "Run it again:", f"    {again}"]
+        job = load_job(str(rack_file))
+        again.append(shlex.join(["scanrack", "run", str(rack_file)]))
+    again += _recorded(job, bench, found.scenario, scans, folder)
+    with open_trace(folder / "trace.mcap") as trace:
+        save_page(trace, folder / "chart.html", title=found.broken.sentence)
+    _written(folder / "report.txt", report(found, str(folder / "chart.html"), again, check))
+
+
+def _recorded(job: Job, bench: Bench, scenario: Scenario, scans: int, folder: Path) -> list[str]:
+    """Record a scenario, as a trace and as scripts for the bench; return how to run these, or why not."""
     scripts: dict[int, DriveScript] = {}
+    told = []
 
     def listeners(spec: RackSpec, rack: Rack) -> Iterable[ScanListener]:
         for slot in spec.slot:
@@ -126,18 +165,14 @@ def hand_over(job: Job, bench: Bench, found: Found, folder: Path) -> list[Path]:
                 scripts[slot.number] = DriveScript(spec, slot, rack.slots[slot.number])
                 yield scripts[slot.number]
             else:
-                report.append(f"    (slot {slot.number} has no drive script: the bench can't do {why})")
+                told.append(f"(slot {slot.number} has no drive script: the bench can't do {why})")
         yield recorder_for(job, rack, folder / "trace.mcap")
 
-    Bench(bench.spec, bench.fresh_logic, (), scans).run(found.scenario, listeners=listeners)
-    written.append(folder / "trace.mcap")
+    Bench(bench.spec, bench.fresh_logic, (), scans).run(scenario, listeners=listeners)
     for number, script in scripts.items():
-        written.append(_written(folder / f"drive-slot{number}.jsonl", script.text()))
-        report.append(f"    scanrack drive amci3601 < {written[-1]}")
-    with open_trace(folder / "trace.mcap") as trace:
-        save_page(trace, folder / "chart.html", title=found.broken.sentence)
-    written += [folder / "chart.html", _written(folder / "report.txt", "\n".join(report) + "\n")]
-    return written
+        file = _written(folder / f"drive-slot{number}.jsonl", script.text())
+        told.append(f"scanrack drive amci3601 < {shlex.quote(str(file))}")
+    return told
 
 
 def _written(path: Path, text: str) -> Path:

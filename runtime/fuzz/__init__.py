@@ -19,7 +19,7 @@ and the rack made anew; what breaks an invariant is shrunk by Hypothesis (`searc
 from .invariants import Invariant, InvariantError, always, load_invariants, never, within
 from .moment import Moment, SlotMoment
 from .scenario import Press, Scenario
-from .search import Found, Report, search
+from .search import Found, Report, UnsteadyError, search, undisturbed
 from .standard import STANDARD
 from .trial import Bench, Broken, Verdict
 
@@ -35,10 +35,12 @@ __all__ = [
     "Report",
     "Scenario",
     "SlotMoment",
+    "UnsteadyError",
     "Verdict",
     "always",
     "load_invariants",
     "never",
     "search",
+    "undisturbed",
     "within",
 ]

@@ -7,17 +7,14 @@ varies a scenario of the corpus, which holds the first scenario in which each ru
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any
+from dataclasses import dataclass
 
 from .scenario import Scenario
 from .search import Found, Report
-from .trial import Broken
+from .state import CampaignError, State
 
 TRIES = 3
 """How often a task is given out whose worker dies."""
@@ -40,134 +37,8 @@ class Task:
     base: Scenario | None = None
 
 
-RECORDING = "recording"
-"""What stands for a rule in the corpus where a scenario was learned from a recording."""
-
 Work = Callable[[Task], Report]
 """Does a task, in this process or another one; it can be pickled."""
-
-
-class CampaignError(ValueError):
-    """A campaign that can't go on; the message says why."""
-
-
-@dataclass(slots=True)
-class State:
-    """What a campaign knows.
-
-    Attributes:
-        tasks: number of tasks done, all of those before included.
-        runs: number of runs.
-        scans: scans in all of them.
-        rules: how often each rule of the manual fired.
-        corpus: by a rule's id, the scenario in which it fired first; by `RECORDING`, that of a recording.
-        found: the smallest scenario that breaks an invariant, by the invariant's name.
-    """
-
-    tasks: int = 0
-    runs: int = 0
-    scans: int = 0
-    rules: Counter[str] = field(default_factory=Counter)
-    corpus: dict[str, Scenario] = field(default_factory=dict)
-    found: dict[str, Found] = field(default_factory=dict)
-
-    def add(self, report: Report) -> list[Found]:
-        """Add what a task reports; return what is found for the first time, or smaller than before."""
-        self.tasks += 1
-        self.runs += report.runs
-        self.scans += report.scans
-        self.rules.update(report.rules)
-        for rule, scenario in report.firsts.items():
-            self.corpus.setdefault(rule, scenario)
-        news = []
-        for each in report.found:
-            known = self.found.get(each.broken.invariant)
-            if known is None or each.scenario.size < known.scenario.size:
-                self.found[each.broken.invariant] = each
-                news.append(each)
-        return news
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the state as JSON can hold it."""
-        return {
-            "tasks": self.tasks,
-            "runs": self.runs,
-            "scans": self.scans,
-            "rules": dict(sorted(self.rules.items())),
-            "corpus": {rule: each.to_json() for rule, each in sorted(self.corpus.items())},
-            "found": [_found_json(each) for _, each in sorted(self.found.items())],
-        }
-
-    @classmethod
-    def from_json(cls, given: dict[str, Any]) -> State:
-        """Return the state that `to_json` wrote.
-
-        Raises:
-            ValueError: it is none.
-        """
-        try:
-            found = [_found(each) for each in given["found"]]
-            return cls(
-                int(given["tasks"]),
-                int(given["runs"]),
-                int(given["scans"]),
-                Counter(given["rules"]),
-                {rule: Scenario.from_json(each) for rule, each in given["corpus"].items()},
-                {each.broken.invariant: each for each in found},
-            )
-        except (KeyError, TypeError, AttributeError) as error:
-            raise ValueError(f"this is no state of a campaign: {error!r}") from None
-
-
-def _found_json(found: Found) -> dict[str, Any]:
-    broken = found.broken
-    return {
-        "scenario": found.scenario.to_json(),
-        "after": found.after,
-        "invariant": broken.invariant,
-        "sentence": broken.sentence,
-        "scan": broken.scan,
-        "now_ns": broken.now_ns,
-        "why": broken.why,
-        "rules": list(broken.rules),
-    }
-
-
-def _found(given: dict[str, Any]) -> Found:
-    broken = Broken(
-        given["invariant"],
-        given["sentence"],
-        given["scan"],
-        given["now_ns"],
-        given["why"],
-        tuple(given["rules"]),
-    )
-    return Found(Scenario.from_json(given["scenario"]), broken, given["after"])
-
-
-def read_state(file: Path) -> State:
-    """Return the state in a file, an empty one if there is no such file.
-
-    Raises:
-        CampaignError: the file can't be read, or holds none.
-    """
-    if not file.exists():
-        return State()
-    try:
-        return State.from_json(json.loads(file.read_text(encoding="utf-8")))
-    except (OSError, ValueError) as error:
-        raise CampaignError(f"{file}: {error}; move it away to begin anew") from error
-
-
-def write_state(state: State, file: Path) -> None:
-    """Write a state beside what was there, then put it in its place.
-
-    Raises:
-        OSError: it can't be written.
-    """
-    beside = file.with_suffix(".new")
-    beside.write_text(json.dumps(state.to_json(), indent=1) + "\n", encoding="utf-8")
-    beside.replace(file)
 
 
 def campaign(
@@ -199,46 +70,85 @@ def campaign(
         CampaignError: a task's worker has died several times.
         InvariantError: an invariant raised.
     """
-    waiting = _tasks(state, examples, tasks, known)
-    tried: Counter[int] = Counter()
-    running: dict[Future[Report], Task] = {}
-    lost: list[Task] = []
-    pool = executor()
-    wanted = True
+    desk = _Desk(work, executor, _tasks(state, examples, tasks, known))
     try:
-        while True:
-            while wanted and len(running) < jobs:
-                task = lost.pop() if lost else next(waiting, None)
-                if task is None:
-                    break
-                tried[task.number] += 1
-                if tried[task.number] > TRIES:
-                    raise CampaignError(f"task {task.number}: its worker has died {TRIES} times")
-                running[pool.submit(work, task)] = task
-            if not running:
-                break
-            done, _ = wait(running, return_when=FIRST_COMPLETED)
-            broken = False
-            for future in sorted(done, key=lambda each: running[each].number):
-                task = running.pop(future)
-                error = future.exception()
-                if error is not None and _worker_died(error):
-                    broken = broken or isinstance(error, BrokenExecutor)
-                    lost.append(task)
-                elif error is not None:
-                    raise error
-                else:
-                    news(state.add(future.result()))
-            if broken:
-                lost += running.values()
-                running.clear()
-                pool.shutdown(wait=False)
-                pool = executor()
-            wanted = wanted and go_on()
+        for _ in range(jobs):
+            desk.give_out()
+        while desk.reports_are_due:
+            for report in desk.wait(state.tasks):
+                news(state.add(report))
+                if go_on():
+                    desk.give_out()
     finally:
-        for future in running:
-            future.cancel()
-        pool.shutdown(wait=True)
+        desk.close()
+
+
+class _Desk:
+    """Gives out tasks and takes their reports.
+
+    Reports are passed on in the order of their tasks, and each is followed by a new task: so what a task
+    knows does not hang on which worker was faster, and the same campaign finds the same.
+    """
+
+    def __init__(self, work: Work, executor: Callable[[], Executor], waiting: Iterator[Task]) -> None:
+        self._work = work
+        self._executor = executor
+        self._waiting = waiting
+        self._pool = executor()
+        self._running: dict[Future[Report], Task] = {}
+        self._early: dict[int, Report] = {}
+        self._tried: Counter[int] = Counter()
+
+    @property
+    def reports_are_due(self) -> bool:
+        """Whether a task is under way."""
+        return bool(self._running)
+
+    def give_out(self) -> None:
+        """Give out the next task, if there is one."""
+        task = next(self._waiting, None)
+        if task is not None:
+            self._submit(task)
+
+    def _submit(self, task: Task) -> None:
+        self._tried[task.number] += 1
+        if self._tried[task.number] > TRIES:
+            raise CampaignError(f"task {task.number}: its worker has died {TRIES} times")
+        self._running[self._pool.submit(self._work, task)] = task
+
+    def wait(self, number: int) -> Iterator[Report]:
+        """Wait until a task is done; yield the reports from a task's number on, as far as they have come."""
+        done, _ = wait(self._running, return_when=FIRST_COMPLETED)
+        self._take(done)
+        while number in self._early:
+            yield self._early.pop(number)
+            number += 1
+
+    def _take(self, done: set[Future[Report]]) -> None:
+        """Keep what is reported; give out again what a worker has died of, or with."""
+        lost = []
+        broken = False
+        for future in done:
+            task = self._running.pop(future)
+            error = future.exception()
+            if error is None:
+                self._early[task.number] = future.result()
+            elif _worker_died(error):
+                broken = broken or isinstance(error, BrokenExecutor)
+                lost.append(task)
+            else:
+                raise error
+        if broken:
+            lost += self._running.values()
+            self._running.clear()
+            self._pool.shutdown(wait=False)
+            self._pool = self._executor()
+        for task in sorted(lost, key=lambda each: each.number):
+            self._submit(task)
+
+    def close(self) -> None:
+        """Give up what is under way."""
+        self._pool.shutdown(wait=True, cancel_futures=True)
 
 
 def _worker_died(error: BaseException) -> bool:

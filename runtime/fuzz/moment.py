@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ...io_images.amci3601 import StatusView
-from ...io_images.amci3601.bits import CommandMsw
+from ...io_images.amci3601.bits import CommandMsw, status_names
 from ...io_images.image import Image
 from ..rack import Rack, Slot
 
@@ -41,6 +41,12 @@ class SlotMoment:
         self.status = StatusView(slot.inputs)
         self._words = slot.inputs.words
         self._outputs = slot.outputs.words
+
+    def __str__(self) -> str:
+        """Return what is to be seen of it, in words."""
+        commands = "configuration" if self.configuring else " ".join(self.commands) or "none"
+        status = " ".join(status_names(self.inputs[0], self.inputs[1])) or "none"
+        return f"commands {commands}; status {status}; position {self.position}"
 
     @property
     def moving(self) -> bool:

@@ -138,6 +138,8 @@ class Scenario:
             ValueError: it is none; the message names the key.
         """
         known = ("firmware", "presses", "incidents", "shifts", "lost")
+        if not isinstance(given, Mapping):
+            raise ValueError(f"a scenario is an object with {', '.join(known)}, not {given!r:.40}")
         unknown = sorted(set(given) - set(known))
         if unknown:
             raise ValueError(f"scenario: unknown key {unknown[0]}; allowed are {', '.join(known)}")
@@ -149,8 +151,28 @@ class Scenario:
                 tuple(Shift(**each) for each in given.get("shifts", ())),
                 tuple(Lost(**each) for each in given.get("lost", ())),
             )
-        except (KeyError, TypeError, AttributeError) as error:
+        except KeyError as error:
+            raise ValueError(f"scenario: key {error} is missing") from None
+        except (TypeError, AttributeError) as error:
             raise ValueError(f"scenario: {error}") from None
+
+    def check(self, spec: RackSpec) -> None:
+        """Refuse a scenario that does not belong to a rack.
+
+        Raises:
+            ValueError: it is about a slot that the rack does not have.
+        """
+        have = [slot.number for slot in spec.slot]
+        parts: Sequence[Press | Incident | Shift | Lost] = (
+            *self.presses,
+            *(each for each in self.incidents if each.what is not Happening.PROGRAM_MODE),
+            *self.shifts,
+            *self.lost,
+        )
+        for slot in (*dict(self.firmware), *(part.slot for part in parts)):
+            if slot not in have:
+                slots = ", ".join(map(str, have))
+                raise ValueError(f"scenario: there is no slot {slot}; the rack has {slots}")
 
     @property
     def size(self) -> int:
@@ -166,7 +188,11 @@ class Scenario:
 
 
 def _press(given: Mapping[str, Any]) -> Press:
-    return Press(**{**given, "input": InputBit[given["input"].upper()]})
+    name = str(given["input"]).upper()
+    if name not in InputBit.__members__:
+        inputs = ", ".join(map(input_name, InputBit))
+        raise ValueError(f"scenario: there is no input {given['input']!r}; allowed are {inputs}")
+    return Press(**{**given, "input": InputBit[name]})
 
 
 def _incident(given: Mapping[str, Any]) -> Incident:

@@ -8,9 +8,16 @@ from dataclasses import dataclass, field
 
 from hypothesis import HealthCheck, Phase, Verbosity, given, seed, settings, target
 from hypothesis import strategies as st
+from hypothesis.errors import Flaky
 
+from ..pace import wall_ns
 from .scenario import Scenario
-from .trial import Bench, Broken, Verdict
+from .trial import ASKING, BUILDING, PROGRAM, RUNNING, Bench, Broken, Verdict
+from .words import told
+
+DRAWING = "drawing scenarios"
+SPENT = (PROGRAM, RUNNING, ASKING, BUILDING, DRAWING)
+"""What the time of a search goes to."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +45,8 @@ class Report:
         rules: how often each rule of the manual fired.
         found: what was found, each invariant once.
         firsts: the scenario in which a rule fired first, by the rule's id.
+        shrinking: how many of the runs were to shrink what was found.
+        spent: what the time went to, ns, by the names of `SPENT`.
     """
 
     runs: int = 0
@@ -45,6 +54,8 @@ class Report:
     rules: Counter[str] = field(default_factory=Counter)
     found: list[Found] = field(default_factory=list)
     firsts: dict[str, Scenario] = field(default_factory=dict)
+    shrinking: int = 0
+    spent: Counter[str] = field(default_factory=Counter)
 
     def add(self, scenario: Scenario, verdict: Verdict) -> None:
         """Count a run."""
@@ -53,6 +64,11 @@ class Report:
         for rule in verdict.rules:
             self.firsts.setdefault(rule, scenario)
         self.rules.update(verdict.rules)
+        self.spent.update(verdict.spent)
+
+
+class UnsteadyError(ValueError):
+    """A program that does not do the same twice in the same scenario."""
 
 
 class _BrokenError(Exception):
@@ -83,11 +99,13 @@ def search(
 
     Raises:
         InvariantError: an invariant raised.
+        UnsteadyError: the program does not do the same twice.
     """
     report = Report()
+    start_ns = wall_ns()
     given_up = set(known)
     left, attempt = examples, 0
-    while left > 0 and len(given_up) <= len(bench.invariants):
+    while left > 0 and bench.names - given_up:
         used, found = _hunt(bench, strategy, left, start + attempt, frozenset(given_up), report, progress)
         left -= used
         attempt += 1
@@ -95,7 +113,27 @@ def search(
             break
         report.found.append(found)
         given_up.add(found.broken.invariant)
+    report.spent[DRAWING] = wall_ns() - start_ns - report.spent.total()
     return report
+
+
+def undisturbed(bench: Bench, scenario: Scenario, known: Iterable[str] = ()) -> list[Found]:
+    """Run one scenario, before anything is random; return what is broken in it, each invariant once.
+
+    Args:
+        bench: the program and what must hold.
+        scenario: an empty one, or what a recording shows.
+        known: names of invariants that are not asked.
+
+    Raises:
+        InvariantError: an invariant raised.
+    """
+    found: list[Found] = []
+    without = set(known)
+    while (broken := bench.run(scenario, without=without).broken) is not None:
+        found.append(Found(scenario, broken, 1))
+        without.add(broken.invariant)
+    return found
 
 
 def _hunt(
@@ -130,7 +168,9 @@ def _hunt(
         verdict = bench.run(scenario, without=without)
         report.add(scenario, verdict)
         progress(report.runs)
-        if wanted is None:
+        if wanted is not None:
+            report.shrinking += 1
+        else:
             used += 1
             target(float(len(verdict.rules)), label="rules of the manual that fire")
         broken = verdict.broken
@@ -146,4 +186,15 @@ def _hunt(
     except _BrokenError:
         assert smallest is not None
         return used, Found(*smallest, first)
+    except Flaky:
+        assert smallest is not None
+        raise UnsteadyError(_unsteady(*smallest)) from None
     return used, None
+
+
+def _unsteady(scenario: Scenario, broken: Broken) -> str:
+    return (
+        f"the program does not do the same twice in the same surroundings ({'; '.join(told(scenario))}): "
+        f"it broke {broken.invariant} in one run and not in another. Does it ask the clock, use chance, "
+        "or keep something from run to run?"
+    )

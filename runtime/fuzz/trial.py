@@ -8,10 +8,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..build import build_cpu, build_rack
-from ..cpu import Cpu
+from ..cpu import Cpu, ScanFlag
 from ..events import JsonValue
-from ..faults import Cause, CpuFault
+from ..faults import Cause, CpuFault, Fault
 from ..listener import ScanListener
+from ..pace import wall_ns
 from ..rack import Rack
 from ..rackspec import RackSpec
 from ..scan import Logic
@@ -21,6 +22,9 @@ from .scenario import Scenario
 
 NO_FAULT = "no-fault"
 """Name of the invariant that is always there: the program does not fault the CPU."""
+
+PROGRAM, RUNNING, ASKING, BUILDING = "the program", "modules and scan loop", "invariants", "making racks"
+"""What the time of a run goes to."""
 
 NOTHING: Mapping[str, Any] = {}
 
@@ -35,6 +39,7 @@ class Broken:
         scan: number of the scan.
         now_ns: its virtual time, ns since power-up.
         why: in which way it did not.
+        shows: what each slot shows at the end of that scan, in words.
         rules: sentences of the manual's rules that fired in that scan, with their ids.
     """
 
@@ -43,14 +48,12 @@ class Broken:
     scan: int
     now_ns: int
     why: str
+    shows: tuple[str, ...] = ()
     rules: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        rules = "".join(f"\n  {rule}" for rule in self.rules)
-        return (
-            f"broken: {self.sentence.rstrip('.')} [{self.invariant}]: scan {self.scan}, "
-            f"{self.now_ns / 1e9:g} s: {self.why}{rules}"
-        )
+        what = f"{self.sentence.rstrip('.')} [{self.invariant}]"
+        return f"broken: {what}: scan {self.scan}, {self.now_ns / 1e9:g} s: {self.why}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,11 +64,26 @@ class Verdict:
         scans: number of scans run.
         rules: how often each rule of the manual fired, by id.
         broken: the first invariant that did not hold, or None.
+        spent: what the time went to, ns.
     """
 
     scans: int
     rules: Mapping[str, int]
     broken: Broken | None = None
+    spent: Mapping[str, int] = field(default_factory=dict, compare=False)
+
+
+class _Timed:
+    """A logic whose time is taken."""
+
+    def __init__(self, logic: Logic) -> None:
+        self._logic = logic
+        self.spent_ns = 0
+
+    def __call__(self, scan: Any) -> None:
+        start_ns = wall_ns()
+        self._logic(scan)
+        self.spent_ns += wall_ns() - start_ns
 
 
 class _Watcher:
@@ -77,6 +95,7 @@ class _Watcher:
         self.cpu: Cpu
         self.rules: Counter[str] = Counter()
         self.broken: Broken | None = None
+        self.spent_ns = 0
         self._told: list[str] = []
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
@@ -87,16 +106,31 @@ class _Watcher:
             self._told.append(f"{fields['text']} [{name}]")
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Ask every invariant."""
+        """Ask every invariant, unless the scan was not finished."""
+        if flags & ScanFlag.FAULT:
+            return
+        start_ns = wall_ns()
         moment = self.moment
         moment.scan, moment.ns = scan, now_ns
         for invariant, watch in self._watches:
             why = watch(moment)
             if why is not None:
-                self.broken = Broken(invariant.name, invariant.sentence, scan, now_ns, why, tuple(self._told))
+                self.broken = self.told(invariant.name, invariant.sentence, why)
                 self.cpu.stop()
                 return
         self._told.clear()
+        self.spent_ns += wall_ns() - start_ns
+
+    def told(self, name: str, sentence: str, why: str) -> Broken:
+        """Return what is broken at this moment."""
+        now = self.moment
+        shows = tuple(f"slot {number}: {slot}" for number, slot in now.slot.items())
+        return Broken(name, sentence, now.scan, now.ns, why, shows, tuple(self._told))
+
+    def faulted(self, fault: Fault) -> Broken:
+        """Return that the CPU has faulted."""
+        self.moment.scan, self.moment.ns = fault.scan, fault.now_ns
+        return self.told(NO_FAULT, "The program does not fault the CPU", f"{fault.text} [{fault.where}]")
 
     def close(self) -> None:
         """See `ScanListener.close`."""
@@ -120,6 +154,11 @@ class Bench:
     scans: int
     tags_of: Callable[[Logic], Any] = field(default=lambda _logic: NOTHING)
 
+    @property
+    def names(self) -> frozenset[str]:
+        """Names of all that must hold, `NO_FAULT` among them."""
+        return frozenset({NO_FAULT, *(each.name for each in self.invariants)})
+
     def run(
         self,
         scenario: Scenario,
@@ -137,27 +176,28 @@ class Bench:
         Raises:
             InvariantError: an invariant raised.
         """
+        start_ns = wall_ns()
         spec = scenario.laid_over(self.spec)
         rack = build_rack(spec)
         logic = self.fresh_logic()
-        asked = [each for each in self.invariants if each.name not in set(without)]
-        watcher = _Watcher([(each, each.start()) for each in asked])
+        timed = _Timed(logic)
+        unasked = set(without)
+        watcher = _Watcher([(each, each.start()) for each in self.invariants if each.name not in unasked])
         watcher.moment = Moment(rack, self.tags_of(logic))
-        cpu = build_cpu(spec, logic, rack, listeners=[*listeners(spec, rack), watcher])
+        cpu = build_cpu(spec, timed, rack, listeners=[*listeners(spec, rack), watcher])
         watcher.cpu = cpu
+        built_ns = wall_ns()
         try:
             cpu.run(self.scans)
+            cpu.close()
         except CpuFault as error:
-            return self._faulted(error, watcher, without)
-        cpu.close()
-        return Verdict(cpu.scan, watcher.rules, watcher.broken)
-
-    def _faulted(self, error: CpuFault, watcher: _Watcher, without: Iterable[str]) -> Verdict:
-        fault = error.fault
-        if fault.cause is Cause.LISTENER and error.__cause__ is not None:
-            raise error.__cause__  # an invariant that raised, not the program
-        broken = None
-        if NO_FAULT not in without:
-            says = "The program does not fault the CPU"
-            broken = Broken(NO_FAULT, says, fault.scan, fault.now_ns, f"{fault.text} [{fault.where}]")
-        return Verdict(fault.scan, watcher.rules, broken)
+            if error.fault.cause is Cause.LISTENER and error.__cause__ is not None:
+                raise error.__cause__ from None  # an invariant that raised, not the program
+            watcher.broken = None if NO_FAULT in unasked else watcher.faulted(error.fault)
+        spent = {
+            BUILDING: built_ns - start_ns,
+            PROGRAM: timed.spent_ns,
+            ASKING: watcher.spent_ns,
+            RUNNING: wall_ns() - built_ns - timed.spent_ns - watcher.spent_ns,
+        }
+        return Verdict(cpu.scan, watcher.rules, watcher.broken, spent)

@@ -4,10 +4,11 @@ import os
 import signal
 
 import pytest
-from scanrack.runtime.cli.fuzz import executor_of
+from scanrack.runtime.cli.executors import executor_of
 from scanrack.runtime.cli.fuzzing import Setup, Work
-from scanrack.runtime.fuzz.campaign import State, campaign
+from scanrack.runtime.fuzz.campaign import campaign
 from scanrack.runtime.fuzz.scenarios import Kind
+from scanrack.runtime.fuzz.state import State
 
 distributed = pytest.importorskip("distributed", reason="the extra 'cluster' is not installed")
 
@@ -46,7 +47,7 @@ def test_a_campaign_outlives_a_worker(tmp_path, cluster):
             killed.append(workers[0])
             os.kill(workers[0], signal.SIGKILL)
 
-    work = Work(Setup(str(rack), (), ("no-command-error",), 200, frozenset({Kind.LINK})))
+    work = Work(Setup(str(rack), (), ("no-command-error",), 200, frozenset({Kind.LINK}), tmp_path))
     executor = executor_of(2, cluster.scheduler_address)
     campaign(work, state, executor, examples=20, tasks=TASKS, jobs=2, news=news)
     assert killed

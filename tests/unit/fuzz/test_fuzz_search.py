@@ -9,7 +9,8 @@ import pytest
 from campaign_work import DiesOnce, dies
 from scanrack.runtime.cli import build
 from scanrack.runtime.fuzz import Found, Scenario
-from scanrack.runtime.fuzz.campaign import CampaignError, State, campaign, read_state, write_state
+from scanrack.runtime.fuzz.campaign import campaign
+from scanrack.runtime.fuzz.state import CampaignError, State, read_state, write_state
 from scanrack.runtime.fuzz.trial import Broken
 from typer.testing import CliRunner
 
@@ -116,7 +117,7 @@ def test_a_campaign_goes_on_where_it_left_off(rack, tmp_path):
     fuzz(file, "--runs", 10)
     second = fuzz(file, "--runs", 10)
     assert "in all        20 runs" in second.stdout
-    assert read_state(tmp_path / "out" / "state.json").tasks == 2
+    assert read_state(tmp_path / "out" / "state.json", "../line.toml").tasks == 2
 
 
 def test_the_same_search_finds_the_same(rack, tmp_path):
@@ -127,7 +128,7 @@ def test_the_same_search_finds_the_same(rack, tmp_path):
     fuzz(file, *words, "--out", tmp_path / "one")
     fuzz(file, *words, "--out", tmp_path / "two")
     first, second = (tmp_path / name / "state.json" for name in ("one", "two"))
-    assert read_state(first).found
+    assert read_state(first, "../line.toml").found
     assert first.read_bytes() == second.read_bytes()
 
 
@@ -168,15 +169,15 @@ def test_a_task_that_kills_every_worker_ends_the_campaign():
 
 
 def test_a_state_is_written_and_read(tmp_path):
-    broken = Broken("name", "It holds.", 3, 6_000_000, "it is false", ("a rule [CMD-01]",))
-    state = State(2, 10, 500, Counter({"CMD-01": 2}), {"CMD-01": Scenario()}, {})
+    broken = Broken("name", "It holds.", 3, 6_000_000, "it is false", ("slot 1: idle",), ("a rule [CMD-01]",))
+    state = State("line.toml", 2, 10, 500, Counter({"CMD-01": 2}), {"CMD-01": Scenario()}, {})
     state.found["name"] = Found(Scenario(), broken, 7)
     write_state(state, tmp_path / "state.json")
-    assert read_state(tmp_path / "state.json") == state
+    assert read_state(tmp_path / "state.json", "line.toml") == state
 
 
 def test_a_file_that_is_no_state_is_refused(tmp_path):
     file = tmp_path / "state.json"
     file.write_text("{}", encoding="utf-8")
     with pytest.raises(CampaignError, match="move it away to begin anew"):
-        read_state(file)
+        read_state(file, "line.toml")

@@ -1,0 +1,176 @@
+"""What a session of `scanrack fuzz` does: look again at what is known, search on, tell and hand over."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskID, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+from ..fuzz import Found, Scenario, undisturbed
+from ..fuzz.campaign import campaign
+from ..fuzz.state import RECORDING, State, read_state, write_state
+from ..fuzz.trial import NO_FAULT, Bench
+from ..pace import wall_ns
+from .executors import executor_of
+from .fuzzing import Setup, Work, bench_of, hand_over
+from .fuzzsummary import failure, mended, summary
+from .loading import Job
+
+HELD, BROKEN, INTERRUPTED = 0, 1, 130
+"""Exit status of a session: everything held; something is broken; Ctrl-C."""
+
+MOST_RUNS, LEAST_RUNS, SCANS = 50, 10, 150_000
+"""Scenarios per task: as many as this number of scans, a few seconds' work, but within these limits."""
+
+
+@dataclass(frozen=True, slots=True)
+class Session:
+    """What one call of the command is asked to do.
+
+    Attributes:
+        job: the rack.
+        setup: what is searched.
+        folder: where everything goes.
+        runs: how many scenarios are tried, if there is no limit of time.
+        limit_ns: how long is searched; None = until all runs are done.
+        jobs: how many searches at a time.
+        dask: address of a Dask scheduler, or None.
+        base: the scenario of a recording, or None.
+        quiet: only what is broken is told.
+    """
+
+    job: Job
+    setup: Setup
+    folder: Path
+    runs: int
+    limit_ns: int | None
+    jobs: int
+    dask: str | None
+    base: Scenario | None
+    quiet: bool
+
+    @property
+    def state_file(self) -> Path:
+        """Where all that is known is kept."""
+        return self.folder / "state.json"
+
+    @property
+    def examples(self) -> int:
+        """How many scenarios a task tries."""
+        return min(self.runs, MOST_RUNS, max(LEAST_RUNS, SCANS // self.setup.scans))
+
+    @property
+    def tasks(self) -> int | None:
+        """How many tasks there are; None = as many as there is time for."""
+        return None if self.limit_ns is not None else -(-self.runs // self.examples)
+
+    def run(self) -> int:
+        """Search; return the exit status.
+
+        Raises:
+            ValueError: something can't be used.
+            OSError: a file can't be written.
+        """
+        start_ns = wall_ns()
+        self.folder.mkdir(parents=True, exist_ok=True)
+        bench = bench_of(self.setup)
+        state = read_state(self.state_file, os.path.relpath(self.setup.rack, self.folder))
+        before = replace(state)
+        if self.base is not None:
+            state.corpus = {RECORDING: self.base, **state.corpus}
+        self._look_again(bench, state)
+        self._keep(bench, state, state.note(undisturbed(bench, self.base or Scenario(), state.found)))
+        status = HELD
+        if self._is_worth_a_search(bench, state):
+            status = self._search(bench, state, start_ns)
+        broken = [state.found[name] for name in sorted(bench.names & set(state.found))]
+        if not self.quiet:
+            typer.echo(summary(state, before, (wall_ns() - start_ns) / 1e9))
+            held = sorted(bench.names - set(state.found))
+            typer.echo(f"held          {', '.join(held) or 'nothing'}")
+        for each in broken:
+            typer.echo(f"{failure(each)}\n  see {self._folder_of(each)}")
+        return status or (BROKEN if broken else HELD)
+
+    def _look_again(self, bench: Bench, state: State) -> None:
+        """Look whether what was broken still is, and tell what is not."""
+        for broken in state.recheck(bench):
+            typer.echo(f"mended: {broken.sentence.rstrip('.')} [{broken.invariant}]")
+            mended(self.folder / broken.invariant / "report.txt")
+
+    def _is_worth_a_search(self, bench: Bench, state: State) -> bool:
+        """Whether there is something left to be found; if not, say why."""
+        fault = state.found.get(NO_FAULT)
+        if fault is not None and not fault.scenario.size:
+            self._complain("the program faults with nothing random around it: mend that, then search")
+            return False
+        if bench.names <= set(state.found):
+            self._complain("all that must hold is broken already: nothing is left to search for")
+            return False
+        return True
+
+    def _search(self, bench: Bench, state: State, start_ns: int) -> int:
+        deadline_ns = None if self.limit_ns is None else start_ns + self.limit_ns
+        with self._progress(state) as show:
+
+            def news(found: list[Found]) -> None:
+                self._keep(bench, state, found)
+                show(found)
+
+            try:
+                campaign(
+                    Work(self.setup),
+                    state,
+                    executor_of(self.jobs, self.dask),
+                    examples=self.examples,
+                    tasks=self.tasks,
+                    jobs=self.jobs,
+                    go_on=lambda: deadline_ns is None or wall_ns() < deadline_ns,
+                    news=news,
+                )
+            except KeyboardInterrupt:
+                return INTERRUPTED
+        return HELD
+
+    def _keep(self, bench: Bench, state: State, found: Iterable[Found]) -> None:
+        """Write down all that is known, and hand over what is new."""
+        for each in found:
+            hand_over(self.job, self.setup, bench, each, self._folder_of(each))
+        write_state(state, self.state_file)
+
+    def _folder_of(self, found: Found) -> Path:
+        return self.folder / found.broken.invariant
+
+    @contextmanager
+    def _progress(self, state: State) -> Iterator[Callable[[list[Found]], None]]:
+        """Show how far the search is, if there is a terminal; yield what is told after every task."""
+        console = Console(stderr=True)
+        if self.quiet or not console.is_terminal:
+            yield lambda found: None
+            return
+        columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
+        with Progress(*columns, console=console) as bar:
+            total = self.tasks if self.limit_ns is None else self.limit_ns
+            yield self._bar(bar, bar.add_task("searching", total=total), state)
+
+    def _bar(self, bar: Progress, task: TaskID, state: State) -> Callable[[list[Found]], None]:
+        start_ns, tasks_before = wall_ns(), state.tasks
+
+        def show(found: list[Found]) -> None:
+            for each in found:
+                bar.console.print(str(each.broken), highlight=False, markup=False)
+            done = state.tasks - tasks_before if self.limit_ns is None else wall_ns() - start_ns
+            text = f"{state.runs:,} runs, {len(state.found)} broken"
+            bar.update(task, completed=done, description=text)
+
+        return show
+
+    @staticmethod
+    def _complain(text: str) -> None:
+        typer.echo(f"scanrack: {text}", err=True)

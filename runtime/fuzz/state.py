@@ -1,0 +1,183 @@
+"""What a campaign knows, as a file that is written after every task and read by the next run."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from .scenario import Scenario
+from .search import Found, Report
+from .trial import Bench, Broken
+
+RECORDING = "recording"
+"""What stands for a rule in the corpus where a scenario was learned from a recording."""
+
+
+class CampaignError(ValueError):
+    """A campaign that can't go on; the message says why."""
+
+
+@dataclass(slots=True)
+class State:
+    """What a campaign knows.
+
+    Attributes:
+        rack: path of what is searched, as it was given; empty before the first run.
+        tasks: number of tasks done, all of those before included.
+        runs: number of runs.
+        scans: scans in all of them.
+        rules: how often each rule of the manual fired.
+        corpus: by a rule's id, the scenario in which it fired first; by `RECORDING`, that of a recording;
+            by an invariant's name, one that broke it once and does not any more.
+        found: the smallest scenario that breaks an invariant, by the invariant's name.
+        shrinking: how many of this session's runs were to shrink what was found; not kept in the file.
+        spent: what the time of this session's searches went to, ns; not kept in the file.
+    """
+
+    rack: str = ""
+    tasks: int = 0
+    runs: int = 0
+    scans: int = 0
+    rules: Counter[str] = field(default_factory=Counter)
+    corpus: dict[str, Scenario] = field(default_factory=dict)
+    found: dict[str, Found] = field(default_factory=dict)
+    shrinking: int = field(default=0, compare=False)
+    spent: Counter[str] = field(default_factory=Counter, compare=False)
+
+    def add(self, report: Report) -> list[Found]:
+        """Add what a task reports; return what is found for the first time, or smaller than before."""
+        self.tasks += 1
+        self.runs += report.runs
+        self.scans += report.scans
+        self.rules.update(report.rules)
+        self.shrinking += report.shrinking
+        self.spent.update(report.spent)
+        for rule, scenario in report.firsts.items():
+            self.corpus.setdefault(rule, scenario)
+        return self.note(report.found)
+
+    def note(self, found: Iterable[Found]) -> list[Found]:
+        """Add what is found; return what is so for the first time, or smaller than before."""
+        news = []
+        for each in found:
+            known = self.found.get(each.broken.invariant)
+            if known is None or each.scenario.size < known.scenario.size:
+                self.found[each.broken.invariant] = each
+                news.append(each)
+        return news
+
+    def recheck(self, bench: Bench) -> list[Broken]:
+        """Look whether the program still breaks what it was found to break; return what it does not.
+
+        What is mended becomes part of the corpus. Invariants that the bench does not ask are left alone.
+        """
+        mended = []
+        for name in sorted(bench.names & set(self.found)):
+            before = self.found[name]
+            broken = bench.run(before.scenario, without=bench.names - {name}).broken
+            if broken is not None:
+                self.found[name] = replace(before, broken=broken)
+                continue
+            del self.found[name]
+            self.corpus[name] = before.scenario
+            mended.append(before.broken)
+        return mended
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the state as JSON can hold it."""
+        return {
+            "rack": self.rack,
+            "tasks": self.tasks,
+            "runs": self.runs,
+            "scans": self.scans,
+            "rules": dict(sorted(self.rules.items())),
+            "corpus": {rule: each.to_json() for rule, each in sorted(self.corpus.items())},
+            "found": [_found_json(each) for _, each in sorted(self.found.items())],
+        }
+
+    @classmethod
+    def from_json(cls, given: dict[str, Any]) -> State:
+        """Return the state that `to_json` wrote.
+
+        Raises:
+            ValueError: it is none.
+        """
+        try:
+            found = [_found(each) for each in given["found"]]
+            return cls(
+                str(given["rack"]),
+                int(given["tasks"]),
+                int(given["runs"]),
+                int(given["scans"]),
+                Counter(given["rules"]),
+                {rule: Scenario.from_json(each) for rule, each in given["corpus"].items()},
+                {each.broken.invariant: each for each in found},
+            )
+        except (KeyError, TypeError, AttributeError) as error:
+            raise ValueError(f"this is no state of a campaign: {error!r}") from None
+
+
+def _found_json(found: Found) -> dict[str, Any]:
+    broken = found.broken
+    return {
+        "scenario": found.scenario.to_json(),
+        "after": found.after,
+        "invariant": broken.invariant,
+        "sentence": broken.sentence,
+        "scan": broken.scan,
+        "now_ns": broken.now_ns,
+        "why": broken.why,
+        "shows": list(broken.shows),
+        "rules": list(broken.rules),
+    }
+
+
+def _found(given: dict[str, Any]) -> Found:
+    broken = Broken(
+        given["invariant"],
+        given["sentence"],
+        given["scan"],
+        given["now_ns"],
+        given["why"],
+        tuple(given["shows"]),
+        tuple(given["rules"]),
+    )
+    return Found(Scenario.from_json(given["scenario"]), broken, given["after"])
+
+
+def read_state(file: Path, rack: str) -> State:
+    """Return the state in a file, an empty one if there is no such file.
+
+    Args:
+        file: the file.
+        rack: path of what is searched.
+
+    Raises:
+        CampaignError: the file can't be read, holds no state, or that of another rack.
+    """
+    if not file.exists():
+        return State(rack)
+    try:
+        state = State.from_json(json.loads(file.read_text(encoding="utf-8")))
+    except (OSError, ValueError) as error:
+        raise CampaignError(f"{file}: {error}; move it away to begin anew") from error
+    if state.rack != rack:
+        raise CampaignError(
+            f"{file} is of a search of {state.rack}, not of {rack}: give --out another folder"
+        )
+    return state
+
+
+def write_state(state: State, file: Path) -> None:
+    """Write a state beside what was there, then put it in its place.
+
+    Raises:
+        OSError: it can't be written.
+    """
+    beside = file.with_suffix(".new")
+    beside.write_text(json.dumps(state.to_json(), indent=1) + "\n", encoding="utf-8")
+    beside.replace(file)
