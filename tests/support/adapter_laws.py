@@ -1,0 +1,236 @@
+"""What holds of an adapter in every scan, and how far it may stop from where it was told to.
+
+    start |-----------------------------> end          path of the motion, on the machine
+                    ^ event    ^ stops                 at most speed x round trip, and the ramp
+
+Times and rates are those of docs/adapters.md.
+"""
+
+from __future__ import annotations
+
+from math import inf
+
+import oracle_bits as bits
+import oracle_commands as commands
+from oracle_bits import CCW_LIMIT, CW_LIMIT, ESTOP, EXTERNAL, HOME
+from scanrack.io_images.pmc006.instructions import ACCELERATIONS_PPS2
+from scanrack.io_images.thousands import join_reported
+
+ROUND_TRIP_S = {"PCL601": 0.065, "PMC006": 0.16}
+SCAN_S = 0.005
+STEPS_OF_ROUNDING = 2
+ERRORS = bits.COMMAND_ERROR | bits.INVALID_PROFILE | bits.HOME_INVALID | bits.CONFIG_ERROR
+STOPPING = CW_LIMIT | CCW_LIMIT | ESTOP | EXTERNAL
+RAMPING = ("manual stop", "stop to hold")
+UNDER_WAY = ("move", "manual", "registration", "homing")
+
+
+class Pace:
+    """How fast a motion is, and how it stops.
+
+    Attributes:
+        speed: programmed, steps/s.
+        ramp: steps of the ramp down from that speed, by the controller's rate.
+        steep: the same by the programmed rate.
+    """
+
+    def __init__(self, controller, words, start):
+        self.start = start
+        self.speed = max(commands.pair(words[4], words[5]) or 0, 1)
+        self.acceleration, self.deceleration = max(1, words[6]), max(1, words[7])
+        self.rate = self.by_controller(controller, words[1])
+        self.ramp = self.way(self.speed, self.rate)
+
+    def by_controller(self, controller, lsw):
+        """The controller's rate down, steps/s/s."""
+        if controller == "PMC006":
+            return max(
+                (rate for rate in ACCELERATIONS_PPS2[1:] if rate <= 1000 * self.deceleration), default=1
+            )
+        stretch = 1 if not lsw & bits.S_CURVE else 4 / 3 if lsw & bits.TRAPEZOIDAL else 2
+        return 1000 * min(self.acceleration, self.deceleration) / stretch
+
+    def way(self, speed, rate):
+        """Steps from a speed down to the starting speed."""
+        return max(0, speed**2 - self.start**2) / (2 * rate)
+
+
+class Laws:
+    """What holds of the adapter of a bench."""
+
+    def __init__(self, bench):
+        self.bench = bench
+        self.round_trip_s = ROUND_TRIP_S[bench.controller]
+        self.low = self.high = self.motor = self.event_at = bench.motor
+        self.directions = set()
+        self.direction = 1
+        self.began_ns = 0
+        self.pace = Pace(bench.controller, [0] * 8, 1)
+        self.moved = self.ramps = False
+        self.registered = 0
+        self.event_speed = self.speed = 0
+        self.apart = 0
+        self.answering = False
+        self.op = "idle"
+
+    # ---- what the bench tells
+
+    def powered_up(self):
+        """The adapter has to find its controller again."""
+        self.answering = False
+        self.something_happens()
+
+    def something_happens(self):
+        """An event from which the way to a stop counts."""
+        self.event_at, self.event_speed = self.bench.motor, self.speed
+        self.apart = abs(self.bench.motor - self.bench.world.shaft)
+
+    def commanded(self, after):
+        """Words have been written, of which a 3601 makes `after`."""
+        before = self.bench.oracle
+        active = ("one shot",)
+        if (after.in_motion() or after.op in active) and not (before.in_motion() or before.op in active):
+            self.set_out(before, after)
+        elif before.op in ("manual", "registration") and after.seen_speed != before.seen_speed:
+            self.quicken(after)
+        self.something_happens()
+
+    def set_out(self, before, after):
+        """A motion begins."""
+        bench = self.bench
+        self.began_ns = bench.now_ns
+        self.direction = after.home_direction if after.op == "homing" else after.direction
+        self.directions = {1, -1} if after.op == "homing" else {self.direction}
+        self.pace = Pace(bench.controller, bench.words, after.starting_speed)
+        ends = {
+            "move": after.hold_target - before.position,
+            "step to hold": self.direction,
+            "step to stop": self.direction,
+            "one shot": self.direction,
+        }
+        end = bench.motor + ends.get(after.op, self.direction * inf)
+        self.low, self.high = min(bench.motor, end), max(bench.motor, end)
+        if after.op == "homing":
+            self.low, self.high = -inf, inf
+        if after.op in ends and after.op != "move":
+            self.pace.speed = max(self.pace.speed, after.starting_speed)
+        self.registered = after.registration_steps if after.op == "registration" else 0
+        self.moved = True
+
+    def quicken(self, after):
+        """A manual move goes on at another speed."""
+        pace = Pace(self.bench.controller, self.bench.words, after.starting_speed)
+        pace.speed, pace.ramp = max(pace.speed, self.pace.speed), max(pace.ramp, self.pace.ramp)
+        self.pace = pace
+
+    # ---- every scan
+
+    def look(self):
+        """After a scan."""
+        bench, oracle = self.bench, self.bench.oracle
+        if self.op in UNDER_WAY and oracle.op in RAMPING:
+            self.ramps = bench.controller == "PCL601" or oracle.op != "stop to hold"
+        self.op = oracle.op
+        made, self.motor = bench.motor - self.motor, bench.motor
+        self.speed = abs(made) / SCAN_S
+        if not self.low <= bench.motor <= self.high:
+            bench.fail(f"the motor leaves its path, {self.low} to {self.high}")
+        if abs(made) > self.pace.speed * SCAN_S + STEPS_OF_ROUNDING:
+            bench.fail(f"{abs(made)} steps in a scan are faster than programmed")
+        if made and (made > 0) - (made < 0) not in self.directions:
+            bench.fail(f"the motor goes the other way, {made:+} steps")
+        self.look_at_image(bench.image)
+
+    def look_at_image(self, image):
+        bench, oracle = self.bench, self.bench.oracle
+        self.answering = self.answering or bool(image[0] & bits.MODULE_OK)
+        if not image[0] & bits.MODULE_OK:
+            if self.answering:
+                bench.fail("MODULE_OK is clear")
+            if image[0] & ~bits.MODE_CONFIG & 0xFFFF != bits.POSITION_INVALID or image[1]:
+                bench.fail("without the controller the position is invalid, and nothing else is shown")
+            return
+        if image[0] & bits.MODE_CONFIG or oracle.mode_config:
+            return
+        for bit, direction in ((bits.MOVING_CW, 1), (bits.MOVING_CCW, -1)):
+            if image[0] & bit and direction not in self.directions:
+                bench.fail("a motion is shown that nobody has commanded")
+        if image[0] & ERRORS & ~oracle.image[0]:
+            bench.fail("an error that a 3601 would not show")
+        shown = join_reported(*image[2:4]) - oracle.position + bench.world.shaft
+        if not self.low <= shown <= self.high:
+            bench.fail("the position shown is not on the path of the motion")
+
+    # ---- where both rest
+
+    def at_rest(self):
+        """Both rest, and have been found to agree."""
+        bench = self.bench
+        if self.moved and self.may_stop_elsewhere() and self.directions == {self.direction}:
+            self.check_stop()
+        self.low = self.high = bench.motor
+        self.moved = self.ramps = False
+        self.registered = 0
+        if bench.oracle.op != "one shot":
+            self.directions = set()
+
+    def may_stop_elsewhere(self):
+        """Whether the last motion was ended on its way."""
+        oracle = self.bench.oracle
+        return self.moved and not oracle.move_complete
+
+    def check_stop(self):
+        """A stop comes in time, and with its ramp where it has one."""
+        bench, pace = self.bench, self.pace
+        edges = [first if self.direction > 0 else last for bit, first, last in bench.setting.switches]
+        at = self.direction * bench.motor
+        passed = [self.direction * edge for edge in edges if edge is not None]
+        begun = max([self.direction * self.event_at, *(edge for edge in passed if edge <= at)])
+        made = at - begun
+        allowed = pace.speed * (self.round_trip_s + SCAN_S) + self.registered + STEPS_OF_ROUNDING
+        if self.ramps or self.registered:
+            allowed += pace.ramp
+        if made > allowed:
+            bench.fail(f"a stop took {made} steps, and not {allowed:.0f} at most")
+
+    def at_the_switch(self):
+        """Home is where the switch changes."""
+        bench = self.bench
+        edges = [each for bit, *ends in bench.setting.switches if bit == HOME for each in ends]
+        near = min(abs(bench.motor - edge) for edge in edges if edge is not None)
+        if near > STEPS_OF_ROUNDING:
+            bench.fail(f"home is {near} steps off the switch")
+
+    def captured_apart(self):
+        """Steps by which what is captured may differ."""
+        return self.apart + self.pace.speed * (self.round_trip_s + SCAN_S) if self.moved else 0
+
+    # ---- what is still to come
+
+    @property
+    def reach(self):
+        """Steps that may be made before a stop has ended."""
+        return self.pace.speed * (self.round_trip_s + 2 * SCAN_S) + self.pace.ramp
+
+    def has_room(self):
+        """Whether, in both, enough of the way is left for whatever comes next."""
+        oracle, bench = self.bench.oracle, self.bench
+        if oracle.op not in UNDER_WAY or (oracle.op == "homing" and oracle.phase != "seek"):
+            return False
+        end = self.high if self.direction > 0 else self.low
+        edges = [edge for _, *ends in bench.setting.switches for edge in ends if edge is not None]
+        stops = [self.direction * stop for stop in (end, *edges)]
+        for at in (self.direction * bench.motor, self.direction * bench.world.shaft):
+            if any(0 <= stop - at <= self.reach for stop in stops) or at > stops[0]:
+                return False
+        return True
+
+    def seconds_left(self):
+        """About how long the oracle's motion still takes."""
+        oracle = self.bench.oracle
+        if oracle.op in ("manual", "registration"):
+            return inf
+        if oracle.op != "move":
+            return 0
+        end = self.high if self.direction > 0 else self.low
+        return abs(end - self.bench.world.shaft) / self.pace.speed
