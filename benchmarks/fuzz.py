@@ -23,6 +23,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 
 from hunt3601 import scripts_of
 from lockstep3601 import GivenUp, Lockstep
+from oracle_bits import CONFIGURE
 from scanrack.runtime.cli.fuzzing import Setup, bench_of
 from scanrack.runtime.fuzz import search
 from scanrack.runtime.fuzz.scenarios import kinds_for, scenarios
@@ -53,8 +54,13 @@ def play(scripts) -> tuple[int, int, int]:
         except GivenUp:
             pass
         ticks += bench.now_ns // 250_000
-        commands += sum(line.rpartition("]")[2].strip() not in ("", "configuration") for line in bench.log)
+        commands += sum(is_command(what) for _, what in bench.log)
     return commands, stories, ticks
+
+
+def is_command(noted) -> bool:
+    """Whether what was noted are words, some command bit in them."""
+    return isinstance(noted, list) and any(noted[:2]) and not noted[0] & CONFIGURE
 
 
 def report_module(examples: int) -> None:

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import oracle_bits as bits
 from oracle3601 import TICK_NS, Oracle
+from oracle_calm import FOREVER, calm_ticks
 from oracle_world import World
 from scanrack.io_images.amci3601 import InputBit, status_names
 from scanrack.io_images.amci3601.bits import CommandLsw, CommandMsw
@@ -36,9 +37,8 @@ SOFT_MSW = (
 )
 SOFT_LSW = bits.BLEND_RUNNING
 STEPS_APART = 3
-DWELL_TICKS = 50
-SETTLED = 3
-"""Exchanges after which new words have had their effect on an axis that rests."""
+SETTLED = 2
+"""Exchanges after which new words, or whatever else is new, have had their effect."""
 
 
 class GivenUp(Exception):  # noqa: N818 - no error
@@ -66,8 +66,9 @@ class Lockstep:
         self.outputs = Image()
         self.now_ns = 0
         self.turned_until = 0
+        self.seen = 0
         self.apart = self.close_call = False
-        self.log = [str(setting)]
+        self.log = []
         self.inputs = list(self.module.update(0, self.outputs))
         self.compare()
 
@@ -76,7 +77,7 @@ class Lockstep:
     def out(self, words):
         self.words = list(words)
         self.outputs = Image(words)
-        self.note(describe(words))
+        self.note(self.words)
 
     def input(self, bit, energised):
         if bit in self.wired:
@@ -112,49 +113,53 @@ class Lockstep:
         self.oracle.power_up()
         self.note("power off and on")
 
-    def note(self, text):
+    def note(self, what):
+        """Something new: words, or a text that says what it is."""
         if self.apart:
             raise GivenUp
-        self.log.append(f"{self.now_ns / 1e6:10.2f} ms  {text}")
+        self.seen = 0
+        self.log.append((self.now_ns, what))
 
     # ---- time
 
     def run(self, ticks):
-        """So many ticks; once nothing can change any more, the rest of them at once."""
+        """So many ticks."""
         left = -(-ticks // self.setting.scan_ticks)
-        done = 0
         while left > 0:
-            together = left if done >= SETTLED and self.nothing_changes() else 1
-            if together > 1:
-                self.oracle.now_ns += (together - 1) * self.setting.scan_ticks * TICK_NS
-            self.exchange(self.setting.scan_ticks)
-            left, done = left - together, done + 1
-
-    def nothing_changes(self):
-        """Whether the axis rests and nobody turns the encoder, under words that have been seen."""
-        resting = not self.apart and self.oracle.op in ("idle", "held")
-        return resting and self.now_ns >= self.turned_until
+            left -= self.exchange(left)
 
     def run_to_rest(self, ticks):
         """Until the axis rests, or for so many ticks, those not counted in which homing just waits."""
-        left = ticks
+        left = -(-ticks // self.setting.scan_ticks)
         while left > 0:
-            dwells = self.oracle.phase == "dwell" and not self.apart
-            self.exchange((DWELL_TICKS if dwells else 1) * self.setting.scan_ticks)
-            left -= 0 if dwells else self.setting.scan_ticks
+            if self.oracle.phase == "dwell" and not self.apart:
+                self.exchange(FOREVER)
+            else:
+                left -= self.exchange(left if self.oracle.in_motion() else 1)
             if not self.apart and not self.oracle.in_motion():
                 break
 
-    def exchange(self, ticks=None):
+    def exchange(self, most=1):
+        """The next exchange of images, or the last of up to `most` if nothing happens before it; how many."""
+        exchanges = max(1, min(most, self.calm_exchanges()))
+        self.oracle.now_ns += (exchanges - 1) * self.setting.scan_ticks * TICK_NS
         self.oracle.open_bits = 0
         close_call = self.oracle.close_call
-        for _ in range(ticks or self.setting.scan_ticks):
+        for _ in range(self.setting.scan_ticks):
             self.oracle.tick(self.words)
             close_call = close_call or self.oracle.close_call
         self.close_call = close_call
         self.now_ns = self.oracle.now_ns
         self.inputs = self.module.update(self.now_ns, self.outputs).words.tolist()
+        self.seen += 1
         self.compare()
+        return exchanges
+
+    def calm_exchanges(self):
+        """Exchanges that nobody has to look at, under words that have been seen."""
+        if self.apart or self.seen < SETTLED:
+            return 0
+        return calm_ticks(self.oracle) // self.setting.scan_ticks
 
     # ---- the comparison
 
@@ -204,14 +209,19 @@ class Lockstep:
             "\n".join(
                 [
                     f"Module and oracle differ: {why}.",
-                    *self.log,
-                    f"{self.now_ns / 1e6:10.2f} ms",
+                    str(self.setting),
+                    *(line(ns, describe(what) if isinstance(what, list) else what) for ns, what in self.log),
+                    line(self.now_ns, ""),
                     "   module  " + show(self.inputs),
                     "   oracle  " + show(self.oracle.image),
                     f"   the oracle's axis: {self.oracle.op}, {self.oracle.phase}",
                 ]
             )
         )
+
+
+def line(now_ns, text):
+    return f"{now_ns / 1e6:10.2f} ms  {text}"
 
 
 def describe(words):

@@ -212,7 +212,8 @@ class Oracle:
                 self.leave_configuration()
             self.waiting = False
             self.echo = bool(self.o1 & PROXIMITY)
-            oracle_commands.command(self, edge0, edge1)
+            if self.op == "follower" or (self.o0, self.o1) != (self.previous0, self.previous1):
+                oracle_commands.command(self, edge0, edge1)
             self.look_after_motion()
         self.previous0, self.previous1 = self.o0, self.o1
 
@@ -385,10 +386,9 @@ class Oracle:
             oracle_follower.steps(self)
         if self.course is None:
             return
-        x, _, self.ramp, over = self.course.at(self.now_ns)
-        self.close_call = motion.is_close_call(self.course, self.start_ns) or motion.is_close_call(
-            self.course, self.now_ns
-        )
+        x, v, self.ramp, over = self.course.at(self.now_ns)
+        if motion.is_close_call(x, v) and not over:
+            self.close_call = True
         self.make_steps(motion.whole(x) - self.travelled)
         if over:
             self.finish()

@@ -110,17 +110,20 @@ class Course:
                 return x + piece.travel(u), piece.speed_at(u), piece.ramp, False
         raise AssertionError("a course without a piece for this instant")
 
+    def is_on_one_piece(self, now_ns, later_ns):
+        """Whether one and the same piece has both instants, with neither close to its end."""
+        t, later = (now_ns - self.began_ns) * 1e-9, (later_ns - self.began_ns) * 1e-9
+        return any(start <= t and later < start + piece.seconds - 1e-6 for start, _, piece in self.rows)
+
 
 def whole(x):
     """Whole steps: the last one that has been made."""
     return floor(x + NUDGE)
 
 
-def is_close_call(course, now_ns):
+def is_close_call(x, v):
     """Whether rounding decides if the next whole step has been made; exactly on it, it does not."""
-    x, v, _, over = course.at(now_ns)
-    away = abs(x - round(x))
-    return not over and NUDGE < away < NUDGE + v * ROUNDED_S
+    return NUDGE < abs(x - round(x)) < NUDGE + v * ROUNDED_S
 
 
 def move(now_ns, steps, vo, vs, acceleration, deceleration, shape):

@@ -15,6 +15,7 @@ class World:
 
     def __init__(self, switches=(), counts_per_step=0, marker_every=None, wired_back=False):
         self.switches = switches
+        self.edges = [end for _, *ends in switches for end in ends if end is not None]
         self.counts_per_step = counts_per_step
         self.marker_every = marker_every
         self.wired_back = wired_back
