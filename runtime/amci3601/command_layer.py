@@ -116,7 +116,7 @@ class CommandLayer:
         self._reported_inputs = 0
         self._events = events
         self.order = NO_ORDER
-        self.latches.fire(now_ns, "CER-01", alone=True)
+        self.latches.fire(now_ns, "CER-01")
         self.latches.bits |= POSITION_INVALID  # nothing has made it valid yet (reading A-04)
 
     # -- what it is doing ---------------------------------------------------------------------
@@ -218,7 +218,7 @@ class CommandLayer:
         self.running = False
         if self.busy:
             bits = POSITION_INVALID if self.options.invalid_after_program_mode else 0
-            self.latches.fire(now_ns, "PRG-01", bits=bits, alone=True)
+            self.latches.fire(now_ns, "PRG-01", bits=bits)
             self.cut(now_ns, stopped=self.options.stopped_after_program_mode)
         elif self.operation is not None:
             self.operation.on_release(now_ns)
@@ -265,11 +265,11 @@ class CommandLayer:
     def _emergency_stop(self, now_ns: int) -> None:
         """The emergency stop input is active [chapter 6, Emergency Stop Input; reading A-15]."""
         if self.busy:
-            self.latches.fire(now_ns, "INP-01", alone=True)
+            self.latches.fire(now_ns, "INP-01")
             self.latches.fire(now_ns, "POS-03", alone=True)
             self.cut(now_ns)
         elif self.risen & ESTOP:
-            self.latches.fire(now_ns, "INP-01", alone=True)
+            self.latches.fire(now_ns, "INP-01")
             self.held = None
 
     def _end_limit(self, now_ns: int) -> None:
@@ -280,7 +280,7 @@ class CommandLayer:
         if operation is None or operation.over or operation.limits is Limits.OWN or self._leaves_home():
             return
         if operation.limits is Limits.EITHER or limit_in(self, self.axis.direction):
-            self.latches.fire(now_ns, "INP-02", alone=True)
+            self.latches.fire(now_ns, "INP-02")
             self.latches.fire(now_ns, "POS-04", alone=True)
             self.cut(now_ns)
 
@@ -312,8 +312,8 @@ class CommandLayer:
         edges = order.msw & ~previous.msw & COMMAND_BITS
         following = obey_follower(self, now_ns, order, previous)
         obey_programming(self, now_ns, order, previous)
-        storing = obey_store_minimum(self, now_ns, order, previous)
-        if edges and not following and not storing:
+        obey_store_minimum(self, now_ns, order, previous)
+        if edges and not following:
             self._command(now_ns, order)
         if self.operation is not None and not self.operation.over:
             self.operation.on_order(now_ns, order)

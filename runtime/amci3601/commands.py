@@ -170,17 +170,19 @@ def reserved(layer: CommandLayer, now_ns: int, order: Order) -> None:
     layer.fire(now_ns, "LSW-03", bits=COMMAND_ERROR)
 
 
-def obey_store_minimum(layer: CommandLayer, now_ns: int, order: Order, previous: Order) -> bool:
-    """Store the minimum registration distance on the rise of LSW bit 10; return whether it rose."""
+def obey_store_minimum(layer: CommandLayer, now_ns: int, order: Order, previous: Order) -> None:
+    """Store the minimum registration distance on the rise of LSW bit 10; beside a command it is refused.
+
+    That error locks the command out, too.
+    """
     risen = order.lsw & STORE_MIN_REG and (previous.configures or not previous.lsw & STORE_MIN_REG)
     if not risen or not layer.firmware.registration or layer.locked or order.many_bits:
-        return False
+        return
     if not layer.refused(now_ns, order, refusals.STORE_MINIMUM):
         distance = order.parameters.target
         assert distance is not None
         layer.minimum_registration = distance
         layer.held = None  # Resume has to be the first command after a hold (reading A-83)
-    return True
 
 
 COMMANDS: dict[int, Handler] = {

@@ -53,7 +53,7 @@ def _validate(layer: CommandLayer, now_ns: int, order: Order) -> None:
     if broken:
         for rule_id in broken:
             layer.latches.fire(now_ns, rule_id, bits=CONFIG_ERROR, alone=True)
-        layer.latches.fire(now_ns, "CER-02", alone=True)
+        layer.latches.fire(now_ns, "CER-02")
         layer.configuration = None
     else:
         layer.configuration = _within_capabilities(layer, now_ns, order)
@@ -82,6 +82,6 @@ def leave(layer: CommandLayer, now_ns: int) -> None:
     kept = POSITION_INVALID if layer.options.clear_status_after_config else STATUS_BELOW_LIVE_BITS
     layer.latches.clear(0xFFFF & ~(MODULE_OK | CONFIG_ERROR | kept))
     layer.axis.preset_position(0)
-    layer.latches.fire(now_ns, "POS-01", alone=True)
+    layer.latches.fire(now_ns, "POS-01")
     if layer.options.stopped_after_config:
         layer.latches.complete(STOPPED)

@@ -235,8 +235,8 @@ PROFILE_START: Refusals = (
 )
 
 BLOCKED_BY_INPUTS: Refusals = (
-    Refusal("INP-01", estop_active, alone=True),
-    Refusal("INP-02", any_limit_active, alone=True),
+    Refusal("INP-01", estop_active),
+    Refusal("INP-02", any_limit_active),
 )
 
 RELATIVE: Refusals = (*PROFILE_START, *BLOCKED_BY_INPUTS)
@@ -259,7 +259,7 @@ FIND_HOME: Refusals = (
     Refusal("CMD-10", s_curve_selected),
     Refusal("CMD-04", speed_or_rates_out_of_range),
     Refusal("HOM-01", slower_than_start),
-    Refusal("INP-01", estop_active, alone=True),
+    Refusal("INP-01", estop_active),
 )
 
 REGISTRATION: Refusals = (
@@ -268,8 +268,8 @@ REGISTRATION: Refusals = (
     Refusal("CMD-04", registration_parameters_illegal),
     Refusal("CMD-23", too_short_to_stop),
     Refusal("CMD-22", external_active),
-    Refusal("INP-01", estop_active, alone=True),
-    Refusal("INP-03", same_limit_active, alone=True),
+    Refusal("INP-01", estop_active),
+    Refusal("INP-03", same_limit_active),
 )
 
 STORE_MINIMUM: Refusals = (
@@ -299,8 +299,8 @@ MANUAL: Refusals = (
     STILL_HELD,
     Refusal("CMD-12", target_given_to_old_firmware),
     Refusal("CMD-04", manual_parameters_illegal),
-    Refusal("INP-01", estop_active, alone=True),
-    Refusal("INP-03", same_limit_active, alone=True),
+    Refusal("INP-01", estop_active),
+    Refusal("INP-03", same_limit_active),
 )
 
 PRESET_POSITION: Refusals = (
