@@ -23,6 +23,7 @@ from scanrack.io_images.amci3601 import (
 )
 from scanrack.runtime.fuzz import STANDARD, Bench, Invariant, never, search, within
 from scanrack.runtime.fuzz.scenarios import Kind, scenarios
+from scanrack.runtime.fuzz.trial import NO_FAULT
 from scanrack.runtime.rackspec import RackSpec
 
 USED = InputBit.EXTERNAL | InputBit.HOME | InputBit.ESTOP | InputBit.CW_LIMIT | InputBit.CCW_LIMIT
@@ -76,7 +77,7 @@ class BrokenProgram:
         name: a short name.
         sentence: what is wrong with the program.
         program: makes it anew.
-        invariant: what must hold and does not.
+        invariant: what must hold and does not; None = that the program does not fault the CPU.
         kinds: what is random.
         controller: whose rack it is.
     """
@@ -84,7 +85,7 @@ class BrokenProgram:
     name: str
     sentence: str
     program: Callable[[], Program]
-    invariant: Invariant
+    invariant: Invariant | None
     kinds: frozenset[Kind]
     controller: str
 
@@ -94,13 +95,13 @@ class BrokenProgram:
         spec = RackSpec.model_validate(
             {"program": "none.py", "run_for_s": 1, "controller": self.controller, "slot": [slot]}
         )
-        return Bench(spec, self.program, [self.invariant], SCANS)
+        return Bench(spec, self.program, [] if self.invariant is None else [self.invariant], SCANS)
 
 
 BROKEN_PROGRAMS: list[BrokenProgram] = []
 
 
-def broken(invariant: Invariant, *kinds: Kind, controller: str = "micrologix"):
+def broken(invariant: Invariant | None, *kinds: Kind, controller: str = "micrologix"):
     """Add a program; its docstring is the sentence."""
 
     def add(program):
@@ -115,12 +116,6 @@ def broken(invariant: Invariant, *kinds: Kind, controller: str = "micrologix"):
 
 NO_COMMAND_ERROR, NO_INVALID_PROFILE = STANDARD["no-command-error"], STANDARD["no-invalid-profile"]
 ONE_MOTION = STANDARD["one-motion"]
-
-
-@never
-def nothing(now):
-    """The program does not fault the CPU."""
-    return False
 
 
 @never
@@ -196,7 +191,7 @@ class ChangesTheSpeed(Program):
             self.out[5] = 450
 
 
-@broken(nothing, Kind.INPUTS)
+@broken(None, Kind.INPUTS)
 class DividesByZero(Program):
     """It divides by the time since a button was pressed."""
 
@@ -266,9 +261,27 @@ class ConfiguresBlindly(Program):
         scan.slot[1].outputs.load(CONFIGURATION if scan.number < 10 else IDLE)
 
 
-def found_after(broken_program: BrokenProgram, examples: int = 200) -> int | None:
-    """Search; return the number of the first run that breaks what must hold, None if none does."""
+EXAMPLES, TASKS = 50, 25
+"""Scenarios per search and searches, each with a seed of its own: a small campaign.
+
+What a search finds depends on its seed, and on the constants that Hypothesis takes from whatever modules
+are loaded. Of 40 seeds, 16 find the hardest of the programs in 50 scenarios (24 and 23 the next two), so
+that 25 searches miss it three times in a million; two or three will do as a rule.
+"""
+
+
+def found_after(broken_program: BrokenProgram) -> int | None:
+    """Search until what must hold is broken; return after how many runs, None if it never is.
+
+    The runs that shrink what is found are not counted.
+    """
     bench = broken_program.bench()
     strategy = scenarios(bench.spec, bench.scans, broken_program.kinds)
-    report = search(bench, strategy, examples=examples)
-    return report.found[0].after if report.found else None
+    wanted = NO_FAULT if broken_program.invariant is None else broken_program.invariant.name
+    runs = 0
+    for task in range(TASKS):
+        report = search(bench, strategy, examples=EXAMPLES, start=task, known=bench.names - {wanted})
+        if report.found:
+            return runs + report.found[0].after
+        runs += report.runs
+    return None

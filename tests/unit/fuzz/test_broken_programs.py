@@ -1,4 +1,4 @@
-"""The search finds every one of a dozen broken user programs within its examples."""
+"""Searches as short as the CI profile's find every one of a dozen broken user programs."""
 
 import pytest
 from broken_programs import BROKEN_PROGRAMS, found_after
