@@ -41,6 +41,14 @@ class Happening(Enum):
     """The next change of the outputs comes in two updates: some words late."""
     PROGRAM_MODE = "program-mode"
     """Somebody turns the CPU's key to program, and back to run."""
+    LINE_DOWN = "line-down"
+    """The line between an adapter and its controller is open: nothing arrives either way."""
+    REPLIES_LOST = "replies-lost"
+    """Replies of an adapter's controller are lost; it has acted."""
+    REPLIES_DAMAGED = "replies-damaged"
+    """Replies of an adapter's controller arrive with a bit flipped."""
+    CONTROLLER_POWER_CYCLE = "controller-power-cycle"
+    """The power of an adapter's controller goes and comes back at once; the adapter's does not."""
 
 
 TROUBLES = {
@@ -50,6 +58,19 @@ TROUBLES = {
     Happening.ASIC_LOST: Trouble.ASIC_LOST,
 }
 """Happenings that last, as a module knows them."""
+
+ON_THE_LINE = frozenset(
+    {
+        Happening.LINE_DOWN,
+        Happening.REPLIES_LOST,
+        Happening.REPLIES_DAMAGED,
+        Happening.CONTROLLER_POWER_CYCLE,
+    }
+)
+"""Happenings between an adapter and its controller."""
+
+LASTING = TROUBLES.keys() | ON_THE_LINE - {Happening.CONTROLLER_POWER_CYCLE}
+"""Happenings to a module that may have an end."""
 
 WORST_FIRST = (Happening.REMOVED, Happening.FATAL_ERROR, Happening.ASIC_LOST, Happening.LINK_LOST)
 """Of several troubles at a time, a module is in the first."""
@@ -61,7 +82,14 @@ _BEGUN = {
     Happening.FATAL_ERROR: "The module fails.",
     Happening.ASIC_LOST: "The module's backplane interface fails.",
 }
+_BEGUN_ON_THE_LINE = {
+    Happening.LINE_DOWN: "The line to the controller is open.",
+    Happening.REPLIES_LOST: "A reply of the controller is lost.",
+    Happening.REPLIES_DAMAGED: "A reply of the controller is damaged.",
+    Happening.CONTROLLER_POWER_CYCLE: "The controller's power goes and comes back.",
+}
 _OVER = "The module answers again."
+_OVER_ON_THE_LINE = "The line is as it should be."
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +101,7 @@ class Incident:
         what: which.
         slot: to which module; 0 for `PROGRAM_MODE`.
         for_ns: how long; 0 = for good. A fatal error ends with a power cycle then. Of a torn update:
-            after which time the late words come, an RPI if 0.
+            after which time the late words come, an RPI if 0. Of replies: 0 = the next one only.
         late_words: of a torn update: which of the eight output words come late.
     """
 
@@ -102,6 +130,15 @@ class Fallible(Module, Protocol):
         ...
 
 
+@runtime_checkable
+class OnALine(Module, Protocol):
+    """A module with a controller at the far end of a line."""
+
+    def disturb(self, what: Happening, *, begins: bool, lasts: bool) -> None:
+        """See `Adapter.disturb`."""
+        ...
+
+
 class Exposed:
     """A module with incidents coming; satisfies `runtime.module.Module`.
 
@@ -118,8 +155,8 @@ class Exposed:
         self.events = module.events
         ordered = sorted(incidents, key=lambda each: each.at_ns)
         for each in ordered:
-            if each.what in TROUBLES and not isinstance(module, Fallible):
-                raise ValueError(f"incident {each.what.value}: {type(module).__name__} can't be made to fail")
+            if not _can_happen(each.what, module):
+                raise ValueError(f"incident {each.what.value}: it can't happen to {type(module).__name__}")
         self._tears = [each for each in ordered if each.what is Happening.TORN_UPDATE]
         self._acts = sorted(
             (act for each in ordered if each.what is not Happening.TORN_UPDATE for act in _acts(each)),
@@ -136,9 +173,9 @@ class Exposed:
         """See `Module.update`."""
         self._tear(outputs)
         while self._acts and self._acts[0][0] <= now_ns:
-            at_ns, what, begins = self._acts.pop(0)
+            at_ns, incident, begins = self._acts.pop(0)
             self._advance(at_ns, outputs)
-            self._act(at_ns, what, begins=begins)
+            self._act(at_ns, incident, begins=begins)
         return self._advance(now_ns, outputs)
 
     def plc_run(self, running: bool) -> None:
@@ -173,7 +210,18 @@ class Exposed:
         self._now_ns = now_ns
         return self.module.update(now_ns, self._torn if torn else outputs)
 
-    def _act(self, at_ns: int, what: Happening, *, begins: bool) -> None:
+    def _act(self, at_ns: int, incident: Incident, *, begins: bool) -> None:
+        what = incident.what
+        if isinstance(self.module, OnALine) and what in ON_THE_LINE:
+            self.module.disturb(what, begins=begins, lasts=bool(incident.for_ns))
+            text = _BEGUN_ON_THE_LINE[what] if begins else _OVER_ON_THE_LINE
+        else:
+            self._trouble(what, begins=begins)
+            text = _BEGUN[what] if begins else _OVER
+        self.events.append(Event(at_ns, "stimulus", what.value, text, {"begins": begins}))
+
+    def _trouble(self, what: Happening, *, begins: bool) -> None:
+        """Let a trouble of the module begin or end."""
         if what is Happening.POWER_CYCLE:
             self._troubles.discard(Happening.FATAL_ERROR)
             self.module.power_cycle()
@@ -183,8 +231,6 @@ class Exposed:
         else:
             self._troubles.discard(what)
         self._settle()
-        text = _BEGUN[what] if begins else _OVER
-        self.events.append(Event(at_ns, "stimulus", what.value, text, {"begins": begins}))
 
     def _settle(self) -> None:
         """Put the module into the worst of the troubles that last."""
@@ -200,11 +246,17 @@ class Exposed:
         self._current = worst
 
 
-def _acts(incident: Incident) -> Iterable[tuple[int, Happening, bool]]:
+def _can_happen(what: Happening, module: Module) -> bool:
+    if what in ON_THE_LINE:
+        return isinstance(module, OnALine)
+    return what not in TROUBLES or isinstance(module, Fallible)
+
+
+def _acts(incident: Incident) -> Iterable[tuple[int, Incident, bool]]:
     """Return begin and end of an incident."""
-    yield incident.at_ns, incident.what, True
-    if incident.for_ns and incident.what in TROUBLES:
-        yield incident.at_ns + incident.for_ns, incident.what, False
+    yield incident.at_ns, incident, True
+    if incident.for_ns and incident.what in LASTING:
+        yield incident.at_ns + incident.for_ns, incident, False
 
 
 class KeySwitch:

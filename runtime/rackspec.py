@@ -23,7 +23,7 @@ from .addresses import allowed, parse_address
 from .catalog import CATALOG, check_controller
 from .events import JsonValue
 from .forces import check_value
-from .incidents import Happening, Incident
+from .incidents import ON_THE_LINE, Happening, Incident
 from .machine import MachineSpec
 from .machinetables import MachineTable, Table
 from .module import Module
@@ -186,8 +186,9 @@ class IncidentSpec(Table):
 
     Attributes:
         at_ms: when; or `at_s`.
-        what: "power-cycle", "link-lost", "removed", "fatal-error", "asic-lost", "torn-update" or
-            "program-mode".
+        what: "power-cycle", "link-lost", "removed", "fatal-error", "asic-lost", "torn-update",
+            "program-mode"; of an adapter "line-down", "replies-lost", "replies-damaged" or
+            "controller-power-cycle".
         slot: the module it happens to; left out for "program-mode", and where there is one module only.
         for_ms: how long; or `for_s`. For good if left out; a torn update lasts one RPI.
         late_words: of a torn update: which of the eight output words come late.
@@ -314,6 +315,12 @@ class RackSpec(Table):
             elif each.slot is not None and each.slot not in numbers:
                 says = f"this slot is empty: modules sit in {', '.join(map(str, numbers))}"
                 raise MisplacedError(path, each.slot, says)
+            elif each.what in ON_THE_LINE and self._slot_of(each).is_live:
+                says = "the line of a real port can't be disturbed"
+                raise MisplacedError(("incident", index, "what"), each.what.value, says)
+
+    def _slot_of(self, incident: IncidentSpec) -> SlotSpec:
+        return next(slot for slot in self.slot if slot.number == (incident.slot or self.slot[0].number))
 
     def _check_units(self) -> None:
         seen: set[int] = set()

@@ -18,6 +18,7 @@ from ...io_images.image import Image, signed_word
 from ..amci3601 import CommandLayer, Inability, Options
 from ..amci3601.report import report
 from ..events import Event
+from ..incidents import Happening
 from .axis import LinkedAxis
 from .driver import Driver, State
 from .plant import Plant
@@ -34,6 +35,8 @@ INVALID_PROFILE = StatusMsw.INVALID_PROFILE.value
 STOPPED = StatusMsw.STOPPED.value
 CLEARED_BY_RETURN = MODE_CONFIG - 1 & ~(MODULE_OK | CONFIG_ERROR)
 COMMAND_BITS = 0x7FFF
+ENDLESS = 1 << 62
+"""More replies than there will ever be."""
 
 
 class Adapter(Generic[Drive]):
@@ -123,6 +126,27 @@ class Adapter(Generic[Drive]):
     def cycle_device(self) -> None:
         """Remove and restore the controller's power only."""
         self.controller.power_cycle(self._now_ns)
+
+    def disturb(self, what: Happening, *, begins: bool, lasts: bool) -> None:
+        """Let something happen between adapter and controller, or be over, from the last `update` on.
+
+        Args:
+            what: one of `incidents.ON_THE_LINE`.
+            begins: it begins; otherwise it is over.
+            lasts: it will be over; otherwise it is one reply that is lost or damaged.
+        """
+        line = self.controller.line
+        replies = (ENDLESS if lasts else 1) if begins else 0
+        if what is Happening.CONTROLLER_POWER_CYCLE:
+            self.cycle_device()
+        elif what is Happening.REPLIES_LOST:
+            line.faults.drop_next = replies
+        elif what is Happening.REPLIES_DAMAGED:
+            line.faults.corrupt_next = replies
+        elif begins:
+            line.take_down()
+        else:
+            line.put_up()
 
     def look_again(self) -> None:
         """Let the machine's inputs be looked at: somebody has changed them."""

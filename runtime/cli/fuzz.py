@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from ..fuzz import STANDARD, Scenario
-from ..fuzz.scenarios import Kind, kinds_for
+from ..fuzz.scenarios import Kind, kinds_for, possible_kinds
 from ..quantities import parse_duration
 from .campaigning import BROKEN, HELD, Session
 from .fuzzing import Setup, bench_of, replay
@@ -30,6 +30,11 @@ def _kinds(job: Job, only: list[str], without: list[str]) -> frozenset[Kind]:
     for name in (*only, *without):
         if name not in names:
             raise ValueError(f"unknown kind {name!r}: allowed are {', '.join(names)}")
+    possible = possible_kinds(job.spec)
+    for name in only:
+        if names[name] not in possible:
+            can = ", ".join(kind.value for kind in Kind if kind in possible)
+            raise ValueError(f"--only {name}: it can't happen to what is in this rack; possible are {can}")
     kinds = frozenset(names[name] for name in only) if only else kinds_for(job.spec)
     left = kinds - {names[name] for name in without}
     if not left:

@@ -169,9 +169,10 @@ def _recorded(job: Job, bench: Bench, scenario: Scenario, scans: int, folder: Pa
         yield recorder_for(job, rack, folder / "trace.mcap")
 
     Bench(bench.spec, bench.fresh_logic, (), scans).run(scenario, listeners=listeners)
+    modules = {slot.number: slot.module for slot in bench.spec.slot}
     for number, script in scripts.items():
         file = _written(folder / f"drive-slot{number}.jsonl", script.text())
-        told.append(f"scanrack drive amci3601 < {shlex.quote(str(file))}")
+        told.append(f"scanrack drive {modules[number]} < {shlex.quote(str(file))}")
     return told
 
 

@@ -38,7 +38,7 @@ def report(found: Found, chart: str, again: Sequence[str], check: str) -> str:
     parts = [
         ("What it takes:", told(found.scenario)),
         (f"At the end of scan {broken.scan}, {broken.now_ns / 1e9:g} s:", broken.shows),
-        ("Rules of the manual that fired in that scan:", broken.rules or ["none"]),
+        ("Rules that fired in that scan:", broken.rules or ["none"]),
         ("Its picture:", [chart]),
         ("Run it again:", again),
         ("Look whether the program still does it, after a change:", [check]),

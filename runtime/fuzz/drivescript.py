@@ -9,7 +9,7 @@ from typing import Any
 from ...io_images.amci3601.bits import InputBit
 from ...io_images.image import Image
 from ..events import JsonValue
-from ..incidents import Exposed, Happening, Incident
+from ..incidents import TROUBLES, Exposed, Happening, Incident
 from ..machine import Machine, MachineSpec
 from ..machinetables import input_name
 from ..rack import Slot
@@ -19,23 +19,31 @@ BENCH_TICK_NS = 250_000
 """The bench exchanges images at multiples of the module's 250 µs."""
 
 
+TARGETS = ("amci3601", "pcl601-adapter", "pmc006-adapter")
+"""Modules for which there is a bench."""
+
+REPLIES = {Happening.REPLIES_LOST: "drop_next", Happening.REPLIES_DAMAGED: "corrupt_next"}
+"""What the bench calls it when one reply is lost or damaged."""
+
+
 def obstacle(spec: RackSpec, slot: SlotSpec) -> str | None:
     """Return what of a slot the bench can't do, None if it can do it all."""
     machine = slot.machine
     ranges = [switch.input for switch in machine.switches]
     told = [each for each in spec.incidents if each.slot in (0, slot.number)]
     beyond: tuple[tuple[bool, str], ...] = (
-        (slot.module != "amci3601", f"module {slot.module}"),
+        (slot.module not in TARGETS, f"module {slot.module}"),
         (bool(machine.slips or machine.jams), "slips and jams"),
         (machine.encoder is not None, "an encoder on the shaft"),
         (len(ranges) != len(set(ranges)), "several switches on one input"),
         (any(each.normally_closed for each in machine.switches), "normally closed switches"),
         (any(_holds(machine, entry.input) for entry in machine.timeline), "a sensor that fails"),
+        (any(each.what in TROUBLES for each in told), "lost links"),
+        (any(each.what in REPLIES and each.for_ns for each in told), "replies that are lost for a time"),
         (
-            any(each.what not in (Happening.POWER_CYCLE, Happening.PROGRAM_MODE) for each in told),
-            "lost links",
+            spec.controller != "micrologix" or any(each.what is Happening.TORN_UPDATE for each in told),
+            "updates that do not wait for the scan's end",
         ),
-        (spec.controller != "micrologix", "updates that do not wait for the scan's end"),
         (bool(spec.scan_ns % BENCH_TICK_NS), "a scan that is no multiple of 0.25 ms"),
     )
     return next((text for is_there, text in beyond if is_there), None)
@@ -101,7 +109,9 @@ class DriveScript:
 
 
 def _bench(spec: RackSpec, slot: SlotSpec) -> dict[str, Any]:
-    made: dict[str, Any] = {"firmware": slot.firmware, "scan_ms": _number(spec.scan_ns / 1e6)}
+    made: dict[str, Any] = {"scan_ms": _number(spec.scan_ns / 1e6)}
+    if slot.module == "amci3601":
+        made = {"firmware": slot.firmware, **made}
     if slot.machine.switches:
         made["machine"] = {input_name(each.input): [each.first, each.last] for each in slot.machine.switches}
     if slot.wiring:
@@ -116,12 +126,23 @@ def _acts(incidents: tuple[Incident, ...], slot: int, scan_ns: int) -> dict[int,
     acts: dict[int, dict[str, Any]] = {}
     for each in incidents:
         at = -(-each.at_ns // scan_ns)
-        if each.what is Happening.POWER_CYCLE and each.slot == slot:
-            acts.setdefault(at, {})["power_cycle"] = True
-        elif each.what is Happening.PROGRAM_MODE:
+        end = -(-(each.at_ns + each.for_ns) // scan_ns)
+        if each.what is Happening.PROGRAM_MODE:
             acts.setdefault(at + 1, {})["plc_mode"] = "program"
             if each.for_ns:
-                acts.setdefault(-(-(each.at_ns + each.for_ns) // scan_ns) + 1, {})["plc_mode"] = "run"
+                acts.setdefault(end + 1, {})["plc_mode"] = "run"
+        elif each.slot != slot:
+            continue
+        elif each.what is Happening.POWER_CYCLE:
+            acts.setdefault(at, {})["power_cycle"] = True
+        elif each.what is Happening.CONTROLLER_POWER_CYCLE:
+            acts.setdefault(at, {})["device"] = "power_cycle"
+        elif each.what in REPLIES:
+            acts.setdefault(at, {})["link"] = {REPLIES[each.what]: 1}
+        elif each.what is Happening.LINE_DOWN:
+            acts.setdefault(at, {})["link"] = "down"
+            if each.for_ns:
+                acts.setdefault(end, {})["link"] = "up"
     return acts
 
 

@@ -39,12 +39,32 @@ class Kind(Enum):
     """An update falls into the middle of a scan, and some words come late."""
     FIRMWARE = "firmware"
     """Modules are of another version."""
+    LINE = "line"
+    """The line between an adapter and its controller fails, or the controller's power does."""
+
+
+def possible_kinds(spec: RackSpec) -> frozenset[Kind]:
+    """Return what can happen to a rack: some of it to a 3601 only, some to an adapter only."""
+    impossible = set()
+    if not _modules_3601(spec):
+        impossible |= {Kind.LINK, Kind.FIRMWARE}
+    if not _adapters(spec):
+        impossible.add(Kind.LINE)
+    return frozenset(Kind) - impossible
 
 
 def kinds_for(spec: RackSpec) -> frozenset[Kind]:
-    """Return what can happen to a rack: torn updates only where exchanges do not wait for the scan's end."""
+    """Return what is likely to happen: torn updates only where exchanges do not wait for the scan's end."""
     torn = spec.controller == "compactlogix"
-    return frozenset(kind for kind in Kind if kind is not Kind.TORN or torn)
+    return frozenset(kind for kind in possible_kinds(spec) if kind is not Kind.TORN or torn)
+
+
+def _modules_3601(spec: RackSpec) -> list[int]:
+    return [slot.number for slot in spec.slot if slot.module == "amci3601"]
+
+
+def _adapters(spec: RackSpec) -> list[int]:
+    return [slot.number for slot in spec.slot if slot.module.endswith("-adapter")]
 
 
 LASTING_MS = (2, 20, 100, 500, 2000)
@@ -62,10 +82,11 @@ def scenarios(
     Args:
         spec: the rack.
         scans: length of a run; things happen within it.
-        kinds: what is random.
+        kinds: what is random, as far as it is possible.
         base: a scenario that is varied: parts of it are kept, others come on top.
         most: most parts of a kind.
     """
+    kinds = possible_kinds(spec).intersection(kinds)
     times = st.integers(0, scans - 1).map(lambda scan: scan * spec.scan_ns)
     slots = st.sampled_from(spec.slot)
     nothing: st.SearchStrategy[tuple[()]] = st.just(())
@@ -74,21 +95,25 @@ def scenarios(
     def some(kind: Kind, part: st.SearchStrategy[object], limit: int = most) -> st.SearchStrategy[object]:
         return st.lists(part, max_size=limit).map(tuple) if kind in kinds else nothing
 
-    incidents = [_incidents(kind, spec, times) for kind in (Kind.LINK, Kind.POWER, Kind.MODE, Kind.TORN)]
-    happening = [part for kind, part in incidents if kind in kinds]
+    happening = [_incidents(kind, spec, times) for kind in INCIDENTS if kind in kinds]
     made = st.builds(
         Scenario,
         firmware=_firmware(spec) if Kind.FIRMWARE in kinds else nothing,
         presses=some(Kind.INPUTS, slots.flatmap(lambda slot: presses[slot.number])),
         incidents=st.lists(st.one_of(happening), max_size=most).map(tuple) if happening else nothing,
         shifts=some(Kind.MACHINE, st.builds(Shift, slots.map(_number), st.sampled_from(STEPS)), 1),
-        lost=some(
-            Kind.MACHINE,
-            st.builds(Lost, slots.map(_number), st.integers(-20_000, 20_000), st.sampled_from((1, 5, 200))),
-            1,
-        ),
+        lost=some(Kind.MACHINE, _lost(_modules_3601(spec)), 1) if _modules_3601(spec) else nothing,
     )
     return made if base is None else st.builds(_joined, _parts_of(base, spec.scan_ns), made)
+
+
+INCIDENTS = (Kind.LINK, Kind.POWER, Kind.MODE, Kind.TORN, Kind.LINE)
+"""Kinds that are incidents."""
+
+
+def _lost(slots: Sequence[int]) -> st.SearchStrategy[Lost]:
+    where = st.integers(-20_000, 20_000)
+    return st.builds(Lost, st.sampled_from(slots), where, st.sampled_from((1, 5, 200)))
 
 
 def _number(slot: SlotSpec) -> int:
@@ -128,23 +153,34 @@ def _firmware(spec: RackSpec) -> st.SearchStrategy[tuple[tuple[int, str], ...]]:
     versions = [str(each) for each in KNOWN if each.micrologix or not behind_micrologix]
     same: st.SearchStrategy[tuple[tuple[int, str], ...]] = st.just(())
     return same | st.sampled_from(versions).map(
-        lambda version: tuple((slot.number, version) for slot in spec.slot)
+        lambda version: tuple((slot, version) for slot in _modules_3601(spec))
     )
 
 
-def _incidents(
-    kind: Kind, spec: RackSpec, times: st.SearchStrategy[int]
-) -> tuple[Kind, st.SearchStrategy[Incident]]:
+def _incidents(kind: Kind, spec: RackSpec, times: st.SearchStrategy[int]) -> st.SearchStrategy[Incident]:
     slots = st.sampled_from([slot.number for slot in spec.slot])
     if kind is Kind.LINK:
         lost = st.sampled_from((Happening.LINK_LOST, Happening.REMOVED, Happening.FATAL_ERROR))
-        return kind, st.builds(Incident, times, lost, slots, _durations())
+        return st.builds(Incident, times, lost, st.sampled_from(_modules_3601(spec)), _durations())
     if kind is Kind.POWER:
-        return kind, st.builds(Incident, times, st.just(Happening.POWER_CYCLE), slots)
+        return st.builds(Incident, times, st.just(Happening.POWER_CYCLE), slots)
     if kind is Kind.MODE:
-        return kind, st.builds(Incident, times, st.just(Happening.PROGRAM_MODE), st.just(0), _durations())
+        return st.builds(Incident, times, st.just(Happening.PROGRAM_MODE), st.just(0), _durations())
+    if kind is Kind.LINE:
+        return _on_the_line(st.sampled_from(_adapters(spec)), times)
     late = st.sets(st.integers(0, WORDS - 1), min_size=1).map(lambda words: tuple(sorted(words)))
-    return kind, st.builds(Incident, times, st.just(Happening.TORN_UPDATE), slots, st.just(0), late)
+    return st.builds(Incident, times, st.just(Happening.TORN_UPDATE), slots, st.just(0), late)
+
+
+def _on_the_line(slots: st.SearchStrategy[int], times: st.SearchStrategy[int]) -> st.SearchStrategy[Incident]:
+    """A reply that is lost or damaged, several in a row, an open line, or a controller without power."""
+    replies = st.sampled_from((Happening.REPLIES_LOST, Happening.REPLIES_DAMAGED))
+    lasting = st.sampled_from((Happening.LINE_DOWN, Happening.REPLIES_LOST, Happening.REPLIES_DAMAGED))
+    return st.one_of(
+        st.builds(Incident, times, replies, slots),
+        st.builds(Incident, times, lasting, slots, _durations()),
+        st.builds(Incident, times, st.just(Happening.CONTROLLER_POWER_CYCLE), slots),
+    )
 
 
 MOVED = (0, 1, -1, 10, -10, 100, -100)

@@ -26,6 +26,9 @@ NO_FAULT = "no-fault"
 PROGRAM, RUNNING, ASKING, BUILDING = "the program", "modules and scan loop", "invariants", "making racks"
 """What the time of a run goes to."""
 
+SENTENCES = ("rule", "refusal", "adapter")
+"""Kinds of events that say why a bit is set."""
+
 NOTHING: Mapping[str, Any] = {}
 
 
@@ -40,7 +43,8 @@ class Broken:
         now_ns: its virtual time, ns since power-up.
         why: in which way it did not.
         shows: what each slot shows at the end of that scan, in words.
-        rules: sentences of the manual's rules that fired in that scan, with their ids.
+        rules: sentences of the manual's rules that fired in that scan, and of an adapter's refusals,
+            with their ids.
     """
 
     invariant: str
@@ -99,11 +103,12 @@ class _Watcher:
         self._told: list[str] = []
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        """Note the rules that fire."""
-        if fields.get("kind") == "rule":
+        """Note the rules that fire, and what an adapter says beside them."""
+        if fields.get("kind") in SENTENCES:
             name = str(fields["name"])
-            self.rules[name] += 1
             self._told.append(f"{fields['text']} [{name}]")
+            if fields["kind"] == "rule":
+                self.rules[name] += 1
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Ask every invariant, unless the scan was not finished."""

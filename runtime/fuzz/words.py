@@ -16,6 +16,10 @@ HAPPENS = {
     Happening.ASIC_LOST: "the backplane interface of slot {slot} fails",
     Happening.TORN_UPDATE: "the next change of slot {slot}'s outputs is torn: {words} late",
     Happening.PROGRAM_MODE: "the CPU's key is turned to program",
+    Happening.LINE_DOWN: "the line to the controller of slot {slot} is open",
+    Happening.REPLIES_LOST: "{replies} of the controller of slot {slot} got lost",
+    Happening.REPLIES_DAMAGED: "{replies} of the controller of slot {slot} got damaged",
+    Happening.CONTROLLER_POWER_CYCLE: "the power of the controller of slot {slot} goes and comes back",
 }
 """What happens, as a sentence."""
 
@@ -54,7 +58,8 @@ def _press(press: Press) -> str:
 def _incident(incident: Incident) -> str:
     late = ", ".join(map(str, incident.late_words))
     words = f"words {late} come" if len(incident.late_words) > 1 else f"word {late} comes"
-    text = HAPPENS[incident.what].format(slot=incident.slot, words=words)
+    replies = "replies" if incident.for_ns else "a reply"
+    text = HAPPENS[incident.what].format(slot=incident.slot, words=words, replies=replies)
     return text + _for(incident.for_ns)
 
 

@@ -1,0 +1,198 @@
+"""One session of `scanrack fuzz` after the other: what is known, what is mended, what can't be searched."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from scanrack.runtime.cli import build
+from scanrack.runtime.fuzz.state import read_state
+from typer.testing import CliRunner
+
+WATCHES = """
+from scanrack.io_images.amci3601 import Configuration, Idle, StatusView
+
+WORDS = Configuration(inputs_used=0x3E, step_and_direction=True, starting_speed=500).to_image()
+
+def logic(scan):
+    status = StatusView(scan.slot[1].inputs)
+    scan.slot[1].outputs.load(Idle().to_image() if status.MODE_CONFIG or scan.number > 5 else WORDS)
+    if status.{bit}:
+        raise RuntimeError("nobody thought of this")
+"""
+"""A program that configures its module, and faults when a status bit is set."""
+
+RACK = """program = "line.py"
+run_for_s = 0.1
+[[slot]]
+number = 1
+module = "{module}"
+"""
+
+
+@pytest.fixture
+def line(tmp_path):
+    def make(program, module="amci3601"):
+        (tmp_path / "line.py").write_text(program, encoding="utf-8")
+        (tmp_path / "line.toml").write_text(RACK.format(module=module), encoding="utf-8")
+        return tmp_path / "line.toml"
+
+    return make
+
+
+def fuzz(rack, *words):
+    out = rack.parent / "out"
+    command = ["fuzz", str(rack), "--jobs", "1", "--out", str(out), *map(str, words)]
+    return CliRunner().invoke(build(), command)
+
+
+def state_of(rack):
+    return read_state(rack.parent / "out" / "state.json", "../line.toml")
+
+
+def test_what_is_mended_is_told_once_and_becomes_a_seed(line):
+    rack = line(WATCHES.format(bit="IN_ESTOP"))
+    assert fuzz(rack, "--runs", 40, "--only", "inputs").exit_code == 1
+    broken = state_of(rack).found["no-fault"]
+    line(WATCHES.format(bit="STOPPED"))
+    second = fuzz(rack, "--runs", 5, "--only", "inputs")
+    assert (second.exit_code, second.stdout.splitlines()[0]) == (
+        0,
+        "mended: The program does not fault the CPU [no-fault]",
+    )
+    assert state_of(rack).corpus["no-fault"] == broken.scenario
+    assert "held          no-command-error, no-fault," in second.stdout
+    report = rack.parent / "out" / "no-fault" / "report.txt"
+    assert report.read_text(encoding="utf-8").startswith("Mended: ")
+    assert "mended" not in fuzz(rack, "--runs", 5, "--only", "inputs").stdout
+
+
+def test_what_is_not_mended_is_told_again_without_a_search_for_it(line):
+    rack = line(WATCHES.format(bit="IN_ESTOP"))
+    first = fuzz(rack, "--runs", 40, "--only", "inputs")
+    second = fuzz(rack, "--runs", 5, "--only", "inputs")
+    assert second.exit_code == 1
+    assert first.stdout.split("\nbroken: ")[1] == second.stdout.split("\nbroken: ")[1]
+
+
+def test_a_failure_is_told_in_words(line):
+    result = fuzz(line(WATCHES.format(bit="IN_ESTOP")), "--runs", 40, "--only", "inputs", "--quiet")
+    lines = result.stdout.splitlines()
+    assert lines[0].startswith("broken: The program does not fault the CPU [no-fault]: scan ")
+    assert lines[1] == "  0 s: input estop of slot 1 is on for 20 ms"  # 2 ms are over before it is configured
+    assert lines[2].startswith(
+        "  slot 1: commands none; status POSITION_INVALID CONFIG_ERROR MODULE_OK IN_ESTOP"
+    )
+
+
+def test_the_report_tells_how_to_see_it_again_and_how_to_look_after_a_change(line):
+    rack = line(WATCHES.format(bit="IN_ESTOP"))
+    fuzz(rack, "--runs", 40, "--only", "inputs", "--check", "one-motion")
+    found = rack.parent / "out" / "no-fault"
+    report = (found / "report.txt").read_text(encoding="utf-8")
+    assert (
+        f"    scanrack run {found}/rack.toml\n    scanrack drive amci3601 < {found}/drive-slot1.jsonl"
+        in report
+    )
+    check = f"    scanrack fuzz {rack} --check one-motion --scenario {found}/scenario.json"
+    assert report.splitlines()[-1] == check
+    assert CliRunner().invoke(build(), check.split()[1:]).exit_code == 1
+
+
+def test_a_program_that_faults_by_itself_is_not_searched(line):
+    rack = line(WATCHES.format(bit="MODULE_OK"))
+    result = fuzz(rack, "--runs", 1000)
+    assert result.exit_code == 1
+    assert "the program faults with nothing random around it" in result.stderr
+    assert "nothing: the rack as its file has it" in result.stdout
+    assert "runs          0\n" in result.stdout
+
+
+def test_a_state_of_another_rack_is_not_gone_on_with(line, tmp_path):
+    rack = line(WATCHES.format(bit="STOPPED"))
+    fuzz(rack, "--runs", 1)
+    other = tmp_path / "other.toml"
+    other.write_bytes(rack.read_bytes())
+    result = fuzz(other, "--runs", 1)
+    assert result.exit_code == 2
+    assert "is of a search of ../line.toml, not of ../other.toml: give --out another folder" in result.stderr
+
+
+CLOCK = """
+import helper
+
+def logic(scan):
+    helper.count += 1
+    if helper.count > 60:
+        raise RuntimeError("too many scans")
+"""
+
+
+def test_modules_that_a_program_imports_are_made_anew_for_every_run(line, tmp_path):
+    rack = line(CLOCK)
+    (tmp_path / "helper.py").write_text("count = 0\n", encoding="utf-8")
+    assert fuzz(rack, "--runs", 5).exit_code == 0
+
+
+CHANCE = """
+from pathlib import Path
+
+runs = Path(__file__).with_suffix(".runs")
+runs.write_text(runs.read_text() + "." if runs.exists() else "")
+number = len(runs.read_text())
+
+def logic(scan):
+    if number == 3:
+        raise RuntimeError("now and then")
+"""
+
+
+def test_a_program_that_does_not_do_the_same_twice_is_told(line):
+    result = fuzz(line(CHANCE), "--runs", 20)
+    assert result.exit_code == 2
+    assert "the program does not do the same twice in the same surroundings" in result.stderr
+    assert result.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("scenario", "says"),
+    [
+        (
+            {"presses": [{"slot": 9, "input": "home", "energised": True, "at_ns": 0, "for_ns": 1}]},
+            "no slot 9",
+        ),
+        ({"presses": [{"slot": 1, "input": "nix"}]}, "no input 'nix'; allowed are capture, external"),
+        ({"presses": [{"slot": 1}]}, "key 'input' is missing"),
+        ([1], "a scenario is an object with firmware, presses"),
+        ({"firmware": {"4": "3.1"}}, "no slot 4"),
+    ],
+)
+def test_a_scenario_that_does_not_fit_is_refused_with_its_file(line, tmp_path, scenario, says):
+    file = tmp_path / "scenario.json"
+    file.write_text(json.dumps(scenario), encoding="utf-8")
+    result = fuzz(line(WATCHES.format(bit="STOPPED")), "--scenario", file)
+    assert result.exit_code == 2
+    assert result.stderr.startswith(f"scanrack: {file}: ")
+    assert says in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("module", "words", "says"),
+    [
+        (
+            "amci3601",
+            ("--only", "line"),
+            "--only line: it can't happen to what is in this rack; possible are ",
+        ),
+        ("pcl601-adapter", ("--only", "firmware"), "possible are inputs, machine, power, mode, torn, line"),
+        (
+            "amci3601",
+            ("--only", "link", "--without", "link"),
+            "--without link: nothing is left that is random",
+        ),
+    ],
+)
+def test_kinds_that_are_impossible_are_refused(line, module, words, says):
+    result = fuzz(line(WATCHES.format(bit="STOPPED"), module), *words)
+    assert result.exit_code == 2
+    assert says in result.stderr
