@@ -128,9 +128,9 @@ def _acts(incidents: tuple[Incident, ...], slot: int, scan_ns: int) -> dict[int,
         at = -(-each.at_ns // scan_ns)
         end = -(-(each.at_ns + each.for_ns) // scan_ns)
         if each.what is Happening.PROGRAM_MODE:
-            acts.setdefault(at + 1, {})["plc_mode"] = "program"
+            acts.setdefault(at, {})["plc_mode"] = "program"
             if each.for_ns:
-                acts.setdefault(end + 1, {})["plc_mode"] = "run"
+                acts.setdefault(end, {})["plc_mode"] = "run"
         elif each.slot != slot:
             continue
         elif each.what is Happening.POWER_CYCLE:

@@ -146,12 +146,14 @@ class Case:
     """Kinds under which it breaks, too."""
 
     def bench(self):
-        slot = {"number": 1, "module": self.module, "machine": self.machine}
+        options = {"home_stroke": 9000} if self.module == "pmc006-adapter" else {}
+        slot = {"number": 1, "module": self.module, "machine": self.machine, "options": options}
         spec = RackSpec.model_validate(
             {"program": "none.py", "run_for_s": 1, "controller": self.controller, "slot": [slot]}
         )
         invariants = [self.invariant] if self.invariant else []
-        return Bench(spec, self.program, invariants, 200)
+        scans = 200 if self.module == "amci3601" else 350  # an adapter is slower
+        return Bench(spec, self.program, invariants, scans)
 
 
 CASES = [
@@ -162,7 +164,7 @@ CASES = [
     Case(Kind.MODE, StartsOnce),
     Case(Kind.TORN, AllAtOnce, STANDARD["no-invalid-profile"], controller="compactlogix"),
     Case(Kind.FIRMWARE, Registers, old_firmware),
-    Case(Kind.LINE, NeedsTheModule, module="pcl601-adapter", beside=frozenset({Kind.POWER})),
+    Case(Kind.LINE, NeedsTheModule, module="pmc006-adapter", beside=frozenset({Kind.POWER})),
 ]
 
 
