@@ -146,14 +146,12 @@ class Case:
     """Kinds under which it breaks, too."""
 
     def bench(self):
-        options = {"home_stroke": 9000} if self.module == "pmc006-adapter" else {}
-        slot = {"number": 1, "module": self.module, "machine": self.machine, "options": options}
+        slot = {"number": 1, "module": self.module, "machine": self.machine}
         spec = RackSpec.model_validate(
             {"program": "none.py", "run_for_s": 1, "controller": self.controller, "slot": [slot]}
         )
         invariants = [self.invariant] if self.invariant else []
-        scans = 200 if self.module == "amci3601" else 350  # an adapter is slower
-        return Bench(spec, self.program, invariants, scans)
+        return Bench(spec, self.program, invariants, 200)
 
 
 CASES = [
@@ -164,7 +162,7 @@ CASES = [
     Case(Kind.MODE, StartsOnce),
     Case(Kind.TORN, AllAtOnce, STANDARD["no-invalid-profile"], controller="compactlogix"),
     Case(Kind.FIRMWARE, Registers, old_firmware),
-    Case(Kind.LINE, NeedsTheModule, module="pmc006-adapter", beside=frozenset({Kind.POWER})),
+    Case(Kind.LINE, NeedsTheModule, module="pcl601-adapter", beside=frozenset({Kind.POWER})),
 ]
 
 
@@ -181,7 +179,7 @@ def test_there_is_a_program_for_every_kind():
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.kind.value)
 def test_a_kind_of_trouble_finds_what_only_it_breaks(case):
     assert found(case, {case.kind}, 150)
-    assert not found(case, possible_kinds(case.bench().spec) - {case.kind} - case.beside, 30)
+    assert not found(case, possible_kinds(case.bench().spec) - {case.kind} - case.beside, 20)
 
 
 def rack(module):
