@@ -133,6 +133,11 @@ class Driver(Generic[Drive]):
         """What is read over and over, in order: the position is final where the status before was idle."""
         return self.read_status, self.read_position, self.read_inputs
 
+    def admit(self) -> Generator[Step, Reply | None, bool]:
+        """Bring a controller that was found to the point at which it obeys; return whether it does."""
+        yield from ()
+        return True
+
     def errand(self) -> Talk | None:
         """Return something else that is to be done, None if there is nothing."""
         return None
@@ -175,7 +180,11 @@ class Driver(Generic[Drive]):
                 yield Pause(max(0, asked_ns + PROBE_NS - self.master.now_ns))
                 continue
             self._good()
-            yield from self._see_again()
+            if self._was_ready or (yield from self.admit()):
+                yield from self._see_again()
+            else:
+                yield PUBLISH
+                yield Pause(PROBE_NS)
         self._failed = 0
 
     def _see_again(self) -> Talk:

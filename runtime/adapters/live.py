@@ -136,7 +136,7 @@ class LivePcl601(LiveAdapter[Pcl601Drive]):
 
     def new_driver(self) -> Pcl601Driver:
         """Return what talks to the controller."""
-        return Pcl601Driver(self._unit)
+        return Pcl601Driver(self._options, self._unit)
 
     def new_axis(self) -> Pcl601Axis:
         """Return the controller as an axis."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from ...io_images.amci3601 import Configuration
+from ...io_images.amci3601 import Configuration, HomingKind
 from .order import Order
 
 
@@ -70,13 +70,14 @@ class AxisHoming(Enum):
     NONE = "nothing"
     LEAVES_SWITCH = "it stops on leaving the home switch"
     MEETS_SWITCH = "it stops on meeting the home switch, and leaves one that is active first"
+    MEETS_SWITCH_SLOWLY = "it stops on meeting the home switch, slowed down by the proximity before"
 
 
 class Capabilities:
     """What an axis can do: here, everything. One that can do less overrides the methods.
 
     Attributes:
-        homing: what `Axis.home` does.
+        homing: what `Axis.home` does, whatever the kind of homing.
         shared_limit: the end limits come on one input: both active means one of them, side unknown.
         home_is_ccw_limit: the home switch is the CCW limit, too: active, it blocks CCW motion only.
     """
@@ -84,6 +85,10 @@ class Capabilities:
     homing = AxisHoming.NONE
     shared_limit = False
     home_is_ccw_limit = False
+
+    def homing_for(self, kind: HomingKind) -> AxisHoming:
+        """Return what `Axis.home` does in a search of that kind."""
+        return self.homing
 
     def lacking_for_configuration(self, configuration: Configuration) -> Inability | None:
         """Return why a configuration that the 3601 accepts is refused, None if it is not."""

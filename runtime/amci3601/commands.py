@@ -105,7 +105,9 @@ def find_home(layer: CommandLayer, now_ns: int, order: Order) -> None:
     if layer.refused(now_ns, order, refusals.FIND_HOME) or layer.unable(now_ns, Feature.HOME, order):
         return
     direction = 1 if order.msw & FIND_HOME_CW else -1
-    homing = HOMINGS[layer.axis.capabilities.homing](layer, now_ns, direction, order.profile(layer.start_sps))
+    assert layer.configuration is not None
+    search = HOMINGS[layer.axis.capabilities.homing_for(layer.configuration.homing)]
+    homing = search(layer, now_ns, direction, order.profile(layer.start_sps))
     layer.latches.clear(HOME_INVALID)  # by the next accepted Find Home (reading A-19)
     layer.accept(homing)
     homing.start(now_ns)

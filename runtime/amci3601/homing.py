@@ -35,8 +35,8 @@ from typing import TYPE_CHECKING, ClassVar
 
 from ...io_images.amci3601 import HomingKind, InputBit
 from ..kinematics import Profile
-from .capabilities import AxisHoming
-from .latches import AT_HOME, POSITION_INVALID
+from .capabilities import AxisHoming, Inability
+from .latches import AT_HOME, HOME_INVALID, INPUT_ERROR, POSITION_INVALID
 from .operation import CW_LIMIT, Limits, Operation, limit_of
 from .order import Order
 
@@ -46,6 +46,13 @@ if TYPE_CHECKING:
 HOME = InputBit.HOME.value
 DWELL_NS = 2_000_000_000
 """How long the axis waits after an end limit [chapter 4, Find Home]."""
+
+HOME_BEFORE_PROXIMITY = Inability(
+    "home before proximity",
+    HOME_INVALID | INPUT_ERROR | POSITION_INVALID,
+    "the home switch was met before the home proximity, and has stopped the axis without a ramp",
+)
+"""What a 3601 would pass over [chapter 4, Find Home]."""
 
 
 class Phase(Enum):
@@ -316,9 +323,44 @@ class HomingOntoSwitch(Homing):
                 layer.abort_homing(now_ns, "HOM-05")
 
 
+class HomingSlowedByProximity(Homing):
+    """A search by an axis that stops at the home switch itself, at full speed unless it was slowed down.
+
+    The proximity slows it down. A switch that is met before has stopped it too hard for a home.
+    """
+
+    def _begin_seek(self, now_ns: int) -> None:
+        self.phase = Phase.SEEK
+        self.layer.axis.home(now_ns, self.direction, self.profile)
+
+    def _creep(self, now_ns: int) -> None:
+        self.phase = Phase.CREEP
+        slow = replace(self.profile, speed_sps=self.profile.start_sps)
+        self.layer.axis.home(now_ns, self.direction, slow)
+
+    def _seek(self, now_ns: int) -> None:
+        if not self._stopped_too_hard(now_ns):
+            super()._seek(now_ns)
+
+    def _approach(self, now_ns: int, home_risen: bool) -> None:
+        if not self._stopped_too_hard(now_ns):
+            super()._approach(now_ns, home_risen)
+
+    def _stopped_too_hard(self, now_ns: int) -> bool:
+        layer = self.layer
+        if not layer.axis.moving:
+            layer.refuse(now_ns, HOME_BEFORE_PROXIMITY)
+            layer.finish(now_ns, 0, "found no home")
+        return not layer.axis.moving
+
+    def _take_home(self, now_ns: int, home_risen: bool) -> None:
+        self.found = not self.layer.axis.moving
+
+
 HOMINGS: dict[AxisHoming, type[Homing]] = {
     AxisHoming.NONE: Homing,
     AxisHoming.LEAVES_SWITCH: HomingByAxis,
     AxisHoming.MEETS_SWITCH: HomingOntoSwitch,
+    AxisHoming.MEETS_SWITCH_SLOWLY: HomingSlowedByProximity,
 }
 """The search for home, by what the axis itself does of it."""

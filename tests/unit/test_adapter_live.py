@@ -268,7 +268,7 @@ def test_a_run_in_real_time_moves_the_controller_of_another_process(tmp_path: Pa
 SLEWING = (
     LOGIC.replace("(2, 0, 2, 0, 5, 0, 50, 50)", "(128, 0, 0, 0, 2, 0, 50, 50)")
     + """
-    if status.MOVING_CW and scan.number % 50 == 0:
+    if status.MOVING_CW and module.inputs[3] > 0 and scan.number % 50 == 0:
         print("moving", flush=True)
 """
 )
@@ -290,7 +290,7 @@ def moves(path: str) -> bool:
 
 @contextmanager
 def running(folder: Path, path: str, logic: str) -> Iterator[subprocess.Popen[str]]:
-    """Run a rack in a process of its own; yield it when the axis moves."""
+    """Run a rack in a process of its own; yield it when the axis has moved."""
     rack = rack_file(folder, f'port = "{path}"')
     (folder / "logic.py").write_text(logic)
     words = [sys.executable, "-m", "scanrack.runtime.cli", "run", rack, "--realtime", "--live", "--no-record"]

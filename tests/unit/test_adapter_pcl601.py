@@ -13,7 +13,7 @@ from scanrack.runtime.pcl601.pins import GROUND
 def test_before_the_first_good_exchange_the_module_is_not_ok():
     bench = AdapterBench()
     assert bench.bits == {"POSITION_INVALID"}
-    assert bench.run(30).bits == {"MODULE_OK", "CONFIG_ERROR", "POSITION_INVALID"}
+    assert bench.run(40).bits == {"MODULE_OK", "CONFIG_ERROR", "POSITION_INVALID"}
 
 
 def test_a_configuration_shows_when_the_controller_has_it():

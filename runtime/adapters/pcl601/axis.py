@@ -7,6 +7,7 @@ from ...kinematics import Profile, Rate, Shape
 from ...kinematics import stop as plan_stop
 from ..axis import LinkedAxis
 from ..driver import State
+from ..task import Kind
 from .capabilities import Pcl601Capabilities
 from .driver import BOTH_SIDES, Pcl601Driver
 from .options import Options
@@ -19,6 +20,9 @@ WIRED_INPUTS = {
     1 << 5: InputBit.HOME.value,
 }
 """Which input of the 3601 is wired to which of the controller's: 3 to 6."""
+
+LIMIT_INPUTS = {1 << 0: InputBit.CW_LIMIT.value, 1 << 4: InputBit.CCW_LIMIT.value}
+"""By option limit_sense the end limits are wired to inputs 1 and 5."""
 
 LIMITS = {
     0: 0,
@@ -39,6 +43,7 @@ class Pcl601Axis(LinkedAxis[Drive]):
     def __init__(self, driver: Pcl601Driver, options: Options) -> None:
         super().__init__(driver, Pcl601Capabilities(options))
         self.driver = driver
+        self._limits_on_inputs = options.limit_sense == "inputs"
         self._encoder_offset = 0
 
     def drive_for(self, profile: Profile) -> Drive:
@@ -46,8 +51,9 @@ class Pcl601Axis(LinkedAxis[Drive]):
         return drive_for(profile)
 
     def note_configuration(self, configuration: Configuration) -> None:
-        """An emergency stop is wired to the hard limits, too."""
+        """An emergency stop is wired to the hard limits, too; the kind of homing is the controller's."""
         self.driver.estop_on_limits = bool(configuration.inputs_used & InputBit.ESTOP.value)
+        self.driver.has_proximity = configuration.backplane_proximity
 
     @property
     def encoder(self) -> int:
@@ -59,8 +65,10 @@ class Pcl601Axis(LinkedAxis[Drive]):
     @property
     def levels(self) -> int:
         """Electrical levels of the discrete inputs as read last, as a mask of `InputBit`."""
-        levels = LIMITS[self._limit_side]
-        for mask, bit in WIRED_INPUTS.items():
+        wired, levels = WIRED_INPUTS, LIMITS[self._limit_side]
+        if self._limits_on_inputs:
+            wired, levels = WIRED_INPUTS | LIMIT_INPUTS, 0
+        for mask, bit in wired.items():
             if self.driver.inputs & mask:
                 levels |= bit
         return levels
@@ -83,6 +91,14 @@ class Pcl601Axis(LinkedAxis[Drive]):
         halt = plan_stop(task.model, instant_ns, drive.base_sps, drive.rate_spmss, Shape.CONSTANT)
         assert halt.final_steps is not None
         return halt.final_steps - task.model.steps_at(instant_ns)
+
+    def change_speed(self, now_ns: int, profile: Profile) -> None:
+        """Stop, and start again at the new speed; in a search for home the proximity slows down."""
+        task = self.task
+        if task is not None and task.kind is Kind.HOME:
+            task.marked = True
+        else:
+            super().change_speed(now_ns, profile)
 
     def preset_encoder(self, value: int) -> None:
         """Let the present encoder count be `value`; the controller's goes back to 0."""

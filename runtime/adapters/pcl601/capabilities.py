@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ....io_images.amci3601 import Configuration, InputBit
+from ....io_images.amci3601 import Configuration, HomingKind, InputBit
 from ...amci3601 import AxisHoming, Feature, Wish
 from ...kinematics import MILLI, PICO, stopping_distance
 from ..capabilities import (
@@ -41,9 +41,14 @@ CONFIGURATION_ROWS: tuple[ConfigurationRow[Options], ...] = (
         "captures are polled, and option capture rejects that",
     ),
     ConfigurationRow(
+        "capture input",
+        lambda it, options: bool(it.inputs_used & InputBit.CAPTURE.value) and options.limit_sense == "inputs",
+        "by option limit_sense = inputs the CCW limit is wired to input 5, and there is none for captures",
+    ),
+    ConfigurationRow(
         "backplane home proximity",
-        lambda it, _: it.backplane_proximity,
-        "the PCL601 has no home proximity that a PLC could set",
+        lambda it, options: it.backplane_proximity and options.proximity != "jumper",
+        "a PLC can set no home proximity; option proximity = jumper wires an output to the soft limits",
     ),
     ConfigurationRow(
         "diagnostic feedback",
@@ -58,8 +63,8 @@ CONFIGURATION_ROWS: tuple[ConfigurationRow[Options], ...] = (
     ConfigurationRow("marker home", lambda it, _: it.marker_home, "the PCL601 has no marker input"),
     ConfigurationRow(
         "normally closed end limit",
-        lambda it, _: _used_low(it, EITHER_LIMIT),
-        "the PCL601's hard limits act when grounded: normally open switches are needed",
+        lambda it, options: _used_low(it, EITHER_LIMIT) and options.limit_sense != "inputs",
+        "the PCL601's hard limits act when grounded; option limit_sense = inputs reads inputs instead",
     ),
     ConfigurationRow(
         "normally closed home switch or emergency stop",
@@ -172,8 +177,12 @@ class Pcl601Capabilities(RowCapabilities[Options]):
         options: of the adapter.
     """
 
-    homing = AxisHoming.LEAVES_SWITCH
-    shared_limit = True
-
     def __init__(self, options: Options) -> None:
         super().__init__(CONFIGURATION_ROWS, COMMAND_ROWS, options)
+        self.shared_limit = options.limit_sense != "inputs"
+
+    def homing_for(self, kind: HomingKind) -> AxisHoming:
+        """Return the controller's home type: 0 goes by soft limit and home switch, 1 by the switch."""
+        if kind is HomingKind.HOME_SWITCH_PROXIMITY:
+            return AxisHoming.MEETS_SWITCH_SLOWLY
+        return AxisHoming.LEAVES_SWITCH

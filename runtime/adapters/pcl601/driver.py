@@ -1,23 +1,24 @@
 """What is said to a PCL601, one exchange after the other.
 
-configure   errors cleared, stopped, functions off, current on, position := B
+configure   a program stopped, errors cleared, stopped, functions off, current on, position := B
 idle        status, position, inputs; over again
 motion      parameters where they have changed, the start, then as idle until it is over
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 
 from ....io_images.amci3601 import StatusMsw
 from ....io_images.pcl601 import CAUSES, NO_ERROR, Code, Error, Register
-from ...kinematics import Shape, creep, move, register, run
+from ...kinematics import Shape, change_speed, creep, move, register, run
 from ...kinematics import stop as plan_stop
 from ...wire import LineFormat
 from ..driver import BIAS, Driver, LinkLost, Talk
-from ..master import PUBLISH, Manners, Reply, Request
+from ..master import PUBLISH, Manners, Reply, Request, Step
 from ..task import Kind, Task
 from . import frames
+from .options import Options
 from .units import Drive
 
 LINE_FORMAT = LineFormat(38_400, "E")
@@ -30,6 +31,12 @@ STARTS = {Kind.INDEX: Code.GO, Kind.SLEW: Code.GO_SLEW, Kind.HOME: Code.HOME_TYP
 
 MARK_OUTPUT = 7
 """Wired to input 2: it sets the mark of a registration move."""
+
+PROXIMITY_OUTPUT = 6
+"""By option proximity wired to both soft limits: it slows a search for home down."""
+
+MARKS = {Kind.SLEW: MARK_OUTPUT, Kind.HOME: PROXIMITY_OUTPUT}
+"""The output that is the mark of a motion."""
 
 FUNCTIONS_OFF = (0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0)
 """4x21 to 4x31: everything off, encoder ratio 1."""
@@ -74,12 +81,14 @@ class Pcl601Driver(Driver[Drive]):
         clear_errors: the error bits are to be cleared.
         clear_encoder: the encoder is to be set to 0.
         estop_on_limits: an active input 4 shows on both hard limits, too.
+        has_proximity: a search for home is slowed down by the proximity's output, and ends at the switch.
 
     Args:
+        options: how it is wired, and whether its own program is kept from starting again.
         unit: its address.
     """
 
-    def __init__(self, unit: int = 1) -> None:
+    def __init__(self, options: Options, unit: int = 1) -> None:
         super().__init__(MANNERS)
         self.unit = unit
         self.encoder = self.inputs = 0
@@ -89,6 +98,11 @@ class Pcl601Driver(Driver[Drive]):
         self.clear_errors = False
         self.clear_encoder = False
         self.estop_on_limits = False
+        self.has_proximity = False
+        self._takes_over = options.takeover
+        self._disobeys = False
+        self._outputs = (MARK_OUTPUT, PROXIMITY_OUTPUT) if options.proximity == "jumper" else (MARK_OUTPUT,)
+        self._maybe_on = set(self._outputs)
         self._written: dict[Register, tuple[int, ...]] = {}
 
     # -- exchanges ----------------------------------------------------------------------------
@@ -100,6 +114,7 @@ class Pcl601Driver(Driver[Drive]):
     def forget(self) -> None:
         """Forget what has been written, and what was to be cleared."""
         self._written.clear()
+        self._maybe_on.update(self._outputs)
         self.clear_errors = self.clear_encoder = False
 
     def errand(self) -> Talk | None:
@@ -127,18 +142,59 @@ class Pcl601Driver(Driver[Drive]):
             yield from self._command(Code.STOP_MOTION)
             reply = yield from self.insist(frames.write_registers(self.unit, first, words))
             if reply.refused is not None:
+                self._disobeyed()
                 raise LinkLost
         self._written[first] = words
 
     def _command(self, code: Code) -> Talk:
         yield from self.insist(frames.write_command(self.unit, code))
 
-    def _mark(self, on: bool) -> Talk:
-        yield from self.insist(frames.write_output(self.unit, MARK_OUTPUT, on))
-
     def stop(self) -> Talk:
         """Stop motion, and a program if one runs."""
         yield from self._command(Code.STOP_MOTION)
+
+    def halt(self) -> Talk:
+        """Stop at once, and take every mark away; what is not configured may run a program."""
+        if not self._was_ready and not (yield from self.admit()):
+            raise LinkLost
+        yield from super().halt()
+        yield from self._take_marks_away()
+
+    def _take_marks_away(self) -> Talk:
+        """Switch off the outputs that may be on; one that is refused may still be."""
+        for output in [each for each in self._outputs if each in self._maybe_on]:
+            reply = yield from self.insist(frames.write_output(self.unit, output, False))
+            if reply.refused is None:
+                self._maybe_on.discard(output)
+
+    # -- a program of its own -----------------------------------------------------------------
+
+    def admit(self) -> Generator[Step, Reply | None, bool]:
+        """Stop a program that runs in the controller, and tell whether it obeys.
+
+        A running program is noticed by its refusing to have outputs written.
+        """
+        self._maybe_on.update(self._outputs)
+        yield from self._take_marks_away()
+        if not self._maybe_on:
+            return True
+        yield from self._command(Code.STOP_MOTION)
+        yield from self._take_marks_away()
+        if self._maybe_on:
+            self._disobeyed()
+            return False
+        self.complaints.append((0, "a program was running in the controller, and has been stopped"))
+        self._disobeys = False
+        if self._takes_over:
+            yield from self._command(Code.AUTORUN_OFF)
+        yield from self._clear_errors()  # what it was asked in vain
+        return True
+
+    def _disobeyed(self) -> None:
+        """Say so, once until it obeys."""
+        if not self._disobeys:
+            self._disobeys = True
+            self.complaints.append((0, "the controller refuses what is written, and a stop has not helped"))
 
     # -- reading ------------------------------------------------------------------------------
 
@@ -199,7 +255,6 @@ class Pcl601Driver(Driver[Drive]):
         if self.errors:
             yield from self._clear_errors()
         yield from self.halt()
-        yield from self._mark(False)
         yield from self._write(Register.ANALOG_ENABLE, 0, 1)
         yield from self._write(Register.INDEX_ON_FLY, *FUNCTIONS_OFF)
         yield from self.rebase(BIAS)
@@ -217,11 +272,16 @@ class Pcl601Driver(Driver[Drive]):
         began_at = self.position
         if not (self.cut or task.stopping):
             self.direction = task.direction
-            yield from self.start(task, frames.write_command(self.unit, STARTS[task.kind]))
+            yield from self.start(task, frames.write_command(self.unit, self._start_of(task)))
             yield from self.accompany(task)
         if not self.cut:
             yield from self._tidy(task)
             yield from self.conclude(task, began_at)
+
+    def _start_of(self, task: Task[Drive]) -> Code:
+        if task.kind is Kind.HOME and self.has_proximity:
+            return Code.HOME_TYPE_0
+        return STARTS[task.kind]
 
     def note_refusal(self, reply: Reply) -> None:
         """A program runs, or somebody else moves the axis."""
@@ -261,13 +321,17 @@ class Pcl601Driver(Driver[Drive]):
         yield from ()
 
     def set_mark(self, task: Task[Drive]) -> Talk:
-        """Set the mark from which the controller counts the steps of a registration move."""
+        """Set the mark from which a registration move's steps count, or a search for home slows down."""
         if task.model is not None and task.model.end_ns is None:
             drive, now_ns = task.drive, self.master.now_ns
-            task.model = register(
-                task.model, now_ns, task.steps, drive.base_sps, drive.rate_spmss, Shape.CONSTANT
-            )
-        yield from self._mark(True)
+            base_sps, rate = drive.base_sps, drive.rate_spmss
+            if task.kind is Kind.HOME:
+                task.model = change_speed(task.model, now_ns, base_sps, rate, rate, Shape.CONSTANT)
+            else:
+                task.model = register(task.model, now_ns, task.steps, base_sps, rate, Shape.CONSTANT)
+        output = MARKS[task.kind]
+        self._maybe_on.add(output)
+        yield from self.insist(frames.write_output(self.unit, output, True))
 
     def slow_down(self, task: Task[Drive]) -> Talk:
         """Stop softly: a slew ends by itself, an index creeps on and is stopped at its base speed."""
@@ -290,7 +354,6 @@ class Pcl601Driver(Driver[Drive]):
 
     def _tidy(self, task: Task[Drive]) -> Talk:
         """Take the mark away; a limit that has ended a slew lies where it went."""
-        if task.registers and task.marked:
-            yield from self._mark(False)
+        yield from self._take_marks_away()
         if task.kind is Kind.SLEW and self.limit_side and not (task.stopping or task.marked):
             self.limit_side = task.direction

@@ -32,12 +32,11 @@ class Pcl601Adapter(Adapter[Drive]):
         self, machine: Machine | None = None, options: Mapping[str, JsonValue] | None = None
     ) -> None:
         self.options = Options.of(options)
-        has_jumper = self.options.registration == "jumper"
-        super().__init__(SimulatedPcl601(Machine() if machine is None else machine, has_jumper=has_jumper))
+        super().__init__(SimulatedPcl601(Machine() if machine is None else machine, self.options))
 
     def new_driver(self) -> Pcl601Driver:
         """Return what talks to the controller."""
-        return Pcl601Driver()
+        return Pcl601Driver(self.options)
 
     def new_axis(self) -> Pcl601Axis:
         """Return the controller as an axis."""

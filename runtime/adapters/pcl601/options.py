@@ -13,9 +13,12 @@ CHOICES: dict[str, tuple[str | bool, ...]] = {
     "blend": ("refuse", "segmented"),
     "capture": ("polled", "reject"),
     "diagnostic": ("reject", "mirror"),
+    "limit_sense": ("hard_limits", "inputs"),
+    "proximity": ("reject", "jumper"),
     "registration": ("default", "jumper"),
     "encoder_move": ("refuse", "polled"),
     "respeed": ("refuse", "restart"),
+    "takeover": (False, True),
 }
 
 
@@ -29,9 +32,14 @@ class Options:
             refused.
         capture: "polled", within a poll period of the edge, or "reject".
         diagnostic: "mirror" copies the position to the diagnostic words, "reject" refuses them.
+        limit_sense: "inputs": the end limits are wired to inputs 1 and 5, too; else to the hard limits only.
+        proximity: "jumper": output 6 is wired to both soft limits, and is the backplane home proximity;
+            else that is refused.
         registration: "jumper": input 2 is wired to output 7 alone; else to the external input, too.
         encoder_move: "polled" ends an encoder move when the count has been read; else refused.
         respeed: "restart" changes the speed of a manual move by stopping in between; else refused.
+        takeover: a controller that was found running a program of its own does not start it again at
+            power-up: its autorun flag, which is non-volatile, is cleared.
 
     Raises:
         ValueError: a value that is not allowed.
@@ -41,9 +49,12 @@ class Options:
     blend: str = "refuse"
     capture: str = "polled"
     diagnostic: str = "reject"
+    limit_sense: str = "hard_limits"
+    proximity: str = "reject"
     registration: str = "default"
     encoder_move: str = "refuse"
     respeed: str = "refuse"
+    takeover: bool = False
 
     def __post_init__(self) -> None:
         check_choices(self, CHOICES)

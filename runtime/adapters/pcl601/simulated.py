@@ -2,16 +2,17 @@
 
 3601 terminal    PCL601
 home             home, input 6
-CW, CCW limit    hard limit +, -
+CW, CCW limit    hard limit +, -; by option limit_sense inputs 1 and 5, and no hard limit where active low
 external         input 3; input 2, too, where it is active high (and by option registration)
 emergency stop   input 4; both hard limits through diodes
-capture          input 5
+capture          input 5, unless that is a limit's
 encoder          encoder
-input 2 also to output 7
+input 2 also to output 7; by option proximity both soft limits to output 6
 """
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -21,7 +22,8 @@ from ...machine import Machine, Switch
 from ...pcl601.line import Pcl601
 from ...pcl601.pins import FAR, GROUND, OPEN, Contact
 from ..plant import Plant, switches_of
-from .driver import MARK_OUTPUT
+from .driver import MARK_OUTPUT, PROXIMITY_OUTPUT
+from .options import Options
 
 WIRING: dict[InputBit, tuple[str, ...]] = {
     InputBit.HOME: ("home", "in6"),
@@ -33,7 +35,19 @@ WIRING: dict[InputBit, tuple[str, ...]] = {
 }
 """Pins that each terminal of the 3601 is wired to."""
 
+LIMITS_ON_INPUTS: dict[InputBit, tuple[str, ...]] = {
+    InputBit.CW_LIMIT: ("hard_plus", "in1"),
+    InputBit.CCW_LIMIT: ("hard_minus", "in5"),
+    InputBit.CAPTURE: (),
+}
+"""What is wired otherwise by option limit_sense."""
+
+HARD_LIMITS = {InputBit.CW_LIMIT: "hard_plus", InputBit.CCW_LIMIT: "hard_minus"}
 MARK_PIN = "in2"
+PROXIMITY_PINS = ("soft_plus", "soft_minus")
+
+Wire = tuple[InputBit, str]
+"""From a terminal to a pin."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,25 +83,29 @@ def contacts_of(switch: Switch) -> tuple[Contact, ...]:
     return (Contact(first, last),)
 
 
+def _mask(output: int) -> int:
+    return 1 << output - 1
+
+
 class SimulatedPcl601(Plant):
     """A controller, its line and the machine that it moves.
 
     Attributes:
         device: the controller on its line.
-        external_on_mark: the external input is wired to input 2.
 
     Args:
         machine: what is bolted to it; its shaft follows every step.
-        has_jumper: input 2 is wired to output 7 alone (option registration).
+        options: how it is wired.
 
     Raises:
         ValueError: the machine slips or jams, which this controller's simulation has no notion of.
     """
 
-    def __init__(self, machine: Machine, *, has_jumper: bool = False) -> None:
+    def __init__(self, machine: Machine, options: Options) -> None:
         self.device = Pcl601()
-        self.external_on_mark = True
-        self._has_jumper = has_jumper
+        self._options = options
+        self._wiring = WIRING | (LIMITS_ON_INPUTS if options.limit_sense == "inputs" else {})
+        self._left_open: frozenset[Wire] = frozenset()
         self._counts_before = machine.encoder_counts(0)
         self._fixed = {
             bit: tuple(contact for switch in switches_of(machine, bit) for contact in contacts_of(switch))
@@ -107,16 +125,28 @@ class SimulatedPcl601(Plant):
 
     @property
     def feedback(self) -> int:
-        """The mark's output, which is wired to an input."""
-        return self.device.controller.outputs >> MARK_OUTPUT - 1 & 1
+        """The outputs that are wired to inputs."""
+        return self.device.controller.outputs & (_mask(MARK_OUTPUT) | _mask(PROXIMITY_OUTPUT))
 
     def rewire(self, now_ns: int, configuration: Configuration) -> None:
-        """Wire input 2 to the external input where that grounds it when active; else to output 7 alone."""
-        used_high = configuration.inputs_used & configuration.active_high & InputBit.EXTERNAL.value
-        external_on_mark = bool(used_high) and not self._has_jumper
-        if external_on_mark != self.external_on_mark:
-            self.external_on_mark = external_on_mark
+        """Leave those wires open that a configuration forbids."""
+        left_open = frozenset(self._wires_against(configuration))
+        if left_open != self._left_open:
+            self._left_open = left_open
             self.wire(now_ns)
+
+    def _wires_against(self, configuration: Configuration) -> Iterable[Wire]:
+        """Yield the wires to pins that act when grounded, where a terminal is not to act so.
+
+        Input 2 is wired to output 7 alone, and a normally closed limit to its input.
+        """
+        used_high = configuration.inputs_used & configuration.active_high
+        used_low = configuration.inputs_used & ~configuration.active_high
+        if self._options.registration == "jumper" or not used_high & InputBit.EXTERNAL.value:
+            yield InputBit.EXTERNAL, MARK_PIN
+        for bit, pin in HARD_LIMITS.items():
+            if used_low & bit.value:
+                yield bit, pin
 
     def power_cycle(self, now_ns: int) -> None:
         """Take the controller's power away and give it back; nothing else changes."""
@@ -132,16 +162,22 @@ class SimulatedPcl601(Plant):
 
     def wire(self, now_ns: int) -> None:
         """Connect every pin to what grounds it."""
-        parts: dict[str, list[Contact]] = {pin: [] for pins in WIRING.values() for pin in pins}
-        for bit, pins in WIRING.items():
+        parts: dict[str, list[Contact]] = defaultdict(list)
+        for bit, pins in self._wiring.items():
             for pin in pins:
-                if pin != MARK_PIN or self.external_on_mark:
-                    parts[pin] += self._contacts(bit)
-        if self.feedback:
-            parts[MARK_PIN].append(GROUND)
+                parts[pin] += () if (bit, pin) in self._left_open else self._contacts(bit)
+        for output, pins in self._jumpers.items():
+            for pin in pins:
+                parts[pin] += (GROUND,) if self.feedback & _mask(output) else ()
         for pin, contacts in parts.items():
             self.device.controller.pins.connect(pin, Parallel(contacts=tuple(contacts)))
         self.device.controller.settle(now_ns)
+
+    @property
+    def _jumpers(self) -> dict[int, tuple[str, ...]]:
+        """Pins that outputs are wired to."""
+        jumpers: dict[int, tuple[str, ...]] = {MARK_OUTPUT: (MARK_PIN,)}
+        return jumpers | ({PROXIMITY_OUTPUT: PROXIMITY_PINS} if self._options.proximity == "jumper" else {})
 
     def _contacts(self, bit: InputBit) -> Iterable[Contact]:
         """What grounds a terminal: switches that the motor passes, or what people and stations do."""
