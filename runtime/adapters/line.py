@@ -88,6 +88,10 @@ class Line:
     def take_down(self) -> None:
         """Cut the line; what is in flight is lost."""
         self.faults.down = True
+        self.silence()
+
+    def silence(self) -> None:
+        """Lose what is in flight."""
         self._bus.silence()
 
     def put_up(self) -> None:

@@ -66,7 +66,7 @@ class Plant:
         raise NotImplementedError
 
     def power_cycle(self, now_ns: int) -> None:
-        """Take the controller's power away and give it back; nothing else changes."""
+        """Take the controller's power away and give it back; a reply on the line breaks off."""
         raise NotImplementedError
 
     # -- time ---------------------------------------------------------------------------------

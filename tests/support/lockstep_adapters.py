@@ -23,7 +23,7 @@ import oracle_bits as bits
 from adapter_laws import Laws
 from lockstep3601 import describe, show
 from oracle3601 import TICK_NS, Oracle
-from oracle_bits import CCW_LIMIT, CW_LIMIT, HOME
+from oracle_bits import CCW_LIMIT, CW_LIMIT, ESTOP, HOME
 from oracle_world import World
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.image import Image
@@ -55,6 +55,14 @@ class Differ(AssertionError):  # noqa: N818 - they do
     """Adapter and oracle show different things, or a law is broken."""
 
 
+class Diodes(World):
+    """A PCL601's machine: the emergency stop is wired to both hard limits, too, which then tell nothing."""
+
+    def levels(self):
+        mask = super().levels()
+        return mask & ~ANY_LIMIT if mask & ESTOP else mask
+
+
 class SharedPin(World):
     """A PMC006's machine: home switch and CCW limit are one pin, which a search for home takes for home."""
 
@@ -67,6 +75,9 @@ class SharedPin(World):
         return mask & ~CCW_LIMIT if self.searching else mask
 
 
+WORLD = {"PCL601": Diodes, "PMC006": SharedPin}
+
+
 class AdapterLockstep:
     """An adapter and an oracle, as the steps of `steps3601` and `adapter_scripts` play on them."""
 
@@ -77,7 +88,7 @@ class AdapterLockstep:
         gear = setting.counts_per_step
         machine = Machine(MachineSpec(switches=switches, encoder=EncoderSpec(gear) if gear else None))
         self.module = MAKE[self.controller](machine, dict(setting.options))
-        self.world = (SharedPin if self.controller == "PMC006" else World)(setting.switches, gear)
+        self.world = WORLD[self.controller](setting.switches, gear)
         self.oracle = Oracle("4.1", self.world)
         self.words = self.oracle_words = [0] * 8
         self.outputs = Image()
@@ -123,8 +134,8 @@ class AdapterLockstep:
         if bit in self.wired or not bit & self.oracle.used:
             return
         self.meet()
-        if bit & ANY_LIMIT and self.controller == "PCL601" and energised and not self.oracle.in_motion():
-            self.side_unknown = True
+        if energised and bit & (ANY_LIMIT | ESTOP) and self.controller == "PCL601":
+            self.side_unknown |= not self.oracle.in_motion() or bool(self.world.levels() & ANY_LIMIT)
         self.module.machine.set_input(InputBit(bit), energised)
         self.module.look_again()
         self.world.hand_levels = self.world.hand_levels & ~bit | (bit if energised else 0)
@@ -229,7 +240,7 @@ class AdapterLockstep:
         if self.oracle.open_bits:
             self.oracle.take_over(self.image[0])
             self.oracle.open_bits = 0
-        if not self.world.levels() & ANY_LIMIT:
+        if not World.levels(self.world) & ANY_LIMIT:
             self.side_unknown = False
         self.laws.look()
         now_shown = self.image, self.oracle.op, self.motor

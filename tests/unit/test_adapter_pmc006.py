@@ -146,3 +146,15 @@ def test_a_line_that_was_down_leaves_the_axis_stopped():
     bench.run(900)
     assert bench.bits == {"MODULE_OK", "POSITION_INVALID", "STOPPED"}
     assert bench.position == bench.motor < 10_000
+
+
+@pytest.mark.parametrize("after_ms", [0, 9, 42])
+def test_a_reply_that_is_on_the_line_when_the_power_goes_answers_nothing_later(after_ms):
+    """A PMC006's replies do not say to what; one taken for the next makes all that follow wrong."""
+    bench = AdapterBench006(scan_ms=1).configured()
+    bench.run(after_ms)
+    bench.module.power_cycle()
+    bench.release(300).configured()
+    bench.give(*move(400, 4000, 100, 100), ms=600)
+    assert bench.bits == {"MODULE_OK", "MOVE_COMPLETE"}
+    assert bench.position == 400

@@ -149,8 +149,9 @@ class SimulatedPcl601(Plant):
                 yield bit, pin
 
     def power_cycle(self, now_ns: int) -> None:
-        """Take the controller's power away and give it back; nothing else changes."""
+        """Take the controller's power away and give it back; a reply on the line breaks off."""
         self.device.power_cycle(now_ns)
+        self.line.silence()
         self.sense(now_ns)
 
     def sense(self, now_ns: int) -> None:

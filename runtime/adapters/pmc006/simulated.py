@@ -86,8 +86,9 @@ class SimulatedPmc006(Plant):
             self.wire(now_ns)
 
     def power_cycle(self, now_ns: int) -> None:
-        """Take the controller's power away and give it back; nothing else changes."""
+        """Take the controller's power away and give it back; a reply on the line breaks off."""
         self.device.power_cycle()
+        self.line.silence()
         self.sense(now_ns)
 
     def wire(self, now_ns: int) -> None:
