@@ -66,7 +66,7 @@ class Laws:
         self.direction = 1
         self.began_ns = 0
         self.pace = Pace(bench.controller, [0] * 8, 1)
-        self.moved = self.ramps = False
+        self.moved = self.ramps = self.searched = False
         self.registered = 0
         self.event_speed = self.speed = 0
         self.apart = 0
@@ -74,6 +74,22 @@ class Laws:
         self.op = "idle"
 
     # ---- what the bench tells
+
+    def may_be_absent(self):
+        """The adapter may lose its controller from now on."""
+        self.answering = False
+
+    def interrupted(self):
+        """Whatever moved has been ended by a loss."""
+        self.low = self.high = self.bench.motor
+        self.moved = self.ramps = self.searched = False
+        self.registered = 0
+        self.directions = set()
+        self.op = "idle"
+
+    def disturbed(self, duration_ns):
+        """Round trips may take so much longer until the next rest."""
+        self.round_trip_s = ROUND_TRIP_S[self.bench.controller] + duration_ns / 1e9
 
     def powered_up(self):
         """The adapter has to find its controller again."""
@@ -110,7 +126,8 @@ class Laws:
         }
         end = bench.motor + ends.get(after.op, self.direction * inf)
         self.low, self.high = min(bench.motor, end), max(bench.motor, end)
-        if after.op == "homing":
+        self.searched = after.op == "homing"
+        if self.searched:
             self.low, self.high = -inf, inf
         if after.op in ends and after.op != "move":
             self.pace.speed = max(self.pace.speed, after.starting_speed)
@@ -143,14 +160,15 @@ class Laws:
 
     def look_at_image(self, image):
         bench, oracle = self.bench, self.bench.oracle
-        self.answering = self.answering or bool(image[0] & bits.MODULE_OK)
+        if image[0] & bits.MODULE_OK and not bench.alone:
+            self.answering = True
         if not image[0] & bits.MODULE_OK:
             if self.answering:
                 bench.fail("MODULE_OK is clear")
             if image[0] & ~bits.MODE_CONFIG & 0xFFFF != bits.POSITION_INVALID or image[1]:
                 bench.fail("without the controller the position is invalid, and nothing else is shown")
             return
-        if image[0] & bits.MODE_CONFIG or oracle.mode_config:
+        if image[0] & bits.MODE_CONFIG or oracle.mode_config or bench.alone:
             return
         for bit, direction in ((bits.MOVING_CW, 1), (bits.MOVING_CCW, -1)):
             if image[0] & bit and direction not in self.directions:
@@ -169,8 +187,9 @@ class Laws:
         if self.moved and self.may_stop_elsewhere() and self.directions == {self.direction}:
             self.check_stop()
         self.low = self.high = bench.motor
-        self.moved = self.ramps = False
+        self.moved = self.ramps = self.searched = False
         self.registered = 0
+        self.round_trip_s = ROUND_TRIP_S[bench.controller]
         if bench.oracle.op != "one shot":
             self.directions = set()
 
@@ -196,6 +215,7 @@ class Laws:
     def at_the_switch(self):
         """Home is where the switch changes."""
         bench = self.bench
+        self.searched = False
         edges = [each for bit, *ends in bench.setting.switches if bit == HOME for each in ends]
         near = min(abs(bench.motor - edge) for edge in edges if edge is not None)
         if near > STEPS_OF_ROUNDING:

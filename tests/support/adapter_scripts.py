@@ -35,6 +35,37 @@ class Setting:
     counts_per_step: int = 0
 
 
+@dataclass(frozen=True)
+class LinkLoss:
+    """The line is cut for a while, words come meanwhile, and the controller may lose its power, too."""
+
+    words: tuple[int, ...]
+    loses_power: bool
+    ms: int = 750
+
+    def play(self, bench):
+        bench.link_loss(self.ms, self.words, self.loses_power)
+
+
+@dataclass(frozen=True)
+class DevicePower:
+    """The controller's power is cycled, the adapter's is not."""
+
+    def play(self, bench):
+        bench.device_power()
+
+
+@dataclass(frozen=True)
+class Disturb:
+    """Replies get lost, and damaged: no more than two in a row, which must not be noticed."""
+
+    lost: int
+    damaged: int
+
+    def play(self, bench):
+        bench.disturb(self.lost, self.damaged)
+
+
 # ---- values
 
 distances = st.sampled_from([1000, 200, -300, 2000, -2500, 77, 2, 1, -1, 0])
@@ -67,6 +98,22 @@ respeed = one.speed_changed(START)
 release, hold, stop, reset, preset = one.release, one.hold, one.stop, one.reset, one.preset
 estop, external, capture = one.pressed(ESTOP), one.pressed(EXTERNAL), one.pressed(CAPTURE)
 limit = one.pressed(CW_LIMIT) | one.pressed(CCW_LIMIT)
+find_home = one.command(
+    [bits.FIND_HOME_CCW, bits.FIND_HOME_CCW, bits.FIND_HOME_CW],
+    st.just(0),
+    st.just(0),
+    st.sampled_from([2000, 5000]),
+    rates,
+    short,
+)
+registration = one.command(
+    either, st.just(0), st.sampled_from([300, 3000, 5000]), st.sampled_from([2000, 5000, START]), rates, short
+)
+A_MOVE, A_MANUAL_MOVE = (bits.RELATIVE, 0, 1, 0, 5, 0, 100, 100), (bits.MANUAL_CW, 0, 0, 0, 5, 0, 100, 100)
+meanwhile = st.sampled_from([NOTHING, A_MOVE, A_MANUAL_MOVE])
+lost_link = st.builds(LinkLoss, meanwhile, st.sampled_from([False, False, True]))
+device_power = st.just(DevicePower())
+disturbed = st.sampled_from([Disturb(1, 0), Disturb(2, 0), Disturb(0, 1), Disturb(0, 2), Disturb(1, 1)])
 wrong = one.two_bits | one.no_number(START) | one.slip(START) | one.sloppy_reset | one.hostile
 
 STORIES = [
@@ -88,6 +135,17 @@ STORIES = [
     story(long_move | manual, one.power, one.wait),
     story(one.reconfigured, move, rest),
     story(move, capture, rest),
+    story(registration, release, rest),
+    story(long_move | manual, lost_link, absolute, rest),
+    story(long_move | manual | rest, device_power, absolute, rest),
+    story(disturbed, move | long_move | manual, disturbed, rest),
+    story(long_move | manual, disturbed, hold | stop | release, rest),
+    story(one.turn, preset, one.turn, move, rest),
+]
+HOMING = [
+    story(find_home, rest, move, rest),
+    story(manual, release, rest, find_home, rest),
+    story(find_home, stop | estop, rest),
 ]
 
 
@@ -95,11 +153,17 @@ STORIES = [
 def scripts(draw, controller):
     """A setting and the steps to play on it."""
     setting, config = draw(SETTINGS[controller])
-    told = draw(st.lists(st.one_of(STORIES), min_size=1, max_size=5))
+    stories = STORIES + HOMING * can_home(setting)
+    told = draw(st.lists(st.one_of(stories), min_size=1, max_size=5))
     steps = [Out(config, 20), Out(NOTHING, 20)]
     for each in told:
         steps += [Recover(config), *each]
     return setting, steps
+
+
+def can_home(setting):
+    """Whether a search for home ends: it is on the way to an end limit, from wherever it begins."""
+    return len(setting.switches) > 1 and setting.switches[0][0] == HOME
 
 
 def configured(msw):
@@ -115,7 +179,7 @@ PCL601_MACHINES = [
 PMC006_MACHINES = [
     (),
     ((CW_LIMIT, 1500, None),),
-    ((CW_LIMIT, 5000, None), (CCW_LIMIT, None, -4000)),
+    ((HOME, None, -4000), (CW_LIMIT, 5000, None)),
 ]
 
 pcl601 = st.builds(

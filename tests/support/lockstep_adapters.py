@@ -22,6 +22,7 @@ import adapter_wishes as wishes
 import oracle_bits as bits
 from adapter_laws import Laws
 from lockstep3601 import describe, show
+from noisyline import made_noisy
 from oracle3601 import TICK_NS, Oracle
 from oracle_bits import CCW_LIMIT, CW_LIMIT, ESTOP, HOME
 from oracle_world import World
@@ -31,6 +32,7 @@ from scanrack.io_images.thousands import join_reported
 from scanrack.runtime.adapters.pcl601.module import Pcl601Adapter
 from scanrack.runtime.adapters.pmc006.module import Pmc006Adapter
 from scanrack.runtime.machine import EncoderSpec, Machine, MachineSpec, Switch
+from steps3601 import NOTHING
 
 MS = 1_000_000
 SCAN_TICKS = 20
@@ -46,6 +48,7 @@ SLOWER = 3
 """How much longer a motion may take than a 3601 does; the ramps are gentler."""
 
 TOO_LONG_S = 3
+A_MANUAL_MOVE = (bits.MANUAL_CCW, 0, 0, 0, 5, 0, 100, 100)
 ANY_LIMIT = CW_LIMIT | CCW_LIMIT
 SHARED = HOME | CCW_LIMIT
 SOFT = bits.ACCELERATING | bits.DECELERATING
@@ -93,9 +96,10 @@ class AdapterLockstep:
         self.words = self.oracle_words = [0] * 8
         self.outputs = Image()
         self.now_ns = self.turned_until = self.calm_ns = 0
-        self.side_unknown = False
+        self.side_unknown = self.alone = False
         self.wired = {bit for bit, _, _ in setting.switches}
-        self.oracle_rests_ns = 0
+        self.oracle_rests_ns = self.disturbed_ns = 0
+        self.noise = made_noisy(self.module)
         self.expected, self.refused, self.log = [], [], [str(setting)]
         self.image = self.updated()
         self.laws = Laws(self)
@@ -171,8 +175,97 @@ class AdapterLockstep:
         self.laws.powered_up()
         self.calm_ns = 0
 
+    def disturb(self, lost, damaged):
+        """The next replies get lost, others have a wrong bit; the start of what comes may take longer."""
+        self.module.controller.line.faults.drop_next += lost
+        self.noise.damage_next += damaged
+        self.disturbed_ns += (lost + damaged) * 2 * CALM_NS[self.controller]
+        self.laws.disturbed(self.disturbed_ns)
+        self.note(f"{lost} replies lost, {damaged} damaged")
+        self.calm_ns = 0
+
     def note(self, text):
         self.log.append(f"{self.now_ns / 1e6:10.2f} ms  {text}")
+
+    # ---- what a 3601 does not know: its controller is away
+
+    def link_loss(self, ms, meanwhile, loses_power):
+        """The line is cut, and words that come meanwhile are passed over [docs/adapters.md]."""
+        self.meet()
+        if self.oracle.config_error or self.configuring or not self.oracle.plc_running:
+            return
+        line = self.module.controller.line
+        line.take_down()
+        self.note(f"link down for {ms} ms" + ", and the controller's power off and on" * loses_power)
+        self.laws.may_be_absent()
+        self.run_alone(ms * MS - MS)
+        if self.image[0] & bits.MODULE_OK:
+            self.fail("the link is lost, and MODULE_OK set")
+        self.write_unseen(meanwhile)
+        if loses_power:
+            self.module.cycle_device()
+        self.run_alone(50 * MS)
+        line.put_up()
+        self.run_alone(2_000 * MS, until=bits.MODULE_OK)
+        self.oracle_returns(loses_power)
+
+    def device_power(self):
+        """The controller alone loses its power."""
+        self.meet()
+        if self.oracle.config_error or self.configuring:
+            return
+        self.module.cycle_device()
+        self.note("the controller's power off and on")
+        self.laws.may_be_absent()
+        self.run_alone(2_000 * MS, until=bits.CONFIG_ERROR)
+        self.oracle_returns(loses_power=True)
+
+    @property
+    def configuring(self):
+        return self.oracle.mode_config or bool(self.words[0] & bits.CONFIGURE)
+
+    def write_unseen(self, words):
+        self.words = self.oracle_words = list(words)
+        self.outputs = Image(words)
+        self.calm_ns = 0
+        self.note(describe(words))
+
+    def run_alone(self, duration_ns, until=0):
+        """Let the adapter run; what it does is looked at, the oracle waits."""
+        end_ns = self.now_ns + duration_ns
+        self.alone = True
+        while self.now_ns < end_ns and not self.image[0] & until:
+            self.now_ns += SCAN_NS
+            self.oracle.now_ns = self.now_ns
+            self.image = self.updated()
+            self.laws.look()
+        self.alone = False
+        if until and not self.image[0] & until:
+            self.fail(f"no answer after {duration_ns / 1e6} ms")
+
+    def oracle_returns(self, loses_power):
+        """What a 3601 would have to show now, were it as far away; bits that are still set are no edges."""
+        oracle = self.oracle
+        if loses_power:
+            oracle.power_up()
+        else:
+            oracle.rest("idle")
+            oracle.clear_status()
+            oracle.stopped = oracle.position_invalid = True
+            oracle.resumable = False
+            oracle.position += self.motor - self.world.shaft
+        self.world.shaft = self.motor
+        self.laws.interrupted()
+        self.calm_ns = 0
+        self.stay_locked_out()
+
+    def stay_locked_out(self):
+        """As long as a command bit is set, no other counts; with all of them low, the next one does."""
+        another = A_MANUAL_MOVE if self.words[0] else NOTHING
+        for words in (self.words, another, NOTHING):
+            self.write_unseen(words)
+            self.oracle.previous0, self.oracle.previous1 = words[0] & 0xFFFF, words[1] & 0xFFFF
+            self.meet()
 
     # ---- what is left out, and what is refused
 
@@ -240,11 +333,20 @@ class AdapterLockstep:
         if self.oracle.open_bits:
             self.oracle.take_over(self.image[0])
             self.oracle.open_bits = 0
+        if self.oracle.at_home and self.laws.searched and self.image[0] & bits.AT_HOME:
+            self.take_home()
         if not World.levels(self.world) & ANY_LIMIT:
             self.side_unknown = False
         self.laws.look()
         now_shown = self.image, self.oracle.op, self.motor
         self.calm_ns = self.calm_ns + SCAN_NS if self.same(shown, now_shown) else 0
+
+    def take_home(self):
+        """Home is where the adapter has found it; for the oracle, too, position and count are zero there."""
+        self.laws.at_the_switch()
+        moved = self.motor - self.world.shaft
+        self.world.shaft += moved
+        self.oracle.count_offset -= moved * self.setting.counts_per_step
 
     def same(self, shown, now_shown):
         """Whether nothing has changed; in motion, positions and ramps aside."""
@@ -262,7 +364,7 @@ class AdapterLockstep:
         while not self.settled(at_rest):
             self.scan()
             resting_ns = 0 if self.oracle.in_motion() else self.calm_ns
-            if resting_ns > PATIENCE_NS:
+            if resting_ns > PATIENCE_NS + self.disturbed_ns:
                 self.compare()
             if self.now_ns > self.limit_ns(began_ns):
                 self.fail("they do not settle")
@@ -277,7 +379,7 @@ class AdapterLockstep:
         return rested_ns + SLOWER * (rested_ns - self.laws.began_ns) + 3_000 * MS
 
     def settled(self, at_rest):
-        if self.calm_ns < CALM_NS[self.controller]:
+        if self.calm_ns < CALM_NS[self.controller] + self.disturbed_ns:
             return False
         if self.oracle.in_motion():
             return not at_rest and self.in_mid_motion()
@@ -316,6 +418,7 @@ class AdapterLockstep:
         if not self.oracle.image[0] & bits.MODE_CONFIG:
             self.compare_values()
         self.laws.at_rest()
+        self.disturbed_ns = 0
 
     def compare_values(self):
         """Positions, counts and captured value."""
@@ -324,18 +427,14 @@ class AdapterLockstep:
             join_reported(*theirs[at : at + 2]) - join_reported(*ours[at : at + 2]) for at in (2, 4, 6)
         )
         motor = self.motor - self.world.shaft
-        gear = max(1, self.setting.counts_per_step)
-        if self.oracle.at_home:
-            self.laws.at_the_switch()
-            self.world.shaft = self.motor
-            motor, encoder = position, 0 if abs(encoder) <= abs(motor) * gear else encoder
+        gear = self.setting.counts_per_step
         if motor != position:
             self.fail(f"the position shown is {position - motor:+} steps off the motor's")
         if position and not self.laws.may_stop_elsewhere():
             self.fail(f"a motion ended {position:+} steps off")
-        if encoder != position * gear * bool(self.oracle.quadrature):
+        if encoder != position * gear * self.oracle.quadrature:
             self.fail(f"encoder counts {encoder:+} apart")
-        if abs(captured) > self.laws.captured_apart() * gear:
+        if abs(captured) > self.laws.captured_apart() * max(1, gear):
             self.fail(f"captured values {captured:+} apart")
         self.oracle.captured += captured
         self.oracle.position += position
