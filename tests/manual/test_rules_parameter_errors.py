@@ -9,6 +9,7 @@ from __future__ import annotations
 import pytest
 from bench3601 import (
     ABSOLUTE,
+    BLEND_CW,
     ENCODER,
     HOLD,
     HOME_CCW,
@@ -156,6 +157,61 @@ def test_the_first_broken_rule_decides():
     bench.reset_errors()
     bench.out(PRESET).run(1).command(ABSOLUTE, 7).run(1)
     assert (bench.fired[-1], bench.bits) == ("INP-01", {"MODULE_OK", "INPUT_ERROR", "IN_ESTOP"})
+
+
+@pytest.mark.rules("CMD-04", "CMD-05", "CMD-08", "CMD-16", "CMD-17", "CMD-23", "CMD-24", "ENC-05")
+@pytest.mark.rules("HOM-01", "HOM-02")
+@pytest.mark.parametrize(
+    ("command", "parameters", "rule"),
+    [
+        pytest.param(RELATIVE, {"target": 7, "speed": 999}, "CMD-05", id="relative, too slow"),
+        pytest.param(RELATIVE, {"target": 7, "lsw": ENCODER_MOVE}, "ENC-05", id="relative, no encoder"),
+        pytest.param(ABSOLUTE, {"target": 7, "lsw": ENCODER_MOVE}, "ENC-05", id="absolute, no encoder"),
+        pytest.param(HOME_CW, {"target": 7}, "HOM-02", id="home with a target"),
+        pytest.param(HOME_CW, {"speed": 999}, "HOM-01", id="home, too slow"),
+        pytest.param(MANUAL_CW, {"speed": 1_000_001}, "CMD-04", id="manual, too fast"),
+        pytest.param(MANUAL_CW, {"target": -7}, "CMD-24", id="registration backward"),
+        pytest.param(MANUAL_CW, {"target": 7}, "CMD-23", id="registration, too short"),
+        pytest.param(RESUME, {}, "CMD-08", id="resume without a hold"),
+        pytest.param(BLEND_CW, {}, "CMD-17", id="blend with data"),
+        pytest.param(BLEND_CW, {"speed": 0, "up": 0, "down": 0}, "CMD-16", id="blend, none stored"),
+    ],
+)
+def test_what_is_wrong_with_the_words_comes_before_the_emergency_stop(command, parameters, rule):
+    """It would prevent the motion, if the words were right; no input error then [A-16]."""
+    bench = Bench.configured().inputs(estop=1).run(1)
+    bench.fired.clear()
+    bench.reset_errors().command(command, **parameters).run(1)
+    assert bench.fired[0] == rule
+    assert "COMMAND_ERROR" in bench.bits or "HOME_INVALID" in bench.bits
+    assert "INPUT_ERROR" not in bench.bits
+
+
+@pytest.mark.rules("CMD-06")
+def test_an_encoder_move_to_an_unknown_place_comes_before_the_emergency_stop():
+    bench = Bench.configured(config=configuration(add=ENCODER)).inputs(estop=1).run(1)
+    bench.reset_errors().command(ABSOLUTE, 7, lsw=ENCODER_MOVE).run(1)
+    assert (bench.fired[-1], "INPUT_ERROR" in bench.bits) == ("CMD-06", False)
+
+
+@pytest.mark.rules("CMD-22", "CMD-23", "CMD-24")
+def test_the_distance_of_a_registration_move_comes_before_the_external_input():
+    """A distance that is negative or too short is told whether the input is active or not."""
+    for target, rule in ((-7, "CMD-24"), (7, "CMD-23"), (5000, "CMD-22")):
+        bench = Bench.ready().inputs(external=1).run(1)
+        bench.command(MANUAL_CW, target).run(1)
+        assert bench.fired[0] == rule
+
+
+@pytest.mark.rules("CMD-03")
+@pytest.mark.parametrize("command", [ABSOLUTE, RELATIVE, HOME_CW, MANUAL_CW, RESUME, BLEND_CW])
+def test_a_running_move_comes_before_everything_else(command):
+    """No range is looked at while the axis is busy: the running move goes on [CMD-03]."""
+    bench = Bench.ready()
+    bench.relative(10_000).run(300).idle(1)
+    bench.command(command, 8_388_608, speed=0, up=0, down=0, lsw=0b11).run(1)
+    assert bench.fired == ["CMD-08" if command == RESUME else "CMD-03"]
+    assert bench.bits == {"MODULE_OK", "MOVING_CW", "COMMAND_ERROR"}
 
 
 @pytest.mark.rules("CMD-10", "HMG-07")

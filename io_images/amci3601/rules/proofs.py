@@ -854,7 +854,10 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_encoder_moves.py::test_a_relative_encoder_move_is_not_absolute",
             "test_rules_encoder_moves.py::test_an_absolute_encoder_move_needs_a_valid_position_and_a_relative_one_does_not",
         ),
-        "ENC-05": ("test_rules_encoder_moves.py::test_an_encoder_move_needs_an_encoder",),
+        "ENC-05": (
+            "test_rules_encoder_moves.py::test_an_encoder_move_needs_an_encoder",
+            "test_rules_parameter_errors.py::test_what_is_wrong_with_the_words_comes_before_the_emergency_stop",
+        ),
         "ENC-06": (
             "test_rules_hold_and_resume.py::test_switch_for_the_error_of_hold_in_an_encoder_move",
             "test_stop_matrix.py::test_what_hold_does_to_which_motion",
@@ -1465,10 +1468,12 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_homing_commands.py::test_accepted_find_home",
             "test_rules_homing_commands.py::test_refused_find_home",
             "test_rules_parameter_errors.py::test_homing_slower_than_the_starting_speed",
+            "test_rules_parameter_errors.py::test_what_is_wrong_with_the_words_comes_before_the_emergency_stop",
         ),
         "HOM-02": (
             "test_rules_homing_commands.py::test_refused_find_home",
             "test_rules_homing_commands.py::test_the_first_broken_rule_is_named",
+            "test_rules_parameter_errors.py::test_what_is_wrong_with_the_words_comes_before_the_emergency_stop",
         ),
         "HOM-03": (
             "test_rules_homing_commands.py::test_direction_without_an_end_limit",
@@ -1708,6 +1713,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_moves.py::test_a_move_while_a_manual_move_still_decelerates",
             "test_rules_moves.py::test_the_move_in_progress_completes_and_says_so",
             "test_rules_moves.py::test_the_very_end_of_a_move_is_soon_enough_for_the_next_one",
+            "test_rules_parameter_errors.py::test_a_running_move_comes_before_everything_else",
             "test_rules_registration.py::test_under_a_command_error_the_inputs_still_count",
         ),
         "CMD-04": (
@@ -1716,6 +1722,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_parameter_errors.py::test_parameters_out_of_range",
             "test_rules_parameter_errors.py::test_resume_out_of_range",
             "test_rules_parameter_errors.py::test_the_first_broken_rule_decides",
+            "test_rules_parameter_errors.py::test_what_is_wrong_with_the_words_comes_before_the_emergency_stop",
             "test_rules_presets_and_resets.py::test_a_preset_to_no_value",
             "test_rules_registration_errors.py::test_refused",
         ),
@@ -1726,12 +1733,14 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_parameter_errors.py::test_homing_slower_than_the_starting_speed",
             "test_rules_parameter_errors.py::test_resume_slower_than_the_starting_speed",
             "test_rules_parameter_errors.py::test_slower_than_the_starting_speed",
+            "test_rules_parameter_errors.py::test_what_is_wrong_with_the_words_comes_before_the_emergency_stop",
         ),
         "MAN-19": ("test_rules_manual.py::test_constant_speed_mode_ignores_the_rates",),
         "CMD-06": (
             "test_rules_encoder_moves.py::test_an_absolute_encoder_move_needs_a_valid_position_and_a_relative_one_does_not",
             "test_rules_moves.py::test_an_absolute_move_needs_a_valid_position",
             "test_rules_parameter_errors.py::test_absolute_move_with_an_invalid_position",
+            "test_rules_parameter_errors.py::test_an_encoder_move_to_an_unknown_place_comes_before_the_emergency_stop",
             "test_rules_parameter_errors.py::test_the_first_broken_rule_decides",
         ),
         "CMD-07": (
@@ -1755,6 +1764,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_held_state.py::test_resume_during_a_move_is_refused_and_the_move_goes_on",
             "test_rules_held_state.py::test_resume_has_to_be_the_first_command_after_a_hold",
             "test_rules_held_state.py::test_resume_without_a_hold_is_refused",
+            "test_rules_parameter_errors.py::test_what_is_wrong_with_the_words_comes_before_the_emergency_stop",
         ),
         "CMD-09": ("test_rules_presets_and_resets.py::test_a_preset_with_speed_or_rates",),
         "CMD-10": (
@@ -1789,8 +1799,12 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "CMD-16": (
             "test_rules_blend_programming.py::test_nothing_is_read_under_a_command_error",
             "test_rules_blend_runs.py::test_nothing_to_run",
+            "test_rules_parameter_errors.py::test_what_is_wrong_with_the_words_comes_before_the_emergency_stop",
         ),
-        "CMD-17": ("test_rules_blend_runs.py::test_data_in_any_word_is_an_error",),
+        "CMD-17": (
+            "test_rules_blend_runs.py::test_data_in_any_word_is_an_error",
+            "test_rules_parameter_errors.py::test_what_is_wrong_with_the_words_comes_before_the_emergency_stop",
+        ),
         "CMD-18": (
             "test_rules_blend_runs.py::test_in_the_final_ramp_it_stops_no_later_than_by_itself",
             "test_rules_blend_runs.py::test_programming_meanwhile_stops_it_with_the_final_deceleration",
@@ -1820,15 +1834,20 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "CMD-22": (
             "test_rules_external_input.py::test_a_registration_move_is_not_started_with_the_input_on",
+            "test_rules_parameter_errors.py::test_the_distance_of_a_registration_move_comes_before_the_external_input",
             "test_rules_registration_errors.py::test_external_input_at_the_start",
             "test_rules_registration_errors.py::test_the_first_broken_rule_is_named",
         ),
         "CMD-23": (
+            "test_rules_parameter_errors.py::test_the_distance_of_a_registration_move_comes_before_the_external_input",
+            "test_rules_parameter_errors.py::test_what_is_wrong_with_the_words_comes_before_the_emergency_stop",
             "test_rules_registration.py::test_the_least_distance_is_that_of_the_stop",
             "test_rules_registration_errors.py::test_accepted",
             "test_rules_registration_errors.py::test_refused",
         ),
         "CMD-24": (
+            "test_rules_parameter_errors.py::test_the_distance_of_a_registration_move_comes_before_the_external_input",
+            "test_rules_parameter_errors.py::test_what_is_wrong_with_the_words_comes_before_the_emergency_stop",
             "test_rules_registration_errors.py::test_accepted",
             "test_rules_registration_errors.py::test_refused",
         ),
