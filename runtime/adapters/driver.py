@@ -75,7 +75,6 @@ class Driver(Generic[Drive]):
 
     def __init__(self, manners: Manners) -> None:
         self.master = Master(manners)
-        self.line_format = manners.line_format
         self.state = State.ABSENT
         self.position = 0
         self.busy = False
@@ -133,6 +132,10 @@ class Driver(Generic[Drive]):
         """What is read over and over, in order: the position is final where the status before was idle."""
         return self.read_status, self.read_position, self.read_inputs
 
+    def rouse(self) -> Talk:
+        """Try whether a controller that does not answer only speaks another language."""
+        yield from ()
+
     def admit(self) -> Generator[Step, Reply | None, bool]:
         """Bring a controller that was found to the point at which it obeys; return whether it does."""
         yield from ()
@@ -177,6 +180,7 @@ class Driver(Generic[Drive]):
             asked_ns = self.master.now_ns
             reply = yield self.identify()
             if reply is None:
+                yield from self.rouse()
                 yield Pause(max(0, asked_ns + PROBE_NS - self.master.now_ns))
                 continue
             self._good()

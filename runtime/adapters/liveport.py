@@ -52,6 +52,10 @@ def open_port(port: str, line_format: LineFormat) -> Link:
     return TcpLink(host, int(number))
 
 
+Sending = tuple[bytes, LineFormat] | None
+"""What is to be sent, and how; None = nothing more."""
+
+
 class LiveLine(Line):
     """A line whose bytes go through a port.
 
@@ -72,7 +76,7 @@ class LiveLine(Line):
         self._lock = Lock()
         self._over = Event()
         self._heard: SimpleQueue[bytes] = SimpleQueue()
-        self._said: SimpleQueue[bytes] = SimpleQueue()
+        self._said: SimpleQueue[Sending] = SimpleQueue()
         self._threads = [Thread(target=each, daemon=True) for each in (self._receive, self._send)]
         for thread in self._threads:
             thread.start()
@@ -94,13 +98,13 @@ class LiveLine(Line):
                 return data
 
     def send(self, data: bytes, line_format: LineFormat) -> None:
-        """Send, without waiting for it."""
-        self._said.put(data)
+        """Send, without waiting for it; what is received is in the same format from then on."""
+        self._said.put((data, line_format))
 
     def close(self) -> None:
         """Send what is still to be sent, and give the port back."""
         self._over.set()
-        self._said.put(b"")
+        self._said.put(None)
         for thread in self._threads:
             thread.join()
         self._drop()
@@ -121,10 +125,12 @@ class LiveLine(Line):
                 self._heard.put(data)
 
     def _send(self) -> None:
-        while data := self._said.get():
+        while (sending := self._said.get()) is not None:
+            data, line_format = sending
             with self._lock:
                 try:
                     if self._port is not None:
+                        self._port.follow(line_format)
                         self._port.send(data)
                 except LinkError:
                     continue  # the receiver notices the loss, too, and opens the port again

@@ -49,11 +49,13 @@ class Request:
         frame: its bytes.
         size: bytes of the reply.
         read: takes what has come so far; an answer as soon as it is a whole reply.
+        line_format: in which it is sent and answered; None = the line's usual one.
     """
 
     frame: bytes
     size: int
     read: Read
+    line_format: LineFormat | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,6 +102,7 @@ class Master:
         now_ns: where its time has got to; scripts read it.
         published: something has been read that somebody should look at; whoever has looked clears it.
         failures: exchanges that failed, so far.
+        line_format: in which the present exchange, or the latest one, is made.
 
     Args:
         manners: how the line is used.
@@ -109,6 +112,7 @@ class Master:
         self.now_ns = 0
         self.published = False
         self.failures = 0
+        self.line_format = manners.line_format
         self._manners = manners
         self._script: Script | None = None
         self._request: Request | None = None
@@ -166,10 +170,11 @@ class Master:
 
     def _send(self, request: Request) -> bytes:
         manners = self._manners
-        end_ns = self.now_ns + manners.line_format.span_ns(len(request.frame))
+        self.line_format = request.line_format or manners.line_format
+        end_ns = self.now_ns + self.line_format.span_ns(len(request.frame))
         self._sent = True
         self._quiet_from_ns = end_ns + manners.gap_ns
-        self._deadline_ns = end_ns + manners.patience_ns + manners.line_format.span_ns(request.size)
+        self._deadline_ns = end_ns + manners.patience_ns + self.line_format.span_ns(request.size)
         return request.frame
 
     def _resume(self, reply: Reply | None) -> None:

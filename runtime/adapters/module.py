@@ -166,7 +166,7 @@ class Adapter(Generic[Drive]):
         master.receive(now_ns, line.take())
         data = master.advance(now_ns)
         if data:
-            line.send(data, self.driver.line_format)
+            line.send(data, master.line_format)
         if master.published:
             master.published = False
             self._tick(now_ns, outputs)

@@ -6,7 +6,7 @@ import os
 import socket
 from collections.abc import Callable
 from threading import Event
-from typing import Protocol
+from typing import Any, Protocol
 
 import serial
 
@@ -82,6 +82,14 @@ class Link(Protocol):
         """
         ...
 
+    def follow(self, line_format: LineFormat) -> None:
+        """Send and receive in a format from now on; a link whose format is set elsewhere leaves it.
+
+        Raises:
+            LinkError: the line is gone.
+        """
+        ...
+
     def pause(self, seconds: float) -> None:
         """Let time pass."""
         ...
@@ -115,20 +123,32 @@ class SerialLink:
 
     def __init__(self, path: str, line_format: LineFormat) -> None:
         self._path = path
-        pseudo = os.path.realpath(path).startswith("/dev/pts/")
+        self._is_pseudo = os.path.realpath(path).startswith("/dev/pts/")
         try:
             self._port = serial.Serial(
                 path,
-                baudrate=line_format.baud,
-                bytesize=line_format.data_bits,
-                parity="N" if pseudo else line_format.parity,
-                stopbits=line_format.stop_bits,
+                **self._settings(line_format),
                 exclusive=True if os.name == "posix" else None,
                 write_timeout=2.0,
             )
         except (OSError, ValueError) as error:
             number = getattr(error, "errno", None)
             raise LinkError(f"{path} can't be opened: {os.strerror(number) if number else error}") from error
+
+    def _settings(self, line_format: LineFormat) -> dict[str, Any]:
+        return {
+            "baudrate": line_format.baud,
+            "bytesize": line_format.data_bits,
+            "parity": "N" if self._is_pseudo else line_format.parity,
+            "stopbits": line_format.stop_bits,
+        }
+
+    def follow(self, line_format: LineFormat) -> None:
+        """See `Link.follow`; what has been sent has left."""
+        try:
+            self._port.apply_settings(self._settings(line_format))
+        except (OSError, ValueError) as error:
+            raise LinkError(f"{self._path} can't be set to {line_format}: {error}") from error
 
     def send(self, data: bytes) -> None:
         """See `Link.send`."""
@@ -174,6 +194,9 @@ class TcpLink:
         except OSError as error:
             raise LinkError(f"{self._name} can't be reached: {error.strerror or error}") from error
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+
+    def follow(self, line_format: LineFormat) -> None:
+        """See `Link.follow`; the format is set at the far end."""
 
     def send(self, data: bytes) -> None:
         """See `Link.send`."""

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 from ...io_images.pmc006.frame import FACTORY_ADDRESS
 from ..adapters.master import Reply, Request
+from ..adapters.pcl601 import ascii
 from ..adapters.pcl601.frames import report_id
 from ..adapters.pmc006.frames import reading
 from ..pcl601.controller import Protocol
@@ -24,10 +25,6 @@ from .link import SILENCE_S, Link, drain
 
 ANSWER_S = 0.1
 """How long an answer may let one wait; USB adapters hold back what they receive for 16 ms."""
-
-ASK_ASCII = b"@%\r"
-ASCII_ANSWER_MAX = 4
-"""Two digits, CR and LF."""
 
 PCL601_ADDRESSES = range(1, 100)
 PMC006_ADDRESSES = (FACTORY_ADDRESS, *range(1, 121))
@@ -143,8 +140,8 @@ def _ascii(opened: Opened, chosen: tuple[int, ...] | None, asked: Asked) -> Iter
     try:
         asked("AA ASCII", 0)
         drain(link, SILENCE_S)
-        link.send(ASK_ASCII)
-        heard = link.receive(ASCII_ANSWER_MAX, ANSWER_S)
+        link.send(ascii.ASK)
+        heard = link.receive(ascii.ANSWER_MAX, ANSWER_S)
     finally:
         link.close()
     digits = heard.removesuffix(b"\r\n")

@@ -14,9 +14,13 @@ from threading import Event
 import pytest
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import status_names
+from scanrack.io_images.pcl601 import Code
 from scanrack.io_images.thousands import join_reported
 from scanrack.runtime.adapters.live import LiveAdapter
-from scanrack.runtime.adapters.liveport import check_address
+from scanrack.runtime.adapters.liveport import LiveLine, check_address, open_port
+from scanrack.runtime.adapters.pcl601.ascii import ask_address
+from scanrack.runtime.adapters.pcl601.driver import LINE_FORMAT
+from scanrack.runtime.adapters.pcl601.frames import write_command
 from scanrack.runtime.build import build_rack
 from scanrack.runtime.cli import build
 from scanrack.runtime.rackspec import RackSpec, SlotSpec
@@ -142,6 +146,25 @@ def test_a_port_that_goes_and_comes_back_is_a_lost_link(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("over", [("--pty",), ("--tcp", "0", "--rtu-over-tcp")], ids=["pty", "tcp"])
+def test_a_controller_that_was_left_in_ascii_is_fetched_back(over: tuple[str, ...]) -> None:
+    """Command code 11 is AA ASCII [Command Codes]; a line without parity carries both languages."""
+    with served("pcl601", *over) as (place, _):
+        port = place if over == ("--pty",) else f"tcp:{place}"
+        link = open_port(port, LINE_FORMAT)
+        link.send(write_command(1, Code.SWITCH_TO_ASCII).frame)
+        assert len(link.receive(8, 1.0)) == 8
+        link.close()
+        module = opened("pcl601-adapter", port)
+        live = Live(module)
+        live.prepare()
+        live.give(*MOVE, until="MOVE_COMPLETE")
+        assert live.position == 2000
+        said = [event.text for event in module.events if event.kind == "adapter"]
+        assert said == ["the controller was in AA ASCII, and is sent back to Modbus"]
+        module.close()
+
+
+@pytest.mark.parametrize("over", [("--pty",), ("--tcp", "0", "--rtu-over-tcp")], ids=["pty", "tcp"])
 def test_a_controller_that_was_silent_in_a_manual_move_is_stopped_when_it_answers(
     over: tuple[str, ...],
 ) -> None:
@@ -247,6 +270,37 @@ def test_an_address_over_tcp_may_be_an_ipv6_one() -> None:
     check_address("tcp:::1:502")
     with pytest.raises(ValueError, match="1 to 65535"):
         check_address("tcp:host:0")
+
+
+def test_a_line_follows_the_format_of_what_is_sent(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a port with a parity of its own, which a pseudo-terminal has not."""
+    done: list[object] = []
+
+    class Port:
+        def __init__(self, path: str, **settings: object) -> None:
+            done.append(settings["parity"])
+
+        def apply_settings(self, settings: dict[str, object]) -> None:
+            done.append(settings["parity"])
+
+        def write(self, data: bytes) -> None:
+            done.append(data)
+
+        def flush(self) -> None: ...
+
+        def read(self, count: int) -> bytes:
+            Event().wait(0.001)
+            return b""
+
+        def close(self) -> None: ...
+
+    monkeypatch.setattr("scanrack.runtime.clients.link.serial.Serial", Port)
+    line = LiveLine(lambda: open_port("COM3", LINE_FORMAT))
+    for request in (write_command(1, Code.STOP_MOTION), ask_address(1), write_command(1, Code.STOP_MOTION)):
+        line.send(request.frame, request.line_format or LINE_FORMAT)
+    line.close()
+    stop = write_command(1, Code.STOP_MOTION).frame
+    assert done == ["E", "E", stop, "N", b"@%\r", "E", stop]
 
 
 def test_a_run_in_real_time_moves_the_controller_of_another_process(tmp_path: Path) -> None:

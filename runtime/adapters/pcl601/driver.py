@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator
 
-from ....io_images.amci3601 import StatusMsw
 from ....io_images.pcl601 import CAUSES, NO_ERROR, Code, Error, Register
 from ...kinematics import Shape, change_speed, creep, move, register, run
 from ...kinematics import stop as plan_stop
@@ -17,7 +16,8 @@ from ...wire import LineFormat
 from ..driver import BIAS, Driver, LinkLost, Talk
 from ..master import PUBLISH, Manners, Reply, Request, Step
 from ..task import Kind, Task
-from . import frames
+from . import ascii, frames
+from .errors import COMMAND_ERROR, ERRORS
 from .options import Options
 from .units import Drive
 
@@ -45,28 +45,6 @@ ESTOP_INPUT = 1 << 3
 HARD_LIMIT = 1 << 6
 BOTH_SIDES = 2
 """Value of `Pcl601Driver.limit_side`: a limit is on, and which one is not known."""
-
-COMMAND_ERROR = StatusMsw.COMMAND_ERROR.value
-PROFILE = (StatusMsw.INVALID_PROFILE | StatusMsw.COMMAND_ERROR).value
-LOST_STEPS = (StatusMsw.INPUT_ERROR | StatusMsw.POSITION_INVALID).value
-
-ERRORS: dict[Error, int] = {
-    Error.RECEIVE_OVERFLOW: COMMAND_ERROR,
-    Error.ENCODER_CORRECTED: 0,
-    Error.ENCODER_FAILED: LOST_STEPS,
-    Error.COMMAND: COMMAND_ERROR,
-    Error.MOTOR: PROFILE,
-    Error.RANGE_OVERFLOW: PROFILE,
-    Error.RANGE: PROFILE,
-    Error.TRANSMIT: COMMAND_ERROR,
-    Error.MODE: COMMAND_ERROR,
-    Error.ZERO_PARAMETERS: COMMAND_ERROR,
-    Error.BUSY: COMMAND_ERROR,
-    Error.MEMORY_RANGE: 0,
-    Error.MEMORY_COMMAND: 0,
-    Error.THUMBWHEEL: 0,
-}
-"""What the controller's error bits become; those without bits are told of in events only."""
 
 
 class Pcl601Driver(Driver[Drive]):
@@ -110,6 +88,12 @@ class Pcl601Driver(Driver[Drive]):
     def identify(self) -> Request:
         """Ask for address and firmware."""
         return frames.report_id(self.unit)
+
+    def rouse(self) -> Talk:
+        """Bring it back from AA ASCII, where it hears no Modbus."""
+        if (yield ascii.ask_address(self.unit)) is not None:
+            self.complaints.append((0, "the controller was in AA ASCII, and is sent back to Modbus"))
+            yield ascii.back_to_modbus(self.unit)
 
     def forget(self) -> None:
         """Forget what has been written, and what was to be cleared."""
