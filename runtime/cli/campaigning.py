@@ -135,6 +135,7 @@ class Session:
                     news=news,
                 )
             except KeyboardInterrupt:
+                self._complain("stopped by Ctrl-C; the same command goes on from here")
                 return INTERRUPTED
         return HELD
 

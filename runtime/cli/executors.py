@@ -6,7 +6,8 @@ import os
 import signal
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
-from multiprocessing import active_children, get_context
+from multiprocessing import active_children, get_context, parent_process
+from threading import Thread
 from typing import Any
 
 
@@ -32,7 +33,7 @@ class Processes(Executor):
 
     def __init__(self, jobs: int) -> None:
         self._others = set(active_children())
-        self._pool = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_end_on_ctrl_c)
+        self._pool = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_end_in_time)
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Send it to a process."""
@@ -46,9 +47,17 @@ class Processes(Executor):
         self._pool.shutdown(wait=wait, cancel_futures=cancel_futures)
 
 
-def _end_on_ctrl_c() -> None:
-    """Let Ctrl-C, which a terminal sends to all processes, end a worker without a word."""
+def _end_in_time() -> None:
+    """Let a worker end without a word on Ctrl-C, which a terminal sends to all, and when its parent dies."""
     signal.signal(signal.SIGINT, lambda _number, _frame: os._exit(130))
+    Thread(target=_end_with_the_parent, daemon=True).start()
+
+
+def _end_with_the_parent() -> None:
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 class OnCluster(Executor):
