@@ -66,6 +66,7 @@ class Driver(Generic[Drive]):
         strayed: it has moved without being told.
         stopped_short: a motion ended before its target.
         out_of_range: a slew has come to the end of the counter's range.
+        unfit: the controller says that it can't be relied on: MODULE_OK is clear while it does.
         complaints: bits of input word 0 that the controller gives rise to, each with its reason;
             whoever has taken them empties the list.
 
@@ -85,6 +86,7 @@ class Driver(Generic[Drive]):
         self.rebased = 0
         self.lost_power = self.returned = self.strayed = False
         self.stopped_short = self.out_of_range = False
+        self.unfit = False
         self.complaints: list[tuple[int, str]] = []
         self._was_ready = False
         self._failed = 0

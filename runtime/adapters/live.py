@@ -159,8 +159,8 @@ class LivePmc006(LiveAdapter[Speeds]):
         super().__init__(line)
 
     def new_driver(self) -> Pmc006Driver:
-        """Return what talks to the controller; without a stroke no configuration lets it home."""
-        return Pmc006Driver(self._unit, self._options.home_stroke or 1)
+        """Return what talks to the controller."""
+        return Pmc006Driver(self._options, self._unit)
 
     def new_axis(self) -> Pmc006Axis:
         """Return the controller as an axis."""

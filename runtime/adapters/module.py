@@ -272,6 +272,8 @@ class Adapter(Generic[Drive]):
             words[0] = signed_word(MODE_CONFIG | MODULE_OK | CONFIG_ERROR)
         else:
             report(layer, words)
+        if self.driver.unfit:
+            words[0] = signed_word(words[0] & 0xFFFF & ~MODULE_OK)
 
 
 def _tick_at_or_after(instant_ns: int) -> int:

@@ -158,3 +158,95 @@ def test_a_reply_that_is_on_the_line_when_the_power_goes_answers_nothing_later(a
     bench.give(*move(400, 4000, 100, 100), ms=600)
     assert bench.bits == {"MODULE_OK", "MOVE_COMPLETE"}
     assert bench.position == 400
+
+
+@pytest.mark.parametrize(
+    ("ailment", "within_ms"),
+    [({"supply_v": 5.0}, 150), ({"overheated": True}, 900)],  # the second status comes with each tenth poll
+)
+def test_a_controller_that_is_unfit_is_not_ok_until_it_is_well_again(ailment, within_ms):
+    bench = AdapterBench006().configured()
+    controller = bench.module.controller.device.controller
+    well = {name: getattr(controller, name) for name in ailment}
+    for name, value in ailment.items():
+        setattr(controller, name, value)
+    assert bench.run(within_ms).bits == set()
+    assert bench.run(1000).bits == set()
+    assert len([event for event in bench.module.events if event.kind == "adapter"]) == 1
+    for name, value in well.items():
+        setattr(controller, name, value)
+    assert bench.run(within_ms).bits == {"MODULE_OK"}
+
+
+def test_a_motor_that_was_released_has_lost_its_position():
+    bench = AdapterBench006().configured()
+    bench.module.controller.device.controller.memory["free_run"] = 1
+    assert bench.run(900).bits == {"MODULE_OK", "POSITION_INVALID"}
+
+
+def test_a_stalled_motor_has_lost_its_position():
+    bench = AdapterBench006().configured()
+    bench.module.controller.device.controller.axis.stalled = True
+    assert bench.run(200).bits == {"MODULE_OK", "POSITION_INVALID"}
+    bench.release(100).give(512).release()
+    assert bench.bits == {"MODULE_OK"}  # told once
+
+
+def test_a_new_speed_by_option_is_run_at_after_a_stop():
+    """2000 steps/s, a stop at 77 steps/ms/s, 4000 steps/s; 60,000 steps in 20 s are 3,000 steps/s."""
+    bench = AdapterBench006(respeed="restart").configured()
+    bench.give(128, 0, 0, 0, 2, 0, 100, 100, ms=1000)
+    at = bench.motor
+    bench.give(128, 0, 0, 0, 4, 0, 100, 100, ms=1000)
+    assert "MOVING_CW" in bench.bits
+    assert 1600 < at < 2000
+    at = bench.motor
+    bench.run(1000)
+    assert 3990 <= bench.motor - at <= 4010
+    bench.release(500)
+    assert bench.bits == {"MODULE_OK", "STOPPED"}
+    assert bench.position == bench.motor
+
+
+def test_a_speed_change_is_refused_and_stops_the_move():
+    bench = AdapterBench006().configured()
+    bench.give(128, 0, 0, 0, 2, 0, 100, 100, ms=1000)
+    bench.give(128, 0, 0, 0, 4, 0, 100, 100, ms=1000)
+    assert bench.bits == {"MODULE_OK", "STOPPED", "INVALID_PROFILE", "COMMAND_ERROR"}
+    assert bench.reasons == ["speed change"]
+
+
+def test_reset_errors_clears_an_external_stop_that_is_not_active_any_more():
+    bench = AdapterBench006().configured()
+    flags = bench.module.controller.device.controller.axis
+    bench.give(*move(10_000), ms=800)
+    bench.level(InputBit.CW_LIMIT, True)
+    bench.run(200)
+    bench.release()
+    bench.give(2048).release()
+    assert flags.flags  # still active
+    bench.level(InputBit.CW_LIMIT, False)
+    bench.run(100)
+    assert flags.flags
+    bench.give(2048).release()
+    assert not flags.flags
+
+
+def test_start_speed_and_current_are_set_with_the_configuration():
+    bench = AdapterBench006(peak_current=1500).configured()
+    memory = bench.module.controller.device.controller.memory
+    assert (memory["start_speed"], memory["stop_speed"], memory["peak_current"]) == (1000, 1000, 1500)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"peak_current": 399}, "option peak_current: 399 is not allowed: 400 to 3000 mA"),
+        ({"peak_current": 1.5}, "option peak_current: 1.5 is not allowed"),
+        ({"home_stroke": 0}, "option home_stroke: 0 is not allowed: 1 to 2147483647 steps"),
+        ({"home_stroke": True}, "option home_stroke: True is not allowed"),
+    ],
+)
+def test_an_option_out_of_range_is_named(options, said):
+    with pytest.raises(ValueError, match=said):
+        AdapterBench006(**options)

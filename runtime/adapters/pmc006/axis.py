@@ -7,6 +7,7 @@ from ....io_images.pmc006.status import Level, Status1
 from ...kinematics import Profile, Rate, Shape
 from ...pmc006.ramps import Speeds
 from ..axis import LinkedAxis
+from ..driver import State
 from ..task import Kind, Task
 from .capabilities import FSET_INPUTS, SHARED, Pmc006Capabilities
 from .driver import Pmc006Driver
@@ -64,6 +65,10 @@ class Pmc006Axis(LinkedAxis[Speeds]):
         flags = self.driver.flags
         latched = (CCW_LIMIT if flags & Status1.EXT1 else 0) | (CW_LIMIT if flags & Status1.EXT2 else 0)
         return latched & (levels ^ self.configuration.active_high)
+
+    def reset_errors(self) -> None:
+        """Clear external stops that are latched and no longer active."""
+        self.driver.clear_stops = self.driver.state is State.READY and bool(self.driver.flags)
 
     @property
     def _on_fset(self) -> int:

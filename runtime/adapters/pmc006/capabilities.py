@@ -161,9 +161,9 @@ COMMAND_ROWS: tuple[CommandRow[Options], ...] = (
     CommandRow(
         frozenset({Feature.SPEED_CHANGE}),
         "speed change",
-        always,
+        lambda wish, options: options.respeed != "restart",
         PROFILE,
-        "the PMC006 can't change speed in motion",
+        "the PMC006 can't change speed in motion; option respeed = restart stops in between",
     ),
     CommandRow(
         frozenset({Feature.HOLD}),

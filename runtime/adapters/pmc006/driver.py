@@ -1,7 +1,7 @@
 """What is said to a PMC006x3s, one exchange after the other.
 
     configure   motor on, speed mode off, stopped, speeds, external stops, position := B
-    idle        status, position, levels; over again
+    idle        status, position, levels; over again, and each tenth time the second status
     motion      parameters where they have changed, the start, then as idle until it is over
 
 Nothing is ever saved (instruction t): the EEPROM wears out.
@@ -11,14 +11,15 @@ from __future__ import annotations
 
 from ....io_images.amci3601 import Configuration, InputBit, StatusMsw
 from ....io_images.pmc006.frame import BAUD
-from ....io_images.pmc006.status import Level, Status1
+from ....io_images.pmc006.status import Level, Status1, Status2
 from ...pmc006.ramps import Speeds, plan_move, plan_run, plan_slowing
 from ...wire import LineFormat
 from ..driver import BIAS, NEAR_ZERO, Driver, Talk
 from ..master import Manners, Reply, Request
 from ..task import Kind, Task
 from . import frames
-from .units import fitted
+from .options import Options
+from .units import START_MIN, fitted
 
 LINE_FORMAT = LineFormat(BAUD)
 MANNERS = Manners(LINE_FORMAT, gap_ns=0, patience_ns=100_000_000)
@@ -26,8 +27,19 @@ MANNERS = Manners(LINE_FORMAT, gap_ns=0, patience_ns=100_000_000)
 EXT1_STOP, EXT2_STOP = 1, 2
 """Bits of instructions f and J."""
 
+LATCHES = (
+    (EXT1_STOP, Status1.EXT1, "clear_ext1_flag"),
+    (EXT2_STOP, Status1.EXT2, "clear_ext2_flag"),
+)
+"""External stops, their latches, and what clears those."""
+
+POLLS_PER_CHECKUP = 10
+
 COMMAND_ERROR = StatusMsw.COMMAND_ERROR.value
 POSITION_INVALID = StatusMsw.POSITION_INVALID.value
+
+LOW_SUPPLY = "the supply voltage is too low"
+OVERHEATED = "the controller is too hot"
 
 
 class Pmc006Driver(Driver[Speeds]):
@@ -36,26 +48,32 @@ class Pmc006Driver(Driver[Speeds]):
     Attributes:
         levels: of its pins.
         flags: external stops that are latched.
+        clear_stops: those are to be cleared that are not active any more.
 
     Args:
+        options: how far a search for home may go, and the current of the motor.
         unit: its address.
-        home_stroke: how far a search for home may go, steps.
     """
 
-    def __init__(self, unit: int, home_stroke: int) -> None:
+    def __init__(self, options: Options, unit: int) -> None:
         super().__init__(MANNERS)
         self.unit = unit
+        self.clear_stops = False
         self.levels = Level.EXT1 | Level.EXT2 | Level.FSET
         self.flags = Status1(0)
-        self._home_stroke = home_stroke
+        self._home_stroke = options.home_stroke or 1  # without one no configuration lets it home
+        self._peak_current = options.peak_current
+        self._start_sps = START_MIN
         self._limits = 0
         self._rising = 0
         self._zeroing = False
-        self._stalled = False
+        self._polls = 0
+        self._ailments: dict[str, bool] = {}
         self._written: dict[str, int] = {}
 
     def note_configuration(self, configuration: Configuration) -> None:
-        """Take over which limits stop the motor, and at which edges; the idle level is high."""
+        """Take over the starting speed, which limits stop the motor, and at which edges; idle is high."""
+        self._start_sps = configuration.starting_speed
         used, high = configuration.inputs_used, configuration.active_high
         cw, ccw = InputBit.CW_LIMIT.value, InputBit.CCW_LIMIT.value
         self._limits = (EXT1_STOP if used & ccw else 0) | (EXT2_STOP if used & cw else 0)
@@ -76,7 +94,18 @@ class Pmc006Driver(Driver[Speeds]):
     def forget(self) -> None:
         """Forget what has been written."""
         self._written.clear()
-        self._zeroing = False
+        self._zeroing = self.clear_stops = False
+
+    def errand(self) -> Talk | None:
+        """Clear what is to be cleared."""
+        return self._clear_stops() if self.clear_stops else None
+
+    def _clear_stops(self, armed: int = EXT1_STOP | EXT2_STOP) -> Talk:
+        """Clear external stops that are latched, and either not armed or not active any more."""
+        self.clear_stops = False
+        for stop, flag, clear in LATCHES:
+            if self.flags & flag and not (armed & stop and self.is_active(stop)):
+                yield from self._do(clear)
 
     def _do(self, name: str, value: int = 0) -> Talk:
         yield from self.insist(frames.instruction(self.unit, name, value))
@@ -100,9 +129,22 @@ class Pmc006Driver(Driver[Speeds]):
         status = Status1(frames.value_of(reply) & 0xFF)
         self.busy = bool(status & (Status1.BUSY | Status1.HOME))
         self.flags = status & (Status1.EXT1 | Status1.EXT2)
-        if status & Status1.STALL and not self._stalled:
-            self.complaints.append((POSITION_INVALID, "the motor has stalled"))
-        self._stalled = bool(status & Status1.STALL)
+        self._note_ailment("the motor has stalled", POSITION_INVALID, bool(status & Status1.STALL))
+        self._note_ailment(LOW_SUPPLY, 0, bool(status & Status1.UVL))
+
+    def _check_up(self) -> Talk:
+        """Read whether it is too hot, and whether somebody has released the motor."""
+        reply = yield from self.insist(frames.reading(self.unit, "read_status2"))
+        status = Status2(frames.value_of(reply) & 0xFF)
+        self._note_ailment("the motor has been released", POSITION_INVALID, bool(status & Status2.FREE_RUN))
+        self._note_ailment(OVERHEATED, 0, bool(status & Status2.OTS))
+
+    def _note_ailment(self, text: str, bits: int, is_so: bool) -> None:
+        """Complain of what has begun."""
+        if is_so and not self._ailments.get(text):
+            self.complaints.append((bits, text))
+        self._ailments[text] = is_so
+        self.unfit = any(self._ailments.get(each) for each in (LOW_SUPPLY, OVERHEATED))
 
     def read_position(self) -> Talk:
         """Read the position; the controller's own zero at home is none."""
@@ -119,6 +161,9 @@ class Pmc006Driver(Driver[Speeds]):
         """Read the levels of the pins."""
         reply = yield from self.insist(frames.reading(self.unit, "read_levels"))
         self.levels = Level(frames.value_of(reply) & 0xF)
+        if self._polls % POLLS_PER_CHECKUP == 0:
+            yield from self._check_up()
+        self._polls += 1
 
     # -- configuration ------------------------------------------------------------------------
 
@@ -127,6 +172,9 @@ class Pmc006Driver(Driver[Speeds]):
         yield from self._set(free_run=0)
         yield from self._do("speed_mode", 0)
         yield from self.halt()
+        yield from self._set(start_speed=self._start_sps, stop_speed=self._start_sps)
+        if self._peak_current is not None:
+            yield from self._set(peak_current=self._peak_current)
         yield from self._set(ext_stop_enable=0)
         yield from self._do("clear_ext1_flag")
         yield from self._do("clear_ext2_flag")
@@ -166,12 +214,7 @@ class Pmc006Driver(Driver[Speeds]):
     def _arm(self, stops: int) -> Talk:
         """Arm external stops, and clear what is latched and no longer, or not to be, in the way."""
         yield from self._set(ext_stop_enable=stops)
-        for stop, flag, clear in (
-            (EXT1_STOP, Status1.EXT1, "clear_ext1_flag"),
-            (EXT2_STOP, Status1.EXT2, "clear_ext2_flag"),
-        ):
-            if self.flags & flag and not (stops & stop and self.is_active(stop)):
-                yield from self._do(clear)
+        yield from self._clear_stops(stops)
 
     def _set_speeds(self, task: Task[Speeds]) -> Talk:
         drive = task.drive

@@ -35,8 +35,8 @@ class Pmc006Adapter(Adapter[Speeds]):
         super().__init__(SimulatedPmc006(Machine() if machine is None else machine))
 
     def new_driver(self) -> Pmc006Driver:
-        """Return what talks to the controller; without a stroke no configuration lets it home."""
-        return Pmc006Driver(UNIT, self.options.home_stroke or 1)
+        """Return what talks to the controller."""
+        return Pmc006Driver(self.options, UNIT)
 
     def new_axis(self) -> Pmc006Axis:
         """Return the controller as an axis."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ....io_images.pmc006.instructions import INT32_MAX
+from ....io_images.pmc006.instructions import BY_NAME, Instruction
 from ...events import JsonValue
 from ..options import check_choices, check_names
 
@@ -16,8 +16,19 @@ CHOICES: dict[str, tuple[str | bool, ...]] = {
     "registration": ("refuse", "polled"),
     "accel_rounding": ("gentler", "nearest"),
     "hold": ("refuse", "immediate"),
+    "respeed": ("refuse", "restart"),
     "diagnostic": ("reject", "mirror"),
 }
+
+
+def check_range(name: str, value: object, row: Instruction) -> None:
+    """Refuse a number that an instruction does not take; None is none.
+
+    Raises:
+        ValueError: such a value, with what is allowed.
+    """
+    if value is not None and (type(value) is not int or not row.allows(value)):
+        raise ValueError(f"option {name}: {value!r} is not allowed: {row.allowed} {row.unit}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +45,8 @@ class Options:
             steps that are left; else refused.
         accel_rounding: "nearest" takes the nearest rate of the table, which may be a steeper one.
         hold: "immediate" holds a move without a ramp, and allows the external input on FSET; else refused.
+        respeed: "restart" changes the speed of a manual move by stopping in between; else refused.
+        peak_current: phase current of the motor, mA; without it the one saved in the controller holds.
         diagnostic: "mirror" copies the position to the diagnostic words, "reject" refuses them.
 
     Raises:
@@ -47,13 +60,14 @@ class Options:
     registration: str = "refuse"
     accel_rounding: str = "gentler"
     hold: str = "refuse"
+    respeed: str = "refuse"
+    peak_current: int | None = None
     diagnostic: str = "reject"
 
     def __post_init__(self) -> None:
         check_choices(self, CHOICES)
-        stroke = self.home_stroke
-        if stroke is not None and (type(stroke) is not int or not 1 <= stroke <= INT32_MAX):
-            raise ValueError(f"option home_stroke: {stroke!r} is not allowed: 1 to {INT32_MAX} steps")
+        check_range("home_stroke", self.home_stroke, BY_NAME["zero_back"])
+        check_range("peak_current", self.peak_current, BY_NAME["peak_current"])
 
     @classmethod
     def of(cls, given: Mapping[str, JsonValue] | None) -> Options:
