@@ -144,7 +144,7 @@ def _fuzz_command(
         _complain(str(error))
         raise typer.Exit(BAD_INPUT) from error
     except OSError as error:
-        _complain(f"{error.filename}: {error.strerror}")
+        _complain(f"{error.filename}: {error.strerror}" if error.filename else str(error))
         raise typer.Exit(CANNOT_WRITE) from error
     raise typer.Exit(status)
 

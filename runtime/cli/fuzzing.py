@@ -15,7 +15,7 @@ from hypothesis.configuration import set_hypothesis_home_dir
 
 from ...ladder import Program
 from ...ladder.program import load_program
-from ...traces.plot import save_page
+from ...traces.plot import Mark, save_page
 from ...traces.reader import open_trace
 from ..fuzz import STANDARD, Bench, Found, Invariant, Report, Scenario, load_invariants, search
 from ..fuzz.campaign import Task
@@ -33,6 +33,9 @@ from .run import recorder_for
 
 RESERVE = 100
 """Scans that a recording goes on after the one in which an invariant is broken."""
+
+AROUND_NS = 200_000_000
+"""How much is shown of the chart before and after the failure, if only its surroundings are asked for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,9 +151,21 @@ def hand_over(job: Job, setup: Setup, bench: Bench, found: Found, folder: Path) 
         job = load_job(str(rack_file))
         again.append(shlex.join(["scanrack", "run", str(rack_file)]))
     again += _recorded(job, bench, found.scenario, scans, folder)
+    chart = _drawn(found, folder)
+    _written(folder / "report.txt", report(found, chart, again, check))
+
+
+def _drawn(found: Found, folder: Path) -> list[str]:
+    """Draw the trace as a page; return where it is, and where on it the failure is."""
+    broken, page = found.broken, folder / "chart.html"
+    mark = Mark(broken.now_ns, None, "broken", f"{broken.invariant} is broken", str(broken))
     with open_trace(folder / "trace.mcap") as trace:
-        save_page(trace, folder / "chart.html", title=found.broken.sentence)
-    _written(folder / "report.txt", report(found, str(folder / "chart.html"), again, check))
+        save_page(trace, page, title=broken.sentence, more=[mark])
+    around = max(0, broken.now_ns - AROUND_NS), broken.now_ns + AROUND_NS
+    return [
+        str(page),
+        "{}#from={:.3f}&to={:.3f}".format(page.resolve().as_uri(), *(ns / 1e9 for ns in around)),
+    ]
 
 
 def _recorded(job: Job, bench: Bench, scenario: Scenario, scans: int, folder: Path) -> list[str]:

@@ -25,12 +25,12 @@ def failure(found: Found) -> str:
     return "\n  ".join([str(broken), *lines])
 
 
-def report(found: Found, chart: str, again: Sequence[str], check: str) -> str:
+def report(found: Found, chart: Sequence[str], again: Sequence[str], check: str) -> str:
     """Return the text of a failure's report.
 
     Args:
         found: the failure.
-        chart: where its picture is.
+        chart: where its picture is, as a whole and around the failure.
         again: commands that show it again, and what can't.
         check: the command that looks whether a changed program still breaks.
     """
@@ -39,7 +39,7 @@ def report(found: Found, chart: str, again: Sequence[str], check: str) -> str:
         ("What it takes:", told(found.scenario)),
         (f"At the end of scan {broken.scan}, {broken.now_ns / 1e9:g} s:", broken.shows),
         ("Rules that fired in that scan:", broken.rules or ["none"]),
-        ("Its picture:", [chart]),
+        ("Its picture, and the part around the failure:", chart),
         ("Run it again:", again),
         ("Look whether the program still does it, after a change:", [check]),
     ]

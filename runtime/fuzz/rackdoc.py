@@ -21,7 +21,7 @@ Table = dict[str, Any]
 
 
 def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, folder: Path) -> str:
-    """Return the text of a rack file with a scenario in it.
+    """Return the text of a rack file with a scenario in it; its trace is `again.mcap` beside it.
 
     Args:
         rack_file: the rack file the scenario is laid over, TOML.
@@ -35,8 +35,8 @@ def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, f
     """
     document: Table = tomllib.loads(rack_file.read_text(encoding="utf-8"), parse_float=Decimal)
     document["program"] = os.path.relpath(rack_file.parent / str(document["program"]), folder)
-    document["run_for_s"] = Decimal(scans * spec.scan_ns).scaleb(-9)
-    document.pop("trace", None)
+    document["run_for_s"] = _seconds(scans * spec.scan_ns)
+    document["trace"] = "again.mcap"
     versions = dict(scenario.firmware)
     for table, slot in zip(document["slot"], spec.slot, strict=True):
         if slot.number in versions:
@@ -89,6 +89,11 @@ def _shift(machine: Table, steps: int) -> None:
                 switch[end] += steps
     for station in machine.get("stations", ()):
         station["position"] += steps
+
+
+def _seconds(time_ns: int) -> Decimal | int:
+    whole, rest = divmod(time_ns, 1_000_000_000)
+    return Decimal(time_ns).scaleb(-9).normalize() if rest else whole
 
 
 def _ms(time_ns: int) -> Decimal | int:

@@ -3,6 +3,16 @@
 from .chart import Chart, NothingToPlotError, read_chart
 from .envelope import Curve, Envelope
 from .figure import save_figure
+from .marks import Mark
 from .page import save_page
 
-__all__ = ["Chart", "Curve", "Envelope", "NothingToPlotError", "read_chart", "save_figure", "save_page"]
+__all__ = [
+    "Chart",
+    "Curve",
+    "Envelope",
+    "Mark",
+    "NothingToPlotError",
+    "read_chart",
+    "save_figure",
+    "save_page",
+]

@@ -126,6 +126,7 @@ def read_chart(
     *,
     slots: Sequence[int] = (),
     title: str | None = None,
+    more: Sequence[Mark] = (),
     watch: Callable[[Block], None] = lambda block: None,
     progress: Callable[[int], None] = lambda scans: None,
 ) -> Chart[C]:
@@ -137,6 +138,7 @@ def read_chart(
         selection: which scans.
         slots: numbers of the slots to show; none at all for every slot with a 3601.
         title: what to write above it; the rack's name if None.
+        more: marks beside those of the trace's events.
         watch: given every block, too.
         progress: told how many scans have been gone through with each block of them.
 
@@ -152,7 +154,7 @@ def read_chart(
         watch(block)
         for track in tracks:
             track.add(block)
-    happened = marks(trace.events(), extent.start_ns, extent.end_ns)
+    happened = [*more, *marks(trace.events(), extent.start_ns, extent.end_ns)]
     return Chart(
         title=title if title is not None else chart_title(trace),
         start_ns=extent.start_ns,

@@ -16,6 +16,7 @@ RAMP: tuple[str, ...] = ("#ffffff", "#56b4e9", "#cfe3f2", "#f0c05a", "#bbbbbb")
 """Colours of the ramp's states: at rest, accelerating, constant speed, decelerating, held."""
 
 MARKS: Mapping[str, str] = {
+    "broken": "#d00000",
     "rule": "#99004c",
     "stimulus": "#00735c",
     "move": "#0060a0",

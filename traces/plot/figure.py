@@ -176,7 +176,7 @@ def _draw_curve(axes: Any, curve: Curve, name: str) -> None:
 
 def _draw_instants(axes: Any, panel: Panel[Curve]) -> None:
     """Draw a thin line through a curve where a rule fired or the machine acted, unless they would hide it."""
-    for kind in ("stimulus", "rule"):
+    for kind in ("stimulus", "rule", "broken"):
         times = [mark.time_ns for mark in panel.marks if mark.kind == kind]
         if len(times) > INSTANTS_MAX:
             continue

@@ -1,4 +1,7 @@
-"""What happened, as marks on the time axis: rules that fired, moves that ended, stimuli, the CPU."""
+"""What happened, as marks on the time axis: rules that fired, moves that ended, stimuli, the CPU.
+
+What must hold and is broken is no event of a trace: who knows of it gives the mark.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ from dataclasses import dataclass
 from ..happenings import describe
 from ..reader import TraceEvent
 
-KINDS = ("rule", "stimulus", "move", "cpu")
+KINDS = ("broken", "rule", "stimulus", "move", "cpu")
 """Kinds of marks, the most telling first: where there is no room for all labels, they get theirs first."""
 
 
@@ -32,9 +35,13 @@ class Mark:
 
 
 def marks(events: Iterable[TraceEvent], start_ns: int, end_ns: int) -> list[Mark]:
-    """Return the marks of the events between two times, both included, in order."""
+    """Return the marks of the events between two times, both included, in order of time, then of kind."""
     found = [_mark(event) for event in events if start_ns <= event.now_ns <= end_ns]
-    return sorted((mark for mark in found if mark is not None), key=lambda mark: mark.time_ns)
+    return sorted((mark for mark in found if mark is not None), key=_by_time_and_kind)
+
+
+def _by_time_and_kind(mark: Mark) -> tuple[int, int]:
+    return mark.time_ns, KINDS.index(mark.kind)
 
 
 def _mark(event: TraceEvent) -> Mark | None:

@@ -82,6 +82,7 @@ def save_page(
     *,
     slots: Sequence[int] = (),
     title: str | None = None,
+    more: Sequence[Mark] = (),
     progress: Callable[[int], None] = lambda scans: None,
 ) -> None:
     """Write the chart of a trace as an HTML page; the arguments are those of `read_chart`.
@@ -92,7 +93,14 @@ def save_page(
     """
     clock = Clock()
     chart = read_chart(
-        trace, PackedCurve, selection, slots=slots, title=title, watch=clock.add, progress=progress
+        trace,
+        PackedCurve,
+        selection,
+        slots=slots,
+        title=title,
+        more=more,
+        watch=clock.add,
+        progress=progress,
     )
     path.write_text(page(chart, clock.packed()), encoding="utf-8")
 

@@ -94,6 +94,9 @@ def test_the_report_tells_how_to_see_it_again_and_how_to_look_after_a_change(lin
         f"    scanrack run {found}/rack.toml\n    scanrack drive amci3601 < {found}/drive-slot1.jsonl"
         in report
     )
+    chart = (found / "chart.html").read_text(encoding="utf-8")
+    assert '"kind":"broken","label":"no-fault is broken"' in chart
+    assert f"    {found}/chart.html\n    file://{found}/chart.html#from=0.000&to=0.2" in report
     check = f"    scanrack fuzz {rack} --check one-motion --scenario {found}/scenario.json"
     assert report.splitlines()[-1] == check
     assert CliRunner().invoke(build(), check.split()[1:]).exit_code == 1

@@ -25,7 +25,7 @@ function drawPanel(panel, top) {
   drawTicks(top + MARKS, bottom);
   text(`slot ${panel.slot}`, 8, top + 18, "#222", "bold 14px system-ui");
   text(panel.module, 8, top + 34, "#555", "12px system-ui");
-  drawMarks(panel, top, top + MARKS + POSITION + GAP + SPEED);
+  drawMarks(panel, top, top + MARKS + POSITION + GAP + SPEED, bottom);
   top += MARKS;
   drawCurve(panel.position, "position, steps", top, POSITION);
   top += POSITION + GAP;
@@ -183,15 +183,18 @@ function drawRamp(lane, top) {
   }));
 }
 
-function drawMarks(panel, top, bottom) {
+function drawMarks(panel, top, bottom, deepest) {
   const shown = panel.marks.filter(mark => mark.time >= view.start && mark.time <= view.end);
-  inside(top, bottom - top, () => {
+  inside(top, deepest - top, () => {
     const deep = shown.length > INSTANTS ? top + MARKS : bottom; // very many would hide the curves
     let last = -1;
     for (const mark of shown) {
       const x = xOf(mark.time);
       if (x - last >= 0.5) line(x, top + MARKS - 8, x, deep, data.colours.marks[mark.kind] + "60");
       last = x;
+    }
+    for (const mark of shown.filter(isBroken)) {
+      line(xOf(mark.time), top + MARKS - 8, xOf(mark.time), deepest, data.colours.marks[mark.kind]);
     }
     const labels = placed(shown);
     for (const { x, row, mark } of labels) {
@@ -205,18 +208,24 @@ function drawMarks(panel, top, bottom) {
   });
 }
 
-// Where the labels of marks stand that find room in one of the rows.
+const isBroken = mark => mark.kind === "broken";
+
+// Where the labels of marks stand that find room in one of the rows; what is broken has the first one.
 function placed(marks) {
-  const ends = new Array(MARK_ROWS).fill(-Infinity), labels = [];
   pen.font = MARK_FONT;
-  for (const mark of marks) {
-    const x = xOf(mark.time), row = ends.findIndex(end => end < x);
-    if (row < 0) continue;
-    const wide = pen.measureText(mark.label).width + 2;
-    ends[row] = x + wide + 10;
-    labels.push({ x, row, mark, wide });
+  const label = (mark, row) => (
+    { x: xOf(mark.time), row, mark, wide: pen.measureText(mark.label).width + 2 });
+  const kept = marks.filter(isBroken).map(mark => label(mark, 0));
+  const ends = new Array(MARK_ROWS).fill(-Infinity), labels = [];
+  for (const mark of marks.filter(mark => !isBroken(mark))) {
+    const made = label(mark), { x, wide } = made;
+    const isKept = row => row === 0 && kept.some(other => x < other.x + other.wide + 10 && x + wide + 10 > other.x);
+    made.row = ends.findIndex((end, row) => end < x && !isKept(row));
+    if (made.row < 0) continue;
+    ends[made.row] = x + wide + 10;
+    labels.push(made);
   }
-  return labels;
+  return [...kept, ...labels];
 }
 
 function drawCursor(height) {
