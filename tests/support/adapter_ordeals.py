@@ -24,6 +24,9 @@ LIMITS = (Switch(InputBit.CW_LIMIT, 6000, None), Switch(InputBit.CCW_LIMIT, None
 LONG_MS = 700
 """Of a fault that is sure to be noticed: longer than three exchanges that fail, and 500 ms."""
 
+AROUND_THE_START_MS = range(16, 36, 4)
+"""A PCL601 answers a start 20 to 33 ms after the command: closer together than its answer is long."""
+
 
 @dataclass(frozen=True)
 class Ordeal:
@@ -227,7 +230,7 @@ def ordeals(*kinds: str) -> st.SearchStrategy[Ordeal]:
         st.sampled_from(kinds or tuple(KINDS)),
         st.integers(3000, 5000) | st.integers(-5000, -3000),
         st.booleans(),
-        st.sampled_from([0, 0, 20, 50, 120, 300]),
+        st.sampled_from([0, *AROUND_THE_START_MS, 50, 120, 300]),
         st.integers(1, 2),
     )
 
