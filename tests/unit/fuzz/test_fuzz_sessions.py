@@ -80,9 +80,7 @@ def test_a_failure_is_told_in_words(line):
     lines = result.stdout.splitlines()
     assert lines[0].startswith("broken: The program does not fault the CPU [no-fault]: scan ")
     assert lines[1] == "  0 s: input estop of slot 1 is on for 20 ms"  # 2 ms are over before it is configured
-    assert lines[2].startswith(
-        "  slot 1: commands none; status POSITION_INVALID CONFIG_ERROR MODULE_OK IN_ESTOP"
-    )
+    assert lines[2].startswith("  slot 1: commands none; status POSITION_INVALID MODULE_OK IN_ESTOP")
 
 
 def test_the_report_tells_how_to_see_it_again_and_how_to_look_after_a_change(line):
