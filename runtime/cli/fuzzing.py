@@ -23,6 +23,7 @@ from ..fuzz.drivescript import DriveScript, obstacle
 from ..fuzz.rackdoc import rack_text
 from ..fuzz.scenarios import Kind, scenarios
 from ..listener import ScanListener
+from ..machinetables import input_name
 from ..rack import Rack
 from ..rackspec import RackSpec
 from ..scan import Logic
@@ -188,6 +189,9 @@ def _recorded(job: Job, bench: Bench, scenario: Scenario, scans: int, folder: Pa
     for number, script in scripts.items():
         file = _written(folder / f"drive-slot{number}.jsonl", script.text())
         told.append(f"scanrack drive {modules[number]} < {shlex.quote(str(file))}")
+        if script.by_level:
+            inputs = ", ".join(map(input_name, script.by_level))
+            told.append(f"(up to a scan late where {inputs} is met: the bench is told its level)")
     return told
 
 

@@ -10,7 +10,7 @@ from ...io_images.amci3601.bits import InputBit
 from ...io_images.image import Image
 from ..events import JsonValue
 from ..incidents import TROUBLES, Exposed, Happening, Incident
-from ..machine import Machine, MachineSpec
+from ..machine import Machine, MachineSpec, Switch
 from ..machinetables import input_name
 from ..rack import Slot
 from ..rackspec import RackSpec, SlotSpec
@@ -29,15 +29,11 @@ REPLIES = {Happening.REPLIES_LOST: "drop_next", Happening.REPLIES_DAMAGED: "corr
 def obstacle(spec: RackSpec, slot: SlotSpec) -> str | None:
     """Return what of a slot the bench can't do, None if it can do it all."""
     machine = slot.machine
-    ranges = [switch.input for switch in machine.switches]
     told = [each for each in spec.incidents if each.slot in (0, slot.number)]
     beyond: tuple[tuple[bool, str], ...] = (
         (slot.module not in TARGETS, f"module {slot.module}"),
         (bool(machine.slips or machine.jams), "slips and jams"),
         (machine.encoder is not None, "an encoder on the shaft"),
-        (len(ranges) != len(set(ranges)), "several switches on one input"),
-        (any(each.normally_closed for each in machine.switches), "normally closed switches"),
-        (any(_holds(machine, entry.input) for entry in machine.timeline), "a sensor that fails"),
         (any(each.what in TROUBLES for each in told), "lost links"),
         (any(each.what in REPLIES and each.for_ns for each in told), "replies that are lost for a time"),
         (
@@ -49,12 +45,27 @@ def obstacle(spec: RackSpec, slot: SlotSpec) -> str | None:
     return next((text for is_there, text in beyond if is_there), None)
 
 
-def _holds(machine: MachineSpec, bit: InputBit) -> bool:
-    return any(switch.input is bit for switch in machine.switches)
+def set_by_level(machine: MachineSpec) -> list[InputBit]:
+    """Return the inputs that the bench's machine can't feed: the script sets them, up to a scan late.
+
+    They are those whose sensor fails, that have a normally closed switch, or several.
+    """
+    feeds = [switch.input for switch in machine.switches]
+    fails = {entry.input for entry in machine.timeline}
+    closed = {switch.input for switch in machine.switches if switch.normally_closed}
+    return [bit for bit in InputBit if bit in feeds and (bit in fails | closed or feeds.count(bit) > 1)]
+
+
+def _fed_by_bench(machine: MachineSpec) -> list[Switch]:
+    told = set_by_level(machine)
+    return [switch for switch in machine.switches if switch.input not in told]
 
 
 class DriveScript:
     """A listener that writes down what a module is told.
+
+    Attributes:
+        by_level: inputs with a switch that the script sets, see `set_by_level`.
 
     Args:
         spec: the rack, without an `obstacle` for the slot.
@@ -67,7 +78,9 @@ class DriveScript:
         self._machine: Machine = module.machine
         self._outputs = live.outputs
         self._scan_ms = spec.scan_ns / 1e6
-        self._free = [bit for bit in InputBit if not _holds(slot.machine, bit)]
+        fed = {switch.input for switch in _fed_by_bench(slot.machine)}
+        self.by_level = set_by_level(slot.machine)
+        self._free = [bit for bit in InputBit if bit not in fed]
         self._acts = _acts(spec.incidents, slot.number, spec.scan_ns)
         self._lines: list[dict[str, Any]] = [{"new": _bench(spec, slot)}]
         self._before: tuple[list[int], int] = (list(Image()), 0)
@@ -112,8 +125,9 @@ def _bench(spec: RackSpec, slot: SlotSpec) -> dict[str, Any]:
     made: dict[str, Any] = {"scan_ms": _number(spec.scan_ns / 1e6)}
     if slot.module == "amci3601":
         made = {"firmware": slot.firmware, **made}
-    if slot.machine.switches:
-        made["machine"] = {input_name(each.input): [each.first, each.last] for each in slot.machine.switches}
+    switches = _fed_by_bench(slot.machine)
+    if switches:
+        made["machine"] = {input_name(each.input): [each.first, each.last] for each in switches}
     if slot.wiring:
         made["wiring"] = slot.wiring
     if slot.options:
