@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from heapq import heappop, heappush
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 NS_PER_S = 1_000_000_000
 PARITIES = ("N", "E", "O")
@@ -98,8 +98,7 @@ class Device(Protocol):
         ...
 
 
-@dataclass(frozen=True, slots=True, order=True)
-class _Character:
+class _Character(NamedTuple):
     """A character under way: when it is complete, in which order it was sent, by whom, what it is."""
 
     complete_ns: int
@@ -168,10 +167,12 @@ class SerialBus:
 
     def next_event_ns(self) -> int | None:
         """Return when the next character is complete or the next device wakes, None if never."""
-        times = [wake_ns for device in self.devices if (wake_ns := device.next_wake_ns) is not None]
-        if self._under_way:
-            times.append(self._under_way[0].complete_ns)
-        return max(self.now_ns, min(times)) if times else None
+        due_ns = self._under_way[0].complete_ns if self._under_way else None
+        for device in self.devices:
+            wake_ns = device.next_wake_ns
+            if wake_ns is not None and (due_ns is None or wake_ns < due_ns):
+                due_ns = wake_ns
+        return self.now_ns if due_ns is not None and due_ns < self.now_ns else due_ns
 
     def _step(self, now_ns: int) -> None:
         self.now_ns = now_ns

@@ -73,8 +73,10 @@ class Plant:
 
     def next_event_ns(self, now_ns: int) -> int | None:
         """Return when something happens next on the line, behind it or at the machine."""
-        times = (self.line.next_event_ns(), self.machine.next_change_ns(now_ns))
-        return min((time for time in times if time is not None), default=None)
+        line_ns, change_ns = self.line.next_event_ns(), self.machine.next_change_ns(now_ns)
+        if line_ns is None or change_ns is None:
+            return change_ns if line_ns is None else line_ns
+        return min(line_ns, change_ns)
 
     def run_until(self, now_ns: int) -> None:
         """Let time run; no event lies in between."""

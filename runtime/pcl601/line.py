@@ -86,8 +86,10 @@ class Pcl601:
         """When something happens next, on the line or behind it."""
         if self._out:
             return self._now_ns
-        times = (self.controller.next_wake_ns, self._framer.deadline_ns)
-        return min((time for time in times if time is not None), default=None)
+        wake_ns, deadline_ns = self.controller.next_wake_ns, self._framer.deadline_ns
+        if wake_ns is None or deadline_ns is None:
+            return deadline_ns if wake_ns is None else wake_ns
+        return min(wake_ns, deadline_ns)
 
     def receive(self, now_ns: int, data: bytes) -> None:
         """Take characters that came one right after the other, the last one complete at `now_ns`."""

@@ -51,29 +51,29 @@ class Pins:
 
     def __init__(self) -> None:
         self._held: dict[Pin, bool | Switch] = dict.fromkeys(Pin, True)
-        self._switches: tuple[Switch, ...] = ()
+        self._fixed = sum(Pin)  # those held high
+        self._switches: dict[Pin, Switch] = {}
         self.levels = sum(Pin)
         self.on_change: Callable[[int, int], None] | None = None
 
     def hold(self, pin: Pin, level: bool | Switch) -> None:
         """Give a pin a level, True for high, or a switch to follow; `sense` makes it known."""
         self._held[pin] = level
-        self._switches = tuple(switch for switch in self._held.values() if isinstance(switch, Switch))
+        self._fixed = sum(pin for pin, level in self._held.items() if level is True)
+        self._switches = {pin: level for pin, level in self._held.items() if isinstance(level, Switch)}
 
     def sense(self, position: int) -> None:
         """Look at the pins with the motor at a position, and report what has changed."""
-        levels = sum(pin for pin, level in self._held.items() if _is_high(level, position))
+        levels = self._fixed
+        for pin, switch in self._switches.items():
+            if switch.high(position):
+                levels += pin
         changed, self.levels = levels ^ self.levels, levels
         if changed and self.on_change is not None:
             self.on_change(changed, levels)
 
     def next_change(self, position: int, direction: int) -> int | None:
         """Return the next position in a direction at which some pin changes, None if there is none."""
-        ahead = [
-            at for switch in self._switches if (at := switch.next_change(position, direction)) is not None
-        ]
+        changes = (switch.next_change(position, direction) for switch in self._switches.values())
+        ahead = [at for at in changes if at is not None]
         return min(ahead, key=lambda at: abs(at - position), default=None)
-
-
-def _is_high(level: bool | Switch, position: int) -> bool:
-    return level.high(position) if isinstance(level, Switch) else level

@@ -16,7 +16,7 @@ def faulty_move(at_ms: float, drop: int, corrupt: int) -> AdapterBench:
     bench.give(*move(DISTANCE, 5000, 100, 100), ms=at_ms)
     bench.module.controller.line.faults.drop_next = drop
     bench.module.controller.line.faults.corrupt_next = corrupt
-    return bench.run(2500)
+    return bench.run(1800)  # eight replies in a row take 1.5 s
 
 
 @settings(max_examples=15, deadline=None)
@@ -41,7 +41,7 @@ def test_a_line_that_is_down_for_a_while_ends_in_a_known_state(at_ms, down_ms):
     bench.module.controller.line.take_down()
     bench.run(down_ms)
     bench.module.controller.line.put_up()
-    bench.run(1500)
+    bench.run(600)
     assert bench.position == bench.motor
     assert bench.bits in (
         {"MODULE_OK", "MOVE_COMPLETE"},

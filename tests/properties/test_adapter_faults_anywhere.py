@@ -56,7 +56,7 @@ def test_it_ends_at_rest_with_the_position_that_it_shows(
     else:
         line.faults.corrupt_next = count
     give_words(bench, words[1:], each_ms)
-    bench.release(3000)
+    bench.release(2000)
     assert bench.bits.isdisjoint({"MOVING_CW", "MOVING_CCW", "CONFIG_ERROR"})
     assert "MODULE_OK" in bench.bits
     assert bench.position == bench.motor >= 0

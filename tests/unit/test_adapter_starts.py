@@ -10,13 +10,13 @@ STEPS = 40
 
 
 @pytest.mark.parametrize("lost", [1, 2])
-@pytest.mark.parametrize("make", [AdapterBench, AdapterBench006])
-def test_every_short_move_is_made_exactly_once(make, lost):
+@pytest.mark.parametrize(("make", "rest_ms"), [(AdapterBench, 300), (AdapterBench006, 500)])
+def test_every_short_move_is_made_exactly_once(make, rest_ms, lost):
     bench = make(scan_ms=1).configured()
     for made, after_ms in enumerate(range(0, 120, 4), start=1):
         bench.give(*move(STEPS, 1000), ms=after_ms)
         bench.module.controller.line.faults.drop_next = lost
-        bench.run(600)
+        bench.run(rest_ms)
         assert bench.bits == {"MODULE_OK", "MOVE_COMPLETE"}
         assert bench.position == bench.motor == made * STEPS
-        bench.release()
+        bench.release(50)

@@ -158,8 +158,9 @@ class SimulatedPcl601(Plant):
         """Let the machine follow the motor, inputs and encoder the machine."""
         super().sense(now_ns)
         counts = self.machine.encoder_counts(now_ns)
-        self.device.controller.values[Register.ENCODER_POSITION] += counts - self._counts_before
-        self._counts_before = counts
+        if counts != self._counts_before:
+            self.device.controller.values[Register.ENCODER_POSITION] += counts - self._counts_before
+            self._counts_before = counts
 
     def wire(self, now_ns: int) -> None:
         """Connect every pin to what grounds it."""
