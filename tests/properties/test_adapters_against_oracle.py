@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import pytest
-from adapter_scripts import scripts
+from adapter_scripts import THEMES, scripts
 from hypothesis import Phase, given, settings
-from lockstep_adapters import AdapterLockstep
+from lockstep_adapters import played
+
+EXAMPLES = {"PCL601": 6, "PMC006": 6}
 
 
-@pytest.mark.parametrize("controller", ["PCL601", "PMC006"])
-def test_an_adapter_does_what_a_3601_does(controller):
-    @settings(max_examples=15, phases=[Phase.explicit, Phase.generate])
-    @given(script=scripts(controller))
+@pytest.mark.parametrize("theme", THEMES)
+@pytest.mark.parametrize("controller", EXAMPLES)
+def test_an_adapter_does_what_a_3601_does(controller, theme):
+    @settings(max_examples=EXAMPLES[controller], phases=[Phase.explicit, Phase.generate])
+    @given(script=scripts(controller, theme))
     def lockstep(script):
-        setting, steps = script
-        bench = AdapterLockstep(setting)
-        for step in steps:
-            step.play(bench)
-        bench.run_to_rest()
+        played(script)
 
     lockstep()

@@ -20,6 +20,9 @@ ROUND_TRIP_S = {"PCL601": 0.065, "PMC006": 0.16}
 SCAN_S = 0.005
 STEPS_OF_ROUNDING = 2
 ERRORS = bits.COMMAND_ERROR | bits.INVALID_PROFILE | bits.HOME_INVALID | bits.CONFIG_ERROR
+FASTEST = 12_000
+"""Of the motions that are commanded in haste, steps/s."""
+
 STOPPING = CW_LIMIT | CCW_LIMIT | ESTOP | EXTERNAL
 RAMPING = ("manual stop", "stop to hold")
 UNDER_WAY = ("move", "manual", "registration", "homing")
@@ -39,6 +42,7 @@ class Pace:
         self.speed = max(commands.pair(words[4], words[5]) or 0, 1)
         self.acceleration, self.deceleration = max(1, words[6]), max(1, words[7])
         self.rate = self.by_controller(controller, words[1])
+        self.steepest = 1000 * self.deceleration
         self.ramp = self.way(self.speed, self.rate)
 
     def by_controller(self, controller, lsw):
@@ -72,6 +76,7 @@ class Laws:
         self.apart = 0
         self.answering = False
         self.op = "idle"
+        self.least = 0
 
     # ---- what the bench tells
 
@@ -86,6 +91,12 @@ class Laws:
         self.registered = 0
         self.directions = set()
         self.op = "idle"
+
+    def anything_goes(self):
+        """Commands come faster than they can be told apart."""
+        self.low, self.high = -inf, inf
+        self.directions = {1, -1}
+        self.pace.speed = FASTEST
 
     def disturbed(self, duration_ns):
         """Round trips may take so much longer until the next rest."""
@@ -147,6 +158,7 @@ class Laws:
         bench, oracle = self.bench, self.bench.oracle
         if self.op in UNDER_WAY and oracle.op in RAMPING:
             self.ramps = bench.controller == "PCL601" or oracle.op != "stop to hold"
+            self.least = self.pace.way(self.event_speed, self.pace.steepest) / 2
         self.op = oracle.op
         made, self.motor = bench.motor - self.motor, bench.motor
         self.speed = abs(made) / SCAN_S
@@ -209,6 +221,10 @@ class Laws:
         allowed = pace.speed * (self.round_trip_s + SCAN_S) + self.registered + STEPS_OF_ROUNDING
         if self.ramps or self.registered:
             allowed += pace.ramp
+        if self.ramps and made < self.least:
+            bench.fail(f"a stop without its ramp: {made} steps, and not {self.least:.0f} at least")
+        if self.registered and not bench.oracle.input_error and made < self.registered:
+            bench.fail(f"a registration move ended after {made} steps, and not {self.registered}")
         if made > allowed:
             bench.fail(f"a stop took {made} steps, and not {allowed:.0f} at most")
 

@@ -18,10 +18,11 @@ TIMED = {"move", "manual", "registration", "home CW", "home CCW", "speed change"
 
 
 class Refusal(NamedTuple):
-    """A row: its name, and the error bits that it shows."""
+    """A row: its name, the error bits that it shows, and whether the motion under way is stopped."""
 
     name: str
     shown: int
+    stops: bool = False
 
 
 # ---- what a 3601 makes of the words
@@ -180,7 +181,9 @@ def refusal(controller, options, before, after, words):
     if feature is None:
         return None
     rows = FUNCTIONS[controller](feature, Asked(before, after, words), options)
-    return next((Refusal(name, shown) for name, shown, applies in rows if applies), None)
+    return next(
+        (Refusal(name, shown, feature == "speed change") for name, shown, applies in rows if applies), None
+    )
 
 
 def configuration_refusal(controller, options, before, words):

@@ -20,6 +20,7 @@ import copy
 
 import adapter_wishes as wishes
 import oracle_bits as bits
+import oracle_blend
 from adapter_laws import Laws
 from lockstep3601 import describe, show
 from noisyline import made_noisy
@@ -44,10 +45,14 @@ CALM_NS = {"PCL601": 65 * MS, "PMC006": 160 * MS}
 PATIENCE_NS = 700 * MS
 """What has not changed for so long, a configuration included, will not any more."""
 
+FOR_EVER_NS = 15_000 * MS
+"""Longer than any search for home."""
+
 SLOWER = 3
 """How much longer a motion may take than a 3601 does; the ramps are gentler."""
 
 TOO_LONG_S = 3
+STOP, RESET = (bits.IMMEDIATE_STOP, *NOTHING[1:]), (bits.RESET_ERRORS, *NOTHING[1:])
 A_MANUAL_MOVE = (bits.MANUAL_CCW, 0, 0, 0, 5, 0, 100, 100)
 ANY_LIMIT = CW_LIMIT | CCW_LIMIT
 SHARED = HOME | CCW_LIMIT
@@ -207,7 +212,14 @@ class AdapterLockstep:
         self.run_alone(50 * MS)
         line.put_up()
         self.run_alone(2_000 * MS, until=bits.MODULE_OK)
-        self.oracle_returns(loses_power)
+        self.oracle_returns(loses_power or self.zeroed())
+
+    def zeroed(self):
+        """Whether a PMC006 has come home alone: its counter is then as near 0 as after a loss of power."""
+        self.world.shaft, before = self.motor, self.world.shaft
+        home = self.world.levels() & HOME if isinstance(self.world, SharedPin) else 0
+        self.world.shaft = before
+        return bool(home and self.laws.searched and self.image[0] & bits.CONFIG_ERROR)
 
     def device_power(self):
         """The controller alone loses its power."""
@@ -267,6 +279,41 @@ class AdapterLockstep:
             self.oracle.previous0, self.oracle.previous1 = words[0] & 0xFFFF, words[1] & 0xFFFF
             self.meet()
 
+    # ---- words that come too fast
+
+    def haste(self, images):
+        """Words follow each other faster than the line: only laws hold, and in the end the count is right."""
+        self.meet(at_rest=True)
+        if self.oracle.config_error or self.configuring or not self.oracle.plc_running:
+            return
+        origin = self.shown_position() - self.motor
+        self.laws.anything_goes()
+        for words, scans in (*images, (NOTHING, 200), (STOP, 20), (NOTHING, 200), (RESET, 5), (NOTHING, 40)):
+            self.write_unseen(words)
+            self.run_alone(scans * SCAN_NS)
+        if self.shown_position() - self.motor != origin:
+            self.fail("steps have been lost or counted twice in haste")
+        self.oracle_overtakes()
+
+    def shown_position(self):
+        return join_reported(*self.image[2:4])
+
+    def oracle_overtakes(self):
+        """After haste the adapter says how the last motion ended; nothing moves, and no error is left."""
+        oracle, msw = self.oracle, self.image[0]
+        oracle.rest("idle")
+        oracle.clear_status()
+        oracle.move_complete, oracle.stopped = bool(msw & bits.MOVE_COMPLETE), bool(msw & bits.STOPPED)
+        oracle.hold_state = bool(msw & bits.HOLD_STATE)
+        oracle.position_invalid = bool(msw & bits.POSITION_INVALID)
+        oracle.resumable = False
+        oracle.position, self.world.shaft = self.shown_position(), self.motor
+        oracle.previous0 = oracle.previous1 = 0
+        self.laws.interrupted()
+        self.calm_ns = 0
+        self.refused = []
+        self.meet()
+
     # ---- what is left out, and what is refused
 
     def means_nothing(self, words):
@@ -303,8 +350,11 @@ class AdapterLockstep:
         oracle.invalid_profile |= bool(row.shown & bits.INVALID_PROFILE)
         oracle.home_invalid |= bool(row.shown & bits.HOME_INVALID)
         oracle.resumable = False
-        if row.name == "speed change":
+        if row.stops:
             oracle.controlled_stop("manual stop")
+        elif row.name == "blend move":
+            oracle.ack, oracle.session = True, oracle_blend.Session()
+            oracle.session.good = False
 
     # ---- time
 
@@ -366,7 +416,7 @@ class AdapterLockstep:
             resting_ns = 0 if self.oracle.in_motion() else self.calm_ns
             if resting_ns > PATIENCE_NS + self.disturbed_ns:
                 self.compare()
-            if self.now_ns > self.limit_ns(began_ns):
+            if self.now_ns > min(self.limit_ns(began_ns), began_ns + FOR_EVER_NS):
                 self.fail("they do not settle")
         if not self.oracle.in_motion():
             self.compare()
@@ -415,7 +465,9 @@ class AdapterLockstep:
         if self.refused != self.expected:
             self.fail(f"refusals {self.refused}, and not {self.expected}")
         self.refused, self.expected = [], []
-        if not self.oracle.image[0] & bits.MODE_CONFIG:
+        if self.oracle.mode_config:
+            self.world.shaft = self.motor  # the position will be 0
+        else:
             self.compare_values()
         self.laws.at_rest()
         self.disturbed_ns = 0
@@ -455,3 +507,17 @@ class AdapterLockstep:
                 ]
             )
         )
+
+
+def played(script):
+    """Play a script to an adapter and an oracle; return the bench.
+
+    Raises:
+        Differ: they differ, or a law is broken.
+    """
+    setting, steps = script
+    bench = AdapterLockstep(setting)
+    for step in steps:
+        step.play(bench)
+    bench.run_to_rest()
+    return bench

@@ -250,3 +250,33 @@ def test_start_speed_and_current_are_set_with_the_configuration():
 def test_an_option_out_of_range_is_named(options, said):
     with pytest.raises(ValueError, match=said):
         AdapterBench006(**options)
+
+
+def test_a_single_step_leaves_an_active_cw_limit():
+    """A manual move may leave an end limit [3601 manual, chapter 4], and its single step at speed 0, too."""
+    bench = AdapterBench006(Switch(InputBit.CW_LIMIT, 500, None)).configured()
+    bench.give(128, 0, 0, 0, 2, 0, 20, 20, ms=1500).release()
+    bench.give(2048).release()
+    assert bench.motor == 500
+    bench.give(256, 0, 0, 0, 0, 0, 20, 20).release()
+    assert bench.motor == 499
+    assert "COMMAND_ERROR" not in bench.bits
+
+
+def test_a_limit_that_was_left_by_a_single_step_is_armed_again():
+    bench = AdapterBench006(Switch(InputBit.CW_LIMIT, 500, None)).configured()
+    bench.give(128, 0, 0, 0, 2, 0, 20, 20, ms=1500).release()
+    bench.give(256, 0, 0, 0, 0, 0, 20, 20).release()
+    bench.give(*move(300, 2000), ms=600)
+    assert bench.motor == 500
+    assert {"INPUT_ERROR", "IN_CW_LIMIT"} <= bench.bits
+
+
+def test_a_search_for_home_may_begin_at_the_cw_limit():
+    """A limit opposite to the search that is active at its start has no effect [3601 manual, chapter 4]."""
+    switches = Switch(InputBit.HOME, None, -500), Switch(InputBit.CW_LIMIT, 500, None)
+    bench = AdapterBench006(*switches).configured()
+    bench.give(128, 0, 0, 0, 2, 0, 20, 20, ms=1500).release()
+    bench.give(64, 0, 0, 0, 2, 0, 20, 20, ms=2000).release()
+    assert bench.bits == {"MODULE_OK", "AT_HOME", "IN_HOME", "IN_CCW_LIMIT"}
+    assert (bench.motor, bench.position) == (-500, 0)

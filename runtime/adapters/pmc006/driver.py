@@ -203,13 +203,12 @@ class Pmc006Driver(Driver[Speeds]):
         self._zeroing = False
 
     def _stops_for(self, task: Task[Speeds]) -> int:
-        """Return the external stops that may end a motion: not a home switch that it leaves."""
-        if task.kind is Kind.HOME:
-            return self._limits & EXT2_STOP
+        """Return the external stops that may end a motion: not one that it leaves."""
+        ahead, behind = (EXT2_STOP, EXT1_STOP) if task.direction > 0 else (EXT1_STOP, EXT2_STOP)
         if task.kind is Kind.SLEW:
-            return self._limits & (EXT2_STOP if task.direction > 0 else EXT1_STOP)
-        leaves_home = task.direction > 0 and self.is_active(EXT1_STOP)
-        return self._limits & ~EXT1_STOP if leaves_home else self._limits
+            return self._limits & ahead
+        limits = self._limits & EXT2_STOP if task.kind is Kind.HOME else self._limits
+        return limits & ~behind if self.is_active(behind) else limits
 
     def _arm(self, stops: int) -> Talk:
         """Arm external stops, and clear what is latched and no longer, or not to be, in the way."""
@@ -270,9 +269,9 @@ class Pmc006Driver(Driver[Speeds]):
             task.following = Task(Kind.INDEX, task.direction, fitted(task.drive, left), task.ramps_up, left)
 
     def watch(self, task: Task[Speeds]) -> Talk:
-        """Arm the home switch again once it has been left."""
-        if task.kind is Kind.INDEX and not self.is_active(EXT1_STOP):
-            yield from self._set(ext_stop_enable=self._limits)
+        """Arm a limit again once it has been left."""
+        if task.kind is not Kind.SLEW:
+            yield from self._set(ext_stop_enable=self._stops_for(task))
 
     def _find_zero(self, task: Task[Speeds]) -> Talk:
         """At the home switch the counter goes to B; elsewhere it says where the search has ended."""
