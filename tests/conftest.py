@@ -1,9 +1,15 @@
-"""Profiles of the property tests, and the option that selects them."""
+"""Profiles of the property tests, the option that selects them, and the order of the tests."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from hypothesis import HealthCheck, Phase, settings
+
+TESTS = Path(__file__).parent
+FIRST = (TESTS / "manual", TESTS / "properties" / "test_against_oracle.py")
+"""Run before all others: those that find most of the mistakes in a controller's rules, and soon."""
 
 settings.register_profile(
     "ci",
@@ -26,6 +32,15 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     settings.load_profile("long" if config.getoption("--long") else "ci")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    items.sort(key=_turn)
+
+
+def _turn(item: pytest.Item) -> int:
+    """Return the place in `FIRST` of what a test belongs to; the others keep their order behind it."""
+    return next((turn for turn, path in enumerate(FIRST) if item.path.is_relative_to(path)), len(FIRST))
 
 
 def pytest_terminal_summary(
