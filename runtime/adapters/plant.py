@@ -35,6 +35,7 @@ class Plant:
         self.machine = machine
         self.line = Line(device)
         self.levels = machine.levels(0)
+        self._held = machine.held
         self._feedback = 0
         self._position_before = 0
         self._turned = False
@@ -86,10 +87,14 @@ class Plant:
     def sense(self, now_ns: int) -> None:
         """Let the machine follow the motor, and the inputs the machine."""
         self._follow(now_ns)
-        levels, feedback = self.machine.levels(now_ns), self.feedback
-        if (levels, feedback) != (self.levels, self._feedback):
-            self.levels, self._feedback = levels, feedback
+        levels, held, feedback = self.machine.levels(now_ns), self.machine.held, self.feedback
+        if (levels, held, feedback) != (self.levels, self._held, self._feedback):
+            self.levels, self._held, self._feedback = levels, held, feedback
             self.wire(now_ns)
+
+    def feeds(self, bit: InputBit) -> tuple[Switch, ...]:
+        """Return the switches that feed an input now: none while it is held at a level."""
+        return () if self._held & bit.value else switches_of(self.machine, bit)
 
     def _follow(self, now_ns: int) -> None:
         position, turns = self.motor_position, self.motor_turns

@@ -119,6 +119,11 @@ class Machine:
             self._refresh()
         return self._levels
 
+    @property
+    def held(self) -> int:
+        """Mask of the inputs that timeline or bench hold at a level, as of the last query of `levels`."""
+        return self._stimuli.held_mask
+
     def _refresh(self) -> None:
         """Work out the levels, and the shaft positions between which they hold."""
         stimuli = self._stimuli

@@ -183,6 +183,6 @@ class SimulatedPcl601(Plant):
 
     def _contacts(self, bit: InputBit) -> Iterable[Contact]:
         """What grounds a terminal: switches that the motor passes, or what people and stations do."""
-        if self._fixed[bit]:
+        if self.feeds(bit):
             return self._fixed[bit]
         return (GROUND if self.levels & bit.value else OPEN,)

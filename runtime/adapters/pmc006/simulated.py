@@ -18,7 +18,7 @@ from ...pmc006 import pins
 from ...pmc006.controller import Controller
 from ...pmc006.line import Pmc006
 from ...pmc006.pins import Pin
-from ..plant import Plant, switches_of
+from ..plant import Plant
 from .capabilities import FSET_INPUTS
 
 UNIT = 1
@@ -98,6 +98,6 @@ class SimulatedPmc006(Plant):
         self._pull(Pin.FSET, self._on_fset)
 
     def _pull(self, pin: Pin, *bits: InputBit) -> None:
-        switches = tuple(switch for bit in bits for switch in switches_of(self.machine, bit))
-        held = any(self.levels & bit.value and not switches_of(self.machine, bit) for bit in bits)
+        switches = tuple(switch for bit in bits for switch in self.feeds(bit))
+        held = any(self.levels & bit.value and not self.feeds(bit) for bit in bits)
         self.device.controller.set_pin(pin, False if held else Pulled(0, False, switches))
