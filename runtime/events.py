@@ -20,7 +20,8 @@ class Event:
         at_ns: virtual time.
         kind: what sort of thing: "rule" (a rule of the manual fired), "move" (a motion began or
             ended), "stimulus" (the machine's timeline acted), "indicator" (an LED changed),
-            "refusal" (an axis can't do what was asked), "adapter" (a link or controller failed).
+            "refusal" (an axis can't do what was asked), "substitution" (it does it otherwise, to the
+            same end), "adapter" (a link or controller failed).
         name: the rule's id, the move's kind, the input's name.
         text: a sentence for people.
         fields: further values, by name.

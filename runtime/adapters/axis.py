@@ -9,12 +9,13 @@ is known to run.
 
 from __future__ import annotations
 
-from typing import Generic
+from typing import Any, Generic
 
 from ...io_images.amci3601 import Configuration
 from ..amci3601 import Capabilities
 from ..amci3601.axis import BlendProgram
 from ..kinematics import Profile, Rate, Shape
+from .capabilities import RowCapabilities
 from .driver import Driver
 from .task import Drive, Kind, Task
 
@@ -22,14 +23,18 @@ from .task import Drive, Kind, Task
 class LinkedAxis(Generic[Drive]):
     """An `Axis` whose steps a controller makes.
 
+    Attributes:
+        substitutions: what is done otherwise, where it has not been told yet.
+
     Args:
         driver: what talks to it.
         capabilities: what it can't do.
     """
 
-    def __init__(self, driver: Driver[Drive], capabilities: Capabilities) -> None:
+    def __init__(self, driver: Driver[Drive], capabilities: RowCapabilities[Any]) -> None:
         self._driver = driver
-        self.capabilities = capabilities
+        self.capabilities: Capabilities = capabilities
+        self.substitutions = capabilities.news
         self.configuration: Configuration | None = None
         self.marker_seen = False
         self._offset = 0

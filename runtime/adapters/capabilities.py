@@ -1,9 +1,10 @@
-"""What a controller can't do, row by row, and the bits of the 3601 in which it is said.
+"""What a controller can't do, or does otherwise, row by row, and the bits of the 3601 in which it is said.
 
 The first row that applies decides. A configuration is refused with
 CONFIG_ERROR; a value that the controller can't run at with INVALID_PROFILE and
 COMMAND_ERROR; a whole function that it lacks with COMMAND_ERROR; a search for
-home with HOME_INVALID and COMMAND_ERROR.
+home with HOME_INVALID and COMMAND_ERROR. What comes to the same end by other
+ramps is done, and told once.
 """
 
 from __future__ import annotations
@@ -64,12 +65,31 @@ class CommandRow(Generic[Options]):
     reason: str
 
 
+@dataclass(frozen=True, slots=True)
+class SubstitutionRow(Generic[Options]):
+    """What is done otherwise than a 3601 does it.
+
+    Attributes:
+        name: what it is about.
+        applies: tells whether it is, of a command of `RAMPED`.
+        how: for people.
+    """
+
+    name: str
+    applies: Callable[[Wish, Options], bool]
+    how: str
+
+
 class RowCapabilities(Capabilities, Generic[Options]):
     """Rows, read.
+
+    Attributes:
+        news: substitutions made for the first time; whoever has told of them empties the list.
 
     Args:
         configuration_rows: why a configuration is refused.
         command_rows: why a command is refused.
+        substitution_rows: what is done otherwise.
         options: of the adapter.
     """
 
@@ -77,10 +97,13 @@ class RowCapabilities(Capabilities, Generic[Options]):
         self,
         configuration_rows: Sequence[ConfigurationRow[Options]],
         command_rows: Sequence[CommandRow[Options]],
+        substitution_rows: Sequence[SubstitutionRow[Options]],
         options: Options,
     ) -> None:
+        self.news: list[SubstitutionRow[Options]] = []
         self._configuration_rows = configuration_rows
         self._command_rows = command_rows
+        self._untold = list(substitution_rows)
         self._options = options
 
     def lacking_for_configuration(self, configuration: Configuration) -> Inability | None:
@@ -91,11 +114,18 @@ class RowCapabilities(Capabilities, Generic[Options]):
         return None
 
     def lacking_for(self, wish: Wish) -> Inability | None:
-        """Return why a command is refused, None if it is not."""
+        """Return why a command is refused, None if it is not; then it is noted what is done otherwise."""
         for row in self._command_rows:
             if wish.feature in row.features and row.applies(wish, self._options):
                 return Inability(row.name, row.bits, row.reason)
+        if wish.feature in RAMPED:
+            self._note_substitutions(wish)
         return None
+
+    def _note_substitutions(self, wish: Wish) -> None:
+        fresh = [row for row in self._untold if row.applies(wish, self._options)]
+        self._untold = [row for row in self._untold if row not in fresh]
+        self.news += fresh
 
 
 def always(wish: Wish, options: object) -> bool:

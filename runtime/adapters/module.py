@@ -186,6 +186,7 @@ class Adapter(Generic[Drive]):
                 self.layer.overlook(words)
         self.layer.tick(now_ns, words, self.axis.levels)
         self._look_at_the_end(now_ns)
+        self._tell_of_substitutions(now_ns)
         if self.axis.settled:
             self._acted_on = outputs.raw.tobytes()
         wake_ns = self.layer.next_wake_ns(now_ns)
@@ -254,6 +255,11 @@ class Adapter(Generic[Drive]):
                 text = "the controller has stopped before the target"
                 self._show(now_ns, "stopped short", POSITION_INVALID, text)
                 self.layer.cut(now_ns)
+
+    def _tell_of_substitutions(self, now_ns: int) -> None:
+        substitutions = self.axis.substitutions
+        self.events += [Event(now_ns, "substitution", row.name, row.how) for row in substitutions]
+        substitutions.clear()
 
     def _show(self, now_ns: int, name: str, bits: int, text: str) -> None:
         self.layer.latches.show(now_ns, "adapter", name, bits, text)

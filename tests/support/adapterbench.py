@@ -97,7 +97,11 @@ class AdapterBench:
     @property
     def reasons(self) -> list[str]:
         """Names of the refusals so far."""
-        return [event.name for event in self.module.events if event.kind == "refusal"]
+        return self.told("refusal")
+
+    def told(self, kind: str) -> list[str]:
+        """Names of the events of a kind so far."""
+        return [event.name for event in self.module.events if event.kind == kind]
 
 
 class AdapterBench006(AdapterBench):

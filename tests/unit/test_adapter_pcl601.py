@@ -177,3 +177,27 @@ def test_a_pulse_of_20_ms_is_seen_whenever_it_comes():
         bench.level(InputBit.CAPTURE, False)
         bench.run(12, until="IN_CAPTURE")  # what has been read is still on its way
         assert "IN_CAPTURE" in bench.bits, pause_ms
+
+
+def test_what_is_done_otherwise_is_told_once():
+    bench = AdapterBench().configured()
+    alike, different = (2, 0, 0, 100, 2, 0, 20, 20), (2, 0, 0, 100, 2, 0, 20, 10)
+    s_curve, without_ramp = (2, 1, 0, 100, 2, 0, 20, 20), (2, 1, 0, 100, 1, 0, 20, 10)
+    for words, told in (
+        (alike, []),
+        (without_ramp, []),
+        (different, ["different rates"]),
+        (different, ["different rates"]),
+        (s_curve, ["different rates", "S-curve"]),
+        (s_curve, ["different rates", "S-curve"]),
+    ):
+        bench.give(*words, ms=600, until="MOVE_COMPLETE").release()
+        assert bench.told("substitution") == told
+    assert bench.motor == 600
+
+
+def test_what_is_refused_is_not_done_otherwise():
+    bench = AdapterBench(strict=True).configured()
+    bench.give(2, 0, 0, 100, 2, 0, 20, 10)
+    assert bench.bits == {"MODULE_OK", "INVALID_PROFILE", "COMMAND_ERROR"}
+    assert (bench.reasons, bench.told("substitution")) == (["different rates"], [])

@@ -280,3 +280,13 @@ def test_a_search_for_home_may_begin_at_the_cw_limit():
     bench.give(64, 0, 0, 0, 2, 0, 20, 20, ms=2000).release()
     assert bench.bits == {"MODULE_OK", "AT_HOME", "IN_HOME", "IN_CCW_LIMIT"}
     assert (bench.motor, bench.position) == (-500, 0)
+
+
+@pytest.mark.parametrize(
+    ("options", "told"), [({}, ["ramps"]), ({"accel_rounding": "nearest"}, []), ({"strict": True}, [])]
+)
+def test_that_ramps_are_others_is_told_once(options, told):
+    bench = AdapterBench006(**options).configured()
+    for _ in range(2):
+        bench.give(*move(100, 2000), ms=600).release()
+    assert bench.told("substitution") == told

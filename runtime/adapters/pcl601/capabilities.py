@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ....io_images.amci3601 import Configuration, HomingKind, InputBit
 from ...amci3601 import AxisHoming, Feature, Wish
-from ...kinematics import MILLI, PICO, stopping_distance
+from ...kinematics import MILLI, PICO, Shape, stopping_distance
 from ..capabilities import (
     BLOCK,
     FUNCTION,
@@ -14,6 +14,7 @@ from ..capabilities import (
     CommandRow,
     ConfigurationRow,
     RowCapabilities,
+    SubstitutionRow,
     always,
     has_ramps,
     speed_of,
@@ -85,7 +86,7 @@ def _one_step_per_second(wish: Wish, options: Options) -> bool:
 
 def _rates_differ(wish: Wish, options: Options) -> bool:
     given = wish.order.parameters
-    return options.strict and has_ramps(wish) and given.acceleration != given.deceleration
+    return has_ramps(wish) and given.acceleration != given.deceleration
 
 
 def _too_far(wish: Wish, options: Options) -> bool:
@@ -149,7 +150,7 @@ COMMAND_ROWS: tuple[CommandRow[Options], ...] = (
     CommandRow(
         RAMPED,
         "different rates",
-        _rates_differ,
+        lambda wish, options: options.strict and _rates_differ(wish, options),
         PROFILE,
         "the PCL601 has one rate for both ramps, and option strict rejects the lower one for both",
     ),
@@ -170,6 +171,20 @@ COMMAND_ROWS: tuple[CommandRow[Options], ...] = (
 )
 
 
+SUBSTITUTION_ROWS: tuple[SubstitutionRow[Options], ...] = (
+    SubstitutionRow(
+        "different rates",
+        _rates_differ,
+        "the PCL601 has one rate for both ramps: the lower one of the two is taken, which takes longer",
+    ),
+    SubstitutionRow(
+        "S-curve",
+        lambda wish, _: has_ramps(wish) and wish.order.shape is not Shape.CONSTANT,
+        "the PCL601 has no S-curve: the ramp has a constant rate, and takes as long",
+    ),
+)
+
+
 class Pcl601Capabilities(RowCapabilities[Options]):
     """The rows above.
 
@@ -178,7 +193,7 @@ class Pcl601Capabilities(RowCapabilities[Options]):
     """
 
     def __init__(self, options: Options) -> None:
-        super().__init__(CONFIGURATION_ROWS, COMMAND_ROWS, options)
+        super().__init__(CONFIGURATION_ROWS, COMMAND_ROWS, SUBSTITUTION_ROWS, options)
         self.shared_limit = options.limit_sense != "inputs"
 
     def homing_for(self, kind: HomingKind) -> AxisHoming:

@@ -17,6 +17,7 @@ from ..capabilities import (
     CommandRow,
     ConfigurationRow,
     RowCapabilities,
+    SubstitutionRow,
     always,
     has_ramps,
     speed_of,
@@ -108,10 +109,6 @@ def _rate_too_low(wish: Wish, options: Options) -> bool:
     given = wish.order.parameters
     gentler = options.accel_rounding == "gentler"
     return gentler and has_ramps(wish) and min(given.acceleration, given.deceleration) < RATE_MIN
-
-
-def _ramps_differ(wish: Wish, options: Options) -> bool:
-    return options.strict and has_ramps(wish)
 
 
 def _too_short_to_stop(wish: Wish, options: Options) -> bool:
@@ -230,9 +227,18 @@ COMMAND_ROWS: tuple[CommandRow[Options], ...] = (
     CommandRow(
         RAMPED,
         "ramps",
-        _ramps_differ,
+        lambda wish, options: options.strict and has_ramps(wish),
         PROFILE,
         "the PMC006 has eight S-shaped ramps, and option strict rejects the nearest gentler one",
+    ),
+)
+
+
+SUBSTITUTION_ROWS: tuple[SubstitutionRow[Options], ...] = (
+    SubstitutionRow(
+        "ramps",
+        lambda wish, options: has_ramps(wish) and options.accel_rounding == "gentler",
+        "the PMC006 has eight S-shaped ramps: the nearest one that is not steeper is taken, for each",
     ),
 )
 
@@ -248,4 +254,4 @@ class Pmc006Capabilities(RowCapabilities[Options]):
     home_is_ccw_limit = True
 
     def __init__(self, options: Options) -> None:
-        super().__init__(CONFIGURATION_ROWS, COMMAND_ROWS, options)
+        super().__init__(CONFIGURATION_ROWS, COMMAND_ROWS, SUBSTITUTION_ROWS, options)
