@@ -366,6 +366,25 @@ class Driver(Generic[Drive]):
         """Set the mark of a registration move."""
         raise NotImplementedError
 
+    def stop_and_index(self, task: Task[Drive]) -> Talk:
+        """Stop, and index what is then left of the steps behind the mark, which is where it stands now."""
+        yield from self.read_position()
+        mark = self.position
+        task.stopping = True
+        yield from self.slow_down(task)
+        self.busy = True
+        while self.busy and not self.cut:
+            yield from self.read_status()
+        yield from self.read_position()
+        left = task.steps - abs(self.position - mark)
+        if left > 0:
+            drive = self.drive_over(task.drive, left)
+            task.following = Task(Kind.INDEX, task.direction, drive, task.ramps_up, left)
+
+    def drive_over(self, drive: Drive, steps: int) -> Drive:
+        """Return the speeds and ramps of a motion for an index over so many steps."""
+        return drive
+
     def watch(self, task: Task[Drive]) -> Talk:
         """Look at what has been read of a motion, and do what follows."""
         raise NotImplementedError

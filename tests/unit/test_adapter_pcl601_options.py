@@ -230,3 +230,28 @@ def test_a_controller_that_does_not_stop_its_program_is_none(monkeypatch):
     bench.run(400)
     assert bench.bits == {"MODULE_OK", "CONFIG_ERROR", "POSITION_INVALID"}
     assert not controller.autorun
+
+
+# ---- registration
+
+
+@pytest.mark.parametrize("external", [True, False])
+def test_a_polled_registration_stops_and_indexes_the_rest(external):
+    """3,000 steps behind 6000, or where the bit was released, and what is made until that is read."""
+    switches = (Switch(InputBit.EXTERNAL, 6000, 6400),) if external else ()
+    bench = AdapterBench(*switches, registration="polled").configured()
+    bench.give(128, 0, 3, 0, 5, 0, 20, 20, ms=1000)
+    at = 6000 if external else bench.motor
+    bench.give(128 if external else 0, 0, 3, 0, 5, 0, 20, 20, ms=5000, until="STOPPED")
+    assert bench.bits == {"MODULE_OK", "STOPPED"}
+    assert 3000 < bench.motor - at <= 3000 + 5000 * 0.03
+    assert bench.position == bench.motor
+    assert not bench.module.controller.device.controller.outputs
+
+
+def test_a_polled_registration_is_longer_than_its_ramp_down_and_its_delay():
+    # 5,000 to 1,000 steps/s at 20 steps/ms/s: 600 steps; 30 ms at 5,000 steps/s: 150
+    for distance, bits in ((750, {"MOVING_CW", "ACCELERATING"}), (749, {"INVALID_PROFILE", "COMMAND_ERROR"})):
+        bench = AdapterBench(registration="polled").configured()
+        bench.give(128, 0, 0, distance, 5, 0, 20, 20, ms=100)
+        assert bench.bits == {"MODULE_OK"} | bits

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 from ....io_images.amci3601 import Configuration, HomingKind, InputBit
 from ...amci3601 import AxisHoming, Feature, Wish
 from ...kinematics import MILLI, PICO, Shape, stopping_distance
@@ -24,6 +26,8 @@ from .units import BASE_MAX, SPEED_MAX, STEPS_MAX, drive_for
 
 EITHER_LIMIT = (InputBit.CW_LIMIT | InputBit.CCW_LIMIT).value
 GROUNDED = (InputBit.HOME | InputBit.ESTOP).value
+LATE_S = Fraction(3, 100)
+"""How long a polled ramp down may be in coming, s."""
 
 
 def _used_low(configuration: Configuration, mask: int) -> bool:
@@ -97,7 +101,8 @@ def _too_short_to_stop(wish: Wish, options: Options) -> bool:
     target = wish.order.parameters.target or 0
     drive = drive_for(wish.order.profile(wish.configuration.starting_speed))
     stop = stopping_distance(MILLI * drive.speed_sps, drive.base_sps, drive.rate_spmss, drive.profile.shape)
-    return target * PICO < stop
+    late = PICO * drive.speed_sps * LATE_S if options.registration == "polled" else 0
+    return target * PICO < stop + late
 
 
 def _no_restart(wish: Wish, options: Options) -> bool:
@@ -166,7 +171,7 @@ COMMAND_ROWS: tuple[CommandRow[Options], ...] = (
         "registration distance",
         _too_short_to_stop,
         PROFILE,
-        "the distance is shorter than the ramp down at the lower of the two rates",
+        "the distance is shorter than the ramp down at the lower of the two rates (and, polled, its delay)",
     ),
 )
 

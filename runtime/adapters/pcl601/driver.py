@@ -78,6 +78,7 @@ class Pcl601Driver(Driver[Drive]):
         self.estop_on_limits = False
         self.has_proximity = False
         self._takes_over = options.takeover
+        self._polls_marks = options.registration == "polled"
         self._disobeys = False
         self._outputs = (MARK_OUTPUT, PROXIMITY_OUTPUT) if options.proximity == "jumper" else (MARK_OUTPUT,)
         self._maybe_on = set(self._outputs)
@@ -280,10 +281,11 @@ class Pcl601Driver(Driver[Drive]):
 
     def _write_parameters(self, task: Task[Drive]) -> Talk:
         drive = task.drive
-        yield from self._write(Register.INDEX_ON_FLY, int(task.registers))
+        registers = task.registers and not self._polls_marks
+        yield from self._write(Register.INDEX_ON_FLY, int(registers))
         direction = int(task.direction > 0)
         speeds = (*frames.low_high(drive.accel_sps2), drive.base_sps, drive.speed_sps, drive.speed_sps)
-        if task.kind is Kind.INDEX or task.registers:
+        if task.kind is Kind.INDEX or registers:
             self._written.pop(Register.ACCEL, None)
             yield from self._write(Register.STEPS, *frames.low_high(task.steps), *speeds, direction)
         else:
@@ -306,6 +308,9 @@ class Pcl601Driver(Driver[Drive]):
 
     def set_mark(self, task: Task[Drive]) -> Talk:
         """Set the mark from which a registration move's steps count, or a search for home slows down."""
+        if task.kind is Kind.SLEW and self._polls_marks:
+            yield from self.stop_and_index(task)
+            return
         if task.model is not None and task.model.end_ns is None:
             drive, now_ns = task.drive, self.master.now_ns
             base_sps, rate = drive.base_sps, drive.rate_spmss

@@ -15,7 +15,7 @@ CHOICES: dict[str, tuple[str | bool, ...]] = {
     "diagnostic": ("reject", "mirror"),
     "limit_sense": ("hard_limits", "inputs"),
     "proximity": ("reject", "jumper"),
-    "registration": ("default", "jumper"),
+    "registration": ("default", "jumper", "polled"),
     "encoder_move": ("refuse", "polled"),
     "respeed": ("refuse", "restart"),
     "takeover": (False, True),
@@ -35,7 +35,9 @@ class Options:
         limit_sense: "inputs": the end limits are wired to inputs 1 and 5, too; else to the hard limits only.
         proximity: "jumper": output 6 is wired to both soft limits, and is the backplane home proximity;
             else that is refused.
-        registration: "jumper": input 2 is wired to output 7 alone; else to the external input, too.
+        registration: "jumper": input 2 is wired to output 7 alone; "polled": to nothing, and a registration
+            move stops when its input has been read, and goes on by the steps that are left; else it is
+            wired to output 7 and the external input.
         encoder_move: "polled" ends an encoder move when the count has been read; else refused.
         respeed: "restart" changes the speed of a manual move by stopping in between; else refused.
         takeover: a controller that was found running a program of its own does not start it again at

@@ -3,11 +3,11 @@
 3601 terminal    PCL601
 home             home, input 6
 CW, CCW limit    hard limit +, -; by option limit_sense inputs 1 and 5, and no hard limit where active low
-external         input 3; input 2, too, where it is active high (and by option registration)
+external         input 3; input 2, too, where it is active high and option registration is left alone
 emergency stop   input 4; both hard limits through diodes
 capture          input 5, unless that is a limit's
 encoder          encoder
-input 2 also to output 7; by option proximity both soft limits to output 6
+input 2 also to output 7, unless registration is polled; by option proximity both soft limits to output 6
 """
 
 from __future__ import annotations
@@ -142,7 +142,7 @@ class SimulatedPcl601(Plant):
         """
         used_high = configuration.inputs_used & configuration.active_high
         used_low = configuration.inputs_used & ~configuration.active_high
-        if self._options.registration == "jumper" or not used_high & InputBit.EXTERNAL.value:
+        if self._options.registration != "default" or not used_high & InputBit.EXTERNAL.value:
             yield InputBit.EXTERNAL, MARK_PIN
         for bit, pin in HARD_LIMITS.items():
             if used_low & bit.value:
@@ -178,8 +178,12 @@ class SimulatedPcl601(Plant):
     @property
     def _jumpers(self) -> dict[int, tuple[str, ...]]:
         """Pins that outputs are wired to."""
-        jumpers: dict[int, tuple[str, ...]] = {MARK_OUTPUT: (MARK_PIN,)}
-        return jumpers | ({PROXIMITY_OUTPUT: PROXIMITY_PINS} if self._options.proximity == "jumper" else {})
+        jumpers: dict[int, tuple[str, ...]] = {}
+        if self._options.registration != "polled":
+            jumpers[MARK_OUTPUT] = (MARK_PIN,)
+        if self._options.proximity == "jumper":
+            jumpers[PROXIMITY_OUTPUT] = PROXIMITY_PINS
+        return jumpers
 
     def _contacts(self, bit: InputBit) -> Iterable[Contact]:
         """What grounds a terminal: switches that the motor passes, or what people and stations do."""

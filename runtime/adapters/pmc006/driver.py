@@ -255,18 +255,12 @@ class Pmc006Driver(Driver[Speeds]):
             task.model = plan_slowing(task.model, self.master.now_ns, drive.stop_sps, drive.deceleration)
 
     def set_mark(self, task: Task[Speeds]) -> Talk:
-        """Stop, and index what is then left of the steps behind the mark, which is where it stands now."""
-        yield from self.read_position()
-        mark = self.position
-        task.stopping = True
-        yield from self.slow_down(task)
-        self.busy = True
-        while self.busy and not self.cut:
-            yield from self.read_status()
-        yield from self.read_position()
-        left = task.steps - abs(self.position - mark)
-        if left > 0:
-            task.following = Task(Kind.INDEX, task.direction, fitted(task.drive, left), task.ramps_up, left)
+        """Stop, and index the rest."""
+        yield from self.stop_and_index(task)
+
+    def drive_over(self, drive: Speeds, steps: int) -> Speeds:
+        """Return a drive whose ramps fit so many steps."""
+        return fitted(drive, steps)
 
     def watch(self, task: Task[Speeds]) -> Talk:
         """Arm a limit again once it has been left."""
