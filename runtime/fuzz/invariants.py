@@ -8,6 +8,7 @@ import sys
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -115,10 +116,18 @@ def _ask(condition: Condition, now: Moment) -> Any:
         return condition(now)
     except Exception as error:
         step = traceback.extract_tb(error.__traceback__)[-1]
-        what = f"{type(error).__name__}: {error}"
+        what = f"{type(error).__name__}: {error}{_hint(error)}"
         where = f"{step.filename}:{step.lineno}"
         says = f"invariant {_name(condition)} raised at {now.seconds:g} s: {what} [{where}]"
         raise InvariantError(says) from error
+
+
+def _hint(error: Exception) -> str:
+    """Return which name may have been meant."""
+    if not isinstance(error, AttributeError) or error.obj is None:
+        return ""
+    close = get_close_matches(str(error.name), dir(error.obj), n=1)
+    return f"; did you mean {close[0]}?" if close else ""
 
 
 def load_invariants(path: Path) -> list[Invariant]:

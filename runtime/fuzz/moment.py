@@ -78,6 +78,18 @@ class SlotMoment:
         return 0 if word < 0 else (word & MOTIONS.value).bit_count()
 
 
+class Slots(dict[int, SlotMoment]):
+    """The modules by slot number."""
+
+    def __missing__(self, number: object) -> SlotMoment:
+        """Say which slots there are.
+
+        Raises:
+            LookupError: always.
+        """
+        raise LookupError(f"there is no slot {number!r}: modules sit in {', '.join(map(str, self))}")
+
+
 class Moment:
     """The end of a scan; one object for a whole run, always at the latest scan.
 
@@ -93,7 +105,7 @@ class Moment:
     def __init__(self, rack: Rack, tags: Mapping[str, Any]) -> None:
         self.scan = 0
         self.ns = 0
-        self.slot = {number: SlotMoment(slot) for number, slot in rack.slots.items()}
+        self.slot = Slots((number, SlotMoment(slot)) for number, slot in rack.slots.items())
         self.tags = tags
 
     @property

@@ -3,7 +3,10 @@
 from types import SimpleNamespace
 
 import pytest
+from scanrack.io_images import Image
+from scanrack.io_images.amci3601 import StatusView
 from scanrack.runtime.fuzz import InvariantError, always, load_invariants, never, within
+from scanrack.runtime.fuzz.moment import Slots
 
 MS = 1_000_000
 
@@ -51,6 +54,18 @@ def test_every_run_has_a_clock_of_its_own():
 def test_what_a_condition_raises_is_told_with_its_place():
     with pytest.raises(InvariantError, match=r"invariant value raised at 0.002 s: AttributeError.*\.py:"):
         always(value).start()(SimpleNamespace(ns=2 * MS, seconds=0.002))
+
+
+def test_a_name_that_is_nearly_right_is_told():
+    misspelt = always(lambda now: now.status.MOVE_COMPLET)
+    status = StatusView(Image())
+    with pytest.raises(InvariantError, match=r"did you mean MOVE_COMPLETE\?"):
+        misspelt.start()(SimpleNamespace(ns=0, seconds=0, status=status))
+
+
+def test_a_slot_that_is_not_there_is_told():
+    with pytest.raises(LookupError, match="there is no slot 2: modules sit in 1, 4"):
+        Slots({1: None, 4: None})[2]
 
 
 def test_a_limit_needs_a_unit():
