@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pytest
 from adapterbench import CONFIGURE, AdapterBench, move
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.pcl601 import Register
@@ -32,43 +31,6 @@ def test_a_move_takes_the_time_of_the_lower_rate():
     bench.give(*move(10_000, 5000, 20, 10), ms=5000, until="MOVE_COMPLETE")
     assert bench.position == bench.motor == 10_000
     assert 2.32e9 < bench.now_ns - began < 2.42e9
-
-
-@pytest.mark.parametrize(
-    ("words", "options", "reason"),
-    [
-        ((0x843E, 63, 5, 1), {}, "starting speed"),
-        ((0x843F, 63, 1, 0), {"capture": "reject"}, "capture input"),
-        ((0x847E, 63, 1, 0), {}, "backplane home proximity"),
-        ((0x863E, 63, 1, 0), {}, "diagnostic feedback"),
-        ((0x803E, 63, 1, 0), {}, "CW/CCW pulses"),
-        ((0x953C, 63, 1, 0), {}, "marker home"),
-        ((0x843E, 0x0F, 1, 0), {}, "normally closed end limit"),
-        ((0x843E, 0x37, 1, 0), {}, "normally closed home switch or emergency stop"),
-    ],
-)
-def test_a_configuration_beyond_the_controller_is_refused(words, options, reason):
-    bench = AdapterBench(**options).give(*words)
-    assert bench.bits == {"MODULE_OK", "CONFIG_ERROR", "MODE_CONFIG"}
-    assert bench.reasons == [reason]
-
-
-@pytest.mark.parametrize(
-    ("words", "bits", "reason"),
-    [
-        (move(10, 50_001), {"INVALID_PROFILE", "COMMAND_ERROR"}, "speed"),
-        (move(-8_388_608), {"INVALID_PROFILE", "COMMAND_ERROR"}, "distance"),
-        ((2, 4, 0, 100, 5, 0, 20, 20), {"INVALID_PROFILE", "COMMAND_ERROR"}, "encoder move"),
-        ((0, 256 + 512, 2, 0, 0, 10, 0, 0), {"INVALID_PROFILE", "BLEND_ACK"}, "blend move"),
-        ((0, 128, 1, 1), {"COMMAND_ERROR"}, "encoder follower"),
-        ((128, 0, 0, 0, 0, 1), {"INVALID_PROFILE", "COMMAND_ERROR"}, "speed"),
-    ],
-)
-def test_a_command_beyond_the_controller_is_refused_before_anything_is_sent(words, bits, reason):
-    bench = AdapterBench().configured(0x853E, 63, 1, 0)  # with an encoder
-    assert bench.give(*words).bits == {"MODULE_OK"} | bits
-    assert bench.reasons == [reason]
-    assert bench.motor == 0
 
 
 def test_registration_ends_exactly_behind_the_external_input():

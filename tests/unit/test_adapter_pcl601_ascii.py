@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from adapterbench import AdapterBench, move
+from overheard import Overheard
 from scanrack.io_images.pcl601 import Register
 from scanrack.runtime.adapters.master import Reply, Verdict
 from scanrack.runtime.adapters.pcl601.ascii import ask_address
@@ -12,34 +13,14 @@ from scanrack.runtime.pcl601.controller import Protocol
 MODBUS, ASCII = "38400 8E1", "38400 8N1"
 
 
-class Overheard:
-    """What an adapter puts on its line, each frame with its format.
-
-    Args:
-        bench: whose line it is.
-        monkeypatch: to listen with.
-    """
-
-    def __init__(self, bench: AdapterBench, monkeypatch: pytest.MonkeyPatch) -> None:
-        line = bench.module.controller.line
-        send = line.send
-        self.frames: list[tuple[bytes, str]] = []
-
-        def overheard(data, line_format):
-            self.frames.append((data, str(line_format)))
-            send(data, line_format)
-
-        monkeypatch.setattr(line, "send", overheard)
-
-
 def in_ascii(bench: AdapterBench) -> AdapterBench:
     bench.module.controller.device.controller.speak(Protocol.ASCII)
     return bench
 
 
-def test_a_controller_found_in_ascii_is_sent_back_to_modbus(monkeypatch):
+def test_a_controller_found_in_ascii_is_sent_back_to_modbus():
     bench = in_ascii(AdapterBench())
-    heard = Overheard(bench, monkeypatch)
+    heard = Overheard(bench)
     bench.run(490)
     assert bench.bits == {"MODULE_OK", "CONFIG_ERROR", "POSITION_INVALID"}
     assert bench.module.controller.device.controller.protocol is Protocol.MODBUS
@@ -63,21 +44,21 @@ def test_one_that_goes_to_ascii_in_mid_move_comes_back_as_from_a_lost_link():
     assert said[0] == "the controller was in AA ASCII, and is sent back to Modbus"
 
 
-def test_another_unit_in_ascii_is_left_alone(monkeypatch):
+def test_another_unit_in_ascii_is_left_alone():
     bench = AdapterBench()
     bench.module.controller.device.controller.values[Register.ADDRESS] = 2
     in_ascii(bench)
-    heard = Overheard(bench, monkeypatch)
+    heard = Overheard(bench)
     assert bench.run(1200).bits == {"POSITION_INVALID"}
     assert bench.module.controller.device.controller.protocol is Protocol.ASCII
     assert {data for data, line_format in heard.frames if line_format == ASCII} == {b"@%\r"}
 
 
-def test_a_controller_without_power_is_asked_in_both_languages_four_times_a_second(monkeypatch):
+def test_a_controller_without_power_is_asked_in_both_languages_four_times_a_second():
     bench = AdapterBench().configured()
     bench.module.controller.line.take_down()
     bench.run(300)
-    heard = Overheard(bench, monkeypatch)
+    heard = Overheard(bench)
     bench.run(1000)
     assert [line_format for _, line_format in heard.frames] == [MODBUS, ASCII] * 4
 

@@ -17,41 +17,6 @@ def test_a_move_ends_on_its_step():
     assert bench.position == bench.motor == 10_000
 
 
-@pytest.mark.parametrize(
-    ("words", "options", "reason"),
-    [
-        ((0x843C, 63, 0, 64), {}, "starting speed"),
-        ((0x843D, 63, 1, 0), {}, "capture input"),
-        ((0x843E, 63, 1, 0), {}, "external input"),
-        ((0x843E, 63, 1, 0), {"hold": "immediate"}, "FSET"),
-        ((0x853C, 63, 1, 0), {}, "encoder"),
-        ((0x863C, 63, 1, 0), {}, "diagnostic feedback"),
-        ((0x843C, 0x1F, 1, 0), {}, "levels of home switch and CCW limit"),
-    ],
-)
-def test_a_configuration_beyond_the_controller_is_refused(words, options, reason):
-    bench = AdapterBench006(**options).give(*words, ms=600)
-    assert bench.bits == {"MODULE_OK", "CONFIG_ERROR", "MODE_CONFIG"}
-    assert bench.reasons == [reason]
-
-
-@pytest.mark.parametrize(
-    ("words", "bits", "reason"),
-    [
-        (move(10, 5000, 20, 5), {"INVALID_PROFILE", "COMMAND_ERROR"}, "rate"),
-        ((2, 4, 0, 100, 5, 0, 20, 20), {"COMMAND_ERROR"}, None),  # no encoder: the 3601's own rule is first
-        ((128, 0, 0, 500, 5, 0, 100, 100), {"INVALID_PROFILE", "COMMAND_ERROR"}, "registration move"),
-        ((128, 0, 0, 0, 0, 64), {"INVALID_PROFILE", "COMMAND_ERROR"}, "speed"),
-        ((32, 0, 0, 0, 2, 0, 20, 20), {"HOME_INVALID", "COMMAND_ERROR"}, "find home CW"),
-    ],
-)
-def test_a_command_beyond_the_controller_is_refused_before_anything_is_sent(words, bits, reason):
-    bench = AdapterBench006().configured()
-    assert {"MODULE_OK"} | bits <= bench.give(*words).bits
-    assert bench.reasons == ([] if reason is None else [reason])
-    assert bench.motor == 0
-
-
 def test_home_is_where_the_switch_is_met():
     bench = AdapterBench006(HOME_SWITCH).configured()
     bench.give(64, 0, 0, 0, 2, 0, 20, 20, ms=9000, until="AT_HOME")
