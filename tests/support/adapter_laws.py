@@ -34,7 +34,8 @@ class Pace:
     Attributes:
         speed: programmed, steps/s.
         ramp: steps of the ramp down from that speed, by the controller's rate.
-        steep: the same by the programmed rate.
+        steepest: the programmed rate down, steps/s/s.
+        bulge: steps by which an S-curve and a constant rate that take as long may be apart.
     """
 
     def __init__(self, controller, words, start):
@@ -44,6 +45,8 @@ class Pace:
         self.rate = self.by_controller(controller, words[1])
         self.steepest = 1000 * self.deceleration
         self.ramp = self.way(self.speed, self.rate)
+        shorter = controller == "PMC006" and words[1] & bits.S_CURVE  # its ramps are S-curves in any case
+        self.bulge = inf if shorter else self.ramp / 8
 
     def by_controller(self, controller, lsw):
         """The controller's rate down, steps/s/s."""
@@ -77,6 +80,7 @@ class Laws:
         self.answering = False
         self.op = "idle"
         self.least = 0
+        self.op_began = None
 
     # ---- what the bench tells
 
@@ -143,13 +147,14 @@ class Laws:
         if after.op in ends and after.op != "move":
             self.pace.speed = max(self.pace.speed, after.starting_speed)
         self.registered = after.registration_steps if after.op == "registration" else 0
+        self.op_began = after.op
         self.moved = True
 
     def quicken(self, after):
         """A manual move goes on at another speed."""
         pace = Pace(self.bench.controller, self.bench.words, after.starting_speed)
         pace.speed, pace.ramp = max(pace.speed, self.pace.speed), max(pace.ramp, self.pace.ramp)
-        self.pace = pace
+        self.pace, self.op_began = pace, None
 
     # ---- every scan
 
@@ -168,7 +173,17 @@ class Laws:
             bench.fail(f"{abs(made)} steps in a scan are faster than programmed")
         if made and (made > 0) - (made < 0) not in self.directions:
             bench.fail(f"the motor goes the other way, {made:+} steps")
+        self.look_ahead()
         self.look_at_image(bench.image)
+
+    def look_ahead(self):
+        """A gentler motion that begins later is never ahead, but for the form of its ramps."""
+        bench, oracle = self.bench, self.bench.oracle
+        if oracle.op not in ("move", "manual") or self.op_began != oracle.op or bench.alone:
+            return
+        ahead = self.direction * (bench.motor - bench.world.shaft)
+        if ahead > self.pace.bulge + self.pace.speed * SCAN_S + STEPS_OF_ROUNDING:
+            bench.fail(f"{ahead} steps ahead of a 3601")
 
     def look_at_image(self, image):
         bench, oracle = self.bench, self.bench.oracle
@@ -196,7 +211,8 @@ class Laws:
     def at_rest(self):
         """Both rest, and have been found to agree."""
         bench = self.bench
-        if self.moved and self.may_stop_elsewhere() and self.directions == {self.direction}:
+        arrived = bench.motor == (self.high if self.direction > 0 else self.low)
+        if self.may_stop_elsewhere() and not arrived and self.directions == {self.direction}:
             self.check_stop()
         self.low = self.high = bench.motor
         self.moved = self.ramps = self.searched = False

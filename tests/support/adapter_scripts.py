@@ -198,7 +198,7 @@ SETTINGS = {
         pmc006_setting,
         st.sampled_from([ESTOP_ON_FSET, EXTERNAL_ON_FSET]),
         st.sampled_from([LIMITS[:1], (), HOME_AT_THE_END]),
-        st.sampled_from([{"hold": "immediate"}, {}]),
+        st.sampled_from([{"hold": "immediate"}, {}, {"respeed": "restart"}]),
     ),
 }
 HOMING_SETTINGS = {

@@ -161,7 +161,7 @@ def pmc006(feature, asked, options):
         ("encoder follower", bits.COMMAND_ERROR, feature == "follower"),
         ("blend move", bits.INVALID_PROFILE, feature == "blend"),
         ("registration move", PROFILE, feature == "registration"),
-        ("speed change", PROFILE, feature == "speed change"),
+        ("speed change", PROFILE, feature == "speed change" and options.get("respeed") != "restart"),
         ("hold", bits.COMMAND_ERROR, feature == "hold" and options.get("hold") != "immediate"),
         ("find home CW", bits.HOME_INVALID | bits.COMMAND_ERROR, feature == "home CW"),
         ("speed", PROFILE, feature in TIMED and (asked.speed > 256_000 or 0 < asked.speed < 65)),

@@ -160,6 +160,7 @@ class AdapterLockstep:
         self.module.look_again()
         self.world.turns.append((counts, self.now_ns, end))
         self.note(f"encoder turned by {counts:+} in {ticks * 0.25} ms")
+        self.calm_ns = 0
 
     def plc(self, running):
         self.meet()
@@ -466,11 +467,17 @@ class AdapterLockstep:
             self.fail(f"refusals {self.refused}, and not {self.expected}")
         self.refused, self.expected = [], []
         if self.oracle.mode_config:
-            self.world.shaft = self.motor  # the position will be 0
+            self.stand_where_it_stands()
         else:
             self.compare_values()
         self.laws.at_rest()
         self.disturbed_ns = 0
+
+    def stand_where_it_stands(self):
+        """In configuration mode no position is shown, and it will be 0; a count that is kept has gone on."""
+        if not self.oracle.quadrature:
+            self.oracle.count_kept += (self.motor - self.world.shaft) * self.setting.counts_per_step
+        self.world.shaft = self.motor
 
     def compare_values(self):
         """Positions, counts and captured value."""
