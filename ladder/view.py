@@ -95,6 +95,8 @@ class Tags:
         self._memory.write(place.leaf, at, value)
 
     def _flat(self, indices: tuple[Resolved, ...], where: Place | Group) -> int:
+        if not indices:
+            return 0
         dims = where.leaf.dims if isinstance(where, Place) else self._dims(where)
         flat = 0
         for index, length in zip(indices, dims, strict=False):

@@ -65,7 +65,7 @@ def test_both_back_ends_in_lockstep(text, scans):
 
 
 @settings(
-    max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large]
+    max_examples=50, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large]
 )
 @given(programs())
 def test_a_program_as_text_reads_as_the_same_program(text):

@@ -77,6 +77,16 @@ def program_text() -> str:
 
 PROGRAM = parse_program(program_text())
 
+SAYING = {
+    name: [
+        (each.name, f"{name}.{each.name}")
+        for each in LIBRARY.add_ons[block.upper()].parameters
+        if each.name in OUTPUTS
+    ]
+    for name, block in INSTANCES.items()
+}
+"""Outputs of each block, by name and by tag."""
+
 
 class Diary:
     """Rules that fired, and the output image of every scan."""
@@ -188,12 +198,7 @@ class BlocksBench:
 
     def said(self, name: str) -> set[str]:
         """Return the outputs of a block that are true."""
-        block = LIBRARY.add_ons[INSTANCES[name].upper()]
-        return {
-            each.name
-            for each in block.parameters
-            if each.name in OUTPUTS and self.tags[f"{name}.{each.name}"]
-        }
+        return {output for output, tag in SAYING[name] if self.tags[tag]}
 
     @property
     def state(self) -> int:
