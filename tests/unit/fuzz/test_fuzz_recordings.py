@@ -40,7 +40,7 @@ from scanrack.runtime.fuzz import never
 @never
 def pressed(now):
     """Nobody presses the emergency stop after the recording's time."""
-    return now.slot[1].status.IN_ESTOP and now.ns >= 160_000_000
+    return now.slot[1].status.IN_ESTOP and now.ns >= 151_000_000
 '''
 
 
@@ -98,7 +98,7 @@ def scanrack(*words):
 def test_a_trace_is_varied_until_something_breaks(trace, tmp_path):
     """Only the recording knows of the button: nothing else that is random here presses it."""
     out = tmp_path / "out"
-    command = ["fuzz", trace, "-i", tmp_path / "must.py", "--out", out, "--jobs", "1", "--runs", 60]
+    command = ["fuzz", trace, "-i", tmp_path / "must.py", "--out", out, "--jobs", "1", "--runs", 120]
     result = scanrack(*command, "--only", "firmware", "--trust")
     assert result.exit_code == 1, result.output
     assert "Nobody presses the emergency stop after the recording's time [pressed]" in result.stdout

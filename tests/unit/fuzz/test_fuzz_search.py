@@ -94,7 +94,7 @@ def test_a_fault_is_found_shrunk_and_can_be_run_again(rack, tmp_path):
 
 
 def test_a_broken_rule_is_told_with_its_sentence_and_the_drive_script_shows_it(rack, tmp_path):
-    result = fuzz(rack(HASTY), "--runs", 100, "--only", "inputs", "--check", "no-command-error")
+    result = fuzz(rack(HASTY), "--runs", 40, "--only", "inputs", "--check", "no-command-error")
     assert result.exit_code == 1, result.output
     found = tmp_path / "out" / "no-command-error"
     report = (found / "report.txt").read_text(encoding="utf-8")
@@ -122,7 +122,7 @@ def test_a_campaign_goes_on_where_it_left_off(rack, tmp_path):
 
 def test_the_same_search_finds_the_same(rack, tmp_path):
     file = rack(HASTY)
-    words = ("--runs", 50, "--for", "0.2 s", "--only", "inputs", "--check", "no-command-error")
+    words = ("--runs", 30, "--for", "0.1 s", "--only", "inputs", "--check", "no-command-error")
     # Hypothesis takes constants from the modules that are loaded: let all of them be loaded before
     fuzz(file, *words, "--out", tmp_path / "none")
     fuzz(file, *words, "--out", tmp_path / "one")
