@@ -17,7 +17,7 @@ import cProfile
 import pstats
 import sys
 from pathlib import Path
-from time import perf_counter
+from time import process_time
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 
@@ -64,12 +64,12 @@ def is_command(noted) -> bool:
 
 
 def report_module(examples: int) -> None:
-    start = perf_counter()
+    start = process_time()
     scripts = [script for theme in THEMES for script in scripts_of(theme, examples)]
-    drawn = perf_counter() - start
-    start = perf_counter()
+    drawn = process_time() - start
+    start = process_time()
     commands, stories, ticks = play(scripts)
-    played = perf_counter() - start
+    played = process_time() - start
     total = drawn + played
     print("module and oracle in lockstep")
     print(
@@ -99,9 +99,9 @@ def report_program(runs: int) -> None:
     setup = Setup(str(FEEDER), (), ("no-command-error",), SCANS, frozenset(), Path())
     bench = bench_of(setup)
     strategy = scenarios(bench.spec, bench.scans, kinds_for(bench.spec))
-    start = perf_counter()
+    start = process_time()
     report = search(bench, strategy, examples=runs)
-    seconds = perf_counter() - start
+    seconds = process_time() - start
     print(f"scanrack fuzz, examples/feeder: {report.runs:,} runs in {seconds:.1f} s")
     print(f"  runs               {report.runs / seconds:>10,.1f} per second")
     print(f"  scans              {report.scans / seconds:>10,.0f} per second")

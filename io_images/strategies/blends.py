@@ -9,16 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from functools import cache
+from typing import Any, NamedTuple
 
 from hypothesis import strategies as st
 
-from ..amci3601 import BlendHeader, BlendSegment, CommandLsw
+from ..amci3601 import Acceleration, BlendHeader, BlendSegment, CommandLsw
 from ..amci3601.blend import SEGMENTS_MAX, SEGMENTS_MIN
 from ..amci3601.parameters import require
 from ..image import Image, signed_word
 from ..thousands import split_thousands
-from .values import shapes
+from .values import pick
 
 SEGMENT_RATES = (1000, 2000, 333)
 LENGTHS = (1000, 100, 3000, 200)
@@ -85,22 +86,36 @@ def blend_profiles(starting_speed: int, *, most: int = SEGMENTS_MAX) -> st.Searc
     return _profile(starting_speed, most)
 
 
+@cache
+def _headers(most: int) -> st.SearchStrategy[tuple[int, int, Acceleration]]:
+    """Number of segments, final deceleration and its type."""
+    return pick(_together, range(SEGMENTS_MIN, most + 1), SEGMENT_RATES, tuple(Acceleration))
+
+
+def _together(*values: Any) -> tuple[Any, ...]:
+    return values
+
+
+_LEGS = pick(_together, tuple(Acceleration), (2, 3, 5, 4, 1), SEGMENT_RATES, LENGTHS)
+"""Type of a segment, its speed in starting speeds, its rate, and its length if there is room in it."""
+
+
 @st.composite
 def _profile(draw: st.DrawFn, starting_speed: int, most: int) -> BlendProfile:
-    count = draw(st.integers(SEGMENTS_MIN, most))
-    types = tuple(draw(shapes()) for _ in range(count))
-    header = BlendHeader(types, draw(st.sampled_from(SEGMENT_RATES)), draw(shapes()))
+    count, final_deceleration, final_type = draw(_headers(most))
+    types: list[Acceleration] = []
     segments: list[BlendSegment] = []
     for number in range(1, count + 1):
+        kind, times, rate, length = draw(_LEGS)
         before = segments[-1].speed if segments else starting_speed
-        speed = min(SEGMENT_SPEED_MAX, starting_speed * draw(st.sampled_from([2, 3, 5, 4, 1])))
+        speed = min(SEGMENT_SPEED_MAX, starting_speed * times)
         speed += bool(segments) and speed == before
-        rate, length = draw(st.sampled_from(SEGMENT_RATES)), draw(st.sampled_from(LENGTHS))
         least = _ramp(before, speed, rate)
         if number == count:
-            least += _ramp(speed, starting_speed, header.final_deceleration)
+            least += _ramp(speed, starting_speed, final_deceleration)
+        types.append(kind)
         segments.append(BlendSegment(max(least, length), speed, rate))
-    return BlendProfile(header, tuple(segments))
+    return BlendProfile(BlendHeader(tuple(types), final_deceleration, final_type), tuple(segments))
 
 
 def _ramp(before: int, after: int, rate: int) -> int:
@@ -167,12 +182,13 @@ def _spoiled(blocks: list[Image], rule: str, starting_speed: int) -> st.SearchSt
     if not rule:
         return st.just(FaultyBlend(blocks[:-1], rule))
     if rule == "PRF-06":
-        ways: tuple[_Spoiling, ...] = (_same_speed(blocks),)
-    elif rule == "CMD-05":
-        ways = (_too_slow(starting_speed),)
-    else:
-        ways = BLEND_FAULTS[rule]
-    return st.sampled_from(ways).map(lambda way: FaultyBlend(_with(blocks, way), rule))
+        return st.just(FaultyBlend(_with(blocks, _same_speed(blocks)), rule))
+    if rule == "CMD-05":
+        return st.just(FaultyBlend(_with(blocks, _too_slow(starting_speed)), rule))
+    return _WAYS[rule].map(lambda way: FaultyBlend(_with(blocks, way), rule))
+
+
+_WAYS = {rule: st.sampled_from(ways) for rule, ways in BLEND_FAULTS.items() if ways}
 
 
 def _with(blocks: Sequence[Image], way: _Spoiling) -> list[Image]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from typing import NamedTuple
 
 from hypothesis import strategies as st
@@ -11,12 +12,13 @@ from ..amci3601 import ALL_INPUTS, KNOWN, ConfigMsw, Configuration, Firmware, Ho
 from ..amci3601.bits import InputBit
 from ..amci3601.configuration import INVALID_CONFIGURATIONS
 from ..image import Image, signed_word
-from .values import starting_speeds
+from .values import pick, starting_speeds
 
 NEWEST = KNOWN[-1]
 
 HOME = InputBit.HOME.value
 CAPTURE = InputBit.CAPTURE.value
+INPUTS = ALL_INPUTS + 1
 LIMITS = (InputBit.CW_LIMIT | InputBit.CCW_LIMIT).value
 PLAIN_INPUTS = (InputBit.EXTERNAL | InputBit.HOME | InputBit.ESTOP).value | LIMITS
 """What the manual's own example uses [chapter 3]."""
@@ -51,24 +53,35 @@ def configurations(
     )
 
 
+_OTHER_BITS = pick(
+    lambda *values: values,
+    (False, True),
+    (False, True),
+    (True, False),
+    (LIMITS, InputBit.CW_LIMIT.value, InputBit.CCW_LIMIT.value),
+    (*[PLAIN_INPUTS] * INPUTS, *range(INPUTS)),
+    (*[ALL_INPUTS] * INPUTS, *range(INPUTS)),
+)
+"""Encoder, diagnostic feedback, stepper outputs, a limit in use, inputs in use and their levels."""
+
+
 @st.composite
 def _configuration(
     draw: st.DrawFn, firmware: Firmware, kinds: st.SearchStrategy[HomingKind], starts: st.SearchStrategy[int]
 ) -> Configuration:
     """Everything is drawn every time, used or not: the fewer draws, the simpler an example seems."""
     switch, proximity, marker = draw(kinds).value
-    wanted, feedback, steps = draw(st.booleans()), draw(st.booleans()), draw(st.sampled_from([True, False]))
-    some_limits = draw(st.sampled_from([LIMITS, InputBit.CW_LIMIT.value, InputBit.CCW_LIMIT.value]))
+    wanted, feedback, steps, some_limits, used, active_high = draw(_OTHER_BITS)
     encoder = marker or wanted
     feedback = feedback and not encoder
-    used = draw(st.just(PLAIN_INPUTS) | st.integers(0, ALL_INPUTS)) & ~HOME | switch * HOME
+    used = used & ~HOME | switch * HOME
     if not used & LIMITS:
         used |= some_limits
     if not encoder and not firmware.capture_without_encoder:
         used &= ~CAPTURE
     return Configuration(
         inputs_used=used,
-        active_high=draw(st.just(ALL_INPUTS) | st.integers(0, ALL_INPUTS)),
+        active_high=active_high,
         backplane_proximity=proximity,
         quadrature_encoder=encoder,
         diagnostic_feedback=feedback,
@@ -103,6 +116,7 @@ def _can_break(rule: str, firmware: Firmware) -> bool:
     return rule != "CFG-29" or not firmware.capture_without_encoder
 
 
+@cache
 def _breaking(rule: str, firmware: Firmware) -> st.SearchStrategy[FaultyConfiguration]:
     base = configurations(firmware, homing=BASES.get(rule, HomingKind.HOME_SWITCH))
     broken = st.tuples(base, FAULTS[rule]).map(lambda both: _with(tuple(both[0].to_image()), both[1]))

@@ -18,6 +18,7 @@ from ..amci3601 import KNOWN, Firmware
 from ..image import WORD_MAX, WORD_MIN, WORDS, Image, signed_word
 from ..thousands import split_thousands
 from .commands import commands
+from .values import pick
 
 Words: TypeAlias = tuple[int, ...]
 """Eight signed words."""
@@ -53,24 +54,29 @@ def plausible_images(starting_speed: int, firmware: Firmware = KNOWN[-1]) -> st.
 def nearly_right_images(starting_speed: int, firmware: Firmware = KNOWN[-1]) -> st.SearchStrategy[Image]:
     """Return a strategy of images that differ in one word from a legal one, or not even in that."""
 
-    def changed(image: Image, index: int, value: int) -> Image:
+    def changed(image: Image, change: tuple[int, int]) -> Image:
+        index, value = change
         other = image.copy()
         other[index] = value
         return other
 
-    index, value = st.integers(0, WORDS - 1), st.sampled_from(EDGES)
-    return st.builds(changed, plausible_images(starting_speed, firmware), index, value)
+    change = pick(lambda index, value: (index, value), range(WORDS), EDGES)
+    return st.builds(changed, plausible_images(starting_speed, firmware), change)
+
+
+def _command_words(single: bool, bit: int, high: int, low: int, lsw: int) -> Words:
+    return (1 << bit if single else high << 8 | low, lsw)
+
+
+_ANY_COMMANDS = pick(_command_words, (True, False), range(15), range(0x80), range(0x100), COMMAND_LSWS)
+"""A single command bit as often as any of them together."""
+
+_ANY_NUMBERS = pick(lambda *words: words, *[EDGES] * 6)
 
 
 def hostile_images() -> st.SearchStrategy[Image]:
     """Return a strategy of images with any command bits (not the mode bit) and numbers from the edges."""
-    single = st.sampled_from([1 << bit for bit in range(15)])
-    return st.builds(
-        lambda msw, lsw, rest: Image((msw, lsw, *rest)),
-        single | st.integers(0, 0x7FFF),
-        st.sampled_from(COMMAND_LSWS),
-        st.tuples(*[st.sampled_from(EDGES)] * 6),
-    )
+    return st.builds(lambda commands, rest: Image((*commands, *rest)), _ANY_COMMANDS, _ANY_NUMBERS)
 
 
 def any_images() -> st.SearchStrategy[Image]:

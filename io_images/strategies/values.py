@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
+
 from hypothesis import strategies as st
 
 from ..amci3601 import KNOWN, Acceleration, Firmware
 from ..amci3601.parameters import SPEED_MAX
 from ..thousands import PARAMETER_MAX, PARAMETER_MIN
+
+Made = TypeVar("Made")
 
 STARTING_SPEEDS = (1000, 200, 4000, 50, 333, 1)
 """Starting speeds, steps/s."""
@@ -19,6 +24,19 @@ FAULTY_RATES = ((0, 10), (10, 0), (2001, 10), (10, -1))
 
 DISTANCES = (1000, 200, -300, 3000, -5000, 20_000, 77, 10, 2, 1, -1, 0, PARAMETER_MAX)
 """Distances that make a move short, long, triangular, empty, or as long as possible, steps."""
+
+
+def pick(make: Callable[..., Made], *lists: Sequence[Any]) -> st.SearchStrategy[Made]:
+    """Return a strategy of what `make` makes of one value of each list, all of them in a single draw.
+
+    What Hypothesis takes time for is the number of draws. Here a byte stands for each of the values, so
+    that it shrinks towards the first value of each list; no list has more than 256.
+    """
+
+    def made(drawn: bytes) -> Made:
+        return make(*(each[len(each) * byte // 256] for each, byte in zip(lists, drawn, strict=True)))
+
+    return st.binary(min_size=len(lists), max_size=len(lists)).map(made)
 
 
 def starting_speeds() -> st.SearchStrategy[int]:

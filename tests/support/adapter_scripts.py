@@ -12,11 +12,11 @@ from functools import cache
 import oracle_bits as bits
 import scripts3601 as one
 from adapter_steps import DevicePower, Disturb, Haste, LinkLoss
+from dice3601 import any_of, listed, strategy
 from hypothesis import strategies as st
 from oracle_bits import CAPTURE, CCW_LIMIT, CW_LIMIT, ESTOP, EXTERNAL, HOME
 from scanrack.io_images import strategies as images
 from steps3601 import NOTHING, Out, Recover, ToRest
-from stories3601 import story
 
 START = 1000
 
@@ -50,32 +50,48 @@ long = st.sampled_from([200, 600, 1000])
 no_target = st.just(0)
 either = [bits.MANUAL_CW, bits.MANUAL_CCW]
 
+
+def command(msws, lsws, targets, some_speeds, some_rates, durations):
+    """A step that writes a command."""
+    words = st.builds(images.parameter_words, st.sampled_from(msws), lsws, targets, some_speeds, some_rates)
+    return st.builds(Out, words, durations)
+
+
+def story(*parts):
+    """Parts one after the other; a part is a strategy of a step or of a list of steps."""
+    return st.tuples(*parts).map(lambda values: [step for value in values for step in listed(value)])
+
+
 # ---- steps
 
 rest = st.just(ToRest())
-move = one.command([bits.RELATIVE], shapes, distances, speeds, rates, short)
-absolute = one.command([bits.ABSOLUTE], shapes, distances, speeds, rates, short)
-long_move = one.command([bits.RELATIVE], shapes, far, speeds, rates, long)
-manual = one.command(either, shapes, no_target, speeds, rates, st.sampled_from([20, 200, 600]))
-one_shot = one.one_shot
-resume = one.command([bits.RESUME], shapes, no_target, speeds, rates, short)
+move = command([bits.RELATIVE], shapes, distances, speeds, rates, short)
+absolute = command([bits.ABSOLUTE], shapes, distances, speeds, rates, short)
+long_move = command([bits.RELATIVE], shapes, far, speeds, rates, long)
+manual = command(either, shapes, no_target, speeds, rates, st.sampled_from([20, 200, 600]))
+one_shot = strategy(one.one_shot)
+resume = command([bits.RESUME], shapes, no_target, speeds, rates, short)
 fast = st.sampled_from([60_000, 300_000])
-too_fast = one.command([bits.RELATIVE, bits.MANUAL_CW], st.just(0), no_target | distances, fast, rates, short)
-too_gentle = one.command([bits.RELATIVE, *either], st.just(0), no_target, speeds, st.just((5, 100)), short)
-respeed = one.speed_changed(START)
-release, hold, stop, reset, preset = one.release, one.hold, one.stop, one.reset, one.preset
-estop, external, capture = one.pressed(ESTOP), one.pressed(EXTERNAL), one.pressed(CAPTURE)
-limit = one.pressed(CW_LIMIT) | one.pressed(CCW_LIMIT)
+too_fast = command([bits.RELATIVE, bits.MANUAL_CW], st.just(0), no_target | distances, fast, rates, short)
+too_gentle = command([bits.RELATIVE, *either], st.just(0), no_target, speeds, st.just((5, 100)), short)
+respeed = strategy(one.speed_changed(START))
+release, hold, stop, reset, preset = map(strategy, (one.release, one.hold, one.stop, one.reset, one.preset))
+idle, wait, turn, power, reconfigured = map(
+    strategy, (one.idle, one.wait, one.turn, one.power, one.reconfigured)
+)
+stopped_plc, running_plc = strategy(one.stopped_plc), strategy(one.running_plc)
+estop, external, capture = (strategy(one.pressed(bit)) for bit in (ESTOP, EXTERNAL, CAPTURE))
+limit = strategy(one.pressed(CW_LIMIT, CCW_LIMIT))
 homing_speeds = st.sampled_from([2000, 5000])
 directions = [bits.FIND_HOME_CCW, bits.FIND_HOME_CCW, bits.FIND_HOME_CW]
-find_home = one.command(directions, st.just(0), no_target, homing_speeds, rates, short)
+find_home = command(directions, st.just(0), no_target, homing_speeds, rates, short)
 registration_speeds = st.sampled_from([2000, 5000, START])
 registration_distances = st.sampled_from([300, 3000, 5000])
-registration = one.command(either, st.just(0), registration_distances, registration_speeds, rates, short)
+registration = command(either, st.just(0), registration_distances, registration_speeds, rates, short)
 blend = images.blend_profiles(START, most=2).map(lambda profile: Out(tuple(profile.blocks()[0]), 2))
 motion = long_move | manual
-wrong = one.two_bits | one.no_number(START) | one.slip(START) | one.sloppy_reset | one.hostile
-refused = too_fast | too_gentle | one.encoder_move(START) | blend | one.follow([0])
+wrong = strategy(any_of(one.two_bits, one.no_number(START), one.slip(START), one.sloppy_reset, one.hostile))
+refused = too_fast | too_gentle | strategy(one.encoder_move(START)) | blend | strategy(one.follow([0]))
 
 A_MOVE, A_MANUAL_MOVE = (bits.RELATIVE, 0, 1, 0, 5, 0, 100, 100), (bits.MANUAL_CW, 0, 0, 0, 5, 0, 100, 100)
 meanwhile = st.sampled_from([NOTHING, A_MOVE, A_MANUAL_MOVE])
@@ -103,10 +119,10 @@ haste = hasty.map(lambda given: Haste(tuple(given)))
 THEMES = {
     "moves": [
         story(move, rest, absolute, rest),
-        story(preset, one.idle, absolute, rest),
+        story(preset, idle, absolute, rest),
         story(one_shot, release, move, rest),
         story(manual, release, rest),
-        story(one.turn, preset, one.turn, move, rest),
+        story(turn, preset, turn, move, rest),
         story(move, capture, rest),
         story(long_move, stop, rest, absolute, rest),
     ],
@@ -123,12 +139,12 @@ THEMES = {
     ],
     "states": [
         story(refused, rest, reset),
-        story(wrong, rest, one.idle, wrong, rest),
+        story(wrong, rest, idle, wrong, rest),
         story(motion, wrong, rest),
-        story(motion, one.stopped_plc, one.wait, one.running_plc, rest),
-        story(motion, one.power, one.wait),
-        story(one.reconfigured, move, rest),
-        story(motion, one.reconfigured, rest),
+        story(motion, stopped_plc, wait, running_plc, rest),
+        story(motion, power, wait),
+        story(reconfigured, move, rest),
+        story(motion, reconfigured, rest),
     ],
     "line": [
         story(motion, lost_link, absolute, rest),

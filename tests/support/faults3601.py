@@ -6,7 +6,7 @@ from functools import cache
 
 import oracle_bits as bits
 import scripts3601 as one
-from hypothesis import strategies as st
+from dice3601 import drawn
 from oracle_bits import CCW_LIMIT, CW_LIMIT, EXTERNAL
 from scanrack.io_images import split_thousands
 from scanrack.io_images import strategies as images
@@ -35,7 +35,7 @@ def changed_speed(speed, *rates):
 
 @cache
 def faults(start):
-    """Stories by the rule that they break."""
+    """Stories by the rule that they break: lists of steps, or recipes of them."""
     fast, cw, home = min(5 * start, 1_000_000), bits.MANUAL_CW, bits.FIND_HOME_CW
     manual, registration = told(cw, 0, 0, fast), told(cw, 0, 20_000, fast)
     external, blend = Input(EXTERNAL, True, 0), [one.shown(image, 1) for image in _blend(start)]
@@ -72,19 +72,19 @@ def faults(start):
         ],
         "HOM-05": [*plain, told(home, 0, 0, fast), Input(CCW_LIMIT, True, 0), ToRest(100)],
     }
-    stories = {rule: st.just(steps) for rule, steps in made.items()}
+    stories = dict(made)
     for rule, _ in INVALID_CONFIGURATIONS:
         stories[rule] = _configurations(rule)
     for rule in images.BLEND_FAULTS:
         faulty = images.faulty_blends(min(max(start, 2), 100_000), [rule], most=3)
-        stories[f"blend {rule}"] = faulty.map(lambda faulty: one.blocks_sent(faulty.blocks))
+        stories[f"blend {rule}"] = drawn(faulty, lambda faulty: one.blocks_sent(faulty.blocks))
     return stories
 
 
 def _configurations(rule):
     """Words that break one rule, if need be in the oldest firmware only."""
     faulty = images.faulty_configurations(Firmware(2, 0), (rule,))
-    return faulty.map(lambda faulty: [Out(tuple(faulty.image), 2), Out(NOTHING, 2)])
+    return drawn(faulty, lambda faulty: [Out(tuple(faulty.image), 2), Out(NOTHING, 2)])
 
 
 def _blend(start):

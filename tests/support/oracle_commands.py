@@ -34,6 +34,7 @@ from oracle_bits import (
     RUN_BLEND_CW,
     S_CURVE,
     STORE_MINIMUM,
+    TRANSMIT,
     TRAPEZOIDAL,
 )
 
@@ -52,6 +53,7 @@ def command(m, edge0, edge1):
         return
     if m.firmware >= (4, 1) and edge1 & FOLLOW:
         oracle_follower.enter(m)
+        m.close_call = bool(edge1 & (TRANSMIT | STORE_MINIMUM))  # whether that finds a motion is open
         return
     oracle_blend.handshake(m, edge1)
     if m.command_error or m.invalid_profile:
@@ -68,7 +70,7 @@ def one_command(m):
     bits = m.o0 & 0x7FFF
     if bits & bits - 1 or bits == RESERVED_14:
         error(m)  # CMD-02; A-32
-        if m.op in ("manual", "registration"):
+        if m.op in ("manual", "registration", "registration end"):
             m.controlled_stop("manual stop")
     elif bits == IMMEDIATE_STOP:
         m.resumable = False

@@ -130,6 +130,7 @@ def watch(m):
     m.home_signal_before = m.home_signal
     m.home_signal = signal(m)
     came_on = m.home_signal and not m.home_signal_before
+    came_on = came_on and m.phase != "creep next"  # the stop before made that edge, not the creeping
     kind = m.homing_kind
     begin_next_phase(m)
     if m.phase == "seek":

@@ -72,6 +72,8 @@ def ramp(v0, v1, rate, shape):
 
 def ramp_distance(v0, v1, rate, shape):
     """Da = Ta * (Vo + Vs) / 2, with the longer times of S-curves [chapter 2; reading A-79]."""
+    if v1 == v0:
+        return 0.0  # whatever the rate, which a motion at the starting speed may lack
     return STRETCH[shape] * abs(v1 - v0) / (1000.0 * rate) * (v0 + v1) / 2
 
 
@@ -168,14 +170,16 @@ def stop(course, now_ns, vo, deceleration, shape):
 
 
 def register(course, now_ns, steps, vo, deceleration, shape):
-    """So many steps more, deceleration included: on at the present speed, then the ramp to Vo."""
+    """So many steps more, deceleration included: on at the present speed, then the ramp to Vo.
+
+    If a step is under way and all of them are needed to stop in, the ramp is shorter by that fraction.
+    """
     x, v, _, _ = course.at(now_ns)
-    last = whole(x) + steps
     way = ramp_distance(vo, v, deceleration, shape) if v > vo else 0.0
-    if last - x < way - NUDGE:
-        return stop(course, now_ns, vo, deceleration, shape)
-    pieces = ramp(v, vo, deceleration, shape) if v > vo else []
-    return Course(now_ns, cruise(last - x - way, v) + pieces, x)
+    left = whole(x) + max(steps, ceil(way - NUDGE)) - x
+    rate = deceleration * max(1.0, way / left)
+    pieces = ramp(v, vo, rate, shape) if v > vo else []
+    return Course(now_ns, cruise(left - way, v) + pieces, x)
 
 
 def blend(now_ns, vo, segments, final_deceleration, final_shape):

@@ -1,11 +1,11 @@
-"""Strategies of single steps: what a PLC programmer does, and now and then what he shouldn't."""
+"""Recipes of single steps: what a PLC programmer does, and now and then what he shouldn't."""
 
 from __future__ import annotations
 
 from functools import cache
 
 import oracle_bits as bits
-from hypothesis import strategies as st
+from dice3601 import any_of, drawn, pick
 from oracle_bits import CAPTURE, CCW_LIMIT, CW_LIMIT, ESTOP, EXTERNAL, HOME, PROXIMITY
 from scanrack.io_images import split_thousands
 from scanrack.io_images import strategies as images
@@ -31,113 +31,101 @@ MACHINES = [
     ((HOME, 100, 101), (CAPTURE, 40, 60), (EXTERNAL, 1000, 1010)),
 ]
 
-ticks = st.sampled_from(TICKS)
-few = st.sampled_from([1, 2, 5])
-rates = st.sampled_from(images.RATES + images.RATES + images.FAULTY_RATES)
-good_rates = st.sampled_from(images.RATES)
-shapes = st.sampled_from(SHAPES)
-distances = st.sampled_from(images.DISTANCES)
-starting_speeds = st.sampled_from([1000, *images.STARTING_SPEEDS])
+FEW = [1, 2, 5]
+RATES = [*images.RATES, *images.RATES, *images.FAULTY_RATES]
+STARTING_SPEEDS = [1000, *images.STARTING_SPEEDS]
 
 
 @cache
 def speeds(start):
     """Mostly legal programmed speeds for a starting speed."""
     legal = images.plain_speeds(start)
-    return st.sampled_from([*legal, *legal, 1_000_000, 7_777, max(0, start - 1)])
+    return [*legal, *legal, 1_000_000, 7_777, max(0, start - 1)]
 
 
-def shown(image, t):
+def shown(image, ticks):
     """A step that writes an image."""
-    return Out(tuple(image), t)
+    return Out(tuple(image), ticks)
 
 
-def command(msws, lsws, targets, programmed_speeds, some_rates=rates, durations=ticks):
+def command(msws, lsws, targets, programmed_speeds, some_rates=RATES, durations=TICKS):
     """A step that writes a command."""
-    return st.builds(
-        Out,
-        st.builds(
-            images.parameter_words, st.sampled_from(msws), lsws, targets, programmed_speeds, some_rates
-        ),
-        durations,
-    )
+
+    def made(msw, lsw, target, speed, pair, ticks):
+        return Out(images.parameter_words(msw, lsw, target, speed, pair), ticks)
+
+    return pick(made, msws, lsws, targets, programmed_speeds, some_rates, durations)
 
 
 def plain(*msws):
     """A step that writes a command without parameters."""
-    return st.builds(Out, st.sampled_from([(msw, *NOTHING[1:]) for msw in msws]), few)
+    return pick(lambda msw, ticks: Out((msw, *NOTHING[1:]), ticks), msws, FEW)
 
 
-def bit_on(msw):
-    """A step that sets one command bit and leaves the parameters as they are."""
-    return st.builds(lambda t: Alter(((0, msw),), t), ticks)
+def altered(index, values, durations=TICKS):
+    """A step that changes one word."""
+    return pick(lambda value, ticks: Alter(((index, value),), ticks), values, durations)
 
 
 # ---- single steps
 
-idle = st.builds(lambda t: Alter(((0, 0), (1, 0)), t), few)
-wait = st.builds(Wait, ticks)
-rest = st.builds(ToRest)
-release = st.builds(lambda t: Alter(((0, 0),), t), ticks)
-all_zero = st.builds(lambda t: Out(NOTHING, t), ticks)
-hold = bit_on(bits.HOLD)
+idle = pick(lambda ticks: Alter(((0, 0), (1, 0)), ticks), FEW)
+wait = pick(Wait, TICKS)
+rest = pick(ToRest)
+release = altered(0, [0])
+all_zero = pick(lambda ticks: Out(NOTHING, ticks), TICKS)
+hold = altered(0, [bits.HOLD])
 stop = plain(bits.IMMEDIATE_STOP)
 reset = plain(bits.RESET_ERRORS)
 preset = command(
     [bits.PRESET_POSITION, bits.PRESET_POSITION, bits.PRESET_ENCODER],
-    st.sampled_from([0, 0, 0, 1]),
-    st.sampled_from([0, 500, -12_345, 8_388_607, -8_388_608]),
-    st.sampled_from([0, 0, 0, 1]),
-    st.just((0, 0)),
-    few,
+    [0, 0, 0, 1],
+    [0, 500, -12_345, 8_388_607, -8_388_608],
+    [0, 0, 0, 1],
+    [(0, 0)],
+    FEW,
 )
-press = st.builds(
+press = pick(
     Input,
-    st.sampled_from([EXTERNAL, EXTERNAL, HOME, CAPTURE, ESTOP, CW_LIMIT, CCW_LIMIT]),
-    st.sampled_from([True, True, True, False]),
-    st.sampled_from([0, 1, 5, 100]),
+    [EXTERNAL, EXTERNAL, HOME, CAPTURE, ESTOP, CW_LIMIT, CCW_LIMIT],
+    [True, True, True, False],
+    [0, 1, 5, 100],
 )
 
 
-def pressed(bit):
+def pressed(*inputs):
     """An input that comes on, for a while or to stay."""
-    return st.builds(Input, st.just(bit), st.just(True), st.sampled_from([0, 0, 5, 100]))
+    return pick(Input, inputs, [True], [0, 0, 5, 100])
 
 
-turn = st.builds(Turn, st.sampled_from([100, -100, 4000, -3, 1001]), ticks, st.booleans())
-marker = st.builds(Marker, ticks)
-proximity = st.builds(lambda on, t: Alter(((1, PROXIMITY if on else 0),), t), st.booleans(), ticks)
-lsw_changed = st.builds(lambda lsw, t: Alter(((1, lsw),), t), st.sampled_from([0, 1, 2, 4, 0x1000]), few)
-target_changed = st.builds(lambda value, t: Alter(((3, value),), t), st.sampled_from([0, 1, 500]), ticks)
-plc = st.builds(Plc, st.booleans(), few)
-running_plc, stopped_plc = st.builds(Plc, st.just(True), few), st.builds(Plc, st.just(False), few)
-power = st.just(PowerCycle())
-hostile = st.builds(shown, images.hostile_images(), few)
+turn = pick(Turn, [100, -100, 4000, -3, 1001], TICKS, [False, True])
+marker = pick(Marker, TICKS)
+proximity = altered(1, [0, PROXIMITY])
+lsw_changed = altered(1, [0, 1, 2, 4, 0x1000], FEW)
+target_changed = altered(3, [0, 1, 500])
+plc, running_plc, stopped_plc = (pick(Plc, states, FEW) for states in ([False, True], [True], [False]))
+power = pick(PowerCycle)
+hostile = drawn(images.hostile_images(), lambda image: shown(image, 2))
 stored_minimum = command(
-    [0],
-    st.just(bits.STORE_MINIMUM),
-    st.sampled_from([50, 200, 0, 1000, -1, 8_388_608 - 1]),
-    st.sampled_from([0, 0, 0, 1]),
-    st.just((0, 0)),
-    few,
+    [0], [bits.STORE_MINIMUM], [50, 200, 0, 1000, -1, 8_388_607], [0, 0, 0, 1], [(0, 0)], FEW
 )
 
 
 @cache
 def resume(start):
-    return command([bits.RESUME], shapes, st.sampled_from([0, 7, -9]), speeds(start))
+    return command([bits.RESUME], SHAPES, [0, 7, -9], speeds(start))
 
 
 @cache
 def speed_changed(start):
-    def alter(speed, some_rates, t):
+    def altered_speed(speed, some_rates, ticks):
         pairs = list(zip((4, 5), split_thousands(speed), strict=True))
         if some_rates:
             pairs += zip((6, 7), some_rates, strict=True)
-        return Alter(tuple(pairs), t)
+        return Alter(tuple(pairs), ticks)
 
-    faster = st.one_of(speeds(start), st.sampled_from([0, 1, 2 * start, 3 * start, 10 * start]))
-    return st.builds(alter, faster, st.one_of(st.none(), st.none(), rates), ticks)
+    faster = [*speeds(start), *[0, 1, 2 * start, 3 * start, 10 * start] * 3]
+    return pick(altered_speed, faster, [*[None] * 32, *RATES], TICKS)
 
 
 two_bits = plain(
@@ -146,16 +134,16 @@ two_bits = plain(
     bits.MANUAL_CW | bits.MANUAL_CCW,
     bits.PRESET_POSITION | bits.RESET_ERRORS,
 )
-sloppy_reset = st.builds(
-    lambda lsw, t: Out((bits.RESET_ERRORS, lsw, *NOTHING[2:]), t), st.sampled_from([1, 4, 0x1000]), few
+sloppy_reset = pick(
+    lambda lsw, ticks: Out((bits.RESET_ERRORS, lsw, *NOTHING[2:]), ticks), [1, 4, 0x1000], FEW
 )
 
 
 @cache
 def no_number(start):
     """A relative move whose target or speed is a pair of words that is no value."""
-    pairs = st.sampled_from([(3, 1000), (3, -1), (5, 1000), (5, -999), (3, 2001)])
-    return st.builds(
+    pairs = [(3, 1000), (3, -1), (5, 1000), (5, -999), (3, 2001)]
+    return pick(
         lambda speed, pair: Alter(
             (*enumerate(images.parameter_words(2, 0, 1000, speed, (100, 50))), pair), 2
         ),
@@ -167,7 +155,7 @@ def no_number(start):
 @cache
 def slip(start):
     """A command with a slip of the pen."""
-    return st.builds(shown, images.nearly_right_images(start), few)
+    return drawn(images.nearly_right_images(start), lambda image: shown(image, 2))
 
 
 # ---- starts of motions
@@ -175,57 +163,50 @@ def slip(start):
 
 @cache
 def move(start):
-    return command([bits.RELATIVE, bits.RELATIVE, bits.ABSOLUTE], shapes, distances, speeds(start))
+    return command([bits.RELATIVE, bits.RELATIVE, bits.ABSOLUTE], SHAPES, images.DISTANCES, speeds(start))
 
 
 @cache
 def absolute(start):
-    return command([bits.ABSOLUTE], st.just(0), distances, speeds(start), good_rates)
+    return command([bits.ABSOLUTE], [0], images.DISTANCES, speeds(start), images.RATES)
 
 
 @cache
 def long_move(start):
-    far = st.sampled_from([600, -900, 20_000, 8_388_607])
-    return command([bits.RELATIVE], shapes, far, speeds(start), good_rates)
+    return command([bits.RELATIVE], SHAPES, [600, -900, 20_000, 8_388_607], speeds(start), images.RATES)
+
+
+MANUAL = [bits.MANUAL_CW, bits.MANUAL_CCW]
 
 
 @cache
 def manual(start):
-    return command(
-        [bits.MANUAL_CW, bits.MANUAL_CCW],
-        st.sampled_from([*SHAPES, bits.ENCODER_MOVE]),
-        st.just(0),
-        st.one_of(speeds(start), st.sampled_from([1, 3 * start // 4, 10 * start])),
-    )
+    some = [*speeds(start), *[1, 3 * start // 4, 10 * start] * 5]
+    return command(MANUAL, [*SHAPES, bits.ENCODER_MOVE], [0], some)
 
 
-one_shot = command([bits.MANUAL_CW, bits.MANUAL_CCW], shapes, st.just(0), st.just(0), rates, few)
+one_shot = command(MANUAL, SHAPES, [0], [0], RATES, FEW)
 
 
 @cache
 def registration(start):
-    targets = st.sampled_from([300, 3000, 20_000, 1, -5])
-    return command([bits.MANUAL_CW, bits.MANUAL_CCW], shapes, targets, speeds(start))
+    return command(MANUAL, SHAPES, [300, 3000, 20_000, 1, -5], speeds(start))
 
 
 @cache
 def good_registration(start):
     """One that starts, unless an input or the firmware is against it."""
-    fast = st.sampled_from([2 * start, start, start + 1, 3 * start])
-    steep = st.sampled_from([(1000, 1000), (2000, 2000)])
-    return command(
-        [bits.MANUAL_CW, bits.MANUAL_CCW], shapes, st.sampled_from([300, 3000, 20_000]), fast, steep
-    )
+    fast = [2 * start, start, start + 1, 3 * start]
+    return command(MANUAL, SHAPES, [300, 3000, 20_000], fast, [(1000, 1000), (2000, 2000)])
 
 
 @cache
 def find_home(start):
     return command(
         [bits.FIND_HOME_CW, bits.FIND_HOME_CCW],
-        st.sampled_from([0, 0, 0, 0, PROXIMITY, bits.TRAPEZOIDAL, bits.S_CURVE]),
-        st.sampled_from([0, 0, 0, 0, 0, 1]),
+        [0, 0, 0, 0, PROXIMITY, bits.TRAPEZOIDAL, bits.S_CURVE],
+        [0, 0, 0, 0, 0, 1],
         speeds(start),
-        rates,
     )
 
 
@@ -233,31 +214,27 @@ def find_home(start):
 def encoder_move(start):
     return command(
         [bits.RELATIVE, bits.RELATIVE, bits.ABSOLUTE],
-        st.sampled_from([4, 4, 5, 7]),
-        st.sampled_from([100, -100, 1000, 4000, -3, 0]),
+        [4, 4, 5, 7],
+        [100, -100, 1000, 4000, -3, 0],
         speeds(start),
     )
 
 
-def follow(msws):
-    return st.builds(
-        lambda msw, ratio, lsw, t: Out((msw, lsw, *ratio, 0, 0, 0, 0), t),
-        st.sampled_from(msws),
-        st.sampled_from([(1, 1), (7, 3), (3, 7), (1, 1000), (1, 1), (0, 1), (5, -1)]),
-        st.sampled_from([bits.FOLLOW, bits.FOLLOW, bits.FOLLOW, 0]),
-        ticks,
-    )
+RATIOS = [(1, 1), (7, 3), (3, 7), (1, 1000)]
+
+
+def follow(msws, ratios=(*RATIOS, (1, 1), (0, 1), (5, -1)), lsws=(bits.FOLLOW, bits.FOLLOW, bits.FOLLOW, 0)):
+    """Words of the mode, mostly legal."""
+
+    def made(msw, ratio, lsw, ticks):
+        return Out((msw, lsw, *ratio, 0, 0, 0, 0), ticks)
+
+    return pick(made, msws, ratios, lsws, TICKS)
 
 
 def steady_follow(msws):
     """Words that keep the module in the mode."""
-    ratios = st.sampled_from([(1, 1), (7, 3), (3, 7), (1, 1000)])
-    return st.builds(
-        lambda msw, ratio, t: Out((msw, bits.FOLLOW, *ratio, 0, 0, 0, 0), t),
-        st.sampled_from(msws),
-        ratios,
-        ticks,
-    )
+    return follow(msws, RATIOS, [bits.FOLLOW])
 
 
 blend_run = plain(bits.RUN_BLEND_CW, bits.RUN_BLEND_CCW)
@@ -271,33 +248,39 @@ TOLERATED = {"types": (0, 4, 0b10), "reserved words": (0, 7, 5), "a block too ma
 
 @cache
 def good_blend_program(start):
-    return images.blend_profiles(start, most=3).map(lambda profile: blocks_sent(profile.blocks()))
+    return drawn(images.blend_profiles(start, most=3), lambda profile: blocks_sent(profile.blocks()))
 
 
 @cache
 def faulty_blend_program(start):
-    return images.faulty_blends(max(start, 2)).map(lambda faulty: blocks_sent(faulty.blocks))
+    return drawn(images.faulty_blends(max(start, 2)), lambda faulty: blocks_sent(faulty.blocks))
 
 
 @cache
 def incomplete_blend_program(start):
-    return images.blend_profiles(start, most=4).map(lambda profile: blocks_sent(profile.blocks()[:-1]))
+    return drawn(images.blend_profiles(start, most=4), lambda profile: blocks_sent(profile.blocks()[:-1]))
 
 
-@st.composite
-def blend_program(draw, start):
+@cache
+def blend_program(start):
     """Header and segments, block by block, with or without a fault."""
-    faulty = draw(st.sampled_from([False, False, True]))
-    if faulty:
-        return draw(faulty_blend_program(start))
-    blocks = draw(images.blend_profiles(start, most=4)).blocks()
-    odd = draw(st.sampled_from([None, None, None, None, *TOLERATED]))
+    good = images.blend_profiles(start, most=4)
+
+    def accepted(dice):
+        oddity = dice.one_of([None, None, None, None, *TOLERATED])
+        return blocks_sent(made_odd(dice.draw(good).blocks(), oddity))
+
+    return any_of(accepted, accepted, faulty_blend_program(start))
+
+
+def made_odd(blocks, odd):
+    """Blocks in which nothing is wrong, as far as the module looks."""
     if odd == "a block too many":
         blocks.append(blocks[-1])
     elif odd is not None:
         block, index, word = TOLERATED[odd]
         blocks[block][index] = word
-    return blocks_sent(blocks)
+    return blocks
 
 
 def blocks_sent(blocks):
@@ -312,17 +295,16 @@ def configuration_words(msw, levels, start):
     return (msw - 65_536, levels, *split_thousands(start), 0, 0, 0, 0)
 
 
-good_configuration = st.builds(
-    configuration_words, st.sampled_from(CONFIGURATIONS), st.just(0x3F), starting_speeds
-)
-few_inputs = st.builds(
-    lambda start: [Out(configuration_words(0x8414, 0x3F, start), 2), Out(NOTHING, 2)], starting_speeds
+good_configuration = pick(configuration_words, CONFIGURATIONS, [0x3F], STARTING_SPEEDS)
+few_inputs = pick(
+    lambda start: [Out(configuration_words(0x8414, 0x3F, start), 2), Out(NOTHING, 2)], STARTING_SPEEDS
 )
 """Home switch and CW limit, nothing else: what the other inputs do must not matter."""
-any_configuration = images.configurations(Firmware(2, 0)).map(lambda it: tuple(it.to_image()))
-bad_configuration = images.faulty_configurations(Firmware(2, 0)).map(lambda faulty: tuple(faulty.image))
-reconfigured = st.builds(
-    lambda config, t: [Out(config, t), Out(NOTHING, 2)],
-    st.one_of(good_configuration, any_configuration, bad_configuration),
-    ticks,
-)
+any_configuration = drawn(images.configurations(Firmware(2, 0)), lambda it: tuple(it.to_image()))
+bad_configuration = drawn(images.faulty_configurations(Firmware(2, 0)), lambda it: tuple(it.image))
+
+
+def reconfigured(dice):
+    """Another configuration, or none."""
+    config = any_of(good_configuration, any_configuration, bad_configuration)(dice)
+    return [Out(config, dice.one_of(TICKS)), Out(NOTHING, 2)]

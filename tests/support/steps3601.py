@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import oracle_bits as bits
 from oracle_bits import CCW_LIMIT, CW_LIMIT, ESTOP, EXTERNAL
+from scanrack.io_images import split_thousands
 
 ERRORS = bits.COMMAND_ERROR | bits.INVALID_PROFILE | bits.HOME_INVALID | bits.INPUT_ERROR
 NOTHING = (0,) * 8
@@ -123,6 +124,7 @@ class Recover:
     """What a program does before it goes on: inputs off, errors reset, configured, position preset."""
 
     config: tuple[int, ...]
+    position: int = 500
 
     def play(self, bench):
         for bit in (EXTERNAL, ESTOP, CW_LIMIT, CCW_LIMIT):
@@ -139,7 +141,8 @@ class Recover:
         if bench.oracle.in_motion():
             self.command(bench, [bits.IMMEDIATE_STOP, *NOTHING[1:]])
         if bench.oracle.position_invalid:
-            self.command(bench, [bits.PRESET_POSITION, 0, 0, 500, 0, 0, 0, 0])
+            words = [bits.PRESET_POSITION, 0, *split_thousands(self.position), 0, 0, 0, 0]
+            self.command(bench, words)
 
     def command(self, bench, words):
         if list(words) != bench.words or words[0]:

@@ -11,44 +11,48 @@ from functools import cache
 
 import oracle_bits as bits
 import scripts3601 as one
+from dice3601 import BYTES, Dice, any_of, pick, story
 from faults3601 import faults
 from hypothesis import strategies as st
 from oracle_bits import CAPTURE, CCW_LIMIT, CW_LIMIT, ESTOP, EXTERNAL, HOME
 from steps3601 import NOTHING, Out, Recover, ToRest
 
-
-def story(*parts):
-    """Parts one after the other; a part is a strategy of a step or of a list of steps."""
-    return st.tuples(*parts).map(
-        lambda values: [s for value in values for s in (value if isinstance(value, list) else [value])]
-    )
+REST = ToRest()
 
 
 @cache
 def meddling(start):
-    """What comes in between."""
-    single = st.one_of(
+    """What comes in between: mostly one thing, or two."""
+    something = any_of(
         *(one.hold, one.resume(start), one.stop, one.reset, one.preset, one.idle, one.wait, one.rest),
         *(one.press, one.press, one.turn, one.marker, one.plc, one.power, one.release, one.all_zero),
         *(one.speed_changed(start), one.target_changed, one.proximity, one.lsw_changed),
         *(one.move(start), one.manual(start), one.find_home(start), one.blend_run),
-        *(one.stored_minimum, one.hostile, one.slip(start)),
+        *(one.stored_minimum, one.hostile, one.slip(start), one.reconfigured, one.blend_program(start)),
     )
-    several = st.one_of(single.map(lambda step: [step]), one.reconfigured, one.blend_program(start))
-    return st.lists(several, max_size=2).map(lambda lists: [step for steps in lists for step in steps])
+    nothing, twice = story(), story(something, something)
+    return any_of(nothing, something, something, twice)
 
 
 @cache
 def moves(start):
     """Absolute and relative moves, Hold and Resume [chapter 4]."""
-    between, rest, resume, long = meddling(start), one.rest, one.resume(start), one.long_move(start)
-    held = one.hold | one.pressed(EXTERNAL)
+    between, rest, resume, long = meddling(start), REST, one.resume(start), one.long_move(start)
+    held = any_of(one.hold, one.pressed(EXTERNAL))
+    other = any_of(one.preset, one.stored_minimum, one.blend_program(start))
     return [
         story(one.move(start), between, rest),
         story(long, held, rest, between, resume, between, rest),
         story(long, one.hold, rest, resume, rest),
         story(long, one.hold, rest, resume, one.hold, rest, resume, rest),
-        story(long, one.hold, rest, one.preset | one.stored_minimum | one.blend_program(start), resume, rest),
+        story(
+            long,
+            one.hold,
+            rest,
+            other,
+            resume,
+            rest,
+        ),
         story(long, one.stop, one.absolute(start), rest),
         story(one.pressed(EXTERNAL), one.move(start), rest, resume, rest),
         story(one.slip(start), one.idle, one.slip(start), rest),
@@ -63,8 +67,8 @@ def moves(start):
 @cache
 def manual_moves(start):
     """Manual moves: with ramps, at constant speed, one-shots [chapter 4]."""
-    between, rest, manual, release = meddling(start), one.rest, one.manual(start), one.release
-    limit = one.pressed(CW_LIMIT) | one.pressed(CCW_LIMIT)
+    between, rest, manual, release = meddling(start), REST, one.manual(start), one.release
+    limit = one.pressed(CW_LIMIT, CCW_LIMIT)
     return [
         story(manual, one.speed_changed(start), between, one.speed_changed(start), release, between, rest),
         story(manual, between, release, rest),
@@ -80,7 +84,7 @@ def manual_moves(start):
 @cache
 def registration_moves(start):
     """Registration moves and the minimum registration distance [chapter 4]."""
-    between, rest, move = meddling(start), one.rest, one.registration(start)
+    between, rest, move = meddling(start), REST, one.registration(start)
     plain, outside = one.good_registration(start), one.pressed(EXTERNAL)
     return [
         story(move, between, one.release, between, rest),
@@ -99,9 +103,9 @@ def registration_moves(start):
 @cache
 def homing(start):
     """The four kinds of homing [chapter 3, item 10; chapter 4, Find Home]."""
-    between, rest, home = meddling(start), st.just(ToRest(1_200)), one.find_home(start)
-    signal = one.proximity | one.marker | one.pressed(HOME) | one.press
-    limit = one.pressed(CW_LIMIT) | one.pressed(CCW_LIMIT)
+    between, rest, home = meddling(start), ToRest(1_200), one.find_home(start)
+    signal = any_of(one.proximity, one.marker, one.pressed(HOME), one.press)
+    limit = one.pressed(CW_LIMIT, CCW_LIMIT)
     return [
         story(home, between, rest),
         story(home, rest, one.move(start), rest),
@@ -115,14 +119,14 @@ def homing(start):
 @cache
 def blend_moves(start):
     """Blend programming and blend moves [chapters 4 and 5]."""
-    between, rest, run = meddling(start), one.rest, one.blend_run
+    between, rest, run = meddling(start), REST, one.blend_run
     programmed, good = one.blend_program(start), one.good_blend_program(start)
     return [
         story(programmed, run, between, rest),
         story(programmed, between, run, one.wait, between, rest, one.all_zero, run, rest),
         story(good, run, rest, one.idle, run, rest),
-        story(good, run, one.hold, st.just(ToRest(4_000)), one.reset),
-        story(good, run, one.hold, st.just(ToRest(4_000)), one.idle, run),
+        story(good, run, one.hold, ToRest(4_000), one.reset),
+        story(good, run, one.hold, ToRest(4_000), one.idle, run),
         story(good, run, programmed, rest, run),
         story(one.faulty_blend_program(start), one.reset, one.faulty_blend_program(start), run),
         story(one.incomplete_blend_program(start), run, rest),
@@ -135,10 +139,10 @@ def encoder_moves(start):
     """Moves until the encoder has counted so far [chapter 4, Encoder Move]."""
     between, move = meddling(start), one.encoder_move(start)
     return [
-        story(move, one.turn, between, one.turn, one.rest),
-        story(move, between, one.rest),
-        story(move, one.pressed(EXTERNAL), one.turn, one.rest),
-        story(one.turn, one.preset, one.turn, one.pressed(CAPTURE), one.move(start), one.rest),
+        story(move, one.turn, between, one.turn, REST),
+        story(move, between, REST),
+        story(move, one.pressed(EXTERNAL), one.turn, REST),
+        story(one.turn, one.preset, one.turn, one.pressed(CAPTURE), one.move(start), REST),
     ]
 
 
@@ -152,14 +156,14 @@ def following(start):
         story(still, cw, turn, still, ccw, turn, one.all_zero),
         story(one.follow([0, bits.MANUAL_CW]), turn, between, one.follow(both), turn, between),
         story(steady, turn, steady, turn, one.all_zero),
-        story(steady, turn, one.hostile | one.hold | one.lsw_changed | ccw),
+        story(steady, turn, any_of(one.hostile, one.hold, one.lsw_changed, ccw)),
     ]
 
 
 @cache
 def states(start):
     """Configuration mode, power, the PLC's mode, presets, captures, and words that nobody should write."""
-    between, rest, long = meddling(start), one.rest, one.long_move(start)
+    between, rest, long = meddling(start), REST, one.long_move(start)
     return [
         story(one.hostile, between, one.hostile),
         story(one.reconfigured, between, one.move(start), rest),
@@ -169,7 +173,7 @@ def states(start):
         story(one.pressed(CAPTURE), one.move(start), rest, one.press, rest),
         story(one.preset, one.idle, one.preset, between, one.absolute(start), rest),
         story(one.slip(start), one.idle, one.slip(start), one.reset, one.slip(start)),
-        story(one.few_inputs, one.pressed(EXTERNAL) | one.pressed(ESTOP), one.move(start), rest),
+        story(one.few_inputs, one.pressed(EXTERNAL, ESTOP), one.move(start), rest),
         story(one.two_bits, one.idle, one.sloppy_reset, one.idle, one.reset, one.two_bits),
     ]
 
@@ -222,6 +226,12 @@ NEWER = {
 """Firmware versions for what the older ones do not have."""
 
 
+STORIES = {"errors": 20}
+"""How many there may be in a script, if not 6."""
+
+SETTING_BYTES = 10
+
+
 @cache
 def scripts(theme=None):
     """A setting and the steps to play on it; without a theme, one of them is drawn."""
@@ -230,32 +240,47 @@ def scripts(theme=None):
 
 @st.composite
 def _script(draw, theme):
-    with_encoder = theme in ("encoder", "follower")
-    msw = draw(st.sampled_from(WITH_ENCODER if with_encoder else one.CONFIGURATIONS))
-    levels = draw(st.sampled_from([0x3F, 0x3F, 0x3F, 0x3E, 0x3B]))
-    start = draw(one.starting_speeds)
-    config = one.configuration_words(msw, levels, start)
-    gear = 0 if theme == "follower" else draw(st.sampled_from([0, 0, 1, 4]))
-    setting = Setting(
-        firmware=draw(st.sampled_from(NEWER.get(theme, one.FIRMWARES))),
-        switches=draw(st.sampled_from(one.MACHINES)),
-        counts_per_step=gear,
-        marker_every=draw(st.sampled_from([None, 400])) if gear else None,
-        wired_back=bool(config[0] & bits.DIAGNOSTIC) and draw(st.booleans()),
-        scan_ticks=draw(st.sampled_from([1, 1, 1, 2, 8])),
-    )
-    told = draw(_many(THEMES[theme](start)) if theme == "errors" else _some(THEMES[theme](start)))
+    most = STORIES.get(theme, 6)
+    size = SETTING_BYTES + most * BYTES
+    thrown = draw(st.binary(min_size=size, max_size=size))
+    setting, config, start, position = _settings(theme)(Dice(thrown, draw))
+    stories = list(THEMES[theme](start))
     steps = [Out(config, 2), Out(NOTHING, 2)]
-    for each in told:
-        steps += [Recover(config), *each]
+    for at in range(SETTING_BYTES, size, BYTES):
+        dice = Dice(thrown[at : at + BYTES], draw)
+        if dice.one_of([False, True, True, True]):
+            told = dice.one_of(stories)
+            steps += [Recover(config, position), *story(told)(dice)]
+            if theme == "errors":
+                stories.remove(told)  # so that in not so many scripts each of them is told
     return setting, steps
 
 
-def _some(stories):
-    return st.lists(st.one_of(stories), min_size=1, max_size=6)
+@cache
+def _settings(theme):
+    """A recipe of a setting, the words that configure its module, its starting speed, and where it begins."""
 
+    def made(msw, levels, start, position, gear, firmware, switches, marker_every, wired_back, scan_ticks):
+        setting = Setting(
+            firmware=firmware,
+            switches=switches,
+            counts_per_step=gear,
+            marker_every=marker_every if gear else None,
+            wired_back=wired_back and bool(msw & bits.DIAGNOSTIC),
+            scan_ticks=scan_ticks,
+        )
+        return setting, one.configuration_words(msw, levels, start), start, position
 
-def _many(stories):
-    """No story twice, so that in not so many scripts each of them is told."""
-    chosen = st.lists(st.sampled_from(stories), unique_by=id, min_size=10, max_size=20)
-    return chosen.flatmap(lambda each: st.tuples(*each))
+    return pick(
+        made,
+        WITH_ENCODER if theme in ("encoder", "follower") else one.CONFIGURATIONS,
+        [0x3F, 0x3F, 0x3F, 0x3E, 0x3B],
+        one.STARTING_SPEEDS,
+        [500, 500, -12_345],
+        [0] if theme == "follower" else [0, 0, 1, 4],
+        NEWER.get(theme, one.FIRMWARES),
+        one.MACHINES,
+        [None, 400],
+        [False, True],
+        [1, 1, 1, 2, 8],
+    )
