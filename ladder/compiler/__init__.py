@@ -17,7 +17,7 @@ from typing import Any
 from ..engine import Engine
 from ..linked import Linked
 from .program import ProgramText, text_of
-from .services import services
+from .services import regions_of, services
 
 __all__ = ["Scanner", "scanner_of", "source_of"]
 
@@ -35,9 +35,10 @@ def scanner_of(linked: Linked) -> Scanner:
     """Compile a program once, for any number of engines."""
     text = text_of(linked)
     code = _code(text)
+    regions = regions_of(linked)
 
     def bind(engine: Engine) -> Callable[[int], object]:
-        namespace: dict[str, Any] = services(engine)
+        namespace: dict[str, Any] = services(engine, regions)
         functions: dict[str, FunctionType] = {}
         for constant in code.co_consts:
             if isinstance(constant, CodeType):

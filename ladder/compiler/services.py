@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from .. import arithmetic as math
-from ..linked import steps_of
+from ..linked import Linked, steps_of
 from ..memory import Value
 from ..regions import copy, region_of
 
@@ -126,11 +126,16 @@ class Services:
         return self.narrow(site, int(value), 64, bits)
 
 
-def services(engine: Engine) -> dict[str, Any]:
-    """Return the names that the compiled program knows."""
+def services(engine: Engine, regions: Regions) -> dict[str, Any]:
+    """Return the names that the compiled program knows.
+
+    Args:
+        engine: what it runs on.
+        regions: the program's, see `regions_of`.
+    """
     own = Services(engine)
     named = {name: getattr(own, name) for name in dir(Services) if not name.startswith("_")}
-    named["region"] = _regions(engine)
+    named["region"] = regions
     named["array"] = array
     for name in (
         "real",
@@ -146,11 +151,15 @@ def services(engine: Engine) -> dict[str, Any]:
     return named
 
 
-def _regions(engine: Engine) -> dict[tuple[int, int], Any]:
+Regions = dict[tuple[int, int], Any]
+"""Regions by site and operand."""
+
+
+def regions_of(linked: Linked) -> Regions:
     """Return the regions of all COP, CPS and FLL, by site and operand."""
     return {
-        (step.site, number): region_of(operand, engine.linked.layout)
-        for routine in engine.linked.routines.values()
+        (step.site, number): region_of(operand, linked.layout)
+        for routine in linked.routines.values()
         for line in routine.lines
         for step in steps_of(line.nodes)
         if step.name in ("COP", "CPS", "FLL")

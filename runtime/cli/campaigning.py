@@ -125,7 +125,7 @@ class Session:
 
             try:
                 campaign(
-                    Work(self.setup),
+                    Work(self.setup if self.dask is None else self.setup.from_anywhere()),
                     state,
                     executor_of(self.jobs, self.dask),
                     examples=self.examples,

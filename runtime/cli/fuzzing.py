@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import json
+import os
 import shlex
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
+from warnings import catch_warnings, simplefilter
 
 from hypothesis.configuration import set_hypothesis_home_dir
+from hypothesis.errors import HypothesisDeprecationWarning
 
 from ...ladder import Program
 from ...ladder.program import load_program
@@ -59,6 +62,11 @@ class Setup:
     kinds: frozenset[Kind]
     notes: Path
 
+    def from_anywhere(self) -> Setup:
+        """Return the same with absolute paths, for a worker in another folder."""
+        files = tuple(file.absolute() for file in self.invariants)
+        return replace(self, rack=os.path.abspath(self.rack), invariants=files, notes=self.notes.absolute())
+
     @property
     def words(self) -> list[str]:
         """How the command line says what must hold."""
@@ -76,7 +84,9 @@ class Work:
         """Search."""
         bench = bench_of(self.setup)
         strategy = scenarios(bench.spec, bench.scans, self.setup.kinds, base=task.base)
-        with _kept_in(self.setup.notes):
+        with _kept_in(self.setup.notes), catch_warnings():
+            # threads of a cluster's worker use `random`, which is taken for the strategies' doing
+            simplefilter("ignore", HypothesisDeprecationWarning)
             return search(bench, strategy, examples=task.examples, start=task.number, known=task.known)
 
 

@@ -29,6 +29,8 @@ PROGRAM, RUNNING, ASKING, BUILDING = "the program", "modules and scan loop", "in
 SENTENCES = ("rule", "refusal", "adapter")
 """Kinds of events that say why a bit is set."""
 
+FAULT = ScanFlag.FAULT.value
+
 NOTHING: Mapping[str, Any] = {}
 
 
@@ -112,7 +114,7 @@ class _Watcher:
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Ask every invariant, unless the scan was not finished."""
-        if flags & ScanFlag.FAULT:
+        if flags & FAULT:
             return
         start_ns = wall_ns()
         moment = self.moment
