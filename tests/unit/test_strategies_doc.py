@@ -21,7 +21,15 @@ def page():
     return names
 
 
-@pytest.mark.parametrize("name", ["test_words_survive_the_gateway", "test_a_check_of_the_starting_speed"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "test_words_survive_the_gateway",
+        "test_a_check_of_the_starting_speed",
+        "test_my_program_never_faults",
+        "test_a_display_of_machines",
+    ],
+)
 def test_examples_of_the_page_hold(page, name):
     page[name]()
 
