@@ -6,10 +6,12 @@ that was found running a program of its own (`takeover`).
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 from adapterbench import AdapterBench, move
 from scanrack.io_images.amci3601 import InputBit
-from scanrack.io_images.pcl601 import Code
+from scanrack.io_images.pcl601 import Code, Register
 from scanrack.io_images.pcl601.program import parse_program
 from scanrack.runtime.machine import Switch
 from scanrack.runtime.pcl601.program import ProgramMachine
@@ -23,7 +25,7 @@ CCW_AT_4000 = Switch(CCW, None, -4000, normally_closed=True)
 
 PROXIMITY = 1 << 12
 WITH_PROXIMITY = (0x847E, 63, 1, 0)
-HOME_CW, HOME_CCW = (32, 0, 0, 0, 5, 0, 20, 20), (64, 0, 0, 0, 5, 0, 20, 20)
+HOME_CW = (32, 0, 0, 0, 5, 0, 20, 20)
 INVALID_HOME = {"MODULE_OK", "HOME_INVALID", "INPUT_ERROR", "POSITION_INVALID"}
 
 
@@ -91,21 +93,28 @@ def proximity_bench(*switches: Switch) -> AdapterBench:
     return AdapterBench(*switches, proximity="jumper").configured(*WITH_PROXIMITY)
 
 
-def seek(bench: AdapterBench, words: tuple[int, ...], on: int, off: int, ms: int = 20_000) -> AdapterBench:
-    """Search for home with the proximity bit set while the motor stands in a range, as a PLC would."""
-    end_ns = bench.now_ns + ms * 1_000_000
+def seek(bench: AdapterBench, on: int, off: int, ms: int = 20_000) -> list[tuple[int, set[str]]]:
+    """Search for home CW with the proximity bit set while the motor stands in a range, as a PLC would.
+
+    Returns:
+        Where the motor was every 2 ms, and the status bits.
+    """
+    end_ns, trail = bench.now_ns + ms * 1_000_000, []
     while bench.now_ns < end_ns and not bench.bits & {"AT_HOME", "HOME_INVALID"}:
         near = PROXIMITY if on <= bench.motor <= off else 0
-        bench.give(words[0], words[1] | near, *words[2:], ms=2)
-    return bench
+        bench.give(HOME_CW[0], HOME_CW[1] | near, *HOME_CW[2:], ms=2)
+        trail.append((bench.motor, bench.bits))
+    return trail
 
 
 def test_the_proximity_slows_the_search_down_and_the_switch_ends_it():
     bench = proximity_bench(Switch(HOME, 6000, 6100))
     before = bench.now_ns
-    seek(bench, HOME_CW, 4000, 7000)
+    trail = seek(bench, 4000, 7000)
     assert bench.bits == {"MODULE_OK", "AT_HOME", "IN_HOME", "HOME_PROX_ECHO"}
     assert (bench.position, bench.motor) == (0, 6000)
+    slowing = [at for at, bits in trail if "DECELERATING" in bits]
+    assert 4000 < slowing[0] < slowing[-1] < 4900  # the ramp is 600 steps long, and a write late
     # 4,000 steps less a ramp of 600 at 5,000/s and 0.2 s, 600 steps in 0.2 s, about 1,300 at 1,000/s
     assert 2.2e9 < bench.now_ns - before < 2.6e9
 
@@ -120,7 +129,8 @@ def test_outside_a_search_the_proximity_is_an_echo_and_slows_nothing():
 
 def test_a_switch_met_before_the_proximity_is_no_home():
     """The caveat of home type 0: it takes the switch for a hard limit, which a 3601 would pass over."""
-    bench = seek(proximity_bench(Switch(HOME, 2000, 2100)), HOME_CW, 4000, 7000)
+    bench = proximity_bench(Switch(HOME, 2000, 2100))
+    seek(bench, 4000, 7000)
     assert bench.bits == INVALID_HOME | {"IN_HOME"}
     assert bench.motor == 2000
     assert bench.reasons == ["home before proximity"]
@@ -128,21 +138,36 @@ def test_a_switch_met_before_the_proximity_is_no_home():
 
 def test_a_proximity_that_is_on_at_the_start_is_left_first():
     bench = proximity_bench(Switch(HOME, 1500, 1600))
-    seek(bench, HOME_CW, -1000, 3000)
+    places = [at for at, _ in seek(bench, -1000, 3000)]
     assert bench.bits == {"MODULE_OK", "AT_HOME", "IN_HOME", "HOME_PROX_ECHO"}
     assert bench.motor == 1500
+    back = places[places.index(min(places)) :]
+    assert max(after - before for before, after in pairwise(back)) <= 3  # 1,000 steps/s, 2 ms
+
+
+def test_a_switch_that_is_met_for_a_moment_only_is_home():
+    """The controller stops by itself; nobody has to read the switch."""
+    bench = proximity_bench()
+    bench.give(*HOME_CW, ms=500)
+    bench.give(32, PROXIMITY, *HOME_CW[2:], ms=500)
+    bench.level(HOME, True)
+    at = bench.motor
+    bench.level(HOME, False)
+    bench.run(100)
+    assert bench.bits == {"MODULE_OK", "AT_HOME", "HOME_PROX_ECHO"}
+    assert (bench.position, bench.motor) == (0, at)
 
 
 def test_behind_an_end_limit_home_is_approached_from_the_commanded_side():
     """Off at 3000 after the limit, back over the range -3000..-1000, and CW from there."""
     bench = proximity_bench(Switch(CW, 3000, None), Switch(HOME, -1500, -1400))
-    seek(bench, HOME_CW, -3000, -1000)
+    seek(bench, -3000, -1000)
     assert bench.bits == {"MODULE_OK", "AT_HOME", "IN_HOME", "HOME_PROX_ECHO"}
     assert bench.motor == -1500
 
 
 def test_a_search_that_is_stopped_leaves_no_proximity_behind():
-    """Neither the next move nor the one after a lost link is slowed down by what was set before."""
+    """It would slow the next move down."""
     bench = proximity_bench(Switch(HOME, 60_000, 60_100))
     bench.give(32, 0, 0, 0, 5, 0, 20, 20, ms=500)
     bench.give(32, PROXIMITY, 0, 0, 5, 0, 20, 20, ms=500)
@@ -241,12 +266,14 @@ def test_a_polled_registration_stops_and_indexes_the_rest(external):
     switches = (Switch(InputBit.EXTERNAL, 6000, 6400),) if external else ()
     bench = AdapterBench(*switches, registration="polled").configured()
     bench.give(128, 0, 3, 0, 5, 0, 20, 20, ms=1000)
+    controller = bench.module.controller.device.controller
+    assert not controller.values[Register.INDEX_ON_FLY]  # nothing on input 2 counts
     at = 6000 if external else bench.motor
     bench.give(128 if external else 0, 0, 3, 0, 5, 0, 20, 20, ms=5000, until="STOPPED")
     assert bench.bits == {"MODULE_OK", "STOPPED"}
     assert 3000 < bench.motor - at <= 3000 + 5000 * 0.03
     assert bench.position == bench.motor
-    assert not bench.module.controller.device.controller.outputs
+    assert not controller.outputs
 
 
 def test_a_polled_registration_is_longer_than_its_ramp_down_and_its_delay():

@@ -99,7 +99,6 @@ class Pcl601Driver(Driver[Drive]):
     def forget(self) -> None:
         """Forget what has been written, and what was to be cleared."""
         self._written.clear()
-        self._maybe_on.update(self._outputs)
         self.clear_errors = self.clear_encoder = False
 
     def errand(self) -> Talk | None:
