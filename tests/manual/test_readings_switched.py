@@ -59,7 +59,10 @@ def test_acceleration_type_10_of_a_blend_segment(chosen):
 @pytest.mark.parametrize("words", [(2, 0, 0, 10, 1, 0), (2, 0, 0, 10, 0, 1)])
 @pytest.mark.parametrize("chosen", [False, True])
 def test_data_in_unused_words_of_the_first_block(chosen, words):
-    bench = Bench.ready(blend_reserved_words_checked=chosen).out(0, 0x300, *words).run(1)
+    bench = Bench.ready(blend_reserved_words_checked=chosen)
+    assert "INVALID_PROFILE" not in bench.out(0, 0x300, *words[:4]).run(1).bits
+    bench.out(0, 0x100).run(1).out().run(1)
+    bench.out(0, 0x300, *words).run(1)
     assert ("INVALID_PROFILE" in bench.bits) is chosen
 
 

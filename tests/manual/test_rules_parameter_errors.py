@@ -194,6 +194,22 @@ def test_an_encoder_move_to_an_unknown_place_comes_before_the_emergency_stop():
     assert (bench.fired[-1], "INPUT_ERROR" in bench.bits) == ("CMD-06", False)
 
 
+@pytest.mark.rules("CMD-04", "CMD-10", "HOM-01", "HOM-02")
+@pytest.mark.parametrize(
+    ("wrong", "rule"),
+    [
+        pytest.param({"target": 7, "lsw": 1, "speed": 0}, "HOM-02", id="target"),
+        pytest.param({"lsw": 1, "speed": 0}, "CMD-10", id="S-curve"),
+        pytest.param({"speed": 0}, "CMD-04", id="range"),
+        pytest.param({"speed": 999}, "HOM-01", id="starting speed"),
+    ],
+)
+def test_of_several_mistakes_of_a_find_home_one_is_told(wrong, rule):
+    """The manual names no order; a speed of 0, which is below the starting speed, too, is out of range."""
+    bench = Bench.ready().command(HOME_CW, **wrong).run(1)
+    assert bench.fired[0] == rule
+
+
 @pytest.mark.rules("CMD-22", "CMD-23", "CMD-24")
 def test_the_distance_of_a_registration_move_comes_before_the_external_input():
     """A distance that is negative or too short is told whether the input is active or not."""

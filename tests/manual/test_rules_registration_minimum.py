@@ -194,9 +194,11 @@ def test_it_is_stored_when_the_bit_rises_and_not_later():
 
 
 @pytest.mark.rules("REG-10")
-def test_it_cannot_be_stored_during_a_move():
+@pytest.mark.parametrize("distance", [5, -5])
+def test_it_cannot_be_stored_during_a_move(distance):
+    """That the axis is busy is told before what is wrong with the distance."""
     bench = Bench.ready().relative(2000, ms=100)
-    bench.out(0, STORE, 0, 5).run(1)
+    bench.out(0, STORE, 0, distance).run(1)
     assert bench.bits == {"MODULE_OK", "MOVING_CW", "ACCELERATING", "COMMAND_ERROR"}
     assert bench.fired == ["REG-10"]
     bench.until("MOVE_COMPLETE")

@@ -1468,11 +1468,13 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_homing_commands.py::test_accepted_find_home",
             "test_rules_homing_commands.py::test_refused_find_home",
             "test_rules_parameter_errors.py::test_homing_slower_than_the_starting_speed",
+            "test_rules_parameter_errors.py::test_of_several_mistakes_of_a_find_home_one_is_told",
             "test_rules_parameter_errors.py::test_what_is_wrong_with_the_words_comes_before_the_emergency_stop",
         ),
         "HOM-02": (
             "test_rules_homing_commands.py::test_refused_find_home",
             "test_rules_homing_commands.py::test_the_first_broken_rule_is_named",
+            "test_rules_parameter_errors.py::test_of_several_mistakes_of_a_find_home_one_is_told",
             "test_rules_parameter_errors.py::test_what_is_wrong_with_the_words_comes_before_the_emergency_stop",
         ),
         "HOM-03": (
@@ -1719,6 +1721,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "CMD-04": (
             "test_rules_encoder_moves.py::test_an_encoder_move_has_the_ranges_of_any_move",
             "test_rules_homing_commands.py::test_refused_find_home",
+            "test_rules_parameter_errors.py::test_of_several_mistakes_of_a_find_home_one_is_told",
             "test_rules_parameter_errors.py::test_parameters_out_of_range",
             "test_rules_parameter_errors.py::test_resume_out_of_range",
             "test_rules_parameter_errors.py::test_the_first_broken_rule_decides",
@@ -1771,6 +1774,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_homing_commands.py::test_accepted_find_home",
             "test_rules_homing_commands.py::test_refused_find_home",
             "test_rules_parameter_errors.py::test_homing_with_an_s_curve",
+            "test_rules_parameter_errors.py::test_of_several_mistakes_of_a_find_home_one_is_told",
             "test_rules_profiles.py::test_homing_has_no_s_curve",
         ),
         "CMD-11": ("test_rules_presets_and_resets.py::test_preset_encoder_needs_an_encoder",),
