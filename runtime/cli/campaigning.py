@@ -15,7 +15,7 @@ from rich.progress import BarColumn, Progress, TaskID, TaskProgressColumn, TextC
 from ..fuzz import Found, Scenario, undisturbed
 from ..fuzz.campaign import campaign
 from ..fuzz.state import RECORDING, State, read_state, write_state
-from ..fuzz.trial import NO_FAULT, Bench
+from ..fuzz.trial import NO_FAULT, Bench, Broken
 from ..pace import wall_ns
 from .executors import executor_of
 from .fuzzing import Setup, Work, bench_of, hand_over
@@ -87,31 +87,28 @@ class Session:
         self._look_again(bench, state)
         self._keep(bench, state, state.note(undisturbed(bench, self.base or Scenario(), state.found)))
         status = HELD
-        if self._is_worth_a_search(bench, state):
+        if self._can_be_searched(state):
             status = self._search(bench, state, start_ns)
-        broken = [state.found[name] for name in sorted(bench.names & set(state.found))]
+        broken = [each for _, each in sorted(state.found.items()) if each.broken.invariant in bench.names]
         if not self.quiet:
             typer.echo(summary(state, before, (wall_ns() - start_ns) / 1e9))
-            held = sorted(bench.names - set(state.found))
+            held = sorted(bench.names - {each.broken.invariant for each in broken})
             typer.echo(f"held          {', '.join(held) or 'nothing'}")
         for each in broken:
-            typer.echo(f"{failure(each)}\n  see {self._folder_of(each)}")
+            typer.echo(f"{failure(each)}\n  see {self._folder_of(state, each.broken)}")
         return status or (BROKEN if broken else HELD)
 
     def _look_again(self, bench: Bench, state: State) -> None:
         """Look whether what was broken still is, and tell what is not."""
         for broken in state.recheck(bench):
             typer.echo(f"mended: {broken.sentence.rstrip('.')} [{broken.invariant}]")
-            mended(self.folder / broken.invariant / "report.txt")
+            mended(self._folder_of(state, broken) / "report.txt")
 
-    def _is_worth_a_search(self, bench: Bench, state: State) -> bool:
-        """Whether there is something left to be found; if not, say why."""
-        fault = state.found.get(NO_FAULT)
-        if fault is not None and not fault.scenario.size:
+    def _can_be_searched(self, state: State) -> bool:
+        """Whether the program can be searched; if not, say why."""
+        faults = [each for each in state.found.values() if each.broken.invariant == NO_FAULT]
+        if any(not each.scenario.size for each in faults):
             self._complain("the program faults with nothing random around it: mend that, then search")
-            return False
-        if bench.names <= set(state.found):
-            self._complain("all that must hold is broken already: nothing is left to search for")
             return False
         return True
 
@@ -142,11 +139,11 @@ class Session:
     def _keep(self, bench: Bench, state: State, found: Iterable[Found]) -> None:
         """Write down all that is known, and hand over what is new."""
         for each in found:
-            hand_over(self.job, self.setup, bench, each, self._folder_of(each))
+            hand_over(self.job, self.setup, bench, each, self._folder_of(state, each.broken))
         write_state(state, self.state_file)
 
-    def _folder_of(self, found: Found) -> Path:
-        return self.folder / found.broken.invariant
+    def _folder_of(self, state: State, broken: Broken) -> Path:
+        return self.folder / state.folders[broken.key]
 
     @contextmanager
     def _progress(self, state: State) -> Iterator[Callable[[list[Found]], None]]:

@@ -87,14 +87,14 @@ def search(
     """Look for scenarios in which invariants are broken.
 
     When one is found it is shrunk, and the search goes on for the others until the examples are
-    used up or every invariant is broken.
+    used up. Faults of the program are told apart by their place; of any other invariant one failure is found.
 
     Args:
         bench: the program and what must hold.
         strategy: the scenarios.
         examples: how many are tried in all, less those of shrinking.
         start: seed of the search; the same seed finds the same.
-        known: names of invariants that are not looked for.
+        known: names of invariants, and keys of faults, that are not looked for.
         progress: called with the number of runs so far.
 
     Raises:
@@ -112,7 +112,7 @@ def search(
         if found is None:
             break
         report.found.append(found)
-        given_up.add(found.broken.invariant)
+        given_up.add(found.broken.key)
     report.spent[DRAWING] = wall_ns() - start_ns - report.spent.total()
     return report
 
@@ -132,7 +132,7 @@ def undisturbed(bench: Bench, scenario: Scenario, known: Iterable[str] = ()) -> 
     without = set(known)
     while (broken := bench.run(scenario, without=without).broken) is not None:
         found.append(Found(scenario, broken, 1))
-        without.add(broken.invariant)
+        without.add(broken.key)
     return found
 
 
@@ -174,10 +174,10 @@ def _hunt(
             used += 1
             target(float(len(verdict.rules)), label="rules of the manual that fire")
         broken = verdict.broken
-        if broken is None or (wanted is not None and broken.invariant != wanted):
+        if broken is None or (wanted is not None and broken.key != wanted):
             return
         if wanted is None:
-            wanted, first = broken.invariant, report.runs
+            wanted, first = broken.key, report.runs
         smallest = scenario, broken
         raise _BrokenError
 

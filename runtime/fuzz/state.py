@@ -6,6 +6,7 @@ import json
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -32,8 +33,9 @@ class State:
         scans: scans in all of them.
         rules: how often each rule of the manual fired.
         corpus: by a rule's id, the scenario in which it fired first; by `RECORDING`, that of a recording;
-            by an invariant's name, one that broke it once and does not any more.
-        found: the smallest scenario that breaks an invariant, by the invariant's name.
+            by a failure's key, one that broke something once and does not any more.
+        found: of each failure the smallest scenario, by the failure's key.
+        folders: name of the folder of each failure that was ever found, by its key.
         shrinking: how many of this session's runs were to shrink what was found; not kept in the file.
         spent: what the time of this session's searches went to, ns; not kept in the file.
     """
@@ -45,6 +47,7 @@ class State:
     rules: Counter[str] = field(default_factory=Counter)
     corpus: dict[str, Scenario] = field(default_factory=dict)
     found: dict[str, Found] = field(default_factory=dict)
+    folders: dict[str, str] = field(default_factory=dict)
     shrinking: int = field(default=0, compare=False)
     spent: Counter[str] = field(default_factory=Counter, compare=False)
 
@@ -64,11 +67,19 @@ class State:
         """Add what is found; return what is so for the first time, or smaller than before."""
         news = []
         for each in found:
-            known = self.found.get(each.broken.invariant)
+            known = self.found.get(each.broken.key)
             if known is None or each.scenario.size < known.scenario.size:
-                self.found[each.broken.invariant] = each
+                self.found[each.broken.key] = each
+                self._give_folder(each.broken)
                 news.append(each)
         return news
+
+    def _give_folder(self, broken: Broken) -> None:
+        """Call a failure's folder as the invariant, with a number if that is taken."""
+        if broken.key not in self.folders:
+            numbered = (f"{broken.invariant}-{number}" for number in count(2))
+            names = chain([broken.invariant], numbered)
+            self.folders[broken.key] = next(name for name in names if name not in self.folders.values())
 
     def recheck(self, bench: Bench) -> list[Broken]:
         """Look whether the program still breaks what it was found to break; return what it does not.
@@ -76,15 +87,17 @@ class State:
         What is mended becomes part of the corpus. Invariants that the bench does not ask are left alone.
         """
         mended = []
-        for name in sorted(bench.names & set(self.found)):
-            before = self.found[name]
-            broken = bench.run(before.scenario, without=bench.names - {name}).broken
-            if broken is not None:
-                self.found[name] = replace(before, broken=broken)
+        for key, before in sorted(self.found.items()):
+            if before.broken.invariant not in bench.names:
                 continue
-            del self.found[name]
-            self.corpus[name] = before.scenario
-            mended.append(before.broken)
+            del self.found[key]
+            broken = bench.run(before.scenario, without=bench.names - {before.broken.invariant}).broken
+            if broken is None:
+                self.corpus[key] = before.scenario
+                mended.append(before.broken)
+            else:  # a fault may have moved with its line
+                self.folders.setdefault(broken.key, self.folders[key])
+                self.note([replace(before, broken=broken)])
         return mended
 
     def to_json(self) -> dict[str, Any]:
@@ -97,6 +110,7 @@ class State:
             "rules": dict(sorted(self.rules.items())),
             "corpus": {rule: each.to_json() for rule, each in sorted(self.corpus.items())},
             "found": [_found_json(each) for _, each in sorted(self.found.items())],
+            "folders": dict(sorted(self.folders.items())),
         }
 
     @classmethod
@@ -115,7 +129,8 @@ class State:
                 int(given["scans"]),
                 Counter(given["rules"]),
                 {rule: Scenario.from_json(each) for rule, each in given["corpus"].items()},
-                {each.broken.invariant: each for each in found},
+                {each.broken.key: each for each in found},
+                dict(given["folders"]),
             )
         except (KeyError, TypeError, AttributeError) as error:
             raise ValueError(f"this is no state of a campaign: {error!r}") from None
@@ -133,6 +148,7 @@ def _found_json(found: Found) -> dict[str, Any]:
         "why": broken.why,
         "shows": list(broken.shows),
         "rules": list(broken.rules),
+        "cause": broken.cause,
     }
 
 
@@ -145,6 +161,7 @@ def _found(given: dict[str, Any]) -> Found:
         given["why"],
         tuple(given["shows"]),
         tuple(given["rules"]),
+        given["cause"],
     )
     return Found(Scenario.from_json(given["scenario"]), broken, given["after"])
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 from ..build import build_cpu, build_rack
@@ -47,6 +48,7 @@ class Broken:
         shows: what each slot shows at the end of that scan, in words.
         rules: sentences of the manual's rules that fired in that scan, and of an adapter's refusals,
             with their ids.
+        cause: what tells it from other failures of the same invariant: of a fault, its place.
     """
 
     invariant: str
@@ -56,6 +58,12 @@ class Broken:
     why: str
     shows: tuple[str, ...] = ()
     rules: tuple[str, ...] = ()
+    cause: str = ""
+
+    @property
+    def key(self) -> str:
+        """What one failure is known by: the invariant, and its cause if it has one."""
+        return f"{self.invariant} {self.cause}".rstrip()
 
     def __str__(self) -> str:
         what = f"{self.sentence.rstrip('.')} [{self.invariant}]"
@@ -137,7 +145,8 @@ class _Watcher:
     def faulted(self, fault: Fault) -> Broken:
         """Return that the CPU has faulted."""
         self.moment.scan, self.moment.ns = fault.scan, fault.now_ns
-        return self.told(NO_FAULT, "The program does not fault the CPU", f"{fault.text} [{fault.where}]")
+        broken = self.told(NO_FAULT, "The program does not fault the CPU", f"{fault.text} [{fault.where}]")
+        return replace(broken, cause=Path(fault.where).name)
 
     def close(self) -> None:
         """See `ScanListener.close`."""
@@ -177,7 +186,7 @@ class Bench:
 
         Args:
             scenario: what surrounds it.
-            without: names of invariants that are not asked.
+            without: names of invariants that are not asked, and keys of faults that do not count.
             listeners: makes further listeners for the rack, a recorder for one.
 
         Raises:
@@ -200,7 +209,8 @@ class Bench:
         except CpuFault as error:
             if error.fault.cause is Cause.LISTENER and error.__cause__ is not None:
                 raise error.__cause__ from None  # an invariant that raised, not the program
-            watcher.broken = None if NO_FAULT in unasked else watcher.faulted(error.fault)
+            broken = watcher.faulted(error.fault)
+            watcher.broken = None if {NO_FAULT, broken.key} & unasked else broken
         spent = {
             BUILDING: built_ns - start_ns,
             PROGRAM: timed.spent_ns,

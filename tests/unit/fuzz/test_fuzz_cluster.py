@@ -52,7 +52,7 @@ def test_a_campaign_outlives_a_worker(tmp_path, cluster):
     campaign(work, state, executor, examples=20, tasks=TASKS, jobs=2, news=news)
     assert killed
     assert state.tasks == TASKS
-    assert sorted(state.found) == ["no-fault"]
+    assert sorted(state.found) == ["no-fault line.py:4"]
     assert state.runs >= 20
 
 

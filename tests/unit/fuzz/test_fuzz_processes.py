@@ -90,7 +90,7 @@ def test_the_same_command_finds_the_same_from_any_folder(folder):
     assert finished(here)[0] == finished(there)[0] == 1
     first, second = (folder / name / "state.json" for name in ("one", "two"))
     assert first.read_bytes() == second.read_bytes()
-    assert sorted(state_in(folder / "one").found) == ["no-fault"]
+    assert sorted(state_in(folder / "one").found) == ["no-fault line.py:10"]
     assert not list((folder / "elsewhere" / ".hypothesis").iterdir())  # nothing is left where one stands
     assert not (folder / ".hypothesis").exists()
 

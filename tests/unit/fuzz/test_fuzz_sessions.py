@@ -53,14 +53,15 @@ def state_of(rack):
 def test_what_is_mended_is_told_once_and_becomes_a_seed(line):
     rack = line(WATCHES.format(bit="IN_ESTOP"))
     assert fuzz(rack, "--runs", 40, "--only", "inputs").exit_code == 1
-    broken = state_of(rack).found["no-fault"]
+    (key, broken), *_none = state_of(rack).found.items()
+    assert key == "no-fault line.py:10"
     line(WATCHES.format(bit="STOPPED"))
     second = fuzz(rack, "--runs", 5, "--only", "inputs")
     assert (second.exit_code, second.stdout.splitlines()[0]) == (
         0,
         "mended: The program does not fault the CPU [no-fault]",
     )
-    assert state_of(rack).corpus["no-fault"] == broken.scenario
+    assert state_of(rack).corpus[key] == broken.scenario
     assert "held          no-command-error, no-fault," in second.stdout
     report = rack.parent / "out" / "no-fault" / "report.txt"
     assert report.read_text(encoding="utf-8").startswith("Mended: ")
@@ -73,6 +74,25 @@ def test_what_is_not_mended_is_told_again_without_a_search_for_it(line):
     second = fuzz(rack, "--runs", 5, "--only", "inputs")
     assert second.exit_code == 1
     assert first.stdout.split("\nbroken: ")[1] == second.stdout.split("\nbroken: ")[1]
+
+
+def test_faults_are_told_apart_by_their_lines_which_may_move(line):
+    two = (
+        WATCHES.format(bit="IN_ESTOP") + "    if status.IN_HOME:\n        raise RuntimeError('nor of this')\n"
+    )
+    rack = line(two)
+    words = ("--runs", 60, "--only", "inputs")
+    assert fuzz(rack, *words).stdout.count("\nbroken: The program does not fault the CPU") == 2
+    before = state_of(rack)
+    assert sorted(before.found) == ["no-fault line.py:10", "no-fault line.py:12"]
+    assert sorted(before.folders.values()) == ["no-fault", "no-fault-2"]
+    line("# a line more\n" + two)
+    moved = fuzz(rack, "--runs", 1, "--only", "inputs")
+    assert moved.exit_code == 1
+    assert "mended" not in moved.stdout
+    after = state_of(rack)
+    assert sorted(after.found) == ["no-fault line.py:11", "no-fault line.py:13"]
+    assert after.folders["no-fault line.py:11"] == before.folders["no-fault line.py:10"]
 
 
 def test_a_failure_is_told_in_words(line):
