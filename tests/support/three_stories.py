@@ -7,6 +7,7 @@ a poll over a line and the gentler ramps of a PMC006 add less than a second.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from scanrack.io_images import Image
@@ -85,6 +86,14 @@ class Story:
     options: dict[str, dict] = field(default_factory=dict)
     begin: tuple[Step, ...] = START
 
+
+def configured(refused: Mapping[str, Refusal] | None = None, **changed: object) -> tuple[Step, ...]:
+    """Return how a story begins whose configuration has something else in it."""
+    words = replace(CONFIGURATION, **changed).to_image()
+    return replace(START[0], words=words, refused=refused or {}), *START[1:]
+
+
+NEAR_HOME = FindHome(CW, 5000, 20, 20, proximity=True).to_image()
 
 MOVING_CW = Step(relative(20_000, 5000, 100, 100), 1000, {"MOVING_CW"}, (2000, 6000))
 """One second of a move that takes four: past the ramp, far from the end."""
@@ -340,10 +349,10 @@ STORIES = (
         "another speed in a manual move by option",
         (
             Step(manual(CW), 1000, {"MOVING_CW"}),
-            Step(manual(CW, 3000), 1500, {"MOVING_CW"}, None, {PMC006: NO_RESPEED[PMC006]}),
+            Step(manual(CW, 3000), 1500, {"MOVING_CW"}),
             Step(IDLE, 1000, {"STOPPED"}, (7000, 12_000)),
         ),
-        options={PCL601: {"respeed": "restart"}},
+        options={PCL601: {"respeed": "restart"}, PMC006: {"respeed": "restart"}},
     ),
     Story(
         "registration by option",
@@ -351,14 +360,41 @@ STORIES = (
             Step(manual(CW, 5000, 5000), 1000, {"MOVING_CW"}, (3000, 5000)),
             Step(released(manual(CW, 5000, 5000)), 5000, {"STOPPED"}, (8000, 11_000)),
         ),
-        options={PMC006: {"registration": "polled"}},
+        options={PCL601: {"registration": "polled"}, PMC006: {"registration": "polled"}},
+    ),
+    Story(
+        "normally closed limits by option",
+        (
+            Step(relative(12_000), 4000, {"STOPPED", "INPUT_ERROR", "POSITION_INVALID"}, (9000, 9200)),
+            Step(IDLE, 100, {"STOPPED", "INPUT_ERROR", "POSITION_INVALID"}),
+            Step(ResetErrors().to_image(), 100, {"STOPPED", "POSITION_INVALID"}),
+            Step(IDLE, 100, {"STOPPED", "POSITION_INVALID"}),
+            Step(manual(CCW), 1000, {"MOVING_CCW", "POSITION_INVALID"}, (3000, 8000)),
+            Step(IDLE, 1000, {"STOPPED", "POSITION_INVALID"}),
+        ),
+        (replace(CW_LIMIT, normally_closed=True), replace(CCW_LIMIT, normally_closed=True)),
+        {PCL601: {"limit_sense": "inputs"}},
+        configured(
+            {PMC006: Refusal({"CONFIG_ERROR"}, "levels of home switch and CCW limit")},
+            active_high=InputBit.HOME | InputBit.ESTOP,
+        ),
+    ),
+    Story(
+        "home with backplane proximity by option",
+        (
+            Step(FindHome(CW, 5000, 20, 20).to_image(), 1000, {"MOVING_CW"}, (1000, 5000)),
+            Step(NEAR_HOME, 1000, {"MOVING_CW", "HOME_PROX_ECHO"}, (3000, 8000)),
+            Step(None, 200, {"AT_HOME", "HOME_PROX_ECHO"}, 0, inputs={InputBit.HOME: True}),
+            Step(IDLE, 100, {"AT_HOME"}, 0),
+        ),
+        options={PCL601: {"proximity": "jumper"}},
+        begin=configured(
+            {PMC006: Refusal({"CONFIG_ERROR"}, "backplane home proximity")}, backplane_proximity=True
+        ),
     ),
 )
 
-ENCODER_CONFIGURATION = replace(CONFIGURATION, quadrature_encoder=True)
-NO_ENCODER = {PMC006: Refusal({"CONFIG_ERROR"}, "encoder")}
-
-ENCODER_START = (replace(START[0], words=ENCODER_CONFIGURATION.to_image(), refused=NO_ENCODER), *START[1:])
+ENCODER_START = configured({PMC006: Refusal({"CONFIG_ERROR"}, "encoder")}, quadrature_encoder=True)
 
 ENCODER_STORIES = (
     Story(
