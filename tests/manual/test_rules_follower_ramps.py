@@ -85,6 +85,22 @@ def test_a_master_that_turns_back(direction):
     assert (bench.position, bench.bits) == (direction * -500, IN_MODE)
 
 
+@EITHER_WAY
+@pytest.mark.rules("FOL-10", "STS-M00", "STS-M01")
+def test_the_direction_shown_is_that_of_the_steps_until_it_turns_back(direction):
+    """Also between two of them, with what is owed lying on the other side already."""
+    bench = follow(follower_bench(), direction, (1, 1), (20, 1)).turn_encoder(400, 400).turn_encoder(-400, 5)
+    away, back = ("MOVING_CW", "MOVING_CCW") if direction > 0 else ("MOVING_CCW", "MOVING_CW")
+    shown = []
+    while not shown or direction * (bench.position - shown[-1][0]) >= 0:
+        shown.append((bench.position, away in bench.bits))
+        bench.scan()
+    assert back in bench.bits
+    farthest = max(direction * position for position, _ in shown)
+    assert all(moves_away for position, moves_away in shown if direction * position < farthest)
+    assert 0 < shown[0][0] * direction < farthest
+
+
 @pytest.mark.rules("FOL-10", "FOL-05")
 def test_rates_may_change_while_it_follows():
     bench = follow(follower_bench(scan_ms=1), 1, (1, 1), (1, 1)).turn_encoder(3000, 300)
