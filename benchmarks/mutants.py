@@ -68,6 +68,11 @@ TESTS = (
     "tests/manual",
     "tests/properties/test_module_in_pieces.py",
     "tests/properties/test_against_oracle.py",
+    "tests/unit/test_adapter_pcl601.py",
+    "tests/unit/test_adapter_pcl601_options.py",
+    "tests/unit/test_adapter_pmc006.py",
+    "tests/unit/test_module_latches.py",
+    "tests/unit/test_module_options.py",
 )
 
 

@@ -25,7 +25,33 @@ class Equivalent(NamedTuple):
     reason: str
 
 
-EQUIVALENT: tuple[Equivalent, ...] = ()
+BEFORE_CONFIGURATION = "commands count after a configuration only, and its words take the place of these"
+NO_COUNTS = "an encoder move by no counts is complete at once, without a direction"
+A_DIRECTION = "a motion's direction is +1 or -1"
+
+EQUIVALENT = (
+    Equivalent("command_layer.py", "", "0", "1", BEFORE_CONFIGURATION),
+    Equivalent("command_layer.py", "", "8", "9", BEFORE_CONFIGURATION),
+    Equivalent(
+        "command_layer.py",
+        "CommandLayer.next_wake_ns",
+        "waiting and self.running",
+        "waiting",
+        "a tick more changes nothing",
+    ),
+    Equivalent("command_layer.py", "CommandLayer.next_wake_ns", "1", "2", "ticks are 250,000 ns apart"),
+    Equivalent(
+        "command_layer.py",
+        "CommandLayer._leaves_home",
+        "self.axis.direction > 0",
+        "self.axis.direction >= 0",
+        A_DIRECTION,
+    ),
+    Equivalent("commands.py", "_start_encoder_move", "way >= 0", "way > 0", NO_COUNTS),
+    Equivalent("commands.py", "_start_encoder_move", "0", "1", NO_COUNTS),
+    Equivalent("configuring.py", "", "1", "2", "bit 0 is live, and no latch has it"),
+    Equivalent("operation.py", "limit_of", "direction > 0", "direction >= 0", A_DIRECTION),
+)
 
 
 def reason_for(mutant: Mutant) -> str | None:

@@ -21,6 +21,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from string import ascii_uppercase
 from typing import Any
 
 from .operators import Mutant
@@ -271,7 +272,7 @@ class Trials:
         def reaches(test: str) -> bool:
             if mutant.rules:
                 return not set(mutant.rules).isdisjoint(known.fired[test])
-            at_import = not mutant.scope or mutant.scope.isupper()
+            at_import = mutant.scope.rpartition(".")[2][:1] in ("", *ascii_uppercase)  # a table, a class
             return at_import or not lines.isdisjoint(known.lines[test].get(mutant.path, ()))
 
         def promise(test: str) -> tuple[int, bool, float]:

@@ -187,6 +187,17 @@ def test_what_is_wrong_with_the_words_comes_before_the_emergency_stop(command, p
     assert "INPUT_ERROR" not in bench.bits
 
 
+@pytest.mark.rules("CMD-05", "INP-01")
+@pytest.mark.parametrize(("speed", "rule"), [(999, "CMD-05"), (1000, "INP-01")])
+def test_resume_in_the_scan_in_which_the_emergency_stop_comes(speed, rule):
+    bench = Bench.ready().relative(10_000, ms=300).out(HOLD)
+    bench.until("HOLD_STATE")
+    bench.fired.clear()
+    bench.inputs(estop=1).command(RESUME, speed=speed).scan()
+    assert bench.fired[0] == rule
+    assert bench.bits.isdisjoint(MOTION)
+
+
 @pytest.mark.rules("CMD-06")
 def test_an_encoder_move_to_an_unknown_place_comes_before_the_emergency_stop():
     bench = Bench.configured(config=configuration(add=ENCODER)).inputs(estop=1).run(1)

@@ -939,6 +939,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_follower_ramps.py::test_never_beyond_never_back_and_all_there_in_the_end",
             "test_rules_follower_ramps.py::test_ramps_catch_up_exactly",
             "test_rules_follower_ramps.py::test_rates_may_change_while_it_follows",
+            "test_rules_follower_ramps.py::test_the_direction_shown_is_that_of_the_steps_until_it_turns_back",
             "test_rules_follower_ramps.py::test_the_speed_changes_no_faster_than_the_rates",
         ),
         "FOL-18": (
@@ -1160,10 +1161,12 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "STS-M00": (
             "test_rules_follower.py::test_the_manual_bit_gives_the_sense",
+            "test_rules_follower_ramps.py::test_the_direction_shown_is_that_of_the_steps_until_it_turns_back",
             "test_rules_status.py::test_a_bit_is_set_and_cleared",
         ),
         "STS-M01": (
             "test_rules_follower.py::test_the_manual_bit_gives_the_sense",
+            "test_rules_follower_ramps.py::test_the_direction_shown_is_that_of_the_steps_until_it_turns_back",
             "test_rules_status.py::test_a_bit_is_set_and_cleared",
         ),
         "STS-M02": (
@@ -1636,6 +1639,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_input_errors.py::test_an_emergency_stop_that_stays_on_is_one_event",
             "test_rules_input_errors.py::test_an_input_that_comes_with_the_command_prevents_the_move",
             "test_rules_input_errors.py::test_no_motion_starts_while_the_emergency_stop_is_on",
+            "test_rules_parameter_errors.py::test_resume_in_the_scan_in_which_the_emergency_stop_comes",
             "test_rules_program_mode.py::test_inputs_are_looked_at_in_program_mode",
             "test_rules_same_instant.py::test_immediate_stop_and_emergency_stop_together",
             "test_rules_same_instant.py::test_reset_errors_and_a_new_emergency_stop_together",
@@ -1734,6 +1738,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_blend_faults.py::test_segments_at_the_ends_of_the_ranges",
             "test_rules_encoder_moves.py::test_an_encoder_move_has_the_ranges_of_any_move",
             "test_rules_parameter_errors.py::test_homing_slower_than_the_starting_speed",
+            "test_rules_parameter_errors.py::test_resume_in_the_scan_in_which_the_emergency_stop_comes",
             "test_rules_parameter_errors.py::test_resume_slower_than_the_starting_speed",
             "test_rules_parameter_errors.py::test_slower_than_the_starting_speed",
             "test_rules_parameter_errors.py::test_what_is_wrong_with_the_words_comes_before_the_emergency_stop",
