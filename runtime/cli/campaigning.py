@@ -63,12 +63,16 @@ class Session:
     @property
     def examples(self) -> int:
         """How many scenarios a task tries."""
-        return min(self.runs, MOST_RUNS, max(LEAST_RUNS, SCANS // self.setup.scans))
+        return self._most_examples if self.tasks is None else -(-self.runs // self.tasks)
 
     @property
     def tasks(self) -> int | None:
         """How many tasks there are; None = as many as there is time for."""
-        return None if self.limit_ns is not None else -(-self.runs // self.examples)
+        return None if self.limit_ns is not None else -(-self.runs // self._most_examples)
+
+    @property
+    def _most_examples(self) -> int:
+        return min(MOST_RUNS, max(LEAST_RUNS, SCANS // self.setup.scans))
 
     def run(self) -> int:
         """Search; return the exit status.

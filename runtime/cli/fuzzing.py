@@ -20,7 +20,17 @@ from ...ladder import Program
 from ...ladder.program import load_program
 from ...traces.plot import Mark, save_page
 from ...traces.reader import open_trace
-from ..fuzz import STANDARD, Bench, Found, Invariant, Report, Scenario, load_invariants, search
+from ..fuzz import (
+    STANDARD,
+    Bench,
+    Found,
+    Invariant,
+    InvariantError,
+    Report,
+    Scenario,
+    load_invariants,
+    search,
+)
 from ..fuzz.campaign import Task
 from ..fuzz.drivescript import DriveScript, obstacle
 from ..fuzz.rackdoc import rack_text
@@ -112,11 +122,22 @@ def bench_of(setup: Setup) -> Bench:
 
 
 def invariants_of(setup: Setup) -> list[Invariant]:
-    """Return the invariants of a setup, each name once."""
-    chosen = [STANDARD[name] for name in setup.checks]
-    for file in setup.invariants:
-        chosen += load_invariants(file)
-    return list({each.name: each for each in chosen}.values())
+    """Return the invariants of a setup, each name once.
+
+    Raises:
+        InvariantError: a file can't be used, or two have an invariant of one name.
+    """
+    chosen = {name: STANDARD[name] for name in setup.checks}
+    origin: dict[str, Path] = {}
+    for file in dict.fromkeys(setup.invariants):
+        for each in load_invariants(file):
+            if each.name in origin:
+                raise InvariantError(
+                    f"{file}: {each.name} is in {origin[each.name]}, too: give it another name"
+                )
+            origin[each.name] = file
+            chosen[each.name] = each
+    return list(chosen.values())
 
 
 def logic_maker(job: Job, rack: str) -> Callable[[], Logic]:

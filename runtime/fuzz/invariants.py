@@ -62,11 +62,12 @@ def within(limit: str, *, after: Condition) -> Callable[[Condition], Invariant]:
         after: what starts the clock.
 
     Raises:
-        ValueError: `limit` is no time.
+        ValueError: `limit` is no time, or the condition does not take one argument.
     """
     limit_ns = parse_duration(limit)
 
     def make(condition: Condition) -> Invariant:
+        _check(condition)
         name = _name(condition)
 
         def start() -> Watch:
@@ -90,12 +91,26 @@ def within(limit: str, *, after: Condition) -> Callable[[Condition], Invariant]:
 
 
 def _single(condition: Condition, *, wanted: bool) -> Invariant:
+    _check(condition)
+
     def watch(now: Moment) -> str | None:
         if bool(_ask(condition, now)) is wanted:
             return None
         return f"it is {'false' if wanted else 'true'}"
 
     return Invariant(_name(condition), _sentence(condition), lambda: watch)
+
+
+def _check(condition: Condition) -> None:
+    """Refuse what can't be asked of a moment.
+
+    Raises:
+        InvariantError: it is no function of one argument.
+    """
+    try:
+        inspect.signature(condition).bind(None)
+    except TypeError as error:
+        raise InvariantError(f"{_name(condition)} has to take one argument, the moment: {error}") from None
 
 
 def _name(condition: Condition) -> str:
@@ -115,7 +130,8 @@ def _ask(condition: Condition, now: Moment) -> Any:
     try:
         return condition(now)
     except Exception as error:
-        step = traceback.extract_tb(error.__traceback__)[-1]
+        steps = traceback.extract_tb(error.__traceback__)[1:] or traceback.extract_tb(error.__traceback__)
+        step = [each for each in steps if each.filename == steps[0].filename][-1]
         what = f"{type(error).__name__}: {error}{_hint(error)}"
         where = f"{step.filename}:{step.lineno}"
         says = f"invariant {_name(condition)} raised at {now.seconds:g} s: {what} [{where}]"
@@ -148,7 +164,8 @@ def load_invariants(path: Path) -> list[Invariant]:
     except Exception as error:
         steps = traceback.extract_tb(error.__traceback__)
         line = next((step.lineno for step in reversed(steps) if step.filename == str(path)), 1)
-        raise InvariantError(f"{path}:{line}: {type(error).__name__}: {error}") from error
+        what = error if isinstance(error, InvariantError) else f"{type(error).__name__}: {error}"
+        raise InvariantError(f"{path}:{line}: {what}") from error
     found = [value for value in vars(module).values() if isinstance(value, Invariant)]
     if not found:
         raise InvariantError(

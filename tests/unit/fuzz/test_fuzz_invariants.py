@@ -90,6 +90,10 @@ def test_a_file_gives_its_invariants_in_order(tmp_path):
         ("x = 1\n", "defines no invariant"),
         ("x = 1\nboom\n", r"bad.py:2: NameError"),
         ("def f(:\n", r"SyntaxError"),
+        (
+            "from scanrack.runtime.fuzz import never\n\n@never\ndef f():\n    pass\n",
+            r"bad.py:3: f has to take one argument, the moment: too many positional arguments",
+        ),
     ],
 )
 def test_files_that_are_refused(tmp_path, text, says):

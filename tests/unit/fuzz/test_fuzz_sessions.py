@@ -139,6 +139,23 @@ def test_a_state_of_another_rack_is_not_gone_on_with(line, tmp_path):
     assert "is of a search of ../line.toml, not of ../other.toml: give --out another folder" in result.stderr
 
 
+def test_two_files_with_an_invariant_of_one_name_are_refused(line, tmp_path):
+    for name in ("a.py", "b.py"):
+        (tmp_path / name).write_text(
+            "from scanrack.runtime.fuzz import never\n\n@never\ndef f(now):\n    pass\n", encoding="utf-8"
+        )
+    result = fuzz(line(WATCHES.format(bit="STOPPED")), "-i", tmp_path / "a.py", "-i", tmp_path / "b.py")
+    assert result.exit_code == 2
+    assert result.stderr == (
+        f"scanrack: {tmp_path}/b.py: f is in {tmp_path}/a.py, too: give it another name\n"
+    )
+
+
+def test_as_many_scenarios_are_tried_as_asked_for(line):
+    result = fuzz(line(WATCHES.format(bit="STOPPED")), "--runs", 60, "--only", "inputs")
+    assert result.stdout.startswith("runs          60 ")
+
+
 CLOCK = """
 import helper
 
