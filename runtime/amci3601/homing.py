@@ -47,12 +47,17 @@ HOME = InputBit.HOME.value
 DWELL_NS = 2_000_000_000
 """How long the axis waits after an end limit [chapter 4, Find Home]."""
 
+NO_HOME = HOME_INVALID | INPUT_ERROR | POSITION_INVALID
 HOME_BEFORE_PROXIMITY = Inability(
     "home before proximity",
-    HOME_INVALID | INPUT_ERROR | POSITION_INVALID,
+    NO_HOME,
     "the home switch was met before the home proximity, and has stopped the axis without a ramp",
 )
 """What a 3601 would pass over [chapter 4, Find Home]."""
+
+STOPPED_ELSEWHERE = Inability(
+    "stopped elsewhere", NO_HOME, "the axis has stopped in a search for home, and not at the home switch"
+)
 
 
 class Phase(Enum):
@@ -339,22 +344,28 @@ class HomingSlowedByProximity(Homing):
         self.layer.axis.home(now_ns, self.direction, slow)
 
     def _seek(self, now_ns: int) -> None:
-        if not self._stopped_too_hard(now_ns):
+        if self.layer.axis.moving:
             super()._seek(now_ns)
+        else:
+            self._give_up(now_ns, HOME_BEFORE_PROXIMITY if self._at_switch else STOPPED_ELSEWHERE)
 
     def _approach(self, now_ns: int, home_risen: bool) -> None:
-        if not self._stopped_too_hard(now_ns):
-            super()._approach(now_ns, home_risen)
-
-    def _stopped_too_hard(self, now_ns: int) -> bool:
-        layer = self.layer
-        if not layer.axis.moving:
-            layer.refuse(now_ns, HOME_BEFORE_PROXIMITY)
-            layer.finish(now_ns, 0, "found no home")
-        return not layer.axis.moving
+        self._seek(now_ns)
 
     def _take_home(self, now_ns: int, home_risen: bool) -> None:
-        self.found = not self.layer.axis.moving
+        if self.layer.axis.moving:
+            return
+        self.found = self._at_switch
+        if not self.found:
+            self._give_up(now_ns, STOPPED_ELSEWHERE)
+
+    @property
+    def _at_switch(self) -> bool:
+        return bool(self.layer.active & HOME)
+
+    def _give_up(self, now_ns: int, reason: Inability) -> None:
+        self.layer.refuse(now_ns, reason)
+        self.layer.finish(now_ns, 0, "found no home")
 
 
 HOMINGS: dict[AxisHoming, type[Homing]] = {

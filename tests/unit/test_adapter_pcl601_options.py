@@ -145,17 +145,15 @@ def test_a_proximity_that_is_on_at_the_start_is_left_first():
     assert max(after - before for before, after in pairwise(back)) <= 3  # 1,000 steps/s, 2 ms
 
 
-def test_a_switch_that_is_met_for_a_moment_only_is_home():
-    """The controller stops by itself; nobody has to read the switch."""
+@pytest.mark.parametrize("lsw", [0, PROXIMITY], ids=["seeking", "slowed down"])
+def test_a_search_that_somebody_else_stops_has_found_no_home(lsw):
     bench = proximity_bench()
     bench.give(*HOME_CW, ms=500)
-    bench.give(32, PROXIMITY, *HOME_CW[2:], ms=500)
-    bench.level(HOME, True)
-    at = bench.motor
-    bench.level(HOME, False)
+    bench.give(32, lsw, *HOME_CW[2:], ms=500)
+    bench.module.controller.device.controller.stop_everything()
     bench.run(100)
-    assert bench.bits == {"MODULE_OK", "AT_HOME", "HOME_PROX_ECHO"}
-    assert (bench.position, bench.motor) == (0, at)
+    assert bench.bits - {"HOME_PROX_ECHO"} == INVALID_HOME
+    assert bench.reasons == ["stopped elsewhere"]
 
 
 def test_behind_an_end_limit_home_is_approached_from_the_commanded_side():
