@@ -25,8 +25,11 @@ from .loading import Job
 HELD, BROKEN, INTERRUPTED = 0, 1, 130
 """Exit status of a session: everything held; something is broken; Ctrl-C."""
 
-MOST_RUNS, LEAST_RUNS, SCANS = 50, 10, 150_000
-"""Scenarios per task: as many as this number of scans, a few seconds' work, but within these limits."""
+MOST_RUNS, LEAST_RUNS, SCANS, LINKED_SCANS = 50, 10, 150_000, 15_000
+"""Scenarios per task: as many as this number of scans, a few seconds' work, but within these limits.
+
+With an adapter in the rack a scan takes ten times as long, or more.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +75,8 @@ class Session:
 
     @property
     def _most_examples(self) -> int:
-        return min(MOST_RUNS, max(LEAST_RUNS, SCANS // self.setup.scans))
+        linked = any(slot.module != "amci3601" for slot in self.job.spec.slot)
+        return min(MOST_RUNS, max(LEAST_RUNS, (LINKED_SCANS if linked else SCANS) // self.setup.scans))
 
     def run(self) -> int:
         """Search; return the exit status.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,7 +13,10 @@ from ...traces.replay import Recording
 from ..fuzz import Scenario
 from ..fuzz.rackdoc import bare_rack_text
 from ..fuzz.recorded import recorded_scenario
+from ..playback import Stimulus
+from ..rackspec import RackSpec
 from .baggage import job_of
+from .levels import recorded_levels
 from .playing import recorded_stimuli
 
 
@@ -30,9 +34,18 @@ class Learned(NamedTuple):
     scans: int
 
 
+def _stimuli(recording: Recording, spec: RackSpec) -> Iterator[Stimulus]:
+    """Yield what acted on the inputs; of real hardware only the status bits tell it."""
+    live = {slot.number for slot in spec.slot if slot.is_live}
+    told = [each for each in recorded_stimuli(recording) if each.slot not in live]
+    shown = [each for each in recorded_levels(recording) if each.slot in live]
+    yield from sorted([*told, *shown], key=lambda each: each.at_ns)
+
+
 def learn(path: Path, folder: Path, *, trust: bool) -> Learned:
     """Take rack file and program out of a trace, and its stimuli for a scenario.
 
+    A controller on a real port is simulated from there on, and its inputs change when their status bits did.
     The folder gets the trace's files, `NAME-recorded.toml` and `scenario.json`.
 
     Args:
@@ -51,7 +64,7 @@ def learn(path: Path, folder: Path, *, trust: bool) -> Learned:
     if job.rack_file.suffix != ".toml":
         raise ValueError(f"{path}: its rack is {job.rack_file.name}; only one in TOML can be varied")
     end_ns = int(recording.columns.time_ns[-1]) + job.spec.scan_ns
-    scenario = recorded_scenario(recorded_stimuli(recording), job.spec, end_ns)
+    scenario = recorded_scenario(_stimuli(recording, job.spec), job.spec, end_ns)
     rack = job.rack_file.with_name(f"{job.rack_file.stem}-recorded.toml")
     text = bare_rack_text(job.rack_file, os.path.relpath(program, rack.parent))
     rack.write_text(text, encoding="utf-8")

@@ -54,7 +54,7 @@ def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, f
 
 
 def bare_rack_text(rack_file: Path, program: str) -> str:
-    """Return the text of a rack file in which nothing happens by time.
+    """Return the text of a rack file in which nothing happens by time, and all controllers are simulated.
 
     Args:
         rack_file: the rack file, TOML.
@@ -69,6 +69,8 @@ def bare_rack_text(rack_file: Path, program: str) -> str:
     document.pop("trace", None)
     for table in document["slot"]:
         table.get("machine", {}).pop("timeline", None)
+        for key in ("port", "address"):
+            table.pop(key, None)
     return tomli_w.dumps(document)
 
 

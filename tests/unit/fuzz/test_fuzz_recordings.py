@@ -7,6 +7,9 @@ import json
 import pytest
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.runtime.cli import build
+from scanrack.runtime.cli.learning import learn
+from scanrack.runtime.cli.loading import load_job
+from scanrack.runtime.cli.run import run_job
 from scanrack.runtime.fuzz import Press, Scenario
 from scanrack.runtime.fuzz.recorded import recorded_scenario
 from scanrack.runtime.fuzz.scenario import entries_of
@@ -117,6 +120,33 @@ def test_python_of_a_trace_is_run_only_if_it_is_trusted(trace, tmp_path, monkeyp
     result = scanrack("fuzz", trace, "--runs", 1)
     assert result.exit_code == 2
     assert "--trust" in result.stderr
+
+
+LINKED = """program = "line.py"
+run_for_s = 0.5
+[[slot]]
+number = 1
+module = "pcl601-adapter"
+"""
+
+
+def test_of_a_real_controller_the_status_bits_tell_what_was_pressed(tmp_path):
+    """The rack file is the real one's; what is recorded is made with a simulated one and its button."""
+    rack, trace = tmp_path / "line.toml", tmp_path / "line.mcap"
+    (tmp_path / "line.py").write_text(PROGRAM.replace("> 5", "> 60"), encoding="utf-8")
+    rack.write_text(
+        LINKED + '[slot.machine]\ntimeline = [{ at_ms = 250, input = "estop", for_ms = 100 }]\n',
+        encoding="utf-8",
+    )
+    job = load_job(str(rack))
+    rack.write_text(LINKED + 'port = "/dev/ttyUSB9"\n', encoding="utf-8")
+    assert run_job(job, 250, trace, realtime=False, quiet=True) == 0
+    learned = learn(trace, tmp_path / "recording", trust=True)
+    assert not load_job(str(learned.rack)).spec.slot[0].is_live
+    (press,) = learned.scenario.presses
+    assert (press.input, press.energised) == (ESTOP, True)
+    assert 250_000_000 <= press.at_ns < 300_000_000  # inputs are read every 15 ms or so
+    assert press.for_ns == pytest.approx(100_000_000, abs=40_000_000)
 
 
 def test_a_file_that_is_no_trace_is_told(tmp_path):
