@@ -242,8 +242,9 @@ class Oracle:
         self.o0, self.o1 = CONFIGURE, 0
         self.echo = False
         if not self.mode_config:
+            homing = self.op == "homing"
             self.release()
-            if not self.in_motion():
+            if not self.in_motion() and not homing:  # a home that has just been found is shown first
                 self.enter_configuration()
             elif not self.waiting:
                 self.command_error = True  # CMD-01
@@ -443,9 +444,9 @@ class Oracle:
         if compared and (count - self.encoder_target) * self.direction >= 0:
             self.controlled_stop("encoder end")
 
-    def ahead(self):
-        """The end limit in the direction of motion."""
-        return CW_LIMIT if self.direction > 0 else CCW_LIMIT
+    def ahead(self, direction):
+        """The end limit in a direction."""
+        return CW_LIMIT if direction > 0 else CCW_LIMIT
 
     def obey_stop_inputs(self):
         if self.on(ESTOP):
@@ -459,7 +460,7 @@ class Oracle:
         if self.op == "homing":
             oracle_homing.obey_limits(self)
         elif self.op in ("manual", "manual stop", "registration", "registration end", "step to stop"):
-            if self.on(self.ahead()):
+            if self.on(self.ahead(self.direction)):
                 self.cut()
                 self.input_error = True
         elif self.in_motion():

@@ -64,8 +64,8 @@ def waits(m):
 
 
 def turning(m):
-    """Whether somebody's hand is on the encoder."""
-    return any(end > m.now_ns for _, _, end in m.world.turns)
+    """Whether somebody's hand is on the encoder, or was so after it had been looked at."""
+    return any(end > m.start_ns for _, _, end in m.world.turns)
 
 
 def way_is_free(m, ns):

@@ -13,8 +13,6 @@ from oracle_bits import (
 
 
 def begin(m, direction):
-    m.manual_bit = MANUAL_CW if direction > 0 else MANUAL_CCW
-    m.direction = direction
     vo = m.starting_speed
     vs = commands.speed(m, 0)
     distance = commands.target(m)
@@ -40,9 +38,10 @@ def begin(m, direction):
         if distance < way - motion.NUDGE:
             commands.error(m, profile=True)  # CMD-23
             return
-    if m.on(ESTOP | m.ahead()):
+    if m.on(ESTOP | m.ahead(direction)):
         commands.refuse_by_input(m)  # INP-03, A-16
         return
+    m.manual_bit = MANUAL_CW if direction > 0 else MANUAL_CCW
     m.programmed_speed = vs
     m.seen_target = m.words[2:4]
     m.seen_speed = m.words[4:6]
@@ -62,7 +61,7 @@ def begin(m, direction):
 def watch(m):
     """The words and the external input, while the move runs; the stop inputs come first."""
     released = not m.o0 & m.manual_bit
-    if m.op != "one shot" and m.on(ESTOP | m.ahead()):
+    if m.op != "one shot" and m.on(ESTOP | m.ahead(m.direction)):
         if released and m.course.at(m.start_ns)[1] <= m.starting_speed + 1e-6:
             m.close_call = True  # no ramp: whether the input still meets a motion is open
         return
