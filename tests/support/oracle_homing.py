@@ -160,7 +160,7 @@ def watch(m):
             if home_found(m):
                 done(m)
         else:
-            m.near = came_on
+            m.near = m.home_signal
 
 
 def home_found(m):
