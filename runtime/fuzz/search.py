@@ -12,7 +12,7 @@ from hypothesis.errors import Flaky
 
 from ..pace import wall_ns
 from .scenario import Scenario
-from .trial import ASKING, BUILDING, PROGRAM, RUNNING, Bench, Broken, Verdict
+from .trial import ASKING, BUILDING, HANGS, PROGRAM, RUNNING, Bench, Broken, Verdict
 from .words import told
 
 DRAWING = "drawing scenarios"
@@ -174,6 +174,8 @@ def _hunt(
             used += 1
             target(float(len(verdict.rules)), label="rules of the manual that fire")
         broken = verdict.broken
+        if wanted is None and broken is not None and broken.cause == HANGS:
+            broken = bench.run(scenario, without=without).broken  # the machine may have been busy
         if broken is None or (wanted is not None and broken.key != wanted):
             return
         if wanted is None:

@@ -27,6 +27,9 @@ NO_FAULT = "no-fault"
 PROGRAM, RUNNING, ASKING, BUILDING = "the program", "modules and scan loop", "invariants", "making racks"
 """What the time of a run goes to."""
 
+HANGS = "watchdog"
+"""Cause of a fault where the logic has not come back in time: where it was then is chance."""
+
 SENTENCES = ("rule", "refusal", "adapter")
 """Kinds of events that say why a bit is set."""
 
@@ -146,7 +149,7 @@ class _Watcher:
         """Return that the CPU has faulted."""
         self.moment.scan, self.moment.ns = fault.scan, fault.now_ns
         broken = self.told(NO_FAULT, "The program does not fault the CPU", f"{fault.text} [{fault.where}]")
-        return replace(broken, cause=Path(fault.where).name)
+        return replace(broken, cause=HANGS if fault.cause is Cause.WATCHDOG else Path(fault.where).name)
 
     def close(self) -> None:
         """See `ScanListener.close`."""

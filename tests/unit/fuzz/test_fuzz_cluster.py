@@ -23,7 +23,7 @@ run_for_s = 0.4
 number = 1
 module = "amci3601"
 """
-TASKS = 8
+TASKS = 5
 
 
 @pytest.fixture
@@ -47,13 +47,13 @@ def test_a_campaign_outlives_a_worker(tmp_path, cluster):
             killed.append(workers[0])
             os.kill(workers[0], signal.SIGKILL)
 
-    work = Work(Setup(str(rack), (), ("no-command-error",), 200, frozenset({Kind.LINK}), tmp_path))
+    work = Work(Setup(str(rack), (), ("no-command-error",), 100, frozenset({Kind.LINK}), tmp_path))
     executor = executor_of(2, cluster.scheduler_address)
-    campaign(work, state, executor, examples=20, tasks=TASKS, jobs=2, news=news)
+    campaign(work, state, executor, examples=12, tasks=TASKS, jobs=2, news=news)
     assert killed
     assert state.tasks == TASKS
     assert sorted(state.found) == ["no-fault line.py:4"]
-    assert state.runs >= 20
+    assert state.runs >= 12
 
 
 def _told(cluster):

@@ -192,6 +192,32 @@ def test_a_program_that_does_not_do_the_same_twice_is_told(line):
     assert result.stderr.count("\n") == 1
 
 
+SLEEPS = """
+import time
+from pathlib import Path
+
+flag = Path(__file__).with_suffix(".slept")
+
+def logic(scan):
+    if scan.number == 5 and {when}:
+        flag.touch()
+        time.sleep(0.5)
+"""
+
+
+@pytest.mark.parametrize(
+    ("when", "status"), [("not flag.exists() and runs == 3", 0), ("scan.slot[1].inputs[0] == 0", 1)]
+)
+def test_a_program_that_was_late_once_is_not_broken_one_that_always_is(line, when, status):
+    """In the third run, a moment in which the machine was busy; or whenever the module is taken out."""
+    count = CHANCE[: CHANCE.index("def logic")].replace("number = ", "runs = ")
+    rack = line(count + SLEEPS.format(when=when))
+    rack.write_text("watchdog_ms = 150\n" + rack.read_text(encoding="utf-8"), encoding="utf-8")
+    result = fuzz(rack, "--runs", 20, "--for", "20 ms", "--only", "link")
+    assert result.exit_code == status, result.output
+    assert ("[no-fault]" in result.stdout) is bool(status)
+
+
 @pytest.mark.parametrize(
     ("scenario", "says"),
     [
