@@ -14,12 +14,16 @@ import contextlib
 
 import pytest
 from coverage3601 import RuleCoverage
+from hunt3601 import CI_EXAMPLES, scripts_of
 from hypothesis import given, target
 from lockstep3601 import GivenUp, Lockstep
 from stories3601 import THEMES, scripts
 
 PLAYED = set()
 """Themes that have been played in this run of the tests."""
+
+MORE = 5 * CI_EXAMPLES
+"""Scripts per theme that are played if the profile's don't make every error rule fire."""
 
 
 @pytest.fixture(scope="session")
@@ -32,19 +36,31 @@ def coverage(request):
 def test_module_and_oracle_show_the_same_bits(theme, coverage):
     @given(script=scripts(theme))
     def lockstep(script):
-        setting, steps = script
-        bench = Lockstep(setting)
-        with contextlib.suppress(GivenUp):
-            for step in steps:
-                step.play(bench)
-        target(coverage.add(bench.module.events), label="rare rules")
+        target(coverage.add(played(script)), label="rare rules")
 
     lockstep()
     PLAYED.add(theme)
 
 
+def played(script):
+    """Play a script in lockstep; return the module's events."""
+    setting, steps = script
+    bench = Lockstep(setting)
+    with contextlib.suppress(GivenUp):
+        for step in steps:
+            step.play(bench)
+    return bench.module.events
+
+
 def test_every_error_rule_of_the_manual_has_fired(coverage):
-    """All but those that `coverage3601.NEVER` gives a reason for."""
+    """All but those that `coverage3601.NEVER` gives a reason for.
+
+    Two rules fire in two or six of the 540 scripts: where a change of the draw leaves one out, five times as
+    many scripts are played.
+    """
     if set(THEMES) != PLAYED:
         pytest.skip("only some of the themes have been played")
+    for theme in THEMES:
+        for script in scripts_of(theme, MORE) if coverage.missing else ():
+            coverage.add(played(script))
     assert coverage.missing == []
