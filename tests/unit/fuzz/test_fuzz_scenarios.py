@@ -12,7 +12,8 @@ from scanrack.runtime.fuzz import Press, Scenario
 from scanrack.runtime.fuzz.rackdoc import rack_text
 from scanrack.runtime.fuzz.scenario import Lost, Shift
 from scanrack.runtime.fuzz.scenarios import Kind, kinds_for, scenarios
-from scanrack.runtime.incidents import Happening, Incident
+from scanrack.runtime.fuzz.words import told
+from scanrack.runtime.incidents import ON_THE_LINE, Happening, Incident
 from scanrack.runtime.machine import Slip, Switch, TimelineEntry
 from scanrack.runtime.rackfile import load_rack_file
 
@@ -30,6 +31,9 @@ stations = [{ position = 500, input = "capture", work_ms = 3, pulse_ms = 2 }]
 number = 4
 module = "amci3601"
 firmware = "3.1"
+[[slot]]
+number = 7
+module = "pcl601-adapter"
 """
 
 
@@ -76,6 +80,18 @@ def test_incidents_come_after_those_of_the_rack_file(spec):
 
 def any_scenario(spec):
     return scenarios(spec, 500, frozenset(Kind))
+
+
+@given(data=st.data())
+def test_every_scenario_belongs_to_its_rack_and_can_be_told(spec, data):
+    scenario = data.draw(any_scenario(spec))
+    scenario.check(spec)
+    lines = told(scenario)
+    assert len(lines) == max(1, scenario.size)
+    for part, slots in ((scenario.lost, (1, 4)), (scenario.firmware, (1, 4))):
+        assert {getattr(each, "slot", None) or each[0] for each in part} <= set(slots)
+    on_the_line = {each.slot for each in scenario.incidents if each.what in ON_THE_LINE}
+    assert on_the_line <= {7}
 
 
 @given(data=st.data())
