@@ -19,7 +19,7 @@ from ..fuzz.trial import NO_FAULT, Bench, Broken
 from ..pace import wall_ns
 from .executors import executor_of
 from .fuzzing import Setup, Work, bench_of, hand_over
-from .fuzzsummary import failure, mended, summary
+from .fuzzsummary import failure, held, mended, summary
 from .loading import Job
 
 HELD, BROKEN, INTERRUPTED = 0, 1, 130
@@ -100,8 +100,7 @@ class Session:
         broken = [each for _, each in sorted(state.found.items()) if each.broken.invariant in bench.names]
         if not self.quiet:
             typer.echo(summary(state, before, (wall_ns() - start_ns) / 1e9))
-            held = sorted(bench.names - {each.broken.invariant for each in broken})
-            typer.echo(f"held          {', '.join(held) or 'nothing'}")
+            typer.echo(held(bench.names - {each.broken.invariant for each in broken}, state))
         for each in broken:
             typer.echo(f"{failure(each)}\n  see {self._folder_of(state, each.broken)}")
         return status or (BROKEN if broken else HELD)

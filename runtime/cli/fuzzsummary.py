@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 from textwrap import wrap
 
@@ -10,6 +10,7 @@ from ...io_images.amci3601 import ERROR_BITS, RULES
 from ..fuzz import Found
 from ..fuzz.search import SPENT
 from ..fuzz.state import State
+from ..fuzz.trial import NO_FAULT
 from ..fuzz.words import told
 
 WIDTH = 100
@@ -84,6 +85,13 @@ def _rules(state: State) -> Iterator[str]:
     yield from (f"  {rule:<9} {state.rules[rule]:>9,} times" for rule in fired)
     never = ", ".join(rule for rule in told_of if not state.rules[rule])
     yield from wrap(never, WIDTH, initial_indent="  never     ", subsequent_indent=" " * 12)
+
+
+def held(names: Collection[str], state: State) -> str:
+    """Return a line with the invariants that held, and what has never been put to the test."""
+    untried = {name for name in names if name not in state.applied and name != NO_FAULT and state.runs}
+    told_of = [f"{name} (its clock never started)" if name in untried else name for name in sorted(names)]
+    return f"held          {', '.join(told_of) or 'nothing'}"
 
 
 def mended(file: Path) -> None:

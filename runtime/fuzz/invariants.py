@@ -19,7 +19,10 @@ Condition = Callable[[Moment], Any]
 """Asks something of a moment; its answer counts as true or false."""
 
 Watch = Callable[[Moment], str | None]
-"""Looks at every scan of one run; returns how the invariant is broken, or None."""
+"""Looks at every scan of one run; returns how the invariant is broken, or None.
+
+Where it may have nothing to look at, its attribute `applied` tells whether it had.
+"""
 
 
 class InvariantError(ValueError):
@@ -68,26 +71,30 @@ def within(limit: str, *, after: Condition) -> Callable[[Condition], Invariant]:
 
     def make(condition: Condition) -> Invariant:
         _check(condition)
-        name = _name(condition)
-
-        def start() -> Watch:
-            since: int | None = None
-
-            def watch(now: Moment) -> str | None:
-                nonlocal since
-                if _ask(condition, now):
-                    since = None
-                elif since is None:
-                    since = now.ns if _ask(after, now) else None
-                elif now.ns - since > limit_ns:
-                    return f"{_ms(now.ns - since)} ms after scan time {_ms(since)} ms it has not come true"
-                return None
-
-            return watch
-
-        return Invariant(name, _sentence(condition), start)
+        return Invariant(_name(condition), _sentence(condition), lambda: _Within(condition, after, limit_ns))
 
     return make
+
+
+class _Within:
+    """Watches a run for a condition that must come true in time."""
+
+    def __init__(self, condition: Condition, after: Condition, limit_ns: int) -> None:
+        self._condition, self._after, self._limit_ns = condition, after, limit_ns
+        self._since_ns: int | None = None
+        self.applied = False
+
+    def __call__(self, now: Moment) -> str | None:
+        since_ns = self._since_ns
+        if _ask(self._condition, now):
+            self._since_ns = None
+            self.applied = self.applied or bool(_ask(self._after, now))
+        elif since_ns is None:
+            if _ask(self._after, now):
+                self._since_ns, self.applied = now.ns, True
+        elif now.ns - since_ns > self._limit_ns:
+            return f"{_ms(now.ns - since_ns)} ms after scan time {_ms(since_ns)} ms it has not come true"
+        return None
 
 
 def _single(condition: Condition, *, wanted: bool) -> Invariant:

@@ -47,6 +47,7 @@ class Report:
         firsts: the scenario in which a rule fired first, by the rule's id.
         shrinking: how many of the runs were to shrink what was found.
         spent: what the time went to, ns, by the names of `SPENT`.
+        applied: names of the invariants that have had something to look at.
     """
 
     runs: int = 0
@@ -56,6 +57,7 @@ class Report:
     firsts: dict[str, Scenario] = field(default_factory=dict)
     shrinking: int = 0
     spent: Counter[str] = field(default_factory=Counter)
+    applied: set[str] = field(default_factory=set)
 
     def add(self, scenario: Scenario, verdict: Verdict) -> None:
         """Count a run."""
@@ -65,6 +67,7 @@ class Report:
             self.firsts.setdefault(rule, scenario)
         self.rules.update(verdict.rules)
         self.spent.update(verdict.spent)
+        self.applied |= verdict.applied
 
 
 class UnsteadyError(ValueError):

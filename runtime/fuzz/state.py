@@ -36,6 +36,7 @@ class State:
             by a failure's key, one that broke something once and does not any more.
         found: of each failure the smallest scenario, by the failure's key.
         folders: name of the folder of each failure that was ever found, by its key.
+        applied: names of the invariants that have had something to look at.
         shrinking: how many of this session's runs were to shrink what was found; not kept in the file.
         spent: what the time of this session's searches went to, ns; not kept in the file.
     """
@@ -48,6 +49,7 @@ class State:
     corpus: dict[str, Scenario] = field(default_factory=dict)
     found: dict[str, Found] = field(default_factory=dict)
     folders: dict[str, str] = field(default_factory=dict)
+    applied: set[str] = field(default_factory=set)
     shrinking: int = field(default=0, compare=False)
     spent: Counter[str] = field(default_factory=Counter, compare=False)
 
@@ -57,6 +59,7 @@ class State:
         self.runs += report.runs
         self.scans += report.scans
         self.rules.update(report.rules)
+        self.applied |= report.applied
         self.shrinking += report.shrinking
         self.spent.update(report.spent)
         for rule, scenario in report.firsts.items():
@@ -111,6 +114,7 @@ class State:
             "corpus": {rule: each.to_json() for rule, each in sorted(self.corpus.items())},
             "found": [_found_json(each) for _, each in sorted(self.found.items())],
             "folders": dict(sorted(self.folders.items())),
+            "applied": sorted(self.applied),
         }
 
     @classmethod
@@ -131,6 +135,7 @@ class State:
                 {rule: Scenario.from_json(each) for rule, each in given["corpus"].items()},
                 {each.broken.key: each for each in found},
                 dict(given["folders"]),
+                set(given["applied"]),
             )
         except (KeyError, TypeError, AttributeError) as error:
             raise ValueError(f"this is no state of a campaign: {error!r}") from None

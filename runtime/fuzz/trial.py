@@ -82,12 +82,14 @@ class Verdict:
         rules: how often each rule of the manual fired, by id.
         broken: the first invariant that did not hold, or None.
         spent: what the time went to, ns.
+        applied: names of the invariants that had something to look at.
     """
 
     scans: int
     rules: Mapping[str, int]
     broken: Broken | None = None
     spent: Mapping[str, int] = field(default_factory=dict, compare=False)
+    applied: frozenset[str] = frozenset()
 
 
 class _Timed:
@@ -138,6 +140,11 @@ class _Watcher:
                 return
         self._told.clear()
         self.spent_ns += wall_ns() - start_ns
+
+    @property
+    def applied(self) -> frozenset[str]:
+        """Names of the invariants that have had something to look at."""
+        return frozenset(each.name for each, watch in self._watches if getattr(watch, "applied", True))
 
     def told(self, name: str, sentence: str, why: str) -> Broken:
         """Return what is broken at this moment."""
@@ -220,4 +227,4 @@ class Bench:
             ASKING: watcher.spent_ns,
             RUNNING: wall_ns() - built_ns - timed.spent_ns - watcher.spent_ns,
         }
-        return Verdict(cpu.scan, watcher.rules, watcher.broken, spent)
+        return Verdict(cpu.scan, watcher.rules, watcher.broken, spent, watcher.applied)

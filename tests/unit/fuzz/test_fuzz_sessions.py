@@ -151,6 +151,25 @@ def test_two_files_with_an_invariant_of_one_name_are_refused(line, tmp_path):
     )
 
 
+def test_an_invariant_that_was_never_put_to_the_test_is_told(line, tmp_path):
+    text = (
+        "from scanrack.runtime.fuzz import within\n\n"
+        "@within('10 ms', after=lambda now: now.slot[1].status.IN_CAPTURE)\n"
+        "def asks_for_capture(now):\n    return True\n\n"
+        "@within('10 ms', after=lambda now: now.slot[1].status.IN_ESTOP)\n"
+        "def asks_for_estop(now):\n    return True\n"
+    )
+    (tmp_path / "must.py").write_text(text, encoding="utf-8")
+    result = fuzz(
+        line(WATCHES.format(bit="STOPPED")), "-i", tmp_path / "must.py", "--runs", 60, "--only", "inputs"
+    )
+    assert result.exit_code == 0, result.output
+    # the program uses all inputs but the capture input
+    assert (
+        "held          asks_for_capture (its clock never started), asks_for_estop, no-fault" in result.stdout
+    )
+
+
 def test_as_many_scenarios_are_tried_as_asked_for(line):
     result = fuzz(line(WATCHES.format(bit="STOPPED")), "--runs", 60, "--only", "inputs")
     assert result.stdout.startswith("runs          60 ")
