@@ -241,6 +241,7 @@ class Pcl601Driver(Driver[Drive]):
         yield from self.halt()
         yield from self._write(Register.ANALOG_ENABLE, 0, 1)
         yield from self._write(Register.INDEX_ON_FLY, *FUNCTIONS_OFF)
+        self._written[Register.INDEX_ON_FLY] = FUNCTIONS_OFF[:1]
         yield from self.rebase(BIAS)
 
     # -- motions ------------------------------------------------------------------------------
