@@ -40,14 +40,17 @@ class RegistrationMove(ManualMove):
         self.layer.axis.watch_steps(self.layer.minimum_registration + 1)
 
     def on_order(self, now_ns: int, order: Order) -> None:
-        """Compare the words; a changed target counts even in the image that releases the bit."""
+        """Compare the words; a changed target counts even in the image that releases the bit.
+
+        Below the minimum distance the released bit is ignored, so that changes of speed go on to count.
+        """
         if self.stopping or self.layer.locked:
             return
         if order.target_words != self.target_words:
             self._fault(now_ns, "CMD-26")
         elif order.speed_words != self.speed_words and not self.registered:
             self.speed_words = order.speed_words
-            if order.msw & MANUAL_BIT[self.direction]:
+            if order.msw & MANUAL_BIT[self.direction] or self._below_minimum:
                 self._change_speed(now_ns, order)
 
     def _change_speed(self, now_ns: int, order: Order) -> None:
@@ -73,12 +76,17 @@ class RegistrationMove(ManualMove):
             self._register(now_ns)
 
     def _register(self, now_ns: int) -> None:
-        made, least = abs(self.layer.axis.position - self.started_at), self.layer.minimum_registration
-        if self.stopping or self.registered or (least and made <= least):
+        if self.stopping or self.registered or self._below_minimum:
             return
         self.registered = True
         profile = self.profile
         self.layer.axis.register(now_ns, self.distance, max(1, profile.deceleration_spmss), profile.shape)
+
+    @property
+    def _below_minimum(self) -> bool:
+        """Whether the registration input is still ignored."""
+        made, least = abs(self.layer.axis.position - self.started_at), self.layer.minimum_registration
+        return least > 0 and made <= least
 
     def on_hold(self, now_ns: int) -> None:
         """An error; before the registration input it also stops the motion (reading A-54)."""

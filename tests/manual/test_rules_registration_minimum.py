@@ -52,13 +52,36 @@ def test_an_external_input_that_goes_away_within_it_is_lost():
     assert bench.position == 600 + 750 * 5 + STEPS
 
 
+@EITHER_INPUT
 @pytest.mark.rules("REG-04", "REG-15")
-def test_a_speed_that_changes_after_a_release_within_it_is_ignored():
-    """The release waits, and with it no speed is taken over."""
+def test_a_lower_speed_counts_as_long_as_the_input_is_ignored(by):
+    """Down to 3000/s from 850 steps on: 800 of them in 200 ms, 351 to step 2001 in 117 ms.
+
+    Then 2600 in 866.67 ms, and 400 in the 200 ms of the stop.
+    """
     bench = register(store(Bench.ready(), 2000)).run(200)
-    release(bench).run(50)
-    bench.out(0, 0, 3, 0, 9, 0, 20, 10).until("STOPPED")
+    give_input(bench, by).run(50)
+    change_speed(bench, 3)
+    took = bench.until("STOPPED")
     assert (bench.position, bench.fired) == (2001 + STEPS, [])
+    assert 250 + took == pytest.approx(250 + 200 + 117 + 866.67 + 200, abs=1)
+
+
+@EITHER_INPUT
+@pytest.mark.rules("REG-04", "CMD-27")
+def test_a_higher_speed_is_an_error_as_long_as_the_input_is_ignored(by):
+    """The stop begins at once: 850 steps, and the 1200 of the ramp."""
+    bench = register(store(Bench.ready(), 2000)).run(200)
+    give_input(bench, by).run(50)
+    change_speed(bench, 9).until("STOPPED")
+    assert (bench.position, bench.fired) == (850 + 1200, ["CMD-27", "PRF-17"])
+
+
+def change_speed(bench: Bench, thousands: int) -> Bench:
+    """Change the speed words alone."""
+    words = list(bench.outputs)
+    words[4] = thousands
+    return bench.out(*words)
 
 
 @EITHER_WAY

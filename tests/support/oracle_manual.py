@@ -97,6 +97,8 @@ def watch_registration(m, released):
     if m.op == "registration end":
         return  # speed changes are ignored now
     if (released or m.on(EXTERNAL)) and (m.minimum == 0 or m.travelled > m.minimum):
+        if compared and not released and m.words[4:6] != m.seen_speed:
+            m.close_call = True  # the input comes with another speed: which of them is seen first is open
         m.op = "registration end"
         m.course = motion.register(
             m.course, m.start_ns, m.registration_steps, m.starting_speed, m.deceleration, m.shape

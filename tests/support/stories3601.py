@@ -96,6 +96,7 @@ def registration_moves(start):
         story(plain, one.speed_changed(start), one.release, rest),
         story(one.stored_minimum, plain, outside, rest, one.release),
         story(one.stored_minimum, plain, one.speed_changed(start), between, one.release, rest),
+        story(one.stored_minimum, plain, one.release, between, between, rest),
         story(outside, move, rest),
     ]
 
