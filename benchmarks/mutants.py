@@ -59,6 +59,7 @@ LAYER = [
     "encoder_move",
     "blending",
     "homing",
+    "axis_homing",
     "follower",
     "operation",
     "order",

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 
 from ...io_images.amci3601 import CommandLsw, CommandMsw
 from . import refusals
+from .axis_homing import HOMINGS
 from .blending import RUN_CW, BlendRun
 from .capabilities import Feature
 from .encoder_move import EncoderMove
-from .homing import HOMINGS
 from .latches import COMMAND_ERROR, HOME_INVALID, POSITION_INVALID, RESETTABLE
 from .manual_move import MANUAL_BIT, ManualMove, OneShot
 from .order import Order
