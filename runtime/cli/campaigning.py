@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
+from signal import default_int_handler
+from threading import current_thread, main_thread
+from types import FrameType
 
 import typer
 from rich.console import Console
@@ -30,6 +34,29 @@ MOST_RUNS, LEAST_RUNS, SCANS, LINKED_SCANS = 50, 10, 150_000, 15_000
 
 With an adapter in the rack a scan takes ten times as long, or more.
 """
+
+
+@contextmanager
+def noting_ctrl_c() -> Iterator[Callable[[], bool]]:
+    """Raise KeyboardInterrupt on Ctrl-C, and know of it even if somebody swallows that; yield who knows.
+
+    Where Ctrl-C is ignored, as in the background of a shell, or somebody else's, it stays so.
+    """
+    times = 0
+
+    def note(_number: int, _frame: FrameType | None) -> None:
+        nonlocal times
+        times += 1
+        raise KeyboardInterrupt
+
+    if current_thread() is not main_thread() or signal.getsignal(signal.SIGINT) is not default_int_handler:
+        yield lambda: False
+        return
+    signal.signal(signal.SIGINT, note)
+    try:
+        yield lambda: times > 0
+    finally:
+        signal.signal(signal.SIGINT, default_int_handler)
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +148,7 @@ class Session:
 
     def _search(self, bench: Bench, state: State, start_ns: int) -> int:
         deadline_ns = None if self.limit_ns is None else start_ns + self.limit_ns
-        with self._progress(state) as show:
+        with self._progress(state) as show, noting_ctrl_c() as pressed:
 
             def news(found: list[Found]) -> None:
                 self._keep(bench, state, found)
@@ -135,12 +162,16 @@ class Session:
                     examples=self.examples,
                     tasks=self.tasks,
                     jobs=self.jobs,
-                    go_on=lambda: deadline_ns is None or wall_ns() < deadline_ns,
+                    go_on=lambda: not pressed() and (deadline_ns is None or wall_ns() < deadline_ns),
                     news=news,
                 )
             except KeyboardInterrupt:
-                self._complain("stopped by Ctrl-C; the same command goes on from here")
-                return INTERRUPTED
+                interrupted = True
+            else:
+                interrupted = pressed()
+        if interrupted:
+            self._complain("stopped by Ctrl-C; the same command goes on from here")
+            return INTERRUPTED
         return HELD
 
     def _keep(self, bench: Bench, state: State, found: Iterable[Found]) -> None:

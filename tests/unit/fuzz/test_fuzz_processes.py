@@ -7,9 +7,11 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
+from scanrack.runtime.cli.campaigning import noting_ctrl_c
 from scanrack.runtime.fuzz.state import State, read_state
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes in /proc")
@@ -93,6 +95,16 @@ def test_the_same_command_finds_the_same_from_any_folder(folder):
     assert sorted(state_in(folder / "one").found) == ["no-fault line.py:10"]
     assert not list((folder / "elsewhere" / ".hypothesis").iterdir())  # nothing is left where one stands
     assert not (folder / ".hypothesis").exists()
+
+
+def test_ctrl_c_that_somebody_swallows_is_known_nevertheless():
+    before = signal.getsignal(signal.SIGINT)
+    with noting_ctrl_c() as pressed:
+        assert not pressed()
+        with suppress(KeyboardInterrupt):
+            os.kill(os.getpid(), signal.SIGINT)
+        assert pressed()
+    assert signal.getsignal(signal.SIGINT) is before
 
 
 def test_ctrl_c_ends_a_campaign_and_the_same_command_goes_on(folder):
