@@ -1,12 +1,14 @@
-"""Ordeals: sound adapters stand all of them, adapters with one deliberate mistake are found out."""
+"""Ordeals and scripts: sound adapters stand them, adapters with one deliberate mistake are found out."""
 
 from __future__ import annotations
 
 import pytest
-from adapter_ordeals import complaints, ordeals
+from adapter_ordeals import KINDS, complaints, ordeals
+from adapter_scripts import scripts
 from adapterbench import AdapterBench, AdapterBench006
 from broken_adapters import MISTAKES
 from hypothesis import HealthCheck, Phase, find, given, settings
+from lockstep_adapters import differs
 
 BENCHES = {"PCL601": AdapterBench, "PMC006": AdapterBench006}
 EXAMPLES = 20
@@ -29,8 +31,11 @@ def test_a_sound_adapter_stands_every_ordeal(controller, ordeal):
 
 @pytest.mark.parametrize(("mistake", "controller"), MISTAKES, ids=[mistake.name for mistake, _ in MISTAKES])
 def test_every_broken_adapter_is_found(mistake, controller):
-    def is_found_out(ordeal):
+    def complains(ordeal):
         return complaints(ordeal, BENCHES[controller]) != []
 
     with mistake.made():
-        find(ordeals(mistake.theme), is_found_out, settings=SEARCH)
+        if mistake.theme in KINDS:
+            find(ordeals(mistake.theme), complains, settings=SEARCH)
+        else:
+            find(scripts(controller, mistake.theme), differs, settings=SEARCH)

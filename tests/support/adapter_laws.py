@@ -12,7 +12,7 @@ from math import inf
 
 import oracle_bits as bits
 import oracle_commands as commands
-from oracle_bits import CCW_LIMIT, CW_LIMIT, ESTOP, EXTERNAL, HOME
+from oracle_bits import CAPTURE, CCW_LIMIT, CW_LIMIT, ESTOP, EXTERNAL, HOME
 from scanrack.io_images.pmc006.instructions import ACCELERATIONS_PPS2
 from scanrack.io_images.thousands import join_reported
 
@@ -20,10 +20,18 @@ ROUND_TRIP_S = {"PCL601": 0.065, "PMC006": 0.16}
 SCAN_S = 0.005
 STEPS_OF_ROUNDING = 2
 ERRORS = bits.COMMAND_ERROR | bits.INVALID_PROFILE | bits.HOME_INVALID | bits.CONFIG_ERROR
+LIMITS = CW_LIMIT | CCW_LIMIT
+INPUTS = (CAPTURE, EXTERNAL, HOME, ESTOP, CW_LIMIT, CCW_LIMIT)
+ALL_INPUTS = sum(INPUTS)
+RECENT_NS = 500_000_000
+"""Longer than a lost reply keeps an input from being read."""
+
 FASTEST = 12_000
 """Of the motions that are commanded in haste, steps/s."""
 
-STOPPING = CW_LIMIT | CCW_LIMIT | ESTOP | EXTERNAL
+STOPPING = {"PCL601": CW_LIMIT | CCW_LIMIT, "PMC006": CW_LIMIT | CCW_LIMIT | HOME}
+"""Switches on the machine that stop a motion; a PMC006's home switch is an end limit."""
+
 RAMPING = ("manual stop", "stop to hold")
 UNDER_WAY = ("move", "manual", "registration", "homing")
 
@@ -68,6 +76,7 @@ class Laws:
     def __init__(self, bench):
         self.bench = bench
         self.round_trip_s = ROUND_TRIP_S[bench.controller]
+        self.stopping = STOPPING[bench.controller]
         self.low = self.high = self.motor = self.event_at = bench.motor
         self.directions = set()
         self.direction = 1
@@ -81,6 +90,8 @@ class Laws:
         self.op = "idle"
         self.least = 0
         self.op_began = None
+        self.on_ns = {}
+        self.motor_begins_ns = self.motor_ends_ns = self.ends_ns = 0
 
     # ---- what the bench tells
 
@@ -148,13 +159,14 @@ class Laws:
             self.pace.speed = max(self.pace.speed, after.starting_speed)
         self.registered = after.registration_steps if after.op == "registration" else 0
         self.op_began = after.op
+        self.motor_begins_ns = self.motor_ends_ns = 0
         self.moved = True
 
     def quicken(self, after):
         """A manual move goes on at another speed."""
         pace = Pace(self.bench.controller, self.bench.words, after.starting_speed)
         pace.speed, pace.ramp = max(pace.speed, self.pace.speed), max(pace.ramp, self.pace.ramp)
-        self.pace, self.op_began = pace, None
+        self.pace, self.op_began = pace, None  # how far ahead it may be depends on two ramps now
 
     # ---- every scan
 
@@ -167,6 +179,7 @@ class Laws:
         self.op = oracle.op
         made, self.motor = bench.motor - self.motor, bench.motor
         self.speed = abs(made) / SCAN_S
+        self.measure(made)
         if not self.low <= bench.motor <= self.high:
             bench.fail(f"the motor leaves its path, {self.low} to {self.high}")
         if abs(made) > self.pace.speed * SCAN_S + STEPS_OF_ROUNDING:
@@ -175,6 +188,15 @@ class Laws:
             bench.fail(f"the motor goes the other way, {made:+} steps")
         self.look_ahead()
         self.look_at_image(bench.image)
+
+    def measure(self, made):
+        """How long the motions take, in both; that of the motor as seen scan by scan."""
+        now_ns, scan_ns = self.bench.now_ns, round(SCAN_S * 1e9)
+        if made:
+            self.motor_ends_ns = now_ns
+            self.motor_begins_ns = self.motor_begins_ns or now_ns - scan_ns
+        if self.bench.oracle.in_motion():
+            self.ends_ns = now_ns
 
     def look_ahead(self):
         """A gentler motion that begins later is never ahead, but for the form of its ramps."""
@@ -202,9 +224,22 @@ class Laws:
                 bench.fail("a motion is shown that nobody has commanded")
         if image[0] & ERRORS & ~oracle.image[0]:
             bench.fail("an error that a 3601 would not show")
+        self.look_at_inputs(image[1] & ALL_INPUTS)
         shown = join_reported(*image[2:4]) - oracle.position + bench.world.shaft
         if not self.low <= shown <= self.high:
             bench.fail("the position shown is not on the path of the motion")
+
+    def look_at_inputs(self, shown):
+        """An input is shown if it, or what shares its pin, has been on not long ago."""
+        now_ns, oracle = self.bench.now_ns, self.bench.oracle
+        active = oracle.active | ~(self.bench.levels_at_motor() ^ oracle.active_high) & oracle.used
+        self.on_ns |= {bit: now_ns for bit in INPUTS if active & bit}
+        recent = sum(bit for bit, on_ns in self.on_ns.items() if now_ns - on_ns < RECENT_NS)
+        one = LIMITS if self.bench.controller == "PCL601" else HOME | CCW_LIMIT
+        if recent & one:
+            recent |= one
+        if shown & ~recent:
+            self.bench.fail("an input is shown that has not been on")
 
     # ---- where both rest
 
@@ -214,6 +249,8 @@ class Laws:
         arrived = bench.motor == (self.high if self.direction > 0 else self.low)
         if self.may_stop_elsewhere() and not arrived and self.directions == {self.direction}:
             self.check_stop()
+        if self.moved and arrived and self.op_began == "move" and bench.oracle.move_complete:
+            self.check_duration()
         self.low = self.high = bench.motor
         self.moved = self.ramps = self.searched = False
         self.registered = 0
@@ -229,20 +266,28 @@ class Laws:
     def check_stop(self):
         """A stop comes in time, and with its ramp where it has one."""
         bench, pace = self.bench, self.pace
-        edges = [first if self.direction > 0 else last for bit, first, last in bench.setting.switches]
+        switches = [ends for bit, *ends in bench.setting.switches if bit & self.stopping]
+        edges = [first if self.direction > 0 else last for first, last in switches]
         at = self.direction * bench.motor
         passed = [self.direction * edge for edge in edges if edge is not None]
-        begun = max([self.direction * self.event_at, *(edge for edge in passed if edge <= at)])
+        since = at - self.direction * self.event_at
+        begun = max([at - since, *(edge for edge in passed if edge <= at)])
         made = at - begun
         allowed = pace.speed * (self.round_trip_s + SCAN_S) + self.registered + STEPS_OF_ROUNDING
         if self.ramps or self.registered:
             allowed += pace.ramp
         if self.ramps and made < self.least:
             bench.fail(f"a stop without its ramp: {made} steps, and not {self.least:.0f} at least")
-        if self.registered and not bench.oracle.input_error and made < self.registered:
+        if self.registered and not bench.oracle.input_error and since < self.registered:
             bench.fail(f"a registration move ended after {made} steps, and not {self.registered}")
         if made > allowed:
             bench.fail(f"a stop took {made} steps, and not {allowed:.0f} at most")
+
+    def check_duration(self):
+        """A move at gentler rates takes no less time."""
+        made_ns, ideal_ns = self.motor_ends_ns - self.motor_begins_ns, self.ends_ns - self.began_ns
+        if self.pace.bulge < inf and made_ns + 2e9 * SCAN_S < ideal_ns:
+            self.bench.fail(f"a move took {made_ns / 1e6} ms, and not {ideal_ns / 1e6} at least")
 
     def at_the_switch(self):
         """Home is where the switch changes."""

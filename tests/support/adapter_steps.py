@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from steps3601 import Recover
+
 
 @dataclass(frozen=True)
 class LinkLoss:
@@ -44,3 +46,11 @@ class Haste:
 
     def play(self, bench):
         bench.haste(self.images)
+
+
+@dataclass(frozen=True)
+class PutRight:
+    """What `Recover` does, with the configuration of the setting."""
+
+    def play(self, bench):
+        Recover(bench.setting.configuration).play(bench)

@@ -11,22 +11,34 @@ from dataclasses import replace
 from typing import Any
 
 from broken3601 import Mistake
+from scanrack.io_images.amci3601 import InputBit
 from scanrack.runtime.adapters import driver
 from scanrack.runtime.adapters.axis import LinkedAxis
-from scanrack.runtime.adapters.driver import Driver
+from scanrack.runtime.adapters.capabilities import RowCapabilities
+from scanrack.runtime.adapters.driver import Driver, State
 from scanrack.runtime.adapters.module import Adapter
 from scanrack.runtime.adapters.pcl601 import axis as axis601
+from scanrack.runtime.adapters.pcl601 import frames as frames601
+from scanrack.runtime.adapters.pcl601.axis import Pcl601Axis
 from scanrack.runtime.adapters.pcl601.driver import Pcl601Driver
-from scanrack.runtime.adapters.pmc006.driver import Pmc006Driver
+from scanrack.runtime.adapters.pmc006 import frames as frames006
+from scanrack.runtime.adapters.pmc006 import units as units006
+from scanrack.runtime.adapters.pmc006.axis import Pmc006Axis
+from scanrack.runtime.adapters.pmc006.capabilities import SHARED
+from scanrack.runtime.adapters.pmc006.driver import EXT1_STOP, EXT2_STOP, Pmc006Driver
+from scanrack.runtime.kinematics import Shape
 
 MISTAKES: list[tuple[Mistake, str]] = []
-"""Each with the controller in whose adapter it is made; its theme is the kind of ordeal that looks for it."""
+"""Each with the controller in whose adapter it is made."""
 
 
 def mistake(
     owner: Any, attribute: Any, theme: str, controller: str = "PCL601"
 ) -> Callable[[Callable[[Any], Any]], Callable[[Any], Any]]:
-    """Add a mistake: the function takes what is right and returns what is wrong."""
+    """Add a mistake: the function takes what is right and returns what is wrong.
+
+    Its theme is a kind of ordeal, or one of the themes of `adapter_scripts`.
+    """
 
     def add(wrong: Callable[[Any], Any]) -> Callable[[Any], Any]:
         assert wrong.__doc__
@@ -37,6 +49,18 @@ def mistake(
 
 
 # ---- the line
+
+
+@mistake(frames601, "_is_whole", "line")
+def checksum_unread(right):
+    """The checksum of a PCL601's reply is not looked at."""
+    return lambda frame: True
+
+
+@mistake(frames006, "decode", "line", "PMC006")
+def sum_unread(right):
+    """The checksum of a PMC006's reply is not looked at."""
+    return lambda frame: right(bytes((*frame[:-1], sum(frame[:-1]) & 0xFF)))
 
 
 @mistake(Driver, "start", "replies_lost")
@@ -79,7 +103,56 @@ def never_gives_up(right):
     return ask
 
 
+@mistake(Pcl601Driver, "forget", "line")
+def parameters_believed_after_a_loss(right):
+    """What has been written to the controller is thought to be there still after it has lost its power."""
+    return lambda self: None
+
+
 # ---- after a loss
+
+
+@mistake(Adapter, "_return", "line_down")
+def return_not_told(right):
+    """The link comes back, and nothing is said of it."""
+    return lambda self, now_ns: None
+
+
+@mistake(Adapter, "_return", "line")
+def edges_count_at_once(right):
+    """When the link comes back, a bit counts before all of them have been low."""
+
+    def returned(self, now_ns):
+        right(self, now_ns)
+        self._locked_out = False
+
+    return returned
+
+
+@mistake(Driver, "_see_again", "line")
+def left_running_after_a_loss(right):
+    """When the controller answers again it is not stopped."""
+
+    def see_again(self):
+        ready, self._was_ready = self._was_ready, False
+        yield from right(self)
+        self._was_ready = self.returned = ready
+        self.state = State.READY if ready else State.PRESENT
+
+    return see_again
+
+
+@mistake(Adapter, "_begin_anew", "line")
+def position_kept_over_loss_of_power(right):
+    """A controller that has lost its power still shows the position that it had."""
+
+    def begin_anew(self):
+        before = getattr(self, "axis", None)
+        right(self)
+        if before is not None:
+            self.axis.configuration, self.axis._offset = before.configuration, before._offset
+
+    return begin_anew
 
 
 @mistake(Adapter, "_return", "line_down")
@@ -117,6 +190,18 @@ def origin_forgotten_after_a_loss(right):
 # ---- position and direction
 
 
+@mistake(Driver, "rebase", "homing", "PMC006")
+def rebase_shown_as_motion(right):
+    """Until the next read, a counter that has been put elsewhere counts as moved."""
+
+    def rebase(self, position):
+        before = self.position
+        yield from self.write_position(position)
+        self.rebased += position - before
+
+    return rebase
+
+
 @mistake(LinkedAxis, "preset_position", "preset")
 def preset_with_the_wrong_sign(right):
     """A preset moves the offset the wrong way."""
@@ -140,7 +225,51 @@ def complete_wherever_it_stands(right):
     return conclude
 
 
+# ---- what can't be done
+
+
+@mistake(RowCapabilities, "lacking_for", "states")
+def nothing_refused(right):
+    """What the controller can't do is sent to it."""
+    return lambda self, wish: None
+
+
+@mistake(RowCapabilities, "lacking_for_configuration", "states", "PMC006")
+def any_configuration_taken(right):
+    """A configuration that the controller can't keep is accepted."""
+    return lambda self, configuration: None
+
+
 # ---- units and ramps
+
+
+@mistake(axis601, "drive_for", "moves")
+def higher_rate_for_both(right):
+    """One rate for both ramps is the higher of the two."""
+
+    def drive_for(profile):
+        steeper = max(profile.acceleration_spmss, profile.deceleration_spmss)
+        return right(replace(profile, acceleration_spmss=steeper, deceleration_spmss=steeper))
+
+    return drive_for
+
+
+@mistake(axis601, "drive_for", "moves")
+def s_curves_at_the_full_rate(right):
+    """An S-curve becomes a constant ramp at its highest rate, which takes half as long."""
+    return lambda profile: right(replace(profile, shape=Shape.CONSTANT))
+
+
+@mistake(units006, "coefficient_for", "moves", "PMC006")
+def the_steepest_ramp(right):
+    """Every rate becomes coefficient 1."""
+    return lambda rate_spmss, *, nearest=False: 1
+
+
+@mistake(frames601, "signed_pair", "moves")
+def encoder_without_its_sign(right):
+    """A negative count is read as a large one."""
+    return lambda low, high: low | high << 16
 
 
 @mistake(axis601, "drive_for", "undisturbed")
@@ -210,3 +339,78 @@ def hold_taken_for_done(right):
         yield from ()
 
     return slow_down
+
+
+@mistake(Pmc006Driver, "_do", "stops", "PMC006")
+def stops_crossed(right):
+    """What is to stop at once ramps down, and what is to ramp down stops at once."""
+
+    def do(self, name, value=0):
+        crossed = {"abort": "speed_mode"}
+        if name == "speed_mode" and value == 0:
+            crossed["speed_mode"] = "abort"
+        yield from right(self, crossed.get(name, name), value)
+
+    return do
+
+
+@mistake(Pmc006Axis, "levels", "emergency_stop", "PMC006")
+def levels_inverted(right):
+    """A pin that is high is taken for an input that is energised."""
+    return property(lambda self: right.fget(self) ^ (SHARED | InputBit.CW_LIMIT | InputBit.ESTOP))
+
+
+@mistake(Pmc006Driver, "note_configuration", "limits", "PMC006")
+def stops_on_the_other_edge(right):
+    """The external stops act when a switch is left."""
+
+    def note_configuration(self, configuration):
+        right(self, configuration)
+        self._rising ^= EXT1_STOP | EXT2_STOP
+
+    return note_configuration
+
+
+@mistake(Pmc006Driver, "_clear_stops", "limits", "PMC006")
+def latch_left_set(right):
+    """An external stop that is latched is not cleared when the limit is left."""
+
+    def clear_stops(self, *armed):
+        self.clear_stops = False
+        yield from ()
+
+    return clear_stops
+
+
+@mistake(Pmc006Driver, "_stops_for", "limits", "PMC006")
+def limit_behind_left_armed(right):
+    """The limit on which the axis stands stops the motion that leaves it."""
+    return lambda self, task: self._limits
+
+
+@mistake(Pmc006Driver, "_find_zero", "homing", "PMC006")
+def home_not_zeroed(right):
+    """The controller's own zero at home is left, and taken for a loss of power later."""
+
+    def find_zero(self, task):
+        self._zeroing = False
+        yield from ()
+
+    return find_zero
+
+
+@mistake(Pcl601Axis, "note_configuration", "stops")
+def emergency_stop_shown_as_limits(right):
+    """What comes through the diodes on both hard limits is taken for an end limit."""
+    return lambda self, configuration: None
+
+
+@mistake(Pcl601Driver, "_attribute", "limits")
+def side_of_the_limit_guessed(right):
+    """A hard limit is always the CW one."""
+
+    def attribute(self):
+        self.limit_side = 1
+        yield from ()
+
+    return attribute

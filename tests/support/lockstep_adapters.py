@@ -42,6 +42,9 @@ MAKE = {"PCL601": Pcl601Adapter, "PMC006": Pmc006Adapter}
 CALM_NS = {"PCL601": 65 * MS, "PMC006": 160 * MS}
 """The longest round trip: what has not changed for so long is settled [docs/adapters.md]."""
 
+LOW_BYTE = {"PCL601": 4, "PMC006": 3}
+"""Where a reply has the lower bits of what has been read first."""
+
 PATIENCE_NS = 700 * MS
 """What has not changed for so long, a configuration included, will not any more."""
 
@@ -55,6 +58,7 @@ TOO_LONG_S = 3
 STOP, RESET = (bits.IMMEDIATE_STOP, *NOTHING[1:]), (bits.RESET_ERRORS, *NOTHING[1:])
 A_MANUAL_MOVE = (bits.MANUAL_CCW, 0, 0, 0, 5, 0, 100, 100)
 ANY_LIMIT = CW_LIMIT | CCW_LIMIT
+FIND_HOME = bits.FIND_HOME_CW | bits.FIND_HOME_CCW
 SHARED = HOME | CCW_LIMIT
 SOFT = bits.ACCELERATING | bits.DECELERATING
 
@@ -102,9 +106,9 @@ class AdapterLockstep:
         self.outputs = Image()
         self.now_ns = self.turned_until = self.calm_ns = 0
         self.side_unknown = self.alone = False
-        self.wired = {bit for bit, _, _ in setting.switches}
+        self.wired = sum({bit for bit, _, _ in setting.switches})
         self.oracle_rests_ns = self.disturbed_ns = 0
-        self.noise = made_noisy(self.module)
+        self.noise = made_noisy(self.module, LOW_BYTE[self.controller])
         self.expected, self.refused, self.log = [], [], [str(setting)]
         self.image = self.updated()
         self.laws = Laws(self)
@@ -140,7 +144,7 @@ class AdapterLockstep:
         self.calm_ns = 0
 
     def input(self, bit, energised):
-        if bit in self.wired or not bit & self.oracle.used:
+        if bit & self.wired or not bit & self.oracle.used:
             return
         self.meet()
         if energised and bit & (ANY_LIMIT | ESTOP) and self.controller == "PCL601":
@@ -153,6 +157,7 @@ class AdapterLockstep:
         self.calm_ns = 0
 
     def turn(self, counts, ticks):
+        self.meet()
         if self.now_ns < self.turned_until:
             return
         end = self.turned_until = self.now_ns + ticks * TICK_NS
@@ -176,6 +181,7 @@ class AdapterLockstep:
         self.module.power_cycle()
         self.oracle.power_up()
         self.world.shaft = self.motor
+        self.side_unknown = self.controller == "PCL601"  # if there is one
         self.oracle_words = self.words
         self.note("power off and on")
         self.laws.powered_up()
@@ -217,10 +223,15 @@ class AdapterLockstep:
 
     def zeroed(self):
         """Whether a PMC006 has come home alone: its counter is then as near 0 as after a loss of power."""
-        self.world.shaft, before = self.motor, self.world.shaft
-        home = self.world.levels() & HOME if isinstance(self.world, SharedPin) else 0
-        self.world.shaft = before
+        home = self.levels_at_motor() & HOME if isinstance(self.world, SharedPin) else 0
         return bool(home and self.laws.searched and self.image[0] & bits.CONFIG_ERROR)
+
+    def levels_at_motor(self):
+        """What energises inputs where the motor stands, which may be elsewhere than the oracle's."""
+        self.world.shaft, before = self.motor, self.world.shaft
+        levels = self.world.levels()
+        self.world.shaft = before
+        return levels
 
     def device_power(self):
         """The controller alone loses its power."""
@@ -325,6 +336,9 @@ class AdapterLockstep:
         if starts and isinstance(self.world, SharedPin) and self.world.levels() & HOME:
             # the home switch is the CCW limit: moves may leave it
             return bool(words[0] & (bits.ABSOLUTE | bits.RELATIVE | bits.RESUME))
+        hard_limits = self.wired & ANY_LIMIT if self.controller == "PCL601" else 0
+        if words[0] & bits.CONFIGURE and hard_limits & ~words[0]:
+            return True  # they act in any case
         waits = words[0] & bits.CONFIGURE and self.oracle.op in ("move", "homing")
         return bool(waits) and self.laws.seconds_left() > TOO_LONG_S
 
@@ -379,7 +393,10 @@ class AdapterLockstep:
         self.module.events.clear()
         for _ in range(SCAN_TICKS):
             if isinstance(self.world, SharedPin):
-                self.world.searching = self.oracle.op == "homing"
+                sought = (
+                    self.oracle_words[0] & ~self.oracle.previous0 & (bits.FIND_HOME_CW | bits.FIND_HOME_CCW)
+                )
+                self.world.searching = bool(sought) or self.oracle.op == "homing"
             self.oracle.tick(self.oracle_words)
         if self.oracle.open_bits:
             self.oracle.take_over(self.image[0])
@@ -528,3 +545,12 @@ def played(script):
         step.play(bench)
     bench.run_to_rest()
     return bench
+
+
+def differs(script):
+    """Whether something is found."""
+    try:
+        played(script)
+    except Differ:
+        return True
+    return False

@@ -14,7 +14,7 @@ class NoisyDevice:
         at: which byte of a reply suffers.
     """
 
-    def __init__(self, device, at=4):
+    def __init__(self, device, at):
         self.device = device
         self.at = at
         self.damage_next = 0
@@ -38,8 +38,8 @@ class NoisyDevice:
         return bytes((*data[: self.at], data[self.at] ^ 0x04, *data[self.at + 1 :]))
 
 
-def made_noisy(module):
+def made_noisy(module, at):
     """Put noise on the line of an adapter's simulated controller; return what makes it."""
     faults = module.controller.line.faults
-    faults.device = NoisyDevice(faults.device)
+    faults.device = NoisyDevice(faults.device, at)
     return faults.device
