@@ -150,6 +150,8 @@ class Homing(Operation):
         self.phase = Phase.CREEP
         slow = replace(self.profile, speed_sps=self.profile.start_sps)
         self.layer.axis.run(now_ns, self.direction, slow)
+        if self._signal and not self._alone:  # the stop before came to a proximity again
+            self._final(now_ns)
 
     def _final(self, now_ns: int) -> None:
         """The proximity has been seen: slow down, and take the next home edge or marker."""

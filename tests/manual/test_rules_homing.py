@@ -210,6 +210,20 @@ def test_home_switch_slows_down_and_the_next_marker_of_the_shaft_is_home(directi
 
 
 @EITHER_WAY
+@pytest.mark.rules("HMG-10", "HMG-12")
+def test_a_switch_that_is_on_when_the_axis_creeps_is_the_proximity(direction):
+    """On at the start, left going back, and on again in the ramp: the next marker is home."""
+    search = Search(direction, MARKER_HOME_SWITCH)
+    search.bench.inputs(home=1).run(1)
+    search.command(ms=400)
+    search.bench.inputs(home=0).marker_in(460).run(200)
+    search.bench.inputs(home=1).run(250)  # 400 ms down from 5000/s
+    assert search.motion == "ahead"
+    search.bench.run(15)
+    assert (search.motion, search.bench.bits) == ("still", {"MODULE_OK", "AT_HOME", "IN_HOME"})
+
+
+@EITHER_WAY
 @pytest.mark.rules("HMG-10")
 def test_a_marker_in_the_ramp_counts(direction):
     """Z pulse at 3300, 300 steps after the switch: v*v = 25e6 - 2*10,000*300, 4359/s; a tick is 1.1 steps."""

@@ -412,7 +412,6 @@ class Oracle:
         elif op in ("stop to hold", "step to hold"):
             self.op = "held"
             self.hold_state = True
-            self.resumable = True
         else:
             self.stopped = True
         if op == "blend" and self.hold_error:
@@ -432,6 +431,7 @@ class Oracle:
         stopping = self.course.at(self.start_ns)[2] == motion.DOWN
         if not stopping and course.last_step < self.course.last_step - 0.5:
             self.op = "stop to hold"
+            self.resumable = True
             self.course = course
 
     def watch_encoder(self):

@@ -193,6 +193,7 @@ def set_out(m, distance, vs, by_encoder=False):
     elif m.on(EXTERNAL):
         one_step = motion.Course(m.start_ns, motion.cruise(1, vo))
         m.start("step to stop" if by_encoder else "step to hold", direction, one_step)
+        m.resumable = True
     elif by_encoder:
         m.start("encoder", direction, motion.run(m.start_ns, vo, vs, m.acceleration, m.shape))
     else:

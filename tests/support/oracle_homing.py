@@ -171,6 +171,7 @@ def home_found(m):
 
 def done(m):
     """At Home, and position, encoder and captured value are zero, in the same image (A-77)."""
+    m.close_call = m.became(CW_LIMIT | CCW_LIMIT)  # which of two that come at once counts is open
     m.rest("idle")
     m.at_home = True
     m.position = 0

@@ -62,8 +62,8 @@ def watch(m):
     """The words and the external input, while the move runs; the stop inputs come first."""
     released = not m.o0 & m.manual_bit
     if m.op != "one shot" and m.on(ESTOP | m.ahead(m.direction)):
-        if released and m.course.at(m.start_ns)[1] <= m.starting_speed + 1e-6:
-            m.close_call = True  # no ramp: whether the input still meets a motion is open
+        if released:
+            m.close_call = True  # whether the input still meets a motion, or eight zeros do, is open
         return
     if m.op == "one shot":
         if released:
