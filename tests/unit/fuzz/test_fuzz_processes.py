@@ -118,7 +118,7 @@ def test_ctrl_c_ends_a_campaign_and_the_same_command_goes_on(folder):
     assert (status, stderr) == (130, "scanrack: stopped by Ctrl-C; the same command goes on from here\n")
     wait_until(lambda: not any(map(is_alive, workers)))
     before = state_in(out)
-    status, stdout, _stderr = finished(started(folder, *words, "--runs", "5"))
+    status, stdout, _stderr = finished(started(folder, *words, "--runs", "5", "--jobs", "1"))
     assert status == 0
     assert f"in all        {before.runs + 5:,} runs" in stdout
     assert state_in(out).tasks == before.tasks + 1

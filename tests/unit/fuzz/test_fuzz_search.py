@@ -120,18 +120,6 @@ def test_a_campaign_goes_on_where_it_left_off(rack, tmp_path):
     assert read_state(tmp_path / "out" / "state.json", "../line.toml").tasks == 2
 
 
-def test_the_same_search_finds_the_same(rack, tmp_path):
-    file = rack(HASTY)
-    words = ("--runs", 30, "--for", "0.1 s", "--only", "inputs", "--check", "no-command-error")
-    # Hypothesis takes constants from the modules that are loaded: let all of them be loaded before
-    fuzz(file, *words, "--out", tmp_path / "none")
-    fuzz(file, *words, "--out", tmp_path / "one")
-    fuzz(file, *words, "--out", tmp_path / "two")
-    first, second = (tmp_path / name / "state.json" for name in ("one", "two"))
-    assert read_state(first, "../line.toml").found
-    assert first.read_bytes() == second.read_bytes()
-
-
 @pytest.mark.parametrize(
     ("words", "says"),
     [
