@@ -13,8 +13,10 @@ EXAMPLES = {"homing": 2}
 
 @pytest.mark.parametrize("theme", THEMES)
 @pytest.mark.parametrize("controller", ["PCL601", "PMC006"])
-def test_an_adapter_does_what_a_3601_does(controller, theme):
-    @settings(max_examples=EXAMPLES.get(theme, 4), phases=[Phase.explicit, Phase.generate])
+def test_an_adapter_does_what_a_3601_does(controller, theme, request):
+    examples = 100 if request.config.getoption("--long") else EXAMPLES.get(theme, 4)
+
+    @settings(max_examples=examples, phases=[Phase.explicit, Phase.generate])
     @given(script=scripts(controller, theme))
     def lockstep(script):
         played(script)

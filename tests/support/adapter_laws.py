@@ -178,6 +178,7 @@ class Laws:
             self.least = self.pace.way(self.event_speed, self.pace.steepest) / 2
         self.op = oracle.op
         made, self.motor = bench.motor - self.motor, bench.motor
+        self.passed = self.switches_between(*sorted((bench.motor - made, bench.motor)))
         self.speed = abs(made) / SCAN_S
         self.measure(made)
         if not self.low <= bench.motor <= self.high:
@@ -197,6 +198,16 @@ class Laws:
             self.motor_begins_ns = self.motor_begins_ns or now_ns - scan_ns
         if self.bench.oracle.in_motion():
             self.ends_ns = now_ns
+
+    def switches_between(self, low, high):
+        """Inputs whose switches lie on a part of the way."""
+        return sum(
+            {
+                bit
+                for bit, first, last in self.bench.setting.switches
+                if (first is None or first <= high) and (last is None or last >= low)
+            }
+        )
 
     def look_ahead(self):
         """A gentler motion that begins later is never ahead, but for the form of its ramps."""
@@ -233,7 +244,7 @@ class Laws:
         """An input is shown if it, or what shares its pin, has been on not long ago."""
         now_ns, oracle = self.bench.now_ns, self.bench.oracle
         active = oracle.active | ~(self.bench.levels_at_motor() ^ oracle.active_high) & oracle.used
-        self.on_ns |= {bit: now_ns for bit in INPUTS if active & bit}
+        self.on_ns |= {bit: now_ns for bit in INPUTS if (active | self.passed) & bit}
         recent = sum(bit for bit, on_ns in self.on_ns.items() if now_ns - on_ns < RECENT_NS)
         one = LIMITS if self.bench.controller == "PCL601" else HOME | CCW_LIMIT
         if recent & one:

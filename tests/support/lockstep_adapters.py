@@ -21,11 +21,13 @@ import copy
 import adapter_wishes as wishes
 import oracle_bits as bits
 import oracle_blend
+from adapter_alone import MS, SCAN_NS, SCAN_TICKS, AloneForAWhile
 from adapter_laws import Laws
+from adapter_worlds import ANY_LIMIT, WORLD, SharedPin
 from lockstep3601 import describe, show
 from noisyline import made_noisy
 from oracle3601 import TICK_NS, Oracle
-from oracle_bits import CCW_LIMIT, CW_LIMIT, ESTOP, HOME
+from oracle_bits import ESTOP, HOME
 from oracle_world import World
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.image import Image
@@ -33,11 +35,7 @@ from scanrack.io_images.thousands import join_reported
 from scanrack.runtime.adapters.pcl601.module import Pcl601Adapter
 from scanrack.runtime.adapters.pmc006.module import Pmc006Adapter
 from scanrack.runtime.machine import EncoderSpec, Machine, MachineSpec, Switch
-from steps3601 import NOTHING
 
-MS = 1_000_000
-SCAN_TICKS = 20
-SCAN_NS = SCAN_TICKS * TICK_NS
 MAKE = {"PCL601": Pcl601Adapter, "PMC006": Pmc006Adapter}
 CALM_NS = {"PCL601": 65 * MS, "PMC006": 160 * MS}
 """The longest round trip: what has not changed for so long is settled [docs/adapters.md]."""
@@ -55,11 +53,7 @@ SLOWER = 3
 """How much longer a motion may take than a 3601 does; the ramps are gentler."""
 
 TOO_LONG_S = 3
-STOP, RESET = (bits.IMMEDIATE_STOP, *NOTHING[1:]), (bits.RESET_ERRORS, *NOTHING[1:])
-A_MANUAL_MOVE = (bits.MANUAL_CCW, 0, 0, 0, 5, 0, 100, 100)
-ANY_LIMIT = CW_LIMIT | CCW_LIMIT
 FIND_HOME = bits.FIND_HOME_CW | bits.FIND_HOME_CCW
-SHARED = HOME | CCW_LIMIT
 SOFT = bits.ACCELERATING | bits.DECELERATING
 
 
@@ -67,30 +61,7 @@ class Differ(AssertionError):  # noqa: N818 - they do
     """Adapter and oracle show different things, or a law is broken."""
 
 
-class Diodes(World):
-    """A PCL601's machine: the emergency stop is wired to both hard limits, too, which then tell nothing."""
-
-    def levels(self):
-        mask = super().levels()
-        return mask & ~ANY_LIMIT if mask & ESTOP else mask
-
-
-class SharedPin(World):
-    """A PMC006's machine: home switch and CCW limit are one pin, which a search for home takes for home."""
-
-    searching = False
-
-    def levels(self):
-        mask = super().levels()
-        if mask & SHARED:
-            mask |= SHARED
-        return mask & ~CCW_LIMIT if self.searching else mask
-
-
-WORLD = {"PCL601": Diodes, "PMC006": SharedPin}
-
-
-class AdapterLockstep:
+class AdapterLockstep(AloneForAWhile):
     """An adapter and an oracle, as the steps of `steps3601` and `adapter_scripts` play on them."""
 
     def __init__(self, setting):
@@ -198,133 +169,6 @@ class AdapterLockstep:
 
     def note(self, text):
         self.log.append(f"{self.now_ns / 1e6:10.2f} ms  {text}")
-
-    # ---- what a 3601 does not know: its controller is away
-
-    def link_loss(self, ms, meanwhile, loses_power):
-        """The line is cut, and words that come meanwhile are passed over [docs/adapters.md]."""
-        self.meet()
-        if self.oracle.config_error or self.configuring or not self.oracle.plc_running:
-            return
-        line = self.module.controller.line
-        line.take_down()
-        self.note(f"link down for {ms} ms" + ", and the controller's power off and on" * loses_power)
-        self.laws.may_be_absent()
-        self.run_alone(ms * MS - MS)
-        if self.image[0] & bits.MODULE_OK:
-            self.fail("the link is lost, and MODULE_OK set")
-        self.write_unseen(meanwhile)
-        if loses_power:
-            self.module.cycle_device()
-        self.run_alone(50 * MS)
-        line.put_up()
-        self.run_alone(2_000 * MS, until=bits.MODULE_OK)
-        self.oracle_returns(loses_power or self.zeroed())
-
-    def zeroed(self):
-        """Whether a PMC006 has come home alone: its counter is then as near 0 as after a loss of power."""
-        home = self.levels_at_motor() & HOME if isinstance(self.world, SharedPin) else 0
-        return bool(home and self.laws.searched and self.image[0] & bits.CONFIG_ERROR)
-
-    def levels_at_motor(self):
-        """What energises inputs where the motor stands, which may be elsewhere than the oracle's."""
-        self.world.shaft, before = self.motor, self.world.shaft
-        levels = self.world.levels()
-        self.world.shaft = before
-        return levels
-
-    def device_power(self):
-        """The controller alone loses its power."""
-        self.meet()
-        if self.oracle.config_error or self.configuring:
-            return
-        self.module.cycle_device()
-        self.note("the controller's power off and on")
-        self.laws.may_be_absent()
-        self.run_alone(2_000 * MS, until=bits.CONFIG_ERROR)
-        self.oracle_returns(loses_power=True)
-
-    @property
-    def configuring(self):
-        return self.oracle.mode_config or bool(self.words[0] & bits.CONFIGURE)
-
-    def write_unseen(self, words):
-        self.words = self.oracle_words = list(words)
-        self.outputs = Image(words)
-        self.calm_ns = 0
-        self.note(describe(words))
-
-    def run_alone(self, duration_ns, until=0):
-        """Let the adapter run; what it does is looked at, the oracle waits."""
-        end_ns = self.now_ns + duration_ns
-        self.alone = True
-        while self.now_ns < end_ns and not self.image[0] & until:
-            self.now_ns += SCAN_NS
-            self.oracle.now_ns = self.now_ns
-            self.image = self.updated()
-            self.laws.look()
-        self.alone = False
-        if until and not self.image[0] & until:
-            self.fail(f"no answer after {duration_ns / 1e6} ms")
-
-    def oracle_returns(self, loses_power):
-        """What a 3601 would have to show now, were it as far away; bits that are still set are no edges."""
-        oracle = self.oracle
-        if loses_power:
-            oracle.power_up()
-        else:
-            oracle.rest("idle")
-            oracle.clear_status()
-            oracle.stopped = oracle.position_invalid = True
-            oracle.resumable = False
-            oracle.position += self.motor - self.world.shaft
-        self.world.shaft = self.motor
-        self.laws.interrupted()
-        self.calm_ns = 0
-        self.stay_locked_out()
-
-    def stay_locked_out(self):
-        """As long as a command bit is set, no other counts; with all of them low, the next one does."""
-        another = A_MANUAL_MOVE if self.words[0] else NOTHING
-        for words in (self.words, another, NOTHING):
-            self.write_unseen(words)
-            self.oracle.previous0, self.oracle.previous1 = words[0] & 0xFFFF, words[1] & 0xFFFF
-            self.meet()
-
-    # ---- words that come too fast
-
-    def haste(self, images):
-        """Words follow each other faster than the line: only laws hold, and in the end the count is right."""
-        self.meet(at_rest=True)
-        if self.oracle.config_error or self.configuring or not self.oracle.plc_running:
-            return
-        origin = self.shown_position() - self.motor
-        self.laws.anything_goes()
-        for words, scans in (*images, (NOTHING, 200), (STOP, 20), (NOTHING, 200), (RESET, 5), (NOTHING, 40)):
-            self.write_unseen(words)
-            self.run_alone(scans * SCAN_NS)
-        if self.shown_position() - self.motor != origin:
-            self.fail("steps have been lost or counted twice in haste")
-        self.oracle_overtakes()
-
-    def shown_position(self):
-        return join_reported(*self.image[2:4])
-
-    def oracle_overtakes(self):
-        """After haste the adapter says how the last motion ended; nothing moves, and no error is left."""
-        oracle, msw = self.oracle, self.image[0]
-        oracle.rest("idle")
-        oracle.clear_status()
-        oracle.move_complete, oracle.stopped = bool(msw & bits.MOVE_COMPLETE), bool(msw & bits.STOPPED)
-        oracle.hold_state = bool(msw & bits.HOLD_STATE)
-        oracle.position_invalid = bool(msw & bits.POSITION_INVALID)
-        oracle.resumable = False
-        oracle.position, self.world.shaft = self.shown_position(), self.motor
-        oracle.previous0 = oracle.previous1 = 0
-        self.laws.interrupted()
-        self.calm_ns = 0
-        self.refused = []
-        self.meet()
 
     # ---- what is left out, and what is refused
 
