@@ -6,6 +6,7 @@
 Module: scripts of all themes, module and oracle in lockstep (tests/properties/test_against_oracle.py). A
 command sequence is a story of a script: the module is made ready, commands are written, their bits fall,
 inputs change, and the axis comes to rest. Program: `scanrack fuzz` on the feeder, 2 s of machine time a run.
+Seconds are those of the processor.
 
 Exit status: 0; 1 if module and oracle have differed.
 """

@@ -31,6 +31,8 @@ MARGIN = 3
 
 def calm_ticks(m):
     """Ticks, none of which does more than move the axis on, 0 where each counts."""
+    if m.configuring and not m.mode_config:
+        return 0  # the mode begins with the first tick that finds the axis at rest
     if m.op in ("idle", "held", "one shot"):
         return FOREVER
     if m.phase == "dwell":
@@ -40,8 +42,6 @@ def calm_ticks(m):
 
 def goes_on(m, ns):
     """Whether the motion just goes on for so long."""
-    if m.configuring:
-        return False  # every tick asks whether it is over
     if m.op == "follower":
         return stands_still(m)
     if m.course is None or waits(m):

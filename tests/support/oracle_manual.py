@@ -62,8 +62,8 @@ def watch(m):
     """The words and the external input, while the move runs; the stop inputs come first."""
     released = not m.o0 & m.manual_bit
     if m.op != "one shot" and m.on(ESTOP | m.ahead(m.direction)):
-        if released:
-            m.close_call = True  # whether the input still meets a motion, or eight zeros do, is open
+        if released or m.words[2:6] != m.seen_target + m.seen_speed:
+            m.close_call = True  # which of two that come at once counts is open
         return
     if m.op == "one shot":
         if released:
