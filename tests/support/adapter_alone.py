@@ -147,5 +147,5 @@ class AloneForAWhile:
         oracle.previous0 = oracle.previous1 = 0
         self.laws.interrupted()
         self.calm_ns = 0
-        self.refused = []
+        self.module.events.clear()  # refusals in haste are not foreseen
         self.meet()
