@@ -353,18 +353,20 @@ class CommandLayer:
 
     def refuse(self, now_ns: int, inability: Inability) -> None:
         """Show what the axis can't do."""
-        bits = self.latches.show(now_ns, "refusal", inability.name, inability.bits, inability.reason)
-        if bits & COMMAND_ERROR:
-            self.error_since_start = True
-            self._forfeit()
+        shown = self.latches.show(now_ns, "refusal", inability.name, inability.bits, inability.reason)
+        self._suffer(shown)
 
     def blocked_by_inputs(self, now_ns: int, order: Order) -> bool:
         """Refuse because of the emergency stop or an end limit, if one is active."""
         return self.refused(now_ns, order, refusals.BLOCKED_BY_INPUTS)
 
     def fire(self, now_ns: int, rule_id: str, *, bits: int | None = None, alone: bool = False) -> None:
-        """Let a rule set its bits; a command error ends a resumable hold [chapter 4, Resume Move]."""
-        if self.latches.fire(now_ns, rule_id, bits=bits, alone=alone) & COMMAND_ERROR:
+        """Let a rule set its bits."""
+        self._suffer(self.latches.fire(now_ns, rule_id, bits=bits, alone=alone))
+
+    def _suffer(self, bits: int) -> None:
+        """A command error ends a resumable hold [chapter 4, Resume Move]."""
+        if bits & COMMAND_ERROR:
             self.error_since_start = True
             self._forfeit()
 

@@ -43,6 +43,20 @@ def test_any_move_may_follow_a_hold_and_ends_it(motion, scan_ms):
 
 
 @EVERY_SCAN
+@pytest.mark.rules("HLD-04", "CMD-08", "EXT-02")
+def test_an_error_from_before_the_hold_leaves_nothing_to_resume(scan_ms):
+    """Only Reset Errors is accepted then, and that is a command between Hold and Resume (reading A-83)."""
+    bench = Bench.ready(scan_ms=scan_ms).relative(20_000, ms=400).idle(scan_ms)
+    bench.relative(5, ms=scan_ms).idle(scan_ms).inputs(external=1)
+    bench.until("HOLD_STATE")
+    bench.inputs(external=0).reset_errors(scan_ms)
+    assert bench.bits == HELD
+    position = bench.position
+    bench.command(RESUME).run(100)
+    assert (bench.position, bench.fired) == (position, ["CMD-03", "CMD-08"])
+
+
+@EVERY_SCAN
 @pytest.mark.rules("RSM-01", "CMD-08", "LSW-08")
 def test_programming_a_blend_leaves_nothing_to_resume(scan_ms):
     """It is a command, too (reading A-83), even if it is given up after the first block."""
