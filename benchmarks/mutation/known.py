@@ -39,6 +39,13 @@ EQUIVALENT = (
         "waiting",
         "a tick more changes nothing",
     ),
+    Equivalent(
+        "command_layer.py",
+        "CommandLayer.next_wake_ns",
+        "self.order.configures and not self.in_configuration_mode",
+        "(self.order.configures or not self.in_configuration_mode)",
+        "a tick more changes nothing",
+    ),
     Equivalent("command_layer.py", "CommandLayer.next_wake_ns", "1", "2", "ticks are 250,000 ns apart"),
     Equivalent(
         "command_layer.py",
@@ -49,6 +56,22 @@ EQUIVALENT = (
     ),
     Equivalent("commands.py", "_start_encoder_move", "way >= 0", "way > 0", NO_COUNTS),
     Equivalent("commands.py", "_start_encoder_move", "0", "1", NO_COUNTS),
+    Equivalent(
+        "commands.py",
+        "resume",
+        "not layer.refused(now_ns, order, refusals.RESUME) and held is not None",
+        "not layer.refused(now_ns, order, refusals.RESUME)",
+        "without a held move it is refused",
+    ),
+    Equivalent(
+        "refusals.py",
+        "manual_parameters_illegal",
+        "speed is None\n        or not (speed == 0 or speed_in_range(speed))\n"
+        "        or not target_in_range(order.parameters.target)",
+        "(not (speed == 0 or speed_in_range(speed)) or not target_in_range(order.parameters.target))",
+        "None is in no range",
+    ),
+    Equivalent("registration_move.py", "RegistrationMove._change_speed", "8", "9", "there are eight words"),
     Equivalent("configuring.py", "", "1", "2", "bit 0 is live, and no latch has it"),
     Equivalent("operation.py", "limit_of", "direction > 0", "direction >= 0", A_DIRECTION),
 )
