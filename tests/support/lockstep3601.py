@@ -7,8 +7,9 @@ What may differ, and for how long:
 * positions while moving by STEPS_APART, at rest by one step (a stop "on the next
   whole step" may find another one), and then the oracle takes over the count.
 
-Everything else has to agree in every image. A script is given up where either
-may be right: if something new is commanded while the two are apart, and if they
+Everything else has to agree in every image. Images are exchanged tick by tick while anything can happen;
+where nothing but a motion goes on (oracle_calm.py), only every so many ticks. A script is given up
+where either may be right: if something new is commanded while the two are apart, and if they
 differ where the nanoseconds to which an integer rounds decide whether a step has
 been made (a switch, a limit or a minimum distance may hang on it).
 """
