@@ -66,7 +66,7 @@ class BlendProgramming:
 
     def program(self) -> BlendProgram | None:
         """Return the profile if all of its blocks have come and were good, else None."""
-        if not self.good or self.blocks == 0 or len(self.segments) < self.wanted:
+        if not self.good or len(self.segments) < self.wanted:
             return None
         return BlendProgram(tuple(self.segments), self.final_deceleration, self.final_shape)
 

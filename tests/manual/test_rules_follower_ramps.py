@@ -42,6 +42,18 @@ def test_ramps_catch_up_exactly(direction):
     assert (bench.position, bench.bits) == (direction * 1000, IN_MODE)
 
 
+@EITHER_WAY
+@pytest.mark.rules("FOL-10", "FOL-05")
+@pytest.mark.parametrize(("rates", "after_ms", "steps"), [((20, 0), 50, 25), ((0, 10), 50, 211)])
+def test_one_rate_of_the_two(direction, rates, after_ms, steps):
+    """1000 steps owed at once: 20 * 50 * 50 / 2000; or 4472/s at once, v*v = 2 * 10,000 * 1000, and slower.
+
+    In 50 ms at 10 steps/ms/s the latter is 4.472 * 50 - 10 * 50 * 50 / 2000 = 211.1 steps.
+    """
+    bench = follow(follower_bench(), direction, (1, 1), rates).turn_encoder(1000, 0.25).run(after_ms)
+    assert abs(direction * bench.position - steps) <= 2
+
+
 @pytest.mark.rules("FOL-10")
 @pytest.mark.parametrize("rates", [(20, 10), (1, 1), (2000, 2000), (5, 0), (0, 5), (2000, 1)])
 @pytest.mark.parametrize("ratio", [(1, 1), (3, 7), (7, 3)])

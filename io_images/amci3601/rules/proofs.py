@@ -933,6 +933,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_follower.py::test_multiplier_and_divisor",
             "test_rules_follower.py::test_the_ratio_may_change_at_any_tick",
             "test_rules_follower.py::test_the_shafts_own_encoder_can_be_followed_too",
+            "test_rules_follower_ramps.py::test_one_rate_of_the_two",
             "test_rules_follower_ramps.py::test_rates_may_change_while_it_follows",
         ),
         "FOL-10": (
@@ -941,6 +942,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_follower.py::test_no_more_than_a_million_steps_a_second",
             "test_rules_follower_ramps.py::test_a_master_that_turns_back",
             "test_rules_follower_ramps.py::test_never_beyond_never_back_and_all_there_in_the_end",
+            "test_rules_follower_ramps.py::test_one_rate_of_the_two",
             "test_rules_follower_ramps.py::test_ramps_catch_up_exactly",
             "test_rules_follower_ramps.py::test_rates_may_change_while_it_follows",
             "test_rules_follower_ramps.py::test_the_direction_shown_is_that_of_the_steps_until_it_turns_back",
