@@ -259,7 +259,7 @@ class Controller:
 
     def _set_position(self, position: int) -> int:
         self.axis.position = position
-        return self.axis.position
+        return 0  # like an action: answered with the position, 6 and 7 would read as refusals
 
     def _write_io(self, word: int) -> int:
         self.gpio = Gpio(word) & GPIO_EFFECTIVE

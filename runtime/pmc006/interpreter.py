@@ -7,7 +7,9 @@ grid; while it does not hold, nothing is due.
     start   |CNTC|ROT |WAIT......(motor moves)......|CNT1|
     ms      0    1    2    3    4 ...          n    n+1
 
-Past the last line the program is over: the motor is left as it is.
+Past the last line the program is over: the motor is left as it is. The reset key
+stays bound ("done once in the program to take effect globally" [5.1.2.7]): it
+stops the motor then, too, and the program goes on at the key's line.
 """
 
 from __future__ import annotations
@@ -84,14 +86,13 @@ class Interpreter:
 
     def on_pins(self, fallen: int) -> None:
         """React to pins that have gone low: the keys bound by RESET_EN and PAUSE_EN."""
-        if not self.running:
-            return
         now_ns = self._controller.now_ns
         if fallen & RESET_PIN and self._reset_line is not None:
             self._controller.abort()
+            self.running = True
             self.line = self._reset_line
             self._due_ns = now_ns + INSTRUCTION_NS
-        if fallen & PAUSE_PIN and self._pause_bound:
+        if fallen & PAUSE_PIN and self._pause_bound and self.running:
             self.paused = not self.paused
             self._due_ns = max(self._due_ns, now_ns)
 

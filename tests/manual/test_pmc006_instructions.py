@@ -22,7 +22,6 @@ ROWS = {
     "e": ([400, 3000], [399, 3001], "e", True),
     "f": ([1, 2, 3, 0], [-1, 4], None, False),
     "g": ([1, 0], [-1, 2], None, False),
-    "i": ([1, 0x7FFFFFFF, 0], [-1], "c", False),
     "m": ([2, 4, 8, 16, 32, 64, 128, 0], [1, 3, 256, -2], "k", True),
     "o": ([1, 5, 8, 0], [-1, 9], "h", True),
     "u": ([1, 5, 8, 0], [-1, 9], None, True),
@@ -45,7 +44,7 @@ def test_4_2_values_in_range_are_taken_and_others_refused_with_6(char: str) -> N
             assert bench.ask(read_by, 0) == taken[-1]
 
 
-@pytest.mark.parametrize("char", [char for char, row in ROWS.items() if row[2] is not None and char != "i"])
+@pytest.mark.parametrize("char", [char for char, row in ROWS.items() if row[2] is not None])
 def test_4_3_17_what_t_keeps_survives_power_off_and_the_rest_has_its_default(char: str) -> None:
     taken, _, read_by, kept = ROWS[char]
     assert read_by is not None
@@ -58,6 +57,13 @@ def test_4_3_17_what_t_keeps_survives_power_off_and_the_rest_has_its_default(cha
     assert bench.ask("t") == 0
     bench.power_cycle()
     assert bench.ask(read_by, 0) == (taken[0] if kept else factory)
+
+
+def test_4_2_the_position_is_set_and_6_and_7_are_no_refusals() -> None:
+    bench = Bench006()
+    for position in (1, 6, 7, 0x7FFFFFFF, 0):
+        assert (bench.ask("i", position), bench.position) == (0, position)
+    assert (bench.ask("i", -1), bench.position) == (6, 0)
 
 
 def test_4_2_user_data_are_kept_at_once() -> None:
@@ -174,7 +180,7 @@ def test_4_3_14_of_the_gpio_word_only_three_bits_do_anything() -> None:
 
 def test_switches_of_the_model() -> None:
     bench = Bench006(i_signed=True, max_microstep=256, device_id=77, firmware=0x20000)
-    assert (bench.ask("i", -5), bench.position) == (-5, -5)
+    assert (bench.ask("i", -5), bench.position) == (0, -5)
     assert (bench.ask("m", 256), bench.ask("P"), bench.ask("R")) == (256, 77, 0x20000)
     with pytest.raises(ValueError, match="max_microstep 100: allowed are 128 and 256"):
         Bench006(max_microstep=100)

@@ -225,6 +225,31 @@ def test_5_1_2_7_the_reset_key_stops_the_move_and_goes_to_its_line() -> None:
     assert (bench.position, bench.controller.gpio8) == (stopped, False)
 
 
+def test_5_1_2_7_the_reset_key_acts_when_the_program_is_over() -> None:
+    bench = running("RESET_EN 1 3\nROT 0 5000\nJMP 0 9\nOUT 1 0\n")
+    bench.wait(1000)
+    assert not bench.controller.interpreter.running
+    bench.pin(Pin.FSET, False)
+    stopped = bench.controller.axis.physical
+    assert 900 < stopped < 1100
+    bench.wait(20)
+    assert (bench.position, bench.controller.gpio8) == (stopped, False)
+
+
+def test_5_1_2_7_a_program_started_anew_has_no_key_bound() -> None:
+    bench = running("WAIT 2 0\nROT 0 500\nWAIT 2 1\nRESET_EN 1 0\n")
+    bench.pin(Pin.EXT1, False)
+    bench.wait(1000)
+    bench.pin(Pin.EXT1, True)
+    bench.wait(20)
+    bench.ask("Z")
+    bench.pin(Pin.EXT1, False)
+    bench.wait(100)
+    bench.pin(Pin.FSET, False)
+    bench.wait(1000)
+    assert bench.position == 1000
+
+
 def test_5_1_2_7_the_pause_key_holds_the_program_and_not_the_move() -> None:
     bench = running("PAUSE_EN 1 0\nROT 0 500\nWAIT 1 1\nROT 0 500\n")
     bench.pin(Pin.GPI2, False)
