@@ -257,8 +257,8 @@ FIND_HOME: Refusals = (
     Refusal("HOM-02", target_not_zero),
     Refusal("HOM-03", direction_without_limit),
     Refusal("CMD-10", s_curve_selected),
-    Refusal("CMD-04", speed_or_rates_out_of_range),
     Refusal("HOM-01", slower_than_start),
+    Refusal("CMD-04", speed_or_rates_out_of_range),
     Refusal("INP-01", estop_active),
 )
 

@@ -54,12 +54,13 @@ ROWS = [
     )
     for what, rule, at, bad, good in BROKEN
     for move in (WITH_TARGET if at == TARGET else MOVES)
+    if move != "home" or at != SPEED or bad[0] >= 0  # below the starting speed: Home Invalid, too
 ]
 
 
 def with_words(msw: int, lsw: int, at: int, words: tuple[int, ...]) -> list[int]:
     """A command with a legal target of 7 where it needs one, and these words from word `at` on."""
-    command = [msw, lsw, 0, 0 if msw in (HOME_CW, MANUAL_CW) else 7, 5, 0, 20, 10]
+    command = [msw, lsw, 0, 0 if msw in (HOME_CW, HOME_CCW, MANUAL_CW) else 7, 5, 0, 20, 10]
     command[at : at + len(words)] = words
     return command
 
@@ -114,10 +115,11 @@ def after_a_move_at(speed: int, **kwargs) -> Bench:
 
 @pytest.mark.rules("CMD-05", "PRF-01", "HOM-01")
 @pytest.mark.parametrize("command", [HOME_CW, HOME_CCW], ids=["CW", "CCW"])
-def test_homing_slower_than_the_starting_speed(command):
-    """Home Invalid, too: the cause stands in three lists."""
+@pytest.mark.parametrize("words", [(0, 999), (0, 1), (0, 0), (-5, 0), (-5, -1)])
+def test_homing_slower_than_the_starting_speed(command, words):
+    """Home Invalid, too: the cause stands in three lists, and the one of Home Invalid knows no range."""
     bench = after_a_move()
-    bench.command(command, speed=999)
+    bench.out(*with_words(command, 0, SPEED, words))
     refused(bench, "HOM-01", "CMD-05", "PRF-01", errors=PROFILE_ERRORS | {"HOME_INVALID"})
     bench.command(command, speed=1_000).run(1)
     assert bench.bits & MOTION
@@ -211,12 +213,12 @@ def test_an_encoder_move_to_an_unknown_place_comes_before_the_emergency_stop():
     [
         pytest.param({"target": 7, "lsw": 1, "speed": 0}, "HOM-02", id="target"),
         pytest.param({"lsw": 1, "speed": 0}, "CMD-10", id="S-curve"),
-        pytest.param({"speed": 0}, "CMD-04", id="range"),
-        pytest.param({"speed": 999}, "HOM-01", id="starting speed"),
+        pytest.param({"speed": 0, "up": 0}, "HOM-01", id="starting speed"),
+        pytest.param({"up": 0}, "CMD-04", id="range"),
     ],
 )
 def test_of_several_mistakes_of_a_find_home_one_is_told(wrong, rule):
-    """The manual names no order; a speed of 0, which is below the starting speed, too, is out of range."""
+    """The manual names no order; a speed of 0 is below the starting speed like any other [Home Invalid 1]."""
     bench = Bench.ready().command(HOME_CW, **wrong).run(1)
     assert bench.fired[0] == rule
 

@@ -34,13 +34,15 @@ DWELL_NS = 2_000_000_000
 
 
 def find_home(m, direction):
-    vs = commands.speed(m, 1)
+    vs, told = commands.speed(m, 1), commands.pair(m.words[4], m.words[5])
+    too_slow = told is not None and told < m.starting_speed  # 0 and negative speeds, too
     limit = CW_LIMIT if direction > 0 else CCW_LIMIT
     faults = 0
-    if vs is None or not commands.rates_are_legal(m) or commands.target(m) is None:
+    speed_is_legal = vs is not None or too_slow
+    if not speed_is_legal or not commands.rates_are_legal(m) or commands.target(m) is None:
         commands.error(m, profile=True)  # CMD-04
         faults += 1
-    if vs is not None and vs < m.starting_speed:
+    if too_slow:
         commands.error(m, profile=True)  # HOM-01
         m.home_invalid = True
         faults += 1
