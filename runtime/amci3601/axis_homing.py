@@ -101,6 +101,9 @@ class HomingSlowedByProximity(Homing):
         else:
             self._give_up(now_ns, HOME_BEFORE_PROXIMITY if self._at_switch else STOPPED_ELSEWHERE)
 
+    def _is_home(self, home_risen: bool) -> bool:
+        return False  # the axis tells by standing still
+
     def _approach(self, now_ns: int, home_risen: bool) -> None:
         self._seek(now_ns)
 

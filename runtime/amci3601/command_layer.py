@@ -208,6 +208,17 @@ class CommandLayer:
             self.operation.on_tick(now_ns, self.order)
         self.settle(now_ns)
 
+    def wants_counts(self, *, turning: bool) -> bool:
+        """Return whether counts of the scan that begins now are to be acted on at its end."""
+        operation = self.operation
+        return operation is not None and not operation.over and operation.wants_counts(turning=turning)
+
+    def counted(self, now_ns: int) -> None:
+        """The scan ends to which `wants_counts` said yes; no new word or input has been looked at."""
+        if self.operation is not None and not self.operation.over:
+            self.operation.on_counts(now_ns, self.order)
+        self.settle(now_ns)
+
     def settle(self, now_ns: int) -> None:
         """Let an operation that has come to its end say so."""
         if self.operation is not None and self.operation.over:

@@ -51,6 +51,14 @@ class EncoderMove(Operation):
 
         In the words that request configuration mode the bit is another one; the move completes.
         """
+        self.on_counts(now_ns, order)
+
+    def wants_counts(self, *, turning: bool) -> bool:
+        """A count that somebody gives by hand acts in the scan that it falls into."""
+        return turning and not self.stopping
+
+    def on_counts(self, now_ns: int, order: Order) -> None:
+        """Compare the count."""
         reached = (self.layer.axis.encoder - self.target) * self.direction >= 0
         if reached and (order.configures or order.lsw & ENCODER_MOVE):
             self._stop(now_ns)

@@ -1,6 +1,6 @@
 """Encoder follower: steps = counts * multiplier / divisor, exactly [chapter 4, Encoder Follower].
 
-What the encoder has counted since the tick before is owed as steps; the
+What the encoder has counted in a scan is owed as steps at its end; the
 fraction that is not a whole step stays owed. With rates of zero everything
 owed is output at once (up to the module's 1 MHz); otherwise the step rate
 ramps, and what is owed decides how fast it may be:
@@ -71,7 +71,7 @@ class Follower(Operation):
         self._parts = self._divisor = 1  # parts in a step, a multiple of the divisor
         self._speed_msps = 0  # signed
         self._phase = 0  # picosteps made toward the next step, signed like the speed
-        self._tick_before_ns = now_ns
+        self._scan_began_ns = now_ns
 
     @property
     def over(self) -> bool:
@@ -101,7 +101,10 @@ class Follower(Operation):
             return
         if sense and not self.sense:  # what was counted without a direction is not followed
             self._last_count = self.layer.axis.encoder
-            self._tick_before_ns = now_ns
+            self._scan_began_ns = now_ns
+        elif self.sense and not sense:
+            self._owed = self._speed_msps = self._phase = 0
+            self.shown_direction = self.shown_ramp = 0
         self.sense = sense
 
     def on_release(self, now_ns: int) -> None:
@@ -118,18 +121,19 @@ class Follower(Operation):
         """Every tick, as long as a direction is selected."""
         return now_ns + 1 if self.sense else None
 
-    def on_tick(self, now_ns: int, order: Order) -> None:
-        """Count, and make the steps of this tick."""
+    def wants_counts(self, *, turning: bool) -> bool:
+        """At the end of every scan, as long as a direction is selected."""
+        return self.sense != 0
+
+    def on_counts(self, now_ns: int, order: Order) -> None:
+        """Count, and make the steps of the scan that ends here."""
         counts = self.layer.axis.encoder
         fresh, self._last_count = counts - self._last_count, counts
-        elapsed_ns, self._tick_before_ns = now_ns - self._tick_before_ns, now_ns
+        elapsed_ns, self._scan_began_ns = now_ns - self._scan_began_ns, now_ns
         self.shown_direction = self.shown_ramp = 0
-        if self.sense == 0:
-            self._owed = self._speed_msps = self._phase = 0
-            return
         self._divide_by(order.words[3])
         self._owed += self.sense * fresh * order.words[2] * (self._parts // self._divisor)
-        steps = self._steps_of_tick(elapsed_ns, order.words[6], order.words[7])
+        steps = self._steps_of_scan(elapsed_ns, order.words[6], order.words[7])
         if steps:
             self.shown_direction = 1 if steps > 0 else -1
             self.layer.axis.pulse(now_ns, self.shown_direction, abs(steps))
@@ -142,7 +146,7 @@ class Follower(Operation):
             self._divisor, self._parts = divisor, lcm(owed.denominator, divisor)
             self._owed = owed.numerator * (self._parts // owed.denominator)
 
-    def _steps_of_tick(self, elapsed_ns: int, acceleration: int, deceleration: int) -> int:
+    def _steps_of_scan(self, elapsed_ns: int, acceleration: int, deceleration: int) -> int:
         """Whole steps to make now, CW positive."""
         owed = _whole(self._owed, self._parts)
         if acceleration == 0 and deceleration == 0:

@@ -23,7 +23,8 @@ direction with DWELL. Limits, "becomes" for a change and "is" for a level:
     -dir, turned round   (it is being left)             is active: HOM-04
 
 "Turned round" means by an end limit. The opposite limit counts by its change
-before that, since one that is active at the start has no effect [note 2].
+before that, since one that is active at the start has no effect [note 2]. Home
+comes before a limit of the same tick, so a limit can be the home switch, too.
 """
 
 from __future__ import annotations
@@ -180,8 +181,10 @@ class Homing(Operation):
         """Look at limits and signals, and go on to the next phase where one is due."""
         home_risen = bool(self.layer.active & HOME) and not self._home_before
         self._home_before = bool(self.layer.active & HOME)
-        if now_ns == self.started_ns or self._met_a_limit(now_ns):
+        if now_ns == self.started_ns:
             return  # what has changed before the start counts as it is at the start
+        if not self._is_home(home_risen) and self._met_a_limit(now_ns):
+            return
         if self.phase is Phase.SEEK:
             self._seek(now_ns)
         elif self.phase is Phase.FINAL:
@@ -210,6 +213,15 @@ class Homing(Operation):
         elif self._signal_was_on:
             self._stop(now_ns, Phase.STOP_BEFORE_CREEP)
 
+    def _is_home(self, home_risen: bool) -> bool:
+        """Return whether this tick finds home; an end limit that it finds, too, is home and no limit.
+
+        "It is possible to home the 3601 module off of an end limit switch" [chapter 4, general note 5].
+        """
+        if self.phase is Phase.FINAL:
+            return self.layer.axis.marker_seen if self._with_marker else home_risen
+        return self.phase is Phase.CREEP and self._alone and home_risen
+
     def _approach(self, now_ns: int, home_risen: bool) -> None:
         if self._alone:
             self._take_home(now_ns, home_risen)
@@ -217,7 +229,7 @@ class Homing(Operation):
             self._final(now_ns)
 
     def _take_home(self, now_ns: int, home_risen: bool) -> None:
-        if self.layer.axis.marker_seen if self._with_marker else home_risen:
+        if self._is_home(home_risen):
             self.layer.axis.cut(now_ns)
             self.found = True
 

@@ -5,7 +5,8 @@ computed at ticks at which nothing can change; two sorts of instants count:
 
 * ticks: multiples of the module's scan at which the output words differ from
   those acted on last, or an input's level has changed since the tick before;
-* exact instants: the end of a motion, and of each of its ramps.
+* exact instants: the end of a motion, of each of its ramps, and of a scan whose
+  encoder counts somebody acts on.
 
 Between them only the position moves, and that is a formula. So the images do
 not depend on how often `update` is called, and a call costs as much after ten
@@ -99,7 +100,7 @@ class Amci3601:
         self.layer = CommandLayer(self.axis, self.firmware, self.options, self.events, self._now_ns)
         self.layer.running = self._plc_running
         self._acted_on: bytes | None = None  # the output words that the layer has seen
-        self._tick_due_ns = NEVER
+        self._tick_due_ns = self._counts_due_ns = NEVER
         self._due_ns = self._now_ns  # before this instant nothing changes but position and count
         self._publish()
 
@@ -169,7 +170,7 @@ class Amci3601:
         """Go through every instant up to `now_ns` at which something happens.
 
         A tick at `now_ns` itself belongs to the next call, whose words it sees; a
-        motion's end at `now_ns` belongs to this one.
+        motion's or a scan's end at `now_ns` belongs to this one.
         """
         words_due = NEVER
         if outputs.raw.tobytes() != self._acted_on:
@@ -177,8 +178,11 @@ class Amci3601:
         while True:
             change = self.axis.next_change_ns()
             tick = min(self._tick_due_ns, words_due)
-            if change <= now_ns and change <= tick:
+            counts = self._counts_due_ns
+            if change <= now_ns and change <= min(tick, counts):
                 self._pass_change(change)
+            elif counts <= now_ns and counts <= tick:
+                self._pass_counts(counts)
             elif tick < now_ns:
                 self._tick(tick, outputs)
                 words_due = NEVER
@@ -193,6 +197,8 @@ class Amci3601:
         self.layer.tick(tick_ns, tuple(outputs), self.machine.levels(tick_ns))
         self._acted_on = outputs.raw.tobytes()
         self._tick_due_ns = self._next_tick(tick_ns)
+        wanted = self.layer.wants_counts(turning=self.machine.turning(tick_ns))
+        self._counts_due_ns = tick_ns + self._tick_ns if wanted else NEVER
 
     def _change_mode(self, now_ns: int) -> None:
         if self.layer.running:
@@ -206,6 +212,15 @@ class Amci3601:
             self.layer.settle(now_ns)
             self._tick_due_ns = self._tick_at_or_after(now_ns)
 
+    def _pass_counts(self, now_ns: int) -> None:
+        """A scan ends here whose encoder counts are acted on; a new course has its own inputs to expect."""
+        self._counts_due_ns = NEVER
+        self.axis.advance(now_ns)
+        course = self.axis.motion
+        self.layer.counted(now_ns)
+        if self.axis.motion is not course:
+            self._tick_due_ns = now_ns
+
     def _next_tick(self, tick_ns: int) -> int:
         """Return the next tick at which inputs will have changed or an operation wants to look."""
         instant, wake = self.axis.next_input_ns(), self.layer.next_wake_ns(tick_ns)
@@ -218,7 +233,8 @@ class Amci3601:
 
     def _foresee(self) -> None:
         """Note until when nothing but the position can change."""
-        self._due_ns = min(self._tick_due_ns + 1, self.axis.next_change_ns()) if self.trouble is None else 0
+        due_ns = min(self._tick_due_ns + 1, self._counts_due_ns, self.axis.next_change_ns())
+        self._due_ns = due_ns if self.trouble is None else 0
         live = not self.layer.in_configuration_mode
         self._counting = live and self.axis.counting
         self._segment = self.axis.segment if live else None

@@ -91,12 +91,23 @@ class Operation:
     def on_tick(self, now_ns: int, order: Order) -> None:
         """A tick: look at what is checked by level while this operation runs."""
 
+    def on_counts(self, now_ns: int, order: Order) -> None:
+        """A scan ends: act on what the encoder has counted in it, under the words of that scan."""
+
     def on_release(self, now_ns: int) -> None:
         """All command bits count as 0, since configuration mode is requested (reading A-10)."""
 
     def next_wake_ns(self, now_ns: int) -> int | None:
         """Return when this operation wants a tick though nothing else happens; None = it does not."""
         return None
+
+    def wants_counts(self, *, turning: bool) -> bool:
+        """Return whether `on_counts` is wanted at the end of the scan that begins now.
+
+        Args:
+            turning: somebody turns the encoder by hand in it.
+        """
+        return False
 
     def on_end(self, now_ns: int) -> None:
         """The motion has come to its end by itself."""

@@ -148,6 +148,18 @@ def test_an_encoder_that_somebody_turns(scan_ms):
 
 
 @EVERY_SCAN
+@pytest.mark.rules("ENC-02", "ENC-11")
+def test_a_count_acts_in_the_scan_that_it_falls_into(scan_ms):
+    """The 4000th falls into the last one under these words, so the next words come too late."""
+    bench = encoder_move(bench_with_encoder(scan_ms=scan_ms, spec=None), 4_000).turn_encoder(3_999, ms=398)
+    assert bench.bits == {"MODULE_OK", "MOVING_CW"}
+    bench.turn_encoder(1, ms=2)
+    assert bench.bits == {"MODULE_OK", "MOVING_CW", "DECELERATING"}
+    bench.out().until("MOVE_COMPLETE")
+    assert bench.position == 1_600 + 1_200
+
+
+@EVERY_SCAN
 @pytest.mark.parametrize(
     ("spec", "turned"),
     [

@@ -1,8 +1,8 @@
 """Encoder follower: entering, the steps that follow the counts, leaving [chapter 4].
 
-The module looks at the encoder at its ticks and makes the steps there and
-then. What is owed and is not a whole step yet stays owed (reading A-66), so
-the position is always less than a step from counts * multiplier / divisor.
+The module counts scan by scan and makes the steps within the scan. What is owed
+and is not a whole step yet stays owed (reading A-66), so the position is always
+less than a step from counts * multiplier / divisor.
 """
 
 from __future__ import annotations
@@ -200,13 +200,30 @@ def test_the_ratio_may_change_at_any_tick(direction):
 
 
 @pytest.mark.rules("FOL-10", "FOL-05")
-def test_a_count_is_a_step_at_the_very_next_tick():
-    """Rates of zero: no speed is carried over, and the motion bit lasts for that tick."""
+def test_a_count_is_a_step_in_the_scan_that_it_falls_into():
+    """Rates of zero: no speed is carried over, and the motion bit lasts for that scan."""
     bench = follow(follower_bench(), 1)
     bench.module.machine.turn_encoder(1, bench.now_ns, bench.now_ns + 100_000)
-    assert (bench.scan().position, bench.bits) == (0, IN_MODE)
     assert (bench.scan().position, bench.bits) == (1, {*IN_MODE, "MOVING_CW"})
     assert (bench.scan().position, bench.bits) == (1, IN_MODE)
+
+
+@BOTH_PERIODS
+@EITHER_WAY
+@pytest.mark.rules("FOL-03", "FOL-04", "FOL-05")
+def test_what_has_been_counted_is_followed_before_the_next_word_is_obeyed(direction, scan_ms):
+    """The last count falls into the last scan before the word, and is a step of that scan."""
+    bench = follow(follower_bench(scan_ms=scan_ms), direction, (100, 1)).turn_encoder(20, 20)
+    assert bench.position == direction * 2_000
+    assert follow(bench, 0).run(10).position == direction * 2_000
+
+
+@BOTH_PERIODS
+@pytest.mark.rules("FOL-09", "EST-01")
+def test_what_has_been_counted_is_followed_before_an_input_stops_it(scan_ms):
+    bench = follow(follower_bench(scan_ms=scan_ms), 1, (100, 1)).turn_encoder(20, 20)
+    bench.inputs(estop=1).turn_encoder(20, 20)
+    assert (bench.position, "STOPPED" in bench.bits) == (2_000, True)
 
 
 @EITHER_WAY
@@ -214,7 +231,7 @@ def test_a_count_is_a_step_at_the_very_next_tick():
 def test_no_more_than_a_million_steps_a_second(direction):
     """Maximum output frequency [chapter 1]: 250 a tick, and none is lost: 3 * 32,767 steps take 394 ticks."""
     bench = follow(follower_bench(), direction, (32_767, 1)).turn_encoder(3, 1)
-    assert bench.position == direction * 250 * 2  # counts at the ticks 0.5 and 0.75 ms
+    assert bench.position == direction * 250 * 3  # counts in the second scan, the third and the fourth
     for _ in range(300):
         before = bench.position
         bench.scan()

@@ -166,6 +166,20 @@ def test_start_on_the_limit_ahead(direction, home):
 
 
 @EITHER_WAY
+@BOTH_PERIODS
+@pytest.mark.rules("HMG-15", "GEN-05", "HMG-07")
+@pytest.mark.parametrize("there", [3000, 0], ids=["ahead", "on it at the start"])
+def test_an_end_limit_can_be_the_home_switch(direction, there, scan_ms):
+    """One switch feeds both inputs: met as a limit, left, and met again as home and limit in one tick."""
+    search = Search(direction, home=(there, None), ahead=(there, None), scan_ms=scan_ms)
+    search.command(ms=500)
+    course = search.course(9_000)
+    assert (course[0] in ("ahead", "still"), course[-2:]) == (True, ["ahead", "still"])
+    assert told(search.bench.bits) == {"MODULE_OK", "AT_HOME"}
+    assert (search.shaft, search.bench.fired) == (there, [])
+
+
+@EITHER_WAY
 @pytest.mark.rules("HMG-14", "HMG-15", "GEN-05")
 @pytest.mark.parametrize("ms_before", [0, 5])
 def test_start_on_the_limit_behind_is_as_if_it_were_not_active(direction, ms_before):

@@ -4,8 +4,8 @@ bench = follow(follower_bench(), 1, 7, 3)
 bench.turn_encoder(300, 100).scan()
 assert bench.position == 700
 
-The module counts and makes its steps at its ticks; the tick at the end of a turn
-shows in the next image.
+The module counts scan by scan and makes the steps within the scan, so the image at
+the end of a turn shows them all.
 """
 
 from __future__ import annotations

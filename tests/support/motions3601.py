@@ -115,11 +115,8 @@ class Motion:
         return extra | {self.moving} if self.direction else extra
 
     def steps(self, ms: int) -> int:
-        """Position so long after the start from 0.
-
-        A follower makes its steps at the ticks: the last one before that instant is 250 µs earlier.
-        """
-        steps = int(5 * (ms - 0.25)) if self.follows else STEPS[ms]
+        """Position so long after the start from 0; a follower has been turned at 5 counts/ms."""
+        steps = 5 * ms if self.follows else STEPS[ms]
         return self.direction * steps
 
 

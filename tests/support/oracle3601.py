@@ -172,6 +172,7 @@ class Oracle:
             self.obey_stop_inputs()
         self.world.shaft_before = self.world.shaft
         self.advance()
+        self.look_at_hand()
 
     def leave_open(self, bits):
         """Status bits of which manual and readings say nothing in this case: the module may choose."""
@@ -374,12 +375,27 @@ class Oracle:
         self.stopped = True
         self.position_invalid = True
 
-    def controlled_stop(self, op):
+    def look_at_hand(self):
+        """Counts that a hand gives in this tick act in it: an encoder move begins to stop at its end."""
+        turned = any(start < self.now_ns and end > self.start_ns for _, start, end in self.world.turns)
+        if self.op == "encoder" and turned and self.plc_running:
+            self.compare_counts(self.now_ns)
+            if self.op == "encoder end":
+                _, _, self.ramp, over = self.course.at(self.now_ns)
+                if over:
+                    self.finish()
+
+    def compare_counts(self, now_ns):
+        """At the count the deceleration begins, as long as bit 2 stays set (A-49, A-52)."""
+        compared = self.configuring or self.o1 & ENCODER_MOVE
+        if compared and (self.encoder(now_ns) - self.encoder_target) * self.direction >= 0:
+            self.controlled_stop("encoder end", now_ns)
+
+    def controlled_stop(self, op, now_ns=None):
         """Decelerate with the rate that the motion has, then stop."""
         self.op = op
-        self.course = motion.stop(
-            self.course, self.start_ns, self.starting_speed, self.deceleration, self.shape
-        )
+        begin_ns = self.start_ns if now_ns is None else now_ns
+        self.course = motion.stop(self.course, begin_ns, self.starting_speed, self.deceleration, self.shape)
 
     def advance(self):
         """The motion up to the end of the tick."""
@@ -435,14 +451,11 @@ class Oracle:
             self.course = course
 
     def watch_encoder(self):
-        """Encoder Move [chapter 4]: at the count the deceleration begins (A-49, A-52)."""
+        """Encoder Move [chapter 4]: the external input makes a controlled stop, and so does the count."""
         if self.on(EXTERNAL):
             self.controlled_stop("encoder stop")
             return
-        compared = self.configuring or self.o1 & ENCODER_MOVE
-        count = self.encoder(self.start_ns)
-        if compared and (count - self.encoder_target) * self.direction >= 0:
-            self.controlled_stop("encoder end")
+        self.compare_counts(self.start_ns)
 
     def ahead(self, direction):
         """The end limit in a direction."""

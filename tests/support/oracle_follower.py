@@ -74,10 +74,13 @@ def leave(m):
 
 
 def steps(m):
-    """Steps of this tick: counts times multiplier over divisor, the remainder kept exactly (A-66)."""
+    """Steps of this tick for what is counted by its end: counts times multiplier over divisor.
+
+    The remainder is kept exactly (A-66).
+    """
     if any(m.words[6:]):
         m.close_call = True  # ramps are not in here
-    count = m.encoder(m.start_ns)
+    count = m.encoder(m.now_ns)
     counted, m.followed = count - m.followed, count
     if not m.followed_bit:
         m.moving = 0

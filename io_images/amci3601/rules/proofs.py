@@ -402,6 +402,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "HMG-07": (
             "test_rules_homing_limits.py::test_a_limit_that_is_not_configured_is_not_seen",
             "test_rules_homing_limits.py::test_after_the_limit_each_kind_searches_its_signal_again",
+            "test_rules_homing_limits.py::test_an_end_limit_can_be_the_home_switch",
             "test_rules_homing_limits.py::test_both_limits_in_one_tick",
             "test_rules_homing_limits.py::test_limit_ahead_cuts_the_motion_and_turns_it_round_after_two_seconds",
             "test_rules_homing_limits.py::test_limit_in_the_ramp_after_the_home_switch",
@@ -445,6 +446,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_homing_limits.py::test_start_on_the_limit_behind_is_as_if_it_were_not_active",
         ),
         "HMG-15": (
+            "test_rules_homing_limits.py::test_an_end_limit_can_be_the_home_switch",
             "test_rules_homing_limits.py::test_start_on_the_limit_ahead",
             "test_rules_homing_limits.py::test_start_on_the_limit_behind_is_as_if_it_were_not_active",
         ),
@@ -655,6 +657,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_stop_matrix.py::test_what_stops_which_motion",
         ),
         "GEN-05": (
+            "test_rules_homing_limits.py::test_an_end_limit_can_be_the_home_switch",
             "test_rules_homing_limits.py::test_start_on_the_limit_ahead",
             "test_rules_homing_limits.py::test_start_on_the_limit_behind_is_as_if_it_were_not_active",
             "test_rules_input_errors.py::test_homing_starts_from_either_limit",
@@ -839,6 +842,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_encoder_moves.py::test_an_encoder_that_somebody_turns",
         ),
         "ENC-02": (
+            "test_rules_encoder_moves.py::test_a_count_acts_in_the_scan_that_it_falls_into",
             "test_rules_encoder_moves.py::test_a_count_reached_while_accelerating",
             "test_rules_encoder_moves.py::test_a_count_that_is_reached_already",
             "test_rules_encoder_moves.py::test_a_relative_encoder_move",
@@ -888,6 +892,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_stop_matrix.py::test_what_stops_which_motion",
         ),
         "ENC-11": (
+            "test_rules_encoder_moves.py::test_a_count_acts_in_the_scan_that_it_falls_into",
             "test_rules_encoder_moves.py::test_resetting_the_command_word_alone_does_no_harm",
             "test_rules_encoder_moves.py::test_resetting_the_lsw_once_the_axis_decelerates_changes_nothing",
             "test_rules_encoder_moves.py::test_resetting_the_lsw_too_makes_it_run_past_its_count",
@@ -921,23 +926,26 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_follower.py::test_mode_and_direction_in_one_image",
             "test_rules_follower.py::test_the_manual_bit_gives_the_sense",
             "test_rules_follower.py::test_the_shafts_own_encoder_can_be_followed_too",
+            "test_rules_follower.py::test_what_has_been_counted_is_followed_before_the_next_word_is_obeyed",
         ),
         "FOL-04": (
+            "test_rules_follower.py::test_what_has_been_counted_is_followed_before_the_next_word_is_obeyed",
             "test_rules_follower.py::test_without_a_manual_bit_nothing_moves_nor_is_made_up_for",
             "test_rules_follower_ramps.py::test_what_is_owed_is_dropped_when_the_direction_bit_is_reset",
         ),
         "FOL-05": (
-            "test_rules_follower.py::test_a_count_is_a_step_at_the_very_next_tick",
+            "test_rules_follower.py::test_a_count_is_a_step_in_the_scan_that_it_falls_into",
             "test_rules_follower.py::test_counts_of_an_encoder_that_is_preset_or_far_from_zero",
             "test_rules_follower.py::test_hours_of_it_are_exact",
             "test_rules_follower.py::test_multiplier_and_divisor",
             "test_rules_follower.py::test_the_ratio_may_change_at_any_tick",
             "test_rules_follower.py::test_the_shafts_own_encoder_can_be_followed_too",
+            "test_rules_follower.py::test_what_has_been_counted_is_followed_before_the_next_word_is_obeyed",
             "test_rules_follower_ramps.py::test_one_rate_of_the_two",
             "test_rules_follower_ramps.py::test_rates_may_change_while_it_follows",
         ),
         "FOL-10": (
-            "test_rules_follower.py::test_a_count_is_a_step_at_the_very_next_tick",
+            "test_rules_follower.py::test_a_count_is_a_step_in_the_scan_that_it_falls_into",
             "test_rules_follower.py::test_hours_of_it_are_exact",
             "test_rules_follower.py::test_no_more_than_a_million_steps_a_second",
             "test_rules_follower_ramps.py::test_a_master_that_turns_back",
@@ -959,6 +967,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "FOL-09": (
             "test_rules_follower.py::test_limits_and_emergency_stop_end_it",
+            "test_rules_follower.py::test_what_has_been_counted_is_followed_before_an_input_stops_it",
             "test_stop_matrix.py::test_what_stops_which_motion",
         ),
         "FOL-11": ("test_rules_follower_errors.py::test_no_encoder_configured",),
@@ -1996,6 +2005,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_stop_matrix.py::test_what_stops_which_motion",
         ),
         "EST-01": (
+            "test_rules_follower.py::test_what_has_been_counted_is_followed_before_an_input_stops_it",
             "test_rules_input_errors.py::test_the_wait_of_a_search_counts_as_motion",
             "test_rules_stops.py::test_a_cause_that_comes_as_the_move_ends_is_too_late",
             "test_rules_stops.py::test_a_cut_comes_before_the_external_input",
