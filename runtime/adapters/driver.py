@@ -93,6 +93,7 @@ class Driver(Generic[Drive]):
         self._good_ns = 0
         self._read_ns = 0
         self._top_sps = 0
+        self._rebasing_to: int | None = None
         self.master.begin(self._script())
 
     # -- what a controller brings -------------------------------------------------------------
@@ -287,6 +288,7 @@ class Driver(Generic[Drive]):
         Raises:
             PowerLost: it is near 0, and too far from the one before to have been reached.
         """
+        self._settle_rebase(position)
         elapsed_ns, self._read_ns = self.master.now_ns - self._read_ns, self.master.now_ns
         way = self._top_sps * elapsed_ns // NS_PER_S + NEAR_ZERO
         before, self.position = self.position, position
@@ -295,10 +297,16 @@ class Driver(Generic[Drive]):
 
     def rebase(self, position: int) -> Talk:
         """Put the counter elsewhere; the axis stays where it is."""
-        before = self.position
+        self._rebasing_to = position
         yield from self.write_position(position)
-        self.position = position
-        self.rebased += position - before
+        self._settle_rebase(position)
+
+    def _settle_rebase(self, seen: int) -> None:
+        """Find out from the counter whether it was put elsewhere: the answer may have been lost."""
+        goal, self._rebasing_to = self._rebasing_to, None
+        if goal is not None and abs(seen - goal) < abs(seen - self.position):
+            self.rebased += goal - self.position
+            self.position = goal
 
     def halt(self) -> Talk:
         """Stop at once, and read where."""

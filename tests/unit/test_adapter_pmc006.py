@@ -113,6 +113,19 @@ def test_a_line_that_was_down_leaves_the_axis_stopped():
     assert bench.position == bench.motor < 10_000
 
 
+@pytest.mark.parametrize("after_ms", range(40, 65, 5))
+def test_a_counter_that_is_put_back_as_the_line_fails_moves_nothing(after_ms):
+    bench = AdapterBench006().configured()
+    bench.give(
+        *move(-600_000, 200_000, 2000, 2000), ms=9000, until="MOVE_COMPLETE"
+    )  # so near to 0: back to 1,000,000
+    bench.run(after_ms)
+    bench.module.controller.line.faults.drop_next = 3
+    bench.run(2000)
+    assert bench.bits == {"MODULE_OK", "STOPPED", "POSITION_INVALID"}
+    assert bench.position == bench.motor == -600_000
+
+
 @pytest.mark.parametrize("after_ms", [0, 9, 42])
 def test_a_reply_that_is_on_the_line_when_the_power_goes_answers_nothing_later(after_ms):
     """A PMC006's replies do not say to what; one taken for the next makes all that follow wrong."""
