@@ -60,6 +60,7 @@ class Adapter(Generic[Drive]):
         self.events: list[Event] = []
         self._now_ns = 0
         self._plc_running = True
+        self._asks_for_configuration = False
         self._image = Image()
         self._power_up()
 
@@ -109,6 +110,7 @@ class Adapter(Generic[Drive]):
         self.controller.run_until(now_ns)
         self.events += self.machine.events
         self.machine.events.clear()
+        self._asks_for_configuration = not self._plc_running or outputs[0] < 0
         self._publish()
         return self._image
 
@@ -272,7 +274,8 @@ class Adapter(Generic[Drive]):
     def _publish(self) -> None:
         layer, words = self.layer, self._image.words
         if self.driver.state is State.ABSENT:
-            words[0] = signed_word(POSITION_INVALID | layer.latches.bits & MODE_CONFIG)
+            mode = layer.latches.bits & MODE_CONFIG if self._asks_for_configuration else 0
+            words[0] = signed_word(POSITION_INVALID | mode)
             words[1] = 0
         elif layer.in_configuration_mode and self.driver.setup:
             words[0] = signed_word(MODE_CONFIG | MODULE_OK | CONFIG_ERROR)

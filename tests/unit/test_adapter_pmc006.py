@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from adapterbench import AdapterBench006, move
+from adapterbench import CONFIGURE_006, AdapterBench006, move
 from scanrack.io_images.amci3601 import InputBit
+from scanrack.io_images.image import signed_word
 from scanrack.runtime.machine import Switch
 
 HOME_SWITCH = Switch(InputBit.HOME, None, -3000)
@@ -111,6 +112,20 @@ def test_a_line_that_was_down_leaves_the_axis_stopped():
     bench.run(900)
     assert bench.bits == {"MODULE_OK", "POSITION_INVALID", "STOPPED"}
     assert bench.position == bench.motor < 10_000
+
+
+def test_without_the_line_the_mode_bit_of_configuration_mode_stays_with_the_plcs():
+    bench = AdapterBench006()
+    bench.give(*CONFIGURE_006, ms=400)
+    bench.module.controller.line.take_down()
+    bench.run(600)
+    assert bench.image[0] == signed_word(0x8400)  # MODE_CONFIG, POSITION_INVALID
+    bench.module.plc_run(False)
+    assert "MODE_CONFIG" in bench.release().bits  # program mode takes nobody out of configuration mode
+    bench.module.plc_run(True)
+    assert bench.release().bits == {"POSITION_INVALID"}
+    bench.module.controller.line.put_up()
+    assert bench.run(900).bits == {"MODULE_OK", "POSITION_INVALID"}
 
 
 @pytest.mark.parametrize("after_ms", range(40, 65, 5))
