@@ -37,7 +37,7 @@ from typing import TYPE_CHECKING, ClassVar
 from ...io_images.amci3601 import HomingKind, InputBit
 from ..kinematics import Profile
 from .latches import AT_HOME, POSITION_INVALID
-from .operation import Limits, Operation, limit_of
+from .operation import Limits, Operation, limit_in, limit_of
 from .order import Order
 
 if TYPE_CHECKING:
@@ -118,7 +118,7 @@ class Homing(Operation):
 
     def start(self, now_ns: int) -> None:
         """Begin with the phase that the inputs call for."""
-        if self.layer.active & limit_of(self.direction):
+        if limit_in(self.layer, self.direction):
             self._dwell(now_ns)
         elif self._on_at_start:
             self._back(now_ns)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from adapterbench import CONFIGURE, AdapterBench, move
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.pcl601 import Register
@@ -72,6 +73,50 @@ def test_a_limit_ends_a_move_as_on_the_3601():
     bench.give(*move(10_000), ms=3000, until="STOPPED")
     assert {"INPUT_ERROR", "POSITION_INVALID", "STOPPED", "IN_CW_LIMIT"} <= bench.bits
     assert bench.run(50).position == bench.motor == 4000  # the pin stops the clock at once
+
+
+HOME_CW = (32, 0, 0, 0, 5, 0, 20, 20)
+HOME_CCW = (64, 0, 0, 0, 5, 0, 20, 20)
+
+
+@pytest.mark.parametrize("search", [HOME_CW, HOME_CCW])
+def test_a_search_may_begin_on_a_limit_whose_side_is_not_known(search):
+    # nothing has moved yet: hard limit + and - are one bit, and the controller's pins decide
+    bench = AdapterBench(Switch(InputBit.CW_LIMIT, -500, None), Switch(InputBit.HOME, -3000, -1000))
+    bench.give(*CONFIGURE, ms=400).release()
+    assert {"IN_CW_LIMIT", "IN_CCW_LIMIT"} <= bench.bits
+    bench.give(*search, ms=60)
+    towards = search is HOME_CW  # and stands still for two seconds
+    assert {"IN_CW_LIMIT"} == bench.bits - {"MODULE_OK", "POSITION_INVALID", "MOVING_CCW", "ACCELERATING"}
+    assert ("MOVING_CCW" in bench.bits) is not towards
+    bench.run(9000, until="AT_HOME")
+    assert bench.bits == {"MODULE_OK", "AT_HOME"}
+    assert bench.motor == -999  # met and left going CCW
+
+
+@pytest.mark.parametrize(("search", "limit"), [(HOME_CW, InputBit.CCW_LIMIT), (HOME_CCW, InputBit.CW_LIMIT)])
+def test_the_limit_behind_ends_a_search(search, limit):
+    bench = AdapterBench().configured()
+    bench.give(*search, ms=1000)
+    bench.level(limit, True)
+    bench.run(60)
+    wrong = {"HOME_INVALID", "INPUT_ERROR", "POSITION_INVALID"}
+    assert bench.bits == {"MODULE_OK", *wrong, f"IN_{limit.name}"}
+    at = bench.motor
+    assert bench.run(3000).motor == bench.position == at
+
+
+def test_a_search_that_makes_no_step_finds_a_limit_and_no_home():
+    bench = AdapterBench(Switch(InputBit.HOME, -9000, -5000)).configured()
+    bench.give(*move(-3000), ms=400)
+    bench.level(InputBit.CW_LIMIT, True)  # taken for the one ahead
+    bench.release()
+    assert "IN_CCW_LIMIT" in bench.bits
+    bench.give(*HOME_CW, ms=500)
+    assert bench.bits == {"MODULE_OK", "POSITION_INVALID", "IN_CW_LIMIT"}
+    bench.level(InputBit.CW_LIMIT, False)
+    bench.run(9000, until="AT_HOME")
+    assert bench.motor == -4999  # the search was turned round
 
 
 def test_emergency_stop_through_the_diodes_is_no_limit():

@@ -26,7 +26,6 @@ MANNERS = Manners(LINE_FORMAT, gap_ns=1_010_000, patience_ns=50_000_000)
 """3.5 characters and a little; replies are waited for 50 ms [adapters, timeouts]."""
 
 COUNTER_END = 8_000_000
-
 STARTS = {Kind.INDEX: Code.GO, Kind.SLEW: Code.GO_SLEW, Kind.HOME: Code.HOME_TYPE_1}
 
 MARK_OUTPUT = 7
@@ -223,8 +222,8 @@ class Pcl601Driver(Driver[Drive]):
             yield PUBLISH
 
     def _attribute(self) -> Talk:
-        """Find out which limit is on: it stops a slew towards it, and not one away from it."""
-        if self.task is not None and self.task.kind is Kind.SLEW and self.task.model is not None:
+        """Find out which limit is on: it stops a slew or a search towards it, and not one away from it."""
+        if self.task is not None and self.task.kind is not Kind.INDEX and self.task.model is not None:
             yield from self.read_status()
             self.limit_side = -self.direction if self.busy else self.direction
         elif self.limit_side == 0:
@@ -260,7 +259,7 @@ class Pcl601Driver(Driver[Drive]):
             yield from self.start(task, frames.write_command(self.unit, self._start_of(task)))
             yield from self.accompany(task)
         if not self.cut:
-            yield from self._tidy(task)
+            yield from self._tidy(task, began_at)
             yield from self.conclude(task, began_at)
 
     def _start_of(self, task: Task[Drive]) -> Code:
@@ -341,8 +340,10 @@ class Pcl601Driver(Driver[Drive]):
         if not self.cut:
             yield from self.stop_and_look()
 
-    def _tidy(self, task: Task[Drive]) -> Talk:
-        """Take the mark away; a limit that has ended a slew lies where it went."""
+    def _tidy(self, task: Task[Drive], began_at: int) -> Talk:
+        """Take the mark away; a limit that has ended a slew, or let no search begin, lies where it went."""
         yield from self._take_marks_away()
-        if task.kind is Kind.SLEW and self.limit_side and not (task.stopping or task.marked):
+        ended = task.kind is Kind.SLEW and not (task.stopping or task.marked)
+        blocked = task.kind is Kind.HOME and self.position == began_at
+        if self.limit_side and (ended or blocked):
             self.limit_side = task.direction
