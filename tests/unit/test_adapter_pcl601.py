@@ -137,6 +137,20 @@ def test_the_counter_is_moved_before_its_range_ends():
     assert bench.position == bench.motor > 0
 
 
+def test_a_slew_goes_to_the_end_of_the_counters_range_and_begins_anew_behind_it():
+    # the counter is at 1,000,000 when the position is 0, so 7,000,000 steps on it is at 8,000,000
+    bench = AdapterBench().configured()
+    fast = (50_000, 2000, 2000)
+    bench.give(*move(6_900_000, *fast), ms=150_000, until="MOVE_COMPLETE").release()
+    slew = (128, 0, 0, 0, 50, 0, 2000, 2000)
+    bench.give(*slew, ms=4000, until="STOPPED")
+    assert bench.bits == {"MODULE_OK", "STOPPED", "INVALID_PROFILE", "COMMAND_ERROR"}
+    assert bench.position == bench.motor
+    assert 7_000_000 < bench.motor < 7_000_000 + 50_000 * 0.06  # read every 30 ms, and the ramp
+    bench.release().give(2048).release()
+    assert bench.give(*slew, ms=1000).bits == {"MODULE_OK", "MOVING_CW"}
+
+
 def test_a_controller_that_moves_by_itself_makes_the_position_invalid():
     bench = AdapterBench().configured()
     bench.module.controller.device.controller.pins.connect("jog_plus", GROUND)

@@ -26,6 +26,9 @@ MANNERS = Manners(LINE_FORMAT, gap_ns=1_010_000, patience_ns=50_000_000)
 """3.5 characters and a little; replies are waited for 50 ms [adapters, timeouts]."""
 
 COUNTER_END = 8_000_000
+ROOM = {Kind.SLEW: 0, Kind.HOME: COUNTER_END // 2}
+"""Steps up to the end of the counter's range that a motion without a target begins with, at least."""
+
 STARTS = {Kind.INDEX: Code.GO, Kind.SLEW: Code.GO_SLEW, Kind.HOME: Code.HOME_TYPE_1}
 
 MARK_OUTPUT = 7
@@ -273,8 +276,8 @@ class Pcl601Driver(Driver[Drive]):
             self.complaints.append((COMMAND_ERROR, "the controller has refused to start the motion"))
 
     def _make_room(self, task: Task[Drive]) -> Talk:
-        """Keep the counter within its range."""
-        steps = task.steps if task.kind is Kind.INDEX else COUNTER_END // 2
+        """Keep the counter within its range; a slew goes to its end, and makes room only there."""
+        steps = task.steps if task.kind is Kind.INDEX else ROOM[task.kind]
         if abs(self.position + task.direction * steps) > COUNTER_END:
             yield from self.rebase(-task.direction * BIAS)
 
