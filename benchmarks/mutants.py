@@ -72,6 +72,7 @@ TESTS = (
     "tests/unit/test_adapter_pcl601.py",
     "tests/unit/test_adapter_pcl601_options.py",
     "tests/unit/test_adapter_pmc006.py",
+    "tests/unit/test_adapter_refusals.py",
     "tests/unit/test_module_latches.py",
     "tests/unit/test_module_options.py",
 )

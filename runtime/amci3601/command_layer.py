@@ -425,7 +425,6 @@ class CommandLayer:
     def cut(self, now_ns: int, *, stopped: bool = True) -> None:
         """End any motion without a ramp; what is left of a move is lost."""
         self.axis.cut(now_ns)
-        self.held = None
         if self.operation is not None:
             self.finish(now_ns, STOPPED if stopped else 0, "cut short")
 

@@ -151,7 +151,7 @@ class Homing(Operation):
         self.phase = Phase.CREEP
         slow = replace(self.profile, speed_sps=self.profile.start_sps)
         self.layer.axis.run(now_ns, self.direction, slow)
-        if self._signal and not self._alone:  # the stop before came to a proximity again
+        if self._signal:  # the stop before came to it again
             self._final(now_ns)
 
     def _final(self, now_ns: int) -> None:

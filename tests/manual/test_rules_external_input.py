@@ -49,6 +49,14 @@ def test_a_move_started_with_the_input_on_makes_one_step(motion, end, scan_ms):
 
 
 @EVERY_SCAN
+@pytest.mark.parametrize("distance", [1, -1])
+@pytest.mark.rules("MOV-11", "EXT-03")
+def test_a_move_by_one_step_started_with_the_input_on_is_held_at_its_target(distance, scan_ms):
+    bench = Bench.ready(scan_ms=scan_ms).inputs(external=1).relative(distance, ms=20)
+    assert (bench.position, bench.bits, bench.fired) == (distance, HELD, [])
+
+
+@EVERY_SCAN
 @pytest.mark.parametrize(
     ("speed", "ms"),
     [

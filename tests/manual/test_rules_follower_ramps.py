@@ -42,6 +42,21 @@ def test_ramps_catch_up_exactly(direction):
     assert (bench.position, bench.bits) == (direction * 1000, IN_MODE)
 
 
+@pytest.mark.rules("FOL-05", "FOL-10")
+@pytest.mark.parametrize("rates", [(2000, 2000), (2000, 1000), (20, 10), (0, 10)])
+def test_ccw_is_the_mirror_image_of_cw_in_every_scan(rates):
+    cw, ccw = (
+        follow(follower_bench(scan_ms=0.25), direction, (1, 1), rates).turn_encoder(200, 0.25)
+        for direction in (1, -1)
+    )
+    for _ in range(1_500):
+        assert (cw.scan().position, cw.bits & {"ACCELERATING", "DECELERATING"}) == (
+            -ccw.scan().position,
+            ccw.bits & {"ACCELERATING", "DECELERATING"},
+        )
+    assert cw.position == 200
+
+
 @EITHER_WAY
 @pytest.mark.rules("FOL-10", "FOL-05")
 @pytest.mark.parametrize(("rates", "after_ms", "steps"), [((20, 0), 50, 25), ((0, 10), 50, 211)])

@@ -110,10 +110,11 @@ def test_direction_without_an_end_limit(direction):
 
 
 @pytest.mark.rules("HOM-02", "HOM-03")
-def test_the_first_broken_rule_is_named():
+@pytest.mark.parametrize(("target", "refusal"), [(1, TARGET_GIVEN), (0, NO_LIMIT)])
+def test_the_first_broken_rule_is_named(target, refusal):
     search = Search(1, drop=USE_LIMIT[1])
-    search.command(target=1, speed=1, up=0, lsw=1, ms=5)
-    assert search.bench.fired == TARGET_GIVEN[1]
+    search.command(target=target, speed=1, up=0, lsw=1, ms=5)
+    assert search.bench.fired == refusal[1]
 
 
 @pytest.mark.rules("HMG-03", "STS-M04")

@@ -201,6 +201,14 @@ def test_no_preset_during_a_motion(motion, command, rule, scan_ms):
     assert ("DECELERATING" in bench.bits) == motion.name.startswith("manual")
 
 
+@pytest.mark.rules("PST-01", "PST-06")
+@pytest.mark.parametrize(("command", "rule"), [(PRESET, "PST-01"), (PRESET_ENCODER, "PST-06")])
+def test_that_a_motion_runs_is_told_before_what_is_wrong_with_a_preset(command, rule):
+    bench = Bench.ready().relative(LONG, ms=200)
+    bench.out(command, 1, 0, 0, 1).run(1)
+    assert bench.fired == [rule]
+
+
 @pytest.mark.rules("PST-01")
 def test_a_preset_while_a_one_shot_bit_was_held():
     """Its step is over: the preset is accepted in the image that releases the bit."""

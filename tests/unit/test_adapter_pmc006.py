@@ -29,6 +29,47 @@ def test_home_is_where_the_switch_is_met():
     assert (bench.position, bench.motor) == (5000, 2000)
 
 
+ON_THE_SWITCH = {"MODULE_OK", "IN_HOME", "IN_CCW_LIMIT"}
+
+
+def on_the_switch(**options):
+    """At position 500, with 5000 steps of home switch ahead."""
+    bench = AdapterBench006(Switch(InputBit.HOME, None, 5000), **options)
+    bench.give(*CONFIGURE_006, ms=400).release(20)
+    bench.give(512, 0, 0, 500).release(20)
+    assert (bench.bits, bench.position) == (ON_THE_SWITCH, 500)
+    return bench
+
+
+@pytest.mark.parametrize(
+    ("words", "position"),
+    [
+        pytest.param((2, 0, 0, 1), 501, id="relative CW"),
+        pytest.param((2, 0, 0, 0), None, id="relative by nothing"),
+        pytest.param((2, 0, 0, -1), None, id="relative CCW"),
+        pytest.param((1, 0, 0, 501), 501, id="absolute CW"),
+        pytest.param((1, 0, 0, 500), None, id="absolute to where it stands"),
+        pytest.param((1, 0, 0, 499), None, id="absolute CCW"),
+    ],
+)
+def test_only_cw_leads_off_the_home_switch_that_is_the_limit_too(words, position):
+    bench = on_the_switch()
+    bench.give(*words, 5, 0, 20, 20, ms=500)
+    if position is None:
+        assert (bench.bits, bench.position) == (ON_THE_SWITCH | {"INPUT_ERROR"}, 500)
+    else:
+        assert (bench.bits, bench.position) == (ON_THE_SWITCH | {"MOVE_COMPLETE"}, position)
+
+
+def test_a_move_off_the_home_switch_can_be_held_on_it_and_resumed():
+    bench = on_the_switch(hold="immediate")
+    bench.give(*move(10_000), ms=700)
+    bench.give(4, ms=500)
+    assert bench.bits == ON_THE_SWITCH | {"HOLD_STATE"}
+    bench.give(8, 0, 0, 0, 5, 0, 20, 20, ms=5000, until="MOVE_COMPLETE")
+    assert (bench.bits, bench.motor) == ({"MODULE_OK", "MOVE_COMPLETE"}, 10_000)
+
+
 def test_a_stroke_without_a_switch_is_no_home():
     bench = AdapterBench006(home_stroke=2000).configured()
     bench.give(64, 0, 0, 0, 2, 0, 20, 20, ms=9000, until="HOME_INVALID")
