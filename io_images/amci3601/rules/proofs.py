@@ -238,6 +238,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_moves.py::test_switch_for_no_move_complete_after_a_command_error",
         ),
         "MOV-11": (
+            "test_rules_external_input.py::test_a_move_by_one_step_started_with_the_input_on_is_held_at_its_target",
             "test_rules_external_input.py::test_a_move_started_with_the_input_on_makes_one_step",
             "test_rules_external_input.py::test_resume_with_the_input_on_makes_a_step_and_is_held_again",
             "test_rules_external_input.py::test_the_input_may_come_with_the_command",
@@ -589,6 +590,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_presets_and_resets.py::test_a_preset_while_a_one_shot_bit_was_held",
             "test_rules_presets_and_resets.py::test_no_preset_during_a_motion",
             "test_rules_presets_and_resets.py::test_preset_position",
+            "test_rules_presets_and_resets.py::test_that_a_motion_runs_is_told_before_what_is_wrong_with_a_preset",
             "test_rules_same_instant.py::test_capture_and_preset_together",
         ),
         "DFB-02": ("test_rules_presets_and_resets.py::test_preset_position_sets_the_diagnostic_count_too",),
@@ -601,6 +603,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "PST-06": (
             "test_rules_presets_and_resets.py::test_no_preset_during_a_motion",
             "test_rules_presets_and_resets.py::test_preset_encoder",
+            "test_rules_presets_and_resets.py::test_that_a_motion_runs_is_told_before_what_is_wrong_with_a_preset",
         ),
         "PST-07": ("test_rules_presets_and_resets.py::test_preset_encoder_needs_an_encoder",),
         "RST-01": (
@@ -941,6 +944,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_follower.py::test_the_ratio_may_change_at_any_tick",
             "test_rules_follower.py::test_the_shafts_own_encoder_can_be_followed_too",
             "test_rules_follower.py::test_what_has_been_counted_is_followed_before_the_next_word_is_obeyed",
+            "test_rules_follower_ramps.py::test_ccw_is_the_mirror_image_of_cw_in_every_scan",
             "test_rules_follower_ramps.py::test_one_rate_of_the_two",
             "test_rules_follower_ramps.py::test_rates_may_change_while_it_follows",
         ),
@@ -949,6 +953,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_follower.py::test_hours_of_it_are_exact",
             "test_rules_follower.py::test_no_more_than_a_million_steps_a_second",
             "test_rules_follower_ramps.py::test_a_master_that_turns_back",
+            "test_rules_follower_ramps.py::test_ccw_is_the_mirror_image_of_cw_in_every_scan",
             "test_rules_follower_ramps.py::test_never_beyond_never_back_and_all_there_in_the_end",
             "test_rules_follower_ramps.py::test_one_rate_of_the_two",
             "test_rules_follower_ramps.py::test_ramps_catch_up_exactly",
@@ -1988,6 +1993,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_stop_matrix.py::test_what_stops_which_motion",
         ),
         "EXT-03": (
+            "test_rules_external_input.py::test_a_move_by_one_step_started_with_the_input_on_is_held_at_its_target",
             "test_rules_external_input.py::test_a_move_started_with_the_input_on_makes_one_step",
             "test_rules_external_input.py::test_a_move_without_distance_makes_no_step",
             "test_rules_external_input.py::test_a_one_shot_is_one_step_anyway",
