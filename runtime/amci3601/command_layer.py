@@ -67,6 +67,7 @@ MIN_REG_NONZERO = StatusLsw.MIN_REG_NONZERO.value
 HOME_PROX_ECHO = StatusLsw.HOME_PROX_ECHO.value
 PROXIMITY = CommandLsw.HOME_PROXIMITY.value
 RESET = CommandMsw.RESET_ERRORS.value
+HOLD_OR_STOP = (CommandMsw.HOLD_MOVE | CommandMsw.IMMEDIATE_STOP).value
 HOLD_OR_RESUME = (CommandMsw.HOLD_MOVE.value, CommandMsw.RESUME_MOVE.value)
 
 NO_ORDER = Order((0,) * 8)
@@ -321,13 +322,24 @@ class CommandLayer:
 
     def _obey_new_words(self, now_ns: int, order: Order, previous: Order) -> None:
         edges = order.msw & ~previous.msw & COMMAND_BITS
-        following = obey_follower(self, now_ns, order, previous)
-        obey_programming(self, now_ns, order, previous)
-        obey_store_minimum(self, now_ns, order, previous)
+        stops = self._stops(order, edges)
+        following = not stops and obey_follower(self, now_ns, order, previous)
+        if not stops or self.blending is not None:
+            obey_programming(self, now_ns, order, previous)
+        if not stops:
+            obey_store_minimum(self, now_ns, order, previous)
         if edges and not following:
             self._command(now_ns, order)
         if self.operation is not None and not self.operation.over:
             self.operation.on_order(now_ns, order)
+
+    def _stops(self, order: Order, edges: int) -> bool:
+        """Whether this holds or stops a motion, which no bit of the LSW prevents (reading A-30).
+
+        In follower mode there is nothing that either could stop [chapter 6, Command Error 34].
+        """
+        stop = edges & HOLD_OR_STOP
+        return bool(stop) and order.msw == stop and self.busy and not isinstance(self.operation, Follower)
 
     def _command(self, now_ns: int, order: Order) -> None:
         """A command bit has risen: refuse or carry it out [chapter 4, general notes 1 to 3]."""

@@ -98,6 +98,18 @@ def test_stops_do_not_look_at_the_lsw(bit):
     assert bench.fired == ["POS-02"]
 
 
+@pytest.mark.rules("HLD-05")
+@pytest.mark.parametrize("lsw", [0x0080, 0x0300, 0x0400, 0xFFFF], ids=["follower", "blend", "minimum", "all"])
+def test_no_function_of_the_lsw_comes_before_a_stop(lsw):
+    """Output words 1 to 7 may hold anything when Hold is issued; it is the LSW of a stop until it changes."""
+    bench = Bench.ready(config=WITH_ENCODER).relative(10_000, ms=300)
+    bench.out(HOLD, lsw, -9999, 9999, -1, 1000, 3000, -1).run(500)
+    assert bench.bits - {"HOME_PROX_ECHO"} == {"MODULE_OK", "HOLD_STATE"}
+    bench.command(RESUME, ms=100).out(IMMEDIATE_STOP, lsw, -9999, 9999, -1, 1000, 3000, -1).run(100)
+    assert bench.bits - {"HOME_PROX_ECHO"} == {"MODULE_OK", "STOPPED", "POSITION_INVALID"}
+    assert bench.fired == ["POS-02"]
+
+
 @pytest.mark.parametrize("bit", range(16))
 def test_run_blend_needs_an_lsw_of_zero(bit):
     """The manual says so without a consequence; it is a command error (reading A-31)."""

@@ -51,6 +51,11 @@ def command(m, edge0, edge1):
         if edge0 & RESET_ERRORS and m.o0 == RESET_ERRORS and m.o1 == 0:
             reset_errors(m)
         return
+    if edge0 & (HOLD | IMMEDIATE_STOP) and m.o0 in (HOLD, IMMEDIATE_STOP) and m.in_motion():
+        if m.session is not None:
+            oracle_blend.handshake(m, edge1)
+        one_command(m)  # whatever else the LSW says
+        return
     if m.firmware >= (4, 1) and edge1 & FOLLOW:
         oracle_follower.enter(m)
         m.close_call = bool(edge1 & (TRANSMIT | STORE_MINIMUM))  # whether that finds a motion is open

@@ -270,7 +270,10 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_held_state.py::test_any_move_may_follow_a_hold_and_ends_it",
             "test_rules_held_state.py::test_resume_has_to_be_the_first_command_after_a_hold",
         ),
-        "HLD-05": ("test_rules_hold_and_resume.py::test_words_1_to_7_of_hold_may_hold_anything",),
+        "HLD-05": (
+            "test_rules_command_lsw.py::test_no_function_of_the_lsw_comes_before_a_stop",
+            "test_rules_hold_and_resume.py::test_words_1_to_7_of_hold_may_hold_anything",
+        ),
         "HLD-06": (
             "test_rules_hold_and_resume.py::test_hold_in_homing_leaves_its_error_and_home_is_found",
             "test_rules_homing_commands.py::test_hold_is_an_error_that_stays_while_home_is_found",
