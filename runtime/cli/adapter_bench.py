@@ -23,15 +23,15 @@ class LinkFault(Strict):
 
 
 class AdapterRequest(Request):
-    """One request to an adapter."""
+    """One request to an adapter; `wiring` is taken without effect: no controller counts its own steps."""
 
     link: Literal["down", "up"] | LinkFault | None = None
     device: Literal["power_cycle"] | None = None
 
     @model_validator(mode="after")
     def _no_firmware(self) -> AdapterRequest:
-        if self.new is not None and {"firmware", "wiring"} & self.new.model_fields_set:
-            raise ValueError("new: firmware and wiring are for target amci3601 only")
+        if self.new is not None and "firmware" in self.new.model_fields_set:
+            raise ValueError("new: firmware is for target amci3601 only")
         return self
 
 

@@ -15,11 +15,11 @@ IDLE = [0] * 8
 MOVE = [2, 0, 10, 0, 5, 0, 20, 10]
 
 
-def session(*requests):
+def session(*requests, target=Target.AMCI3601):
     """Return the exit status and the replies of a session."""
     out = io.StringIO()
     lines = [request if isinstance(request, str) else json.dumps(request) for request in requests]
-    status = converse(bench_for(Target.AMCI3601), [line + "\n" for line in lines], out)
+    status = converse(bench_for(target), [line + "\n" for line in lines], out)
     return status, [json.loads(line) for line in out.getvalue().splitlines()]
 
 
@@ -136,6 +136,26 @@ def test_what_can_not_be_taken_changes_nothing(request_, said):
     assert said in replies[1]["error"]
     assert replies[1]["line"] == 2
     assert (replies[2]["t_ms"], replies[2]["in"]) == (4, replies[0]["in"])
+
+
+@pytest.mark.parametrize("target", [Target.PCL601_ADAPTER, Target.PMC006_ADAPTER])
+def test_diagnostic_feedback_is_tried_by_the_same_requests_on_all_hardwares(target):
+    home_stroke = {"home_stroke": 100_000} if target is Target.PMC006_ADAPTER else {}
+    status, replies = session(
+        {"new": {"wiring": "diagnostic", "options": {"diagnostic": "mirror"} | home_stroke}},
+        {"out": [-31172, *CONFIGURE[1:]], "for_ms": 500},
+        {"out": IDLE, "for_ms": 100},
+        {"out": [2, 0, 1, 500, 5, 0, 20, 20], "for_ms": 5000, "until": {"set": ["MOVE_COMPLETE"]}},
+        target=target,
+    )
+    assert status == 0
+    assert (replies[-1]["position"], replies[-1]["encoder"]) == (1500, 1500)
+
+
+def test_the_firmware_of_an_adapter_is_not_to_be_chosen():
+    status, [reply] = session({"new": {"firmware": "3.1"}}, target=Target.PMC006_ADAPTER)
+    assert (status, reply["line"]) == (2, 1)
+    assert "firmware is for target amci3601 only" in reply["error"]
 
 
 def test_two_processes_answer_byte_for_byte_the_same():
