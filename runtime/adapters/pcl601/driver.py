@@ -225,11 +225,15 @@ class Pcl601Driver(Driver[Drive]):
             yield PUBLISH
 
     def _attribute(self) -> Talk:
-        """Find out which limit is on: it stops a slew or a search towards it, and not one away from it."""
-        if self.task is not None and self.task.kind is not Kind.INDEX and self.task.model is not None:
+        """Find out which limit is on: it stops a motion towards it, and not one away from it.
+
+        An index of a step is over before it is looked at, and tells nothing of a limit that was on before.
+        """
+        task, unheard_of = self.task, self.limit_side == 0
+        if task is not None and task.model is not None and (unheard_of or task.kind is not Kind.INDEX):
             yield from self.read_status()
             self.limit_side = -self.direction if self.busy else self.direction
-        elif self.limit_side == 0:
+        elif unheard_of:
             self.limit_side = self.direction or BOTH_SIDES
 
     # -- configuration ------------------------------------------------------------------------
