@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from ..kinematics import Profile
 from .capabilities import AxisHoming, Inability
 from .homing import HOME, Homing, Phase
 from .latches import HOME_INVALID, INPUT_ERROR, POSITION_INVALID
-from .operation import CW_LIMIT
+from .operation import CW_LIMIT, limit_of
 from .order import Order
 
 NO_HOME = HOME_INVALID | INPUT_ERROR | POSITION_INVALID
@@ -31,6 +32,8 @@ class HomingByAxis(Homing):
 
     What is left to the command layer: a switch that is on at the start is left at
     starting speed first, and an end limit turns the search round after its dwell.
+    A limit on the switch, or so near that the ramp down has met it: the switch is
+    left, and met again at starting speed.
     """
 
     def _begin_seek(self, now_ns: int) -> None:
@@ -39,24 +42,46 @@ class HomingByAxis(Homing):
 
     def _back(self, now_ns: int) -> None:
         self.phase = Phase.BACK
-        if self.reversed:
+        self._signal_was_on = self._signal
+        if self._searches_behind:
             self.layer.axis.home(now_ns, -self.direction, self.profile)
         else:
-            self._signal_was_on = self._signal
-            slow = replace(self.profile, speed_sps=self.profile.start_sps)
-            self.layer.axis.run(now_ns, -self.direction, slow)
+            self.layer.axis.run(now_ns, -self.direction, self._slow_profile)
+
+    @property
+    def _searches_behind(self) -> bool:
+        """Whether the way back is a search, because the switch has not been met."""
+        return self.reversed and not self._signal_was_on
+
+    @property
+    def _slow_profile(self) -> Profile:
+        return replace(self.profile, speed_sps=self.profile.start_sps)
 
     def _creep(self, now_ns: int) -> None:
-        self._begin_seek(now_ns)
+        if self.reversed:
+            self.phase = Phase.CREEP
+            self.layer.axis.home(now_ns, self.direction, self._slow_profile)
+        else:
+            self._begin_seek(now_ns)
 
     def _seek(self, now_ns: int) -> None:
         self.found = not self.layer.axis.moving
 
     def _look_behind(self, now_ns: int) -> None:
-        if self.reversed:
+        if self._searches_behind:
             self.found = not self.layer.axis.moving
         else:
             super()._look_behind(now_ns)
+
+    def _approach(self, now_ns: int, home_risen: bool) -> None:
+        self.found = not self.layer.axis.moving
+
+    def _met_a_limit(self, now_ns: int) -> bool:
+        """A limit that has stopped the axis on the very edge of the switch does so at home."""
+        on_the_edge = self.phase is Phase.CREEP and self._signal
+        if on_the_edge and self.layer.active & limit_of(self.direction):
+            return False
+        return super()._met_a_limit(now_ns)
 
 
 class HomingOntoSwitch(Homing):

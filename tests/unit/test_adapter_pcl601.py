@@ -118,6 +118,18 @@ def test_the_limit_behind_ends_a_search(search, limit):
     assert bench.run(3000).motor == bench.position == at
 
 
+@pytest.mark.parametrize(("first", "home"), [(5000, 5000), (5200, 4999)])
+def test_a_limit_on_the_switch_or_in_its_ramp_is_left_with_it_and_the_switch_met_slowly(first, home):
+    # the ramp down is 600 steps long; on the very edge the limit stops the axis where the switch comes on
+    limit, switch = Switch(InputBit.CW_LIMIT, first, None), Switch(InputBit.HOME, 5000, 9000)
+    bench = AdapterBench(limit, switch).configured()
+    bench.give(*HOME_CW, ms=3000)
+    assert {"IN_HOME", "IN_CW_LIMIT"} <= bench.bits
+    bench.run(3000, until="AT_HOME")
+    assert {"AT_HOME", "MODULE_OK"} <= bench.bits <= {"AT_HOME", "MODULE_OK", "IN_HOME", "IN_CW_LIMIT"}
+    assert (bench.position, bench.motor) == (0, home)
+
+
 def test_a_search_that_makes_no_step_finds_a_limit_and_no_home():
     bench = AdapterBench(Switch(InputBit.HOME, -9000, -5000)).configured()
     bench.give(*move(-1000), ms=1000, until="MOVE_COMPLETE").release()
