@@ -63,6 +63,7 @@ LAYER = [
     "follower",
     "operation",
     "order",
+    "report",
 ]
 TABLE = "rules"
 TESTS = (

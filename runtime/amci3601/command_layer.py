@@ -26,23 +26,19 @@ from ...io_images.amci3601 import (
     Configuration,
     Firmware,
     InputBit,
-    StatusLsw,
-    StatusMsw,
 )
 from ..events import Event, JsonValue
 from . import configuring, refusals
 from .axis import Axis, BlendProgram
-from .blending import BlendProgramming, BlendRun, obey_programming
+from .blending import BlendProgramming, obey_programming
 from .capabilities import Feature, Inability, Wish
 from .commands import COMMANDS, obey_store_minimum
 from .follower import Follower, obey_follower
 from .latches import (
     CLEARED_BY_A_MOVE,
     COMMAND_ERROR,
-    CONFIG_ERROR,
     INVALID_PROFILE,
     MODE_CONFIG,
-    MODULE_OK,
     MOVE_COMPLETE,
     POSITION_INVALID,
     STOPPED,
@@ -56,15 +52,6 @@ from .profile_move import Held
 CAPTURE = InputBit.CAPTURE.value
 EXTERNAL = InputBit.EXTERNAL.value
 ESTOP = InputBit.ESTOP.value
-MOVING_CW = StatusMsw.MOVING_CW.value
-MOVING_CCW = StatusMsw.MOVING_CCW.value
-ACCELERATING = StatusMsw.ACCELERATING.value
-DECELERATING = StatusMsw.DECELERATING.value
-ENC_FOLLOWER = StatusLsw.ENC_FOLLOWER.value
-BLEND_RUNNING = StatusLsw.BLEND_RUNNING.value
-BLEND_ACK = StatusLsw.BLEND_ACK.value
-MIN_REG_NONZERO = StatusLsw.MIN_REG_NONZERO.value
-HOME_PROX_ECHO = StatusLsw.HOME_PROX_ECHO.value
 PROXIMITY = CommandLsw.HOME_PROXIMITY.value
 RESET = CommandMsw.RESET_ERRORS.value
 HOLD_OR_STOP = (CommandMsw.HOLD_MOVE | CommandMsw.IMMEDIATE_STOP).value
@@ -82,7 +69,8 @@ class CommandLayer:
         held: what Resume would go on with.
         blend: the stored blend profile.
         minimum_registration: steps that a registration move makes before its input counts.
-        active: inputs that are active, as a mask of `InputBit`; `risen` those that became so.
+        active: inputs that are active, as a mask of `InputBit`; `risen` those that became so,
+            `reported_inputs` those that are shown.
         captured: the captured value.
         order: the output words acted on last.
 
@@ -114,7 +102,7 @@ class CommandLayer:
         self.running = True
         self.error_since_start = False
         self.held_by_external = False
-        self._reported_inputs = 0
+        self.reported_inputs = 0
         self._events = events
         self.order = NO_ORDER
         self.latches.fire(now_ns, "CER-01")
@@ -158,37 +146,6 @@ class CommandLayer:
             return self.operation.next_wake_ns(now_ns)
         waiting = self.order.configures and not self.in_configuration_mode
         return now_ns + 1 if waiting and self.running else None
-
-    # -- what it shows ------------------------------------------------------------------------
-
-    def status_msw(self) -> int:
-        """Return input word 0, unsigned, as it stands at the instant the axis has been advanced to."""
-        bits = self.latches.bits
-        if bits & MODE_CONFIG:
-            return bits & (MODE_CONFIG | CONFIG_ERROR | MODULE_OK) | self.mirror[0] & 0x1FFF
-        direction, ramp = self.axis.direction, self.axis.ramp
-        if direction == 0 and self.operation is not None:
-            direction, ramp = self.operation.shown_direction, self.operation.shown_ramp
-        if direction:
-            bits |= MOVING_CW if direction > 0 else MOVING_CCW
-            if ramp:
-                bits |= ACCELERATING if ramp > 0 else DECELERATING
-        return bits
-
-    def status_lsw(self) -> int:
-        """Return input word 1, unsigned."""
-        if self.in_configuration_mode:
-            return self.mirror[1] & 0xFFFF
-        bits = self._reported_inputs
-        if self.proximity:
-            bits |= HOME_PROX_ECHO  # a plain echo, homing or not (reading A-96)
-        if isinstance(self.operation, BlendRun):
-            bits |= BLEND_RUNNING
-        elif isinstance(self.operation, Follower):
-            bits |= ENC_FOLLOWER
-        if self.blending is not None and self.blending.acknowledged:
-            bits |= BLEND_ACK
-        return bits | MIN_REG_NONZERO if self.minimum_registration else bits
 
     # -- the tick -----------------------------------------------------------------------------
 
@@ -247,9 +204,9 @@ class CommandLayer:
 
     def _sample(self, levels: int) -> None:
         before, self.active = self.active, self._active(levels)
-        self._reported_inputs = self.active
+        self.reported_inputs = self.active
         if self.configuration is not None and self.options.report_unused_inputs:
-            self._reported_inputs |= levels & ALL_INPUTS & ~self.configuration.inputs_used
+            self.reported_inputs |= levels & ALL_INPUTS & ~self.configuration.inputs_used
         # an input that is active when it is configured has made no transition (reading A-69)
         self.risen = 0 if self.in_configuration_mode else self.active & ~before
         if self.risen & CAPTURE:
