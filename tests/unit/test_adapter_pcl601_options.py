@@ -274,9 +274,60 @@ def test_a_polled_registration_stops_and_indexes_the_rest(external):
     assert not controller.outputs
 
 
-def test_a_polled_registration_is_longer_than_its_ramp_down_and_its_delay():
+TOO_SHORT = {"INVALID_PROFILE", "COMMAND_ERROR"}
+
+
+@pytest.mark.parametrize("polled", ["by option", "below a minimum distance"])
+def test_a_polled_registration_is_longer_than_its_ramp_down_and_its_delay(polled):
     # 5,000 to 1,000 steps/s at 20 steps/ms/s: 600 steps; 30 ms at 5,000 steps/s: 150
-    for distance, bits in ((750, {"MOVING_CW", "ACCELERATING"}), (749, {"INVALID_PROFILE", "COMMAND_ERROR"})):
-        bench = AdapterBench(registration="polled").configured()
+    for distance, bits in ((750, {"MOVING_CW", "ACCELERATING"}), (749, TOO_SHORT)):
+        if polled == "by option":
+            bench = AdapterBench(registration="polled").configured()
+        else:
+            bench = with_minimum(AdapterBench().configured(), 8)
         bench.give(128, 0, 0, distance, 5, 0, 20, 20, ms=100)
-        assert bench.bits == {"MODULE_OK"} | bits
+        assert bench.bits - {"MIN_REG_NONZERO"} == {"MODULE_OK"} | bits
+
+
+def with_minimum(bench, thousands):
+    """A minimum registration distance is stored."""
+    return bench.give(0, 1024, thousands, ms=20).release(20)
+
+
+@pytest.mark.parametrize("options", [{}, {"registration": "jumper"}])
+def test_an_external_input_below_the_minimum_distance_counts_for_nothing(options):
+    """Passed at 3000, 5000 steps too early; the one at 10,000 counts, at the latest 30 ms later."""
+    early, right = Switch(InputBit.EXTERNAL, 3000, 3400), Switch(InputBit.EXTERNAL, 10_000, 10_400)
+    bench = with_minimum(AdapterBench(early, right, **options).configured(), 8)
+    bench.give(128, 0, 3, 0, 5, 0, 20, 20, ms=6000, until="STOPPED")
+    assert bench.bits == {"MODULE_OK", "STOPPED", "MIN_REG_NONZERO"}
+    assert 13_000 <= bench.position == bench.motor <= 13_000 + 5000 * 0.03
+    assert ("minimum registration distance" in bench.told("substitution")) is not bool(options)
+
+
+@pytest.mark.parametrize(
+    ("thousands", "configuration", "on_the_fly"),
+    [
+        pytest.param(8, (), 0, id="external and minimum: polled"),
+        pytest.param(0, (), 1, id="external, no minimum"),
+        pytest.param(8, (0x843C, 63, 1, 0), 1, id="minimum, no external"),
+        pytest.param(8, (0x843E, 61, 1, 0), 1, id="minimum, external normally closed"),
+    ],
+)
+def test_the_controller_counts_from_its_input_where_nothing_can_come_too_early(
+    thousands, configuration, on_the_fly
+):
+    bench = AdapterBench()
+    bench.level(InputBit.EXTERNAL, configuration[1:2] == (61,))
+    with_minimum(bench.configured(*configuration), thousands)
+    bench.give(128, 0, 3, 0, 5, 0, 20, 20, ms=1000)
+    assert bench.bits & {"MOVING_CW", "COMMAND_ERROR"} == {"MOVING_CW"}
+    assert bench.module.controller.device.controller.values[Register.INDEX_ON_FLY] == on_the_fly
+
+
+def test_a_move_without_a_minimum_counts_on_its_way_again():
+    """After one with a minimum: the option of the one move is not that of the next."""
+    bench = with_minimum(AdapterBench().configured(), 8)
+    bench.give(128, 0, 3, 0, 5, 0, 20, 20, ms=600).give(0, 0, 3, 0, 5, 0, 20, 20, ms=9000, until="STOPPED")
+    with_minimum(bench, 0).give(128, 0, 3, 0, 5, 0, 20, 20, ms=600)
+    assert bench.module.controller.device.controller.values[Register.INDEX_ON_FLY] == 1

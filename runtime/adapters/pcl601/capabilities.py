@@ -97,11 +97,26 @@ def _too_far(wish: Wish, options: Options) -> bool:
     return abs(wish.distance) > STEPS_MAX
 
 
+def hears_external(configuration: Configuration, options: Options) -> bool:
+    """Whether input 2, from which the steps of a registration move count, is fed by the external input."""
+    used_high = configuration.inputs_used & configuration.active_high
+    return options.registration == "default" and bool(used_high & InputBit.EXTERNAL.value)
+
+
+def polls_mark(wish: Wish, options: Options) -> bool:
+    """Whether the steps of a registration move count from a mark that is polled.
+
+    An input that input 2 hears itself would count below the minimum distance, too.
+    """
+    early = wish.minimum_registration > 0 and hears_external(wish.configuration, options)
+    return early or options.registration == "polled"
+
+
 def _too_short_to_stop(wish: Wish, options: Options) -> bool:
     target = wish.order.parameters.target or 0
     drive = drive_for(wish.order.profile(wish.configuration.starting_speed))
     stop = stopping_distance(MILLI * drive.speed_sps, drive.base_sps, drive.rate_spmss, drive.profile.shape)
-    late = PICO * drive.speed_sps * LATE_S if options.registration == "polled" else 0
+    late = PICO * drive.speed_sps * LATE_S if polls_mark(wish, options) else 0
     return target * PICO < stop + late
 
 
@@ -186,6 +201,16 @@ SUBSTITUTION_ROWS: tuple[SubstitutionRow[Options], ...] = (
         "S-curve",
         lambda wish, _: has_ramps(wish) and wish.order.shape is not Shape.CONSTANT,
         "the PCL601 has no S-curve: the ramp has a constant rate, and takes as long",
+    ),
+    SubstitutionRow(
+        "minimum registration distance",
+        lambda wish, options: (
+            wish.feature is Feature.REGISTRATION
+            and wish.minimum_registration > 0
+            and hears_external(wish.configuration, options)
+        ),
+        "input 2 would count from the external input at once: the move stops when the input counts, "
+        "and goes on by the steps that are left; option registration = jumper does without the stop",
     ),
 )
 

@@ -61,6 +61,7 @@ class Pcl601Driver(Driver[Drive]):
         clear_errors: the error bits are to be cleared.
         clear_encoder: the encoder is to be set to 0.
         estop_on_limits: an active input 4 shows on both hard limits, too.
+        polls_marks: a registration move stops when its input has been read, and indexes what is left.
         has_proximity: a search for home is slowed down by the proximity's output, and ends at the switch.
 
     Args:
@@ -80,7 +81,7 @@ class Pcl601Driver(Driver[Drive]):
         self.estop_on_limits = False
         self.has_proximity = False
         self._takes_over = options.takeover
-        self._polls_marks = options.registration == "polled"
+        self.polls_marks = options.registration == "polled"
         self._disobeys = False
         self._outputs = (MARK_OUTPUT, PROXIMITY_OUTPUT) if options.proximity == "jumper" else (MARK_OUTPUT,)
         self._maybe_on = set(self._outputs)
@@ -287,7 +288,7 @@ class Pcl601Driver(Driver[Drive]):
 
     def _write_parameters(self, task: Task[Drive]) -> Talk:
         drive = task.drive
-        registers = task.registers and not self._polls_marks
+        registers = task.registers and not self.polls_marks
         yield from self._write(Register.INDEX_ON_FLY, int(registers))
         direction = int(task.direction > 0)
         speeds = (*frames.low_high(drive.accel_sps2), drive.base_sps, drive.speed_sps, drive.speed_sps)
@@ -314,7 +315,7 @@ class Pcl601Driver(Driver[Drive]):
 
     def set_mark(self, task: Task[Drive]) -> Talk:
         """Set the mark from which a registration move's steps count, or a search for home slows down."""
-        if task.kind is Kind.SLEW and self._polls_marks:
+        if task.kind is Kind.SLEW and self.polls_marks:
             yield from self.stop_and_index(task)
             return
         if task.model is not None and task.model.end_ns is None:

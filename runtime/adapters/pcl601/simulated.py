@@ -22,6 +22,7 @@ from ...machine import Machine, Switch
 from ...pcl601.line import Pcl601
 from ...pcl601.pins import FAR, GROUND, OPEN, Contact
 from ..plant import Plant, switches_of
+from .capabilities import hears_external
 from .driver import MARK_OUTPUT, PROXIMITY_OUTPUT
 from .options import Options
 
@@ -140,9 +141,8 @@ class SimulatedPcl601(Plant):
 
         Input 2 is wired to output 7 alone, and a normally closed limit to its input.
         """
-        used_high = configuration.inputs_used & configuration.active_high
         used_low = configuration.inputs_used & ~configuration.active_high
-        if self._options.registration != "default" or not used_high & InputBit.EXTERNAL.value:
+        if not hears_external(configuration, self._options):
             yield InputBit.EXTERNAL, MARK_PIN
         for bit, pin in HARD_LIMITS.items():
             if used_low & bit.value:
