@@ -162,7 +162,7 @@ def test_the_counter_is_moved_before_its_range_ends():
 
 
 def test_a_slew_goes_to_the_end_of_the_counters_range_and_begins_anew_behind_it():
-    """Somebody has turned the counter to 100,000 steps before its end at 8,000,000: position 0 is there now."""
+    """Somebody has turned the counter to 7,900,000, which is position 0 then: its end is at 8,000,000."""
     bench = AdapterBench().configured()
     bench.module.controller.device.controller.values[Register.POSITION] = 7_900_000
     bench.run(100).give(512).release()
