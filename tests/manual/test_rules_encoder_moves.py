@@ -160,6 +160,15 @@ def test_a_count_acts_in_the_scan_that_it_falls_into(scan_ms):
 
 
 @EVERY_SCAN
+@pytest.mark.rules("ENC-02", "ENC-11", "MC-01")
+def test_without_a_ramp_the_scan_of_the_last_count_shows_the_end(scan_ms):
+    bench = encoder_move(bench_with_encoder(scan_ms=scan_ms, spec=None), 4_000, speed=1_000)
+    assert bench.turn_encoder(3_999, ms=398).bits == {"MODULE_OK", "MOVING_CW"}
+    assert bench.turn_encoder(1, ms=2).bits == COMPLETE
+    assert bench.position == 400
+
+
+@EVERY_SCAN
 @pytest.mark.parametrize(
     ("spec", "turned"),
     [

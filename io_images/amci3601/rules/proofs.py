@@ -857,6 +857,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_encoder_moves.py::test_encoder_moves_may_use_s_curves",
             "test_rules_encoder_moves.py::test_resetting_the_lsw_once_the_axis_decelerates_changes_nothing",
             "test_rules_encoder_moves.py::test_the_external_input_after_the_count_changes_nothing",
+            "test_rules_encoder_moves.py::test_without_a_ramp_the_scan_of_the_last_count_shows_the_end",
         ),
         "ENC-12": ("test_rules_encoder_moves.py::test_the_encoder_counts_without_a_profile",),
         "ENC-03": (
@@ -902,6 +903,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_encoder_moves.py::test_resetting_the_command_word_alone_does_no_harm",
             "test_rules_encoder_moves.py::test_resetting_the_lsw_once_the_axis_decelerates_changes_nothing",
             "test_rules_encoder_moves.py::test_resetting_the_lsw_too_makes_it_run_past_its_count",
+            "test_rules_encoder_moves.py::test_without_a_ramp_the_scan_of_the_last_count_shows_the_end",
         ),
         "DFB-01": (
             "test_rules_capture_and_feedback.py::test_the_count_goes_on_after_a_configuration",
@@ -1459,6 +1461,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "MC-01": (
             "test_rules_encoder_moves.py::test_a_relative_encoder_move",
             "test_rules_encoder_moves.py::test_an_absolute_encoder_move",
+            "test_rules_encoder_moves.py::test_without_a_ramp_the_scan_of_the_last_count_shows_the_end",
             "test_rules_external_input.py::test_resume_with_the_input_off_goes_on_to_the_target",
             "test_rules_general_errors.py::test_second_move_at_302_ms",
             "test_rules_hold_and_resume.py::test_a_move_that_is_stopping_already_is_not_held",
