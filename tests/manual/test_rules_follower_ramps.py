@@ -42,6 +42,20 @@ def test_ramps_catch_up_exactly(direction):
     assert (bench.position, bench.bits) == (direction * 1000, IN_MODE)
 
 
+@EITHER_WAY
+@pytest.mark.rules("FOL-05", "FOL-10")
+@pytest.mark.parametrize("counts", range(4_997, 5_001))
+def test_without_a_deceleration_it_stops_on_the_last_step_at_full_speed(counts, direction):
+    """Some 5000 steps at 20 steps/ms/s: v*v = 2 * 20,000 * 5000, 14,142/s or 3.5 steps a scan at the end."""
+    bench = follow(follower_bench(scan_ms=0.25), direction, (1, 1), (20, 0)).turn_encoder(counts, 0.25)
+    before = 0
+    for _ in range(4 * 720):
+        bench.scan()
+        assert before <= direction * bench.position <= counts
+        before = direction * bench.position
+    assert (before, bench.bits) == (counts, IN_MODE)
+
+
 @pytest.mark.rules("FOL-05", "FOL-10")
 @pytest.mark.parametrize("rates", [(2000, 2000), (2000, 1000), (20, 10), (0, 10)])
 def test_ccw_is_the_mirror_image_of_cw_in_every_scan(rates):

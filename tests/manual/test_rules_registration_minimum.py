@@ -34,6 +34,15 @@ def test_before_the_minimum_distance_the_input_waits(after_ms, by, direction, sc
 
 
 @EITHER_INPUT
+@pytest.mark.rules("REG-04", "REG-06")
+def test_the_least_minimum_distance_is_exceeded_by_the_second_step(by):
+    """The first step is made after 0.99 ms, the second after 1.96 ms; given before either."""
+    bench = register(store(Bench.ready(), 1)).run(0.5)
+    give_input(bench, by).until("STOPPED")
+    assert bench.position == 2 + STEPS
+
+
+@EITHER_INPUT
 @pytest.mark.rules("REG-04")
 @pytest.mark.parametrize("after_ms", [480.25, 600])
 def test_beyond_the_minimum_distance_the_input_counts_at_once(after_ms, by):

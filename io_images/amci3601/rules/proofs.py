@@ -772,11 +772,13 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_registration_minimum.py::test_before_the_minimum_distance_the_input_waits",
             "test_rules_registration_minimum.py::test_beyond_the_minimum_distance_the_input_counts_at_once",
             "test_rules_registration_minimum.py::test_from_one_step_to_all",
+            "test_rules_registration_minimum.py::test_the_least_minimum_distance_is_exceeded_by_the_second_step",
         ),
         "REG-06": (
             "test_rules_registration.py::test_an_input_that_goes_away_again_has_counted",
             "test_rules_registration_minimum.py::test_an_external_input_that_goes_away_within_it_is_lost",
             "test_rules_registration_minimum.py::test_before_the_minimum_distance_the_input_waits",
+            "test_rules_registration_minimum.py::test_the_least_minimum_distance_is_exceeded_by_the_second_step",
         ),
         "REG-05": (
             "test_rules_registration_minimum.py::test_it_serves_every_move_from_where_that_starts",
@@ -952,6 +954,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_follower_ramps.py::test_ccw_is_the_mirror_image_of_cw_in_every_scan",
             "test_rules_follower_ramps.py::test_one_rate_of_the_two",
             "test_rules_follower_ramps.py::test_rates_may_change_while_it_follows",
+            "test_rules_follower_ramps.py::test_without_a_deceleration_it_stops_on_the_last_step_at_full_speed",
         ),
         "FOL-10": (
             "test_rules_follower.py::test_a_count_is_a_step_in_the_scan_that_it_falls_into",
@@ -965,6 +968,7 @@ PROOFS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "test_rules_follower_ramps.py::test_rates_may_change_while_it_follows",
             "test_rules_follower_ramps.py::test_the_direction_shown_is_that_of_the_steps_until_it_turns_back",
             "test_rules_follower_ramps.py::test_the_speed_changes_no_faster_than_the_rates",
+            "test_rules_follower_ramps.py::test_without_a_deceleration_it_stops_on_the_last_step_at_full_speed",
         ),
         "FOL-18": (
             "test_rules_follower_errors.py::test_words_that_are_wrong_at_the_start",
