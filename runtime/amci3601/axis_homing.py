@@ -5,9 +5,6 @@ What it leaves to the command layer is in `homing`; which of these an axis calls
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-from ..kinematics import Profile
 from .capabilities import AxisHoming, Inability
 from .homing import HOME, Homing, Phase
 from .latches import HOME_INVALID, INPUT_ERROR, POSITION_INVALID
@@ -52,10 +49,6 @@ class HomingByAxis(Homing):
     def _searches_behind(self) -> bool:
         """Whether the way back is a search, because the switch has not been met."""
         return self.reversed and not self._signal_was_on
-
-    @property
-    def _slow_profile(self) -> Profile:
-        return replace(self.profile, speed_sps=self.profile.start_sps)
 
     def _creep(self, now_ns: int) -> None:
         if self.reversed:
@@ -117,8 +110,7 @@ class HomingSlowedByProximity(Homing):
 
     def _creep(self, now_ns: int) -> None:
         self.phase = Phase.CREEP
-        slow = replace(self.profile, speed_sps=self.profile.start_sps)
-        self.layer.axis.home(now_ns, self.direction, slow)
+        self.layer.axis.home(now_ns, self.direction, self._slow_profile)
 
     def _seek(self, now_ns: int) -> None:
         if self.layer.axis.moving:

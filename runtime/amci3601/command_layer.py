@@ -279,12 +279,13 @@ class CommandLayer:
 
     def _obey_new_words(self, now_ns: int, order: Order, previous: Order) -> None:
         edges = order.msw & ~previous.msw & COMMAND_BITS
-        stops = self._stops(order, edges)
-        following = not stops and obey_follower(self, now_ns, order, previous)
-        if not stops or self.blending is not None:
+        following = False
+        if not self._stops(order, edges):
+            following = obey_follower(self, now_ns, order, previous)
             obey_programming(self, now_ns, order, previous)
-        if not stops:
             obey_store_minimum(self, now_ns, order, previous)
+        elif self.blending is not None:  # what has begun goes on
+            obey_programming(self, now_ns, order, previous)
         if edges and not following:
             self._command(now_ns, order)
         if self.operation is not None and not self.operation.over:

@@ -114,6 +114,11 @@ class Homing(Operation):
         """With backplane proximity the home switch counts, too [chapter 4, Find Home note 2]."""
         return self._signal or bool(self.layer.active & HOME)
 
+    @property
+    def _slow_profile(self) -> Profile:
+        """The programmed rates at the starting speed, for what has to be met exactly."""
+        return replace(self.profile, speed_sps=self.profile.start_sps)
+
     # -- phases -------------------------------------------------------------------------------
 
     def start(self, now_ns: int) -> None:
@@ -149,15 +154,13 @@ class Homing(Operation):
 
     def _creep(self, now_ns: int) -> None:
         self.phase = Phase.CREEP
-        slow = replace(self.profile, speed_sps=self.profile.start_sps)
-        self.layer.axis.run(now_ns, self.direction, slow)
+        self.layer.axis.run(now_ns, self.direction, self._slow_profile)
         if self._signal:  # the stop before came to it again
             self._final(now_ns)
 
     def _final(self, now_ns: int) -> None:
         """The proximity has been seen: slow down, and take the next home edge or marker."""
-        slow = replace(self.profile, speed_sps=self.profile.start_sps)
-        self.layer.axis.change_speed(now_ns, slow)
+        self.layer.axis.change_speed(now_ns, self._slow_profile)
         self.phase = Phase.FINAL
         if self._with_marker:
             self.layer.axis.watch_marker()

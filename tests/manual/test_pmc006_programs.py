@@ -215,20 +215,17 @@ def test_5_1_2_6_compare(compare: str, prepared: set[Pin]) -> None:
     assert not bench.controller.gpio8
 
 
-def test_5_1_2_7_the_reset_key_stops_the_move_and_goes_to_its_line() -> None:
-    bench = running("RESET_EN 1 3\nROT 0 5000\nWAIT 1 1\nOUT 1 0\nWAIT 4 1\n")
+@pytest.mark.parametrize(
+    ("lines", "running_yet"),
+    [
+        pytest.param("WAIT 1 1\nOUT 1 0\nWAIT 4 1\n", True, id="while the program runs"),
+        pytest.param("JMP 0 9\nOUT 1 0\n", False, id="when it is over"),
+    ],
+)
+def test_5_1_2_7_the_reset_key_stops_the_move_and_goes_to_its_line(lines: str, running_yet: bool) -> None:
+    bench = running("RESET_EN 1 3\nROT 0 5000\n" + lines)
     bench.wait(1000)
-    bench.pin(Pin.FSET, False)
-    stopped = bench.controller.axis.physical
-    assert 900 < stopped < 1100
-    bench.wait(20)
-    assert (bench.position, bench.controller.gpio8) == (stopped, False)
-
-
-def test_5_1_2_7_the_reset_key_acts_when_the_program_is_over() -> None:
-    bench = running("RESET_EN 1 3\nROT 0 5000\nJMP 0 9\nOUT 1 0\n")
-    bench.wait(1000)
-    assert not bench.controller.interpreter.running
+    assert bench.controller.interpreter.running is running_yet
     bench.pin(Pin.FSET, False)
     stopped = bench.controller.axis.physical
     assert 900 < stopped < 1100

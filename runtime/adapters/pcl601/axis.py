@@ -8,7 +8,7 @@ from ...kinematics import stop as plan_stop
 from ..axis import LinkedAxis
 from ..driver import State
 from ..task import Kind
-from .capabilities import Pcl601Capabilities, hears_external
+from .capabilities import Pcl601Capabilities, polls_mark
 from .driver import BOTH_SIDES, Pcl601Driver
 from .options import Options
 from .units import Drive, drive_for
@@ -46,7 +46,6 @@ class Pcl601Axis(LinkedAxis[Drive]):
         self._options = options
         self._limits_on_inputs = options.limit_sense == "inputs"
         self._encoder_offset = 0
-        self._hears_external = False
 
     def drive_for(self, profile: Profile) -> Drive:
         """Return what a profile becomes."""
@@ -56,7 +55,6 @@ class Pcl601Axis(LinkedAxis[Drive]):
         """An emergency stop is wired to the hard limits, too; the kind of homing is the controller's."""
         self.driver.estop_on_limits = bool(configuration.inputs_used & InputBit.ESTOP.value)
         self.driver.has_proximity = configuration.backplane_proximity
-        self._hears_external = hears_external(configuration, self._options)
 
     @property
     def encoder(self) -> int:
@@ -104,9 +102,9 @@ class Pcl601Axis(LinkedAxis[Drive]):
             super().change_speed(now_ns, profile)
 
     def watch_steps(self, steps: int) -> None:
-        """There is a minimum distance: below it input 2 must not hear the external input, so it is polled."""
-        below_minimum = steps > 1 and self._hears_external
-        self.driver.polls_marks = below_minimum or self._options.registration == "polled"
+        """A registration move begins, whose input counts from so many steps on: is it polled?"""
+        assert self.configuration is not None
+        self.driver.polls_marks = polls_mark(self.configuration, steps - 1, self._options)
 
     def preset_encoder(self, value: int) -> None:
         """Let the present encoder count be `value`; the controller's goes back to 0."""

@@ -103,20 +103,22 @@ def hears_external(configuration: Configuration, options: Options) -> bool:
     return options.registration == "default" and bool(used_high & InputBit.EXTERNAL.value)
 
 
-def polls_mark(wish: Wish, options: Options) -> bool:
-    """Whether the steps of a registration move count from a mark that is polled.
+def counts_too_early(configuration: Configuration, minimum: int, options: Options) -> bool:
+    """Whether the controller would count from an input that comes below the minimum distance, too."""
+    return minimum > 0 and hears_external(configuration, options)
 
-    An input that input 2 hears itself would count below the minimum distance, too.
-    """
-    early = wish.minimum_registration > 0 and hears_external(wish.configuration, options)
-    return early or options.registration == "polled"
+
+def polls_mark(configuration: Configuration, minimum: int, options: Options) -> bool:
+    """Whether the steps of a registration move count from a mark that is polled."""
+    return options.registration == "polled" or counts_too_early(configuration, minimum, options)
 
 
 def _too_short_to_stop(wish: Wish, options: Options) -> bool:
     target = wish.order.parameters.target or 0
     drive = drive_for(wish.order.profile(wish.configuration.starting_speed))
     stop = stopping_distance(MILLI * drive.speed_sps, drive.base_sps, drive.rate_spmss, drive.profile.shape)
-    late = PICO * drive.speed_sps * LATE_S if polls_mark(wish, options) else 0
+    polled = polls_mark(wish.configuration, wish.minimum_registration, options)
+    late = PICO * drive.speed_sps * LATE_S if polled else 0
     return target * PICO < stop + late
 
 
@@ -206,8 +208,7 @@ SUBSTITUTION_ROWS: tuple[SubstitutionRow[Options], ...] = (
         "minimum registration distance",
         lambda wish, options: (
             wish.feature is Feature.REGISTRATION
-            and wish.minimum_registration > 0
-            and hears_external(wish.configuration, options)
+            and counts_too_early(wish.configuration, wish.minimum_registration, options)
         ),
         "input 2 would count from the external input at once: the move stops when the input counts, "
         "and goes on by the steps that are left; option registration = jumper does without the stop",

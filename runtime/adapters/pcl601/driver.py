@@ -81,7 +81,7 @@ class Pcl601Driver(Driver[Drive]):
         self.estop_on_limits = False
         self.has_proximity = False
         self._takes_over = options.takeover
-        self.polls_marks = options.registration == "polled"
+        self.polls_marks = False
         self._disobeys = False
         self._outputs = (MARK_OUTPUT, PROXIMITY_OUTPUT) if options.proximity == "jumper" else (MARK_OUTPUT,)
         self._maybe_on = set(self._outputs)
