@@ -5,6 +5,7 @@
     Clock       virtual time that keeps step with the clock on the wall
     Watchdog    ends logic that does not come back
     stopping_on_interrupt    Ctrl-C asks for a stop between scans
+    ending_as_interrupt      SIGTERM and SIGHUP do what Ctrl-C does
 
 None of it decides an image: a paced run and a free one give the same scans,
 but for the OVERRUN flag.
@@ -266,21 +267,41 @@ def stopping_on_interrupt(stop: Callable[[], None], inside: CodeType) -> Iterato
 def ending_as_interrupt() -> Iterator[None]:
     """Let what asks the process to end, SIGTERM or a terminal that is closed, do what Ctrl-C does.
 
-    Afterwards the handlers are as they were. Outside the main thread nothing is changed.
+    A signal that is ignored stays ignored, as SIGHUP is under nohup. Where Ctrl-C is ignored, as in
+    the background of a shell, the others raise KeyboardInterrupt. Afterwards the handlers are as
+    they were. Outside the main thread nothing is changed.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
     numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
     previous = {
-        number: signal.signal(number, lambda _number, _frame: signal.raise_signal(signal.SIGINT))
+        number: signal.signal(number, _interrupt)
         for number in numbers
+        if signal.getsignal(number) is not signal.SIG_IGN
     }
     try:
         yield
     finally:
         for number, handler in previous.items():
             signal.signal(number, handler)
+        _ended_by.clear()
+
+
+def interrupted_by() -> str:
+    """Return what ends the process, for messages: Ctrl-C, or the signal that acts as Ctrl-C does."""
+    return _ended_by[0] if _ended_by else "Ctrl-C"
+
+
+_ended_by: list[str] = []
+"""Names of the signals that acted as Ctrl-C."""
+
+
+def _interrupt(number: int, _frame: FrameType | None) -> None:
+    _ended_by.append(signal.Signals(number).name)
+    if not callable(signal.getsignal(signal.SIGINT)):
+        raise KeyboardInterrupt
+    signal.raise_signal(signal.SIGINT)
 
 
 def wall_ns() -> int:

@@ -12,10 +12,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import typer
 from typer.core import TyperGroup
 
+from ..pace import ending_as_interrupt, interrupted_by
+
 if TYPE_CHECKING:
     from ..bench import Bench
 
 __all__ = ["build", "main", "open_bench"]
+
+
+INTERRUPTED = 130
+"""Exit status of a command that Ctrl-C, SIGTERM or SIGHUP ended."""
 
 
 class Entry(NamedTuple):
@@ -72,6 +78,18 @@ class Lazy(TyperGroup):
         app = _application(TyperGroup)
         import_module(f".{entry.module}", __package__).register(app)
         return typer.main.get_group(app).commands[cmd_name]
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run a command; what asks the process to end breaks it off, with one message.
+
+        Commands that have something to finish, such as a trace, do so on their way out.
+        """
+        with ending_as_interrupt():
+            try:
+                return super().invoke(ctx)
+            except KeyboardInterrupt:
+                typer.echo(f"scanrack: stopped by {interrupted_by()}", err=True)
+                raise typer.Exit(INTERRUPTED) from None
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """List the commands without importing them."""

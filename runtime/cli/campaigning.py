@@ -20,7 +20,7 @@ from ..fuzz import Found, Scenario, undisturbed
 from ..fuzz.campaign import campaign
 from ..fuzz.state import RECORDING, State, read_state, write_state
 from ..fuzz.trial import NO_FAULT, Bench, Broken
-from ..pace import wall_ns
+from ..pace import interrupted_by, wall_ns
 from .executors import executor_of
 from .fuzzing import Setup, Work, bench_of, hand_over
 from .fuzzsummary import failure, held, mended, summary
@@ -170,7 +170,7 @@ class Session:
             else:
                 interrupted = pressed()
         if interrupted:
-            self._complain("stopped by Ctrl-C; the same command goes on from here")
+            self._complain(f"stopped by {interrupted_by()}; the same command goes on from here")
             return INTERRUPTED
         return HELD
 

@@ -13,7 +13,7 @@ from rich.progress import Progress as Bar
 from rich.table import Table
 
 from ..clients.link import Link, LinkError, Progress, SerialLink, TcpLink
-from ..pace import stopping_on_interrupt
+from ..pace import interrupted_by, stopping_on_interrupt
 from ..ports import Stop
 from ..wire import LineFormat
 from .serve import socket_address
@@ -127,7 +127,7 @@ def stopped_by_interrupt(stop: Callable[[], None]) -> Iterator[Callable[[], None
             yield look
     except KeyboardInterrupt:
         stop()
-        typer.echo("scanrack: Ctrl-C: the motor was stopped", err=True)
+        typer.echo(f"scanrack: {interrupted_by()}: the motor was stopped", err=True)
         raise typer.Exit(INTERRUPTED) from None
 
 

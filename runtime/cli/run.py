@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack, nullcontext
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
 
@@ -14,7 +14,7 @@ from ..build import build_cpu, build_rack
 from ..cpu import Cpu
 from ..faults import Cause, CpuFault
 from ..listener import ScanListener
-from ..pace import FreeRun, RealTime, ending_as_interrupt, wall_ns
+from ..pace import FreeRun, RealTime, interrupted_by, wall_ns
 from ..pcl601.line import Pcl601
 from ..rack import Rack
 from ..rackspec import RackSpec
@@ -56,7 +56,7 @@ def run_job(
         live: real ports may be driven.
         summarised: whether what is not quiet ends in a summary.
     """
-    with ending_as_interrupt() if live else nullcontext(), ExitStack() as ports:
+    with ExitStack() as ports:
         try:
             units = units_of(job.spec.unit, job.folder)
             rack = build_rack(job.spec, ports if live else None)
@@ -174,9 +174,9 @@ def _run(cpu: Cpu, scans: int | None, *, quiet: bool) -> int:
     except OSError as error:
         return _complain(f"the trace can't be finished: {_reason(error)}", NO_TRACE)
     except KeyboardInterrupt:
-        return _complain(f"stopped by Ctrl-C in scan {cpu.scan}", INTERRUPTED)
+        return _complain(f"stopped by {interrupted_by()} in scan {cpu.scan}", INTERRUPTED)
     if cpu.stop_requested:
-        return _complain(f"stopped by Ctrl-C after {cpu.scan} scans", INTERRUPTED)
+        return _complain(f"stopped by {interrupted_by()} after {cpu.scan} scans", INTERRUPTED)
     return OK
 
 

@@ -6,7 +6,7 @@ import os
 import select
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -296,7 +296,8 @@ def _serve_command(
         for each in pin or []:
             wire(units, each)
         begin(units, ascii_mode=ascii_mode, start=start)
-        with recording(record, controller, units) as recorder:
+        # Ctrl-C may come between the line that says where, and the first step
+        with recording(record, controller, units) as recorder, suppress(KeyboardInterrupt):
             server, place = server_for(
                 units, clock, recorder, pty=pty, serial=serial, tcp=tcp, rtu_over_tcp=rtu_over_tcp
             )

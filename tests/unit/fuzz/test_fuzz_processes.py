@@ -115,15 +115,16 @@ def test_ctrl_c_that_somebody_swallows_is_known_nevertheless():
     assert signal.getsignal(signal.SIGINT) is before
 
 
-def test_ctrl_c_ends_a_campaign_and_the_same_command_goes_on(folder):
+@pytest.mark.parametrize(("number", "name"), [(signal.SIGINT, "Ctrl-C"), (signal.SIGTERM, "SIGTERM")])
+def test_ctrl_c_ends_a_campaign_and_the_same_command_goes_on(folder, number, name):
     out = folder / "out"
     words = ("--out", str(out), "--jobs", "2", "--only", "power")
     campaign = started(folder, *words, "--time", "1 h")
     wait_until(lambda: has_tasks(out, 1))
     workers = children(campaign)
-    campaign.send_signal(signal.SIGINT)
+    campaign.send_signal(number)
     status, _stdout, stderr = finished(campaign)
-    assert (status, stderr) == (130, "scanrack: stopped by Ctrl-C; the same command goes on from here\n")
+    assert (status, stderr) == (130, f"scanrack: stopped by {name}; the same command goes on from here\n")
     wait_until(lambda: not any(map(is_alive, workers)))
     before = state_in(out)
     status, stdout, _stderr = finished(started(folder, *words, "--runs", "5", "--jobs", "1"))
