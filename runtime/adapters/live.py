@@ -86,15 +86,13 @@ class LiveAdapter(Adapter[Drive]):
         self._line = line
         self._clock = Clock()
         self._present_ns = 0
-        self._losses = 0
         super().__init__(RealController(line))
 
     def update(self, now_ns: int, outputs: Image) -> Image:
         """Advance to the present on the wall clock; events are told as of `now_ns`, the scan's time."""
         self._present_ns = self._clock.now_ns()
-        if self._line.losses != self._losses:
-            self._losses = self._line.losses
-            self._note(self._present_ns, "port lost", "the port is gone; it is opened again when it is back")
+        for reason in self._line.take_losses():
+            self._note(self._present_ns, "port lost", f"{reason}; the port is opened again when it is back")
         image = super().update(self._present_ns, outputs)
         self.events[:] = [replace(event, at_ns=min(event.at_ns, now_ns)) for event in self.events]
         return image

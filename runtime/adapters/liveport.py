@@ -3,18 +3,23 @@
     adapter --send--> queue --sender--> port --receiver--> queue --take--> adapter
 
 The scan loop never waits for the port. A port that is lost is opened again when it is
-back; meanwhile what is sent is dropped, as on a line that is cut.
+back; meanwhile what is sent is dropped, as on a line that is cut. Only the receiver closes
+and opens the port: a port must not be closed while another thread reads from it. No error
+ends a thread. Each one loses the port, and its reason is kept for the adapter's events.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from queue import Empty, SimpleQueue
 from threading import Event, Lock, Thread
+from typing import TypeVar
 
 from ..clients.link import Link, LinkError, SerialLink, TcpLink
 from ..wire import LineFormat
 from .line import Line
+
+Item = TypeVar("Item")
 
 TCP = "tcp:"
 RECEIVE_S = 0.05
@@ -59,9 +64,6 @@ Sending = tuple[bytes, LineFormat] | None
 class LiveLine(Line):
     """A line whose bytes go through a port.
 
-    Attributes:
-        losses: how often the port went away.
-
     Args:
         opened: opens the port, now and whenever it was lost.
 
@@ -70,13 +72,15 @@ class LiveLine(Line):
     """
 
     def __init__(self, opened: Callable[[], Link]) -> None:
-        self.losses = 0
         self._opened = opened
         self._port: Link | None = opened()
         self._lock = Lock()
         self._over = Event()
         self._heard: SimpleQueue[bytes] = SimpleQueue()
         self._said: SimpleQueue[Sending] = SimpleQueue()
+        self._lost: SimpleQueue[str] = SimpleQueue()
+        self._reason = ""
+        self._failure: Exception | None = None
         self._threads = [Thread(target=each, daemon=True) for each in (self._receive, self._send)]
         for thread in self._threads:
             thread.start()
@@ -90,12 +94,12 @@ class LiveLine(Line):
 
     def take(self) -> bytes:
         """Return what has been received."""
-        data = b""
-        while True:
-            try:
-                data += self._heard.get_nowait()
-            except Empty:
-                return data
+        parts: list[bytes] = list(_emptied(self._heard))
+        return b"".join(parts)
+
+    def take_losses(self) -> list[str]:
+        """Return why the port was lost, once for each loss since the last call."""
+        return list(_emptied(self._lost))
 
     def send(self, data: bytes, line_format: LineFormat) -> None:
         """Send, without waiting for it; what is received is in the same format from then on."""
@@ -111,37 +115,55 @@ class LiveLine(Line):
 
     def _receive(self) -> None:
         while not self._over.is_set():
-            port = self._port
-            if port is None:
-                self._reopen()
-                continue
             try:
-                data = port.receive(1, RECEIVE_S)
-            except LinkError:
-                self.losses += 1
-                self._drop()
-                continue
-            if data:
-                self._heard.put(data)
+                self._listen()
+            except Exception as error:  # a mistake of ours, too, must not end the thread in silence
+                self._lose(error)
+
+    def _listen(self) -> None:
+        """Wait for bytes once; without a port, try once to open it."""
+        failure, self._failure = self._failure, None
+        if failure is not None:
+            raise failure
+        if self._port is None:
+            self._reopen()
+        elif data := self._port.receive(1, RECEIVE_S):
+            self._heard.put(data)
 
     def _send(self) -> None:
         while (sending := self._said.get()) is not None:
-            data, line_format = sending
             with self._lock:
                 try:
-                    if self._port is not None:
-                        self._port.follow(line_format)
-                        self._port.send(data)
-                except LinkError:
-                    continue  # the receiver notices the loss, too, and opens the port again
+                    self._pass_on(*sending)
+                except Exception as error:  # see `_receive`, which loses the port for it
+                    self._failure = error
+
+    def _pass_on(self, data: bytes, line_format: LineFormat) -> None:
+        if self._port is not None:
+            self._port.follow(line_format)
+            self._port.send(data)
+
+    def _lose(self, error: Exception) -> None:
+        """Give the port up and keep the reason; an opening that fails twice in the same way is kept once."""
+        reason = _words_of(error)
+        if self._port is not None or reason != self._reason:
+            self._lost.put(reason)
+        self._reason = reason
+        self._drop()
 
     def _drop(self) -> None:
         with self._lock:
-            if self._port is not None:
-                self._port.close()
-            self._port = None
+            port, self._port = self._port, None
+            self._failure = None  # of the same port: one loss, not two
+        if port is None:
+            return
+        try:
+            port.close()
+        except Exception as error:  # the port is given up in any case
+            self._lost.put(_words_of(error))
 
     def _reopen(self) -> None:
+        """Wait a little, and open the port if it is back."""
         if self._over.wait(REOPEN_S):
             return
         try:
@@ -150,3 +172,17 @@ class LiveLine(Line):
             return
         with self._lock:
             self._port = port
+
+
+def _words_of(error: Exception) -> str:
+    """Return what a `LinkError` says; any other error with its type."""
+    return str(error) if isinstance(error, LinkError) else f"{type(error).__name__}: {error}"
+
+
+def _emptied(queue: SimpleQueue[Item]) -> Iterator[Item]:
+    """Yield what is in a queue, and take it out."""
+    while True:
+        try:
+            yield queue.get_nowait()
+        except Empty:
+            return

@@ -6,10 +6,11 @@ import os
 import socket
 from collections.abc import Callable
 from threading import Event
-from typing import Any, Protocol
+from typing import Protocol
 
 import serial
 
+from ..serialport import PORT_ERRORS, reason, settings
 from ..wire import LineFormat
 
 ANSWER_S = 0.2
@@ -123,31 +124,21 @@ class SerialLink:
 
     def __init__(self, path: str, line_format: LineFormat) -> None:
         self._path = path
-        self._is_pseudo = os.path.realpath(path).startswith("/dev/pts/")
         try:
             self._port = serial.Serial(
                 path,
-                **self._settings(line_format),
+                **settings(path, line_format),
                 exclusive=True if os.name == "posix" else None,
                 write_timeout=2.0,
             )
-        except (OSError, ValueError) as error:
-            number = getattr(error, "errno", None)
-            raise LinkError(f"{path} can't be opened: {os.strerror(number) if number else error}") from error
-
-    def _settings(self, line_format: LineFormat) -> dict[str, Any]:
-        return {
-            "baudrate": line_format.baud,
-            "bytesize": line_format.data_bits,
-            "parity": "N" if self._is_pseudo else line_format.parity,
-            "stopbits": line_format.stop_bits,
-        }
+        except PORT_ERRORS as error:
+            raise LinkError(f"{path} can't be opened: {reason(error)}") from error
 
     def follow(self, line_format: LineFormat) -> None:
         """See `Link.follow`; what has been sent has left."""
         try:
-            self._port.apply_settings(self._settings(line_format))
-        except (OSError, ValueError) as error:
+            self._port.apply_settings(settings(self._path, line_format))
+        except PORT_ERRORS as error:
             raise LinkError(f"{self._path} can't be set to {line_format}: {error}") from error
 
     def send(self, data: bytes) -> None:
@@ -155,16 +146,16 @@ class SerialLink:
         try:
             self._port.write(data)
             self._port.flush()
-        except OSError as error:
-            raise LinkError(f"{self._path} is gone: {error}") from error
+        except PORT_ERRORS as error:
+            raise LinkError(f"{self._path} is gone: {reason(error)}") from error
 
     def receive(self, count: int, seconds: float) -> bytes:
         """See `Link.receive`."""
         try:
             self._port.timeout = seconds
             return bytes(self._port.read(count))
-        except OSError as error:
-            raise LinkError(f"{self._path} is gone: {error}") from error
+        except PORT_ERRORS as error:
+            raise LinkError(f"{self._path} is gone: {reason(error)}") from error
 
     def pause(self, seconds: float) -> None:
         """See `Link.pause`."""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from threading import Event
 
 import serial
 
+from ..serialport import PORT_ERRORS, reason, settings
 from ..wire import LineFormat
 from .port import PortError, Traffic
 
@@ -43,10 +43,8 @@ class SerialPort:
         self._open = opened or open_serial
         try:
             self._port: serial.Serial | None = self._open(path, line_format)
-        except (OSError, ValueError) as error:
-            number = getattr(error, "errno", None)
-            reason = str(error) if number is None else os.strerror(number)
-            raise PortError(f"{path} can't be opened: {reason}") from error
+        except PORT_ERRORS as error:
+            raise PortError(f"{path} can't be opened: {reason(error)}") from error
 
     @property
     def is_open(self) -> bool:
@@ -63,7 +61,7 @@ class SerialPort:
             self._port.timeout = seconds
             data = self._port.read(1)
             data += self._port.read(self._port.in_waiting)
-        except OSError:
+        except PORT_ERRORS:
             self._lose()
             return b""
         self.traffic.received += len(data)
@@ -76,7 +74,7 @@ class SerialPort:
         try:
             self._port.write(data)
             self._port.flush()
-        except OSError:
+        except PORT_ERRORS:
             self._lose()
             return
         self.traffic.sent += len(data)
@@ -88,8 +86,8 @@ class SerialPort:
         self._format = line_format
         try:
             if self._port is not None:
-                self._port.apply_settings(_settings(self.name, line_format))
-        except OSError:
+                self._port.apply_settings(settings(self.name, line_format))
+        except PORT_ERRORS:
             self._lose()
 
     def close(self) -> None:
@@ -105,7 +103,7 @@ class SerialPort:
     def _reopen(self) -> None:
         try:
             self._port = self._open(self.name, self._format)
-        except (OSError, ValueError):
+        except PORT_ERRORS:
             self._port = None
 
 
@@ -115,18 +113,12 @@ def open_serial(path: str, line_format: LineFormat) -> serial.Serial:
     Raises:
         OSError: it is not there, or somebody else has it.
         ValueError: it does not do that format.
+        termios.error: it went away while it was set.
     """
     port = serial.Serial(path, exclusive=True, timeout=0)
-    port.apply_settings(_settings(path, line_format))
+    try:
+        port.apply_settings(settings(path, line_format))
+    except PORT_ERRORS:
+        port.close()
+        raise
     return port
-
-
-def _settings(path: str, line_format: LineFormat) -> dict[str, object]:
-    """Return pyserial's settings; a pseudo-terminal has no parity, and is an error with one."""
-    pseudo = os.path.realpath(path).startswith("/dev/pts/")
-    return {
-        "baudrate": line_format.baud,
-        "bytesize": line_format.data_bits,
-        "parity": "N" if pseudo else line_format.parity,
-        "stopbits": line_format.stop_bits,
-    }

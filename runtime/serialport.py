@@ -1,0 +1,48 @@
+"""pyserial as the clients and the served ports use it: settings, and every error of a port that goes away.
+
+pyserial wraps most failures of a port in `SerialException`, an OSError. It does not wrap
+`termios.error`, which is no OSError: `flush`, `apply_settings` and the constructor raise it
+when a port is unplugged while they run.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from .wire import LineFormat
+
+try:
+    from termios import error as _TerminalError  # noqa: N812  # pyserial raises it as it is
+except ImportError:  # Windows has no termios, and pyserial raises OSErrors there
+    PORT_ERRORS: tuple[type[Exception], ...] = (OSError, ValueError)
+else:
+    PORT_ERRORS = (OSError, ValueError, _TerminalError)
+"""What pyserial raises for a port that is not there, not there any more, or can't do a format."""
+
+
+def is_pseudo_terminal(path: str) -> bool:
+    """Return whether a path leads to a pseudo-terminal, which has no parity and is an error with one."""
+    return os.path.realpath(path).startswith("/dev/pts/")
+
+
+def settings(path: str, line_format: LineFormat) -> dict[str, Any]:
+    """Return pyserial's settings for a line format; a pseudo-terminal gets no parity."""
+    return {
+        "baudrate": line_format.baud,
+        "bytesize": line_format.data_bits,
+        "parity": "N" if is_pseudo_terminal(path) else line_format.parity,
+        "stopbits": line_format.stop_bits,
+    }
+
+
+def reason(error: Exception) -> str:
+    """Return what is wrong, without pyserial's own words where the system has a message.
+
+    >>> reason(OSError(2, "could not open port /dev/ttyUSB0: [Errno 2] No such file or directory"))
+    'No such file or directory'
+    """
+    number = getattr(error, "errno", None)
+    if number is None and len(error.args) == 2 and isinstance(error.args[0], int):  # termios.error
+        number = error.args[0]
+    return str(error) if number is None else os.strerror(number)
