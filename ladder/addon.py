@@ -15,9 +15,17 @@ tags. A call names the instance, then what its required parameters stand for:
 
     XIC(Run)Average(Level,Left,Right)GRT(Level.Mean,100)OTE(High);
 
-Inputs are copied in whether the rung is true or false. Then Logic runs on a true rung, EnableInFalse, if
-there is one, on a false one, and the required outputs are copied out. Behind the call the rung is as
-EnableOut says, which follows the rung unless Logic writes it.
+A call depends on the scan mode [1756-PM010]:
+
+| mode | inputs | then | outputs |
+|---|---|---|---|
+| the rung is true | copied in | Logic runs | copied out |
+| it is false | copied in | EnableInFalse runs | copied out |
+| it is false, no EnableInFalse | copied in | nothing | stay |
+| prescan | copied in | Logic is prescanned, then Prescan runs | copied out |
+
+The copied parameters are the required ones. Behind the call the rung is as EnableOut says, which follows
+the rung unless a routine writes it.
 """
 
 from __future__ import annotations

@@ -40,14 +40,15 @@ def add_on(rungs: RungWriter, power: str, call: AddOnCall) -> str:
         rungs.series(series, "True", needed=False)
     rungs.values.set_bit(call.enable_in, power)
     rungs.values.set_bit(call.enable_out, power)
-    logic = f"{rungs.functions[call.logic]}(now, ())"
-    if call.otherwise is None:
-        rungs.either(power, lambda: rungs.writer.line(logic), lambda: None)
-    else:
-        otherwise = f"{rungs.functions[call.otherwise]}(now, ())"
-        rungs.either(power, lambda: rungs.writer.line(logic), lambda: rungs.writer.line(otherwise))
-    for series in call.outputs:
-        rungs.series(series, "True", needed=False)
+
+    def run(routine: str | None) -> None:
+        if routine is None:
+            return
+        rungs.writer.line(f"{rungs.functions[routine]}(now, ())")
+        for series in call.outputs:
+            rungs.series(series, "True", needed=False)
+
+    rungs.either(power, lambda: run(call.logic), lambda: run(call.otherwise))
     return rungs.values.keep(rungs.values.read(call.enable_out))
 
 

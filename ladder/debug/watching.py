@@ -204,6 +204,14 @@ class WatchedInterpreter(Interpreter):
         finally:
             self._silent -= 1
 
+    def _prescan_add_on(self, call: AddOnCall) -> None:
+        """See `_add_on`."""
+        self._silent += 1
+        try:
+            super()._prescan_add_on(call)
+        finally:
+            self._silent -= 1
+
     def blockers(self) -> tuple[Blocker, ...]:
         """Return the conditions of the present rung at which power has ended so far."""
         return tuple(map(self._blocker, self.running[-1].blocked)) if self.running else ()

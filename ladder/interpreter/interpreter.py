@@ -112,16 +112,17 @@ class Interpreter(BitInstructions, TimeInstructions, NumberInstructions, FileIns
         return True
 
     def _add_on(self, power: bool, call: AddOnCall) -> bool:
-        """Copy in, run the routine that the rung asks for, copy out [1756-PM010]."""
+        """Copy in; if the rung has a routine for its state, run it and copy out [1756-PM010]."""
         for series in call.inputs:
             self._series(series, True)
         self.put(call.enable_in, power)
         self.put(call.enable_out, power)
         routine = call.logic if power else call.otherwise
-        if routine is not None:
-            inputs = self._inputs
-            self.run(routine, ())
-            self._inputs = inputs
+        if routine is None:
+            return False
+        inputs = self._inputs
+        self.run(routine, ())
+        self._inputs = inputs
         for series in call.outputs:
             self._series(series, True)
         return bool(self.get(call.enable_out))
@@ -191,13 +192,23 @@ class Interpreter(BitInstructions, TimeInstructions, NumberInstructions, FileIns
                 return  # tags that subscripts are computed from are not current yet
 
     def _prescan_add_on(self, call: AddOnCall) -> None:
-        """Logic is prescanned, then the Prescan routine runs [1756-PM010]."""
+        """Copy in, prescan Logic, run Prescan, copy out [1756-PM010]."""
+        self._pass_in_prescan(call.inputs)
         self.put(call.enable_in, False)
         self.put(call.enable_out, False)
         self.prescan(call.logic)
         if call.prescan is not None:
             self._inputs = ()
             self.run(call.prescan, ())
+        self._pass_in_prescan(call.outputs)
+
+    def _pass_in_prescan(self, copies: tuple[tuple[Node, ...], ...]) -> None:
+        """Copy parameters; one whose subscript is out of range stays, see `_prescan_step`."""
+        for series in copies:
+            try:
+                self._series(series, True)
+            except LadderFault:
+                continue
 
     def _prescan_ote(self, bit: Place) -> None:
         self.put(bit, False)

@@ -20,9 +20,12 @@ LEGAL = {
 
 RESULTS = ("Done", "CommandAborted", "Error")
 
-steps = st.lists(
-    st.tuples(st.sampled_from(sorted(LEGAL)), st.booleans(), st.integers(1, 400)), min_size=1, max_size=12
-)
+# a request that comes one to five scans after another meets the axis in each of its steps
+scans = st.integers(1, 5) | st.integers(1, 400)
+steps = st.lists(st.tuples(st.sampled_from(sorted(LEGAL)), st.booleans(), scans), min_size=1, max_size=12)
+
+LONGEST = 3_000
+"""Scans in which every motion of `LEGAL` but a manual one ends."""
 
 
 @pytest.mark.parametrize("rpi_ms", [None, 5])
@@ -51,6 +54,20 @@ def test_laws_of_the_outputs(rpi_ms, steps):
                 break  # at rest: nothing new comes
     assert set(bench.diary.fired) <= {"CMD-07", "POS-02"}
     assert bench.state != ERROR_STOP
+    assert_all_ends(bench)
+
+
+def assert_all_ends(bench):
+    """Every request ends: an axis at rest that waits for nothing has no block that is Busy."""
+    bench.drop(*LEGAL)
+    for _ in range(LONGEST):
+        bench.scan()
+        if bench.tags["Axis.Step"] == 0 or bench.said("Velocity") >= {"InVelocity"}:
+            break
+    bench.scan(2)  # a block sees its result in the scan behind the axis's
+    if bench.tags["Axis.Step"] == 0:
+        busy = {each for each in LEGAL if "Busy" in bench.said(each)}
+        assert busy <= {"Probe"}, f"at rest, and still busy: {busy}"
 
 
 def check_law(bench, name, before, executing):
@@ -84,3 +101,23 @@ def test_every_image_is_a_whole_command():
         (0, 0, -4, -3, 2, 4, *rates),
     }
     assert set(bench.diary.images) == wholes
+
+
+PAIRS = [("SetPosition", "Relative"), ("Move", "Halt"), ("Reset", "Move")]
+
+
+@pytest.mark.parametrize("scans", range(1, 12))
+@pytest.mark.parametrize(("first", "second"), PAIRS)
+def test_a_request_during_another_one_is_carried_out(first, second, scans):
+    """However soon the second request comes: the axis takes it, and it ends."""
+    bench = BlocksBench.ready()
+    bench.go(first, **LEGAL[first]).scan(scans).go(second, **LEGAL[second]).until(second, "Done", 2_000)
+    assert bench.position == {"Relative": 100 - 700, "Move": 2_000}.get(second, bench.position)
+
+
+def test_a_request_that_waited_for_an_axis_that_failed_is_refused():
+    """The first move has an illegal profile: the second one, a scan later, meets ErrorStop [ErrorID 64]."""
+    bench = BlocksBench.ready()
+    bench.go("Move", Position=2_000, Velocity=5).scan().go("Relative", Distance=-700).run(100)
+    assert (bench.state, bench.position) == (ERROR_STOP, 0)
+    assert (bench.said("Relative"), bench.tags["Relative.ErrorID"]) == ({"Error"}, 64)

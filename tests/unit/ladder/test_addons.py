@@ -3,6 +3,7 @@
 import pytest
 from ladder_bench import Named
 from scanrack.ladder import BOOL, DINT, OTE, BuildError, LadderError, Program, RungTextError
+from scanrack.ladder.debug import Debugger
 from scanrack.ladder.rungfile import instruction_text, parse_program, program_text
 from scanrack.ladder.rungreader import Reader, load_library
 
@@ -62,6 +63,75 @@ def test_what_a_call_does_scan_by_scan(engine):
     assert (tags["Count.EnableIn"], tags["Count.EnableOut"], tags.Lamp) == (True, False, False)
     engine.step(20)
     assert (tags.Result, tags.Lamp) == (35, True)  # the timer is done: EnableOut follows the rung
+
+
+MODES = """\
+INSTRUCTION Modes
+INPUT A : DINT REQUIRED
+INPUT Extra : DINT
+OUTPUT Z : DINT REQUIRED
+LOCAL Bit : BOOL
+ROUTINE Logic
+ADD(A,10,Z);
+AFI()OTE(Bit);
+END
+{}END INSTRUCTION
+"""
+OTHERWISE = "ROUTINE EnableInFalse\nADD(A,20,Z);\nEND\n"
+PRESCAN = "ROUTINE Prescan\nADD(A,30,Z);\nEND\n"
+CALL_MODES = "XIC(Run)Modes(M,N,Result)OTE(Lamp);"
+MODE_TAGS = "TAG Run : BOOL\nTAG Lamp : BOOL\nTAG N : DINT := 2\nTAG Result : DINT := 5\nTAG M : Modes\n"
+
+
+def modes(*routines, call=CALL_MODES, tags=MODE_TAGS):
+    return engines(call, tags, MODES.format("".join(routines)))
+
+
+def test_a_false_rung_without_enable_in_false_passes_inputs_and_writes_no_output():
+    """What somebody writes to the argument of an output stays, until the rung is true [1756-PM010]."""
+    for engine in modes():
+        engine.step()
+        engine.tags.Result, engine.tags["M.Z"], engine.tags.N = 77, 8, 3
+        engine.step()
+        assert (engine.tags["M.A"], engine.tags.Result, engine.tags["M.Z"]) == (3, 77, 8), engine
+        assert (engine.tags["M.EnableIn"], engine.tags["M.EnableOut"], engine.tags.Lamp) == (0, 0, 0)
+        engine.tags.Run = True
+        engine.step()
+        assert (engine.tags.Result, engine.tags.Lamp) == (13, True), engine
+
+
+def test_enable_in_false_runs_on_a_false_rung_and_its_outputs_are_written():
+    for engine in modes(OTHERWISE):
+        engine.step()
+        engine.tags.Result = 77
+        engine.step()
+        assert (engine.tags.Result, engine.tags.Lamp) == (22, False), engine
+
+
+def test_prescan_passes_inputs_prescans_logic_runs_prescan_and_passes_outputs():
+    """2 goes in, Prescan adds 30, 32 comes out; a coil of Logic is cleared, and nothing of Logic runs."""
+    for engine in modes(PRESCAN):
+        engine.tags["M.Bit"] = True
+        engine.interpreter.prescan()
+        assert (engine.tags["M.A"], engine.tags.Result, engine.tags["M.Bit"]) == (2, 32, False), engine
+    for engine in modes():
+        engine.tags["M.Z"] = 6
+        engine.interpreter.prescan()
+        assert (engine.tags["M.A"], engine.tags.Result) == (2, 6), engine
+
+
+def test_prescan_leaves_an_argument_whose_subscript_is_not_current_yet():
+    tags = MODE_TAGS + "TAG At : DINT := 9\nTAG List : DINT[3]\n"
+    for engine in modes(call="Modes(M,List[At],Result);", tags=tags):
+        engine.interpreter.prescan()
+        assert engine.tags["M.A"] == 0, engine
+
+
+def test_the_debugger_tells_which_call_changed_a_tag_in_prescan():
+    program = parse_program(f"PROGRAM p\n{MODES.format(PRESCAN)}{MODE_TAGS}ROUTINE Main\n{CALL_MODES}\nEND\n")
+    debugger = Debugger(program)
+    debugger.scan()
+    assert debugger.why("Result").startswith("Result is 32 since scan 0 (0 s): prescan of")
 
 
 def test_a_constant_bit_and_a_bit_of_the_caller():
