@@ -11,6 +11,8 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable, Iterator
+from operator import index
+from typing import NoReturn
 
 WORDS = 8
 """Words in an image [3601 manual, chapter 1: 8 input and 8 output words]."""
@@ -36,8 +38,12 @@ def signed_word(value: int) -> int:
         value: -32,768 to 65,535; values above 32,767 are the unsigned reading of a word.
 
     Raises:
-        ValueError: the value fits neither reading of 16 bits.
+        ValueError: the value is not a whole number, or fits neither reading of 16 bits.
     """
+    try:
+        value = index(value)
+    except TypeError:
+        raise ValueError(f"word {value!r} is not allowed: a word is a whole number") from None
     if not WORD_MIN <= value <= UNSIGNED_MAX:
         raise ValueError(f"word {value} is out of range: allowed are {WORD_MIN} to {UNSIGNED_MAX}")
     return value - 65_536 if value > WORD_MAX else value
@@ -75,14 +81,20 @@ class Image:
         values = list(words)
         if len(values) > WORDS:
             raise ValueError(f"an image has {WORDS} words, got {len(values)}")
-        for index, value in enumerate(values):
-            self.words[index] = signed_word(value)
+        for word, value in enumerate(values):
+            self.words[word] = signed_word(value)
 
-    def __getitem__(self, index: int) -> int:
-        return self.words[index]
+    def __getitem__(self, word: int) -> int:
+        try:
+            return self.words[word]
+        except (IndexError, TypeError, NotImplementedError):
+            raise _no_such_word(word) from None
 
-    def __setitem__(self, index: int, value: int) -> None:
-        self.words[index] = signed_word(value)
+    def __setitem__(self, word: int, value: int) -> None:
+        try:
+            self.words[word] = signed_word(value)
+        except (IndexError, TypeError, NotImplementedError):
+            raise _no_such_word(word) from None
 
     def __len__(self) -> int:
         return WORDS
@@ -122,17 +134,57 @@ class Image:
         return twin
 
     def load(self, other: Image) -> None:
-        """Take over all eight words of `other` at once."""
+        """Take over all eight words of `other` at once.
+
+        Raises:
+            ValueError: `other` is not an image.
+        """
+        if not isinstance(other, Image):
+            raise ValueError(f"{other!r} is not an image: write load(Image([...])) or load(move.to_image())")
         self.raw[:] = other.raw
 
     def clear(self) -> None:
         """Set all eight words to 0."""
         self.raw[:] = _ZEROS
 
+    def read_only(self) -> Image:
+        """Return a view of the same memory that shows every change and refuses to be written."""
+        return _ReadOnlyImage(self)
+
+
+class _ReadOnlyImage(Image):
+    """An input image as logic sees it: the module alone writes it."""
+
+    __slots__ = ()
+
+    def __init__(self, image: Image) -> None:
+        self.raw = image.raw.toreadonly()
+        self.words = self.raw.cast("h")
+
+    def __setitem__(self, word: int, value: int) -> NoReturn:
+        _refuse_to_write()
+
+    def set_bit(self, word: int, bit: int, on: bool) -> NoReturn:
+        _refuse_to_write()
+
+    def load(self, other: Image) -> NoReturn:
+        _refuse_to_write()
+
+    def clear(self) -> NoReturn:
+        _refuse_to_write()
+
 
 _ZEROS = bytes(IMAGE_BYTES)
 
 
-def _check_address(word: int, bit: int) -> None:
-    if not (0 <= word < WORDS and 0 <= bit <= 15):
+def _refuse_to_write() -> NoReturn:
+    raise ValueError("an input image is read-only: the module writes it; to hold an input, use a force")
+
+
+def _no_such_word(word: object) -> ValueError:
+    return ValueError(f"no such word: {word!r}; words are 0 to {WORDS - 1}")
+
+
+def _check_address(word: object, bit: object) -> None:
+    if not (isinstance(word, int) and isinstance(bit, int) and 0 <= word < WORDS and 0 <= bit <= 15):
         raise ValueError(f"no such bit: word {word}, bit {bit}; words are 0 to {WORDS - 1}, bits 0 to 15")

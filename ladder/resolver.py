@@ -36,6 +36,9 @@ from .tree import (
 )
 from .types import Elementary, Structure
 
+_NAMES_LISTED = 12
+"""Tags that a message lists at most."""
+
 
 class AddressError(LadderError):
     """An address that means nothing.
@@ -224,5 +227,6 @@ class Resolver:
     def _undeclared(self, name: str) -> AddressError:
         names = [each.name for each in self._layout.declarations.values()]
         close = difflib.get_close_matches(name, names, n=1)
-        hint = f"did you mean {close[0]}, or " if close else ""
-        return AddressError(f"there is no tag {name}", f"{hint}declare it" if hint else "declare it")
+        some = ", ".join([*names[:_NAMES_LISTED], *["..."] * (len(names) > _NAMES_LISTED)]) or "none"
+        meant = f"did you mean {close[0]}?" if close else f"tags are {some}"
+        return AddressError(f"there is no tag {name} ({meant})", "declare it")

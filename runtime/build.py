@@ -60,6 +60,7 @@ def build_cpu(
     *,
     listeners: Iterable[ScanListener] = (),
     pacer: Pacer | None = None,
+    watchdog: Watchdog | None = None,
 ) -> Cpu:
     """Make the CPU that runs `logic` on `rack` as `spec` says, its forces set.
 
@@ -69,6 +70,7 @@ def build_cpu(
         rack: the rack of `build_rack`.
         listeners: who is told of every scan.
         pacer: makes scans wait for the wall clock; as fast as possible if left out.
+        watchdog: ends logic that does not come back; the rack's if left out.
     """
     cpu = Cpu(
         rack,
@@ -78,7 +80,7 @@ def build_cpu(
         mode=CpuMode[spec.mode.upper()],
         listeners=listeners,
         pacer=pacer,
-        watchdog=Watchdog(exact_ns(spec.watchdog_ms, "ms")),
+        watchdog=watchdog or Watchdog(exact_ns(spec.watchdog_ms, "ms")),
     )
     for force in spec.force:
         cpu.forces.set(force.address, force.value)

@@ -131,7 +131,7 @@ class Cpu(ScanPhases):
             try:
                 self._scanning = True
                 self._loop(repeat(None) if scans is None else repeat(None, scans))
-            except (Exception, WatchdogExpired) as error:
+            except (Exception, SystemExit, WatchdogExpired) as error:
                 self._fail(error)
             finally:
                 self._scanning = False

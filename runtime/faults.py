@@ -88,8 +88,9 @@ def codes_passed(error: BaseException) -> set[CodeType]:
 def place_of(error: BaseException, below: CodeType) -> str:
     """Return file:line of the user's innermost code that an exception came from.
 
-    The user's is what is neither ours nor installed; if there is no such code below `below`,
-    it is the innermost code of all.
+    The user's is what is neither ours nor installed and comes from a file (the constructor of a
+    dataclass comes from "<string>"); if there is no such code below `below`, it is the innermost
+    code of all.
 
     Args:
         error: an exception that was raised.
@@ -108,4 +109,7 @@ _ROOMS = tuple(
     f"{Path(__file__).parents[1] / room}/" for room in ("io_images", "ladder", "runtime", "traces")
 )
 _INSTALLED = tuple(f"{sysconfig.get_path(kind)}/" for kind in ("stdlib", "platstdlib", "purelib", "platlib"))
-_NOT_THE_USERS = (*_ROOMS, *_INSTALLED, "<frozen ")
+_GENERATED = "<"
+"""Begins the file name of code without a file: "<string>", "<frozen importlib>", "<attrs generated ...>"."""
+
+_NOT_THE_USERS = (*_ROOMS, *_INSTALLED, _GENERATED)

@@ -14,12 +14,13 @@ but for the OVERRUN flag.
 from __future__ import annotations
 
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import CodeType, FrameType
-from typing import NoReturn, Protocol
+from typing import Any, NoReturn, Protocol
 
 WATCHDOG_NS = 500_000_000
 """Default watchdog, as a CompactLogix main task has it."""
@@ -144,6 +145,9 @@ class Watchdog:
     function can only be ended when it returns.) Anywhere else the time is taken before and
     after the logic, which notices an overlong scan, but not one that never ends; see `timed`.
 
+    Under a debugger there is no watchdog: a timer that finds one on the stack stops for the rest of
+    the run, and the time of a scan does not count that is traced or calls `breakpoint()`.
+
     Args:
         limit_ns: the longest that the logic of one scan may take on the wall clock; 0 = no watchdog.
 
@@ -176,7 +180,10 @@ class Watchdog:
             return
 
         def look(_number: int, frame: FrameType | None) -> None:
-            self._look(scan() if _on_stack(inside, frame) else -1)
+            if _in_debugger(frame):
+                signal.setitimer(signal.ITIMER_REAL, 0)
+            else:
+                self._look(scan() if _on_stack(inside, frame) else -1)
 
         interval = self.limit_ns / TICKS_PER_LIMIT / 1e9
         with _interval_timer(interval, look):
@@ -189,8 +196,9 @@ class Watchdog:
             WatchdogExpired: it took longer than the limit.
         """
         start_ns = time.monotonic_ns()
-        logic()
-        if time.monotonic_ns() - start_ns > self.limit_ns:
+        with _noticing_breakpoints() as met:
+            logic()
+        if time.monotonic_ns() - start_ns > self.limit_ns and not (met or _traced_by_debugger()):
             self._expire()
 
     def _look(self, scan: int) -> None:
@@ -208,12 +216,48 @@ def _timer_usable() -> bool:
     return hasattr(signal, "setitimer") and threading.current_thread() is threading.main_thread()
 
 
-def _on_stack(code: CodeType, frame: FrameType | None) -> bool:
+def _stack(frame: FrameType | None) -> Iterator[FrameType]:
     while frame is not None:
-        if frame.f_code is code:
-            return True
+        yield frame
         frame = frame.f_back
-    return False
+
+
+def _on_stack(code: CodeType, frame: FrameType | None) -> bool:
+    return any(each.f_code is code for each in _stack(frame))
+
+
+DEBUGGERS = frozenset({"bdb", "pdb", "debugpy", "pydevd", "_pydevd_bundle", "_pydevd_frame_eval"})
+"""Top-level modules of debuggers: Python's own (IPython's is made of it), and those of editors."""
+
+
+def _in_debugger(frame: FrameType | None) -> bool:
+    return any(_of_debugger(each.f_globals.get("__name__")) for each in _stack(frame))
+
+
+def _traced_by_debugger() -> bool:
+    """Return whether a debugger traces this thread; measuring coverage is a trace function, too."""
+    return _of_debugger(getattr(sys.gettrace(), "__module__", None))
+
+
+def _of_debugger(module: object) -> bool:
+    return isinstance(module, str) and module.partition(".")[0] in DEBUGGERS
+
+
+@contextmanager
+def _noticing_breakpoints() -> Iterator[list[None]]:
+    """Collect one entry for each call of `breakpoint()`; the hook is called as ever."""
+    met: list[None] = []
+    hook = sys.breakpointhook
+
+    def noticed(*arguments: Any, **options: Any) -> Any:
+        met.append(None)
+        return hook(*arguments, **options)
+
+    sys.breakpointhook = noticed
+    try:
+        yield met
+    finally:
+        sys.breakpointhook = hook
 
 
 @contextmanager

@@ -10,7 +10,8 @@ and modules work on are views of it.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 from ..io_images.image import IMAGE_BYTES, Image
 from .module import Module
@@ -48,7 +49,11 @@ class Slot:
     inputs: Image
 
 
-class Slots(dict[int, Slot]):
+Seat = TypeVar("Seat")
+"""What there is for each slot: the slot itself, its bench."""
+
+
+class Slots(dict[int, Seat]):
     """The slots of a rack by number, in ascending order; an empty slot is a ValueError that says so."""
 
     def __missing__(self, number: object) -> Slot:
@@ -80,6 +85,11 @@ class Rack:
             (card.slot, _slot(card, view[SLOT_BYTES * place : SLOT_BYTES * (place + 1)]))
             for place, card in enumerate(ordered)
         )
+
+
+def as_logic_sees(slots: Mapping[int, Slot]) -> Mapping[int, Slot]:
+    """Return the slots with the same images, the inputs read-only."""
+    return Slots((number, replace(slot, inputs=slot.inputs.read_only())) for number, slot in slots.items())
 
 
 def _slot(card: Card, block: memoryview) -> Slot:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from enum import IntEnum, IntFlag
 
-from .rack import Slot
+from .rack import Slot, as_logic_sees
 
 
 class CpuMode(IntEnum):
@@ -58,7 +58,8 @@ class Scan:
     """What the logic gets: the scan it is called in, and the slots of the rack.
 
     Attributes:
-        slot: the slots by number; `scan.slot[1].inputs` and `.outputs` are the images.
+        slot: the slots by number; `scan.slot[1].inputs` and `.outputs` are the images. Inputs are
+            read-only.
         number: number of the scan, from 0 at power-up.
         now_ns: virtual time of the scan, ns since power-up.
         period_ns: time from scan to scan.
@@ -69,7 +70,7 @@ class Scan:
     __slots__ = ("first", "now_ns", "number", "period_ns", "slot")
 
     def __init__(self, slot: Mapping[int, Slot], period_ns: int) -> None:
-        self.slot = slot
+        self.slot = as_logic_sees(slot)
         self.number = 0
         self.now_ns = 0
         self.period_ns = period_ns

@@ -26,7 +26,7 @@ from enum import Enum
 from ..image import Image
 from ..thousands import join_thousands, split_thousands
 from .bits import CommandLsw
-from .parameters import DISTANCE_MAX, RATE_MAX, SPEED_MAX, require
+from .parameters import DISTANCE_MAX, RATE_MAX, SPEED_MAX, require, require_member
 
 SEGMENTS_MIN = 2
 SEGMENTS_MAX = 16
@@ -86,6 +86,8 @@ class BlendHeader:
 
     def __post_init__(self) -> None:
         require("number of blend segments", self.segments, SEGMENTS_MIN, SEGMENTS_MAX)
+        for each in (*self.types, self.final_type):
+            require_member("acceleration type", each, Acceleration)
         require("final deceleration", self.final_deceleration, 1, RATE_MAX)
 
     @property

@@ -27,6 +27,7 @@ from ..thousands import join_thousands, split_thousands
 from .bits import ALL_INPUTS, ConfigMsw, InputBit
 from .firmware import FW_4_1, Firmware
 from .parameters import SPEED_MAX, require
+from .rules import RULES
 
 _CAPTURE = ConfigMsw.USE_CAPTURE.value
 _HOME = ConfigMsw.USE_HOME.value
@@ -185,4 +186,4 @@ def _capture_alone(word: int) -> bool:
 
 def _refuse(broken: tuple[str, ...], what: str) -> None:
     if broken:
-        raise ValueError(f"{what} is invalid: it breaks {', '.join(broken)}")
+        raise ValueError(f"{what} is invalid: {'; '.join(RULES[rule].clause for rule in broken)}")

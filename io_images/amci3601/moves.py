@@ -10,7 +10,7 @@ from ..image import WORD_MAX, WORD_MIN, Image
 from ..thousands import PARAMETER_MAX, PARAMETER_MIN, join_thousands, split_thousands
 from .bits import CommandLsw, CommandMsw
 from .blend import Acceleration, acceleration_of
-from .parameters import DISTANCE_MAX, RATE_MAX, SPEED_MAX, require
+from .parameters import DISTANCE_MAX, RATE_MAX, SPEED_MAX, require, require_member
 
 _SHAPE = (CommandLsw.S_CURVE | CommandLsw.TRAPEZOIDAL).value
 _ENCODER_MOVE = CommandLsw.ENCODER_MOVE.value
@@ -56,7 +56,7 @@ class Move:
         proximity: the backplane home proximity bit, which a move overlooks.
 
     Raises:
-        ValueError: a value out of range.
+        ValueError: a value out of range, or of another type.
     """
 
     kind: MoveKind
@@ -69,6 +69,8 @@ class Move:
     proximity: bool = False
 
     def __post_init__(self) -> None:
+        require_member("kind", self.kind, MoveKind)
+        require_member("shape", self.shape, Acceleration)
         require("target position", self.target, PARAMETER_MIN, PARAMETER_MAX)
         _require_profile(self.speed, self.acceleration, self.deceleration)
 
@@ -105,7 +107,7 @@ class Resume:
         target_words: words 2 and 3, which are not looked at.
 
     Raises:
-        ValueError: a value out of range.
+        ValueError: a value out of range, or of another type.
     """
 
     speed: int
@@ -116,6 +118,7 @@ class Resume:
     target_words: tuple[int, int] = (0, 0)
 
     def __post_init__(self) -> None:
+        require_member("shape", self.shape, Acceleration)
         _require_profile(self.speed, self.acceleration, self.deceleration)
         require_words("target_words", self.target_words, 2)
 
@@ -151,7 +154,7 @@ class FindHome:
         proximity: the backplane home proximity bit; its rise slows the search to the starting speed.
 
     Raises:
-        ValueError: a value out of range.
+        ValueError: a value out of range, or of another type.
     """
 
     direction: Direction
@@ -161,6 +164,7 @@ class FindHome:
     proximity: bool = False
 
     def __post_init__(self) -> None:
+        require_member("direction", self.direction, Direction)
         _require_profile(self.speed, self.acceleration, self.deceleration)
 
     def to_image(self) -> Image:
@@ -194,7 +198,7 @@ class Manual:
         proximity: the backplane home proximity bit, which a move overlooks.
 
     Raises:
-        ValueError: a value out of range.
+        ValueError: a value out of range, or of another type.
     """
 
     direction: Direction
@@ -206,6 +210,8 @@ class Manual:
     proximity: bool = False
 
     def __post_init__(self) -> None:
+        require_member("direction", self.direction, Direction)
+        require_member("shape", self.shape, Acceleration)
         require("programmed speed", self.speed, 0, SPEED_MAX)
         require("registration distance", self.registration, 0, DISTANCE_MAX)
         require("acceleration", self.acceleration, 0, RATE_MAX)
@@ -237,9 +243,15 @@ class RunBlend:
 
     Attributes:
         direction: which way the whole profile goes.
+
+    Raises:
+        ValueError: it is not a `Direction`.
     """
 
     direction: Direction
+
+    def __post_init__(self) -> None:
+        require_member("direction", self.direction, Direction)
 
     def to_image(self) -> Image:
         """Return the output image that starts the profile."""
@@ -263,7 +275,7 @@ class Follower:
         deceleration: 0 to 2000 steps/ms/s; likewise.
 
     Raises:
-        ValueError: a value out of range.
+        ValueError: a value out of range, or of another type.
     """
 
     direction: Direction | None
@@ -273,6 +285,8 @@ class Follower:
     deceleration: int = 0
 
     def __post_init__(self) -> None:
+        if self.direction is not None:
+            require_member("direction", self.direction, Direction)
         require("multiplier", self.multiplier, 1, WORD_MAX)
         require("divisor", self.divisor, 1, WORD_MAX)
         require("acceleration", self.acceleration, 0, RATE_MAX)

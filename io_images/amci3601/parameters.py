@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import Enum
 
 from ..thousands import PARAMETER_MAX, PARAMETER_MIN, is_legal_pair, join_thousands
 
@@ -82,8 +83,26 @@ def require(what: str, value: int, least: int, greatest: int) -> None:
     Raises:
         ValueError: it names `what`, the value and the range.
     """
+    if not isinstance(value, int):
+        raise ValueError(f"{what} {value!r} is not allowed: allowed are whole numbers, {least} to {greatest}")
     if not least <= value <= greatest:
         raise ValueError(f"{what} {value} is out of range: allowed are {least} to {greatest}")
+
+
+def require_member(what: str, value: object, kind: type[Enum]) -> None:
+    """Refuse what is not a member of an enumeration, such as its name as text.
+
+    Raises:
+        ValueError: it names `what`, the value and the members.
+    """
+    if not isinstance(value, kind):
+        raise ValueError(
+            f"{what} {value!r} is not allowed: allowed are {', '.join(map(str, _members(kind)))}"
+        )
+
+
+def _members(kind: type[Enum]) -> list[str]:
+    return [f"{kind.__name__}.{member.name}" for member in kind]
 
 
 def _pair(msw: int, lsw: int) -> int | None:

@@ -9,8 +9,9 @@ from typing import Any, Protocol, Self, runtime_checkable
 from ..addresses import parse_address
 from ..build import build_cpu, build_rack
 from ..listener import ScanListener
+from ..pace import Watchdog
 from ..quantities import parse_duration
-from ..rack import Rack
+from ..rack import Rack, Slots
 from ..rackspec import RackSpec
 from ..scan import CpuMode, Logic
 from .ear import Ear
@@ -63,6 +64,8 @@ class Bench:
         spec: the rack.
         logic: the program; a ladder program under a debugger for tags, forces and `why`.
         listeners: makes further listeners of the rack, a recorder for one.
+        watched: the rack's watchdog ends logic that does not come back. Without it a test can stop at
+            a breakpoint for as long as it likes.
     """
 
     def __init__(
@@ -71,6 +74,7 @@ class Bench:
         logic: Logic,
         *,
         listeners: Callable[[Rack], Iterable[ScanListener]] = lambda _rack: (),
+        watched: bool = False,
     ) -> None:
         self.spec = spec
         self.logic: Any = logic
@@ -78,10 +82,13 @@ class Bench:
         rack = build_rack(spec)
         self._ear = ear = Ear()
         self.told = ear.told
-        self.cpu = ear.cpu = build_cpu(spec, logic, rack, listeners=[*listeners(rack), ear])
-        self.slot = {
-            number: SlotBench(slot, self.run_for, lambda: self.now_ns) for number, slot in rack.slots.items()
-        }
+        self.cpu = ear.cpu = build_cpu(
+            spec, logic, rack, listeners=[*listeners(rack), ear], watchdog=None if watched else Watchdog(0)
+        )
+        self.slot = Slots(
+            (number, SlotBench(slot, self.run_for, lambda: self.now_ns))
+            for number, slot in rack.slots.items()
+        )
 
     # --- time
 

@@ -128,8 +128,8 @@ def main() -> None:
     build()()
 
 
-def open_bench(rack: str | Path, record: str | Path | None = None) -> Bench:
+def open_bench(rack: str | Path, record: str | Path | None = None, *, watched: bool = False) -> Bench:
     """Put a rack with its program onto a bench; see `benching.open_bench`."""
     from . import benching
 
-    return benching.open_bench(rack, record)
+    return benching.open_bench(rack, record, watched=watched)

@@ -75,7 +75,7 @@ def live_truths(file: str, at: str) -> dict[str, list[tuple[bool, ...] | None]]:
     """
     if not file.endswith((".toml", ".py")):
         raise ValueError(f"{file}: --at needs a rack file to run")
-    bench = open_bench(file)
+    bench = open_bench(file, watched=True)
     bench.scan(parse_time(at) // bench.cpu.period_ns + 1)
     return {each.name: bench.program.truth(each.name) for each in bench.program.program.routines}
 

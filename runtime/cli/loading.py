@@ -147,7 +147,7 @@ def _call(file: Program) -> RackSpec:
         spec = file.function()
     except ValidationError as error:
         raise RackFileError(explain(error, file.path)) from error
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         steps = traceback.extract_tb(error.__traceback__)
         line = next((step.lineno for step in reversed(steps) if step.filename == str(file.path)), 1)
         what = f"{type(error).__name__}: {error}"

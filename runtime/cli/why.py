@@ -61,7 +61,7 @@ def _why_command(
     Exit status: 0 answered, 1 --until has not come about, 2 a file or an option can't be used.
     """
     try:
-        bench = open_bench(rack)
+        bench = open_bench(rack, watched=True)
         _ = bench[tag]  # an unknown tag is told before the run
         try:
             _run(bench, at, scans, until)

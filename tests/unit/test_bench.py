@@ -56,6 +56,14 @@ def test_time_goes_by_scans(line):
     assert (line.scans, line.now_ns) == (5, 8_000_000)
 
 
+def test_the_bench_has_no_watchdog_unless_it_is_asked_for(rack):
+    file = rack("import time\n\n\ndef logic(scan):\n    time.sleep(0.15)\n", "slow.py")
+    file.write_text("watchdog_ms = 50\n" + file.read_text(encoding="utf-8"), encoding="utf-8")
+    open_bench(file).scan()
+    with pytest.raises(CpuFault, match="it took longer than 50 ms"):
+        open_bench(file, watched=True).scan()
+
+
 def test_what_does_not_come_about_is_told_with_what_there_is(line):
     with pytest.raises(NotReachedError) as caught:
         line.run_until("Seen", within="20 ms")

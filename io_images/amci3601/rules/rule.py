@@ -94,6 +94,16 @@ class Rule:
     reading: tuple[str, ...] = ()
 
     @property
+    def clause(self) -> str:
+        """The text as part of a longer sentence, and where it stands.
+
+        >>> Rule("CFG-02", "chapter 3, Invalid Configurations 2", "The configuration has no limit.").clause
+        'the configuration has no limit [CFG-02, chapter 3]'
+        """
+        source = f"[{self.id}, {self.section.partition(',')[0]}]"
+        return f"{self.text[:1].lower()}{self.text[1:].removesuffix('.')} {source}"
+
+    @property
     def testable(self) -> bool:
         """Whether an image can show that the rule holds."""
         return not self.untestable_because

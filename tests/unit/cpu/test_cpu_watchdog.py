@@ -1,7 +1,10 @@
 """Logic that does not come back. The wall clock is a scripted one, but for the endless loop."""
 
+import io
 import os
+import pdb
 import signal
+import sys
 import threading
 
 import pytest
@@ -97,6 +100,55 @@ def test_without_a_timer_the_time_is_taken_around_the_logic(rack, monkeypatch, s
     thread.start()
     thread.join()
     assert outcome == ([Cause.WATCHDOG] if faults else [])
+
+
+def debugger(clock):
+    """Return a prompt that takes a second, in a frame of pdb's."""
+    names = {"__name__": "pdb", "os": os, "signal": signal, "clock": clock, "MS": MS}
+    exec(
+        "def prompt():\n"
+        "    for _ in range(3):\n"
+        "        clock.now_ns += 1000 * MS\n"
+        "        os.kill(os.getpid(), signal.SIGALRM)\n",
+        names,
+    )
+    return names["prompt"]
+
+
+def test_no_watchdog_at_the_prompt_of_a_debugger(rack, monkeypatch):
+    prompt = debugger(scripted_clock(monkeypatch))
+    monkeypatch.setattr(sys, "breakpointhook", prompt)
+    cpu = Cpu(rack, lambda scan: breakpoint(), watchdog=Watchdog(500 * MS))
+    cpu.run(3)
+    assert (cpu.fault, cpu.scan) == (None, 3)
+
+
+def test_a_real_debugger_stops_the_timer(rack, monkeypatch):
+    """A script of commands for pdb, one of which lasts longer than the watchdog."""
+    commands = io.StringIO("import time\ntime.sleep(0.3)\ncontinue\n")
+    monkeypatch.setattr(sys, "breakpointhook", pdb.Pdb(stdin=commands, stdout=io.StringIO()).set_trace)
+
+    def logic(scan):
+        if scan.number == 1:
+            breakpoint()
+        scan.slot[1].outputs[0] = scan.number
+
+    cpu = Cpu(rack, logic, watchdog=Watchdog(100 * MS))
+    cpu.run(3)
+    assert (cpu.fault, cpu.scan, commands.read()) == (None, 3, "")
+
+
+def test_without_a_timer_a_scan_with_a_breakpoint_has_no_limit(rack, monkeypatch):
+    prompt = debugger(scripted_clock(monkeypatch))
+    monkeypatch.setattr(pace, "_timer_usable", lambda: False)
+    monkeypatch.setattr(sys, "breakpointhook", prompt)
+    signal.signal(signal.SIGALRM, signal.SIG_IGN)
+    try:
+        cpu = Cpu(rack, lambda scan: breakpoint(), watchdog=Watchdog(500 * MS))
+        cpu.run(3)
+    finally:
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    assert (cpu.fault, sys.breakpointhook) == (None, prompt)
 
 
 def test_handler_and_timer_are_as_they_were(rack):
