@@ -15,9 +15,13 @@ from __future__ import annotations
 
 import errno
 import os
+import sys
 import tempfile
 from pathlib import Path
 from typing import BinaryIO, Protocol
+
+if sys.platform != "win32":
+    import fcntl
 
 NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT})
 """What a full disk and a used-up quota answer."""
@@ -210,11 +214,12 @@ class TraceFile:
 def open_trace_file(path: Path, ballast_bytes: int) -> TraceFile:
     """Open `path` for a new trace, replacing what is there.
 
-    A device or pipe has no ballast, nor has a file in a directory that takes no new files.
+    A device or pipe has no ballast, nor has a file in a directory that takes no new files. The
+    file is locked until it is closed or the process ends, however it ends (not on Windows).
 
     Raises:
-        OSError: the path can't be written or the ballast found no room; the message says why,
-            and nothing has changed.
+        OSError: the path can't be written, another recording goes there, or the ballast found no
+            room; the message says why, and nothing has changed.
     """
     if path.is_dir():
         raise _refusal(path, "it is a directory")
@@ -222,12 +227,54 @@ def open_trace_file(path: Path, ballast_bytes: int) -> TraceFile:
         raise _refusal(path, f"there is no directory {str(path.parent)!r}")
     room = _ballast(path, ballast_bytes)
     try:
-        raw = path.open("wb", buffering=0)
+        raw = _emptied(path)
     except OSError as error:
         if room is not None:
             room.release()
         raise _refusal(path, str(error.strerror)) from error
     return TraceFile(raw, str(path), room)
+
+
+def is_being_recorded(path: Path) -> bool:
+    """Return whether a recorder has a file open; never, where the system has no locks."""
+    if not path.is_file():
+        return False
+    with path.open("rb") as file:
+        return not _locked(file.fileno())
+
+
+def _emptied(path: Path) -> RawFile:
+    """Open a file for writing and lock it, and only then empty it; OSError if it is locked."""
+    raw = open(path, "wb", buffering=0, opener=_not_truncating)  # noqa: SIM115
+    try:
+        if path.is_file():
+            if not _locked(raw.fileno()):
+                raise OSError(errno.EBUSY, "another recording goes there; give this one a file of its own")
+            raw.truncate(0)
+    except OSError:
+        raw.close()
+        raise
+    return raw
+
+
+def _not_truncating(path: str, flags: int) -> int:
+    return os.open(path, flags & ~os.O_TRUNC, 0o666)
+
+
+def _locked(number: int) -> bool:
+    """Lock an open file; return whether that went well, or the file can't be locked at all.
+
+    The lock belongs to the open file: it goes when that is closed, also by the death of its process.
+    """
+    if sys.platform == "win32":
+        return True
+    try:
+        fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:  # a file system without locks
+        return True
+    return True
 
 
 def _refusal(path: Path, why: str) -> OSError:

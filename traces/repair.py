@@ -25,6 +25,7 @@ import numpy as np
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, Metadata, Schema
 
+from .output import is_being_recorded
 from .reader import Trace, open_trace
 from .records import DAMAGED, MAGIC, Message, Span, TraceError, read_attachment, read_record, sound_summary
 from .schema import LIBRARY
@@ -74,11 +75,14 @@ def repair(
         progress: told how many bytes of the trace have been gone through with each record.
 
     Raises:
-        TraceError: it is no trace, or none that this version knows; see `open_trace`.
+        TraceError: it is no trace, or none that this version knows; see `open_trace`. Or it is
+            being recorded.
         OSError: the repaired trace can't be written. The original is as it was.
     """
     path = path.resolve()
     target = path if output is None else output
+    if is_being_recorded(target):
+        raise TraceError(f"{target}: it is being recorded; repair it when that has ended")
     result = Repair()
     made = _new_file_beside(target)
     try:

@@ -346,7 +346,7 @@ def test_no_permission_is_refused_as_root_would_see_it(
         raise PermissionError(errno.EACCES, "Permission denied")
 
     monkeypatch.setattr("tempfile.TemporaryFile", refuse)
-    monkeypatch.setattr(Path, "open", refuse)
+    monkeypatch.setattr("os.open", refuse)
     with pytest.raises(OSError, match=r"run\.mcap: Permission denied"):
         open_trace_file(tmp_path / "run.mcap", 1000)
 

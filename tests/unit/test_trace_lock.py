@@ -1,0 +1,98 @@
+"""Two recordings never go into one file: the second is refused, and the first loses nothing."""
+
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from scanrack.runtime.cli import build
+from scanrack.traces.layout import SlotInfo
+from scanrack.traces.line import LineRecorder, UnitColumns
+from scanrack.traces.output import is_being_recorded, open_trace_file
+from scanrack.traces.reader import open_trace
+from scanrack.traces.recorder import ScanRecorder
+from scanrack.traces.repair import repair
+from typer.testing import CliRunner
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no advisory locks")
+
+REFUSED = "another recording goes there; give this one a file of its own"
+
+HOLDER = """
+import sys
+from pathlib import Path
+from scanrack.traces.output import open_trace_file
+file = open_trace_file(Path(sys.argv[1]), 0)
+file.write(b"mine")
+print("locked", flush=True)
+sys.stdin.read()
+"""
+
+
+def recorder_of(path: Path) -> ScanRecorder:
+    return ScanRecorder(path, bytearray(32), [SlotInfo(1, "amci3601", "4.1")], scan_period_ns=1)
+
+
+def test_a_second_recording_to_the_same_file_is_refused_and_the_first_goes_on(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    first = recorder_of(path)
+    for scan in range(10):
+        first.scan(scan, scan, 0)
+    for second in (recorder_of, lambda where: LineRecorder(where, [UnitColumns(1, ["x"])], {})):
+        with pytest.raises(OSError, match=REFUSED):
+            second(path)
+    assert is_being_recorded(path)
+    first.close()
+    assert not is_being_recorded(path)
+    with open_trace(path) as trace:
+        assert [scan.scan for scan in trace.scans()] == list(range(10))
+    recorder_of(path).close()
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
+def test_the_lock_goes_with_the_process(tmp_path: Path, number: signal.Signals) -> None:
+    path = tmp_path / "run.mcap"
+    process = subprocess.Popen(
+        [sys.executable, "-c", HOLDER, str(path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline() == "locked\n"
+    with pytest.raises(OSError, match=REFUSED):
+        open_trace_file(path, 0)
+    assert path.read_bytes() == b"mine"
+    process.send_signal(number)
+    process.communicate(timeout=30)
+    open_trace_file(path, 0).close()
+    assert path.read_bytes() == b""
+
+
+def test_the_command_run_says_so_in_one_line(tmp_path: Path) -> None:
+    (tmp_path / "line.toml").write_text('program = "line.py"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n')
+    (tmp_path / "line.py").write_text("def logic(scan):\n    pass\n")
+    path = tmp_path / "run.mcap"
+    first = recorder_of(path)
+    result = CliRunner().invoke(build(), ["run", str(tmp_path / "line.toml"), "--record", str(path)])
+    first.close()
+    assert result.exit_code == 3
+    assert result.stderr == f"scanrack: the trace can't be written: {path}: {REFUSED}\n"
+
+
+def test_a_trace_that_is_being_recorded_is_not_replaced_by_its_repair(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    recorder = recorder_of(path)
+    for scan in range(10_000):
+        recorder.scan(scan, scan, 0)
+    with pytest.raises(ValueError, match="it is being recorded"):
+        repair(path)
+    assert repair(path, tmp_path / "so far.mcap").scans > 0
+    with pytest.raises(ValueError, match="it is being recorded"):
+        repair(tmp_path / "so far.mcap", path)
+    recorder.close()
+    assert repair(path).scans == 10_000
+
+
+def test_a_device_is_not_locked(tmp_path: Path) -> None:
+    for _ in range(2):
+        open_trace_file(Path("/dev/null"), 0).close()
+    assert not is_being_recorded(Path("/dev/null"))
