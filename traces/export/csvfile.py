@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..newfile import new_file
 from ..reader import Trace
 from ..signals import ALL, Selection
 from .table import Column, table
@@ -32,7 +33,7 @@ def write_csv(
     rows = 0
     blocks = table(trace, signals, selection, progress=progress)
     first = next(blocks)
-    with path.open("w", encoding="utf-8", newline="") as file:
+    with new_file(path, encoding="utf-8", newline="") as file:
         file.write(",".join(column.name for column in first) + "\n")
         for columns in chain([first], blocks):
             file.write(_lines(columns))

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..extras import need
+from ..newfile import new_file
 from ..reader import Trace
 from ..signals import ALL, Selection
 from .table import Column, table
@@ -37,7 +38,10 @@ def write_parquet(
     batches = (_batch(pyarrow, columns) for columns in table(trace, signals, selection, progress=progress))
     first = next(batches)
     rows, held = 0, []
-    with parquet.ParquetWriter(path, first.schema, compression="zstd") as writer:
+    with (
+        new_file(path, "wb") as file,
+        parquet.ParquetWriter(file, first.schema, compression="zstd") as writer,
+    ):
         for batch in chain([first], batches):
             held.append(batch)
             rows += batch.num_rows

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..newfile import new_file
 from ..reader import Trace
 from ..signals import ALL, Block, Catalog, Kind, Selection, Signal, blocks
 from ..signals.signal import whole_numbers
@@ -58,7 +59,7 @@ def write_vcd(
     scans = 0
     stream = blocks(trace, selection, progress=progress)
     first = next(stream)
-    with path.open("w", encoding="ascii", newline="\n") as file:
+    with new_file(path, encoding="ascii", newline="\n") as file:
         file.writelines(_head(variables))
         for block in chain([first], stream):
             file.writelines(_changes(block, variables))

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from ..extras import need
+from ..newfile import new_file
 from . import axis, colours
 from .chart import Chart, Panel
 from .envelope import Curve
@@ -71,8 +72,10 @@ def save_figure(chart: Chart[Curve], path: Path) -> None:
     figures = need("matplotlib.figure", "plot")
     with matplotlib.rc_context(_STYLE):
         figure = draw(chart, figures.Figure)
-        silent = {"Software": None} if path.suffix.lower() == ".png" else {"Date": None, "Creator": None}
-        figure.savefig(path, dpi=DPI, metadata=silent)
+        kind = path.suffix.lower()[1:]
+        silent = {"Software": None} if kind == "png" else {"Date": None, "Creator": None}
+        with new_file(path, "wb") as file:
+            figure.savefig(file, format=kind, dpi=DPI, metadata=silent)
 
 
 def draw(chart: Chart[Curve], figure_class: Any) -> Any:

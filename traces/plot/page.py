@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..newfile import new_file
 from ..reader import Trace
 from ..signals import ALL, Block, Selection
 from . import axis, colours
@@ -102,7 +103,9 @@ def save_page(
         watch=clock.add,
         progress=progress,
     )
-    path.write_text(page(chart, clock.packed()), encoding="utf-8")
+    text = page(chart, clock.packed())
+    with new_file(path, encoding="utf-8") as file:
+        file.write(text)
 
 
 def page(chart: Chart[str], clock: dict[str, str]) -> str:
