@@ -74,7 +74,12 @@ def test_a_file_that_fails_as_it_is_closed_is_removed() -> None:
 def test_a_link_loses_what_it_leads_to(tmp_path: Path) -> None:
     (tmp_path / "real").write_text("")
     (tmp_path / "link").symlink_to("real")
-    with pytest.raises(ValueError, match="no"), new_file(tmp_path / "link") as file:
-        file.write("x")
-        raise ValueError("no")
+
+    def write() -> None:
+        with new_file(tmp_path / "link") as file:
+            file.write("x")
+            raise ValueError("no")
+
+    with pytest.raises(ValueError, match="no"):
+        write()
     assert not (tmp_path / "real").exists()
