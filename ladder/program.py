@@ -14,7 +14,8 @@ import sys
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
+from enum import StrEnum
+from pathlib import Path, PurePath
 from types import FunctionType, ModuleType
 from typing import Any
 
@@ -29,6 +30,20 @@ DEFAULT_FUNCTION = "logic"
 
 LADDER_NAME = "program"
 """The ladder program that is run, if there is no such function."""
+
+
+class Form(StrEnum):
+    """What is done with a file."""
+
+    PYTHON = "python"
+    """It is executed."""
+
+    DATA = "data"
+    """It is parsed."""
+
+
+FORMS = {".py": Form.PYTHON, SUFFIX: Form.DATA, STEPS_SUFFIX: Form.DATA}
+"""By the suffix of a program. `load_program` refuses any other, so nothing else is ever executed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +87,17 @@ def split_address(address: str, default: str = DEFAULT_FUNCTION) -> tuple[str, s
     return (path, name) if colon and path and name.isidentifier() else (address, default)
 
 
+def program_form(path: PurePath) -> Form:
+    """Return what `load_program` does with a file.
+
+    Raises:
+        ProgramError: nothing: this is no program.
+    """
+    if path.suffix not in FORMS:
+        raise ProgramError(f"{path}: a program is a .py, a .rung or a .steps file")
+    return FORMS[path.suffix]
+
+
 def load_program(address: str, folder: Path = Path()) -> Program:
     """Load the function that a scan loop calls once per scan.
 
@@ -87,10 +113,8 @@ def load_program(address: str, folder: Path = Path()) -> Program:
             a function that can't be called with one argument.
     """
     path = folder / split_address(address)[0]
-    if path.suffix == SUFFIX:
-        return _load_rungs(path)
-    if path.suffix == STEPS_SUFFIX:
-        return _load_steps(path)
+    if program_form(path) is Form.DATA:
+        return _load_rungs(path) if path.suffix == SUFFIX else _load_steps(path)
     return load_function(address, folder, default=DEFAULT_FUNCTION, arguments=("scan",))
 
 

@@ -64,7 +64,19 @@ def load_rack_file(path: Path) -> RackFile:
     Raises:
         RackFileError: it can't be read, is no TOML, or says something that is not allowed.
     """
-    text = _read(path)
+    return parse_rack_file(_read(path), path)
+
+
+def parse_rack_file(text: str, path: Path) -> RackFile:
+    """Read the text of a rack file.
+
+    Args:
+        text: what it says.
+        path: what it is called in messages.
+
+    Raises:
+        RackFileError: it is no TOML, or says something that is not allowed.
+    """
     try:
         document = tomllib.loads(text, parse_float=Decimal)
     except tomllib.TOMLDecodeError as error:

@@ -40,7 +40,7 @@ from ..machinetables import input_name
 from ..rack import Rack
 from ..rackspec import RackSpec
 from ..scan import Logic
-from .baggage import forget_imported
+from .attachments import forget_imported
 from .fuzzsummary import report
 from .loading import Job, load_job
 from .run import recorder_for

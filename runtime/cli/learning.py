@@ -15,9 +15,11 @@ from ..fuzz.rackdoc import bare_rack_text
 from ..fuzz.recorded import recorded_scenario
 from ..playback import Stimulus
 from ..rackspec import RackSpec
-from .baggage import job_of
+from .attachments import job_of
 from .levels import recorded_levels
 from .playing import recorded_stimuli
+
+SCENARIO = "scenario.json"
 
 
 class Learned(NamedTuple):
@@ -68,5 +70,5 @@ def learn(path: Path, folder: Path, *, trust: bool) -> Learned:
     rack = job.rack_file.with_name(f"{job.rack_file.stem}-recorded.toml")
     text = bare_rack_text(job.rack_file, os.path.relpath(program, rack.parent))
     rack.write_text(text, encoding="utf-8")
-    (folder / "scenario.json").write_text(json.dumps(scenario.to_json(), indent=1) + "\n", encoding="utf-8")
+    (folder / SCENARIO).write_text(json.dumps(scenario.to_json(), indent=1) + "\n", encoding="utf-8")
     return Learned(rack, scenario, len(recording.columns.scan))

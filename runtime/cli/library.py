@@ -21,10 +21,12 @@ from ...io_images.amci3601 import StatusView, status_names
 from ...io_images.image import UNSIGNED_MAX
 from ...traces.compare import compare, report
 from ...traces.reader import Scan, Trace, open_trace
-from .baggage import attached_files
+from ..rackfile import load_rack_file
+from .attachments import attached_files
 from .loading import load_job
 from .run import OK, run_job
 from .show import ALL_SCANS, Contents, plain_lines, story
+from .trust import stored_programs
 
 SCENARIOS, INDEX = "scenarios.toml", "index.md"
 TRACE, TEXT = ".mcap", ".txt"
@@ -54,7 +56,7 @@ class Scenario(_Strict):
         position: the position at the end; None where the manual's arithmetic does not give it.
     """
 
-    name: Annotated[str, Field(pattern=r"[a-z0-9-]+")]
+    name: Annotated[str, Field(pattern=r"^[a-z0-9-]+$")]
     group: str
     says: str
     start: str = "ready"
@@ -139,6 +141,7 @@ def make(library: Library, scenario: Scenario, folder: Path) -> Made:
     (folder / f"{scenario.name}.steps").write_text(library.start[scenario.start] + scenario.steps, "utf-8")
     rack, trace = folder / f"{scenario.name}.toml", folder / f"{scenario.name}{TRACE}"
     rack.write_text(scenario.rack_text(), "utf-8")
+    stored_programs(load_rack_file(rack).spec)  # a library is not always the user's own
     job = load_job(str(rack))
     if run_job(job, scenario.run_ms // scenario.scan_ms, trace, realtime=False, quiet=True) != OK:
         raise ValueError(f"{scenario.name}: the run did not end well")

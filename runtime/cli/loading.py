@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import traceback
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePath
 
 from pydantic import ValidationError
 
-from ...ladder.program import Program, ProgramError, load_function, load_program, split_address
+from ...ladder.program import Form, Program, ProgramError, load_function, load_program, split_address
 from ..quantities import parse_duration
 from ..rackfile import RackFileError, explain, load_rack_file
 from ..rackspec import RackSpec
@@ -58,22 +58,36 @@ def load_job(rack: str, program: str | None = None) -> Job:
         spec, path = load_spec(rack)
         return _job(spec, load_program(program), path, rack)
     path = _rack_path(rack)
-    return _from_toml(path) if path.suffix == ".toml" else _from_python(rack)
+    return _from_toml(path) if rack_form(path) is Form.DATA else _from_python(rack)
 
 
 def load_spec(rack: str) -> tuple[RackSpec, Path]:
     """Load a rack without its program; return it and its path. See `load_job`."""
     path = _rack_path(rack)
-    if path.suffix == ".toml":
+    if rack_form(path) is Form.DATA:
         return load_rack_file(path).spec, path
     file = load_function(_address(rack), Path(), default=RACK_FUNCTION, arguments=())
     return _call(file), file.path
 
 
+RACK_FORMS = {".toml": Form.DATA, ".py": Form.PYTHON}
+"""By the suffix of a rack file; `load_spec` refuses any other."""
+
+
+def rack_form(path: PurePath) -> Form:
+    """Return what `load_spec` does with a rack file.
+
+    Raises:
+        RackFileError: nothing: this is no rack file.
+    """
+    if path.suffix not in RACK_FORMS:
+        raise RackFileError(f"{path}: a rack is a .toml or a .py file")
+    return RACK_FORMS[path.suffix]
+
+
 def _rack_path(rack: str) -> Path:
     path = Path(split_address(rack)[0])
-    if path.suffix not in (".toml", ".py"):
-        raise RackFileError(f"{rack}: a rack is a .toml or a .py file")
+    rack_form(path)
     return path
 
 
@@ -133,7 +147,7 @@ def _address(rack: str) -> str:
 def _rack_name(rack: str) -> str:
     """Return the address of a rack without the folder."""
     path, name = split_address(rack, RACK_FUNCTION)
-    return Path(path).name if path.endswith(".toml") else f"{Path(path).name}:{name}"
+    return Path(path).name if rack_form(Path(path)) is Form.DATA else f"{Path(path).name}:{name}"
 
 
 def _job(spec: RackSpec, program: Program, rack_file: Path, rack: str) -> Job:

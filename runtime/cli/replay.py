@@ -12,7 +12,7 @@ from ...traces.reader import Trace, open_trace
 from ...traces.replay import Recording
 from ..rackspec import RackSpec
 from ..scan import Logic
-from .baggage import job_of, spec_of
+from .attachments import job_of, spec_of
 from .compare import JsonOption, ToleranceCountsOption, ToleranceTimeOption, tell, tolerance
 from .loading import load_job, load_spec
 from .playing import Into, Replay, Stimuli, check_slots, with_stimuli

@@ -12,7 +12,7 @@ import typer
 from ...traces.arrays import extent
 from ...traces.compare import compare
 from ...traces.reader import Trace, open_trace
-from .baggage import job_of
+from .attachments import job_of
 from .compare import SAME, JsonOption, tell
 from .run import BAD_INPUT, run_job
 from .slices import QuietOption, reading, tell_notes, told_mistakes

@@ -18,7 +18,7 @@ from ..pace import FreeRun, RealTime, interrupted_by, wall_ns
 from ..pcl601.line import Pcl601
 from ..rack import Rack
 from ..rackspec import RackSpec
-from .baggage import attachment, imported, made_by, program_name, unit_programs
+from .attachments import attachment, imported, made_by, program_name, unit_programs
 from .loading import DEFAULT_RUN, Job, load_job, scans_to_run
 from .progress import shown_progress
 from .rackunits import UnitsBeside, units_of

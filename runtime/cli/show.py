@@ -19,7 +19,7 @@ from ...traces.flags import flag_names
 from ...traces.happenings import describe
 from ...traces.reader import Trace, TraceEvent, open_trace
 from ...traces.wording import seconds
-from .baggage import attached_files, extract
+from .attachments import attached_files, extract
 from .slices import ScanRange, parse_range, told_mistakes
 
 ALL_SCANS: ScanRange = (0, None)

@@ -233,7 +233,7 @@ def test_python_of_a_trace_is_not_run_without_trust(folder: Path, monkeypatch: p
     for command in (["rerun"], ["replay", "--into", "program"]):
         refused = scanrack(command[0], trace, *command[1:])
         assert refused.exit_code == 2
-        assert "Python that came with the trace (line.py, speeds.py)" in refused.stderr
+        assert [line.split()[0] for line in refused.stderr.splitlines()[1:-1]] == ["line.py", "speeds.py"]
         assert scanrack(command[0], trace, *command[1:], "--trust").exit_code == 0
     assert scanrack("replay", trace).exit_code == 0, "a rack in TOML is no Python"
 
@@ -243,7 +243,8 @@ def test_python_of_a_trace_is_run_if_it_is_that_of_the_current_folder(folder: Pa
     assert scanrack("rerun", trace).exit_code == 0
     (folder / "speeds.py").write_text("SPEED = 2001\n")
     refused = scanrack("rerun", trace)
-    assert (refused.exit_code, "trace (speeds.py)" in refused.stderr) == (2, True)
+    assert refused.exit_code == 2
+    assert [line.split()[0] for line in refused.stderr.splitlines()[1:-1]] == ["speeds.py"]
 
 
 def test_a_rerun_in_a_process_of_its_own_uses_the_files_of_the_trace(folder: Path) -> None:

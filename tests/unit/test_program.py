@@ -79,7 +79,15 @@ def test_a_missing_file(tmp_path):
 
 
 def test_a_folder_is_no_program(tmp_path):
-    assert refusal(".", tmp_path).startswith(f"{tmp_path}: the program can't be read:")
+    (tmp_path / "line.py").mkdir()
+    assert refusal("line.py", tmp_path).startswith(f"{tmp_path / 'line.py'}: the program can't be read:")
+
+
+@pytest.mark.parametrize("name", [".", "line", "line.txt", "line.PY", "line.mcap", "line.pyc"])
+def test_only_three_kinds_of_file_are_programs(tmp_path, name):
+    """Anything else was executed as Python."""
+    says = f"{tmp_path / name}: a program is a .py, a .rung or a .steps file"
+    assert refusal(name, tmp_path) == says
 
 
 def test_a_syntax_error_has_its_line(write, tmp_path):

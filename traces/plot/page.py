@@ -117,7 +117,7 @@ def page(chart: Chart[str], clock: dict[str, str]) -> str:
         about=html.escape(axis.about(chart.first, chart.last, chart.start_ns, chart.end_ns)),
         style=_text(web / "page.css"),
         script="\n".join(_text(web / name) for name in SCRIPTS),
-        data=data.replace("</", "<\\/"),  # so that no text in it can end the script
+        data=data.replace("<", "\\u003c"),  # so that no text in it can end the script or open a comment
     )
 
 

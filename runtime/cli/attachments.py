@@ -3,27 +3,29 @@
 rack file and program      by the metadata's `rack_file` and `program_file`, path[:function]
 what the program imports   Python files beside it, by their path from there
 words.json                 the map of words and bits, which a run does not need
+
+What of it may be used is decided in `trust`.
 """
 
 from __future__ import annotations
 
 import os
+import shutil
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from importlib.machinery import all_suffixes
 from pathlib import Path, PurePosixPath
 
-from ...ladder.program import split_address
+from ...ladder.program import Form
 from ...traces.reader import Trace
 from ...traces.recorder import Attachment
 from ..rackspec import RackSpec
-from .loading import Job, load_job, load_spec
+from .loading import Job, load_job, load_spec, rack_form
+from .trust import Given, address_name, admitted, check_names
 
 PYTHON = ".py"
 _NOT_OF_THE_RUN = "words.json"
-
-
-class UntrustedError(ValueError):
-    """A trace brings Python that nobody has said is to be run."""
 
 
 def attachment(path: Path, name: str) -> Attachment:
@@ -66,7 +68,7 @@ def unit_programs(job: Job) -> list[Attachment]:
 
 
 def forget_imported(folder: Path) -> None:
-    """Have modules that were imported from a folder imported anew: whoever needs them finds none.
+    """Drop the modules of a folder from `sys.modules`.
 
     Args:
         folder: an absolute path without symbolic links.
@@ -103,18 +105,33 @@ def attached_files(trace: Trace) -> dict[str, bytes]:
 def extract(files: Mapping[str, bytes], folder: Path) -> list[Path]:
     """Write files into a folder, which is made if need be; return where they are.
 
+    No symbolic link below the folder is followed.
+
     Raises:
         ValueError: a name leads out of the folder, or another file is there already.
         OSError: one can't be written.
     """
-    targets = {folder / _checked(name): data for name, data in files.items()}
+    check_names(files)
+    targets = {folder / name: data for name, data in files.items()}
     for target, data in targets.items():
-        if target.exists() and (not target.is_file() or target.read_bytes() != data):
-            raise ValueError(f"{target} is there already, with something else in it: choose another folder")
+        _check_free(target, data, folder)
     for target, data in targets.items():
         target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_bytes(data)
+        if not target.exists():
+            with target.open("xb") as file:  # never through a link, unlike "wb"
+                file.write(data)
     return list(targets)
+
+
+def _check_free(target: Path, data: bytes, folder: Path) -> None:
+    """Refuse to write over another file, or through a symbolic link."""
+    for place in (target, *target.parents):
+        if place == folder:
+            break
+        if place.is_symlink():
+            raise ValueError(f"{place} is a symbolic link: choose another folder")
+    if target.exists() and (not target.is_file() or target.read_bytes() != data):
+        raise ValueError(f"{target} is there already, with something else in it: choose another folder")
 
 
 def job_of(trace: Trace, folder: Path, *, trust: bool, program: str | None = None) -> Job:
@@ -131,55 +148,62 @@ def job_of(trace: Trace, folder: Path, *, trust: bool, program: str | None = Non
         ValueError: the trace does not say what it was made by, or one of the files can't be used.
     """
     rack = _recorded(trace, "rack_file")
-    own = _recorded(trace, "program_file") if program is None else rack
-    _take_out(trace, folder, [rack, own], trust=trust)
-    if program is None and split_address(own)[0] != split_address(rack)[0]:
-        program = f"{folder / own}"
-    return load_job(f"{folder / rack}", program)
+    own = None if program is not None else _recorded(trace, "program_file")
+    if own is not None and _holds_logic(rack, own):
+        own = None
+    _take_out(trace, folder, rack, own, trust=trust)
+    job = load_job(f"{folder / rack}", program if own is None else f"{folder / own}")
+    return replace(job, spec=_of_trace(job.spec))
 
 
 def spec_of(trace: Trace, folder: Path, *, trust: bool) -> RackSpec:
     """Load the rack that a trace was made on, without its program; see `job_of`."""
     rack = _recorded(trace, "rack_file")
-    _take_out(trace, folder, [rack], trust=trust)
-    return load_spec(f"{folder / rack}")[0]
+    _take_out(trace, folder, rack, None, trust=trust)
+    return _of_trace(load_spec(f"{folder / rack}")[0])
 
 
 def _recorded(trace: Trace, key: str) -> str:
-    """Return what the metadata tell of a file."""
+    """Return what the metadata tell of a file, `path[:function]`."""
     address = trace.head.metadata.get(key)
     if address is None:
         what = key.replace("_", " ")
         raise ValueError(f"the trace does not say what its {what} is: it can't be run without one")
-    return _checked(address)
+    return address
 
 
-def _take_out(trace: Trace, folder: Path, run: Sequence[str], *, trust: bool) -> None:
-    """Write the files of a trace into a folder, once it is known that these may be run."""
+def _holds_logic(rack: str, program: str) -> bool:
+    """Whether a trace's rack file is its program, too, which only Python can be."""
+    name = address_name(rack)
+    return name == address_name(program) and rack_form(PurePosixPath(name)) is Form.PYTHON
+
+
+def _take_out(trace: Trace, folder: Path, rack: str, program: str | None, *, trust: bool) -> None:
+    """Write the files that a run needs into a folder, once it is known that they may be used."""
     files = {name: data for name, data in attached_files(trace).items() if name != _NOT_OF_THE_RUN}
-    if not trust and any(split_address(address)[0].endswith(PYTHON) for address in run):
-        _check_trust(files)
-    extract(files, folder)
+    given = Given(address_name(rack), None if program is None else address_name(program))
+    wanted = admitted(files, given, trust=trust)
+    _check_alone(folder, wanted)
+    extract(wanted, folder)
 
 
-def _check_trust(files: Mapping[str, bytes]) -> None:
-    """Refuse Python files that are not the same as those in the current folder."""
-    foreign = [name for name, data in files.items() if name.endswith(PYTHON) and not _is_here(name, data)]
-    if foreign:
-        raise UntrustedError(
-            f"this would run Python that came with the trace ({', '.join(foreign)}), which may do anything: "
-            "read it (scanrack show TRACE --extract FOLDER), then say --trust"
-        )
+def _check_alone(folder: Path, files: Iterable[str]) -> None:
+    """Drop compiled Python from a folder, and refuse one where Python would find other modules.
+
+    Raises:
+        ValueError: such a module is there.
+    """
+    expected = {folder / name for name in files}
+    for path in sorted(folder.rglob("*")):
+        if path.name == "__pycache__" and path.is_dir() and not path.is_symlink():
+            shutil.rmtree(path)
+    for path in sorted(folder.rglob("*")):
+        if path not in expected and (path.suffix in all_suffixes() or path.is_symlink()):
+            raise ValueError(
+                f"{path} is there already, and the trace does not bring it: choose another folder"
+            )
 
 
-def _is_here(name: str, data: bytes) -> bool:
-    path = Path(_checked(name))
-    return path.is_file() and path.read_bytes() == data
-
-
-def _checked(name: str) -> str:
-    """Return a name that stays in its folder, and refuse any other."""
-    path = PurePosixPath(name)
-    if path.is_absolute() or not path.parts or ".." in path.parts or "\\" in name:
-        raise ValueError(f"the trace brings a file named {name!r}, which leads out of its folder")
-    return name
+def _of_trace(spec: RackSpec) -> RackSpec:
+    """Return a rack without the path that its own recording would be written to."""
+    return spec.model_copy(update={"trace": None})
