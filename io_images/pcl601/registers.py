@@ -142,6 +142,16 @@ WORD_COUNT = len(WORDS)
 """Registers in the map: 38."""
 
 
+def firmware_text(value: int) -> str:
+    """Return the firmware version as text: its four characters, or the number where they are none.
+
+    >>> firmware_text(0x312E3030), firmware_text(0x00000102)
+    ('1.00', '00000102h')
+    """
+    text = value.to_bytes(4, "big").decode("ascii", "replace").rstrip("\0 ")
+    return text if text.isascii() and text.isprintable() and text else f"{value:08X}h"
+
+
 def word_of(value: int, word: int) -> int:
     """Return the low (0) or high (1) word of a value; negative ones in two's complement.
 

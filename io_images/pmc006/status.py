@@ -37,6 +37,16 @@ class Status2(IntFlag):
     """Overheated."""
 
 
+def firmware_text(value: int) -> str:
+    """Return the firmware version as text; how it is coded is our reading, so the number stands beside it.
+
+    >>> firmware_text(0x0001_0000)
+    'V0.1.0 (00010000h)'
+    """
+    version = value & 0xFFFF_FFFF
+    return f"V{version >> 24}.{version >> 16 & 0xFF}.{version & 0xFFFF} ({version:08X}h)"
+
+
 class Level(IntFlag):
     """Pins in the answer to instruction x, 1 is high [4.3.15]."""
 

@@ -16,6 +16,7 @@ from threading import Event, Lock, Thread
 from typing import TypeVar
 
 from ..clients.link import Link, LinkError, SerialLink, TcpLink
+from ..hosts import split_address
 from ..wire import LineFormat
 from .line import Line
 
@@ -36,9 +37,14 @@ def check_address(port: str) -> None:
         ValueError: an address over TCP without host or number, or nothing at all.
     """
     if port.startswith(TCP):
-        host, _, number = port.removeprefix(TCP).rpartition(":")
-        if not host or not number.isdecimal() or not 1 <= int(number) <= 65_535:
-            raise ValueError(f"port {port}: over TCP it is tcp:HOST:PORT, and a port is 1 to 65535")
+        try:
+            host, number = split_address(port.removeprefix(TCP))
+        except ValueError:
+            host, number = "", 0
+        if not host or number == 0:
+            raise ValueError(
+                f"port {port}: over TCP it is tcp:HOST:PORT or tcp:[IPV6]:PORT, and a port is 1 to 65535"
+            )
     elif not port.strip():
         raise ValueError('port: "sim", a serial device such as /dev/ttyUSB0 or COM3, or tcp:HOST:PORT')
 
@@ -53,8 +59,7 @@ def open_port(port: str, line_format: LineFormat) -> Link:
     check_address(port)
     if not port.startswith(TCP):
         return SerialLink(port, line_format)
-    host, _, number = port.removeprefix(TCP).rpartition(":")
-    return TcpLink(host, int(number))
+    return TcpLink(*split_address(port.removeprefix(TCP)))
 
 
 Sending = tuple[bytes, LineFormat] | None

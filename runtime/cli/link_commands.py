@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
-from typing import Annotated, Protocol
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from threading import Event
+from typing import Annotated, Protocol, TypeVar
 
 import typer
 from rich.console import Console
@@ -12,7 +14,8 @@ from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Bar
 from rich.table import Table
 
-from ..clients.link import Link, LinkError, Progress, SerialLink, TcpLink
+from ..clients.link import ANSWER_RANGE_S, ANSWER_S, Link, LinkError, Progress, SerialLink, TcpLink
+from ..clients.watching import LostSightError, try_to_stop
 from ..pace import interrupted_by, stopping_on_interrupt
 from ..ports import Stop
 from ..wire import LineFormat
@@ -28,6 +31,23 @@ StepsArgument = Annotated[int, typer.Argument(metavar="STEPS", show_default=Fals
 SpeedOption = Annotated[
     int | None, typer.Option("--speed", metavar="V", help="Maximum speed, steps/s; as it is without.")
 ]
+
+TimeoutOption = Annotated[
+    float,
+    typer.Option(
+        "--timeout",
+        metavar="SECONDS",
+        help=f"How long an answer may take, {ANSWER_RANGE_S[0]:g} to {ANSWER_RANGE_S[1]:g}.",
+    ),
+]
+TIMEOUT_S = ANSWER_S
+"""How long an answer may take without --timeout."""
+
+REOPENINGS = 6
+"""How often a line that was lost during a motion is opened again to stop the motor."""
+
+REOPEN_S = 0.5
+"""Time between two of them."""
 
 FAILED, INTERRUPTED = 1, 130
 """Exit status: the controller or the line did not do it; Ctrl-C."""
@@ -50,6 +70,26 @@ class Mover(Protocol):
         ...
 
 
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a controller is, as the options before the command say.
+
+    Attributes:
+        port: serial port, None = none is named.
+        tcp: HOST:PORT, None = none is named.
+        address: of the controller on its line.
+        answer_s: how long an answer may take.
+    """
+
+    port: str | None
+    tcp: str | None
+    address: int
+    answer_s: float
+
+
+Client = TypeVar("Client", bound=Mover)
+
+
 def open_link(port: str | None, tcp: str | None, line_format: LineFormat) -> Link:
     """Open the line that --port or --tcp names.
 
@@ -65,14 +105,44 @@ def open_link(port: str | None, tcp: str | None, line_format: LineFormat) -> Lin
 
 
 @contextmanager
-def opened_link(port: str | None, tcp: str | None, line_format: LineFormat) -> Iterator[Link]:
-    """Open the line that --port or --tcp names for as long as the context lasts; tell what goes wrong."""
+def opened_client(
+    place: Place, line_format: LineFormat, client_on: Callable[[Link], Client]
+) -> Iterator[Client]:
+    """Open the line to a controller for as long as the context lasts; print what goes wrong, and end.
+
+    If the line is lost while the motor moves, it is opened again to stop it.
+
+    Args:
+        place: names the line.
+        line_format: of the line.
+        client_on: makes the client of a link.
+    """
+
+    def opened() -> Link:
+        return open_link(place.port, place.tcp, line_format)
+
     with told_faults():
-        link = open_link(port, tcp, line_format)
         try:
-            yield link
-        finally:
-            link.close()
+            with closing(opened()) as link:
+                yield client_on(link)
+        except LostSightError as lost:
+            if lost.stopped or not _stopped_anew(lambda: _stop_once(opened, client_on)):
+                raise
+            raise LostSightError(lost.why, stopped=True, received=lost.received) from lost
+
+
+def _stop_once(opened: Callable[[], Link], client_on: Callable[[Link], Mover]) -> None:
+    with closing(opened()) as link:
+        client_on(link).stop()
+
+
+def _stopped_anew(stop: Callable[[], None]) -> bool:
+    """Try to stop the motor over a new line until the controller answers; return whether it has."""
+    for _ in range(REOPENINGS):
+        if try_to_stop(stop):
+            return True
+        Event().wait(REOPEN_S)
+    return False
 
 
 def show_state(rows: Iterable[tuple[str, str]]) -> None:
@@ -115,6 +185,9 @@ def stopped_by_interrupt(stop: Callable[[], None]) -> Iterator[Callable[[], None
     """Stop the motor when Ctrl-C is pressed, and say so; yield what looks whether it was.
 
     An exchange is not broken off: the line would have to fall silent before the stop can be sent.
+
+    Raises:
+        LostSightError: the controller does not answer the stop.
     """
     interrupt = Stop()
 
@@ -126,7 +199,8 @@ def stopped_by_interrupt(stop: Callable[[], None]) -> Iterator[Callable[[], None
         with stopping_on_interrupt(interrupt.ask, look.__code__):
             yield look
     except KeyboardInterrupt:
-        stop()
+        if not try_to_stop(stop):
+            raise LostSightError(interrupted_by(), stopped=False) from None
         typer.echo(f"scanrack: {interrupted_by()}: the motor was stopped", err=True)
         raise typer.Exit(INTERRUPTED) from None
 

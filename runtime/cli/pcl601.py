@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -13,17 +12,20 @@ import typer
 from ...io_images.pcl601 import Code
 from ...io_images.pcl601.errors import CAUSES
 from ..clients.link import Link
-from ..clients.modbus import ModbusLine, RtuLine, TcpLine
+from ..clients.modbus import RtuLine, TcpLine
 from ..clients.pcl601 import READABLE, Pcl601Client
 from ..pcl601.controller import Protocol
 from ..pcl601.line import FORMATS
 from .link_commands import (
+    TIMEOUT_S,
     NameArgument,
+    Place,
     PortOption,
     SpeedOption,
     StepsArgument,
+    TimeoutOption,
     ValueArgument,
-    opened_link,
+    opened_client,
     show_state,
     shown_travel,
     stopped_by_interrupt,
@@ -49,26 +51,19 @@ NO_DOWNLOAD = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
-    """Where the controller is."""
-
-    port: str | None
-    tcp: str | None
-    rtu_over_tcp: bool
-    unit: int
-
-    def spoken_on(self, link: Link) -> ModbusLine:
-        """Return the Modbus that is spoken there."""
-        return RtuLine(link) if self.tcp is None or self.rtu_over_tcp else TcpLine(link)
-
-
 @contextmanager
 def client_at(context: typer.Context) -> Iterator[Pcl601Client]:
     """Open the line that the group's options name; tell what goes wrong."""
-    place: Place = context.obj
-    with opened_link(place.port, place.tcp, FORMATS[Protocol.MODBUS]) as link:
-        yield Pcl601Client(place.spoken_on(link), place.unit)
+    place: Place
+    place, rtu_over_tcp = context.obj
+
+    def client_on(link: Link) -> Pcl601Client:
+        in_rtu = place.tcp is None or rtu_over_tcp
+        line = RtuLine(link, place.answer_s) if in_rtu else TcpLine(link, place.answer_s)
+        return Pcl601Client(line, place.address)
+
+    with opened_client(place, FORMATS[Protocol.MODBUS], client_on) as client:
+        yield client
 
 
 @app.callback()
@@ -82,8 +77,9 @@ def _place(
         bool, typer.Option("--rtu-over-tcp", help="With --tcp: the serial line's own bytes.")
     ] = False,
     unit: Annotated[int, typer.Option("--unit", metavar="N", help="Its address, 1 to 99.")] = 1,
+    timeout: TimeoutOption = TIMEOUT_S,
 ) -> None:
-    context.obj = Place(port, tcp, rtu_over_tcp, unit)
+    context.obj = Place(port, tcp, unit, timeout), rtu_over_tcp
 
 
 @app.command()
@@ -99,8 +95,9 @@ def _state(client: Pcl601Client) -> Iterator[tuple[str, str]]:
     yield "errors", "; ".join(f"{error.name}: {CAUSES[error]}" for error in errors) or "-"
     yield "inputs active", f"{client.inputs:b}"
     yield "outputs on", f"{client.outputs:08b}"
+    yield "firmware", client.firmware
     for name, row in READABLE.items():
-        if name not in ("command", "busy", "error_code"):
+        if name not in ("command", "busy", "error_code", "firmware"):
             yield name, f"{client.read(name):,}  ({row.meaning})"
 
 
@@ -108,7 +105,7 @@ def _state(client: Pcl601Client) -> Iterator[tuple[str, str]]:
 def read(context: typer.Context, name: NameArgument) -> None:
     """Print one register, such as position or base_speed."""
     with client_at(context) as client:
-        typer.echo(client.read(name))
+        typer.echo(client.firmware if name == "firmware" else client.read(name))
 
 
 @app.command("set")

@@ -4,25 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from enum import IntFlag
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from ...io_images.pmc006.instructions import Instruction
 from ...io_images.pmc006.program import UserProgram, assemble
 from ...io_images.pmc006.status import Level
-from ..clients.pmc006 import READABLE, SETTABLE, Pmc006Client
+from ..clients.link import Link
+from ..clients.pmc006 import BY_ZERO, READABLE, SETTABLE, Pmc006Client
 from ..pmc006.line import LINE_FORMAT
 from .link_commands import (
+    TIMEOUT_S,
     NameArgument,
+    Place,
     PortOption,
     SpeedOption,
     StepsArgument,
+    TimeoutOption,
     ValueArgument,
-    opened_link,
+    opened_client,
     show_state,
     shown_travel,
     stopped_by_interrupt,
@@ -46,21 +48,17 @@ NO_DOWNLOAD = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
-    """Where the controller is."""
-
-    port: str | None
-    tcp: str | None
-    address: int
-
-
 @contextmanager
 def client_at(context: typer.Context) -> Iterator[Pmc006Client]:
     """Open the port that the group's options name; tell what goes wrong."""
-    place: Place = context.obj
-    with opened_link(place.port, place.tcp, LINE_FORMAT) as link:
-        yield Pmc006Client(link, place.address)
+    place: Place
+    place, by_zero = context.obj
+
+    def client_on(link: Link) -> Pmc006Client:
+        return Pmc006Client(link, place.address, answer_s=place.answer_s, by_zero=by_zero)
+
+    with opened_client(place, LINE_FORMAT, client_on) as client:
+        yield client
 
 
 @app.callback()
@@ -74,13 +72,26 @@ def _place(
     address: Annotated[
         int, typer.Option("--address", metavar="N", help="Its address, 1 to 120; 255 as from the factory.")
     ] = 255,
+    timeout: TimeoutOption = TIMEOUT_S,
+    by_zero: Annotated[
+        bool,
+        typer.Option(
+            "--by-zero",
+            help=f"Also read {', '.join(BY_ZERO)}, by sending their setting instructions with data 0. "
+            "The manual says that some of them read then [4.1.1]; one that does not is set to 0.",
+        ),
+    ] = False,
 ) -> None:
-    context.obj = Place(port, tcp, address)
+    context.obj = Place(port, tcp, address, timeout), by_zero
 
 
 @app.command()
 def status(context: typer.Context) -> None:
-    """Show position, status registers, pins and parameters that can be read."""
+    """Show position, status registers, pins and parameters that can be read.
+
+    It sends read instructions only. With --by-zero before the command it also shows the speeds, the current
+    and the encoder's counts.
+    """
     with client_at(context) as client:
         show_state(_state(client))
 
@@ -90,25 +101,26 @@ def _state(client: Pmc006Client) -> Iterator[tuple[str, str]]:
     yield "status 1", _names(client.status1)
     yield "status 2", _names(client.status2)
     yield "pins high", _names(Level(client.read("levels") & 0xF))
-    for name, row in READABLE.items():
-        if name not in ("position", "status1", "status2", "levels"):
-            yield name, _shown(row, client.read(name))
+    yield "firmware", client.firmware
+    for name in client.readable:
+        if name not in ("position", "status1", "status2", "levels", "firmware"):
+            yield name, _shown(name, client.read(name))
 
 
 def _names(bits: IntFlag) -> str:
     return " ".join(str(bit.name) for bit in bits) or "-"
 
 
-def _shown(row: Instruction, value: int) -> str:
-    unit = SETTABLE[row.shows].unit if row.shows in SETTABLE else row.unit
-    return f"{value:,} {unit}".rstrip()
+def _shown(name: str, value: int) -> str:
+    row = SETTABLE.get(name) or READABLE[name]
+    return f"{value:,} {row.unit}".rstrip()
 
 
 @app.command()
 def read(context: typer.Context, name: NameArgument) -> None:
-    """Print one value, such as position or start_speed."""
+    """Print one value, such as position or microstepping."""
     with client_at(context) as client:
-        typer.echo(client.read(name))
+        typer.echo(client.firmware if name == "firmware" else client.read(name))
 
 
 @app.command("set")

@@ -18,6 +18,7 @@ from rich.table import Table
 
 from ...io_images.pcl601 import Code
 from ...traces.line import LineRecorder, UnitColumns
+from ..hosts import split_address
 from ..pace import Clock, wall_ns
 from ..ports import (
     LONGEST_S,
@@ -62,16 +63,17 @@ MAKERS: dict[Served, Callable[[list[int], list[Path], float, list[str], float], 
 def socket_address(text: str) -> tuple[str, int]:
     """Return host and port; without a host it is the loopback address.
 
-    >>> socket_address("5020"), socket_address("0.0.0.0:502")
-    (('127.0.0.1', 5020), ('0.0.0.0', 502))
+    >>> socket_address("5020"), socket_address("0.0.0.0:502"), socket_address("[::1]:502")
+    (('127.0.0.1', 5020), ('0.0.0.0', 502), ('::1', 502))
 
     Raises:
         ValueError: it is no address.
     """
-    host, _, port = text.rpartition(":")
-    if not port.isdecimal() or int(port) > 65_535:
-        raise ValueError(f"--tcp {text}: it has to be HOST:PORT or PORT, and a port is 0 to 65535")
-    return host or LOOPBACK, int(port)
+    try:
+        host, port = split_address(text)
+    except ValueError as error:
+        raise ValueError(f"--tcp {error}") from error
+    return host or LOOPBACK, port
 
 
 def line_of(units: list[Unit]) -> Device:

@@ -10,17 +10,21 @@ from typing import Protocol
 
 import serial
 
+from ..hosts import join_address
 from ..serialport import PORT_ERRORS, reason, settings
 from ..wire import LineFormat
 
 ANSWER_S = 0.2
 """How long an answer may take; on the line itself it takes 6 to 28 ms."""
 
+ANSWER_RANGE_S = (0.01, 60.0)
+"""What may be asked for instead of it."""
+
 SILENCE_S = 0.004
 """Silence before a question, so that a doubled answer is noticed: four characters at 9,600 baud."""
 
-QUIET_S = 0.3
-"""Silence after an answer that did not come, so that it does not come later."""
+LATE_S = 0.1
+"""An answer that did not come in time is dropped when it comes up to so much later."""
 
 TRIES = 3
 """How often a question is asked that may be asked twice."""
@@ -36,11 +40,13 @@ class LinkError(Exception):
     """Something went wrong between this program and the controller.
 
     Attributes:
+        reason: what went wrong, without the bytes.
         received: the offending bytes, or what there is of them.
     """
 
     def __init__(self, message: str, received: bytes = b"") -> None:
         super().__init__(f"{message}: {received.hex(' ')}" if received else message)
+        self.reason = message
         self.received = received
 
 
@@ -98,6 +104,18 @@ class Link(Protocol):
     def close(self) -> None:
         """Give the line back."""
         ...
+
+
+def checked_answer_s(seconds: float) -> float:
+    """Return how long an answer may take, if that is allowed.
+
+    Raises:
+        ValueError: it is out of `ANSWER_RANGE_S`.
+    """
+    least, most = ANSWER_RANGE_S
+    if not least <= seconds <= most:
+        raise ValueError(f"timeout {seconds:g} s: allowed is {least:g} to {most:g}")
+    return seconds
 
 
 def drain(link: Link, quiet_s: float) -> bytes:
@@ -179,7 +197,7 @@ class TcpLink:
     """
 
     def __init__(self, host: str, port: int, timeout_s: float = 3.0) -> None:
-        self._name = f"{host}:{port}"
+        self._name = join_address(host, port)
         try:
             self._socket = socket.create_connection((host, port), timeout_s)
         except OSError as error:

@@ -15,12 +15,13 @@ from typing import Protocol
 from ..pcl601.rtu import crc, frame
 from .link import (
     ANSWER_S,
-    QUIET_S,
+    LATE_S,
     SILENCE_S,
     BadAnswerError,
     Link,
     NoAnswerError,
     RefusedError,
+    checked_answer_s,
     drain,
 )
 
@@ -92,16 +93,22 @@ class ModbusLine(Protocol):
 
 
 class RtuLine:
-    """Modbus RTU over a link."""
+    """Modbus RTU over a link.
 
-    def __init__(self, link: Link) -> None:
+    Args:
+        link: the line.
+        answer_s: how long an answer may take, 0.01 to 60 s.
+    """
+
+    def __init__(self, link: Link, answer_s: float = ANSWER_S) -> None:
         self._link = link
+        self._answer_s = checked_answer_s(answer_s)
         self._quiet_s = SILENCE_S
 
     def ask(self, unit: int, pdu: bytes) -> bytes:
         """See `ModbusLine.ask`."""
         drain(self._link, self._quiet_s)
-        self._quiet_s = QUIET_S
+        self._quiet_s = self._answer_s + LATE_S
         self._link.send(frame(unit, pdu))
         answer = self._received(unit, pdu)
         if answer[0] & EXCEPTION or len(answer) == answer_bytes(pdu):
@@ -115,11 +122,11 @@ class RtuLine:
     def _received(self, unit: int, pdu: bytes) -> bytes:
         """Return the PDU of a frame that is whole and the unit's own."""
         least = 1 + EXCEPTION_BYTES + 2
-        received = self._link.receive(least, ANSWER_S)
+        received = self._link.receive(least, self._answer_s)
         if len(received) == least and not received[1] & EXCEPTION:
-            received += self._link.receive(1 + answer_bytes(pdu) + 2 - least, ANSWER_S)
+            received += self._link.receive(1 + answer_bytes(pdu) + 2 - least, self._answer_s)
         if len(received) < least:
-            raise NoAnswerError(f"unit {unit} does not answer within {ANSWER_S:g} s", received)
+            raise NoAnswerError(f"unit {unit} does not answer within {self._answer_s:g} s", received)
         if crc(received[:-2]) != received[-2:]:
             raise BadAnswerError(f"a damaged answer from unit {unit}", received)
         if received[0] != unit:
@@ -128,10 +135,16 @@ class RtuLine:
 
 
 class TcpLine:
-    """Modbus TCP over a link; answers to earlier questions are told by their transaction, and passed over."""
+    """Modbus TCP over a link; answers to earlier questions are told by their transaction, and passed over.
 
-    def __init__(self, link: Link) -> None:
+    Args:
+        link: the connection.
+        answer_s: how long an answer may take, 0.01 to 60 s.
+    """
+
+    def __init__(self, link: Link, answer_s: float = ANSWER_S) -> None:
         self._link = link
+        self._answer_s = checked_answer_s(answer_s)
         self._transaction = 0
 
     def ask(self, unit: int, pdu: bytes) -> bytes:
@@ -139,11 +152,11 @@ class TcpLine:
         self._transaction = (self._transaction + 1) & 0xFFFF
         self._link.send(_HEADER.pack(self._transaction, 0, len(pdu) + 1, unit) + pdu)
         while True:
-            header = self._link.receive(_HEADER.size, ANSWER_S)
+            header = self._link.receive(_HEADER.size, self._answer_s)
             if len(header) < _HEADER.size:
-                raise NoAnswerError(f"unit {unit} does not answer within {ANSWER_S:g} s", header)
+                raise NoAnswerError(f"unit {unit} does not answer within {self._answer_s:g} s", header)
             transaction, protocol, length, from_unit = _HEADER.unpack(header)
-            answer = self._link.receive(max(0, length - 1), ANSWER_S)
+            answer = self._link.receive(max(0, length - 1), self._answer_s)
             if protocol != 0 or len(answer) != length - 1:
                 raise BadAnswerError("no Modbus TCP", header + answer)
             if (transaction, from_unit) == (self._transaction, unit):

@@ -6,12 +6,13 @@ from struct import pack, unpack
 
 from ...io_images.pcl601 import NEEDS_IDLE, POSITION_LIMIT, ROWS, Code, Error, Register
 from ...io_images.pcl601.errors import CAUSES
-from ...io_images.pcl601.registers import Row, word_of
-from ...io_images.pcl601.terminals import INPUT_COUNT, OUTPUT_COUNT
+from ...io_images.pcl601.registers import Row, firmware_text, word_of
+from ...io_images.pcl601.terminals import HARD_LIMIT_BIT, INPUT_COUNT, OUTPUT_COUNT
 from .link import (
     POLL_S,
     TRIES,
     BadAnswerError,
+    LinkError,
     NoAnswerError,
     Progress,
     RefusedError,
@@ -27,6 +28,7 @@ from .modbus import (
     WRITE_REGISTERS,
     ModbusLine,
 )
+from .watching import stopped_when_lost
 
 READABLE: dict[str, Row] = {row.register.name.lower(): row for row in ROWS.values()}
 """The registers by name."""
@@ -107,6 +109,16 @@ class Pcl601Client:
         return Error(self.read("error_code"))
 
     @property
+    def firmware(self) -> str:
+        """The firmware version as text, read."""
+        return firmware_text(self.read("firmware"))
+
+    @property
+    def hard_limit(self) -> bool:
+        """Whether a hard limit is active, read; the controller does not show which."""
+        return bool(self.inputs >> HARD_LIMIT_BIT & 1)
+
+    @property
     def inputs(self) -> int:
         """The input bits as function 02 has them, read; bit 0 is input 1, 1 is active."""
         return int.from_bytes(self._asked(pack(">BHH", READ_INPUTS, 0, INPUT_COUNT)), "little")
@@ -147,6 +159,7 @@ class Pcl601Client:
 
         Raises:
             ValueError: 0, or too many steps.
+            LostSightError: the line failed when it had been started.
             LinkError: it was refused, or it is not known to have begun.
         """
         if not 1 <= abs(steps) <= POSITION_LIMIT:
@@ -162,39 +175,52 @@ class Pcl601Client:
 
         Raises:
             ValueError: 0, or too many steps.
-            StoppedError: it ended elsewhere.
-            LinkError: it was refused, or the line failed.
+            StoppedError: it ended elsewhere, or with the encoder outside its window.
+            LostSightError: the line failed when it had been started.
+            LinkError: it was refused, or it is not known to have begun.
         """
+        encoder = self.read("encoder_position") if self.read("encoder_autocorrect") else None
         target = self.start_move(steps)
         position = self.wait(progress)
-        if position != target:
-            raise StoppedError(f"the move ended at {position}, not at {target}{_told(self.errors)}")
+        with stopped_when_lost(self.stop):
+            if position != target:
+                raise StoppedError(f"the move ended at {position}, not at {target}{self._shown()}")
+            if encoder is not None:
+                self._check_encoder(encoder + steps * self.read("encoder_ratio"))
         return position
 
     def home(self, kind: int, progress: Progress = lambda _: None) -> int:
         """Look for the home switch by the manual's home type 0 or 1; return the position at the end.
 
-        The position is left as counted: the controller does not set it to 0.
+        The position is left as counted: the controller does not set it to 0. It does not show its home
+        input either: a search counts as done if it has ended and no hard limit is active.
 
         Raises:
             ValueError: no such type.
-            LinkError: it was refused, or the line failed.
+            StoppedError: it ended on a hard limit.
+            LostSightError: the line failed when it had been started.
+            LinkError: it was refused, or it is not known to have begun.
         """
         if kind not in (0, 1):
             raise ValueError(f"home type {kind}: allowed are 0 and 1")
         self._start(Code.HOME_TYPE_1 if kind else Code.HOME_TYPE_0)
-        return self.wait(progress)
+        position = self.wait(progress)
+        with stopped_when_lost(self.stop):
+            if self.hard_limit:
+                raise StoppedError(f"the search for home ended at {position}, not at home{self._shown()}")
+        return position
 
     def wait(self, progress: Progress = lambda _: None) -> int:
         """Wait for the end of a motion; return the position.
 
         Raises:
-            LinkError: the line failed.
+            LostSightError: the line failed.
         """
-        while self.busy:
-            progress(self.position)
-            self._line.pause(POLL_S)
-        position = self.position
+        with stopped_when_lost(self.stop):
+            while self.busy:
+                progress(self.position)
+                self._line.pause(POLL_S)
+            position = self.position
         progress(position)
         return position
 
@@ -213,20 +239,39 @@ class Pcl601Client:
         before, errors = self.position, self.errors
         if self.busy:
             raise RefusedError("a motion is under way")
+        with stopped_when_lost(self.stop):
+            failure = self._sent(code, before, errors)
+        if failure is not None:
+            raise failure
+
+    def _sent(self, code: Code, before: int, errors: Error) -> LinkError | None:
+        """Write what starts something, once; return why it has not begun, None if it has."""
         try:
             self._once(_command(code))
-        except (NoAnswerError, BadAnswerError) as error:
+        except RefusedError as refusal:
+            return refusal
+        except (NoAnswerError, BadAnswerError):
             if not self._has_begun(before):
-                message = f"{code.name} was not answered, and nothing moves; it is not repeated"
-                raise UncertainError(message) from error
+                return UncertainError(f"{code.name} was not answered, and nothing moves; it is not repeated")
         raised = self.errors & ~errors
-        if raised and not self._has_begun(
-            before
-        ):  # a question doubled on the line is refused the second time
-            raise RefusedError(f"{code.name} is refused{_told(raised)}")
+        if raised and not self._has_begun(before):  # a question doubled on the line is refused then
+            return RefusedError(f"{code.name} is refused{_told(raised)}")
+        return None
 
     def _has_begun(self, before: int) -> bool:
         return self.busy or self.position != before
+
+    def _check_encoder(self, expected: int) -> None:
+        """Raise StoppedError if the encoder is outside its window after a move."""
+        off, window = self.read("encoder_position") - expected, self.read("encoder_window")
+        if abs(off) > window:
+            message = f"the move ended with the encoder {off:+} pulses off, its window is ±{window}"
+            raise StoppedError(f"{message}{self._shown()}")
+
+    def _shown(self) -> str:
+        """Return what the controller shows besides its position, to be put behind a sentence."""
+        limit = "; a hard limit is active" if self.hard_limit else ""
+        return limit + _told(self.errors)
 
     def _set_address(self, value: int) -> None:
         """Change the address: the former one answers, the new one listens afterwards."""

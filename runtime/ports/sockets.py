@@ -6,6 +6,7 @@ import selectors
 import socket
 from collections.abc import Iterator
 
+from ..hosts import join_address
 from .port import PortError
 
 CHUNK = 4096
@@ -28,11 +29,12 @@ class Listener:
 
     def __init__(self, host: str, port: int) -> None:
         try:
-            self._socket = socket.create_server((host, port))
+            family = socket.AF_INET6 if ":" in host else socket.AF_INET
+            self._socket = socket.create_server((host, port), family=family)
         except (OSError, OverflowError) as error:
-            raise PortError(f"{host}:{port} can't be listened at: {error}") from error
+            raise PortError(f"{join_address(host, port)} can't be listened at: {error}") from error
         self._socket.setblocking(False)
-        self.name = f"{host}:{self._socket.getsockname()[1]}"
+        self.name = join_address(host, self._socket.getsockname()[1])
         self.connections: list[socket.socket] = []
         self._selector = selectors.DefaultSelector()
         self._selector.register(self._socket, selectors.EVENT_READ)

@@ -22,8 +22,10 @@ from scanrack.runtime.clients.link import (
 )
 from scanrack.runtime.clients.modbus import RtuLine, TcpLine, check_answer
 from scanrack.runtime.clients.pcl601 import READABLE, SETTABLE, Pcl601Client
+from scanrack.runtime.clients.watching import LostSightError
 from scanrack.runtime.pace import Clock
 from scanrack.runtime.pcl601.line import PORT_TIMING, Pcl601
+from scanrack.runtime.pcl601.motor import EncoderModel
 from scanrack.runtime.pcl601.pins import GROUND, Contact
 from scanrack.runtime.ports import ModbusTcpPort, PduServer
 from typer.testing import CliRunner, Result
@@ -129,8 +131,107 @@ def test_a_move_that_a_limit_ends_is_told() -> None:
     device = Pcl601()
     device.controller.pins.connect("hard_plus", Contact(low=500))
     client, _ = client_of(device)
-    with pytest.raises(StoppedError, match="the move ended at 500, not at 2000"):
+    with pytest.raises(StoppedError, match="the move ended at 500, not at 2000; a hard limit is active"):
         client.move(2000)
+
+
+@pytest.mark.parametrize("kind", [0, 1])
+@pytest.mark.parametrize("limit", [500, 0])
+def test_a_search_for_home_that_a_limit_ends_has_not_found_it(kind: int, limit: int) -> None:
+    device = Pcl601()
+    device.controller.pins.connect("hard_plus", Contact(low=limit))
+    client, _ = client_of(device)
+    with pytest.raises(StoppedError, match=rf"ended at {limit}, not at home; a hard limit is active"):
+        client.home(kind)
+
+
+@pytest.mark.parametrize("kind", [0, 1])
+def test_a_search_for_home_that_ends_on_the_switch_is_done(kind: int) -> None:
+    device = Pcl601()
+    device.controller.pins.connect("home", Contact(low=300, high=2000))
+    client, _ = client_of(device)
+    # type 0 stops on the switch's first step, type 1 goes back to the first step without it
+    assert client.home(kind) == (300 if kind == 0 else 299)
+
+
+@pytest.mark.parametrize("already", [False, True])
+def test_a_move_that_the_encoder_could_not_finish_is_told(already: bool) -> None:
+    device = Pcl601(encoder=EncoderModel(1, "stuck"))
+    client, _ = client_of(device)
+    for name, value in (("encoder_autocorrect", 1), ("encoder_retries", 2), ("encoder_window", 3)):
+        client.set(name, value)
+    if already:  # the error of an earlier move is still set
+        device.controller.errors |= Error.ENCODER_FAILED
+    said = r"ended with the encoder -700 pulses off, its window is ±3; .*ENCODER_FAILED: still outside"
+    with pytest.raises(StoppedError, match=said):
+        client.move(700)
+    assert client.position == 700
+
+
+def test_a_move_within_the_encoder_s_window_is_done() -> None:
+    device = Pcl601(encoder=EncoderModel(2))
+    device.controller.errors |= Error.ENCODER_FAILED
+    client, _ = client_of(device)
+    for name, value in (("encoder_autocorrect", 1), ("encoder_window", 3), ("encoder_ratio", 2)):
+        client.set(name, value)
+    assert client.move(-700) == -700
+
+
+def lost_after(questions: int, lost: int) -> dict[int, Fault]:
+    return dict.fromkeys(range(questions, questions + lost), Fault.DROPPED)
+
+
+@pytest.mark.parametrize("asked", [14, 40])
+@pytest.mark.parametrize("home", [False, True])
+def test_a_motion_that_can_no_longer_be_watched_is_stopped(asked: int, home: bool) -> None:
+    device = Pcl601()
+    client, link = client_of(device, questions=lost_after(asked, 3))
+    with pytest.raises(LostSightError, match=r"does not answer within 0\.2 s; the motor was stopped") as lost:
+        client.home(0) if home else client.move(1_000_000)
+    assert lost.value.stopped
+    assert link.questions[-1][1:-2] == bytes.fromhex("06 00 00 00 05")  # Stop Motion
+    assert not device.controller.axis.busy
+
+
+def test_a_motion_that_can_neither_be_watched_nor_stopped_may_go_on() -> None:
+    device = Pcl601()
+    client, _ = client_of(device, questions=lost_after(14, 1000))
+    with pytest.raises(
+        LostSightError, match="a stop was not answered: THE MOTOR MAY STILL BE MOVING"
+    ) as lost:
+        client.move(1_000_000)
+    assert not lost.value.stopped
+    assert device.controller.axis.busy
+
+
+def test_a_line_that_dies_right_after_the_start_is_stopped() -> None:
+    device = Pcl601()
+    client, link = client_of(device)
+    client.start_move(5)
+    client.wait()
+    at_go = next(number for number, question in enumerate(link.questions) if question[1:-2] == GO)
+    device = Pcl601()
+    client, link = client_of(
+        device, answers=lost_after(at_go, 4)
+    )  # of Go, and of three looks whether it moves
+    with pytest.raises(LostSightError, match="the motor was stopped"):
+        client.start_move(1_000_000)
+    assert goes(link) == 1
+    assert not device.controller.axis.busy
+
+
+def test_an_answer_may_take_longer() -> None:
+    faulty = FaultyDevice(Pcl601(), {0: Fault.DELAYED, 1: Fault.DELAYED})  # 0.26 s
+    client = Pcl601Client(RtuLine(BusLink(faulty), 0.4))
+    assert (client.position, client.position, client.faults) == (0, 0, 0)
+    for line in (RtuLine, TcpLine):
+        with pytest.raises(ValueError, match=r"timeout 61 s: allowed is 0\.01 to 60"):
+            line(BusLink(faulty), 61)
+
+
+def test_the_firmware_is_text() -> None:
+    client, _ = client_of(Pcl601())
+    assert client.firmware == "1.00"  # Appendix 6
 
 
 @pytest.mark.parametrize("fault", Fault)
@@ -252,6 +353,10 @@ def test_the_commands_over_modbus_tcp_and_a_pseudo_terminal() -> None:
         assert scanrack(*at, "read", "max_speed").output == "9000\n"
         shown = scanrack(*at, "status").output
         assert "9,000  (Maximum Speed, steps/s)" in shown
+        assert "1.00" in shown
+        assert scanrack(*at, "--timeout", "1.5", "read", "firmware").output == "1.00\n"
+        refused = scanrack(*at, "--timeout", "0", "status")
+        assert (refused.exit_code, "timeout 0 s: allowed" in refused.output) == (2, True)
         outcomes = [scanrack(*at, "output", "2", flag).exit_code for flag in ("--on", "--off", "--on")]
         assert outcomes == [0, 0, 0]
         assert device.controller.outputs == 0b10

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from faultyline import BusLink, Fault, FaultyDevice, served_on_pty
+from scanrack.io_images.pmc006.instructions import BY_CODE, BY_NAME, Kind
 from scanrack.io_images.pmc006.status import Status1, Status2
 from scanrack.runtime.cli import build
 from scanrack.runtime.clients.link import (
@@ -16,7 +17,8 @@ from scanrack.runtime.clients.link import (
     StoppedError,
     UncertainError,
 )
-from scanrack.runtime.clients.pmc006 import READABLE, SETTABLE, Pmc006Client
+from scanrack.runtime.clients.pmc006 import BY_ZERO, SETTABLE, Pmc006Client
+from scanrack.runtime.clients.watching import LostSightError
 from scanrack.runtime.pmc006.controller import Controller
 from scanrack.runtime.pmc006.line import LINE_FORMAT, Pmc006
 from scanrack.runtime.pmc006.pins import Pin, Switch
@@ -38,11 +40,33 @@ def steps_sent(link: BusLink) -> int:
 
 
 def test_everything_that_can_be_read_is_read() -> None:
-    client, _ = client_of(Controller(address=9))
-    values = {name: client.read(name) for name in READABLE}
+    client, link = client_of(Controller(address=9))
+    values = {name: client.read(name) for name in client.readable}
     assert values["device_address"] == 9
     assert values["microstepping"] == 16
     assert values["status2"] == Status2.DIR
+    assert {BY_CODE[question[2]].kind for question in link.questions} == {Kind.READ}
+
+
+def test_a_setting_instruction_with_data_0_is_sent_on_request_only() -> None:
+    client, link = client_of(Controller())
+    for name in BY_ZERO:
+        with pytest.raises(ValueError, match=rf"{name} has no read instruction.* \[4\.1\.1: some read\]"):
+            client.read(name)
+    assert link.questions == []
+    asking = Pmc006Client(link, by_zero=True)
+    values = {name: asking.read(name) for name in BY_ZERO}
+    assert values == {name: BY_NAME[name].default for name in BY_ZERO}
+    assert {BY_CODE[question[2]].name for question in link.questions} == set(BY_ZERO)
+
+
+def test_the_address_is_never_set_to_0_nor_asked_for_so() -> None:
+    client, link = client_of(Controller(address=9), questions={0: Fault.DROPPED})
+    with pytest.raises(NoAnswerError):
+        client.set("device_address", 33)
+    assert client.address == client.read("device_address") == 9
+    sent = [int.from_bytes(question[3:7], "little") for question in link.questions if question[2] == ord("w")]
+    assert sent == [33]
 
 
 def test_what_is_set_is_read_back() -> None:
@@ -76,8 +100,7 @@ def test_a_new_address_is_followed_even_if_that_exchange_fails(fault: Fault) -> 
             client.set("device_address", 33)
         except NoAnswerError:
             assert controller.address == 9
-        assert client.address == controller.address
-        assert client.read("microstepping") == 16
+        assert client.address == client.read("device_address") == controller.address
 
 
 @pytest.mark.parametrize(
@@ -151,6 +174,100 @@ def test_home_finds_the_switch_or_says_that_it_did_not() -> None:
         client.home(1000)
 
 
+@pytest.mark.parametrize("start", [0, -500, -1054])
+def test_a_switch_that_is_stuck_is_not_home(start: int) -> None:
+    controller = Controller()
+    controller.set_pin(Pin.EXT1, False)
+    controller.axis.position = start
+    client, _ = client_of(controller)
+    # 17 retreats of 1000 // 16 steps: the stroke is used up within the last one
+    end = start + 17 * 62
+    with pytest.raises(StoppedError, match=f"zero-back ended at {end} with the switch active all the time"):
+        client.home(1000)
+
+
+@pytest.mark.parametrize("start", [0, 5000, -5000])
+def test_home_from_on_the_switch(start: int) -> None:
+    controller = Controller()
+    controller.axis.position = start
+    controller.set_pin(Pin.EXT1, Switch(100, False))
+    client, _ = client_of(controller)
+    assert client.home(4000) == 0  # a retreat of 250, back to 100
+    assert controller.axis.physical == 100
+
+
+def test_home_ended_by_the_other_stop_is_not_home() -> None:
+    controller = Controller()
+    controller.set_pin(Pin.EXT1, Switch(100, False))
+    controller.set_pin(Pin.EXT2, Switch(50, True))
+    client, _ = client_of(controller)
+    client.set("ext_stop_enable", 2)
+    with pytest.raises(StoppedError, match="zero-back ended at 51 without the switch: EXT2"):
+        client.home(4000)
+
+
+def test_a_stall_on_the_last_step_is_no_success() -> None:
+    controller = Controller()
+    client, _ = client_of(controller)
+
+    def stall_at_the_end(position: int) -> None:
+        if position == 700:
+            controller.axis.stalled = True
+
+    with pytest.raises(StoppedError, match="the move ended at 700, not well: STALL"):
+        client.move(700, stall_at_the_end)
+
+
+def lost_after(questions: int, lost: int) -> dict[int, Fault]:
+    return dict.fromkeys(range(questions, questions + lost), Fault.DROPPED)
+
+
+@pytest.mark.parametrize("asked", [14, 40])
+@pytest.mark.parametrize("home", [False, True])
+def test_a_motion_that_can_no_longer_be_watched_is_stopped(asked: int, home: bool) -> None:
+    controller = Controller()
+    client, link = client_of(controller, questions=lost_after(asked, 3))
+    with pytest.raises(LostSightError, match=r"does not answer within 0\.2 s; the motor was stopped") as lost:
+        client.home(100_000) if home else client.move(100_000)
+    assert lost.value.stopped
+    assert link.questions[-1][2] == ord("I")
+    assert not controller.axis.moving
+
+
+def test_a_motion_that_can_neither_be_watched_nor_stopped_may_go_on() -> None:
+    controller = Controller()
+    client, link = client_of(controller, questions=lost_after(14, 1000))
+    with pytest.raises(
+        LostSightError, match="a stop was not answered: THE MOTOR MAY STILL BE MOVING"
+    ) as lost:
+        client.move(100_000)
+    assert not lost.value.stopped
+    assert [question[2] for question in link.questions[-3:]] == [ord("I")] * 3
+    assert controller.axis.moving
+
+
+def test_a_line_that_dies_right_after_the_start_is_stopped() -> None:
+    controller = Controller()
+    # direction, position, position, status 1, step; its answer and three status 1 are lost
+    client, _ = client_of(controller, answers=lost_after(4, 4))
+    with pytest.raises(LostSightError, match="the motor was stopped"):
+        client.move(100_000)
+    assert not controller.axis.moving
+
+
+def test_an_answer_may_take_longer() -> None:
+    faulty = FaultyDevice(Pmc006(Controller()), {0: Fault.DELAYED, 1: Fault.DELAYED})  # 0.26 s
+    client = Pmc006Client(BusLink(faulty), answer_s=0.4)
+    assert (client.position, client.position, client.faults) == (0, 0, 0)
+    with pytest.raises(ValueError, match=r"timeout 0 s: allowed is 0\.01 to 60"):
+        Pmc006Client(BusLink(faulty), answer_s=0)
+
+
+def test_the_firmware_is_text() -> None:
+    client, _ = client_of(Controller())
+    assert client.firmware == "V0.1.0 (00010000h)"  # readings.md: 00010000h for V0.1.0
+
+
 def test_speed_mode_and_its_ways_out() -> None:
     client, link = client_of(Controller())
     client.run()
@@ -199,7 +316,7 @@ def test_no_answer_is_taken_for_that_to_another_question(fault: Fault, delay_ms:
     for name, value in zip(names[:6], (701, 702, 703, 704, 705, 800), strict=True):
         controller.memory[name] = value
     faulty = FaultyDevice(Pmc006(controller), {1: fault, 6: fault}, delay_ms * 1_000_000)
-    client = Pmc006Client(BusLink(faulty), 9)
+    client = Pmc006Client(BusLink(faulty), 9, by_zero=True)
     assert [client.read(name) for name in names] == [controller.memory[name] for name in names]
 
 
@@ -232,7 +349,7 @@ def test_end_to_end_through_a_pseudo_terminal_with_every_fault() -> None:
         client.set("max_speed", 20_000)
         assert client.move(2000) == 2000
         assert client.move(-500) == 1500
-        for name in ("microstepping", "device_address", "start_speed", "encoder_cpr"):
+        for name in ("microstepping", "device_address", "user_data", "decel_coefficient"):
             assert client.read(name) == controller.memory[name]
         link.close()
     assert client.faults >= 3
@@ -250,11 +367,15 @@ def test_the_commands_through_a_pseudo_terminal(tmp_path: Path) -> None:
         assert scanrack(*at, "set", "zero_back_speed", "5000").exit_code == 0
         assert scanrack(*at, "move", "--speed", "9000", "300").output == "300\n"
         assert scanrack(*at, "home", "--stroke", "2000").output == "0\n"
-        assert scanrack(*at, "read", "max_speed").output == "9000\n"
+        asked = scanrack(*at, "read", "max_speed")
+        assert asked.exit_code == 2
+        assert "max_speed has no read instruction" in asked.output
+        assert scanrack(*at, "--by-zero", "read", "max_speed").output == "9000\n"
         shown = scanrack(*at, "status").output
-        assert "max_speed" in shown
-        assert "9,000 steps/s" in shown
+        assert "max_speed" not in shown
         assert "DIR" in shown
+        assert "V0.1.0 (00010000h)" in shown
+        assert "9,000 steps/s" in scanrack(*at, "--by-zero", "status").output
         refused = scanrack(*at, "set", "start_speed", "12")
         assert (refused.exit_code, refused.output) == (
             2,

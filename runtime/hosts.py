@@ -1,0 +1,34 @@
+"""Host and port of a TCP address in text, IPv6 in brackets: `localhost:502`, `[::1]:502`."""
+
+from __future__ import annotations
+
+import re
+
+HIGHEST_PORT = 65_535
+
+_ADDRESS = re.compile(r"(?:\[(?P<v6>[0-9A-Fa-f:.%\w]+)\]:|(?P<host>[^:\[\]\s]*):)?(?P<port>[0-9]+)", re.ASCII)
+
+
+def split_address(text: str) -> tuple[str, int]:
+    """Return host and port; the host is "" if only a port is given.
+
+    >>> split_address("plc:502"), split_address("[::1]:502"), split_address("502")
+    (('plc', 502), ('::1', 502), ('', 502))
+
+    Raises:
+        ValueError: no address; an IPv6 address without brackets is none.
+    """
+    match = _ADDRESS.fullmatch(text)
+    if match is None or int(match["port"]) > HIGHEST_PORT:
+        allowed = f"it has to be HOST:PORT or PORT, and a port is 0 to {HIGHEST_PORT}"
+        raise ValueError(f"{text}: {allowed}; IPv6 stands in brackets, as in [::1]:502")
+    return match["v6"] or match["host"] or "", int(match["port"])
+
+
+def join_address(host: str, port: int) -> str:
+    """Return host and port as `split_address` takes them.
+
+    >>> join_address("::1", 502), join_address("plc", 502)
+    ('[::1]:502', 'plc:502')
+    """
+    return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
