@@ -1,4 +1,7 @@
-"""Host and port of a TCP address in text, IPv6 in brackets: `localhost:502`, `[::1]:502`."""
+"""Host and port of a TCP address in text, IPv6 in brackets: `localhost:502`, `[::1]:502`.
+
+Without brackets the last colon counts: `::1:502` is port 502 of `::1`.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,7 @@ import re
 
 HIGHEST_PORT = 65_535
 
-_ADDRESS = re.compile(r"(?:\[(?P<v6>[0-9A-Fa-f:.%\w]+)\]:|(?P<host>[^:\[\]\s]*):)?(?P<port>[0-9]+)", re.ASCII)
+_ADDRESS = re.compile(r"(?:\[(?P<v6>[0-9A-Fa-f:.%\w]+)\]:|(?P<host>[^\[\]\s]*):)?(?P<port>[0-9]+)", re.ASCII)
 
 
 def split_address(text: str) -> tuple[str, int]:
@@ -16,7 +19,7 @@ def split_address(text: str) -> tuple[str, int]:
     (('plc', 502), ('::1', 502), ('', 502))
 
     Raises:
-        ValueError: no address; an IPv6 address without brackets is none.
+        ValueError: no address.
     """
     match = _ADDRESS.fullmatch(text)
     if match is None or int(match["port"]) > HIGHEST_PORT:

@@ -267,6 +267,7 @@ def test_a_rack_with_a_real_port_is_not_built_without_being_told_so() -> None:
 
 
 def test_an_address_over_tcp_may_be_an_ipv6_one() -> None:
+    check_address("tcp:[::1]:502")
     check_address("tcp:::1:502")
     with pytest.raises(ValueError, match="1 to 65535"):
         check_address("tcp:host:0")

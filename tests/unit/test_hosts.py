@@ -21,12 +21,11 @@ from scanrack.runtime.ports.sockets import Listener
 )
 def test_addresses(text: str, address: tuple[str, int]) -> None:
     assert split_address(text) == address
+    assert split_address(text.replace("[", "").replace("]", "")) == address
     assert not address[0] or join_address(*address) == text
 
 
-@pytest.mark.parametrize(
-    "text", ["", "plc", "plc:", "plc:65536", "::1:502", "[::1]502", "[::1]", "plc:x", "p c:1"]
-)
+@pytest.mark.parametrize("text", ["", "plc", "plc:", "plc:65536", "[::1]502", "[::1]", "plc:x", "p c:1"])
 def test_what_is_no_address(text: str) -> None:
     with pytest.raises(ValueError, match=r"it has to be HOST:PORT or PORT.*\[::1\]:502"):
         split_address(text)
