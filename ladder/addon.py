@@ -51,6 +51,7 @@ from .tree import (
     addresses_in,
     instructions_of,
     number,
+    too_deep,
 )
 from .types import BOOL, DataType, Member, Structure, count_of
 
@@ -133,6 +134,9 @@ class AddOn:
 
     def _check(self, routine: Routine, known: set[str]) -> None:
         for place, rung in enumerate(routine.rungs):
+            deep = too_deep(rung.series)
+            if deep:
+                raise LadderError(f"add-on {self.name}, routine {routine.name}, rung {place}: {deep}")
             for instruction in instructions_of(rung.series):
                 where = f"add-on {self.name}, routine {routine.name}, rung {place}: {instruction}"
                 if instruction.name in REFUSED:

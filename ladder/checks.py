@@ -38,7 +38,9 @@ def check_whole(linked: Linked, allowed: frozenset[str]) -> list[Problem]:
     problems = list(_repeated(linked, allowed))
     for routine in linked.routines.values():
         problems.extend(_jumps(linked, routine))
-    problems.extend(_circles(linked))
+    circles = list(_circles(linked))
+    problems.extend(circles or _chains(linked))
+    problems.extend(_main_with_inputs(linked))
     problems.extend(_half_words(linked))
     return problems
 
@@ -153,6 +155,41 @@ def _circles(linked: Linked) -> Iterator[Problem]:
                 open_names += calls_of(linked.routines[called])
         if name in reached:
             yield Problem(f"routine {routine.name}", "", "it calls itself", "loop with JMP and LBL instead")
+
+
+MOST_CALLS = 50
+"""Routines and add-on instructions that may be under way at a time, each called by the one before."""
+
+
+def _chains(linked: Linked) -> Iterator[Problem]:
+    """The first routine whose calls go too deep; there are no circles."""
+    depths: dict[str, int] = {}
+    todo = list(linked.routines)
+    while todo:
+        name = todo[-1]
+        called = [each for each in calls_of(linked.routines[name]) if each in linked.routines]
+        unknown = [each for each in called if each not in depths]
+        if name not in depths and unknown:
+            todo += unknown
+            continue
+        todo.pop()
+        depths[name] = 1 + max((depths[each] for each in called), default=0)
+        if depths[name] > MOST_CALLS:
+            where = f"routine {linked.routines[name].name}"
+            yield Problem(where, "", f"its calls go more than {MOST_CALLS} deep", "call from fewer routines")
+            return
+
+
+def _main_with_inputs(linked: Linked) -> Iterator[Problem]:
+    """A main routine is called without inputs."""
+    main = linked.routines.get(linked.main)
+    if main is not None and main.parameters:
+        yield Problem(
+            f"routine {main.name}, rung 0",
+            main.lines[0].text,
+            "SBR takes inputs, but a scan passes none to the main routine",
+            "take SBR out, or call the routine by JSR",
+        )
 
 
 def _half_words(linked: Linked) -> Iterator[Problem]:

@@ -10,7 +10,7 @@ import inspect
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from .errors import MinorFault
+from .errors import STACK_CODE, LadderFault, MinorFault, Site
 from .interpreter import Interpreter
 from .linked import Linked
 from .memory import Memory, Value
@@ -100,6 +100,14 @@ class Engine:
     def _do(self, now_ns: int, *, first: bool) -> None:
         self.now_ns = now_ns
         self.trouble.new_scan(now_ns)
+        try:
+            self._run(now_ns, first=first)
+        except RecursionError:
+            site = Site(self.linked.name, self.linked.main, 0, "JSR")
+            text = "routines in Python call routines without end"
+            raise LadderFault(site, "JSR", text, STACK_CODE) from None
+
+    def _run(self, now_ns: int, *, first: bool) -> None:
         if not first:
             self._scan(now_ns)
             return

@@ -85,12 +85,12 @@ class LadderFault(Exception):  # noqa: N818 - what the trade calls it
     Attributes:
         site: program, routine, rung and instruction.
         tag: the tag it is about.
-        type: fault type, 4 = program fault.
+        type: fault type, 4 = program fault, 6 = watchdog.
         code: fault code.
     """
 
-    def __init__(self, site: Site, tag: str, text: str, code: int) -> None:
-        self.site, self.tag, self.type, self.code = site, tag, 4, code
+    def __init__(self, site: Site, tag: str, text: str, code: int, kind: int = 4) -> None:
+        self.site, self.tag, self.type, self.code = site, tag, kind, code
         super().__init__(f"{site}: {tag}: {text} (major fault, type {self.type} code {code})")
 
 
@@ -99,6 +99,12 @@ SUBSCRIPT_CODE = 20
 
 TIMER_CODE = 34
 """PRE or ACC of a timer is negative [1756-RM003N p. 117]."""
+
+STACK_CODE = 84
+"""Stack overflow: subroutines call each other too deep [1756-PM014, major fault codes]."""
+
+WATCHDOG_TYPE, WATCHDOG_CODE = 6, 1
+"""The task's watchdog has expired [1756-PM014, major fault codes]."""
 
 OVERFLOW_CODE = 4
 """Minor: overflow, or a divisor of zero [1756-RM003N p. 277]."""

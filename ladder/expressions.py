@@ -7,11 +7,14 @@ address    = name { "." name | "." bit | ".[" expression "]" | "[" expression { 
 from __future__ import annotations
 
 import re
+from typing import NoReturn
 
 from .instructions import FUNCTION_NAMES
 from .scanner import Scanner
 from .tree import (
     LEVEL,
+    LEVELS,
+    SUBSCRIPT,
     Address,
     BitStep,
     MemberStep,
@@ -22,12 +25,13 @@ from .tree import (
     Step,
     SubscriptStep,
     WordStep,
+    levels_of,
 )
 
 NAME = re.compile(r"[A-Za-z_]\w*")
-_BASE = re.compile(r"[Ll]ocal:\d+:[IiOo]|[Ss]:[A-Za-z]+|[A-Za-z_]\w*")
+_BASE = re.compile(r"[Ll]ocal:\d{1,5}:[IiOo]|[Ss]:[A-Za-z]+|[A-Za-z_]\w*")
 _FILE = re.compile(r":(\d+)")
-_SLOT_FILE = re.compile(r"[IiOo]:\d+")
+_SLOT_FILE = re.compile(r"[IiOo]:\d{1,5}(?!\d)")
 _WORD = re.compile(r"\.(\d+)")
 _SLASH = re.compile(r"/(\d+|[A-Za-z]\w*)")
 _DIGITS = re.compile(r"\d+")
@@ -40,8 +44,42 @@ _NOT = re.compile(r"NOT\b", re.IGNORECASE)
 _FUNCTION = re.compile(rf"(?:{'|'.join(FUNCTION_NAMES)})\s*\(", re.IGNORECASE)
 
 
+_INDEX_DIGITS = 9
+"""Digits of the number of an element or a bit; more are never in range."""
+
+MOST_DIGITS = 100
+"""Digits of a number, leading zeros and underscores among them."""
+
+_HIGHEST = (1 << 64) - 1
+"""Highest integer that can be written."""
+
+
 class ExpressionParser(Scanner):
     """Reads expressions and addresses."""
+
+    _open = 0
+    """Levels around what is being read."""
+
+    def whole_expression(self) -> Operand:
+        """Read an expression that stands in no other one."""
+        start = self.at
+        operand = self.expression()
+        if levels_of(operand) > LEVELS:
+            self._refuse_levels(start)
+        return operand
+
+    def _refuse_levels(self, start: int) -> NoReturn:
+        self.at = start
+        self.fail(f"at most {LEVELS} levels of operators and subscripts", "more: compute it in parts")
+
+    def _inner(self, levels: int, level: int = 0) -> Operand:
+        """Read an expression inside of another one, whose operators bind at `level` or tighter."""
+        self._open += levels
+        if self._open > LEVELS:
+            self._refuse_levels(self.at)
+        operand = self.expression(level)
+        self._open -= levels
+        return operand
 
     def expression(self, level: int = 0) -> Operand:
         """Read an expression whose operators bind at `level` or tighter."""
@@ -61,7 +99,7 @@ class ExpressionParser(Scanner):
         negation = _NOT.match(self.text, self.at)
         if negation:
             self._move_to(negation.end())
-            return Operation("NOT", (self.expression(LEVEL["NOT"]),))
+            return Operation("NOT", (self._inner(1, LEVEL["NOT"]),))
         return self._primary()
 
     def _negative(self) -> Operand:
@@ -74,11 +112,11 @@ class ExpressionParser(Scanner):
                 return Number(-number.value, f"-{number.text}")
             self.at = start
             self.skip("-")
-        return Operation("NEG", (self.expression(LEVEL["NEG"]),))
+        return Operation("NEG", (self._inner(1, LEVEL["NEG"]),))
 
     def _primary(self) -> Operand:
         if self.skip("("):
-            inner = self.expression()
+            inner = self._inner(1)
             if not self.skip(")"):
                 self.fail("an operator or )")
             return inner
@@ -88,7 +126,7 @@ class ExpressionParser(Scanner):
         if function:
             name = FUNCTION_NAMES[function.group().rstrip("( \t\n").upper()]
             self._move_to(function.end())
-            inner = self.expression()
+            inner = self._inner(1)
             if not self.skip(")"):
                 self.fail(f"an operator or ) of {name}")
             return Operation(name, (inner,))
@@ -103,7 +141,8 @@ class ExpressionParser(Scanner):
         if literal["real"]:
             value: int | float = float(text)
         elif literal["integer"]:
-            value, text = int(text), str(int(text))
+            value = self._of_radix(10, text, start)
+            text = str(value)
         else:
             value = self._of_radix(int(literal["radix"]), literal["digits"], start)
             text = f"{literal['radix']}#{literal['digits'].upper()}"
@@ -111,12 +150,18 @@ class ExpressionParser(Scanner):
         return Number(value, text)
 
     def _of_radix(self, radix: int, digits: str, start: int) -> int:
+        if len(digits) > MOST_DIGITS:
+            self.at = start
+            self.fail("a number of at most 64 bits", f"one of {len(digits)} digits")
         try:
             value = int(digits, radix)
         except ValueError:
             self.at = start
             self.fail(f"digits of radix {radix} after {radix}#")
-        if 1 << 31 <= value < 1 << 32:
+        if value > _HIGHEST:
+            self.at = start
+            self.fail("a number of at most 64 bits", digits)
+        if radix != 10 and 1 << 31 <= value < 1 << 32:
             value -= 1 << 32  # a DINT of that bit pattern
         return value
 
@@ -146,7 +191,7 @@ class ExpressionParser(Scanner):
         if element is None:
             return (self._slash(),) if mark == "." and self.text.startswith("/", self.at) else ()
         self.at = element.end()
-        word = WordStep(int(element.group(1)), mark)
+        word = WordStep(self._index(element.group(1)), mark)
         if self.text.startswith("/", self.at):
             return (word, self._slash())
         return (word,)
@@ -157,7 +202,13 @@ class ExpressionParser(Scanner):
             self.fail("a bit after /")
         self.at = found.end()
         what = found.group(1)
-        return SlashStep(int(what)) if what.isdigit() else MemberStep(what)
+        return SlashStep(self._index(what)) if what.isdigit() else MemberStep(what)
+
+    def _index(self, digits: str) -> int:
+        """Return the number of an element or a bit."""
+        if len(digits) > _INDEX_DIGITS:
+            self.fail(f"a number of at most {_INDEX_DIGITS} digits", digits)
+        return int(digits)
 
     def _step(self) -> Step | None:
         text = self.text
@@ -168,13 +219,14 @@ class ExpressionParser(Scanner):
         self.at += 1
         if text.startswith("[", self.at):
             self._move_to(self.at + 1)
-            index = self.expression()
+            index = self._inner(SUBSCRIPT)
             self._close_subscript()
             return BitStep(index)
         digits = _DIGITS.match(text, self.at)
         if digits:
+            number = self._index(digits.group())
             self.at = digits.end()
-            return BitStep(Number(int(digits.group()), str(int(digits.group()))))
+            return BitStep(Number(number, str(number)))
         name = NAME.match(text, self.at)
         if name is None:
             self.fail("a member or a bit after .")
@@ -183,9 +235,9 @@ class ExpressionParser(Scanner):
 
     def _subscripts(self) -> SubscriptStep:
         self._move_to(self.at + 1)
-        indices = [self.expression()]
+        indices = [self._inner(SUBSCRIPT)]
         while self.skip(","):
-            indices.append(self.expression())
+            indices.append(self._inner(SUBSCRIPT))
         self._close_subscript()
         return SubscriptStep(tuple(indices))
 

@@ -37,6 +37,7 @@ from .tree import (
     SubscriptStep,
     Unknown,
     number,
+    too_deep,
 )
 
 _COMPARE = {"=": "EQU", "<>": "NEQ", "<": "LES", "<=": "LEQ", ">": "GRT", ">=": "GEQ"}
@@ -208,11 +209,19 @@ class RungMaker:
             if len(elements) == 1 and isinstance(elements[0], str):
                 series = parse_rung(elements[0], rung=len(self.rungs), specs=self._specs).series
             else:
-                series = series_of(elements)
-        except LadderError as error:
-            text = f"{origin.file}:{origin.line}: rung {len(self.rungs)}: {error}"
+                series = _checked(series_of(elements))
+        except (LadderError, RecursionError) as error:
+            what = "lists stand too deep in one another" if isinstance(error, RecursionError) else error
+            text = f"{origin.file}:{origin.line}: rung {len(self.rungs)}: {what}"
             raise LadderError(text) from None
         self.rungs.append(Rung(series, comment, origin))
+
+
+def _checked(series: Series) -> Series:
+    deep = too_deep(series)
+    if deep:
+        raise LadderError(f"{deep}; use fewer, or steps in between")
+    return series
 
 
 def series_of(elements: Sequence[object]) -> Series:

@@ -15,7 +15,8 @@ from .linked import ADD_ON, AddOnCall, Call, Line, Linked, LinkedRoutine, Node, 
 from .places import Constant, Group, Place, Resolved
 from .resolver import AddressError, Resolver
 from .tags import Layout
-from .tree import Address, Branch, Instruction, Number, Operand, Routine, Rung, Series, Unknown
+from .tree import Address, Branch, Instruction, Number, Operand, Routine, Rung, Series, Unknown, too_deep
+from .types import DINT
 
 _KEPT_FLAGS = frozenset({"S:V", "S:Z", "S:N", "S:C"})
 _ALONE = frozenset({"NOP", "AFI", "LBL", "SBR"})
@@ -58,7 +59,7 @@ class Linker:
             line = self._line(number, rung)
             lines.append(line)
             for step in steps_of(line.nodes):
-                if step.name == "LBL":
+                if step.name == "LBL" and step.operands:
                     self._label(labels, step.operands[0], number, first=line.nodes[0] is step)
                 elif step.name == "SBR":
                     parameters = step.operands
@@ -82,10 +83,15 @@ class Linker:
         labels[label] = number
 
     def _line(self, number: int, rung: Rung) -> Line:
-        self._number, self._rung_text = number, str(rung)
+        self._number = number
         self._where = f"routine {self._routine}, rung {number}"
         if rung.origin.file:
             self._where = f"{rung.origin.file}:{rung.origin.line}: {self._where}"
+        deep = too_deep(rung.series)
+        self._rung_text = "" if deep else str(rung)
+        if deep:
+            self.report(deep, "use fewer, or steps in between")
+            return Line(number, (), rung.origin, "", rung.comment)
         nodes = self._series(rung.series)
         steps = list(steps_of(nodes))
         if all(step.kind is Kind.INPUT and step.name not in _ALONE for step in steps):
@@ -219,6 +225,8 @@ class Linker:
                 raise OperandError(
                     f"{name} {operand} is no whole number", f"write a number, or MOV to .{name}"
                 )
+            if not DINT.lowest <= operand.value <= DINT.highest:
+                raise OperandError(f"{name} {operand} is no DINT", f"write a number up to {DINT.highest:,}")
             place = structure.member(name)
             if place.fixed_index is None or place.leaf.dims:
                 raise OperandError(

@@ -31,8 +31,11 @@ from .memory import Memory
 from .tags import Alias, Declaration, Layout, SlotAlias, Tag
 from .text import parse_address
 from .tree import Routine
-from .types import MAX_DIMENSIONS, DataType
+from .types import MAX_DIMENSIONS, DataType, count_of, size_of
 from .view import Tags
+
+MOST_BYTES = 1 << 25
+"""Bytes of a single tag: 32 MiB, more memory than the largest controllers have for all of them."""
 
 
 class Program:
@@ -130,6 +133,8 @@ class Program:
         dims = declaration.dims if isinstance(declaration, Tag) else ()
         if len(dims) > MAX_DIMENSIONS or any(length < 1 for length in dims):
             raise LadderError(f"tag {name} has dimensions {dims}; allowed are up to 3, each 1 or more")
+        if isinstance(declaration, Tag) and size_of(declaration.type) * count_of(dims) > MOST_BYTES:
+            raise LadderError(f"tag {name} takes more than {MOST_BYTES:,} bytes; make it shorter")
         self._names.add(name.upper())
         self.declarations.append(declaration)
 

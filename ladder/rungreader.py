@@ -56,7 +56,7 @@ _PROGRAM = re.compile(rf"PROGRAM\s+({_NAME})(?:\s+MAIN\s+({_NAME}))?", re.IGNORE
 _ALLOW = re.compile(r"ALLOW\s+(.+)", re.IGNORECASE)
 _TYPE = re.compile(rf"TYPE\s+({_NAME})\s*\((.*)\)", re.IGNORECASE)
 _TAG = re.compile(rf"TAG\s+({_NAME})\s*:\s*({_NAME})\s*(?:\[([\d,\s]+)\])?\s*(?::=\s*(.+))?", re.IGNORECASE)
-_SLOT = re.compile(rf"SLOT\s+({_NAME})\s*:\s*(\d+)", re.IGNORECASE)
+_SLOT = re.compile(rf"SLOT\s+({_NAME})\s*:\s*(\d{{1,5}})", re.IGNORECASE)
 _ALIAS = re.compile(rf"ALIAS\s+({_NAME})\s*:\s*(\S+)", re.IGNORECASE)
 _USE = re.compile(rf"USE\s+({_NAME})", re.IGNORECASE)
 _INSTRUCTION = re.compile(rf"INSTRUCTION\s+({_NAME})", re.IGNORECASE)
@@ -68,6 +68,9 @@ _PARAMETER = re.compile(
 _END_INSTRUCTION = re.compile(r"END\s+INSTRUCTION", re.IGNORECASE)
 _ROUTINE = re.compile(rf"ROUTINE\s+({_NAME})", re.IGNORECASE)
 _MEMBER = re.compile(rf"({_NAME})\s*:\s*({_NAME})\s*(?:\[([\d,\s]+)\])?")
+
+_DIGITS = 9
+"""Characters that the length of a dimension may take."""
 
 
 class Reader:
@@ -134,7 +137,7 @@ class Reader:
             program.use(*self._add_ons.values())
             return
         if found := _TAG.fullmatch(line):
-            kind, dims = self._type(found.group(2)), _dims(found.group(3))
+            kind, dims = self._type(found.group(2)), self._dims(found.group(3))
             program.add(Tag(found.group(1), kind, dims, self._initial(found.group(4)), comment))
         elif found := _SLOT.fullmatch(line):
             program.add(SlotAlias(found.group(1), int(found.group(2)), comment))
@@ -204,7 +207,9 @@ class Reader:
             self._fail("INPUT, OUTPUT, INOUT or LOCAL name : TYPE, ROUTINE, or END INSTRUCTION")
         way, name, kind, dims, required = found.groups()
         comment = _comment_of(self._lines[self._at])
-        parameter = Parameter(name, self._type(kind), Way(way.upper()), _dims(dims), bool(required), comment)
+        parameter = Parameter(
+            name, self._type(kind), Way(way.upper()), self._dims(dims), bool(required), comment
+        )
         self._at += 1
         return parameter
 
@@ -212,7 +217,7 @@ class Reader:
         found = _MEMBER.fullmatch(text.strip())
         if found is None:
             self._fail("members as name : TYPE", repr(text.strip()))
-        return Member(found.group(1), self._type(found.group(2)), _dims(found.group(3)))
+        return Member(found.group(1), self._type(found.group(2)), self._dims(found.group(3)))
 
     def _type(self, name: str) -> DataType:
         for known, kind in self._types.items():
@@ -220,12 +225,19 @@ class Reader:
                 return kind
         return self._fail(f"a type ({', '.join(self._types)})", name)
 
+    def _dims(self, text: str | None) -> tuple[int, ...]:
+        """Return the dimensions in brackets, none without brackets."""
+        parts = text.split(",") if text is not None else []
+        if not all(part.strip().isdigit() and len(part) <= _DIGITS for part in parts):
+            self._fail("the length of each dimension, as in [4] or [2,3]", repr(f"[{text}]"))
+        return tuple(map(int, parts))
+
     def _initial(self, text: str | None) -> object:
         if text is None:
             return None
         try:
             return json.loads(text)
-        except ValueError:
+        except (ValueError, RecursionError):
             self._fail("an initial value in JSON after :=", text)
 
     def _rungs(self) -> Iterator[Rung]:
@@ -298,10 +310,6 @@ def _without_comment(line: str) -> str:
 
 def _comment_of(line: str) -> str:
     return line[len(_cut_comment(line)) :].removeprefix("//").strip()
-
-
-def _dims(text: str | None) -> tuple[int, ...]:
-    return tuple(int(each) for each in text.split(",")) if text else ()
 
 
 def _split(text: str) -> list[str]:

@@ -156,7 +156,7 @@ class Layout:
 
     def _ident(self, path: str) -> str:
         """Make a readable identifier that nothing else has."""
-        wanted = re.sub(r"\W", "_", path).strip("_")
+        wanted = re.sub(r"\W", "_", path, flags=re.ASCII).strip("_")
         if keyword.iskeyword(wanted) or wanted in RESERVED or wanted[:1].isdigit():
             wanted += "_"
         ident, number = wanted, 1
@@ -181,6 +181,7 @@ RESERVED = frozenset(
         "subscript",
         "outside",
         "negative",
+        "jumped_back",
         "narrow",
         "integer",
         "cut",

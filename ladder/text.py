@@ -19,6 +19,7 @@ from collections.abc import Mapping
 from .expressions import NAME, ExpressionParser
 from .instructions import BY_NAME, BYTE_ORDERS, Spec, Use
 from .tree import (
+    BRANCHES,
     Address,
     Branch,
     Characters,
@@ -94,7 +95,7 @@ def parse_expression(text: str) -> Operand:
         RungTextError: it is none.
     """
     parser = RungParser(text, file="", line=1, rung=None)
-    operand = parser.expression()
+    operand = parser.whole_expression()
     if not parser.ended():
         parser.fail("an operator or the end")
     return operand
@@ -116,6 +117,7 @@ class RungParser(ExpressionParser):
     ) -> None:
         super().__init__(text, file=file, line=line, rung=rung)
         self._specs = specs
+        self._branches = 0
 
     def series(self) -> Series:
         """Read instructions and branches as far as they go."""
@@ -132,12 +134,16 @@ class RungParser(ExpressionParser):
         return tuple(elements)
 
     def _branch(self) -> Branch:
+        if self._branches == BRANCHES:
+            self.fail(f"at most {BRANCHES} branches in one another", "another one")
+        self._branches += 1
         self.skip("[")
         legs = [self.series()]
         while self.skip(","):
             legs.append(self.series())
         if not self.skip("]"):
             self.fail("an instruction, , or ] of the branch")
+        self._branches -= 1
         return Branch(tuple(legs))
 
     def _instruction(self) -> Instruction:
@@ -191,4 +197,4 @@ class RungParser(ExpressionParser):
         if string:
             self._move_to(string.end())
             return Characters(string.group(1))
-        return self.expression()
+        return self.whole_expression()

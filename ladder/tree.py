@@ -285,6 +285,54 @@ def instructions_of(series: Series) -> Iterator[Instruction]:
                 yield from instructions_of(leg)
 
 
+BRANCHES = 32
+"""Branches that may stand in one another; Studio 5000 draws no more than six."""
+
+LEVELS = 100
+"""Levels that an operand may have: an operator or a function is one, a subscript `SUBSCRIPT`."""
+
+SUBSCRIPT = 3
+"""Levels of a subscript."""
+
+
+def too_deep(series: Series) -> str | None:
+    """Return what of a series is nested too deep for the tools that walk it, None if nothing is.
+
+    >>> too_deep((Instruction("CPT", (Address("A"), number(1))),)) is None
+    True
+    """
+    todo: list[tuple[Element, int]] = [(each, 0) for each in series]
+    while todo:
+        element, branches = todo.pop()
+        if isinstance(element, Branch):
+            if branches == BRANCHES:
+                return f"branches stand more than {BRANCHES} deep in one another"
+            todo += [(each, branches + 1) for leg in element.legs for each in leg]
+        elif any(levels_of(each) > LEVELS for each in element.operands):
+            return f"an operand of {element.name} has more than {LEVELS} levels of operators and subscripts"
+    return None
+
+
+def levels_of(operand: Operand) -> int:
+    """Return the levels of an operand, see `LEVELS`; no call is made per level."""
+    if not isinstance(operand, Operation) and not (isinstance(operand, Address) and operand.steps):
+        return 0
+    deepest = 0
+    todo: list[tuple[Operand, int]] = [(operand, 0)]
+    while todo:
+        node, above = todo.pop()
+        deepest = max(deepest, above)
+        if isinstance(node, Operation):
+            todo += [(each, above + 1) for each in node.operands]
+        elif isinstance(node, Address):
+            for step in node.steps:
+                if isinstance(step, SubscriptStep):
+                    todo += [(each, above + SUBSCRIPT) for each in step.indices]
+                elif isinstance(step, BitStep):
+                    todo.append((step.index, above + SUBSCRIPT))
+    return deepest
+
+
 def addresses_in(operand: Operand) -> Iterator[Address]:
     """Yield the addresses in an operand: itself, in its subscripts, in its expression."""
     if isinstance(operand, Address):

@@ -5,12 +5,22 @@ from __future__ import annotations
 from collections import deque
 from typing import NoReturn
 
-from .errors import SUBSCRIPT_CODE, TIMER_CODE, LadderFault, MinorFault
+from .errors import (
+    SUBSCRIPT_CODE,
+    TIMER_CODE,
+    WATCHDOG_CODE,
+    WATCHDOG_TYPE,
+    LadderFault,
+    MinorFault,
+)
 from .linked import Linked
 from .memory import Memory
 
 KEPT = 1000
 """Minor faults that are kept, the latest ones."""
+
+MOST_JUMPS = 200_000
+"""Jumps backwards in one scan: more than a controller does within its watchdog of 500 ms, at 2.5 µs each."""
 
 
 class Trouble:
@@ -28,6 +38,7 @@ class Trouble:
     def __init__(self, linked: Linked, memory: Memory) -> None:
         self.minor: deque[MinorFault] = deque(maxlen=KEPT)
         self.now_ns = 0
+        self._jumps = 0
         self._linked, self._memory = linked, memory
         self._told: set[int] = set()
         self._overflow = memory.layout.leaf("S:V")
@@ -36,6 +47,7 @@ class Trouble:
     def new_scan(self, now_ns: int) -> None:
         """Start a scan: every instruction may be told of again."""
         self.now_ns = now_ns
+        self._jumps = 0
         if self._told:
             self._told.clear()
 
@@ -56,6 +68,17 @@ class Trouble:
         """Stop the scan: a subscript or a bit number is out of range."""
         text = f"subscript {index} is out of range, allowed are 0 to {length - 1}"
         raise LadderFault(self._linked.sites[site], tag, text, SUBSCRIPT_CODE)
+
+    def jumped_back(self, site: int) -> None:
+        """Count a jump backwards; stop a scan that does not end.
+
+        The limit is a count, not a time on the clock, so that a run can be repeated. In a rack the CPU's
+        watchdog may come first.
+        """
+        self._jumps += 1
+        if self._jumps > MOST_JUMPS:
+            text = f"watchdog: more than {MOST_JUMPS:,} jumps backwards in one scan"
+            raise LadderFault(self._linked.sites[site], "JMP", text, WATCHDOG_CODE, WATCHDOG_TYPE)
 
     def negative_timer(self, site: int, tag: str, preset: int, accumulated: int) -> NoReturn:
         """Stop the scan: PRE or ACC of a timer is negative."""

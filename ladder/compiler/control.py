@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
 def jmp(rungs: RungWriter, label: str) -> None:
     """JMP: go on at a label."""
+    if rungs.sections[label] <= rungs.section:
+        rungs.writer.line(f"jumped_back({rungs.values.site})")
     rungs.writer.line(f"at = {rungs.sections[label]}")
     rungs.writer.line("continue")
 

@@ -103,6 +103,7 @@ def _with_labels(writer: Writer, rungs: RungWriter, routine: LinkedRoutine) -> N
     with writer.block("while True:"):
         for section, start in enumerate(starts):
             end = starts[section + 1] if section + 1 < len(starts) else len(routine.lines)
+            rungs.section = section
             with writer.block(f"if at == {section}:"):
                 for line in routine.lines[start:end]:
                     _rung(writer, rungs, line)

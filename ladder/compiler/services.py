@@ -38,6 +38,10 @@ class Services:
         if preset < 0 or accumulated < 0:
             self._trouble.negative_timer(site, tag, preset, accumulated)
 
+    def jumped_back(self, site: int) -> None:
+        """Count a jump backwards; stop a scan that does not end."""
+        self._trouble.jumped_back(site)
+
     def narrow(self, site: int, value: int, width: int, bits: int) -> int:
         """Return what is left of a number, first in the width of the computation, then in a tag."""
         result = math.wrap(math.wrap(value, width), bits)

@@ -21,12 +21,14 @@ class RungWriter:
         functions: name of each routine's Python function, by the routine in capitals.
         override: variable of the override that MCR toggles.
         sections: number of the section that a label starts.
+        section: number of the section that is being written.
     """
 
     def __init__(self, writer: Writer, functions: dict[str, str]) -> None:
         self.writer = writer
         self.values = Values(writer)
         self.sections: dict[str, int] = {}
+        self.section = 0
         self.functions = functions
         self._override = writer.linked.layout.leaf(OVERRIDE)
         self.override = self._override.ident

@@ -27,8 +27,8 @@ Caller = Callable[[str, Sequence[Value]], Sequence[Value]]
 
 
 class _Jump(Exception):  # noqa: N818 - control flow, not an error
-    def __init__(self, label: str) -> None:
-        self.label = label
+    def __init__(self, label: str, site: int) -> None:
+        self.label, self.site = label, site
 
 
 class _Return(Exception):  # noqa: N818
@@ -79,7 +79,10 @@ class Interpreter(BitInstructions, TimeInstructions, NumberInstructions, FileIns
                 self._line(routine.lines[number], inputs)
                 number += 1
             except _Jump as jump:
-                number = routine.labels[jump.label]
+                target = routine.labels[jump.label]
+                if target <= number:
+                    self._trouble.jumped_back(jump.site)
+                number = target
 
     def _line(self, line: Line, inputs: Sequence[Value]) -> None:
         power = not (self._linked.override and self._leaf(OVERRIDE))
@@ -130,7 +133,7 @@ class Interpreter(BitInstructions, TimeInstructions, NumberInstructions, FileIns
     # --- program control
 
     def _jmp(self, label: str) -> None:
-        raise _Jump(label)
+        raise _Jump(label, self._site)
 
     def _jsr(self, call: Call) -> None:
         site, inputs = self._site, self._inputs
