@@ -1,8 +1,9 @@
-"""How many mistakes in the command layer would the tests find?
+"""How many mistakes would the tests find, in the 3601's command layer or in another room?
 
     python benchmarks/mutants.py --cache DIR                  all mutants; can be broken off and taken up
     python benchmarks/mutants.py --cache DIR --sample 200     an estimate
     python benchmarks/mutants.py --files refusals homing      of these files only ("rules": the rule table)
+    python benchmarks/mutants.py --room pcl601 --sample 30    of another room, with its own tests
     python benchmarks/mutants.py --list                       the mutants, untried
     python benchmarks/mutants.py --smoke                      a handful that must be killed, quickly
 
@@ -10,7 +11,8 @@ A mutant is the project with one small mistake put in: a condition negated, a co
 left out, a status bit not set, a row of a table of refusals missing, a rule without its partner. The tests
 are run against each in a private copy; a mutant that no test fails for has survived, and is listed. A test
 that takes more than 20 times as long as usual counts as failed. What the mistakes are is written in
-`mutation/operators.py` and `mutation/effects.py`, which of them nobody could notice in `mutation/known.py`.
+`mutation/operators.py` and `mutation/effects.py`, which of them nobody could notice in `mutation/known.py`,
+which files and tests belong to a room in `mutation/rooms.py`.
 
 Exit status: 0 done, 1 a mutant of --smoke has survived or the share is below --at-least, 2 bad option.
 """
@@ -30,6 +32,7 @@ from pathlib import Path
 from mutation.effects import effects_of, fired
 from mutation.known import SMOKE, SMOKE_TESTS, reason_for
 from mutation.operators import Mutant, mutants_of
+from mutation.rooms import ROOMS, Room
 from mutation.trials import (
     STAGE_LIMIT_S,
     Baseline,
@@ -47,47 +50,23 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from scanrack.io_images.amci3601 import RULES
 
 ROOT = Path(__file__).parents[1]
-LAYER = [
-    "command_layer",
-    "commands",
-    "configuring",
-    "refusals",
-    "latches",
-    "profile_move",
-    "manual_move",
-    "registration_move",
-    "encoder_move",
-    "blending",
-    "homing",
-    "axis_homing",
-    "follower",
-    "operation",
-    "order",
-    "report",
-]
 TABLE = "rules"
-TESTS = (
-    "tests/manual",
-    "tests/properties/test_module_in_pieces.py",
-    "tests/properties/test_against_oracle.py",
-    "tests/unit/test_adapter_pcl601.py",
-    "tests/unit/test_adapter_pcl601_options.py",
-    "tests/unit/test_adapter_pmc006.py",
-    "tests/unit/test_adapter_refusals.py",
-    "tests/unit/test_module_latches.py",
-    "tests/unit/test_module_options.py",
-)
 
 
-def all_mutants(names: Iterable[str]) -> list[Mutant]:
-    """Return the mutants of these files that are not known to be equivalent."""
+def names_in(room: Room) -> list[str]:
+    """Return the names that --files takes for a room."""
+    return [*room.files(ROOT), *([TABLE] if room is ROOMS["amci3601"] else [])]
+
+
+def all_mutants(room: Room, names: Iterable[str]) -> list[Mutant]:
+    """Return the mutants of these files of a room that are not known to be equivalent."""
     found: list[Mutant] = []
+    files = room.files(ROOT)
     for name in names:
-        if name == TABLE:
+        if name == TABLE and name not in files:
             found += _table_mutants()
         else:
-            path = ROOT / "runtime" / "amci3601" / f"{name}.py"
-            found += mutants_of(path.relative_to(ROOT).as_posix(), path.read_text(encoding="utf-8"))
+            found += mutants_of(files[name], (ROOT / files[name]).read_text(encoding="utf-8"))
     return [mutant for mutant in found if reason_for(mutant) is None]
 
 
@@ -102,22 +81,27 @@ def _table_mutants() -> list[Mutant]:
 
 
 def test_files(given: Sequence[str]) -> list[str]:
-    """Return the files of tests, from the project's root; a folder stands for those in it."""
-    files: list[str] = []
+    """Return the files of tests, from the project's root; a folder or a pattern stands for those in it."""
+    files: dict[str, None] = {}
     for name in given:
-        path = ROOT / name
-        inside = sorted(path.rglob("test_*.py")) if path.is_dir() else [path] if path.exists() else []
-        files += [file.relative_to(ROOT).as_posix() for file in inside]
-    return files
+        for path in sorted(ROOT.glob(name)):
+            inside = sorted(path.rglob("test_*.py")) if path.is_dir() else [path]
+            files |= dict.fromkeys(file.relative_to(ROOT).as_posix() for file in inside)
+    return list(files)
 
 
 def known_tests(
-    copies: Sequence[ProjectCopy], files: Sequence[str], cache: Path, progress: Progress
+    copies: Sequence[ProjectCopy],
+    room: Room,
+    files: Sequence[str],
+    cache: Path,
+    progress: Progress,
 ) -> Baseline:
     """Return the tests without a mutant: each file's from the cache, or by running it."""
-    traced = [f"runtime/amci3601/{name}.py" for name in LAYER]
+    traced = list(room.files(ROOT).values())
     free = list(copies)
-    common = source_hash(free[0].package), tree_hash(free[0].place / "tests", "support/*.py", "conftest.py")
+    sources = source_hash(free[0].package, room.sources)
+    common = sources, tree_hash(free[0].place / "tests", "support/*.py", "conftest.py"), *room.folders
     bar = progress.add_task("tests without a mutant", total=len(files))
 
     def known(file: str) -> Baseline:
@@ -134,7 +118,7 @@ def known_tests(
 
 
 def measure(
-    mutants: Sequence[Mutant], files: Sequence[str], cache: Path, processes: int
+    mutants: Sequence[Mutant], room: Room, files: Sequence[str], cache: Path, processes: int
 ) -> dict[Mutant, Verdict]:
     """Try mutants; return their verdicts, as far as nobody has pressed Ctrl-C."""
     console = Console(stderr=True)
@@ -143,11 +127,11 @@ def measure(
         copies = [ProjectCopy(ROOT, Path(folder) / str(number)) for number in range(processes)]
         columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
         with Progress(*columns, console=console) as progress, ThreadPoolExecutor(processes) as pool:
-            known = known_tests(copies, files, cache, progress)
+            known = known_tests(copies, room, files, cache, progress)
             console.print(f"{len(known.tests):,} tests; {len(known.failed)} fail anyway and are left out")
             for node in known.failed:
                 console.print(f"  {node}", markup=False)
-            trials = Trials(copies, known, cache)
+            trials = Trials(copies, known, cache, room.sources)
             bar = progress.add_task("0 survived", total=len(mutants))
             futures = {pool.submit(trials.judge, mutant): mutant for mutant in mutants}
             try:
@@ -212,12 +196,13 @@ def _smoke_mutant(path: str, scope: str, old: str, new: str) -> Mutant:
 
 def parse(arguments: Sequence[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
-        description="How many mistakes in the command layer would the tests find?"
+        description="How many mistakes would the tests find, in the 3601's command layer or in another room?"
     )
+    parser.add_argument("--room", choices=[*ROOMS], default=next(iter(ROOMS)), help="what is measured")
+    parser.add_argument("--files", nargs="+", metavar="NAME", help="of these files of the room only")
     parser.add_argument(
-        "--files", nargs="+", metavar="NAME", default=[*LAYER, TABLE], choices=[*LAYER, TABLE]
+        "--tests", nargs="+", metavar="PATH", help="files, folders or patterns of tests, not the room's"
     )
-    parser.add_argument("--tests", nargs="+", metavar="PATH", default=TESTS, help="files or folders of tests")
     parser.add_argument("--sample", type=int, metavar="N", help="try so many, chosen at random")
     parser.add_argument("--seed", type=int, default=0, help="of the choice")
     parser.add_argument(
@@ -229,14 +214,19 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     )
     parser.add_argument("--list", action="store_true", help="print the mutants, try none")
     parser.add_argument("--smoke", action="store_true", help="a handful that must be killed")
-    return parser.parse_args(arguments)
+    given = parser.parse_args(arguments)
+    names = names_in(ROOMS[given.room])
+    if unknown := set(given.files or ()) - {*names}:
+        parser.error(f"--files {' '.join(sorted(unknown))}: the room {given.room} has {' '.join(names)}")
+    return given
 
 
 def main(arguments: Sequence[str]) -> int:
     given = parse(arguments)
     if given.smoke:
         return smoke()
-    mutants = all_mutants(given.files)
+    room = ROOMS[given.room]
+    mutants = all_mutants(room, given.files or names_in(room))
     if given.sample is not None and given.sample < len(mutants):
         chosen = set(random.Random(given.seed).sample(range(len(mutants)), given.sample))
         mutants = [mutant for index, mutant in enumerate(mutants) if index in chosen]
@@ -250,7 +240,8 @@ def main(arguments: Sequence[str]) -> int:
     with tempfile.TemporaryDirectory() as folder:
         cache = given.cache or Path(folder)
         cache.mkdir(parents=True, exist_ok=True)
-        verdicts = measure(mutants, test_files(given.tests), cache, given.processes)
+        tests = test_files(given.tests or room.tests)
+        verdicts = measure(mutants, room, tests, cache, given.processes)
     return 0 if report(mutants, verdicts) >= given.at_least else 1
 
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from .operators import Mutant
+from .rooms import LAYER
 
 
 class Equivalent(NamedTuple):
     """A mutant that behaves like the original.
 
     Attributes:
-        path: the file's name.
+        path: the file, from the project's root.
         scope: function or table.
         old: the text that is replaced.
         new: the text in its place.
@@ -30,58 +31,61 @@ NO_COUNTS = "an encoder move by no counts is complete at once, without a directi
 A_DIRECTION = "a motion's direction is +1 or -1"
 
 EQUIVALENT = (
-    Equivalent("command_layer.py", "", "0", "1", BEFORE_CONFIGURATION),
-    Equivalent("command_layer.py", "", "8", "9", BEFORE_CONFIGURATION),
+    Equivalent(f"{LAYER}/command_layer.py", "", "0", "1", BEFORE_CONFIGURATION),
+    Equivalent(f"{LAYER}/command_layer.py", "", "8", "9", BEFORE_CONFIGURATION),
     Equivalent(
-        "command_layer.py",
+        f"{LAYER}/command_layer.py",
         "CommandLayer.next_wake_ns",
         "waiting and self.running",
         "waiting",
         "a tick more changes nothing",
     ),
     Equivalent(
-        "command_layer.py",
+        f"{LAYER}/command_layer.py",
         "CommandLayer.next_wake_ns",
         "self.order.configures and not self.in_configuration_mode",
         "(self.order.configures or not self.in_configuration_mode)",
         "a tick more changes nothing",
     ),
-    Equivalent("command_layer.py", "CommandLayer.next_wake_ns", "1", "2", "ticks are 250,000 ns apart"),
     Equivalent(
-        "command_layer.py",
+        f"{LAYER}/command_layer.py", "CommandLayer.next_wake_ns", "1", "2", "ticks are 250,000 ns apart"
+    ),
+    Equivalent(
+        f"{LAYER}/command_layer.py",
         "CommandLayer._leaves_home",
         "self.axis.direction > 0",
         "self.axis.direction >= 0",
         A_DIRECTION,
     ),
-    Equivalent("commands.py", "_start_encoder_move", "way >= 0", "way > 0", NO_COUNTS),
-    Equivalent("commands.py", "_start_encoder_move", "0", "1", NO_COUNTS),
+    Equivalent(f"{LAYER}/commands.py", "_start_encoder_move", "way >= 0", "way > 0", NO_COUNTS),
+    Equivalent(f"{LAYER}/commands.py", "_start_encoder_move", "0", "1", NO_COUNTS),
     Equivalent(
-        "commands.py",
+        f"{LAYER}/commands.py",
         "resume",
         "not layer.refused(now_ns, order, refusals.RESUME) and held is not None",
         "not layer.refused(now_ns, order, refusals.RESUME)",
         "without a held move it is refused",
     ),
     Equivalent(
-        "refusals.py",
+        f"{LAYER}/refusals.py",
         "manual_parameters_illegal",
         "speed is None\n        or not (speed == 0 or speed_in_range(speed))\n"
         "        or not target_in_range(order.parameters.target)",
         "(not (speed == 0 or speed_in_range(speed)) or not target_in_range(order.parameters.target))",
         "None is in no range",
     ),
-    Equivalent("registration_move.py", "RegistrationMove._change_speed", "8", "9", "there are eight words"),
-    Equivalent("configuring.py", "", "1", "2", "bit 0 is live, and no latch has it"),
-    Equivalent("operation.py", "limit_of", "direction > 0", "direction >= 0", A_DIRECTION),
+    Equivalent(
+        f"{LAYER}/registration_move.py", "RegistrationMove._change_speed", "8", "9", "there are eight words"
+    ),
+    Equivalent(f"{LAYER}/configuring.py", "", "1", "2", "bit 0 is live, and no latch has it"),
+    Equivalent(f"{LAYER}/operation.py", "limit_of", "direction > 0", "direction >= 0", A_DIRECTION),
 )
 
 
 def reason_for(mutant: Mutant) -> str | None:
     """Return why a mutant is equivalent, or None if it is not known to be."""
     for known in EQUIVALENT:
-        here = (mutant.path.rsplit("/", 1)[-1], mutant.scope, mutant.old, mutant.new)
-        if here == known[:4]:
+        if (mutant.path, mutant.scope, mutant.old, mutant.new) == known[:4]:
             return known.reason
     return None
 

@@ -28,7 +28,7 @@ from .operators import Mutant
 from .plugin import NOT_THE_COPY, TASK
 
 ROOMS = ("io_images", "ladder", "runtime", "traces")
-BESIDE = ("tests", "docs", "pyproject.toml")
+BESIDE = ("tests", "docs", "examples", "pyproject.toml")
 PROOFS = "io_images/amci3601/rules/proofs.py"
 RULE_ID = re.compile(r"\b[A-Z]{2,4}-[A-Z]?\d\d\b")
 NO_TESTS = 5
@@ -180,13 +180,16 @@ class Trials:
         copies: the copies, one for each process at a time.
         known: the tests without a mutant.
         cache: where verdicts are kept.
+        sources: patterns of the files that a verdict rests on.
     """
 
-    def __init__(self, copies: Sequence[ProjectCopy], known: Baseline, cache: Path) -> None:
+    def __init__(
+        self, copies: Sequence[ProjectCopy], known: Baseline, cache: Path, sources: Iterable[str]
+    ) -> None:
         self.known = known
         self.free = list(copies)
         self.cache = cache
-        self._sources = source_hash(copies[0].package)
+        self._sources = source_hash(copies[0].package, sources)
         self._tests = {path: file_hash(copies[0].place / path) for path in {file_of(n) for n in known.tests}}
         self._support = tree_hash(copies[0].place / "tests", "support/*.py", "conftest.py")
         refusals = copies[0].package / "runtime" / "amci3601" / "refusals.py"
@@ -315,9 +318,8 @@ def tree_hash(folder: Path, *patterns: str) -> str:
     return digest(*(f"{path.relative_to(folder)} {file_hash(path)}" for path in paths))
 
 
-def source_hash(package: Path) -> str:
-    """Return a hash of all that decides what a simulated module does."""
-    patterns = ("io_images/**/*.py", "runtime/**/*.py")
+def source_hash(package: Path, patterns: Iterable[str]) -> str:
+    """Return a hash of the files that match, but for the commands and the list of proofs."""
     paths = sorted(path for pattern in patterns for path in package.glob(pattern))
     names = [path.relative_to(package).as_posix() for path in paths]
     decisive = [

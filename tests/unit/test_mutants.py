@@ -190,7 +190,7 @@ def test_effects_of_rules_follow_from_how_they_are_fired():
 def test_every_mutant_of_the_layer_is_python():
     import mutants
 
-    found = mutants.all_mutants(["refusals", "latches"])
+    found = mutants.all_mutants(mutants.ROOMS["amci3601"], ["refusals", "latches"])
     assert len(found) > 200
     for mutant in found:
         source = (ROOT / mutant.path).read_text(encoding="utf-8")
@@ -206,12 +206,44 @@ def test_smoke_mutants_and_known_equivalents_still_exist():
 
     for row in SMOKE:
         assert mutants._smoke_mutant(*row)
-    folder = ROOT / "runtime" / "amci3601"
     there = {
-        (path.name, mutant.scope, mutant.old, mutant.new)
-        for path in folder.glob("*.py")
-        for mutant in mutants_of(path.name, path.read_text(encoding="utf-8"))
+        (path, mutant.scope, mutant.old, mutant.new)
+        for path in {known.path for known in EQUIVALENT}
+        for mutant in mutants_of(path, (ROOT / path).read_text(encoding="utf-8"))
     }
     gone = [known for known in EQUIVALENT if known[:4] not in there]
     assert gone == []
     assert all(known.reason for known in EQUIVALENT)
+
+
+@pytest.mark.parametrize(
+    ("room", "some"),
+    [
+        ("amci3601", ["refusals", "rules"]),
+        ("pcl601", ["axis", "program/machine"]),
+        ("pmc006", ["axis"]),
+        ("adapters", ["driver", "pcl601/driver"]),
+        ("ladder", ["arithmetic", "compiler/values"]),
+        ("traces", ["repair", "plot/chart"]),
+        ("io_images", ["thousands", "pcl601/program/text"]),
+    ],
+)
+def test_every_room_has_files_and_tests(room, some):
+    import mutants
+
+    names = mutants.names_in(mutants.ROOMS[room])
+    assert {*some} <= {*names}
+    assert ("rules" in names) == (room == "amci3601")
+    for pattern in mutants.ROOMS[room].tests:
+        assert mutants.test_files([pattern]), pattern
+    assert len(mutants.all_mutants(mutants.ROOMS[room], some)) > 50
+
+
+def test_a_file_of_another_room_is_refused(capsys):
+    import mutants
+
+    with pytest.raises(SystemExit):
+        mutants.parse(["--room", "pmc006", "--files", "refusals"])
+    assert "--files refusals: the room pmc006 has axis controller" in " ".join(
+        capsys.readouterr().err.split()
+    ).replace("__init__ ", "")

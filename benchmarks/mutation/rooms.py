@@ -1,0 +1,160 @@
+"""The parts of the project whose tests are measured: their files, and the tests that are tried on them.
+
+The tests of a room are those that a change in it would be expected to break, the quick ones. A mutant that
+another room's tests notice still counts as survived: each room answers for itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+LAYER = "runtime/amci3601"
+
+
+@dataclass(frozen=True, slots=True)
+class Room:
+    """Some folders of the project and their tests.
+
+    Attributes:
+        folders: whose Python files get mutants, from the project's root.
+        tests: files, folders and glob patterns of tests.
+        names: the only files of the folders that get any, without .py; empty = all of them.
+        without: beginnings of paths that get none.
+        sources: files that decide what the room does, as glob patterns: a change voids verdicts.
+    """
+
+    folders: tuple[str, ...]
+    tests: tuple[str, ...]
+    names: tuple[str, ...] = ()
+    without: tuple[str, ...] = ()
+    sources: tuple[str, ...] = ("io_images/**/*.py", "runtime/**/*.py")
+
+    def files(self, root: Path) -> dict[str, str]:
+        """Return the files that get mutants, by name; paths are from the root."""
+        paths: dict[str, str] = {}
+        for folder in self.folders:
+            for path in sorted((root / folder).rglob("*.py")):
+                name = path.relative_to(root / folder).with_suffix("").as_posix()
+                there = path.relative_to(root).as_posix()
+                if (not self.names or name in self.names) and not there.startswith(self.without):
+                    paths[name if len(self.folders) == 1 else there.removesuffix(".py")] = there
+        return paths
+
+
+COMMAND_LAYER = (
+    "command_layer",
+    "commands",
+    "configuring",
+    "refusals",
+    "latches",
+    "profile_move",
+    "manual_move",
+    "registration_move",
+    "encoder_move",
+    "blending",
+    "homing",
+    "axis_homing",
+    "follower",
+    "operation",
+    "order",
+    "report",
+)
+
+ROOMS: dict[str, Room] = {
+    "amci3601": Room(
+        (LAYER,),
+        (
+            "tests/manual",
+            "tests/properties/test_module_in_pieces.py",
+            "tests/properties/test_against_oracle.py",
+            "tests/unit/test_adapter_pcl601.py",
+            "tests/unit/test_adapter_pcl601_options.py",
+            "tests/unit/test_adapter_pmc006.py",
+            "tests/unit/test_adapter_refusals.py",
+            "tests/unit/test_module_latches.py",
+            "tests/unit/test_module_options.py",
+        ),
+        names=COMMAND_LAYER,
+    ),
+    "pcl601": Room(
+        ("runtime/pcl601",),
+        (
+            "tests/manual/test_pcl601_*.py",
+            "tests/properties/test_pcl601_*.py",
+            "tests/unit/test_pcl601_*.py",
+            "tests/unit/test_client_pcl601.py",
+        ),
+    ),
+    "pmc006": Room(
+        ("runtime/pmc006",),
+        (
+            "tests/manual/test_pmc006_*.py",
+            "tests/properties/test_pmc006.py",
+            "tests/unit/test_pmc006_*.py",
+            "tests/unit/test_client_pmc006.py",
+        ),
+    ),
+    "adapters": Room(
+        ("runtime/adapters",),
+        (
+            "tests/manual/test_adapter_worked_bytes.py",
+            "tests/manual/test_one_list_three_hardwares.py",
+            "tests/unit/test_adapter_*.py",
+            "tests/unit/test_adapters_*.py",
+        ),
+    ),
+    "ladder": Room(
+        ("ladder",),
+        (
+            "tests/manual/test_ladder_*.py",
+            "tests/properties/test_ladder_*.py",
+            "tests/unit/ladder",
+        ),
+        sources=("io_images/**/*.py", "ladder/**/*.py", "ladder/**/*.rung", "runtime/**/*.py"),
+    ),
+    "traces": Room(
+        ("traces",),
+        (
+            "tests/golden",
+            "tests/peers/test_export_read_back.py",
+            "tests/peers/test_trace_stock_reader.py",
+            "tests/properties/test_compare_mutated.py",
+            "tests/properties/test_query_columns.py",
+            "tests/properties/test_trace_fuzz.py",
+            "tests/unit/test_cli_bad_traces.py",
+            "tests/unit/test_cli_compare.py",
+            "tests/unit/test_cli_query_plot_export.py",
+            "tests/unit/test_cli_replay.py",
+            "tests/unit/test_partial_files.py",
+            "tests/unit/test_plot_chart.py",
+            "tests/unit/test_query*.py",
+            "tests/unit/test_trace_*.py",
+            "tests/unit/test_traces_*.py",
+        ),
+        sources=("io_images/**/*.py", "runtime/**/*.py", "traces/**/*.py"),
+    ),
+    "io_images": Room(
+        ("io_images",),
+        (
+            "tests/manual/test_*_words.py",
+            "tests/manual/test_pcl601_frames.py",
+            "tests/manual/test_pcl601_modbus.py",
+            "tests/manual/test_pcl601_sample_programs.py",
+            "tests/manual/test_pmc006_frames.py",
+            "tests/manual/test_pmc006_instructions.py",
+            "tests/manual/test_pmc006_programs.py",
+            "tests/manual/test_thousands_examples.py",
+            "tests/properties/test_*_both_ways.py",
+            "tests/properties/test_image_*.py",
+            "tests/properties/test_thousands_pairs.py",
+            "tests/properties/test_wire_strategies.py",
+            "tests/unit/test_pclt_text.py",
+            "tests/unit/test_rule_proofs.py",
+            "tests/unit/test_rules_table.py",
+            "tests/unit/test_strategies_doc.py",
+        ),
+        without=("io_images/amci3601/rules/",),  # the room amci3601 has them
+    ),
+}
+"""The rooms by name; the first is the one that is measured without --room."""
