@@ -32,7 +32,7 @@ _ZSTD_LEVEL = 1
 
 
 class ChunkWriter:
-    """Writes chunks of messages, with all indexes and the CRCs of chunks and summary.
+    """Writes chunks of messages, with all indexes and the CRCs of chunks, data and summary.
 
     Schemas, channels, metadata and attachments come first, then messages.
 
@@ -50,7 +50,8 @@ class ChunkWriter:
         self._records = bytearray()
         self._entries: dict[int, array[int]] = {}  # channel -> time, offset, time, offset, ...
         self._summary = Summary()
-        file.write(MAGIC + encoded(Header(profile, library)))
+        self._crc = 0
+        self._write(MAGIC + encoded(Header(profile, library)))
 
     @property
     def open_bytes(self) -> int:
@@ -63,8 +64,8 @@ class ChunkWriter:
         self._entries[number] = array("Q")
         described = Schema(id=number, name=schema_name, encoding=schema_encoding, data=schema.encode())
         registered = Channel(number, topic, encoding, {}, number)
-        self._file.write(encoded(described))
-        self._file.write(encoded(registered))
+        self._write(encoded(described))
+        self._write(encoded(registered))
         self._summary.schema(described)
         self._summary.channel(registered)
         return number
@@ -74,14 +75,14 @@ class ChunkWriter:
         record = Metadata(name=name, metadata=data)
         content = encoded(record)
         self._summary.metadata(self._file.tell(), len(content), record)
-        self._file.write(content)
+        self._write(content)
 
     def add_attachment(self, name: str, media_type: str, data: bytes) -> None:
         """Write an attachment. It has no time of its own."""
         record = Attachment(create_time=0, log_time=0, name=name, media_type=media_type, data=data)
         content = encoded(record)
         self._summary.attachment(self._file.tell(), len(content), record)
-        self._file.write(content)
+        self._write(content)
 
     def add_message(
         self, channel_id: int, log_time: int, data: bytes, publish_time: int, sequence: int, /
@@ -109,7 +110,7 @@ class ChunkWriter:
         """Write the open chunk, the summary and the footer. The file stays open."""
         if self._records:
             self._write_chunk()
-        self._file.write(self._summary.end(self._file.tell()))
+        self._file.write(self._summary.end(self._file.tell(), self._crc))
 
     def _write_chunk(self) -> None:
         records = self._records
@@ -131,4 +132,9 @@ class ChunkWriter:
         records.clear()
         for channel in used:
             del self._entries[channel][:]
-        self._file.write(content + indexes)
+        self._write(content + indexes)
+
+    def _write(self, data: bytes) -> None:
+        """Write records of the data section, which the CRC at its end guards."""
+        self._file.write(data)
+        self._crc = zlib.crc32(data, self._crc)

@@ -9,8 +9,9 @@ from typing import BinaryIO
 from mcap.opcode import Opcode
 from mcap.records import Channel, Header, Metadata, Schema
 
+from .finding import sound_summary
 from .layout import SlotInfo
-from .records import Span, TraceError, read_chunk, read_record, sound_summary
+from .records import Span, TraceError, read_chunk, read_record
 from .schema import FORMAT, MESSAGE_ENCODING, METADATA, SCHEMA_ENCODING, scan_schema
 from .topics import SCAN_TOPIC
 

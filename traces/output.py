@@ -239,8 +239,11 @@ def is_being_recorded(path: Path) -> bool:
     """Return whether a recorder has a file open; never, where the system has no locks."""
     if not path.is_file():
         return False
-    with path.open("rb") as file:
-        return not _locked(file.fileno())
+    try:
+        with path.open("rb") as file:
+            return not _locked(file.fileno())
+    except OSError:  # who reads it will say so
+        return False
 
 
 def _emptied(path: Path) -> RawFile:

@@ -11,21 +11,22 @@ chunk is given, and `notes` says so. A damaged chunk is left out, and noted.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import BinaryIO, NamedTuple
+from typing import BinaryIO, NamedTuple, TypeVar
 
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Schema
 
 from ..io_images.image import IMAGE_BYTES, Image
+from .finding import data_damage, ends_whole, find_records, summary_damage
 from .head import read_head
 from .layout import SLOT_BYTES
-from .records import MAGIC, Message, Span, TraceError, ends_whole, find_records, read_attachment
-from .schema import SCAN_HEAD
+from .records import MAGIC, Message, Span, TraceError, TraceLimitError, read_attachment
+from .schema import LIBRARY, SCAN_HEAD
 from .sections import Part, ScanRows, ScanShape, Section, find_sections, held, take_apart, torn_chunk
 from .topics import SCAN_TOPIC, TOPICS
 from .wording import seconds
@@ -77,24 +78,24 @@ class TraceEvent:
     fields: Mapping[str, object]
 
 
-class Trace(AbstractContextManager["Trace"]):
-    """A trace that is open for reading. Each iteration starts at its beginning.
+class Records(AbstractContextManager["Records"]):
+    """A file of records that is open for reading, whatever its topics are.
 
     Args:
-        file: the file, open for reading. It is closed with the trace.
+        file: the file, open for reading. It is closed with the records.
         size: its size in bytes.
 
     Attributes:
         size: its size in bytes.
-        head: what it is a trace of.
         notes: what is wrong with the file; a damaged chunk is noted once reading has met it.
         file: the file.
         spans: its whole records, in order.
         sections: where the messages are, in the order of the file.
-        shape: how the scans lie in them.
+        shape: how scans lie in them; here there are none.
 
     Raises:
-        TraceError: it is no trace, or none that this version knows.
+        TraceError: it is no MCAP file.
+        TraceLimitError: it has more records than the limits allow.
     """
 
     def __init__(self, file: BinaryIO, size: int) -> None:
@@ -103,18 +104,10 @@ class Trace(AbstractContextManager["Trace"]):
         if file.read(len(MAGIC)) != MAGIC:
             raise TraceError("it is not an MCAP file")
         self.spans, self.notes = find_records(file, size)
-        try:
-            self.head = read_head(file, self.spans)
-        except TraceError as error:
-            raise TraceError("; ".join([str(error), *self.notes])) from error
-        self._topics = {channel.id: topic for topic, channel in self.head.channels.items()}
-        self._places = {slot.number: SLOT_BYTES * place for place, slot in enumerate(self.head.slots)}
-        self._scan_bytes = SCAN_HEAD.size + SLOT_BYTES * len(self.head.slots)
-        self._firsts: dict[int, int] = {}
         self.sections = find_sections(file, self.spans)
-        self.shape = ScanShape(self.head.channels[SCAN_TOPIC].id, SLOT_BYTES * len(self.head.slots))
-        if not ends_whole(file, self.spans):
-            self.notes += self._where_it_ends()
+        self.shape = ScanShape(None, 0)
+        if damage := summary_damage(file, self.spans):
+            self.notes.append(f"{damage}; what it tells is not used")
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -124,6 +117,70 @@ class Trace(AbstractContextManager["Trace"]):
     def close(self) -> None:
         """Close the file."""
         self.file.close()
+
+    def parts(self, section: Section) -> list[Part] | None:
+        """Take a section apart; None for a damaged one, which is noted.
+
+        Raises:
+            TraceLimitError: it unpacks to more, or has more records, than the limits allow.
+        """
+        try:
+            return take_apart(self.file, section, self.shape)
+        except TraceLimitError:
+            raise
+        except TraceError as error:
+            self.note(f"{error}; {held(self.shape, section)} are left out")
+            return None
+
+    def check_data(self) -> None:
+        """Note where the CRC of all data does not fit. It guards what has no CRC of its own: the metadata.
+
+        The whole file is read, a GB in about a second.
+        """
+        if damage := data_damage(self.file, self.spans):
+            self.note(damage)
+
+    def raw(self, span: Span) -> bytes:
+        """Return the bytes of a record."""
+        self.file.seek(span.offset)
+        return self.file.read(span.end - span.offset)
+
+    def note(self, note: str) -> None:
+        """Take a note, once."""
+        if note not in self.notes:
+            self.notes.append(note)
+
+
+class Trace(Records):
+    """A trace of scans that is open for reading. Each iteration starts at its beginning.
+
+    Args:
+        file: the file, open for reading. It is closed with the trace.
+        size: its size in bytes.
+
+    Attributes:
+        head: what it is a trace of.
+        shape: how the scans lie in its sections.
+
+    Raises:
+        TraceError: it is no trace, or none that this version knows.
+    """
+
+    def __init__(self, file: BinaryIO, size: int) -> None:
+        super().__init__(file, size)
+        try:
+            self.head = read_head(file, self.spans)
+        except TraceLimitError:
+            raise
+        except TraceError as error:
+            raise TraceError("; ".join([str(error), *self.notes])) from error
+        self._topics = {channel.id: topic for topic, channel in self.head.channels.items()}
+        self._places = {slot.number: SLOT_BYTES * place for place, slot in enumerate(self.head.slots)}
+        self._scan_bytes = SCAN_HEAD.size + SLOT_BYTES * len(self.head.slots)
+        self._firsts: dict[int, int] = {}
+        self.shape = ScanShape(self.head.channels[SCAN_TOPIC].id, SLOT_BYTES * len(self.head.slots))
+        if not ends_whole(file, self.spans):
+            self.notes += self._where_it_ends()
 
     def __iter__(self) -> Iterator[Scan | TraceEvent]:
         """Iterate over scans and events in the order of the file; what is damaged is left out and noted."""
@@ -184,24 +241,6 @@ class Trace(AbstractContextManager["Trace"]):
             self._firsts[place] = _NO_SCAN if rows is None else int(rows["scan"][0])
         return self._firsts[place]
 
-    def parts(self, section: Section) -> list[Part] | None:
-        """Take a section apart; None for a damaged one, which is noted."""
-        try:
-            return take_apart(self.file, section, self.shape)
-        except TraceError as error:
-            self.note(f"{error}; {held(self.shape, section)} are left out")
-            return None
-
-    def raw(self, span: Span) -> bytes:
-        """Return the bytes of a record."""
-        self.file.seek(span.offset)
-        return self.file.read(span.end - span.offset)
-
-    def note(self, note: str) -> None:
-        """Take a note, once."""
-        if note not in self.notes:
-            self.notes.append(note)
-
     def attachments(self) -> list[Attachment]:
         """Return the attachments: program, rack file, word map."""
         found = []
@@ -231,13 +270,22 @@ class Trace(AbstractContextManager["Trace"]):
 
     def _events(self, message: Message, section: Section) -> Iterator[TraceEvent]:
         """Yield the event that a message is, if it is one."""
-        topic = self._topics.get(message.channel, "")
-        if topic in _EVENT_TOPICS:
+        topic = self._topics.get(message.channel)
+        if topic not in _EVENT_TOPICS:
+            self._note_stranger(message.channel, topic)
+        else:
             try:
                 yield _event(message, topic)
             except ValueError as error:
                 where = f"the chunk at byte {section.span.offset:,}"
                 self.note(f"{where} has a bad message on {topic}: {error}; it is left out")
+
+    def _note_stranger(self, channel: int, topic: str | None) -> None:
+        """Note messages that a trace of ours can't have: the record of their channel is damaged."""
+        if topic is None:
+            self.note(f"no record tells what channel {channel} is; its messages are left out")
+        elif self.head.library.startswith(LIBRARY):
+            self.note(f"the topic {topic!r} is not known; its messages are left out")
 
     def _where_it_ends(self) -> Iterator[str]:
         """Tell the last scan that there is, and what was begun after it."""
@@ -252,13 +300,31 @@ class Trace(AbstractContextManager["Trace"]):
             yield f"the chunk at byte {torn.span.offset:,} is not whole; {lost} are left out"
 
 
+def open_records(path: Path) -> Records:
+    """Open any MCAP file for reading, such as the trace of a serial line.
+
+    Raises:
+        TraceError: it can't be read, or is no MCAP file. The message names the path.
+        TraceLimitError: it has more records than the limits allow.
+    """
+    return _opened(path, Records)
+
+
 def open_trace(path: Path) -> Trace:
-    """Open a trace for reading.
+    """Open a trace of scans for reading.
 
     Raises:
         TraceError: it can't be read, is no MCAP file, holds no scans of ours, or scans laid out in
             a way this version does not know. The message names the path.
+        TraceLimitError: it has more records than the limits allow; reading may raise it, too.
     """
+    return _opened(path, Trace)
+
+
+R = TypeVar("R", bound=Records)
+
+
+def _opened(path: Path, kind: Callable[[BinaryIO, int], R]) -> R:
     try:
         if path.exists() and not path.is_file() and not path.is_dir():
             raise TraceError(f"{path}: it is not a file")
@@ -266,7 +332,10 @@ def open_trace(path: Path) -> Trace:
     except OSError as error:
         raise TraceError(f"{path}: {error.strerror}") from error
     try:
-        return Trace(file, path.stat().st_size)
+        return kind(file, path.stat().st_size)
+    except TraceLimitError as error:
+        file.close()
+        raise TraceLimitError(f"{path}: {error}", error.limit) from error
     except TraceError as error:
         file.close()
         raise TraceError(f"{path}: {error}") from error

@@ -1,28 +1,28 @@
-"""MCAP from the reading side: find the records of a file, take a chunk apart.
+"""MCAP from the reading side: read a record, take a chunk apart.
 
     89 "MCAP0" 0D 0A                          magic
     opcode u8 | length u64 | content          a record; again and again, the footer last
     89 "MCAP0" 0D 0A                          magic
 
-Reading does not lean on the summary at the end, which a killed process did not
-get to write. What is whole is given; what is not is named by its offset.
+What is whole is given; what is not is named by its offset.
 """
 
 from __future__ import annotations
 
-import re
 import struct
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from io import BytesIO
 from typing import BinaryIO, NamedTuple, TypeVar
 
+from lz4.frame import LZ4FrameDecompressor
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, Chunk, Footer, Schema
-from mcap.stream_reader import get_chunk_data_stream
-from zstandard import ZstdError
+from mcap.records import Attachment, Channel, Chunk, Schema
+from zstandard import ZstdDecompressor, ZstdError, frame_content_size
+
+from .limits import limits
 
 MAGIC = b"\x89MCAP0\r\n"
 
@@ -30,17 +30,7 @@ RECORD_HEAD = struct.Struct("<BQ")
 """What every record begins with: opcode, length of the content."""
 
 _MESSAGE = struct.Struct("<HIQQ")
-_COMPRESSIONS = frozenset({"", "zstd", "lz4"})
-_COMPRESSION = re.compile(rb"\x04\x00\x00\x00zstd|\x03\x00\x00\x00lz4")
-_COMPRESSION_BYTES_MAX = 8
-_CHUNK_NAME = 37
-"""Where in a chunk the name of its compression is, after opcode, length, two times, size and CRC."""
-
 _CRC = struct.Struct("<I")
-_LENGTH = struct.Struct("<Q")
-_SEARCH_BYTES = 1 << 20
-_FIRST_PRIVATE_OPCODE = 0x80
-_OPCODES = frozenset(opcode.value for opcode in Opcode)
 BROKEN = (McapError, struct.error, ValueError, OverflowError, RuntimeError, EOFError, MemoryError, ZstdError)
 """What the libraries raise on bytes that are not what they should be."""
 
@@ -52,6 +42,18 @@ R = TypeVar("R")
 
 class TraceError(ValueError):
     """A file that can't be read as a trace; the message says what is the matter, and where."""
+
+
+class TraceLimitError(TraceError):
+    """A trace that asks for more work than the limits allow; see `limits.Limits`.
+
+    Attributes:
+        limit: which of them, by name.
+    """
+
+    def __init__(self, message: str, limit: str) -> None:
+        super().__init__(message)
+        self.limit = limit
 
 
 class Span(NamedTuple):
@@ -74,100 +76,6 @@ class Message(NamedTuple):
     sequence: int
     log_time: int
     data: bytes
-
-
-def find_records(file: BinaryIO, size: int) -> tuple[list[Span], list[str]]:
-    """Hop over the records of a file. Where a hop leads astray, go on with the next chunk.
-
-    Args:
-        file: open for reading, its magic checked.
-        size: its size in bytes.
-
-    Returns:
-        The whole records in order, and what is wrong with the file.
-    """
-    spans: list[Span] = []
-    troubles: list[str] = []
-    offset = len(MAGIC)
-    while (trouble := _hop(file, size, offset, spans)) is not None:
-        last_start, last_end = _last(spans)
-        found = _next_chunk(file, size, last_start + 1)
-        if found is None:
-            return spans, [*troubles, trouble]
-        troubles.append(f"{DAMAGED}at byte {last_end:,}; the next chunk is at byte {found:,}")
-        offset = found
-    return spans, troubles
-
-
-def _hop(file: BinaryIO, size: int, offset: int, spans: list[Span]) -> str | None:
-    """Add the records from `offset` on; return what ended them before the footer."""
-    while offset + RECORD_HEAD.size <= size:
-        file.seek(offset)
-        opcode, length = RECORD_HEAD.unpack(file.read(RECORD_HEAD.size))
-        if opcode not in _OPCODES and opcode < _FIRST_PRIVATE_OPCODE:
-            return f"{DAMAGED}at byte {offset:,}: no record begins with {opcode:#04x}"
-        if offset + RECORD_HEAD.size + length > size:
-            break
-        spans.append(Span(opcode, offset, length))
-        offset = spans[-1].end
-        if ends_whole(file, spans):
-            return None
-    return f"it has no end: the last whole record ends at byte {offset:,} of {size:,}"
-
-
-def ends_whole(file: BinaryIO, spans: Sequence[Span]) -> bool:
-    """Return whether the last of the records is the footer, and the magic follows it."""
-    if not spans or spans[-1].opcode != Opcode.FOOTER:
-        return False
-    file.seek(spans[-1].end)
-    return file.read(len(MAGIC)) == MAGIC
-
-
-def sound_summary(file: BinaryIO, spans: Sequence[Span]) -> int | None:
-    """Return where the summary of a file begins; None if it has none, or one whose CRC does not fit."""
-    if not ends_whole(file, spans):
-        return None
-    footer = read_record(file, spans[-1], Footer.read)
-    size = spans[-1].end - _CRC.size - footer.summary_start
-    if not footer.summary_start or not footer.summary_crc or size < 0:
-        return None
-    file.seek(footer.summary_start)
-    return footer.summary_start if zlib.crc32(file.read(size)) == footer.summary_crc else None
-
-
-def _last(spans: Sequence[Span]) -> tuple[int, int]:
-    """Return where the last record begins and ends."""
-    return (spans[-1].offset, spans[-1].end) if spans else (0, len(MAGIC))
-
-
-def _next_chunk(file: BinaryIO, size: int, start: int) -> int | None:
-    """Search for a chunk that begins at `start` or later by the name of its compression and by its sizes."""
-    before = b""
-    file.seek(start + _CHUNK_NAME)
-    place = start + _CHUNK_NAME
-    while data := before + file.read(_SEARCH_BYTES):
-        for match in _COMPRESSION.finditer(data):
-            offset = place + match.start() - _CHUNK_NAME
-            if _is_chunk(file, size, offset, len(match[0])):
-                return offset
-        if len(data) == len(before):
-            break
-        before = data[-_COMPRESSION_BYTES_MAX:]
-        place += len(data) - len(before)
-        file.seek(place + len(before))
-    return None
-
-
-def _is_chunk(file: BinaryIO, size: int, offset: int, name: int) -> bool:
-    """Return whether the sizes in a record agree with one another and with the file, as in a chunk."""
-    file.seek(offset)
-    head = file.read(_CHUNK_NAME + name + 8)
-    if len(head) < _CHUNK_NAME + name + 8:
-        return False
-    opcode, length = RECORD_HEAD.unpack_from(head)
-    (data_length,) = _LENGTH.unpack_from(head, _CHUNK_NAME + name)
-    fits = length == len(head) - RECORD_HEAD.size + data_length
-    return bool(opcode == Opcode.CHUNK and fits and offset + RECORD_HEAD.size + length <= size)
 
 
 def read_record(file: BinaryIO, span: Span, read: Callable[[ReadDataStream], R]) -> R:
@@ -208,14 +116,50 @@ def chunk_data(file: BinaryIO, span: Span) -> bytes:
     """
     chunk = read_record(file, span, Chunk.read)
     try:
-        if chunk.compression not in _COMPRESSIONS:
-            raise ValueError(f"compression {chunk.compression!r} is not known")
-        stream, length = get_chunk_data_stream(chunk, validate_crc=True)
-        if length != chunk.uncompressed_size:
-            raise ValueError(f"it holds {length:,} bytes instead of {chunk.uncompressed_size:,}")
-        return stream.read(length)
+        return _unpacked(chunk, f"the chunk at byte {span.offset:,}")
+    except TraceLimitError:
+        raise
     except BROKEN as error:
         raise TraceError(f"{DAMAGED}chunk at byte {span.offset:,}: {error}") from error
+
+
+def _unpacked(chunk: Chunk, where: str) -> bytes:
+    """Return what is in a chunk; never unpack more than its head tells, and the limit allows."""
+    if chunk.compression not in _UNPACK:
+        raise ValueError(f"compression {chunk.compression!r} is not known")
+    size, most = chunk.uncompressed_size, limits().chunk_bytes
+    if chunk.compression == "zstd" and frame_content_size(chunk.data) not in (-1, size):
+        raise ValueError(f"it holds {frame_content_size(chunk.data):,} bytes instead of {size:,}")
+    if size > most:
+        raise TraceLimitError(f"{where} unpacks to {size:,} bytes; the limit is {most:,}", "chunk_bytes")
+    data = _UNPACK[chunk.compression](chunk.data, size + 1)
+    if len(data) != size:
+        more = "more than " if len(data) > size else ""
+        raise ValueError(f"it holds {more}{min(len(data), size):,} bytes instead of {size:,}")
+    if chunk.uncompressed_crc not in (0, zlib.crc32(data)):
+        raise ValueError("its CRC does not fit")
+    return data
+
+
+def _unpack_zstd(data: bytes, most: int) -> bytes:
+    if frame_content_size(data) >= 0:  # no more than `most`, as the caller has seen
+        unpacked: bytes = ZstdDecompressor().decompress(data)
+        return unpacked
+    with ZstdDecompressor().stream_reader(data) as stream:
+        return stream.read(most)
+
+
+def _unpack_lz4(data: bytes, most: int) -> bytes:
+    unpacked: bytes = LZ4FrameDecompressor().decompress(data, max_length=most)
+    return unpacked
+
+
+_UNPACK: Mapping[str, Callable[[bytes, int], bytes]] = {
+    "": lambda data, most: data[:most],
+    "zstd": _unpack_zstd,
+    "lz4": _unpack_lz4,
+}
+"""How the data of a chunk are unpacked, at most so many bytes, by its compression."""
 
 
 def read_chunk(file: BinaryIO, span: Span) -> list[Message | Channel | Schema]:
@@ -225,15 +169,35 @@ def read_chunk(file: BinaryIO, span: Span) -> list[Message | Channel | Schema]:
         TraceError: as `chunk_data`.
     """
     data = chunk_data(file, span)
-    records, offset = [], 0
     try:
-        while offset < len(data):
-            record, offset = split(data, offset)
-            if record is not None:
-                records.append(record)
+        return [record for _, record in records_in(data)]
+    except TraceLimitError as error:
+        raise TraceLimitError(f"the chunk at byte {span.offset:,} {error}", error.limit) from error
     except BROKEN as error:
         raise TraceError(f"{DAMAGED}chunk at byte {span.offset:,}: {error}") from error
-    return records
+
+
+def records_in(data: bytes) -> Iterator[tuple[int, Message | Channel | Schema]]:
+    """Yield the records in a chunk's data with their offsets, those of other kinds left out.
+
+    Raises:
+        ValueError, struct.error: they are no whole records.
+        TraceLimitError: they are too many; the message is the end of a sentence.
+    """
+    offset = count = 0
+    while offset < len(data):
+        start = offset
+        record, offset = split(data, start)
+        count += 1
+        check_count(count, offset)
+        if record is not None:
+            yield start, record
+
+
+def check_count(count: int, size: int) -> None:
+    """Raise `TraceLimitError` if so many records in so many bytes are too many."""
+    if limits().too_many(count, size):
+        raise TraceLimitError(f"has more than {limits().records:,} records, most of them empty", "records")
 
 
 def split(data: bytes, offset: int) -> tuple[Message | Channel | Schema | None, int]:

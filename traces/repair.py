@@ -5,35 +5,49 @@
 
 Whole records are copied as they are, so a trace that has only lost its end is
 afterwards what it would have been. The repaired trace is written beside the
-original, put on the disk, and only then takes its place.
+original, put on the disk, and only then takes its place. The original is kept
+unless the repaired trace begins with all of it but a torn end.
 """
 
 from __future__ import annotations
 
-import filecmp
 import os
 import shutil
 import tempfile
+import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from itertools import takewhile
+from itertools import count
 from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, Metadata, Schema
+from mcap.reader import make_reader
+from mcap.records import Channel, Chunk, Header, Metadata, Schema
 
+from .finding import DATA_DAMAGE, data_crc, ends_whole, sound_summary
+from .line import PROFILE as LINE_PROFILE
 from .output import is_being_recorded
-from .reader import Trace, open_trace
-from .records import DAMAGED, MAGIC, Message, Span, TraceError, read_attachment, read_record, sound_summary
+from .reader import Records, Trace, open_records, open_trace
+from .records import (
+    BROKEN,
+    DAMAGED,
+    MAGIC,
+    Message,
+    Span,
+    TraceError,
+    TraceLimitError,
+    read_attachment,
+    read_record,
+)
 from .schema import LIBRARY
 from .sections import Part, Section
 from .summary import Entries, Summary, encoded
 
 ORIGINAL_SUFFIX = ".orig"
-"""What is added to the name of the original, where it is kept."""
+"""What is added to the name of the original, where it is kept; a number follows if that name is taken."""
 
 
 @dataclass(slots=True)
@@ -42,12 +56,14 @@ class Repair:
 
     Attributes:
         notes: what was wrong with the trace; nothing at all and it has been left as it is.
-        scans: how many scans it has, those that were left out not counted.
+        scans: how many scans it has, those that were left out not counted; None for the trace of a line.
+        messages: how many messages it has, scans among them.
         original: where the original is kept; None if it is not, or still in its place.
     """
 
     notes: list[str] = field(default_factory=list)
-    scans: int = 0
+    scans: int | None = 0
+    messages: int = 0
     original: Path | None = None
 
     @property
@@ -66,11 +82,11 @@ def repair(
 ) -> Repair:
     """Complete a trace.
 
-    Where something whole in length but unreadable had to be left out, the original is kept, with
-    `.orig` at the end of its name; otherwise nothing that could be read is lost, and it is replaced.
+    The original is kept, with `.orig` at the end of its name, unless the repaired trace begins with
+    all of it but a chunk in which it was cut off.
 
     Args:
-        path: the trace.
+        path: the trace, of scans or of a serial line.
         output: where the repaired trace is written; None to replace the trace.
         progress: told how many bytes of the trace have been gone through with each record.
 
@@ -86,18 +102,57 @@ def repair(
     result = Repair()
     made = _new_file_beside(target)
     try:
-        with open_trace(path) as trace:
+        with _open(path) as trace:
             with made.open("wb") as file:
-                Rewriter(trace, file, result, progress).run()
+                rewriter = Rewriter(trace, file, result, progress)
+                rewriter.run()
                 file.flush()
                 os.fsync(file.fileno())
-            if not result.notes and trace.head.library.startswith(LIBRARY) and not _equal(made, path):
-                result.notes.append("its indexes or its end do not fit what it holds")
+            whole = trace.spans[-1].end
+            if not result.notes:
+                result.notes += _misfits(trace, rewriter.library, made, path)
         if result.needed:
-            _put_in_place(made, path, target, result)
+            keep = bool(result.damaged) or not _begin_alike(made, path, whole)
+            _put_in_place(made, path, target, result, keep=keep)
     finally:
         made.unlink(missing_ok=True)
     return result
+
+
+def _open(path: Path) -> Records:
+    """Open a trace of scans, or of a serial line."""
+    try:
+        return open_trace(path)
+    except TraceLimitError:
+        raise
+    except TraceError:
+        records = open_records(path)
+        if _header(records).profile == LINE_PROFILE:
+            return records
+        records.close()
+        raise
+
+
+def _header(records: Records) -> Header:
+    headers = [span for span in records.spans if span.opcode == Opcode.HEADER]
+    return read_record(records.file, headers[0], Header.read) if headers else Header("", "")
+
+
+def _misfits(trace: Records, library: str, made: Path, path: Path) -> Iterator[str]:
+    """Yield what is wrong with a trace in which everything could be read.
+
+    Ours are compared with what they would be if written anew; others are read by the stock reader.
+    """
+    if library.startswith(LIBRARY):
+        if made.stat().st_size != path.stat().st_size or not _begin_alike(made, path, trace.size):
+            yield "its indexes or its end do not fit what it holds"
+        return
+    try:
+        trace.file.seek(0)
+        for _ in make_reader(trace.file, validate_crcs=True).iter_messages(log_time_order=False):
+            pass
+    except BROKEN as error:
+        yield f"the stock reader can't read it to its end: {error}"
 
 
 def _new_file_beside(target: Path) -> Path:
@@ -106,14 +161,20 @@ def _new_file_beside(target: Path) -> Path:
     return Path(name)
 
 
-def _equal(one: Path, other: Path) -> bool:
-    return filecmp.cmp(one, other, shallow=False)
+def _begin_alike(one: Path, other: Path, size: int) -> bool:
+    """Return whether the first bytes of two files are the same."""
+    with one.open("rb") as a, other.open("rb") as b:
+        for start in range(0, size, _COMPARED_BYTES):
+            count = min(_COMPARED_BYTES, size - start)
+            if a.read(count) != b.read(count):
+                return False
+    return True
 
 
-def _put_in_place(made: Path, path: Path, target: Path, result: Repair) -> None:
+def _put_in_place(made: Path, path: Path, target: Path, result: Repair, *, keep: bool) -> None:
     shutil.copymode(path, made)
-    if target == path and result.damaged:
-        result.original = path.with_name(path.name + ORIGINAL_SUFFIX)
+    if target == path and keep:
+        result.original = _free_name(path)
         path.replace(result.original)
     made.replace(target)
     with suppress(OSError):  # not every system puts folders on the disk when asked
@@ -124,6 +185,12 @@ def _put_in_place(made: Path, path: Path, target: Path, result: Repair) -> None:
             os.close(folder)
 
 
+def _free_name(path: Path) -> Path:
+    """Return a name for the original under which nothing is kept yet."""
+    names = (path.with_name(f"{path.name}{ORIGINAL_SUFFIX}{number or ''}") for number in count())
+    return next(name for name in names if not name.exists())
+
+
 class Rewriter:
     """Writes what is whole of a trace, and an end.
 
@@ -132,10 +199,17 @@ class Rewriter:
         file: where to.
         result: its counts are kept.
         progress: told of the bytes gone through.
+
+    Attributes:
+        library: the software that wrote the trace.
     """
 
-    def __init__(self, trace: Trace, file: BinaryIO, result: Repair, progress: Callable[[int], None]) -> None:
+    def __init__(
+        self, trace: Records, file: BinaryIO, result: Repair, progress: Callable[[int], None]
+    ) -> None:
         self._trace, self._file, self._result, self._progress = trace, file, result, progress
+        self.library = _header(trace).library
+        self._crc = 0
         self._sections = {section.span.offset: section for section in trace.sections}
         self._summary = Summary()
         self._guarded = list(_guarded(trace))
@@ -143,15 +217,38 @@ class Rewriter:
 
     def run(self) -> None:
         """Write all of it."""
-        self._file.write(MAGIC)
+        if not isinstance(self._trace, Trace):
+            self._result.scans = None
+        self._write(MAGIC)
         done = 0
-        for span in takewhile(lambda span: span.opcode != Opcode.DATA_END, self._trace.spans):
+        for span in self._data():
             self._record(span)
             self._progress(span.end - done)
             done = span.end
-        self._file.write(self._summary.end(self._file.tell()))
+        self._file.write(self._summary.end(self._file.tell(), self._data_crc()))
         self._progress(self._trace.size - done)
         self._result.notes += self._trace.notes
+
+    def _data(self) -> Iterator[Span]:
+        """Yield the records before the end of the data: the first mark of it behind which no messages are."""
+        last = max(self._sections, default=0)
+        for span in self._trace.spans:
+            if span.opcode == Opcode.DATA_END and span.offset > last:
+                return
+            yield span
+
+    def _data_crc(self) -> int:
+        """Return the CRC to be written; note where the trace states another, though all could be read."""
+        told = data_crc(self._trace.file, self._trace.spans)
+        if told == 0 and ends_whole(self._trace.file, self._trace.spans):
+            return 0  # its writer does without
+        if told not in (None, self._crc) and not any(note.startswith(DAMAGED) for note in self._trace.notes):
+            self._trace.note(DATA_DAMAGE)
+        return self._crc
+
+    def _write(self, data: bytes) -> None:
+        self._file.write(data)
+        self._crc = zlib.crc32(data, self._crc)
 
     def _record(self, span: Span) -> None:
         section = self._sections.get(span.offset)
@@ -165,12 +262,12 @@ class Rewriter:
             except TraceError as error:
                 self._trace.note(f"{error}; it is left out")
             else:
-                self._file.write(self._trace.raw(span))
+                self._write(self._trace.raw(span))
 
     def _register(self) -> None:
         """Write schemas and channels as the summary has them, once: a checksum guards those."""
         for record in self._guarded[self._registered :]:
-            self._file.write(encoded(record))
+            self._write(encoded(record))
             self._take(record)
             self._registered += 1
 
@@ -205,9 +302,11 @@ class Rewriter:
         if section.is_chunk:
             self._chunk(section, entries)
         else:
-            self._file.write(self._trace.raw(section.span))
+            self._write(self._trace.raw(section.span))
             self._summary.messages(entries)
-        self._result.scans += len(entries.get(self._trace.shape.channel, ()))
+        self._result.messages += sum(map(len, entries.values()))
+        if self._result.scans is not None and self._trace.shape.channel is not None:
+            self._result.scans += len(entries.get(self._trace.shape.channel, ()))
 
     def _chunk(self, section: Section, entries: Mapping[int, Entries]) -> None:
         """Copy a chunk, its times made anew: no checksum guards them."""
@@ -215,7 +314,7 @@ class Rewriter:
         times = np.concatenate([rows[:, 0] for rows in entries.values()] or [np.zeros(1, np.uint64)])
         chunk.message_start_time, chunk.message_end_time = int(times.min()), int(times.max())
         content, start = encoded(chunk), self._file.tell()
-        self._file.write(content + self._summary.chunk(start, len(content), chunk, entries))
+        self._write(content + self._summary.chunk(start, len(content), chunk, entries))
 
     def _entries(self, parts: Sequence[Part]) -> dict[int, Entries]:
         """Return times and offsets of the messages, by channel; let the summary know of anything else."""
@@ -230,11 +329,11 @@ class Rewriter:
             else:
                 offsets = part.offset + self._trace.shape.stride * np.arange(len(what), dtype=np.uint64)
                 rows = np.column_stack((what["log_time"], offsets.astype(np.uint64)))
-                entries.setdefault(self._trace.shape.channel, []).append(rows)
+                entries.setdefault(int(what["channel"][0]), []).append(rows)
         return {channel: np.concatenate(entries[channel]) for channel in sorted(entries)}
 
 
-def _guarded(trace: Trace) -> Iterator[Schema | Channel]:
+def _guarded(trace: Records) -> Iterator[Schema | Channel]:
     """Yield the schemas and channels in a trace's summary, each schema before its channels.
 
     Those at the beginning of the file have no checksum.
@@ -252,7 +351,10 @@ def _guarded(trace: Trace) -> Iterator[Schema | Channel]:
         yield channel
 
 
+_COMPARED_BYTES = 1 << 20
+
 _NOT_COPIED = frozenset({Opcode.MESSAGE, Opcode.MESSAGE_INDEX, Opcode.FOOTER, Opcode.STATISTICS}) | {
+    Opcode.DATA_END,
     Opcode.CHUNK_INDEX,
     Opcode.ATTACHMENT_INDEX,
     Opcode.METADATA_INDEX,

@@ -21,7 +21,18 @@ from mcap.records import Channel, Schema
 from numpy.typing import NDArray
 
 from .batch import message_layout
-from .records import BROKEN, DAMAGED, RECORD_HEAD, Message, Span, TraceError, chunk_data, split
+from .records import (
+    BROKEN,
+    DAMAGED,
+    RECORD_HEAD,
+    Message,
+    Span,
+    TraceError,
+    TraceLimitError,
+    check_count,
+    chunk_data,
+    split,
+)
 from .schema import CDR_PREFIX
 from .wording import seconds
 
@@ -137,27 +148,29 @@ class ScanShape:
     """How the scans of a trace lie in its sections.
 
     Args:
-        channel: id of the scans' channel.
+        channel: id of the scans' channel; None for a trace without scans.
         memory_bytes: size of the rack's memory block.
     """
 
-    def __init__(self, channel: int, memory_bytes: int) -> None:
+    def __init__(self, channel: int | None, memory_bytes: int) -> None:
         self.channel = channel
         self.layout = message_layout(memory_bytes)
         self.stride = self.layout.itemsize
         self._length = self.stride - RECORD_HEAD.size
-        self._begin = _SAME_HEAD.pack(Opcode.MESSAGE, self._length, channel)
+        self._begin = b"" if channel is None else _SAME_HEAD.pack(Opcode.MESSAGE, self._length, channel)
 
     def only_scans(self, section: Section) -> bool:
         """Return whether a section surely holds scans and nothing else, without reading it.
 
         Size and index must agree, so an index that is damaged, or cut off, is not believed.
         """
-        count = section.counts.get(self.channel, 0)
+        count = 0 if self.channel is None else section.counts.get(self.channel, 0)
         return section.is_chunk and count * self.stride == section.size
 
     def expected(self, section: Section) -> int:
         """Return how many scans a section should hold: by its index, by its size if it has none."""
+        if self.channel is None:
+            return 0
         return section.counts.get(self.channel, 0 if section.counts else section.size // self.stride)
 
     def take_apart(self, data: bytes) -> Iterator[Part]:
@@ -167,8 +180,9 @@ class ScanShape:
 
         Raises:
             ValueError: they are no whole records.
+            TraceLimitError: they are too many; the message is the end of a sentence.
         """
-        offset = 0
+        offset = singles = single_bytes = 0
         while offset < len(data):
             count = self._scans_from(data, offset)
             if count:
@@ -176,13 +190,15 @@ class ScanShape:
                 offset += count * self.stride
             else:
                 record, end = split(data, offset)
+                singles, single_bytes = singles + 1, single_bytes + end - offset
+                check_count(singles, single_bytes)
                 if record is not None:
                     yield Part(offset, record)
                 offset = end
 
     def _scans_from(self, data: bytes, offset: int) -> int:
         """Return how many scans follow one another from `offset` on."""
-        if not self._is_scan(data, offset):
+        if self.channel is None or not self._is_scan(data, offset):
             return 0
         if not self._is_scan(data, offset + self.stride):
             return 1
@@ -236,9 +252,12 @@ def take_apart(file: BinaryIO, section: Section, shape: ScanShape) -> list[Part]
 
     Raises:
         TraceError: as `read_section`, or its messages are no whole records.
+        TraceLimitError: it unpacks to more, or has more records, than the limits allow.
     """
     data = read_section(file, section)
     try:
         return list(shape.take_apart(data))
+    except TraceLimitError as error:
+        raise TraceLimitError(f"the chunk at byte {section.span.offset:,} {error}", error.limit) from error
     except BROKEN as error:
         raise TraceError(f"{DAMAGED}chunk at byte {section.span.offset:,}: {error}") from error

@@ -145,9 +145,14 @@ class Summary:
             counts.message_count += len(rows)
             counts.channel_message_counts[channel] = counts.channel_message_counts.get(channel, 0) + len(rows)
 
-    def end(self, offset: int) -> bytes:
-        """Return the end of a file whose data end at `offset`."""
-        data_end = encoded(DataEnd(0))
+    def end(self, offset: int, crc: int) -> bytes:
+        """Return the end of a file.
+
+        Args:
+            offset: where its data end.
+            crc: CRC of all of them, the magic included; 0 = it is not known.
+        """
+        data_end = encoded(DataEnd(crc))
         start = offset + len(data_end)
         self._groups[Opcode.STATISTICS] += encoded(self._counts)
         summary, offsets = bytearray(), bytearray()
@@ -157,8 +162,10 @@ class Summary:
                 summary += group
         offset_start = start + len(summary)
         summary += offsets
-        crc = zlib.crc32(_FOOTER.pack(Opcode.FOOTER, _FOOTER_BYTES, start, offset_start), zlib.crc32(summary))
-        return data_end + bytes(summary) + encoded(Footer(start, offset_start, crc)) + MAGIC
+        summary_crc = zlib.crc32(
+            _FOOTER.pack(Opcode.FOOTER, _FOOTER_BYTES, start, offset_start), zlib.crc32(summary)
+        )
+        return data_end + bytes(summary) + encoded(Footer(start, offset_start, summary_crc)) + MAGIC
 
     def _is_new(self, kind: Opcode, number: int) -> bool:
         is_new = (kind, number) not in self._registered

@@ -21,13 +21,17 @@ WHOLE, LEFT_OUT = 0, 1
 def tell(found: Repair, trace: Path, target: Path) -> None:
     """Print what came of a repair."""
     if not found.needed:
-        typer.echo(f"{trace}: {found.scans:,} scans, nothing to repair")
+        typer.echo(f"{trace}: {_size(found)}, nothing to repair")
         return
     for note in found.notes:
         typer.echo(f"note: {note}", err=True)
     if found.original is not None:
         typer.echo(f"note: the original is kept as {found.original.name}", err=True)
-    typer.echo(f"{target}: repaired, {found.scans:,} scans, {target.stat().st_size:,} bytes")
+    typer.echo(f"{target}: repaired, {_size(found)}, {target.stat().st_size:,} bytes")
+
+
+def _size(found: Repair) -> str:
+    return f"{found.messages:,} messages of a line" if found.scans is None else f"{found.scans:,} scans"
 
 
 @contextmanager
@@ -53,8 +57,11 @@ def _repair_command(
 ) -> None:
     """Complete a trace whose recording was killed, or that is damaged, so that every MCAP tool opens it.
 
+    Traces of serial lines, as `serve --record` writes them, too.
+
     All whole chunks stay as they are. The repaired trace is written beside the original and takes its
-    place when it is on the disk; where a damaged chunk is left out the original stays as TRACE.orig.
+    place when it is on the disk. The original stays as TRACE.orig unless the repaired trace begins with all
+    of it but a torn end.
 
     Example: scanrack repair run.mcap
 

@@ -12,11 +12,12 @@ from pathlib import Path
 import pytest
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
+from scanrack.traces.finding import find_records
 from scanrack.traces.layout import SlotInfo
 from scanrack.traces.output import SUMMARY_ROOM, Ballast, TraceFile, TraceFull, open_trace_file
 from scanrack.traces.reader import open_trace
 from scanrack.traces.recorder import Attachment, ScanRecorder
-from scanrack.traces.records import MAGIC, find_records
+from scanrack.traces.records import MAGIC
 
 SLOTS = [SlotInfo(1, "amci3601", "4.1"), SlotInfo(2, "amci3601", "2.0")]
 SCANS = 250

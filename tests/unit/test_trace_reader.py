@@ -12,11 +12,12 @@ from pathlib import Path
 import pytest
 from mcap.opcode import Opcode
 from mcap.writer import Writer
-from scanrack.traces import records
+from scanrack.traces import finding
+from scanrack.traces.finding import find_records
 from scanrack.traces.layout import SlotInfo
 from scanrack.traces.reader import open_trace
 from scanrack.traces.recorder import ScanRecorder
-from scanrack.traces.records import TraceError, find_records
+from scanrack.traces.records import TraceError
 from scanrack.traces.schema import scan_schema
 from scanrack.traces.wording import seconds
 
@@ -167,7 +168,7 @@ def test_a_wrong_crc_is_a_damaged_chunk(path: Path) -> None:
     damage(path, start + 9 + 24, 1, 2, 3, 4)  # after two times and the uncompressed size
     scans, notes = numbers(path)
     assert scans == joined(per_chunk(write_trace(path.with_name("whole.mcap")))[1:])
-    assert f"damaged chunk at byte {start:,}: crc validation failed" in notes[0]
+    assert f"damaged chunk at byte {start:,}: its CRC does not fit" in notes[0]
 
 
 def test_what_is_cut_off_of_the_last_chunk_is_told(path: Path) -> None:
@@ -182,32 +183,43 @@ def test_what_is_cut_off_of_the_last_chunk_is_told(path: Path) -> None:
     assert 0 <= int(said[1]) - len(lost) <= 3  # events have taken room
 
 
+def ruin(path: Path, start: int) -> None:
+    """Damage the opcode of a chunk and the name of its compression: nothing tells that it is one."""
+    damage(path, start, 0x77)
+    damage(path, start + 41, *b"no")
+
+
 def test_reading_goes_on_with_the_next_chunk_after_a_damaged_record(path: Path) -> None:
     chunks = per_chunk(path)
     (start, _), (following, _) = spans(path, Opcode.CHUNK)[2:4]
-    damage(path, start, 0x77)
+    ruin(path, start)
     scans, notes = numbers(path)
     assert scans == chunks[0] + chunks[1] + joined(chunks[3:])
     assert notes == [f"damaged at byte {start:,}; the next chunk is at byte {following:,}"]
 
 
-@pytest.mark.parametrize("length", [0, 5, 300, 1 << 40], ids=["none", "short", "long", "beyond the file"])
-def test_a_wrong_length_costs_one_chunk_at_most(path: Path, length: int) -> None:
+@pytest.mark.parametrize("length", [0, 5, 300, 1 << 40, "into the next"])
+@pytest.mark.parametrize("place", [0, 1, -1])
+def test_a_wrong_length_costs_no_chunk(path: Path, length: int | str, place: int) -> None:
     chunks = per_chunk(path)
-    start, _ = spans(path, Opcode.CHUNK)[1]
-    damage(path, start + 1, *length.to_bytes(8, "little"))
+    starts = [start for start, _ in spans(path, Opcode.CHUNK)]
+    number = length if isinstance(length, int) else starts[1] - starts[0] + 100
+    damage(path, starts[place] + 1, *number.to_bytes(8, "little"))
     scans, notes = numbers(path)
-    assert set(scans) >= set(chunks[0] + joined(chunks[2:]))
-    assert notes
+    assert scans == joined(chunks)
+    assert f"the head of the chunk at byte {starts[place]:,} is damaged; the chunk is whole" in notes
 
 
-def test_a_length_that_reaches_into_the_next_chunk_does_not_cost_that_one(path: Path) -> None:
+@pytest.mark.parametrize("opcode", [0x77, Opcode.MESSAGE_INDEX, Opcode.DATA_END, 0x86, Opcode.FOOTER])
+@pytest.mark.parametrize("place", [0, 1, -1])
+def test_a_wrong_opcode_costs_no_chunk(path: Path, opcode: int, place: int) -> None:
     chunks = per_chunk(path)
-    (start, _), (following, _) = spans(path, Opcode.CHUNK)[1:3]
-    damage(path, start + 1, *(following - start + 100).to_bytes(8, "little"))
-    scans, notes = numbers(path)
-    assert set(scans) >= set(chunks[0] + joined(chunks[2:]))
-    assert notes[0].endswith(f"the next chunk is at byte {following:,}")
+    start, _ = spans(path, Opcode.CHUNK)[place]
+    damage(path, start, opcode)
+    assert numbers(path) == (
+        joined(chunks),
+        [f"the head of the chunk at byte {start:,} is damaged; the chunk is whole"],
+    )
 
 
 @pytest.mark.parametrize("size", [1, 7, 64])
@@ -215,8 +227,8 @@ def test_the_next_chunk_is_found_however_much_is_read_at_once(
     path: Path, size: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (start, _), (following, _) = spans(path, Opcode.CHUNK)[2:4]
-    damage(path, start, 0x77)
-    monkeypatch.setattr(records, "_SEARCH_BYTES", size)
+    ruin(path, start)
+    monkeypatch.setattr(finding, "_SEARCH_BYTES", size)
     _, notes = numbers(path)
     assert notes == [f"damaged at byte {start:,}; the next chunk is at byte {following:,}"]
 
@@ -228,12 +240,17 @@ def test_a_chunk_that_holds_less_than_it_says_is_damaged(path: Path) -> None:
     assert re.search(r"damaged chunk at byte [\d,]+: it holds [\d,]+ bytes instead of [\d,]+;", notes[0])
 
 
-def test_a_damaged_last_chunk_ends_the_file_there(path: Path) -> None:
+def test_what_is_behind_a_damaged_last_chunk(path: Path) -> None:
     chunks = per_chunk(path)
     start, _ = spans(path, Opcode.CHUNK)[-1]
-    damage(path, start, 0x77)
-    scans, notes = numbers(path)
-    assert scans == joined(chunks[:-1])
+    end, _ = spans(path, Opcode.DATA_END)[0]
+    ruin(path, start)
+    assert numbers(path) == (
+        joined(chunks[:-1]),
+        [f"damaged at byte {start:,}; the end of its data is at byte {end:,}"],
+    )
+    path.write_bytes(path.read_bytes()[:-10])
+    _, notes = numbers(path)
     assert notes[0] == f"damaged at byte {start:,}: no record begins with 0x77"
 
 

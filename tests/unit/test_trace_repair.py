@@ -17,9 +17,10 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 from scanrack.runtime.cli import build
 from scanrack.traces.arrays import read_columns
+from scanrack.traces.finding import find_records
 from scanrack.traces.layout import SlotInfo
 from scanrack.traces.reader import open_trace
-from scanrack.traces.records import TraceError, find_records
+from scanrack.traces.records import TraceError
 from scanrack.traces.repair import repair
 from scanrack.traces.schema import CDR_PREFIX, SCAN_HEAD, scan_schema
 from typer.testing import CliRunner
@@ -118,6 +119,9 @@ def test_a_damaged_chunk_is_left_out_and_the_original_stays(path: Path, content:
     assert 0 < lost[0] < len(lost) + lost[0] < SCANS
 
 
+BAD_SUMMARY = "its summary is damaged: its CRC does not fit; what it tells is not used"
+
+
 @pytest.mark.parametrize(
     "opcode", [Opcode.MESSAGE_INDEX, Opcode.CHUNK_INDEX, Opcode.STATISTICS, Opcode.FOOTER]
 )
@@ -126,8 +130,13 @@ def test_damaged_indexes_are_made_anew(path: Path, content: bytes, opcode: Opcod
     for place in (start + 12, end - 2):
         path.write_bytes(content[:place] + bytes([content[place] ^ 1]) + content[place + 1 :])
         result = repair(path)
-        assert result.notes == ["its indexes or its end do not fit what it holds"]
+        in_summary = opcode is not Opcode.MESSAGE_INDEX
+        assert result.notes == [
+            BAD_SUMMARY if in_summary else "its indexes or its end do not fit what it holds"
+        ]
         assert path.read_bytes() == content
+        assert result.damaged == 0
+        assert result.original is None or result.original.read_bytes() != content
 
 
 @pytest.mark.parametrize("opcode", [Opcode.SCHEMA, Opcode.CHANNEL])

@@ -1,0 +1,53 @@
+"""How much work a trace may ask for: a small file can unpack to gigabytes, or have millions of records."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+
+SMALLEST_MESSAGE_BYTES = 31
+"""Opcode, length, and the fields of a message without data."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What a trace may ask for.
+
+    Attributes:
+        chunk_bytes: most bytes that a chunk may unpack to. Ours unpack to 1 MiB, other writers' to 4.
+        records: most records in a chunk, or in a file beside its chunks, that are smaller on the
+            average than an empty message.
+    """
+
+    chunk_bytes: int = 32 * 1024 * 1024
+    records: int = 500_000
+
+    def too_many(self, count: int, size: int) -> bool:
+        """Return whether so many records in so many bytes are more than a trace may have.
+
+        >>> Limits(records=10).too_many(10, 90), Limits(records=10).too_many(11, 99)
+        (False, True)
+        >>> Limits(records=10).too_many(11, 11 * 31)
+        False
+        """
+        return count > self.records and count * SMALLEST_MESSAGE_BYTES > size
+
+
+_limits: ContextVar[Limits] = ContextVar("limits", default=Limits())  # noqa: B039 - it is frozen
+
+
+def limits() -> Limits:
+    """Return the limits in force."""
+    return _limits.get()
+
+
+@contextmanager
+def limited(to: Limits) -> Iterator[None]:
+    """Put other limits in force."""
+    token = _limits.set(to)
+    try:
+        yield
+    finally:
+        _limits.reset(token)
