@@ -143,7 +143,7 @@ def make(library: Library, scenario: Scenario, folder: Path) -> Made:
     rack.write_text(scenario.rack_text(), "utf-8")
     stored_programs(load_rack_file(rack).spec)  # a library is not always the user's own
     job = load_job(str(rack))
-    if run_job(job, scenario.run_ms // scenario.scan_ms, trace, realtime=False, quiet=True) != OK:
+    if run_job(job, scenario.run_ms // scenario.scan_ms, trace, quiet=True) != OK:
         raise ValueError(f"{scenario.name}: the run did not end well")
     with open_trace(trace) as opened:
         return Made(scenario, trace, text_of(scenario, opened), tuple(_wrong(scenario, opened)))

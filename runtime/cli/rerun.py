@@ -58,7 +58,7 @@ def _rerun(
         raise ValueError(f"{path}: the trace has no scans to compare with")
     tell_notes(trace)
     scans = ends[-1] + 1
-    if run_job(job, scans, again, realtime=False, quiet=quiet, summarised=False) == BAD_INPUT:
+    if run_job(job, scans, again, quiet=quiet, summarised=False) == BAD_INPUT:
         return BAD_INPUT
     if not as_json and filecmp.cmp(path, again, shallow=False):
         if not quiet:

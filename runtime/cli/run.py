@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
+from contextlib import ExitStack, nullcontext
 from pathlib import Path
 from typing import Annotated
 
@@ -14,10 +14,11 @@ from ..build import build_cpu, build_rack
 from ..cpu import Cpu
 from ..faults import Cause, CpuFault
 from ..listener import ScanListener
-from ..pace import FreeRun, RealTime, interrupted_by, wall_ns
+from ..pace import FreeRun, Pacer, RealTime, interrupted_by, wall_ns
 from ..pcl601.line import Pcl601
 from ..rack import Rack
 from ..rackspec import RackSpec
+from ..realtime import Outcome, frozen_collector, real_time
 from .attachments import attachment, imported, made_by, program_name, unit_programs
 from .loading import DEFAULT_RUN, Job, load_job, scans_to_run
 from .progress import shown_progress
@@ -40,8 +41,8 @@ def run_job(
     scans: int | None,
     trace: Path | None,
     *,
-    realtime: bool,
     quiet: bool,
+    realtime: RealTime | None = None,
     live: bool = False,
     summarised: bool = True,
 ) -> int:
@@ -51,20 +52,29 @@ def run_job(
         job: what to run.
         scans: how many scans, None = until Ctrl-C.
         trace: where the recording goes, None = nowhere.
-        realtime: in step with the wall clock.
         quiet: no progress and no summary; messages of what went wrong are still written.
+        realtime: keeps step with the wall clock; None = as fast as possible.
         live: real ports may be driven.
         summarised: whether what is not quiet ends in a summary.
     """
     with ExitStack() as ports:
+        if realtime is not None:
+            outcomes = ports.enter_context(real_time())  # before there are ports: their threads inherit it
+            _tell_of_real_time(outcomes, quiet=quiet)
         try:
             units = units_of(job.spec.unit, job.folder)
             rack = build_rack(job.spec, ports if live else None)
         except ValueError as error:
             return _complain(str(error), BAD_INPUT)
-        return _run_rack(
-            job, rack, units, scans, trace, realtime=realtime, quiet=quiet, summarised=summarised
-        )
+        pacer = FreeRun() if realtime is None else realtime
+        return _run_rack(job, rack, units, scans, trace, pacer, quiet=quiet, summarised=summarised)
+
+
+def _tell_of_real_time(outcomes: list[Outcome], *, quiet: bool) -> None:
+    """Say what the system has granted and refused; that comes before the first scan."""
+    if not quiet:
+        for outcome in outcomes:
+            typer.echo(f"scanrack: {outcome}", err=True)
 
 
 def _run_rack(
@@ -73,8 +83,8 @@ def _run_rack(
     units: dict[int, Pcl601],
     scans: int | None,
     trace: Path | None,
+    pacer: Pacer,
     *,
-    realtime: bool,
     quiet: bool,
     summarised: bool,
 ) -> int:
@@ -87,10 +97,10 @@ def _run_rack(
             listeners.append(UnitsBeside(units, trace))
     except OSError as error:
         return _complain(f"the trace can't be written: {_reason(error)}", NO_TRACE)
-    pacer = RealTime() if realtime else FreeRun()
     cpu = build_cpu(job.spec, job.logic, rack, listeners=listeners, pacer=pacer)
-    start_ns = wall_ns()
-    status = _run(cpu, scans, quiet=quiet)
+    with nullcontext() if pacer.free else frozen_collector():
+        start_ns = wall_ns()
+        status = _run(cpu, scans, quiet=quiet)
     if summarised and not quiet:
         typer.echo(summary(tally, cpu.period_ns, wall_ns() - start_ns, pacer, trace))
     return status
@@ -213,6 +223,13 @@ def _run_command(
     realtime: Annotated[
         bool, typer.Option("--realtime", help="Keep step with the wall clock; without --for until Ctrl-C.")
     ] = False,
+    spin: Annotated[
+        bool,
+        typer.Option(
+            "--spin",
+            help="With --realtime: wait the last tenth of a period, 0.2 ms at most, without sleeping.",
+        ),
+    ] = False,
     record: Annotated[
         Path | None, typer.Option("--record", help="Where the trace goes.", show_default=False)
     ] = None,
@@ -230,14 +247,19 @@ def _run_command(
         count = scans_to_run(job.spec, duration, scans, endless=realtime)
         trace = trace_path(job, record, no_record)
         check_ports(job.spec, realtime=realtime, live=live)
+        if spin and not realtime:
+            raise ValueError("--spin goes with --realtime only: virtual time does not wait")
     except ValueError as error:
         raise typer.Exit(_complain(str(error), BAD_INPUT)) from error
-    raise typer.Exit(run_job(job, count, trace, realtime=realtime, quiet=quiet, live=live))
+    pacer = RealTime(spin=spin) if realtime else None
+    raise typer.Exit(run_job(job, count, trace, quiet=quiet, realtime=pacer, live=live))
 
 
 _HELP = f"""Run a rack's logic scan by scan against its modules and machine, and record every scan.
 
-Time is virtual and does not wait, unless --realtime says so. A run takes as long as --for or
+Time is virtual and does not wait, unless --realtime says so. In real time the scans run under
+SCHED_FIFO and in locked memory where the system lets them; the first lines say whether it does, and
+the summary how late scans began. A run takes as long as --for or
 --scans says, or run_for_s in the rack file, or {DEFAULT_RUN} of machine time. The trace goes where
 --record or the rack file says, or into the current folder, named after the rack file.
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ...traces.happenings import OF_ADAPTERS, describe
 from ..events import JsonValue
-from ..pace import Pacer
+from ..pace import LATE_FROM_NS, Pacer
 
 WIDTH = 14
 """Columns of the titles."""
@@ -91,6 +91,7 @@ def summary(tally: Tally, period_ns: int, wall_ns: int, pacer: Pacer, trace: Pat
             ("scans", _scans(tally.scans, wall_ns)),
             ("machine time", _machine_time(tally.scans * period_ns, wall_ns)),
             ("overruns", _overruns(pacer)),
+            ("late scans", _late_scans(pacer)),
             ("moves", _moves(tally)),
             ("errors", _errors(tally)),
             ("trace", _trace(trace)),
@@ -112,6 +113,18 @@ def _machine_time(machine_ns: int, wall_ns: int) -> Iterator[str]:
 def _overruns(pacer: Pacer) -> Iterator[str]:
     if not pacer.free:
         yield f"{pacer.overruns:,}; latest scan {pacer.worst_late_ns / 1e6:.3g} ms after it was due"
+
+
+def _late_scans(pacer: Pacer) -> Iterator[str]:
+    """Tell how many scans began late, by size."""
+    if pacer.free:
+        return
+    late, scans = sum(pacer.late[1:]), sum(pacer.late)
+    yield f"{late:,} of {scans:,} ({late / max(scans, 1):.2%})" if late else "none"
+    bounds = [f"{bound_ns / 1e6:g} ms" for bound_ns in LATE_FROM_NS]
+    for count, lowest, next_up in zip(pacer.late[1:], bounds, [*bounds[1:], None], strict=True):
+        if count:
+            yield f"  {count:,} by {lowest} " + ("or more" if next_up is None else f"to {next_up}")
 
 
 def _moves(tally: Tally) -> Iterator[str]:

@@ -33,6 +33,7 @@ STOPPING = {"PCL601": CW_LIMIT | CCW_LIMIT, "PMC006": CW_LIMIT | CCW_LIMIT | HOM
 """Switches on the machine that stop a motion; a PMC006's home switch is an end limit."""
 
 RAMPING = ("manual stop", "stop to hold")
+ONE_STEP = ("step to hold", "step to stop", "one shot")
 UNDER_WAY = ("move", "manual", "registration", "homing")
 
 
@@ -137,6 +138,12 @@ class Laws:
             self.quicken(after)
         self.something_happens()
 
+    def end_of(self, before, after):
+        """Where on the machine a motion ends that begins now; infinitely far for one without an end."""
+        if after.op == "move":
+            return self.bench.motor + after.hold_target - before.position
+        return self.bench.motor + after.direction * (1 if after.op in ONE_STEP else inf)
+
     def set_out(self, before, after):
         """A motion begins."""
         bench = self.bench
@@ -144,18 +151,12 @@ class Laws:
         self.direction = after.home_direction if after.op == "homing" else after.direction
         self.directions = {1, -1} if after.op == "homing" else {self.direction}
         self.pace = Pace(bench.controller, bench.words, after.starting_speed)
-        ends = {
-            "move": after.hold_target - before.position,
-            "step to hold": self.direction,
-            "step to stop": self.direction,
-            "one shot": self.direction,
-        }
-        end = bench.motor + ends.get(after.op, self.direction * inf)
+        end = self.end_of(before, after)
         self.low, self.high = min(bench.motor, end), max(bench.motor, end)
         self.searched = after.op == "homing"
         if self.searched:
             self.low, self.high = -inf, inf
-        if after.op in ends and after.op != "move":
+        if after.op in ONE_STEP:
             self.pace.speed = max(self.pace.speed, after.starting_speed)
         self.registered = after.registration_steps if after.op == "registration" else 0
         self.op_began = after.op

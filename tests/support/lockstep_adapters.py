@@ -22,7 +22,7 @@ import adapter_wishes as wishes
 import oracle_bits as bits
 import oracle_blend
 from adapter_alone import MS, SCAN_NS, SCAN_TICKS, AloneForAWhile
-from adapter_laws import Laws
+from adapter_laws import ONE_STEP, Laws
 from adapter_worlds import ANY_LIMIT, WORLD, SharedPin
 from lockstep3601 import describe, show
 from noisyline import made_noisy
@@ -108,10 +108,14 @@ class AdapterLockstep(AloneForAWhile):
         self.meet()
         if self.means_nothing(words):
             return
+        after = copy.deepcopy(self.oracle)
+        after.tick(words)
+        if self.ends_on_a_limit(after):
+            return
         self.note(describe(words))
         self.words = self.oracle_words = words
         self.outputs = Image(words)
-        self.foresee()
+        self.foresee(after)
         self.calm_ns = 0
 
     def input(self, bit, energised):
@@ -186,10 +190,22 @@ class AdapterLockstep(AloneForAWhile):
         waits = words[0] & bits.CONFIGURE and self.oracle.op in ("move", "homing")
         return bool(waits) and self.laws.seconds_left() > TOO_LONG_S
 
-    def foresee(self):
+    def ends_on_a_limit(self, after):
+        """Whether the last step of a motion meets a limit: a 3601 has moved then, an adapter shows the limit.
+
+        [docs/adapters.md, what is done, and how]
+        """
+        if self.oracle.in_motion() or after.op not in ("move", *ONE_STEP):
+            return False
+        end = self.laws.end_of(self.oracle, after)
+        return any(
+            end == (first if after.direction > 0 else last)
+            for bit, first, last in self.setting.switches
+            if bit & self.laws.stopping
+        )
+
+    def foresee(self, after):
         """Find out what the words start, and what the adapter has to refuse; tell the laws and the oracle."""
-        after = copy.deepcopy(self.oracle)
-        after.tick(self.words)
         row = wishes.refusal(self.controller, self.setting.options, self.oracle, after, self.words)
         if row is None:
             self.laws.commanded(after)

@@ -85,3 +85,68 @@ def test_a_free_run_does_not_wait():
     pacer.begin(10 * MS)
     assert pacer.wait() is False
     assert (pacer.overruns, pacer.worst_late_ns) == (0, 0)
+
+
+# -- spinning, and late scans by size ----------------------------------------------------------------
+
+LOOK_NS = 10_000
+
+
+class TickingClock(Clock):
+    """A clock that goes on by `LOOK_NS` with every look at it, as it does for a loop that spins."""
+
+    def monotonic_ns(self):
+        self.now_ns += LOOK_NS
+        return self.now_ns
+
+
+@pytest.mark.parametrize(
+    ("period_ns", "spin_ns"),
+    [(1 * MS, 100_000), (10 * MS, 200_000)],
+    ids=["a tenth of the period", "0.2 ms at most"],
+)
+def test_with_spin_a_sleep_ends_early_and_the_rest_is_waited_awake(monkeypatch, period_ns, spin_ns):
+    clock = TickingClock()
+    clock.slack_ns = spin_ns // 2
+    monkeypatch.setattr(pace, "time", clock)
+    pacer = RealTime(spin=True)
+    pacer.begin(period_ns)
+    pacer.wait()
+    due_ns = clock.now_ns - LOOK_NS + period_ns  # the first scan was due at the first of two looks
+    assert pacer.wait() is False
+    assert clock.slept_ns == [period_ns - spin_ns - 2 * LOOK_NS]
+    assert 0 <= clock.now_ns - due_ns <= LOOK_NS
+    assert pacer.worst_late_ns <= LOOK_NS
+
+
+def test_without_spin_a_sleep_that_ends_early_is_followed_by_another(clock):
+    clock.slack_ns = -1 * MS  # the system wakes it a millisecond early
+    pacer = RealTime()
+    pacer.begin(10 * MS)
+    pacer.wait()
+
+    def sleep(seconds, nominal=clock.sleep):
+        nominal(seconds)
+        clock.slack_ns = 0
+
+    clock.sleep = sleep
+    pacer.wait()
+    assert clock.slept_ns == [10 * MS, 1 * MS]
+    assert pacer.worst_late_ns == 0
+
+
+def test_late_scans_are_counted_by_size(clock):
+    """Sizes begin at 0.1, 0.3, 1, 3, 10, 30 and 100 ms; a scan later by less than the first is on time."""
+    pacer = RealTime()
+    pacer.begin(1000 * MS)
+    for late_ns in (0, 99_999, 100_000, 299_999, 300_000, 29 * MS, 100 * MS, 900 * MS):
+        clock.slack_ns = late_ns
+        pacer.wait()
+    # the first scan is due at once and does not sleep; each of the others sleeps and is late by its slack
+    assert pacer.late == [2, 2, 1, 0, 0, 1, 0, 2]
+    assert sum(pacer.late) == 8
+    assert pacer.worst_late_ns == 900 * MS
+
+
+def test_a_free_run_counts_no_late_scans():
+    assert FreeRun().late == []

@@ -1,0 +1,161 @@
+"""What a process asks of the system so that its scans begin on time.
+
+    scheduling   SCHED_FIFO    no ordinary process keeps a scan waiting
+    memory       mlockall      no page is swapped out
+    collector    gc.freeze     what exists at the start is never searched for garbage again
+
+The system may refuse the first two. A refusal is reported with what to do, and the run goes on without.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import errno
+import gc
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+PRIORITY = 40
+"""Above all ordinary processes, below the interrupt threads of a real-time Linux, which have 50."""
+
+MCL_CURRENT, MCL_FUTURE, MCL_ONFAULT = 1, 2, 4
+"""Flags of mlockall: pages there now, later ones, and each only once it is in memory [mlock(2)]."""
+
+
+CAP_IPC_LOCK = 14
+"""Number of the capability to lock memory without a limit [capabilities(7)]."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a request to the system.
+
+    Attributes:
+        name: what was asked for.
+        refusal: why the system refused it; empty = it was granted.
+        advice: what to do about a refusal.
+    """
+
+    name: str
+    refusal: str = ""
+    advice: str = ""
+
+    def __str__(self) -> str:
+        if not self.refusal:
+            return f"real time with {self.name}"
+        return f"real time without {self.name} ({self.refusal}): {self.advice}"
+
+
+Undo = Callable[[], object]
+"""Takes back what was granted."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """A request to the system.
+
+    Attributes:
+        name: what is asked for.
+        ask: makes the request and returns how to take it back.
+            It raises OSError for a refusal, NotImplementedError on a system that has no such thing.
+        advice: what to do about a refusal.
+    """
+
+    name: str
+    ask: Callable[[], Undo]
+    advice: str
+
+    def outcome(self, undo: ExitStack) -> Outcome:
+        """Make the request, and leave what takes it back with `undo`."""
+        try:
+            undo.callback(self.ask())
+        except NotImplementedError:
+            return Outcome(self.name, f"{sys.platform} has none", "late scans are to be expected")
+        except OSError as error:
+            return Outcome(self.name, error.strerror or str(error), self.advice)
+        return Outcome(self.name)
+
+
+def ask_for_fifo() -> Undo:
+    """Let this thread, and those that it starts from now on, run under SCHED_FIFO.
+
+    Raises:
+        OSError: the system refuses.
+        NotImplementedError: the system has no SCHED_FIFO.
+    """
+    if not hasattr(os, "sched_setscheduler"):
+        raise NotImplementedError
+    policy, parameter = os.sched_getscheduler(0), os.sched_getparam(0)
+    if policy not in (os.SCHED_FIFO, os.SCHED_RR):  # else somebody has chosen a priority, with chrt
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
+    return lambda: os.sched_setscheduler(0, policy, parameter)
+
+
+def ask_for_locked_memory() -> Undo:
+    """Keep every page of the process in memory once it is there.
+
+    Raises:
+        OSError: the system refuses, or limits how much may be locked.
+        NotImplementedError: the system has no mlockall with Linux's flags.
+    """
+    if not sys.platform.startswith("linux"):
+        raise NotImplementedError
+    if not _locks_without_limit():
+        raise PermissionError(errno.EPERM, "the memory that may be locked is limited")
+    libc = ctypes.CDLL(None, use_errno=True)
+    if libc.mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) != 0:
+        number = ctypes.get_errno()
+        raise OSError(number, os.strerror(number))
+    return lambda: libc.munlockall()
+
+
+def _locks_without_limit() -> bool:
+    """Return whether there is no limit to locked memory: behind one, later allocations fail [mlock(2)]."""
+    import resource  # only where there is one
+
+    if resource.getrlimit(resource.RLIMIT_MEMLOCK)[0] == resource.RLIM_INFINITY:
+        return True
+    status = Path("/proc/self/status").read_text()
+    capabilities = int(status.partition("CapEff:")[2].split()[0], 16)
+    return bool(capabilities >> CAP_IPC_LOCK & 1)
+
+
+REQUESTS = (
+    Request(
+        "SCHED_FIFO",
+        ask_for_fifo,
+        f'give the user "rtprio {PRIORITY}" in /etc/security/limits.conf and log in again, '
+        "or give a container the capability SYS_NICE",
+    ),
+    Request(
+        "locked memory",
+        ask_for_locked_memory,
+        'give the user "memlock unlimited" in /etc/security/limits.conf and log in again, '
+        "or give a container the capability IPC_LOCK",
+    ),
+)
+
+
+@contextmanager
+def real_time(requests: tuple[Request, ...] = REQUESTS) -> Iterator[list[Outcome]]:
+    """Ask the system for all that makes scans begin on time; take it back at the end.
+
+    Threads that are started inside have it, too. Enter it before a port is opened.
+    """
+    with ExitStack() as undo:
+        yield [request.outcome(undo) for request in requests]
+
+
+@contextmanager
+def frozen_collector() -> Iterator[None]:
+    """Collect garbage once, and then leave what exists now out of every later search for garbage."""
+    gc.collect()
+    gc.freeze()
+    try:
+        yield
+    finally:
+        gc.unfreeze()
