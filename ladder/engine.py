@@ -87,6 +87,7 @@ class Engine:
         if scan is not self._rack:
             self.memory.attach(scan.slot)
             self._rack = scan
+        self.memory.take_faults(scan.slot)
 
     def step(self, ms: float = STEP_MS) -> None:
         """Do one scan without a rack, this long after the one before; the first is at 0.

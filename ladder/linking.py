@@ -12,7 +12,7 @@ from .errors import LadderError, Problem, Site
 from .instructions import BY_NAME as SPEC_BY_NAME
 from .instructions import Kind, Spec, Use
 from .linked import ADD_ON, AddOnCall, Call, Line, Linked, LinkedRoutine, Node, Parallel, Step, steps_of
-from .places import Constant, Group, Place, Resolved
+from .places import Constant, Group, Place, Resolved, leaves_in
 from .resolver import AddressError, Resolver
 from .tags import Layout
 from .tree import Address, Branch, Instruction, Number, Operand, Routine, Rung, Series, Unknown, too_deep
@@ -205,12 +205,7 @@ class Linker:
         return resolved
 
     def _refuse_input(self, operand: Operand, resolved: Place | Group) -> None:
-        leaf = (
-            resolved.leaf
-            if isinstance(resolved, Place)
-            else resolved.layout.leaves.get(resolved.path.upper())
-        )
-        if leaf is not None and leaf.slot is not None and not leaf.output:
+        if any(leaf.slot is not None and not leaf.output for leaf in leaves_in(resolved)):
             raise OperandError(f"{operand} is an input and written by the module", "write a tag of your own")
 
     def _note_flags(self, operand: Operand) -> None:

@@ -36,6 +36,7 @@ class Memory:
         self.layout = layout
         self.cells: dict[str, CellType] = {}
         self._own: dict[Leaf, Image] = {}
+        self._faults = layout.faults
         for leaf in layout.leaves.values():
             self.cells[leaf.ident] = CellType(self._blank(leaf))
         for tag in layout.tags().values():
@@ -45,7 +46,7 @@ class Memory:
             self.write(layout.leaf(path), 0, value)
 
     def _blank(self, leaf: Leaf) -> Any:
-        if leaf.slot is not None:
+        if leaf.is_image:
             self._own[leaf] = Image()
             return self._own[leaf].words
         return [leaf.type.zero] * leaf.size if leaf.dims else leaf.type.zero
@@ -72,13 +73,25 @@ class Memory:
         Raises:
             ValueError: the program names a slot that the rack does not have.
         """
-        for leaf in self.layout.images:
+        for leaf in (*self.layout.images, *self.layout.faults):
             if leaf.slot is None or leaf.slot not in slots:
                 there = ", ".join(map(str, slots)) or "none"
                 raise ValueError(f"the program uses slot {leaf.slot} ({leaf.path}), the rack has {there}")
-            slot = slots[leaf.slot]
+        for leaf in self.layout.images:
+            slot = slots[leaf.slot]  # type: ignore[index]  # as checked above
             image = slot.outputs if leaf.output else slot.inputs
             self.cells[leaf.ident].cell_contents = image.words
+
+    def take_faults(self, slots: Mapping[int, Any]) -> None:
+        """Take the connection faults that the program reads, as the rack has them now.
+
+        Args:
+            slots: by number, each with `fault`: 0, or -1 while its module does not answer.
+        """
+        for leaf in self._faults:
+            fault = slots[leaf.slot].fault  # type: ignore[index]  # of a module, as `attach` has checked
+            if fault != self.read(leaf):
+                self.write(leaf, 0, fault)
 
     def snapshot(self) -> dict[str, Value | list[Value]]:
         """Return all values by path, hidden ones too."""

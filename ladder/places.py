@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from .tags import Layout, Leaf
-from .types import BOOL, DINT, LINT, REAL, DataType, Elementary
+from .types import BOOL, DINT, LINT, REAL, DataType, Elementary, fields_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,6 +98,14 @@ class Quoted:
 
 
 Resolved = Constant | Place | Group | Calculation | Quoted
+
+
+def leaves_in(resolved: Place | Group) -> list[Leaf]:
+    """Return the leaves that a place or a group consists of."""
+    if isinstance(resolved, Place):
+        return [resolved.leaf]
+    paths = [each.path for each in fields_of(resolved.type)]
+    return [resolved.layout.leaf(f"{resolved.path}.{path}" if path else resolved.path) for path in paths]
 
 
 def constant(value: int | float) -> Constant:

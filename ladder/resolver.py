@@ -15,7 +15,15 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
-from ..io_images.amci3601.bits import CommandLsw, CommandMsw, ConfigMsw, StatusLsw, StatusMsw
+from ..io_images.amci3601.bits import (
+    PROFILE_BITS,
+    CommandLsw,
+    CommandMsw,
+    ConfigMsw,
+    StatusLsw,
+    StatusMsw,
+)
+from ..io_images.image import WORDS
 from .errors import LadderError
 from .places import Calculation, Constant, Group, Place, Quoted, Resolved, constant, is_integer
 from .tags import STATUS_FLAGS, Alias, Layout, SlotAlias, Tag
@@ -34,7 +42,7 @@ from .tree import (
     WordStep,
     number,
 )
-from .types import Elementary, Structure
+from .types import DINT, INT, Elementary, Member, Structure
 
 _NAMES_LISTED = 12
 """Tags that a message lists at most."""
@@ -66,6 +74,17 @@ MEANINGS: Mapping[str, tuple[bool, Mapping[str, tuple[int, int]]]] = {
     "CONFIG": (True, _bits(0, ConfigMsw)),
 }
 """Bits of a slot by meaning: group -> (output image?, name -> (word, bit))."""
+
+_PROFILE_BITS = {name.upper(): bit for name, bit in PROFILE_BITS.items()}
+
+_WORDS = {f"DATA{word}": word for word in range(WORDS)}
+"""Words by the names of that profile; the generic profile has one array Data."""
+
+MODULE_TYPES: Mapping[bool, Structure] = {
+    False: Structure("AM:1769_3601:I:0", (Member("Fault", DINT), Member("Data", INT, (WORDS,)))),
+    True: Structure("AM:1769_3601:O:0", (Member("Data", INT, (WORDS,)),)),
+}
+"""A module's tags as a whole: output image? -> type. The bytes are the same in either profile."""
 
 _LOCAL = re.compile(r"LOCAL:(\d+):([IO])")
 _SLOT_FILE = re.compile(r"([IO]):(\d+)")
@@ -139,9 +158,31 @@ class Resolver:
         raise self._undeclared(address.name)
 
     def _local(self, slot: int, output: bool, steps: tuple[Step, ...], shown: Address) -> Place | Group:
-        if not steps or not isinstance(steps[0], MemberStep) or steps[0].name.upper() != "DATA":
-            raise AddressError(f"{shown} has the member Data only", "write .Data[word] or .Data[word].bit")
-        return self._data(slot, output, steps[1:], shown)
+        """Find a part of a module's tags, in the names of either profile."""
+        if not steps:
+            return self._module(slot, output, shown)
+        name = steps[0].name.upper() if isinstance(steps[0], MemberStep) else ""
+        if name == "DATA":
+            return self._data(slot, output, steps[1:], shown)
+        if name in _WORDS:
+            return self._data(slot, output, (WordStep(_WORDS[name], "."), *steps[1:]), shown)
+        if name in _PROFILE_BITS and not output and len(steps) == 1:
+            leaf = self._layout.image(slot, output=False)
+            return Place(leaf, (constant(0),), constant(_PROFILE_BITS[name]), str(shown))
+        if name == "FAULT" and not output:
+            leaf = self._layout.fault(slot)
+            return self._walk(Group(leaf.type, leaf.path, (), (), self._layout, str(shown)), steps[1:])
+        parts = "Data[0] to Data[7], Data0 to Data7"
+        if not output:
+            parts += ", ModuleOK, ConfigError, ConfigMode and Fault"
+        raise AddressError(f"{shown} is no part of a module", f"there are {parts}, and bits of words")
+
+    def _module(self, slot: int, output: bool, shown: Address) -> Group:
+        self._layout.image(slot, output=output)
+        if not output:
+            self._layout.fault(slot)
+        path = f"Local:{slot}:{'O' if output else 'I'}"
+        return Group(MODULE_TYPES[output], path, (), (), self._layout, str(shown))
 
     def _data(self, slot: int, output: bool, steps: tuple[Step, ...], shown: Address) -> Place | Group:
         leaf = self._layout.image(slot, output=output)

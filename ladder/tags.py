@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from .tree import Address
-from .types import BOOL, INT, DataType, Elementary, count_of, leaves_of
+from .types import BOOL, DINT, INT, DataType, Elementary, count_of, leaves_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,8 +66,8 @@ class Leaf:
         type: its type.
         dims: dimensions of all arrays it lies in, the outermost first.
         ident: its identifier in the compiled program.
-        slot: number of the slot, if it is an image; None if not.
-        output: for an image: whether it is the output image.
+        slot: number of the slot, if it belongs to a module: its image or its fault; None if not.
+        output: of a module: whether the program writes it.
     """
 
     path: str
@@ -81,6 +81,11 @@ class Leaf:
     def size(self) -> int:
         """Number of elements."""
         return count_of(self.dims)
+
+    @property
+    def is_image(self) -> bool:
+        """Whether it is the eight words of a slot's image, which are the rack's memory."""
+        return self.slot is not None and bool(self.dims)
 
 
 STATUS_FLAGS = {
@@ -132,10 +137,20 @@ class Layout:
             known = self._add(path, INT, (8,), slot=slot, output=output)
         return known
 
+    def fault(self, slot: int) -> Leaf:
+        """Return the leaf of a slot's connection fault, a DINT."""
+        path = f"Local:{slot}:I.Fault"
+        return self.leaves.get(path.upper()) or self._add(path, DINT, (), slot=slot)
+
     @property
     def images(self) -> tuple[Leaf, ...]:
         """The images that the program uses."""
-        return tuple(leaf for leaf in self.leaves.values() if leaf.slot is not None)
+        return tuple(leaf for leaf in self.leaves.values() if leaf.is_image)
+
+    @property
+    def faults(self) -> tuple[Leaf, ...]:
+        """The connection faults that the program uses."""
+        return tuple(leaf for leaf in self.leaves.values() if leaf.slot is not None and not leaf.is_image)
 
     def tags(self) -> Mapping[str, Tag]:
         """The tags with memory of their own, by name in capitals."""

@@ -7,7 +7,7 @@ from typing import Any
 
 from .linked import Linked
 from .memory import Memory, checked
-from .places import Calculation, Constant, Group, Place, Resolved
+from .places import Calculation, Constant, Group, Place, Resolved, leaves_in
 from .resolver import Resolver
 from .text import parse_address
 from .tree import Address
@@ -71,9 +71,8 @@ class Tags:
         found: Place | Group | None = self._known.get(name)
         if found is None:
             address: Address = parse_address(name)
-            images = len(self._linked.layout.images)
             found = self._resolver.address(address)
-            if len(self._linked.layout.images) != images:
+            if any(leaf.ident not in self._memory.cells for leaf in leaves_in(found)):
                 raise ValueError(f"{name}: the program does not use this image")
             self._known[name] = found
         return found

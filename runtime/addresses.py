@@ -3,6 +3,7 @@
     Local:1:I.Data[0].14            CompactLogix, slot 1, input word 0, bit 14
     Local:1:I.Data0.14              the same, as add-on profiles name the words
     I:1.0/14                        MicroLogix, the same bit
+    Local:1:I.ModuleOK              the same, as the module's profile of V20 names the bit
     Local:1:O.Data[2], O:1.2        output word 2 as a whole
     slot1.status.MOVE_COMPLETE      a bit of the module's status, by name
     slot1.command.HOLD_MOVE         a bit of the module's command, by name
@@ -18,7 +19,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import IntFlag
 
-from ..io_images.amci3601.bits import CommandLsw, CommandMsw, StatusLsw, StatusMsw
+from ..io_images.amci3601.bits import PROFILE_BITS, CommandLsw, CommandMsw, StatusLsw, StatusMsw
 from ..io_images.image import WORDS
 
 BITS = 16
@@ -58,6 +59,8 @@ _RAW_FORMS = tuple(
         r"(?P<image>[IO]):(?P<slot>\d+)\.(?P<word>\d+)(?:/(?P<bit>\d+))?",
     )
 )
+_PROFILE_BITS = {name.upper(): bit for name, bit in PROFILE_BITS.items()}
+_PROFILE_FORM = re.compile(r"Local:(?P<slot>\d+):I\.(?P<name>\w+)", re.IGNORECASE)
 _NAMED_FORM = re.compile(r"slot(?P<slot>\d+)\.(?P<group>\w+)\.(?P<name>\w+)", re.IGNORECASE)
 
 
@@ -101,6 +104,8 @@ def parse_address(text: str, slots: Mapping[int, str]) -> Address:
     for form in _RAW_FORMS:
         if match := form.fullmatch(stripped):
             return _raw(text, match, slots)
+    if match := _PROFILE_FORM.fullmatch(stripped):
+        return _of_profile(text, match, slots)
     if match := _NAMED_FORM.fullmatch(stripped):
         return _named(text, match, slots)
     raise ValueError(f"{text!r} is no address: write it like {FORMS}")
@@ -115,6 +120,19 @@ def _raw(text: str, match: re.Match[str], slots: Mapping[int, str]) -> Address:
     if bit is not None and bit >= BITS:
         raise ValueError(f"{text!r}: there is no bit {bit}, bits are 0 to {BITS - 1}")
     return Address(slot, match["image"].upper(), word, bit)
+
+
+def _of_profile(text: str, match: re.Match[str], slots: Mapping[int, str]) -> Address:
+    slot, name = int(match["slot"]), match["name"].upper()
+    _check_slot(text, slot, slots)
+    if name == "FAULT":
+        raise ValueError(
+            f"{text!r}: the fault of a connection is no word of an image; a ladder program reads it"
+        )
+    if name not in _PROFILE_BITS:
+        names = allowed(match["name"], (*PROFILE_BITS, "Data0"))
+        raise ValueError(f"{text!r}: slot {slot} has no input {match['name']!r}; {names}")
+    return Address(slot, "I", 0, _PROFILE_BITS[name])
 
 
 def _named(text: str, match: re.Match[str], slots: Mapping[int, str]) -> Address:

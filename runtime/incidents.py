@@ -169,6 +169,11 @@ class Exposed:
         self._late_ns = 0
         self._torn = Image()
 
+    @property
+    def linked(self) -> bool:
+        """Whether the PLC reaches the module."""
+        return getattr(self.module, "linked", True)
+
     def update(self, now_ns: int, outputs: Image) -> Image:
         """See `Module.update`."""
         self._tear(outputs)

@@ -48,6 +48,14 @@ class Slot:
     outputs: Image
     inputs: Image
 
+    @property
+    def fault(self) -> int:
+        """Fault of the connection, as a CompactLogix has it: -1 while the module does not answer, else 0.
+
+        A module that knows nothing of a link always answers (reading A-90).
+        """
+        return 0 if getattr(self.module, "linked", True) else -1
+
 
 Seat = TypeVar("Seat")
 """What there is for each slot: the slot itself, its bench."""

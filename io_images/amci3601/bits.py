@@ -6,6 +6,7 @@ addresses use them as they are.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import IntFlag
 
 
@@ -148,3 +149,10 @@ LIVE_BITS = (StatusMsw.MODE_CONFIG | StatusMsw.MODULE_OK | StatusMsw.CONFIG_ERRO
 
 _MSW_MASKS = tuple((str(bit.name), bit.value) for bit in StatusMsw)
 _LSW_MASKS = tuple((str(bit.name), bit.value) for bit in StatusLsw)
+
+
+PROFILE_BITS: Mapping[str, int] = {"ConfigError": 13, "ModuleOK": 14, "ConfigMode": 15}
+"""Bits of input word 0 that the profile of RSLogix 5000 V20 names [chapters 3 and 4].
+
+Only these three mean the same in configuration mode and in command mode.
+"""

@@ -68,7 +68,7 @@ class Writer:
 
     def name(self, leaf: Leaf) -> str:
         """Return the variable of a leaf."""
-        if leaf.slot is not None and not leaf.output:
+        if leaf.is_image and not leaf.output:
             self.inputs.add(leaf.ident)
             return f"{leaf.ident}_"
         return leaf.ident

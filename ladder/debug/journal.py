@@ -181,7 +181,7 @@ def snapshot(memory: Memory) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for leaf in memory.layout.leaves.values():
         value = memory.cells[leaf.ident].cell_contents
-        found[leaf.ident] = value.tolist() if leaf.slot is not None else list(value) if leaf.dims else value
+        found[leaf.ident] = value.tolist() if leaf.is_image else list(value) if leaf.dims else value
     return found
 
 
@@ -189,7 +189,7 @@ def restore(memory: Memory, values: dict[str, Any]) -> None:
     """Set all values of a memory to those of a snapshot."""
     for leaf in memory.layout.leaves.values():
         cell, value = memory.cells[leaf.ident], values[leaf.ident]
-        if leaf.slot is not None:
+        if leaf.is_image:
             for index, word in enumerate(value):
                 cell.cell_contents[index] = word
         elif leaf.dims:

@@ -129,6 +129,11 @@ class Amci3601:
         self.trouble = None
         self._power_up()
 
+    @property
+    def linked(self) -> bool:
+        """Whether the PLC reaches it; a module that has failed is reached and says so by MODULE_OK."""
+        return self.trouble in (None, Trouble.FATAL_ERROR)
+
     def inject(self, trouble: Trouble | None) -> None:
         """Let the module stop answering in some way from the last `update` on; None lets it answer again.
 
