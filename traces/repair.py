@@ -19,6 +19,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import count
+from os.path import realpath
 from pathlib import Path
 from typing import BinaryIO
 
@@ -95,7 +96,7 @@ def repair(
             being recorded.
         OSError: the repaired trace can't be written. The original is as it was.
     """
-    path = path.resolve()
+    path = Path(realpath(path))
     target = path if output is None else output
     if is_being_recorded(target):
         raise TraceError(f"{target}: it is being recorded; repair it when that has ended")

@@ -5,6 +5,9 @@ A command's module is imported when the command is used: a run does not wait for
 
 from __future__ import annotations
 
+import difflib
+import sys
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -13,15 +16,13 @@ import typer
 from typer.core import TyperGroup
 
 from ..pace import ending_as_interrupt, interrupted_by
+from .status import BAD_INPUT, INTERRUPTED, PIPE_CLOSED
+from .streams import OutputLost, guarded_output
 
 if TYPE_CHECKING:
     from ..bench import Bench
 
 __all__ = ["build", "main", "open_bench"]
-
-
-INTERRUPTED = 130
-"""Exit status of a command that Ctrl-C, SIGTERM or SIGHUP ended."""
 
 
 class Entry(NamedTuple):
@@ -71,10 +72,10 @@ class Lazy(TyperGroup):
         return list(COMMANDS)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """Return a command, or None if there is none of that name."""
+        """Return a command; refuse what is not one, with what was meant."""
         entry = COMMANDS.get(cmd_name)
         if entry is None:
-            return None
+            return ctx.fail(_unknown(cmd_name))
         app = _application(TyperGroup)
         import_module(f".{entry.module}", __package__).register(app)
         return typer.main.get_group(app).commands[cmd_name]
@@ -95,6 +96,12 @@ class Lazy(TyperGroup):
         """List the commands without importing them."""
         with formatter.section("Commands"):
             formatter.write_dl([(name, entry.sentence) for name, entry in COMMANDS.items()])
+
+
+def _unknown(name: str) -> str:
+    close = difflib.get_close_matches(name, COMMANDS, n=1)
+    meant = f"did you mean {close[0]}?" if close else f"there are {', '.join(COMMANDS)}"
+    return f"there is no command {name!r}: {meant}"
 
 
 def build() -> typer.Typer:
@@ -124,8 +131,29 @@ def _group() -> None:
 
 
 def main() -> None:
-    """Run the `scanrack` command."""
-    build()()
+    """Run the `scanrack` command; whatever ends it, there is at most one message.
+
+    Raises:
+        SystemExit: always, with a status of `cli.status`.
+    """
+    try:
+        with guarded_output():
+            _run()
+    except OutputLost as lost:
+        if lost.status != PIPE_CLOSED:
+            with suppress(OSError):  # standard error may be as full
+                typer.echo(f"scanrack: standard output can't be written: {lost.error.strerror}", err=True)
+        sys.exit(lost.status)
+
+
+def _run() -> None:
+    """Run the command; an error of a file that no command foresaw is told in one line."""
+    try:
+        build()()
+    except OSError as error:
+        says = error.strerror or str(error)
+        typer.echo(f"scanrack: {error.filename}: {says}" if error.filename else f"scanrack: {says}", err=True)
+        sys.exit(BAD_INPUT)
 
 
 def open_bench(rack: str | Path, record: str | Path | None = None, *, watched: bool = False) -> Bench:

@@ -25,9 +25,7 @@ from .executors import executor_of
 from .fuzzing import Setup, Work, bench_of, hand_over
 from .fuzzsummary import failure, held, mended, summary
 from .loading import Job
-
-HELD, BROKEN, INTERRUPTED = 0, 1, 130
-"""Exit status of a session: everything held; something is broken; Ctrl-C."""
+from .status import DONE, INTERRUPTED, NO
 
 MOST_RUNS, LEAST_RUNS, SCANS, LINKED_SCANS = 50, 10, 150_000, 15_000
 """Scenarios per task: as many as this number of scans, a few seconds' work, but within these limits.
@@ -121,7 +119,7 @@ class Session:
             state.corpus = {RECORDING: self.base, **state.corpus}
         self._look_again(bench, state)
         self._keep(bench, state, state.note(undisturbed(bench, self.base or Scenario(), state.found)))
-        status = HELD
+        status = DONE
         if self._can_be_searched(state):
             status = self._search(bench, state, start_ns)
         broken = [each for _, each in sorted(state.found.items()) if each.broken.invariant in bench.names]
@@ -130,7 +128,7 @@ class Session:
             typer.echo(held(bench.names - {each.broken.invariant for each in broken}, state))
         for each in broken:
             typer.echo(f"{failure(each)}\n  see {self._folder_of(state, each.broken)}")
-        return status or (BROKEN if broken else HELD)
+        return status or (NO if broken else DONE)
 
     def _look_again(self, bench: Bench, state: State) -> None:
         """Look whether what was broken still is, and tell what is not."""
@@ -172,7 +170,7 @@ class Session:
         if interrupted:
             self._complain(f"stopped by {interrupted_by()}; the same command goes on from here")
             return INTERRUPTED
-        return HELD
+        return DONE
 
     def _keep(self, bench: Bench, state: State, found: Iterable[Found]) -> None:
         """Write down all that is known, and hand over what is new."""

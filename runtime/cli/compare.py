@@ -13,9 +13,7 @@ from ...traces.compare import SAME_CLOCK, Clock, Comparison, Tolerance, align, c
 from ...traces.reader import Trace, open_trace
 from ..quantities import parse_time
 from .slices import QuietOption, reading, tell_notes, told_mistakes
-
-SAME, DIFFERENT = 0, 1
-"""Exit status; `told_mistakes` has the others."""
+from .status import DONE, NO
 
 ToleranceTimeOption = Annotated[
     str,
@@ -54,7 +52,7 @@ def tell(found: Comparison, names: tuple[str, str], *, as_json: bool) -> int:
     else:
         text = "\n".join(report(found, names))
     print(text)  # noqa: T201 - the output of a command
-    return SAME if found.same else DIFFERENT
+    return DONE if found.same else NO
 
 
 def names_of(a: Path, b: Path) -> tuple[str, str]:

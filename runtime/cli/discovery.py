@@ -16,7 +16,8 @@ from serial.tools.list_ports import comports
 from ..adapters.liveport import open_port
 from ..clients.probing import Asked, probe, questions
 from .link_commands import told_faults
-from .slices import NOTHING_FOUND, QuietOption
+from .slices import QuietOption
+from .status import NO
 from .units import addresses_in
 
 
@@ -33,7 +34,7 @@ def _ports_command() -> None:
         typer.echo("  ".join([each.device, *about]))
     if not devices:
         typer.echo("scanrack: there is no serial device", err=True)
-        raise typer.Exit(NOTHING_FOUND)
+        raise typer.Exit(NO)
 
 
 @contextmanager
@@ -81,7 +82,7 @@ def _probe_command(
         typer.echo(each)
     if not found:
         typer.echo(f"scanrack: nobody answers on {port}", err=True)
-        raise typer.Exit(NOTHING_FOUND)
+        raise typer.Exit(NO)
 
 
 def register(app: typer.Typer) -> None:

@@ -15,6 +15,7 @@ from .image_bench import ImageBench, amci3601_on_bench
 from .pcl601_bench import pcl601_bench
 from .pmc006_bench import pmc006_bench
 from .requests import RequestError, parse
+from .status import BAD_INPUT, DONE
 
 
 class Target(StrEnum):
@@ -55,7 +56,7 @@ def converse(answer: Answer, lines: Iterable[str], out: TextIO) -> int:
 
     Empty lines are passed over. A refused request changes nothing, and the session goes on.
     """
-    status = 0
+    status = DONE
     for number, line in enumerate(lines, start=1):
         if not line.strip():
             continue
@@ -63,7 +64,7 @@ def converse(answer: Answer, lines: Iterable[str], out: TextIO) -> int:
             reply = answer(line)
         except RequestError as error:
             reply = {"error": str(error), "line": number}
-            status = 2
+            status = BAD_INPUT
         out.write(json.dumps(reply) + "\n")
         out.flush()
     return status
@@ -77,12 +78,10 @@ def drive(
     Time is virtual and never waits; the same input gives the same output, byte for byte.
     Exit status 2 if any request was refused. The protocol is described in docs/drive.md.
     """
-    try:
-        status = converse(bench_for(target), sys.stdin, sys.stdout)
-    except BrokenPipeError:  # whoever read the replies has gone
-        sys.stderr.close()
-        status = 1
-    raise typer.Exit(status)
+    if sys.stdin is None:
+        typer.echo("scanrack: there are no requests: standard input is closed", err=True)
+        raise typer.Exit(BAD_INPUT)
+    raise typer.Exit(converse(bench_for(target), sys.stdin, sys.stdout))
 
 
 def register(app: typer.Typer) -> None:

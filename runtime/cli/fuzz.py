@@ -12,14 +12,12 @@ import typer
 from ..fuzz import STANDARD, Scenario
 from ..fuzz.scenarios import Kind, kinds_for, possible_kinds
 from ..quantities import parse_duration
-from .campaigning import BROKEN, HELD, Session
+from .campaigning import Session
 from .fuzzing import Setup, bench_of, replay
 from .fuzzsummary import failure
 from .learning import Learned, learn
 from .loading import Job, load_job, scans_to_run
-
-BAD_INPUT, CANNOT_WRITE = 2, 3
-"""Exit status beside those of a session: bad input; a file can't be written."""
+from .status import BAD_INPUT, CANNOT_WRITE, DONE, NO
 
 DEFAULT_CHECKS = ("no-command-error", "no-invalid-profile", "one-motion")
 """What is checked if neither --check nor --invariants is given."""
@@ -161,7 +159,7 @@ def _scans(job: Job, duration: str | None, learned: Learned | None) -> int:
 def _replay(setup: Setup, file: Path) -> int:
     found = replay(bench_of(setup), read_scenario(file, setup))
     typer.echo("everything held" if found is None else failure(found))
-    return HELD if found is None else BROKEN
+    return DONE if found is None else NO
 
 
 def read_scenario(file: Path, setup: Setup) -> Scenario:

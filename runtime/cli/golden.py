@@ -13,9 +13,7 @@ from rich.progress import track
 
 from .library import INDEX, TEXT, Library, Made, changes, index_of, left_over, load_library, make
 from .slices import told_mistakes
-
-UNCHANGED, CHANGED = 0, 1
-"""Exit status; `told_mistakes` has the others."""
+from .status import DONE, NO
 
 
 def _golden_command(
@@ -51,7 +49,7 @@ def _golden_command(
             _write(library, all_made, folder)
         faulty = any(made.wrong for made in all_made)
         typer.echo(f"{len(all_made)} recordings, {'as they were' if not lines else 'not all as they were'}")
-    raise typer.Exit(CHANGED if faulty or (lines and not update) else UNCHANGED)
+    raise typer.Exit(NO if faulty or (lines and not update) else DONE)
 
 
 def _faults(made: Made) -> list[str]:

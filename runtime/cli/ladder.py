@@ -17,9 +17,7 @@ from ...ladder.tree import Routine
 from ..quantities import parse_time
 from .benching import open_bench
 from .loading import load_job
-
-DRAWN, BAD_INPUT = 0, 2
-"""Exit status: drawn; the file or an option can't be used."""
+from .status import BAD_INPUT
 
 NARROWEST = 40
 """Columns between the rails that a picture has at least."""

@@ -24,8 +24,9 @@ from ...traces.reader import Scan, Trace, open_trace
 from ..rackfile import load_rack_file
 from .attachments import attached_files
 from .loading import load_job
-from .run import OK, run_job
+from .run import run_job
 from .show import ALL_SCANS, Contents, plain_lines, story
+from .status import DONE
 from .trust import stored_programs
 
 SCENARIOS, INDEX = "scenarios.toml", "index.md"
@@ -143,7 +144,7 @@ def make(library: Library, scenario: Scenario, folder: Path) -> Made:
     rack.write_text(scenario.rack_text(), "utf-8")
     stored_programs(load_rack_file(rack).spec)  # a library is not always the user's own
     job = load_job(str(rack))
-    if run_job(job, scenario.run_ms // scenario.scan_ms, trace, quiet=True) != OK:
+    if run_job(job, scenario.run_ms // scenario.scan_ms, trace, quiet=True) != DONE:
         raise ValueError(f"{scenario.name}: the run did not end well")
     with open_trace(trace) as opened:
         return Made(scenario, trace, text_of(scenario, opened), tuple(_wrong(scenario, opened)))

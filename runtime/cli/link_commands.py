@@ -21,6 +21,7 @@ from ..ports import Stop
 from ..wire import LineFormat
 from .serve import socket_address
 from .slices import told_mistakes
+from .status import INTERRUPTED, NO
 
 PortOption = Annotated[
     str | None, typer.Option("--port", metavar="DEV", help="Serial port, such as /dev/ttyUSB0 or COM3.")
@@ -48,9 +49,6 @@ REOPENINGS = 6
 
 REOPEN_S = 0.5
 """Time between two of them."""
-
-FAILED, INTERRUPTED = 1, 130
-"""Exit status: the controller or the line did not do it; Ctrl-C."""
 
 
 class Mover(Protocol):
@@ -177,7 +175,7 @@ def told_faults() -> Iterator[None]:
             yield
         except LinkError as error:
             typer.echo(f"scanrack: {error}", err=True)
-            raise typer.Exit(FAILED) from None
+            raise typer.Exit(NO) from None
 
 
 @contextmanager

@@ -12,7 +12,8 @@ from ...traces.query import Answer, Occurrence, query
 from ...traces.reader import open_trace
 from ...traces.wording import seconds
 from .show import new_table, print_block
-from .slices import DONE, NOTHING_FOUND, QuietOption, reading, tell_notes, told_mistakes
+from .slices import QuietOption, reading, tell_notes, told_mistakes
+from .status import DONE, NO
 
 _EXAMPLES = """
 
@@ -92,7 +93,7 @@ def _query_command(
             answer = query(opened, text, show=show or (), progress=progress)
         tell(answer, limit)
         tell_notes(opened)
-    raise typer.Exit(DONE if answer.count else NOTHING_FOUND)
+    raise typer.Exit(DONE if answer.count else NO)
 
 
 _query_command.__doc__ = f"""Find the scans in which something holds, and how long it took.

@@ -13,9 +13,7 @@ from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TimeR
 
 from ...traces.repair import Repair, repair
 from .slices import QuietOption, check_target, told_mistakes, writing
-
-WHOLE, LEFT_OUT = 0, 1
-"""Exit status; `told_mistakes` has the others."""
+from .status import DONE, NO
 
 
 def tell(found: Repair, trace: Path, target: Path) -> None:
@@ -75,7 +73,7 @@ def _repair_command(
             found = repair(trace, output, progress=progress)
     if not quiet:
         tell(found, trace, trace if output is None else output)
-    raise typer.Exit(LEFT_OUT if found.damaged else WHOLE)
+    raise typer.Exit(NO if found.damaged else DONE)
 
 
 def register(app: typer.Typer) -> None:

@@ -13,9 +13,10 @@ from ...traces.arrays import extent
 from ...traces.compare import compare
 from ...traces.reader import Trace, open_trace
 from .attachments import job_of
-from .compare import SAME, JsonOption, tell
-from .run import BAD_INPUT, run_job
+from .compare import JsonOption, tell
+from .run import run_job
 from .slices import QuietOption, reading, tell_notes, told_mistakes
+from .status import BAD_INPUT, DONE
 
 RERUN = "rerun"
 """What the second of the two is called in the report."""
@@ -63,7 +64,7 @@ def _rerun(
     if not as_json and filecmp.cmp(path, again, shallow=False):
         if not quiet:
             typer.echo(f"{path.name}: {ends[-1] - ends[0] + 1:,} scans, the same byte for byte")
-        return SAME
+        return DONE
     with open_trace(again) as other:
         with reading(trace, quiet=quiet) as progress:
             found = compare(trace, other, progress=progress)

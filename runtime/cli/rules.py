@@ -14,9 +14,7 @@ from ...io_images.amci3601 import RULES, Firmware, StatusLsw, StatusMsw, bit_nam
 from ...io_images.amci3601.rules import Rule
 from ...io_images.amci3601.rules.proofs import proofs
 from .rules_page import chapter_of, firmware_words, page
-
-FOUND, UNTESTED, BAD_INPUT = 0, 1, 2
-"""Exit status: printed; --untested has found any; an option can't be used."""
+from .status import BAD_INPUT, DONE, NO
 
 WIDTH = 80
 INDENT = " " * 9
@@ -193,7 +191,7 @@ def _rules_command(
         raise typer.Exit(BAD_INPUT) from error
     rules = untested(rules) if without_test else rules
     typer.echo(page(rules, proofs) if markdown else listing(rules), nl=not markdown)
-    raise typer.Exit(UNTESTED if without_test and rules else FOUND)
+    raise typer.Exit(NO if without_test and rules else DONE)
 
 
 def register(app: typer.Typer) -> None:

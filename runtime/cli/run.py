@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import ExitStack, nullcontext
+from os.path import realpath
 from pathlib import Path
 from typing import Annotated
 
@@ -23,11 +24,8 @@ from .attachments import attachment, imported, made_by, program_name, unit_progr
 from .loading import DEFAULT_RUN, Job, load_job, scans_to_run
 from .progress import shown_progress
 from .rackunits import UnitsBeside, units_of
+from .status import BAD_INPUT, CANNOT_WRITE, DONE, INTERRUPTED, NO
 from .summary import Tally, summary
-
-OK, FAULT, BAD_INPUT, NO_TRACE, INTERRUPTED = 0, 1, 2, 3, 130
-"""Exit status: done; the CPU faulted; a file or option can't be used; the trace can't be written; Ctrl-C."""
-
 
 NO_SAFETY_SYSTEM = (
     "this is no safety system: the controller has no watchdog, and if scanrack dies in a manual move "
@@ -96,7 +94,7 @@ def _run_rack(
         if units:
             listeners.append(UnitsBeside(units, trace))
     except OSError as error:
-        return _complain(f"the trace can't be written: {_reason(error)}", NO_TRACE)
+        return _complain(f"the trace can't be written: {_reason(error)}", CANNOT_WRITE)
     cpu = build_cpu(job.spec, job.logic, rack, listeners=listeners, pacer=pacer)
     with nullcontext() if pacer.free else frozen_collector():
         start_ns = wall_ns()
@@ -163,7 +161,7 @@ def trace_path(job: Job, record: Path | None, no_record: bool) -> Path | None:
     if no_record:
         return None
     trace = record or _own_path(job)
-    if trace.resolve() in (job.rack_file.resolve(), job.program.resolve()):
+    if realpath(trace) in (realpath(job.rack_file), realpath(job.program)):
         raise ValueError(f"the trace would replace {trace}: give it a name of its own")
     return trace
 
@@ -182,20 +180,22 @@ def _run(cpu: Cpu, scans: int | None, *, quiet: bool) -> int:
     except CpuFault as error:
         return _complain_of_fault(error)
     except OSError as error:
-        return _complain(f"the trace can't be finished: {_reason(error)}", NO_TRACE)
+        return _complain(f"the trace can't be finished: {_reason(error)}", CANNOT_WRITE)
     except KeyboardInterrupt:
         return _complain(f"stopped by {interrupted_by()} in scan {cpu.scan}", INTERRUPTED)
     if cpu.stop_requested:
         return _complain(f"stopped by {interrupted_by()} after {cpu.scan} scans", INTERRUPTED)
-    return OK
+    return DONE
 
 
 def _complain_of_fault(error: CpuFault) -> int:
     cause = error.__cause__
     if error.fault.cause is Cause.LISTENER and isinstance(cause, OSError):
-        return _complain(f"scan {error.fault.scan}: the trace can't be written: {_reason(cause)}", NO_TRACE)
+        return _complain(
+            f"scan {error.fault.scan}: the trace can't be written: {_reason(cause)}", CANNOT_WRITE
+        )
     notes = getattr(error, "__notes__", [])
-    return _complain("\n".join([f"the CPU has faulted in {error}", *notes]), FAULT)
+    return _complain("\n".join([f"the CPU has faulted in {error}", *notes]), NO)
 
 
 def _reason(error: OSError) -> str:

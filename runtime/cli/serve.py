@@ -304,6 +304,7 @@ def _serve_command(
                 units, clock, recorder, pty=pty, serial=serial, tcp=tcp, rtu_over_tcp=rtu_over_tcp
             )
             names = ", ".join(str(unit.address) for unit in units)
+            _record(units, clock, recorder)  # before anything can end it
             typer.echo(
                 f"{place}  {controller} at address {names}, {units[0].device.line_format}; Ctrl-C ends"
             )
@@ -319,16 +320,21 @@ def _serve(
     def each_step() -> None:
         refresh()
         typed.look()
-        if recorder is not None:
-            now_ns = clock.now_ns()
-            for unit in units:
-                recorder.unit(now_ns, unit.address, unit.values())
+        _record(units, clock, recorder)
 
     with shown_status(units, quiet=quiet) as refresh:
         each_step()  # how it is at first
         serve_until_interrupted(
             server, each_step, longest_s=LONGEST_S if recorder is None else RECORDED_EVERY_S
         )
+
+
+def _record(units: list[Unit], clock: Clock, recorder: LineRecorder | None) -> None:
+    """Record how the units are now."""
+    if recorder is not None:
+        now_ns = clock.now_ns()
+        for unit in units:
+            recorder.unit(now_ns, unit.address, unit.values())
 
 
 def register(app: typer.Typer) -> None:

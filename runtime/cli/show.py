@@ -21,6 +21,7 @@ from ...traces.reader import Trace, TraceEvent, open_trace
 from ...traces.wording import seconds
 from .attachments import attached_files, extract
 from .slices import ScanRange, parse_range, told_mistakes
+from .status import DONE
 
 ALL_SCANS: ScanRange = (0, None)
 
@@ -253,7 +254,7 @@ def _show_command(
         with told_mistakes(), open_trace(trace) as opened:
             for path in extract(attached_files(opened), folder):
                 print(path)  # noqa: T201 - the output of a command
-        raise typer.Exit(0)
+        raise typer.Exit(DONE)
     try:
         wanted = parse_range(scans)
     except ValueError as error:

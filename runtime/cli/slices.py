@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,12 +16,10 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from ...traces.reader import Trace
 from ...traces.signals import ALL, Selection, count
 from ..quantities import parse_time
+from .status import BAD_INPUT, CANNOT_WRITE
 
 ScanRange = tuple[int, int | None]
 """First and last scan, both included; None = to the end."""
-
-DONE, NOTHING_FOUND, BAD_INPUT, CANNOT_WRITE = 0, 1, 2, 3
-"""Exit status."""
 
 ScansOption = Annotated[
     str | None,
@@ -116,9 +113,6 @@ def told_mistakes() -> Iterator[None]:
         yield
     except (ValueError, ImportError) as error:
         _end(str(error), BAD_INPUT)
-    except BrokenPipeError:  # whoever read the output has gone
-        sys.stderr.close()
-        raise typer.Exit(NOTHING_FOUND) from None
     except OSError as error:
         says = error.strerror or str(error)
         _end(f"{error.filename}: {says}" if error.filename else says, CANNOT_WRITE)

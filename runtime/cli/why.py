@@ -14,9 +14,7 @@ from ..faults import CpuFault
 from ..quantities import parse_duration
 from .benching import open_bench
 from .ladder import load_rungs
-
-OK, NOTHING, BAD_INPUT = 0, 1, 2
-"""Exit status: answered; nothing mentions the tag, or a condition did not come about; bad input."""
+from .status import BAD_INPUT, NO
 
 
 def _run(bench: Bench, at: str | None, scans: int | None, until: str | None) -> None:
@@ -70,7 +68,7 @@ def _why_command(
         typer.echo(f"after {bench.scans:,} scans, {bench.now_s:g} s: {bench.why(tag)}")
     except NotReachedError as error:
         typer.echo(f"scanrack: {error}", err=True)
-        raise typer.Exit(NOTHING) from error
+        raise typer.Exit(NO) from error
     except (LadderError, ValueError) as error:
         raise _refused(error) from error
 
@@ -99,7 +97,7 @@ def _xref_command(
         typer.echo(f"{each.text:<28} {each.way:<14} {site.routine}, rung {site.rung}: {site.instruction}")
     if not mentions:
         typer.echo(f"nothing in the program mentions {tag}", err=True)
-        raise typer.Exit(NOTHING)
+        raise typer.Exit(NO)
 
 
 def _refused(error: Exception) -> typer.Exit:
