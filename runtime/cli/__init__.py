@@ -89,7 +89,9 @@ class Lazy(TyperGroup):
             try:
                 return super().invoke(ctx)
             except KeyboardInterrupt:
-                typer.echo(f"scanrack: stopped by {interrupted_by()}", err=True)
+                from .terminal import say
+
+                say(f"scanrack: stopped by {interrupted_by()}", err=True)
                 raise typer.Exit(INTERRUPTED) from None
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
@@ -142,7 +144,7 @@ def main() -> None:
     except OutputLost as lost:
         if lost.status != PIPE_CLOSED:
             with suppress(OSError):  # standard error may be as full
-                typer.echo(f"scanrack: standard output can't be written: {lost.error.strerror}", err=True)
+                say(f"scanrack: standard output can't be written: {lost.error.strerror}", err=True)
         sys.exit(lost.status)
 
 
@@ -152,7 +154,7 @@ def _run() -> None:
         build()()
     except OSError as error:
         says = error.strerror or str(error)
-        typer.echo(f"scanrack: {error.filename}: {says}" if error.filename else f"scanrack: {says}", err=True)
+        say(f"scanrack: {error.filename}: {says}" if error.filename else f"scanrack: {says}", err=True)
         sys.exit(BAD_INPUT)
 
 

@@ -12,7 +12,6 @@ from signal import default_int_handler
 from threading import current_thread, main_thread
 from types import FrameType
 
-import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
@@ -26,6 +25,7 @@ from .fuzzing import Setup, Work, bench_of, hand_over
 from .fuzzsummary import failure, held, mended, summary
 from .loading import Job
 from .status import DONE, INTERRUPTED, NO
+from .terminal import say
 
 MOST_RUNS, LEAST_RUNS, SCANS, LINKED_SCANS = 50, 10, 150_000, 15_000
 """Scenarios per task: as many as this number of scans, a few seconds' work, but within these limits.
@@ -124,16 +124,16 @@ class Session:
             status = self._search(bench, state, start_ns)
         broken = [each for _, each in sorted(state.found.items()) if each.broken.invariant in bench.names]
         if not self.quiet:
-            typer.echo(summary(state, before, (wall_ns() - start_ns) / 1e9))
-            typer.echo(held(bench.names - {each.broken.invariant for each in broken}, state))
+            say(summary(state, before, (wall_ns() - start_ns) / 1e9))
+            say(held(bench.names - {each.broken.invariant for each in broken}, state))
         for each in broken:
-            typer.echo(f"{failure(each)}\n  see {self._folder_of(state, each.broken)}")
+            say(f"{failure(each)}\n  see {self._folder_of(state, each.broken)}")
         return status or (NO if broken else DONE)
 
     def _look_again(self, bench: Bench, state: State) -> None:
         """Look whether what was broken still is, and tell what is not."""
         for broken in state.recheck(bench):
-            typer.echo(f"mended: {broken.sentence.rstrip('.')} [{broken.invariant}]")
+            say(f"mended: {broken.sentence.rstrip('.')} [{broken.invariant}]")
             mended(self._folder_of(state, broken) / "report.txt")
 
     def _can_be_searched(self, state: State) -> bool:
@@ -198,7 +198,7 @@ class Session:
 
         def show(found: list[Found]) -> None:
             for each in found:
-                bar.console.print(str(each.broken), highlight=False, markup=False)
+                bar.console.print(visible(str(each.broken)), highlight=False, markup=False)
             done = state.tasks - tasks_before if self.limit_ns is None else wall_ns() - start_ns
             text = f"{state.runs:,} runs, {len(state.found)} broken"
             bar.update(task, completed=done, description=text)
@@ -207,4 +207,4 @@ class Session:
 
     @staticmethod
     def _complain(text: str) -> None:
-        typer.echo(f"scanrack: {text}", err=True)
+        say(f"scanrack: {text}", err=True)

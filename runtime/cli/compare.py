@@ -49,6 +49,7 @@ def tell(found: Comparison, names: tuple[str, str], *, as_json: bool) -> int:
     """Print a comparison; return the exit status."""
     if as_json:
         text = json.dumps({"same": found.same, "names": names, **asdict(found)}, indent=1)
+        text = text.replace("\x7f", "\\u007f")  # the one control character that JSON leaves as it is
     else:
         text = "\n".join(report(found, names))
     print(text)  # noqa: T201 - the output of a command

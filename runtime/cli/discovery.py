@@ -18,6 +18,7 @@ from ..clients.probing import Asked, probe, questions
 from .link_commands import told_faults
 from .slices import QuietOption
 from .status import NO
+from .terminal import say
 from .units import addresses_in
 
 
@@ -31,9 +32,9 @@ def _ports_command() -> None:
     devices = sorted(comports(), key=lambda each: each.device)
     for each in devices:
         about = [text for text in (each.description, each.manufacturer) if text and text != "n/a"]
-        typer.echo("  ".join([each.device, *about]))
+        say("  ".join([each.device, *about]))
     if not devices:
-        typer.echo("scanrack: there is no serial device", err=True)
+        say("scanrack: there is no serial device", err=True)
         raise typer.Exit(NO)
 
 
@@ -79,9 +80,9 @@ def _probe_command(
             answers = probe(partial(open_port, port), addresses, asked)
             found = list(answers if everyone else islice(answers, 1))
     for each in found:
-        typer.echo(each)
+        say(each)
     if not found:
-        typer.echo(f"scanrack: nobody answers on {port}", err=True)
+        say(f"scanrack: nobody answers on {port}", err=True)
         raise typer.Exit(NO)
 
 

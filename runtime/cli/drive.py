@@ -16,6 +16,7 @@ from .pcl601_bench import pcl601_bench
 from .pmc006_bench import pmc006_bench
 from .requests import RequestError, parse
 from .status import BAD_INPUT, DONE
+from .terminal import say
 
 
 class Target(StrEnum):
@@ -79,7 +80,7 @@ def drive(
     Exit status 2 if any request was refused. The protocol is described in docs/drive.md.
     """
     if sys.stdin is None:
-        typer.echo("scanrack: there are no requests: standard input is closed", err=True)
+        say("scanrack: there are no requests: standard input is closed", err=True)
         raise typer.Exit(BAD_INPUT)
     raise typer.Exit(converse(bench_for(target), sys.stdin, sys.stdout))
 

@@ -20,6 +20,7 @@ from .slices import (
     told_mistakes,
     writing,
 )
+from .terminal import say
 
 _WRITERS = {"--csv": write_csv, "--parquet": write_parquet, "--vcd": write_vcd}
 
@@ -71,7 +72,7 @@ def _export_command(
             ):
                 count = _WRITERS[option](opened, target, signal or (), wanted, progress=progress)
             if not quiet:
-                typer.echo(f"{target}: {count:,} scans, {target.stat().st_size:,} bytes")
+                say(f"{target}: {count:,} scans, {target.stat().st_size:,} bytes")
             tell_notes(opened)
 
 

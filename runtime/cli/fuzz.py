@@ -18,6 +18,7 @@ from .fuzzsummary import failure
 from .learning import Learned, learn
 from .loading import Job, load_job, scans_to_run
 from .status import BAD_INPUT, CANNOT_WRITE, DONE, NO
+from .terminal import say
 
 DEFAULT_CHECKS = ("no-command-error", "no-invalid-profile", "one-motion")
 """What is checked if neither --check nor --invariants is given."""
@@ -158,7 +159,7 @@ def _scans(job: Job, duration: str | None, learned: Learned | None) -> int:
 
 def _replay(setup: Setup, file: Path) -> int:
     found = replay(bench_of(setup), read_scenario(file, setup))
-    typer.echo("everything held" if found is None else failure(found))
+    say("everything held" if found is None else failure(found))
     return DONE if found is None else NO
 
 
@@ -181,7 +182,7 @@ def read_scenario(file: Path, setup: Setup) -> Scenario:
 
 
 def _complain(text: str) -> None:
-    typer.echo(f"scanrack: {text}", err=True)
+    say(f"scanrack: {text}", err=True)
 
 
 def register(app: typer.Typer) -> None:

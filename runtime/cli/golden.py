@@ -14,6 +14,7 @@ from rich.progress import track
 from .library import INDEX, TEXT, Library, Made, changes, index_of, left_over, load_library, make
 from .slices import told_mistakes
 from .status import DONE, NO
+from .terminal import say
 
 
 def _golden_command(
@@ -44,11 +45,11 @@ def _golden_command(
         if _index_differs(library, folder):
             lines.append(f"{INDEX}: it differs")
         for line in lines:
-            print(line)  # noqa: T201 - the output of a command
+            say(line)
         if update:
             _write(library, all_made, folder)
         faulty = any(made.wrong for made in all_made)
-        typer.echo(f"{len(all_made)} recordings, {'as they were' if not lines else 'not all as they were'}")
+        say(f"{len(all_made)} recordings, {'as they were' if not lines else 'not all as they were'}")
     raise typer.Exit(NO if faulty or (lines and not update) else DONE)
 
 

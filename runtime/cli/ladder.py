@@ -116,15 +116,15 @@ def ladder(
         if svg is not None:
             svg.write_text(routines_svg(wanted, width or WIDTH, truths, captions), encoding="utf-8")
         elif source:
-            typer.echo(program.source())
+            say(program.source())
         elif text:
             for each, numbers in wanted:
-                typer.echo("\n".join(str(each.rungs[number]) for number in numbers))
+                say("\n".join(str(each.rungs[number]) for number in numbers))
         else:
             fitting = max(shutil.get_terminal_size((WIDTH + 8, 0)).columns - 8, NARROWEST)
             for each, numbers in wanted:
-                typer.echo(f"Routine {each.name}\n")
-                typer.echo(routine_text(each, width or fitting, truths.get(each.name), numbers, captions))
+                say(f"Routine {each.name}\n")
+                say(routine_text(each, width or fitting, truths.get(each.name), numbers, captions))
     except LadderError as error:
         _refuse(f"{file}: {error}")
     except (ValueError, OSError) as error:
@@ -132,7 +132,7 @@ def ladder(
 
 
 def _refuse(text: str) -> None:
-    typer.echo(f"scanrack: {text}", err=True)
+    say(f"scanrack: {text}", err=True)
     raise typer.Exit(BAD_INPUT)
 
 

@@ -12,7 +12,6 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Bar
-from rich.table import Table
 
 from ..clients.link import ANSWER_RANGE_S, ANSWER_S, Link, LinkError, Progress, SerialLink, TcpLink
 from ..clients.watching import LostSightError, try_to_stop
@@ -22,6 +21,7 @@ from ..wire import LineFormat
 from .serve import socket_address
 from .slices import told_mistakes
 from .status import INTERRUPTED, NO
+from .terminal import say
 
 PortOption = Annotated[
     str | None, typer.Option("--port", metavar="DEV", help="Serial port, such as /dev/ttyUSB0 or COM3.")
@@ -145,7 +145,7 @@ def _stopped_anew(stop: Callable[[], None]) -> bool:
 
 def show_state(rows: Iterable[tuple[str, str]]) -> None:
     """Print names and values below each other."""
-    table = Table(box=None, show_header=False, pad_edge=False)
+    table = Cells(box=None, show_header=False, pad_edge=False)
     for name, value in rows:
         table.add_row(name, value)
     Console().print(table)
@@ -164,7 +164,7 @@ def travel(client: Mover, steps: int, *, quiet: bool) -> None:
         shown_travel(start, start + steps, look, quiet=quiet) as progress,
     ):
         position = client.move(steps, progress)
-    typer.echo(position)
+    say(position)
 
 
 @contextmanager
@@ -174,7 +174,7 @@ def told_faults() -> Iterator[None]:
         try:
             yield
         except LinkError as error:
-            typer.echo(f"scanrack: {error}", err=True)
+            say(f"scanrack: {error}", err=True)
             raise typer.Exit(NO) from None
 
 
@@ -199,7 +199,7 @@ def stopped_by_interrupt(stop: Callable[[], None]) -> Iterator[Callable[[], None
     except KeyboardInterrupt:
         if not try_to_stop(stop):
             raise LostSightError(interrupted_by(), stopped=False) from None
-        typer.echo(f"scanrack: {interrupted_by()}: the motor was stopped", err=True)
+        say(f"scanrack: {interrupted_by()}: the motor was stopped", err=True)
         raise typer.Exit(INTERRUPTED) from None
 
 

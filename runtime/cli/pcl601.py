@@ -34,6 +34,7 @@ from .link_commands import (
 )
 from .pclt import read_program
 from .slices import QuietOption
+from .terminal import say
 
 app = typer.Typer(
     help="Talk to a PCL601 over Modbus.\n\nExample: scanrack pcl601 --port /dev/ttyUSB0 --unit 1 move 2000",
@@ -105,7 +106,7 @@ def _state(client: Pcl601Client) -> Iterator[tuple[str, str]]:
 def read(context: typer.Context, name: NameArgument) -> None:
     """Print one register, such as position or base_speed."""
     with client_at(context) as client:
-        typer.echo(client.firmware if name == "firmware" else client.read(name))
+        say(client.firmware if name == "firmware" else client.read(name))
 
 
 @app.command("set")
@@ -159,7 +160,7 @@ def home(
     with client_at(context) as client, stopped_by_interrupt(client.stop) as look:
         with shown_travel(client.position, None, look, quiet=quiet) as progress:
             position = client.home(kind, progress)
-        typer.echo(position)
+        say(position)
 
 
 @app.command()

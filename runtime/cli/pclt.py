@@ -19,6 +19,7 @@ from ...io_images.pcl601.program import (
     parse_program,
 )
 from .slices import told_mistakes
+from .terminal import say
 
 app = typer.Typer(
     help="Stored programs of the PCL601: check, assemble, disassemble; see docs/pcl601-programs.md.",
@@ -76,7 +77,7 @@ def check_command(
     """
     with told_mistakes():
         for file in files:
-            typer.echo(f"{file}: {summary(read_program(file))}")
+            say(f"{file}: {summary(read_program(file))}")
 
 
 @app.command("assemble", no_args_is_help=True)
@@ -90,10 +91,10 @@ def assemble_command(file: FileArgument, output: OutputOption = None) -> None:
     with told_mistakes():
         program = read_program(file)
         if output is None:
-            typer.echo(listing(program))
+            say(listing(program))
         else:
             output.write_bytes(assemble(program))
-            typer.echo(f"{output}: {summary(program)}")
+            say(f"{output}: {summary(program)}")
 
 
 @app.command("disassemble", no_args_is_help=True)
@@ -108,7 +109,7 @@ def disassemble_command(file: FileArgument, output: OutputOption = None) -> None
         except ProgramError as error:
             raise ValueError(f"{file}: {error}") from error
         if output is None:
-            typer.echo(text, nl=False)
+            say(text, nl=False)
         else:
             output.write_text(text, encoding="utf-8")
 

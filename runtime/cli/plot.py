@@ -20,6 +20,7 @@ from .slices import (
     told_mistakes,
     writing,
 )
+from .terminal import say
 
 _PICTURES = (".png", ".svg")
 _PAGES = (".html", ".htm")
@@ -72,7 +73,7 @@ def _plot_command(
                 chart = read_chart(opened, Envelope, wanted, slots=slot or (), title=title, progress=progress)
                 save_figure(chart, target)
         if not quiet:
-            typer.echo(f"{target}: {target.stat().st_size:,} bytes")
+            say(f"{target}: {target.stat().st_size:,} bytes")
         tell_notes(opened)
 
 

@@ -32,6 +32,7 @@ from .link_commands import (
     travel,
 )
 from .slices import QuietOption
+from .terminal import say
 
 app = typer.Typer(
     help="Talk to a PMC006x3s on a serial port.\n\n"
@@ -120,7 +121,7 @@ def _shown(name: str, value: int) -> str:
 def read(context: typer.Context, name: NameArgument) -> None:
     """Print one value, such as position or microstepping."""
     with client_at(context) as client:
-        typer.echo(client.firmware if name == "firmware" else client.read(name))
+        say(client.firmware if name == "firmware" else client.read(name))
 
 
 @app.command("set")
@@ -180,7 +181,7 @@ def home(
             client.set("zero_back_speed", speed)
         with shown_travel(client.position, None, look, quiet=quiet) as progress:
             position = client.home(stroke, progress)
-        typer.echo(position)
+        say(position)
 
 
 @app.command()
@@ -209,7 +210,7 @@ def _listing(file: Path) -> UserProgram:
     except ValueError as error:
         raise ValueError(f"{file}: {error}") from error
     for warning in program.warnings:
-        typer.echo(f"scanrack: {file}: {warning}", err=True)
+        say(f"scanrack: {file}: {warning}", err=True)
     return program
 
 
@@ -218,7 +219,7 @@ def check(file: FileArgument) -> None:
     """Assemble a listing and print it as a program, line by line."""
     with told_faults():
         for number, line in enumerate(_listing(file).lines):
-            typer.echo(f"{number:3}  {line}")
+            say(f"{number:3}  {line}")
 
 
 @programs.command("write")

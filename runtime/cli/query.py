@@ -30,18 +30,18 @@ Examples:
 def tell(answer: Answer, limit: int | None) -> None:
     """Print an answer."""
     if answer.aggregate == "count":
-        print(answer.count)  # noqa: T201 - the output of a command
+        say(answer.count)
         return
     shown = answer.occurrences[:limit]
     if shown:
         print_block(_table(shown))
     left = len(answer.occurrences) - len(shown)
     if left:
-        print(f"... and {left:,} more")  # noqa: T201
+        say(f"... and {left:,} more")
     if answer.aggregate is not None:
-        print(f"of {answer.count:,}")  # noqa: T201
+        say(f"of {answer.count:,}")
     elif answer.count != 1:
-        print(f"{answer.count:,} times" if answer.count else "never")  # noqa: T201
+        say(f"{answer.count:,} times" if answer.count else "never")
 
 
 def _table(occurrences: tuple[Occurrence, ...]) -> Table:

@@ -19,13 +19,13 @@ from .status import DONE, NO
 def tell(found: Repair, trace: Path, target: Path) -> None:
     """Print what came of a repair."""
     if not found.needed:
-        typer.echo(f"{trace}: {_size(found)}, nothing to repair")
+        say(f"{trace}: {_size(found)}, nothing to repair")
         return
     for note in found.notes:
-        typer.echo(f"note: {note}", err=True)
+        say(f"note: {note}", err=True)
     if found.original is not None:
-        typer.echo(f"note: the original is kept as {found.original.name}", err=True)
-    typer.echo(f"{target}: repaired, {_size(found)}, {target.stat().st_size:,} bytes")
+        say(f"note: the original is kept as {found.original.name}", err=True)
+    say(f"{target}: repaired, {_size(found)}, {target.stat().st_size:,} bytes")
 
 
 def _size(found: Repair) -> str:

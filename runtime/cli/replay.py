@@ -17,6 +17,7 @@ from .compare import JsonOption, ToleranceCountsOption, ToleranceTimeOption, tel
 from .loading import load_job, load_spec
 from .playing import Into, Replay, Stimuli, check_slots, with_stimuli
 from .slices import QuietOption, tell_notes, told_mistakes
+from .terminal import say
 
 REPLAY = "replay"
 """What the second of the two is called in the report."""
@@ -87,7 +88,7 @@ def _replay_command(
             total = len(recording.columns.scan)
             replay.notes.append(f"stopped after {follower.scans:,} of {total:,} scans; --to-the-end goes on")
         for note in replay.notes:
-            typer.echo(f"note: {note}", err=True)
+            say(f"note: {note}", err=True)
         status = tell(follower.comparison(), (path.name, REPLAY), as_json=as_json)
     raise typer.Exit(status)
 

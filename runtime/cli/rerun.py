@@ -17,6 +17,7 @@ from .compare import JsonOption, tell
 from .run import run_job
 from .slices import QuietOption, reading, tell_notes, told_mistakes
 from .status import BAD_INPUT, DONE
+from .terminal import say
 
 RERUN = "rerun"
 """What the second of the two is called in the report."""
@@ -63,7 +64,7 @@ def _rerun(
         return BAD_INPUT
     if not as_json and filecmp.cmp(path, again, shallow=False):
         if not quiet:
-            typer.echo(f"{path.name}: {ends[-1] - ends[0] + 1:,} scans, the same byte for byte")
+            say(f"{path.name}: {ends[-1] - ends[0] + 1:,} scans, the same byte for byte")
         return DONE
     with open_trace(again) as other:
         with reading(trace, quiet=quiet) as progress:

@@ -15,6 +15,7 @@ from ...io_images.amci3601.rules import Rule
 from ...io_images.amci3601.rules.proofs import proofs
 from .rules_page import chapter_of, firmware_words, page
 from .status import BAD_INPUT, DONE, NO
+from .terminal import say
 
 WIDTH = 80
 INDENT = " " * 9
@@ -187,10 +188,10 @@ def _rules_command(
         rules = rules if bit is None else with_bit(rules, bit)
         rules = rules if firmware is None else of_firmware(rules, firmware)
     except ValueError as error:
-        typer.echo(f"scanrack: {error}", err=True)
+        say(f"scanrack: {error}", err=True)
         raise typer.Exit(BAD_INPUT) from error
     rules = untested(rules) if without_test else rules
-    typer.echo(page(rules, proofs) if markdown else listing(rules), nl=not markdown)
+    say(page(rules, proofs) if markdown else listing(rules), nl=not markdown)
     raise typer.Exit(NO if without_test and rules else DONE)
 
 

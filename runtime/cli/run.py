@@ -26,6 +26,7 @@ from .progress import shown_progress
 from .rackunits import UnitsBeside, units_of
 from .status import BAD_INPUT, CANNOT_WRITE, DONE, INTERRUPTED, NO
 from .summary import Tally, summary
+from .terminal import say
 
 NO_SAFETY_SYSTEM = (
     "this is no safety system: the controller has no watchdog, and if scanrack dies in a manual move "
@@ -72,7 +73,7 @@ def _tell_of_real_time(outcomes: list[Outcome], *, quiet: bool) -> None:
     """Say what the system has granted and refused; that comes before the first scan."""
     if not quiet:
         for outcome in outcomes:
-            typer.echo(f"scanrack: {outcome}", err=True)
+            say(f"scanrack: {outcome}", err=True)
 
 
 def _run_rack(
@@ -100,7 +101,7 @@ def _run_rack(
         start_ns = wall_ns()
         status = _run(cpu, scans, quiet=quiet)
     if summarised and not quiet:
-        typer.echo(summary(tally, cpu.period_ns, wall_ns() - start_ns, pacer, trace))
+        say(summary(tally, cpu.period_ns, wall_ns() - start_ns, pacer, trace))
     return status
 
 
@@ -204,7 +205,7 @@ def _reason(error: OSError) -> str:
 
 
 def _complain(message: str, status: int) -> int:
-    typer.echo(f"scanrack: {message}", err=True)
+    say(f"scanrack: {message}", err=True)
     return status
 
 

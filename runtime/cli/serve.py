@@ -36,6 +36,7 @@ from ..ports import (
 )
 from ..wire import Device
 from .slices import QuietOption, told_mistakes
+from .terminal import Cells, say
 from .units import NO_PROGRAM, PORT_GAP_MS, SERIAL_GAP_MS, Unit, addresses_in, pcl601_units, pmc006_units
 
 LOOPBACK = "127.0.0.1"
@@ -133,7 +134,7 @@ def answering(units: list[Unit]) -> Callable[[int, bytes], bytes | None]:
 def status_table(units: list[Unit]) -> Table:
     """Return the state of the units, one row for each."""
     rows = [unit.status() for unit in units]
-    table = Table(*rows[0], box=None, pad_edge=False)
+    table = Cells(*rows[0], box=None, pad_edge=False)
     for row in rows:
         table.add_row(*row.values())
     return table
@@ -174,7 +175,7 @@ class Typed:
             if line.strip():
                 wire(self._units, line.strip())
         except ValueError as error:
-            typer.echo(f"scanrack: {error}", err=True)
+            say(f"scanrack: {error}", err=True)
 
 
 def begin(units: list[Unit], *, ascii_mode: bool, start: bool) -> None:
@@ -305,9 +306,7 @@ def _serve_command(
             )
             names = ", ".join(str(unit.address) for unit in units)
             _record(units, clock, recorder)  # before anything can end it
-            typer.echo(
-                f"{place}  {controller} at address {names}, {units[0].device.line_format}; Ctrl-C ends"
-            )
+            say(f"{place}  {controller} at address {names}, {units[0].device.line_format}; Ctrl-C ends")
             sys.stdout.flush()  # who reads the path through a pipe waits for it
             _serve(server, units, clock, recorder, quiet=quiet)
 

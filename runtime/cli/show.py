@@ -185,7 +185,7 @@ def _row_table(rows: Iterable[Row]) -> Table:
 
 def new_table(*titles: str) -> Table:
     """Return an empty table; a title that ends in ">" is of a column of numbers."""
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    table = Cells(box=None, pad_edge=False, padding=(0, 2, 0, 0))
     for title in titles:
         if title.endswith(">"):
             table.add_column(title[:-1], justify="right", no_wrap=True)
@@ -197,11 +197,12 @@ def new_table(*titles: str) -> Table:
 def print_block(block: str | Table) -> None:
     """Print to a terminal in its width; to anything else in plain lines as long as they need to be."""
     console = Console(highlight=False, markup=False, emoji=False)
-    if console.is_terminal and not isinstance(block, str):
+    if isinstance(block, str):
+        say(on_a_line(block))
+    elif console.is_terminal:
         console.print(block)
     else:
-        for line in plain_lines(block):
-            print(line)  # noqa: T201 - the output of a command
+        say("\n".join(plain_lines(block)))
 
 
 def plain_lines(block: str | Table) -> list[str]:

@@ -103,7 +103,7 @@ def tell_notes(*traces: Trace) -> None:
     """Say on standard error what is wrong with the files."""
     for trace in traces:
         for note in trace.notes:
-            typer.echo(f"note: {note}", err=True)
+            say(on_a_line(f"note: {note}"), err=True)
 
 
 @contextmanager
@@ -140,5 +140,5 @@ def check_target(target: Path, trace: Path) -> None:
 
 
 def _end(says: str, status: int) -> None:
-    typer.echo(f"scanrack: {says}", err=True)
+    say(f"scanrack: {says}", err=True)
     raise typer.Exit(status)

@@ -15,6 +15,7 @@ from ..quantities import parse_duration
 from .benching import open_bench
 from .ladder import load_rungs
 from .status import BAD_INPUT, NO
+from .terminal import say
 
 
 def _run(bench: Bench, at: str | None, scans: int | None, until: str | None) -> None:
@@ -64,10 +65,10 @@ def _why_command(
         try:
             _run(bench, at, scans, until)
         except CpuFault as error:
-            typer.echo(f"the CPU has faulted in {error}", err=True)
-        typer.echo(f"after {bench.scans:,} scans, {bench.now_s:g} s: {bench.why(tag)}")
+            say(f"the CPU has faulted in {error}", err=True)
+        say(f"after {bench.scans:,} scans, {bench.now_s:g} s: {bench.why(tag)}")
     except NotReachedError as error:
-        typer.echo(f"scanrack: {error}", err=True)
+        say(f"scanrack: {error}", err=True)
         raise typer.Exit(NO) from error
     except (LadderError, ValueError) as error:
         raise _refused(error) from error
@@ -94,16 +95,16 @@ def _xref_command(
         raise _refused(error) from error
     for each in sorted(mentions, key=lambda mention: mention.text.upper()) if tag is None else mentions:
         site = each.site
-        typer.echo(f"{each.text:<28} {each.way:<14} {site.routine}, rung {site.rung}: {site.instruction}")
+        say(f"{each.text:<28} {each.way:<14} {site.routine}, rung {site.rung}: {site.instruction}")
     if not mentions:
-        typer.echo(f"nothing in the program mentions {tag}", err=True)
+        say(f"nothing in the program mentions {tag}", err=True)
         raise typer.Exit(NO)
 
 
 def _refused(error: Exception) -> typer.Exit:
     """Tell what is wrong, and what helps."""
     remedy = f"; {error.remedy}" if isinstance(error, AddressError) else ""
-    typer.echo(f"scanrack: {error}{remedy}", err=True)
+    say(f"scanrack: {error}{remedy}", err=True)
     return typer.Exit(BAD_INPUT)
 
 

@@ -1,0 +1,69 @@
+"""What the commands print: the only way to the terminal, with control characters made visible.
+
+Names, messages and metadata come out of files and off lines. An escape sequence in them could move
+the cursor, repaint what was printed before, or type at the prompt; an override of the writing
+direction turns a name around. So a character without a picture of its own is printed as in Python.
+"""
+
+from __future__ import annotations
+
+import unicodedata
+from typing import Any
+
+import typer
+from rich.table import Table
+
+LAYOUT = "\n\t"
+"""Control characters that are printed as they are."""
+
+_INVISIBLE = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})
+"""Categories of Unicode: controls, formats, surrogates, private, unassigned, separators of lines."""
+
+
+def visible(text: str, keep: str = LAYOUT) -> str:
+    r"""Return a text in which control characters can be seen.
+
+    >>> visible("\x1b[2Jline\u202e\n")
+    '\\x1b[2Jline\\u202e\n'
+
+    Args:
+        text: any text.
+        keep: characters to leave as they are.
+    """
+    if text.isprintable():
+        return text
+    return "".join(each if each in keep else _visible(each) for each in text)
+
+
+def _visible(character: str) -> str:
+    if unicodedata.category(character) in _INVISIBLE:
+        return character.encode("unicode_escape").decode("ascii")
+    return character
+
+
+def on_a_line(text: str) -> str:
+    r"""Return a text in which line feeds can be seen, too: what a file says can't begin a line of ours.
+
+    >>> on_a_line("line\nnote: all is well")
+    'line\\nnote: all is well'
+    """
+    return visible(text, keep="")
+
+
+def say(text: object, *, err: bool = False, nl: bool = True) -> None:
+    """Print a text.
+
+    Args:
+        text: what is printed.
+        err: on standard error.
+        nl: with a line feed at its end.
+    """
+    typer.echo(visible(str(text)), err=err, nl=nl)  # noqa: TID251 - the one place
+
+
+class Cells(Table):
+    """A table of texts, each on a line of its cell."""
+
+    def add_row(self, *cells: Any, **options: Any) -> None:
+        """Add a row."""
+        super().add_row(*(on_a_line(each) if isinstance(each, str) else each for each in cells), **options)
