@@ -18,6 +18,7 @@ from typer.core import TyperGroup
 from ..pace import ending_as_interrupt, interrupted_by
 from .status import BAD_INPUT, INTERRUPTED, PIPE_CLOSED
 from .streams import OutputLost, guarded_output
+from .terminal import say
 
 if TYPE_CHECKING:
     from ..bench import Bench
@@ -89,8 +90,6 @@ class Lazy(TyperGroup):
             try:
                 return super().invoke(ctx)
             except KeyboardInterrupt:
-                from .terminal import say
-
                 say(f"scanrack: stopped by {interrupted_by()}", err=True)
                 raise typer.Exit(INTERRUPTED) from None
 

@@ -25,7 +25,7 @@ from .fuzzing import Setup, Work, bench_of, hand_over
 from .fuzzsummary import failure, held, mended, summary
 from .loading import Job
 from .status import DONE, INTERRUPTED, NO
-from .terminal import say
+from .terminal import say, visible
 
 MOST_RUNS, LEAST_RUNS, SCANS, LINKED_SCANS = 50, 10, 150_000, 15_000
 """Scenarios per task: as many as this number of scans, a few seconds' work, but within these limits.

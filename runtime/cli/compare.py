@@ -14,6 +14,7 @@ from ...traces.reader import Trace, open_trace
 from ..quantities import parse_time
 from .slices import QuietOption, reading, tell_notes, told_mistakes
 from .status import DONE, NO
+from .terminal import on_a_line, say
 
 ToleranceTimeOption = Annotated[
     str,
@@ -51,8 +52,8 @@ def tell(found: Comparison, names: tuple[str, str], *, as_json: bool) -> int:
         text = json.dumps({"same": found.same, "names": names, **asdict(found)}, indent=1)
         text = text.replace("\x7f", "\\u007f")  # the one control character that JSON leaves as it is
     else:
-        text = "\n".join(report(found, names))
-    print(text)  # noqa: T201 - the output of a command
+        text = "\n".join(map(on_a_line, report(found, names)))
+    say(text)
     return DONE if found.same else NO
 
 

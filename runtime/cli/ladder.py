@@ -18,6 +18,7 @@ from ..quantities import parse_time
 from .benching import open_bench
 from .loading import load_job
 from .status import BAD_INPUT
+from .terminal import say
 
 NARROWEST = 40
 """Columns between the rails that a picture has at least."""

@@ -21,6 +21,7 @@ from ..wire import LineFormat
 from .serve import socket_address
 from .slices import told_mistakes
 from .status import INTERRUPTED, NO
+from .tables import Cells
 from .terminal import say
 
 PortOption = Annotated[

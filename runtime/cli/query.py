@@ -14,6 +14,7 @@ from ...traces.wording import seconds
 from .show import new_table, print_block
 from .slices import QuietOption, reading, tell_notes, told_mistakes
 from .status import DONE, NO
+from .terminal import say
 
 _EXAMPLES = """
 

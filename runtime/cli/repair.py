@@ -14,6 +14,7 @@ from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TimeR
 from ...traces.repair import Repair, repair
 from .slices import QuietOption, check_target, told_mistakes, writing
 from .status import DONE, NO
+from .terminal import say
 
 
 def tell(found: Repair, trace: Path, target: Path) -> None:

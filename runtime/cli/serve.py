@@ -36,7 +36,8 @@ from ..ports import (
 )
 from ..wire import Device
 from .slices import QuietOption, told_mistakes
-from .terminal import Cells, say
+from .tables import Cells
+from .terminal import say
 from .units import NO_PROGRAM, PORT_GAP_MS, SERIAL_GAP_MS, Unit, addresses_in, pcl601_units, pmc006_units
 
 LOOPBACK = "127.0.0.1"

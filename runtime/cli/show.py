@@ -22,6 +22,8 @@ from ...traces.wording import seconds
 from .attachments import attached_files, extract
 from .slices import ScanRange, parse_range, told_mistakes
 from .status import DONE
+from .tables import Cells
+from .terminal import on_a_line, say
 
 ALL_SCANS: ScanRange = (0, None)
 
@@ -254,7 +256,7 @@ def _show_command(
     if folder is not None:
         with told_mistakes(), open_trace(trace) as opened:
             for path in extract(attached_files(opened), folder):
-                print(path)  # noqa: T201 - the output of a command
+                say(path)
         raise typer.Exit(DONE)
     try:
         wanted = parse_range(scans)

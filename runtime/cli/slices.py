@@ -17,6 +17,7 @@ from ...traces.reader import Trace
 from ...traces.signals import ALL, Selection, count
 from ..quantities import parse_time
 from .status import BAD_INPUT, CANNOT_WRITE
+from .terminal import on_a_line, say
 
 ScanRange = tuple[int, int | None]
 """First and last scan, both included; None = to the end."""

@@ -8,10 +8,8 @@ direction turns a name around. So a character without a picture of its own is pr
 from __future__ import annotations
 
 import unicodedata
-from typing import Any
 
 import typer
-from rich.table import Table
 
 LAYOUT = "\n\t"
 """Control characters that are printed as they are."""
@@ -59,11 +57,3 @@ def say(text: object, *, err: bool = False, nl: bool = True) -> None:
         nl: with a line feed at its end.
     """
     typer.echo(visible(str(text)), err=err, nl=nl)  # noqa: TID251 - the one place
-
-
-class Cells(Table):
-    """A table of texts, each on a line of its cell."""
-
-    def add_row(self, *cells: Any, **options: Any) -> None:
-        """Add a row."""
-        super().add_row(*(on_a_line(each) if isinstance(each, str) else each for each in cells), **options)

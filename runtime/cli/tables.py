@@ -1,0 +1,17 @@
+"""Tables of texts that come out of files and off lines."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rich.table import Table
+
+from .terminal import on_a_line
+
+
+class Cells(Table):
+    """A table of texts, each on a line of its cell, with control characters made visible."""
+
+    def add_row(self, *cells: Any, **options: Any) -> None:
+        """Add a row."""
+        super().add_row(*(on_a_line(each) if isinstance(each, str) else each for each in cells), **options)
