@@ -77,6 +77,13 @@ EQUIVALENT = (
     Equivalent(
         f"{LAYER}/registration_move.py", "RegistrationMove._change_speed", "8", "9", "there are eight words"
     ),
+    Equivalent(
+        "runtime/pcl601/controller.py",
+        "Controller.aim_at",
+        "distance > 0",
+        "distance >= 0",
+        "a distance of 0 is left out one line above",
+    ),
     Equivalent(f"{LAYER}/configuring.py", "", "1", "2", "bit 0 is live, and no latch has it"),
     Equivalent(f"{LAYER}/operation.py", "limit_of", "direction > 0", "direction >= 0", A_DIRECTION),
 )

@@ -266,6 +266,26 @@ def test_jmp_leaves_out_what_is_between_but_not_in_prescan(engine):
     assert (engine.tags.N, engine.tags.M) == (1, 2)
 
 
+@pytest.mark.parametrize(
+    "engine",
+    both(
+        FLOW,
+        "XIC(X)JMP(Two);",
+        "LBL(One)ADD(N,1,N);",
+        "XIO(X)JMP(Three);",
+        "LBL(Two)ADD(N,10,N);",
+        "LBL(Three)ADD(M,1,M);",
+    ),
+    ids=str,
+)
+def test_a_routine_may_have_several_labels(engine):
+    engine.step()
+    assert (engine.tags.N, engine.tags.M) == (1, 1)
+    engine.tags.X = True
+    engine.step()
+    assert (engine.tags.N, engine.tags.M) == (11, 2)
+
+
 @pytest.mark.parametrize("engine", both(FLOW, "LBL(Again)ADD(N,1,N);", "LES(N,5)JMP(Again);"), ids=str)
 def test_jmp_backwards_loops(engine):
     engine.step()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import pi, sin
+from math import cos, pi, sin
 
 import pytest
 from bench006 import MS, Bench006
@@ -36,6 +36,22 @@ def test_4_3_3_the_s_curve_stays_by_the_raised_cosine() -> None:
         at_s = ramp_s * part / 100
         cosine = 600 * at_s + 2700 * (at_s - ramp_s / pi * sin(pi * at_s / ramp_s))
         assert motion.travel_at(round(at_s * 1e9)) / 1e12 == pytest.approx(cosine, abs=0.002 * 5400 * ramp_s)
+
+
+@pytest.mark.parametrize("up", [True, False])
+def test_4_3_3_the_s_curve_meets_the_raised_cosine_in_speed(up: bool) -> None:
+    """At 0, 1/3, 1/2, 2/3 and 1 of the ramp's time exactly, elsewhere within 0.6 % of the change of speed."""
+    motion = plan_run(0, 0, 1, Speeds(600, 6000, 600, 3, 3))
+    start_ns, ramp_ns = 0, (6000 - 600) / 27170 * 1e9
+    if not up:
+        motion = plan_slowing(motion, 10**9, 600, 3)
+        start_ns = (motion.end_ns or 0) - ramp_ns
+    for part in range(1, 120):
+        speed = motion.speed_at(round(start_ns + ramp_ns * part / 120)) / 1000
+        cosine = 3300 - (1 if up else -1) * 2700 * cos(pi * part / 120)
+        assert speed == pytest.approx(cosine, abs=0.006 * 5400)
+        if part in (40, 60, 80):
+            assert speed == pytest.approx(cosine, abs=0.01)
 
 
 def test_4_3_3_coefficient_0_is_no_ramp() -> None:
@@ -347,3 +363,37 @@ def test_2_3_the_closed_loop_type_notices_a_stall() -> None:
     open_loop.ask("s", 5000)
     open_loop.controller.stall()
     assert open_loop.status1 == Status1.BUSY
+
+
+def test_4_3_13_zero_back_jumps_to_the_start_speed_and_from_the_stop_speed() -> None:
+    """Below 256 steps the speed goes straight from one to the other [4.3.3]."""
+    bench = Bench006()
+    bench.set(start_speed=100, stop_speed=900, zero_back_speed=1000)
+    bench.pin(Pin.EXT1, True)
+    bench.ask("8", 200)
+    began_ns = bench.bus.now_ns - 8_333_333  # the answer's time
+    # v = 100 + 800 t / T with T = 200 / 500 s; after 0.1 s 100 * 0.1 + 1000 * 0.1 ** 2 = 20 steps
+    bench.bus.run_until(began_ns + 100 * MS)
+    assert bench.controller.axis.position == -20
+    bench.bus.run_until(began_ns + 399 * MS)
+    assert bench.controller.axis.homing
+    bench.bus.run_until(began_ns + 401 * MS)
+    assert not bench.controller.axis.homing
+    assert bench.controller.axis.position == -200
+
+
+@pytest.mark.parametrize(
+    ("name", "zero_back", "end_ms"), [("start_speed", 100, 2000), ("stop_speed", 100, 2000)]
+)
+def test_4_3_13_neither_jump_of_a_zero_back_exceeds_its_speed(name: str, zero_back: int, end_ms: int) -> None:
+    """Start and stop speed above the speed back to zero: 200 steps at 100 steps/s throughout."""
+    bench = Bench006()
+    bench.set(start_speed=100, stop_speed=100, zero_back_speed=zero_back)
+    bench.set(**{name: 600})
+    bench.pin(Pin.EXT1, True)
+    bench.ask("8", 200)
+    began_ns = bench.bus.now_ns - 8_333_333
+    bench.bus.run_until(began_ns + (end_ms - 1) * MS)
+    assert bench.controller.axis.homing
+    bench.bus.run_until(began_ns + (end_ms + 1) * MS)
+    assert not bench.controller.axis.homing

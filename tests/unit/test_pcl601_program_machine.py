@@ -57,6 +57,11 @@ def moves(text: str, **options: Any) -> list[str]:
     return [asked for _, asked in axis.asked]
 
 
+def test_a_program_that_has_not_been_started_stands_at_its_first_line() -> None:
+    machine = ProgramMachine(parse_program("OUTPUTS 10000000\nEND"))
+    assert (machine.line, machine.running, machine.is_empty) == (0, False, False)
+
+
 def test_one_instruction_a_millisecond_and_a_wait_of_its_own_length() -> None:
     axis = Notes()
     run("LABEL A\nOUTPUTS 10000000\nWAIT 100\nOUTPUTS 00000001\nEND", axis)

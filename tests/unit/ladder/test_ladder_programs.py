@@ -178,6 +178,46 @@ def test_python_routines_and_rungs_call_each_other():
         assert (engine.tags.Raw, engine.tags.Scaled, engine.tags.Calls) == (3, 20, 3)
 
 
+@pytest.mark.parametrize(
+    ("given", "kept", "overflows"),
+    [
+        (2**31 - 1, 2**31 - 1, False),
+        (2**31, -(2**31), True),
+        (-(2**31), -(2**31), False),
+        (-(2**31) - 1, 2**31 - 1, True),
+        (2.0**31 - 256, 2**31 - 256, False),
+        (2.0**31, -(2**31), True),
+    ],
+)
+@pytest.mark.parametrize("compiled", [True, False])
+def test_what_python_answers_overflows_a_dint_as_an_instruction_does(given, kept, overflows, compiled):
+    """A DINT keeps the low 32 bits, S:V is set and a minor fault, type 4 code 4, recorded [1756-RM003N]."""
+    program = parse_program(
+        "PROGRAM p\nTAG D : DINT\nTAG Late : BOOL\nROUTINE Main\nJSR(answer,0,D);\nXIC(S:V)OTE(Late);\nEND\n"
+    )
+
+    @program.function
+    def answer(tags):
+        return given
+
+    engine = program.compile() if compiled else program.interpret()
+    engine.step()
+    assert (engine.tags.D, engine.tags.Late) == (kept, overflows)
+    assert [(fault.type, fault.code) for fault in engine.minor_faults] == [(4, 4)] * overflows
+
+
+@pytest.mark.parametrize(("kind", "bits"), [("SINT", 8), ("INT", 16), ("DINT", 32)])
+def test_python_writes_what_fits_a_tag_and_nothing_else(kind, bits):
+    tags = parse_program(f"PROGRAM p\nTAG Value : {kind}\nROUTINE Main\nNOP();\nEND\n").compile().tags
+    for value in (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1):
+        tags.Value = value
+        assert tags.Value == value
+    for value in (-(2 ** (bits - 1)) - 1, 2 ** (bits - 1)):
+        with pytest.raises(ValueError, match=f"Value: {value} is out of range"):
+            tags.Value = value
+    assert tags.Value == 2 ** (bits - 1) - 1
+
+
 def test_a_plain_function_of_the_tags_as_main():
     program = Program("p")
     program.declare("N", DINT)

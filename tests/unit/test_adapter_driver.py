@@ -1,0 +1,117 @@
+"""The scripts of a driver by themselves: what they wait for, and in which states they act."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import pytest
+from scanrack.runtime.adapters.driver import BIAS, REBIAS_BELOW, Driver, State, Talk
+from scanrack.runtime.adapters.master import Manners
+from scanrack.runtime.adapters.task import Kind, Task
+from scanrack.runtime.wire import LineFormat
+
+
+class Noted(Driver[int]):
+    """A driver without a line: it notes what it is asked for, and is busy for so many looks."""
+
+    def __init__(self, busy_looks: int = 0, positions: Iterable[int] = ()) -> None:
+        super().__init__(Manners(LineFormat(9600), 0, 0))
+        self.asked: list[str] = []
+        self.looks = busy_looks
+        self.positions = iter(positions)
+
+    def stop(self) -> Talk:
+        self.asked.append("stop")
+        yield from ()
+
+    def slow_down(self, task: Task[int]) -> Talk:
+        self.asked.append("slow down")
+        yield from ()
+
+    def read_status(self) -> Talk:
+        self.asked.append("status")
+        self.busy, self.looks = self.looks > 0, self.looks - 1
+        yield from ()
+
+    def read_position(self) -> Talk:
+        self.asked.append("position")
+        self.note_position(next(self.positions, self.position))
+        yield from ()
+
+    def read_inputs(self) -> Talk:
+        self.asked.append("inputs")
+        yield from ()
+
+    def write_position(self, position: int) -> Talk:
+        self.asked.append(f"position := {position}")
+        yield from ()
+
+    def forget(self) -> None:
+        self.asked.append("forget")
+
+
+def done(talk: Talk) -> list[Any]:
+    """Carry a script out; return what it has yielded."""
+    return list(talk)
+
+
+def test_a_stop_waits_for_standstill_before_the_position_is_read() -> None:
+    driver = Noted(busy_looks=2)
+    done(driver.stop_and_look())
+    assert driver.asked == ["stop", "status", "status", "status", "position"]
+
+
+def test_what_is_left_behind_a_mark_is_counted_from_standstill() -> None:
+    driver = Noted(busy_looks=2, positions=[1000, 1030])
+    task = Task(Kind.SLEW, 1, 500, False, steps=100)
+    done(driver.stop_and_index(task))
+    assert driver.asked == ["position", "slow down", "status", "status", "status", "position"]
+    assert task.stopping
+    assert task.following == Task(Kind.INDEX, 1, 500, False, steps=70)  # 30 of 100 steps went into the stop
+
+
+@pytest.mark.parametrize("steps", [29, 30])
+def test_nothing_is_left_behind_a_mark_when_the_stop_has_used_it_up(steps: int) -> None:
+    driver = Noted(positions=[1000, 970])
+    task = Task(Kind.SLEW, -1, 500, False, steps=steps)
+    done(driver.stop_and_index(task))
+    assert task.following is None
+
+
+@pytest.mark.parametrize(
+    ("state", "position", "busy_looks", "moved"),
+    [
+        (State.READY, REBIAS_BELOW - 1, 0, True),
+        (State.READY, 1 - REBIAS_BELOW, 0, True),
+        (State.READY, REBIAS_BELOW, 0, False),
+        (State.READY, -REBIAS_BELOW, 0, False),
+        (State.READY, 0, 9, False),
+        (State.PRESENT, 0, 0, False),  # nobody has configured it: its counter is not ours
+        (State.PRESENT, 0, 9, False),
+    ],
+)
+def test_the_counter_is_moved_away_from_0_only_when_ready_and_at_rest(
+    state: State, position: int, busy_looks: int, moved: bool
+) -> None:
+    driver = Noted(busy_looks)
+    driver.state, driver.position = state, position
+    done(driver._look_around())
+    assert driver.asked == ["status", "position", "inputs", *([f"position := {BIAS}"] if moved else [])]
+    assert driver.rebased == (BIAS - position if moved else 0)
+
+
+@pytest.mark.parametrize(("state", "strayed"), [(State.READY, True), (State.PRESENT, False)])
+@pytest.mark.parametrize("busy", [False, True])
+def test_what_moves_untold_has_strayed_when_it_is_ready(state: State, strayed: bool, busy: bool) -> None:
+    driver = Noted(busy_looks=int(busy), positions=[] if busy else [BIAS + 7])
+    driver.state, driver.position = state, BIAS
+    done(driver._look_around())
+    assert driver.strayed is strayed
+
+
+def test_what_rests_has_not_strayed() -> None:
+    driver = Noted(positions=[BIAS])
+    driver.state, driver.position = State.READY, BIAS
+    done(driver._look_around())
+    assert not driver.strayed
