@@ -4,7 +4,7 @@
     USE axis3601                                  // add-on instructions that come with scanrack
     TYPE Step (Time : DINT, Valve : BOOL)
     TAG Run : BOOL
-    TAG Recipe : Step[10] := [{"Time": 100}]      // what a tag starts with is JSON
+    TAG Recipe : Step[10] := [{"Time": 100}]      // what a tag starts with is JSON, 16#FF among it
     SLOT axis : 1
     ALIAS Go : Local:1:I.Data[1].2
     ROUTINE Main

@@ -16,7 +16,7 @@ from .logic import Program
 from .tags import Alias, SlotAlias, Tag
 from .text import parse_address, parse_rung
 from .tree import Routine, Rung
-from .types import TYPES, DataType, Member, Structure
+from .types import TYPES, DataType, Elementary, Member, Structure
 
 LIBRARIES = ("axis3601",)
 """Libraries of add-on instructions that come with scanrack; `USE name` makes them known to a program."""
@@ -71,6 +71,12 @@ _MEMBER = re.compile(rf"({_NAME})\s*:\s*({_NAME})\s*(?:\[([\d,\s]+)\])?")
 
 _DIGITS = 9
 """Characters that the length of a dimension may take."""
+
+_MARK = "\0"
+"""What a number with a radix begins with while JSON has it as a string."""
+
+_RADIX = re.compile(r'"(?:[^"\\]|\\.)*"|(?P<number>\b(?:16#[0-9A-Fa-f_]+|8#[0-7_]+|2#[01_]+))')
+"""A string of JSON, or a number with a radix."""
 
 
 class Reader:
@@ -138,7 +144,7 @@ class Reader:
             return
         if found := _TAG.fullmatch(line):
             kind, dims = self._type(found.group(2)), self._dims(found.group(3))
-            program.add(Tag(found.group(1), kind, dims, self._initial(found.group(4)), comment))
+            program.add(Tag(found.group(1), kind, dims, self._initial(found.group(4), kind), comment))
         elif found := _SLOT.fullmatch(line):
             program.add(SlotAlias(found.group(1), int(found.group(2)), comment))
         elif found := _ALIAS.fullmatch(line):
@@ -232,13 +238,14 @@ class Reader:
             self._fail("the length of each dimension, as in [4] or [2,3]", repr(f"[{text}]"))
         return tuple(map(int, parts))
 
-    def _initial(self, text: str | None) -> object:
+    def _initial(self, text: str | None, kind: DataType) -> object:
+        """Return an initial value: JSON, in which integers may have a radix as in rungs."""
         if text is None:
             return None
         try:
-            return json.loads(text)
+            return _patterns(json.loads(_RADIX.sub(_quoted, text)), kind)
         except (ValueError, RecursionError):
-            self._fail("an initial value in JSON after :=", text)
+            self._fail("an initial value in JSON after :=, integers also as 16#843C", text)
 
     def _rungs(self) -> Iterator[Rung]:
         """Yield the rungs up to END."""
@@ -310,6 +317,31 @@ def _without_comment(line: str) -> str:
 
 def _comment_of(line: str) -> str:
     return line[len(_cut_comment(line)) :].removeprefix("//").strip()
+
+
+def _quoted(found: re.Match[str]) -> str:
+    """Put a number with a radix into a string that JSON knows; leave strings alone."""
+    return json.dumps(_MARK + found.group("number")) if found.group("number") else found.group()
+
+
+def _patterns(value: object, kind: DataType | None) -> object:
+    """Replace numbers with a radix by the value that their bits have in the type of their place."""
+    if isinstance(value, list):
+        return [_patterns(each, kind) for each in value]
+    if isinstance(value, dict):
+        return {name: _patterns(each, _member_type(kind, name)) for name, each in value.items()}
+    if not isinstance(value, str) or not value.startswith(_MARK):
+        return value
+    radix, digits = value.removeprefix(_MARK).split("#")
+    number = int(digits, int(radix))
+    if isinstance(kind, Elementary) and kind.is_integer and kind.highest < number < 1 << kind.bits:
+        number -= 1 << kind.bits
+    return number
+
+
+def _member_type(kind: DataType | None, name: str) -> DataType | None:
+    member = kind.member(name) if isinstance(kind, Structure) else None
+    return member.type if member else None
 
 
 def _split(text: str) -> list[str]:

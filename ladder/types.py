@@ -111,6 +111,9 @@ class Structure:
 
 DataType = Elementary | Structure
 
+HIDDEN = "~"
+"""What the path of a hidden member has in front of its name."""
+
 
 def _status(*names: str) -> tuple[Member, ...]:
     """Status bits of a predefined structure, from bit 31 down."""
@@ -255,4 +258,4 @@ def leaves_of(
             yield f"{member.name}.{path}" if path else member.name, leaf, inner
     for member in kind.hidden:
         if isinstance(member.type, Elementary):
-            yield f"~{member.name}", member.type, dims
+            yield f"{HIDDEN}{member.name}", member.type, dims

@@ -18,8 +18,9 @@ from ..tree import Routine
 from ..view import Tags
 from .crossref import CrossReference
 from .journal import Journal, Write
+from .values import with_values
 from .watching import Change, WatchedEngine, shown
-from .why import changes_of, told, untouched
+from .why import bits_of, changes_of, is_counted, state_of, telling, told, untouched
 
 Condition = Callable[["Debugger"], Any] | str
 """Something to run to: a function of the debugger, or the address of a bit that is to be on."""
@@ -294,15 +295,22 @@ class Debugger:
 
     def picture(self, routine: str, rungs: Sequence[int] | None = None, width: int = 96) -> str:
         """Return a routine drawn with box characters; wires with power in the latest scan are heavy."""
-        found = self._routine(routine)
         captions = captions_of(self.program.add_ons.values())
-        return routine_text(found, width, self.truth(routine), rungs, captions)
+        return routine_text(self.routine_now(routine), width, self.truth(routine), rungs, captions)
 
     def svg(self, width: int = 96) -> str:
         """Return all routines as an SVG document, with the power of the latest scan."""
-        routines = [(each, range(len(each.rungs))) for each in self.program.routines]
+        routines = [(self.routine_now(each.name), range(len(each.rungs))) for each in self.program.routines]
         truths = {each.name: self.truth(each.name) for each in self.program.routines}
         return routines_svg(routines, width, truths, captions_of(self.program.add_ons.values()))
+
+    def routine_now(self, routine: str) -> Routine:
+        """Return a routine whose timers and counters show PRE and ACC as they stand.
+
+        Raises:
+            LadderError: there is no such routine.
+        """
+        return with_values(self._routine(routine), self.tags)
 
     @property
     def cross_reference(self) -> CrossReference:
@@ -320,12 +328,15 @@ class Debugger:
             LadderError: there is no such tag.
         """
         where = self._resolver.address(parse_address(tag))
-        scan = self._journal.last_change(lambda engine: engine.tags[tag])
+        scan = None
+        if is_counted(where):  # ACC changes in most scans, and says less than the bits
+            scan = self._journal.last_change(lambda engine: bits_of(engine.tags[tag]))
+        if scan is None:
+            scan = self._journal.last_change(lambda engine: engine.tags[tag])
         if scan is None:
             return None
         self._again = None
-        changes = changes_of(self._journal.again(scan).history, where)
-        return changes[-1] if changes else None
+        return telling(changes_of(self._journal.again(scan).history, where), where)
 
     def why(self, tag: str) -> str:
         """Say why a tag is as it is: the scan and the rung that last changed it, and what was false there.
@@ -341,8 +352,9 @@ class Debugger:
             return f"{tag} is {shown(value)} because the module says so: it is an input image."
         change = self.last_change(tag)
         if change is None:
-            return untouched(tag, value, [each for each in self.cross_reference.of(tag) if each.writes])
-        return told(self._engine.linked, tag, where, change)
+            said = state_of(where, value)
+            return untouched(tag, said, [each for each in self.cross_reference.of(tag) if each.writes])
+        return told(self._engine.linked, tag, where, change, value)
 
     def _routine(self, name: str) -> Routine:
         for each in self.program.routines:

@@ -7,7 +7,7 @@ that nobody looks into run compiled.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from ..compiler import Scanner
 from ..engine import Engine
@@ -218,8 +218,23 @@ class WatchedInterpreter(Interpreter):
 
     def _blocker(self, step: Step) -> Blocker:
         places = [each for each in step.operands if isinstance(each, Place)]
-        values = tuple((place.text, self.get(place)) for place in places)
+        told = [each for place in places for each in (place, *self._beside(place))]
+        values = tuple((each.text, self.get(each)) for each in told)
         return Blocker(self._linked.sites[step.site].instruction, values)
+
+    def _beside(self, place: Place) -> tuple[Place, ...]:
+        """Return ACC and PRE, if a place is DN of a timer or counter."""
+        path, dot, name = place.leaf.path.upper().rpartition(".")
+        leaves = self._linked.layout.leaves
+        parts = [leaves.get(f"{path}.{part}") for part in ("ACC", "PRE")]
+        if not dot or name != "DN" or None in parts:
+            return ()
+        text = place.text[: -len(name)]
+        return tuple(
+            replace(place, leaf=leaf, text=f"{text}{part}")
+            for leaf, part in zip(parts, ("ACC", "PRE"), strict=True)
+            if leaf is not None
+        )
 
     @property
     def site(self) -> Site | None:

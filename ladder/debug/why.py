@@ -2,17 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from ..linked import Linked
 from ..places import Constant, Group, Place
+from ..types import COUNTER, HIDDEN, TIMER
 from .crossref import Mention, overlap
 from .watching import Change, shown
 
 
 def changes_of(history: Iterable[Change], where: Place | Group) -> list[Change]:
-    """Return the changes of a place, or of any part of a group, oldest first."""
-    return [each for each in history if _concerns(each, where)]
+    """Return the changes of a place, or of any part of a group, oldest first; hidden members are left out."""
+    return [each for each in history if HIDDEN not in each.leaf.path and _concerns(each, where)]
+
+
+def telling(changes: Sequence[Change], where: Place | Group) -> Change | None:
+    """Return the change that says most: of a timer or counter the last one of a status bit, else the last."""
+    bits = [each for each in changes if each.leaf.type.is_bool] if is_counted(where) else []
+    ranked = bits or changes
+    return ranked[-1] if ranked else None
+
+
+def is_counted(where: Place | Group) -> bool:
+    """Tell whether this is one timer or counter."""
+    return isinstance(where, Group) and not where.dims and where.type in (TIMER, COUNTER)
+
+
+def bits_of(value: Mapping[str, object]) -> tuple[object, ...]:
+    """Return the status bits of a timer or counter."""
+    return tuple(each for each in value.values() if isinstance(each, bool))
+
+
+def state_of(where: Place | Group, value: object) -> str:
+    """Say how something stands; a timer as `EN = 1, TT = 1, DN = 0, ACC = 437 of PRE = 1000`."""
+    if not is_counted(where) or not isinstance(value, Mapping):
+        return shown(value)
+    bits = [f"{name} = {shown(each)}" for name, each in value.items() if isinstance(each, bool)]
+    return f"{', '.join(bits)}, ACC = {value['ACC']} of PRE = {value['PRE']}"
 
 
 def _concerns(change: Change, where: Place | Group) -> bool:
@@ -48,8 +74,21 @@ def untouched(tag: str, value: object, writers: Sequence[Mention]) -> str:
     return f"{tag} is {shown(value)} and has not changed while it was watched. What writes it:\n{listed}"
 
 
-def told(linked: Linked, tag: str, where: Place | Group, change: Change) -> str:
-    """Say how a tag came to its value: when, by which rung, and where that rung was false."""
+def told(linked: Linked, tag: str, where: Place | Group, change: Change, value: object) -> str:
+    """Say how a tag came to its value: when, by which rung, and where that rung was false.
+
+    Args:
+        linked: the program.
+        tag: the tag as the user writes it.
+        where: what it is.
+        change: its last change, see `telling`.
+        value: what it is now.
+    """
+    said = _told(linked, tag, where, change)
+    return f"{tag}: {state_of(where, value)}\n{said}" if is_counted(where) else said
+
+
+def _told(linked: Linked, tag: str, where: Place | Group, change: Change) -> str:
     name = tag if isinstance(where, Place) else _element(change)
     after: object = change.after
     if isinstance(where, Place) and isinstance(where.bit, Constant):

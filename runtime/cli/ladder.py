@@ -14,6 +14,7 @@ from ...ladder.draw import captions_of, routine_text, routines_svg
 from ...ladder.draw.characters import WIDTH
 from ...ladder.program import load_program
 from ...ladder.tree import Routine
+from ..bench import Bench
 from ..quantities import parse_time
 from .benching import open_bench
 from .loading import load_job
@@ -66,8 +67,8 @@ def with_rung(routines: Sequence[Routine], number: int | None) -> list[tuple[Rou
     return found
 
 
-def live_truths(file: str, at: str) -> dict[str, list[tuple[bool, ...] | None]]:
-    """Run a rack to a time and return the power in its rungs then, by routine.
+def bench_at(file: str, at: str) -> Bench:
+    """Run a rack to a time.
 
     Raises:
         ValueError: this is no rack with rungs, or no time.
@@ -76,7 +77,7 @@ def live_truths(file: str, at: str) -> dict[str, list[tuple[bool, ...] | None]]:
         raise ValueError(f"{file}: --at needs a rack file to run")
     bench = open_bench(file, watched=True)
     bench.scan(parse_time(at) // bench.cpu.period_ns + 1)
-    return {each.name: bench.program.truth(each.name) for each in bench.program.program.routines}
+    return bench
 
 
 def ladder(
@@ -100,7 +101,7 @@ def ladder(
     ] = False,
     at: Annotated[
         str | None,
-        typer.Option("--at", metavar="TIME", help="Of a rack: run it so far, and show where there is power."),
+        typer.Option("--at", metavar="TIME", help="Of a rack: run it so far; show where there is power."),
     ] = None,
 ) -> None:
     """Draw the rungs of a ladder program; with --at, with the power of a scan.
@@ -111,9 +112,14 @@ def ladder(
     """
     try:
         program = load_rungs(file)
-        truths = {} if at is None else live_truths(file, at)
+        routines = chosen(program, routine)
+        truths: dict[str, list[tuple[bool, ...] | None]] = {}
+        if at is not None:
+            running = bench_at(file, at).program
+            truths = {each.name: running.truth(each.name) for each in routines}
+            routines = [running.routine_now(each.name) for each in routines]
         captions = captions_of(program.add_ons.values())
-        wanted = with_rung(chosen(program, routine), rung)
+        wanted = with_rung(routines, rung)
         if svg is not None:
             svg.write_text(routines_svg(wanted, width or WIDTH, truths, captions), encoding="utf-8")
         elif source:

@@ -1,0 +1,43 @@
+"""Rungs with the values of a running program: PRE and ACC of timers and counters as they stand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ..instructions import BY_NAME, Use
+from ..tree import Address, Branch, Element, Instruction, MemberStep, Operand, Routine, Series, number
+from ..view import Tags
+
+_PARTS = ("PRE", "ACC")
+
+
+def with_values(routine: Routine, tags: Tags) -> Routine:
+    """Return a routine in which TON, TOF, RTO, CTU and CTD show PRE and ACC as they stand.
+
+    A timer whose subscript is an expression, or out of range, keeps what the rung says.
+    """
+    rungs = tuple(replace(rung, series=_series(rung.series, tags)) for rung in routine.rungs)
+    return replace(routine, rungs=rungs)
+
+
+def _series(series: Series, tags: Tags) -> Series:
+    return tuple(_element(each, tags) for each in series)
+
+
+def _element(element: Element, tags: Tags) -> Element:
+    if isinstance(element, Branch):
+        return Branch(tuple(_series(leg, tags) for leg in element.legs))
+    spec = BY_NAME.get(element.name)
+    if spec is None or Use.PRESET not in spec.operands:
+        return element
+    structure, *given = element.operands
+    shown = [_value(structure, part, tags, said) for part, said in zip(_PARTS, given, strict=False)]
+    return Instruction(element.name, (structure, *shown))
+
+
+def _value(structure: Operand, part: str, tags: Tags, said: Operand) -> Operand:
+    assert isinstance(structure, Address)
+    try:
+        return number(tags[str(Address(structure.name, (*structure.steps, MemberStep(part))))])
+    except ValueError:  # see `with_values`
+        return said

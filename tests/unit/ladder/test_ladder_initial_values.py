@@ -1,0 +1,50 @@
+"""Initial values with a radix: the bits of the type that they stand in."""
+
+import pytest
+from scanrack.ladder import LadderError
+from scanrack.ladder.program import load_program
+from scanrack.ladder.rungfile import parse_program, program_text
+
+
+TYPE = "TYPE S (A : INT, B : DINT[2])\n"
+
+
+def starting(declaration):
+    program = parse_program(f"PROGRAM p\n{declaration}\nROUTINE Main\nNOP();\nEND\n")
+    again = parse_program(program_text(program))
+    assert again.tags["T"] == program.tags["T"]
+    return program.tags["T"]
+
+
+@pytest.mark.parametrize(
+    ("declaration", "value"),
+    [
+        ("TAG T : INT := 16#843C", -31684),  # 0x843C = 33,852, less 65,536
+        ("TAG T : INT := 16#7FFF", 32767),
+        ("TAG T : DINT := 16#843C", 33852),
+        ("TAG T : DINT := 16#FFFF_FFFF", -1),
+        ("TAG T : SINT := 2#1000_0001", -127),
+        ("TAG T : INT[3] := [8#17, 16#ffff, -5]", [15, -1, -5]),
+        (
+            'TYPE S (A : INT, B : DINT[2])\nTAG T : S := {"a": 16#8000, "B": [16#8000]}',
+            {"A": -32768, "B": [32768, 0]},
+        ),
+        ('TAG T : STRING := "16#FF // \\" 2#1"', '16#FF // " 2#1'),
+    ],
+)
+def test_a_number_with_a_radix(declaration, value):
+    assert starting(declaration) == value
+
+
+@pytest.mark.parametrize("text", ["16#", "16#XY", "2#2", "16#1_0000_0000", "16#FF"])
+def test_what_is_no_number_or_does_not_fit(text):
+    kind = "DINT" if text == "16#1_0000_0000" else "BOOL"
+    with pytest.raises(LadderError):
+        starting(f"TAG T : {kind} := {text}")
+
+
+def test_the_feeder_shows_its_configuration_in_hexadecimal():
+    program = load_program("examples/feeder/feeder.rung")
+    words = next(each for each in program.function.declarations if each.name == "Words")
+    assert words.initial == [-31684, 60, 0, 500, 0, 0, 0, 0]
+    assert "16#843C" in program.source
