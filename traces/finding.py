@@ -191,7 +191,9 @@ def data_damage(file: BinaryIO, spans: Sequence[Span]) -> str | None:
     return None if crc == told else DATA_DAMAGE
 
 
-DATA_DAMAGE = f"{DAMAGED}data: their CRC does not fit; if nothing else is noted, its metadata may be wrong"
+DATA_DAMAGE = (
+    f"{DAMAGED}data: their CRC does not fit, though the messages are whole; the metadata may be wrong"
+)
 
 
 def _last(spans: Sequence[Span]) -> tuple[int, int]:

@@ -12,11 +12,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import BinaryIO, NamedTuple, TypeVar
+from typing import BinaryIO, NamedTuple, Self, TypeVar
 
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Schema
@@ -25,7 +24,7 @@ from ..io_images.image import IMAGE_BYTES, Image
 from .finding import data_damage, ends_whole, find_records, summary_damage
 from .head import read_head
 from .layout import SLOT_BYTES
-from .records import MAGIC, Message, Span, TraceError, TraceLimitError, read_attachment
+from .records import DAMAGED, MAGIC, Message, Span, TraceError, TraceLimitError, read_attachment
 from .schema import LIBRARY, SCAN_HEAD
 from .sections import Part, ScanRows, ScanShape, Section, find_sections, held, take_apart, torn_chunk
 from .topics import SCAN_TOPIC, TOPICS
@@ -78,7 +77,7 @@ class TraceEvent:
     fields: Mapping[str, object]
 
 
-class Records(AbstractContextManager["Records"]):
+class Records:
     """A file of records that is open for reading, whatever its topics are.
 
     Args:
@@ -109,6 +108,9 @@ class Records(AbstractContextManager["Records"]):
         if damage := summary_damage(file, self.spans):
             self.notes.append(f"{damage}; what it tells is not used")
 
+    def __enter__(self) -> Self:
+        return self
+
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
@@ -133,10 +135,14 @@ class Records(AbstractContextManager["Records"]):
             return None
 
     def check_data(self) -> None:
-        """Note where the CRC of all data does not fit. It guards what has no CRC of its own: the metadata.
+        """Note where the CRC of all data does not fit, though nothing damaged has been met.
+
+        It guards what has no CRC of its own: the metadata.
 
         The whole file is read, a GB in about a second.
         """
+        if any(note.startswith(DAMAGED) for note in self.notes):
+            return
         if damage := data_damage(self.file, self.spans):
             self.note(damage)
 
@@ -185,11 +191,19 @@ class Trace(Records):
     def __iter__(self) -> Iterator[Scan | TraceEvent]:
         """Iterate over scans and events in the order of the file; what is damaged is left out and noted."""
         for section in self.sections:
-            for message in self._messages(section):
-                if isinstance(message, Message):
-                    yield from self._events(message, section)
+            for entry in self.entries(section):
+                if isinstance(entry, TraceEvent):
+                    yield entry
                 else:
-                    yield from self.as_scans(message)
+                    yield from self.as_scans(entry)
+
+    def entries(self, section: Section) -> Iterator[ScanRows | TraceEvent]:
+        """Iterate over a section: scans that follow one another as an array, and events."""
+        for message in self._messages(section):
+            if isinstance(message, Message):
+                yield from self._events(message, section)
+            else:
+                yield message
 
     def scans(self) -> Iterator[Scan]:
         """Iterate over the scans."""

@@ -14,10 +14,12 @@ from rich.console import Console
 from rich.measure import Measurement
 from rich.table import Table
 
+from ...traces.arrays import extent, scan_count
 from ...traces.changes import Changes, Row
 from ...traces.flags import flag_names
 from ...traces.happenings import describe
 from ...traces.reader import Trace, TraceEvent, open_trace
+from ...traces.sections import Section
 from ...traces.wording import seconds
 from .attachments import attached_files, extract
 from .slices import ScanRange, parse_range, told_mistakes
@@ -26,6 +28,9 @@ from .tables import Cells
 from .terminal import on_a_line, say
 
 ALL_SCANS: ScanRange = (0, None)
+
+CHECKED_BYTES = 256 * 1024 * 1024
+"""Up to this size the CRC of a trace is checked though not all of it is to be printed."""
 
 T = TypeVar("T")
 
@@ -44,6 +49,8 @@ def show(trace: Path, *, every: bool = False, limit: int | None = None, scans: S
     """
     with open_trace(trace) as opened:
         contents = Contents(opened, every=every, limit=limit, scans=scans)
+        if opened.size <= CHECKED_BYTES or not contents.rows.stopped:
+            opened.check_data()
         for block in _blocks(trace, opened, contents):
             print_block(block)
 
@@ -53,12 +60,23 @@ class Capped(Generic[T]):
 
     Args:
         limit: how many it keeps; None = all.
+
+    Attributes:
+        kept: the first of them.
+        more: how many more there were.
+        stopped: whether there may be still more, which nobody has looked for.
     """
 
     def __init__(self, limit: int | None) -> None:
         self.kept: list[T] = []
         self.more = 0
+        self.stopped = False
         self._limit = limit
+
+    @property
+    def full(self) -> bool:
+        """Whether it has as many as it keeps."""
+        return self._limit is not None and len(self.kept) >= self._limit
 
     def add(self, things: Iterable[T]) -> None:
         """Keep or count them."""
@@ -73,7 +91,7 @@ ASIDE = frozenset({"/indicators"})
 
 
 class Contents:
-    """What is to be printed of a trace, found in one pass over it.
+    """What is to be printed of a trace, found in one pass over it, which ends when the limit is reached.
 
     Attributes:
         count: how many scans there are, in the asked-for range or not.
@@ -85,26 +103,40 @@ class Contents:
     """
 
     def __init__(self, trace: Trace, *, every: bool, limit: int | None, scans: ScanRange) -> None:
-        self.count = self.first = self.last = self.end_ns = 0
         self.rows: Capped[Row] = Capped(limit)
         self.events: Capped[TraceEvent] = Capped(limit)
-        first, last = scans[0], sys.maxsize if scans[1] is None else scans[1]
-        changes = Changes(trace.head.slots, flag_names, every=every)
-        for entry in trace:
-            inside = first <= entry.scan <= last
-            if isinstance(entry, TraceEvent):
-                if inside and (every or entry.topic not in ASIDE):
-                    self.events.add([entry])
-                continue
-            if not self.count:
-                self.first = entry.scan
-            self.count += 1
-            self.last, self.end_ns = entry.scan, entry.now_ns
-            if inside:
-                self.rows.add(changes.rows(entry))
+        self._first, self._last = scans[0], sys.maxsize if scans[1] is None else scans[1]
+        self._every = every
+        self._scans = 0
+        self._changes = Changes(trace.head.slots, flag_names, every=every)
+        for section in trace.sections:
+            if self.events.full and self.rows.full:
+                self.events.stopped = self.rows.stopped = True
+                break
+            if self.rows.full and trace.shape.only_scans(section):
+                self.rows.stopped = True
             else:
-                changes.skip(entry)
-        self.rows.add(changes.rest())
+                self._read(trace, section)
+        if not self.rows.full:
+            self.rows.add(self._changes.rest())
+        self.count: int = scan_count(trace) if self.rows.stopped else self._scans
+        self.first: int = 0
+        self.last: int = 0
+        self.end_ns: int = 0
+        if self.count:
+            ends = extent(trace)
+            self.first, self.last = ends.scan.tolist()
+            self.end_ns = int(ends.time_ns[-1])
+
+    def _read(self, trace: Trace, section: Section) -> None:
+        for entry in trace.entries(section):
+            if isinstance(entry, TraceEvent):
+                if self._first <= entry.scan <= self._last and (self._every or entry.topic not in ASIDE):
+                    self.events.add([entry])
+            else:
+                self._scans += len(entry)
+                inside = (entry["scan"] >= self._first) & (entry["scan"] <= self._last)
+                self.rows.add(self._changes.rows_of(entry, inside, trace.as_scans))
 
 
 def _blocks(path: Path, trace: Trace, contents: Contents) -> Iterator[str | Table]:
@@ -141,7 +173,9 @@ def _scans_line(contents: Contents) -> str:
 
 
 def _more(capped: Capped[T], what: str) -> Iterator[str]:
-    if capped.more:
+    if capped.stopped:
+        yield f"... and maybe more {what}: it stopped at the limit"
+    elif capped.more:
         yield f"... and {capped.more:,} more {what}"
 
 
