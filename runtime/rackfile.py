@@ -81,6 +81,8 @@ def parse_rack_file(text: str, path: Path) -> RackFile:
         document = tomllib.loads(text, parse_float=Decimal)
     except tomllib.TOMLDecodeError as error:
         raise RackFileError(_syntax_error(path, str(error))) from None
+    except RecursionError:
+        raise RackFileError(f"{path}: tables and arrays are nested too deep") from None
     lines = KeyLines(text)
     try:
         spec = RackSpec.model_validate(document)

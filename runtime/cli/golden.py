@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import tempfile
 from pathlib import Path
 from typing import Annotated
@@ -66,11 +65,18 @@ def _write(library: Library, all_made: list[Made], folder: Path) -> None:
     """Write what has changed and is as its scenario says, and remove what no scenario makes."""
     for made in all_made:
         if not made.wrong and changes(made, folder):
-            shutil.copyfile(made.trace, folder / made.trace.name)
-            (folder / f"{made.scenario.name}{TEXT}").write_text(made.text, "utf-8")
+            _put(folder / made.trace.name, made.trace.read_bytes())
+            _put(folder / f"{made.scenario.name}{TEXT}", made.text.encode("utf-8"))
     for path in left_over(library, folder):
         path.unlink()
-    (folder / INDEX).write_text(index_of(library), "utf-8")
+    _put(folder / INDEX, index_of(library).encode("utf-8"))
+
+
+def _put(path: Path, data: bytes) -> None:
+    """Write a file anew; a symbolic link that stands there is replaced, not followed."""
+    path.unlink(missing_ok=True)
+    with path.open("xb") as file:
+        file.write(data)
 
 
 def register(app: typer.Typer) -> None:

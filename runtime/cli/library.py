@@ -121,6 +121,8 @@ def load_library(folder: Path) -> Library:
         raise ValueError(f"{path}: the scenarios can't be read: {error.strerror}") from None
     except tomllib.TOMLDecodeError as error:
         raise ValueError(f"{path}: this is no TOML: {error}") from None
+    except RecursionError:
+        raise ValueError(f"{path}: tables and arrays are nested too deep") from None
     except ValidationError as error:
         first = error.errors()[0]
         raise ValueError(f"{path}: {'.'.join(map(str, first['loc']))}: {first['msg']}") from None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from rich.table import Table
+from rich.text import Text
 
 from .terminal import on_a_line
 
@@ -13,5 +14,7 @@ class Cells(Table):
     """A table of texts, each on a line of its cell, with control characters made visible."""
 
     def add_row(self, *cells: Any, **options: Any) -> None:
-        """Add a row."""
-        super().add_row(*(on_a_line(each) if isinstance(each, str) else each for each in cells), **options)
+        """Add a row; a text is not searched for markup either."""
+        super().add_row(
+            *(Text(on_a_line(each)) if isinstance(each, str) else each for each in cells), **options
+        )

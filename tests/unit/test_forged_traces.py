@@ -149,6 +149,9 @@ FORGERIES = {
     "unit's program beside Python": Forgery(
         {"rack.toml": rack(unit="{outside}/secret"), "line.py": LINE, "helper.py": HELPER}, "line.py", OUT
     ),
+    "rack file nested without end": Forgery(
+        {"rack.toml": "a = " + "[" * 100_000, "line.py": LINE, "helper.py": HELPER}, "line.py", "too deep"
+    ),
     "trace written outside": Forgery(
         {"rack.toml": "trace = '{outside}/written'\n" + rack("q.rung"), "q.rung": RUNGS}, "q.rung", None
     ),
@@ -237,6 +240,7 @@ COMMANDS = {
     "rerun": ["rerun", "forged.mcap"],
     "replay": ["replay", "forged.mcap"],
     "replay into program": ["replay", "forged.mcap", "--into", "program"],
+    "replay own program": ["replay", "forged.mcap", "--into", "program", "--program", "line.py"],
     "replay into rack": ["replay", "forged.mcap", "--into", "rack"],
     "fuzz": ["fuzz", "forged.mcap", "--runs", "1", "--jobs", "1", "--only", "link"],
     "why": ["why", "forged.mcap", "T"],
@@ -379,8 +383,8 @@ says = "s"
 start = "none"
 steps = "zero"
 run_ms = 40
-rules = []
-bits = []
+rules = ["CER-01"]
+bits = ["CONFIG_ERROR", "POSITION_INVALID"]
 slot = '''{slot}'''
 """
 
@@ -402,6 +406,17 @@ def test_a_golden_library_reads_no_files_elsewhere(place: Path, path: str) -> No
     result = scanrack("golden", place)
     assert (result.exit_code, OUT in result.stderr) == (2, True), result.output
     assert SECRET not in result.output
+
+
+@pytest.mark.parametrize("name", ["made.mcap", "made.txt", "index.md"])
+def test_a_golden_library_is_not_written_through_a_link(place: Path, name: str) -> None:
+    library = place / "library"
+    library.mkdir()
+    (library / "scenarios.toml").write_text(SCENARIO.format(name="made", slot=""))
+    (library / name).symlink_to(place.parent / "outside" / "secret")
+    scanrack("golden", library, "--update")
+    assert (place.parent / "outside" / "secret").read_text() == SECRET
+    assert not (library / name).is_symlink()
 
 
 @pytest.mark.parametrize("name", ["e.py", "rack.toml"])

@@ -16,6 +16,7 @@ import pytest
 from rich.console import Console
 from scanrack.runtime import cli
 from scanrack.runtime.cli import build, show
+from scanrack.runtime.cli.link_commands import show_state
 from scanrack.runtime.cli.terminal import LAYOUT, on_a_line, visible
 from scanrack.traces.layout import SlotInfo
 from typer.testing import CliRunner, Result
@@ -86,6 +87,12 @@ def test_compare_makes_them_visible(trace: Path, tmp_path: Path) -> None:
     assert BAD.isdisjoint(result.output)
     names = json.loads(scanrack("compare", trace, other, "--json").output)["names"]
     assert names == ["bad.mcap", "other.mcap"]
+
+
+def test_a_cell_is_no_markup(capsys: pytest.CaptureFixture[str]) -> None:
+    """`[/]` ended the command with an error of rich; `[link=...]` made a link."""
+    show_state([("[/]", "[link=https://x]y[/link] :smile:")])
+    assert capsys.readouterr().out.split() == ["[/]", "[link=https://x]y[/link]", ":smile:"]
 
 
 @pytest.mark.parametrize("command", ["rerun", "replay", "fuzz"])

@@ -5,7 +5,6 @@ from scanrack.ladder import LadderError
 from scanrack.ladder.program import load_program
 from scanrack.ladder.rungfile import parse_program, program_text
 
-
 TYPE = "TYPE S (A : INT, B : DINT[2])\n"
 
 
