@@ -170,6 +170,12 @@ class Exposed:
         self._torn = Image()
 
     @property
+    def under_way(self) -> str | None:
+        """The kind of the motion that runs, None while there is none."""
+        kind: str | None = getattr(self.module, "under_way", None)
+        return kind
+
+    @property
     def linked(self) -> bool:
         """Whether the PLC reaches the module."""
         return getattr(self.module, "linked", True)

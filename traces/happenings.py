@@ -8,6 +8,19 @@ OF_ADAPTERS = ("refusal", "adapter")
 """Kinds of events in which an adapter sets bits for a reason of its controller's."""
 
 
+def move_wording(kind: object, outcome: object) -> str:
+    """Tell a kind of move and how it ended.
+
+    >>> move_wording("absolute", "complete"), move_wording("home", "home")
+    ('absolute: complete', 'search for home: found')
+    """
+    name = "search for home" if kind == "home" else kind
+    return f"{name}: {_FOUND if kind == outcome == 'home' else outcome}"
+
+
+_FOUND = "found"
+
+
 def describe(topic: str, scan: int, fields: Mapping[str, object]) -> str:
     """Tell a message of one of the topics beside /scan.
 

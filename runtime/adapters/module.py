@@ -64,6 +64,11 @@ class Adapter(Generic[Drive]):
         self._image = Image()
         self._power_up()
 
+    @property
+    def under_way(self) -> str | None:
+        """The kind of the motion that runs, None while there is none."""
+        return self.layer.under_way
+
     def new_driver(self) -> Driver[Drive]:
         """Return what talks to the controller, with nothing said yet."""
         raise NotImplementedError

@@ -357,6 +357,11 @@ class CommandLayer:
         if self.operation is not None:
             self.operation.on_forfeit()
 
+    @property
+    def under_way(self) -> str | None:
+        """The kind of the motion that runs, None while there is none."""
+        return None if self.operation is None or self.operation.over else self.operation.name
+
     # -- motions ------------------------------------------------------------------------------
 
     def accept(self, operation: Operation) -> None:

@@ -134,6 +134,11 @@ class Amci3601:
         """Whether the PLC reaches it; a module that has failed is reached and says so by MODULE_OK."""
         return self.trouble in (None, Trouble.FATAL_ERROR)
 
+    @property
+    def under_way(self) -> str | None:
+        """The kind of the motion that runs, None while there is none."""
+        return self.layer.under_way
+
     def inject(self, trouble: Trouble | None) -> None:
         """Let the module stop answering in some way from the last `update` on; None lets it answer again.
 

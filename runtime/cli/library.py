@@ -27,12 +27,11 @@ from .loading import load_job
 from .run import run_job
 from .show import ALL_SCANS, Contents, plain_lines, story
 from .status import DONE
+from .summary import RULES_OF_START
 from .trust import stored_programs
 
 SCENARIOS, INDEX = "scenarios.toml", "index.md"
 TRACE, TEXT = ".mcap", ".txt"
-_START_RULES = frozenset({"CER-01", "POS-01"})
-"""Rules that fire in every start: nothing is configured at power-up, and no position valid after it."""
 
 
 class _Strict(BaseModel):
@@ -162,7 +161,7 @@ def text_of(scenario: Scenario, trace: Trace) -> str:
 def _wrong(scenario: Scenario, trace: Trace) -> Iterator[str]:
     """Yield what is not as the scenario says."""
     fired = [str(event.fields["name"]) for event in trace.events() if event.fields.get("kind") == "rule"]
-    started = _START_RULES if scenario.start != "none" else frozenset()
+    started = RULES_OF_START if scenario.start != "none" else frozenset()
     rules = sorted(set(fired) - (started - set(scenario.rules)))
     if rules != sorted(scenario.rules):
         yield f"rules {' '.join(rules) or 'none'} fired, not {' '.join(scenario.rules) or 'none'}"

@@ -21,6 +21,7 @@ from ..rack import Rack
 from ..rackspec import RackSpec
 from ..realtime import Outcome, frozen_collector, real_time
 from .attachments import attachment, imported, made_by, program_name, unit_programs
+from .hints import Hints
 from .loading import DEFAULT_RUN, Job, load_job, scans_to_run
 from .progress import shown_progress
 from .rackunits import UnitsBeside, units_of
@@ -88,7 +89,8 @@ def _run_rack(
     summarised: bool,
 ) -> int:
     tally = Tally()
-    listeners: list[ScanListener] = [tally]
+    hints = Hints(rack, job.spec, lambda says: None if quiet else say(f"scanrack: {says}", err=True))
+    listeners: list[ScanListener] = [tally, hints]
     try:
         if trace is not None:
             listeners.append(recorder_for(job, rack, trace))
@@ -101,7 +103,8 @@ def _run_rack(
         start_ns = wall_ns()
         status = _run(cpu, scans, quiet=quiet)
     if summarised and not quiet:
-        say(summary(tally, cpu.period_ns, wall_ns() - start_ns, pacer, trace))
+        tally.end(rack)
+        say(summary(tally, cpu.period_ns, wall_ns() - start_ns, pacer, trace, hints.sentences()))
     return status
 
 

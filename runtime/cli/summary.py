@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ...traces.happenings import OF_ADAPTERS, describe
+from ...traces.happenings import OF_ADAPTERS, describe, move_wording
 from ..events import JsonValue
 from ..pace import LATE_FROM_NS, Pacer
+from ..rack import Rack
 
 WIDTH = 14
 """Columns of the titles."""
+
+
+UNDER_WAY = "still under way at the end"
+
+RULES_OF_START = frozenset({"CER-01", "POS-01"})
+"""Rules that fire in every healthy start: nothing is configured, and then no position is valid."""
 
 
 @dataclass(slots=True)
@@ -34,13 +41,15 @@ class Tally:
 
     Attributes:
         scans: scans so far.
-        moves: moves that ended, by (slot, kind, outcome).
+        moves: moves by (slot, kind, outcome).
         errors: errors by (slot, rule), the first one first.
+        of_start: what every start brings, see `RULES_OF_START`.
     """
 
     scans: int = 0
     moves: Counter[tuple[JsonValue, JsonValue, JsonValue]] = field(default_factory=Counter)
     errors: dict[tuple[JsonValue, JsonValue], SeenError] = field(default_factory=dict)
+    of_start: dict[tuple[JsonValue, JsonValue], SeenError] = field(default_factory=dict)
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
         """Count a move or an error."""
@@ -49,8 +58,17 @@ class Tally:
         if fields["kind"] == "move":
             self.moves[fields["slot"], fields["name"], fields.get("outcome", "ended")] += 1
         elif fields["kind"] in ("rule", *OF_ADAPTERS) and fields.get("bits"):
-            first = SeenError(describe(topic, scan, fields))
-            self.errors.setdefault((fields["slot"], fields["name"]), first).count += 1
+            key = fields["slot"], fields["name"]
+            starts = fields["name"] in RULES_OF_START and key not in self.of_start
+            seen = self.of_start if starts else self.errors
+            seen.setdefault(key, SeenError(describe(topic, scan, fields))).count += 1
+
+    def end(self, rack: Rack) -> None:
+        """Count the moves that are still under way when the run is over."""
+        for slot in rack.slots.values():
+            kind = getattr(slot.module, "under_way", None)
+            if kind is not None:
+                self.moves[slot.number, kind, UNDER_WAY] += 1
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Count a scan."""
@@ -62,7 +80,7 @@ class Tally:
     @property
     def slots(self) -> int:
         """How many slots there is something to tell of."""
-        return len({key[0] for key in (*self.moves, *self.errors)})
+        return len({key[0] for key in (*self.moves, *self.errors, *self.of_start)})
 
 
 def seconds(time_ns: int) -> str:
@@ -75,7 +93,14 @@ def seconds(time_ns: int) -> str:
     return f"{whole}.{rest:09d}".rstrip("0").rstrip(".") + " s"
 
 
-def summary(tally: Tally, period_ns: int, wall_ns: int, pacer: Pacer, trace: Path | None) -> str:
+def summary(
+    tally: Tally,
+    period_ns: int,
+    wall_ns: int,
+    pacer: Pacer,
+    trace: Path | None,
+    hints: Sequence[str] = (),
+) -> str:
     """Return the closing summary of a run.
 
     Args:
@@ -84,6 +109,7 @@ def summary(tally: Tally, period_ns: int, wall_ns: int, pacer: Pacer, trace: Pat
         wall_ns: what the run took on the wall clock.
         pacer: what paced it.
         trace: the recording, or None.
+        hints: what the program may have meant otherwise.
     """
     lines = [
         f"{title if first else '':<{WIDTH}}{line}"
@@ -94,6 +120,8 @@ def summary(tally: Tally, period_ns: int, wall_ns: int, pacer: Pacer, trace: Pat
             ("late scans", _late_scans(pacer)),
             ("moves", _moves(tally)),
             ("errors", _errors(tally)),
+            ("every start", _start(tally)),
+            ("hints", iter(hints)),
             ("trace", _trace(trace)),
         )
         for first, line in ((index == 0, text) for index, text in enumerate(paragraph))
@@ -130,7 +158,7 @@ def _late_scans(pacer: Pacer) -> Iterator[str]:
 def _moves(tally: Tally) -> Iterator[str]:
     yield f"{tally.moves.total():,}" if tally.moves else "none"
     for (slot, kind, outcome), count in tally.moves.items():
-        yield f"  {_of(slot, tally)}{count:,} {kind}: {outcome}"
+        yield f"  {_of(slot, tally)}{count:,} {move_wording(kind, outcome)}"
 
 
 def _errors(tally: Tally) -> Iterator[str]:
@@ -139,6 +167,12 @@ def _errors(tally: Tally) -> Iterator[str]:
     for (slot, _), error in tally.errors.items():
         often = f", {error.count:,} times in all" if error.count > 1 else ""
         yield f"  {_of(slot, tally)}{error.sentence}{often}"
+
+
+def _start(tally: Tally) -> Iterator[str]:
+    """Tell what every start brings; it is not among the errors."""
+    for (slot, _), seen in tally.of_start.items():
+        yield f"{_of(slot, tally)}{seen.sentence}"
 
 
 def _of(slot: JsonValue, tally: Tally) -> str:

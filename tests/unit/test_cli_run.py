@@ -72,10 +72,11 @@ def test_a_run_is_recorded_and_summed_up(folder):
     lines = done.stdout.splitlines()
     assert lines[0].startswith("scans         50 (")
     assert lines[1].startswith("machine time  0.1 s, run in ")
-    assert lines[2] == "moves         none"
-    assert lines[3] == "errors        3"
-    assert "[CMD-03, chapter 6" in lines[6]
-    assert lines[6].strip().startswith("COMMAND_ERROR at scan 42: a move was started before")
+    assert lines[2:4] == ["moves         1", f"{'':16}1 relative: still under way at the end"]
+    assert lines[4] == "errors        1"
+    assert "[CMD-03, chapter 6" in lines[5]
+    assert lines[5].strip().startswith("COMMAND_ERROR at scan 42: a move was started before")
+    assert lines[6].startswith("every start   CONFIG_ERROR at scan 0: ")
     assert lines[-1] == f"trace         line.mcap ({(folder / 'line.mcap').stat().st_size:,} bytes)"
 
 

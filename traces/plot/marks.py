@@ -62,12 +62,28 @@ def _kind_and_label(event: TraceEvent) -> tuple[str, str]:
     if event.topic in ("/forces", "/faults"):
         return "cpu", event.topic[1:].removesuffix("s")
     if event.topic == "/stimuli":
-        return "stimulus", " ".join(filter(None, (name, _SWITCHED.get(event.fields.get("energised")))))
+        return "stimulus", _stimulus(name, event.fields)
     if event.topic == "/events" and event.fields.get("kind") == "rule":
         return "rule", name
     if event.topic == "/events":
-        return "move", f"{name} {event.fields.get('outcome', '')}".strip()
+        outcome = event.fields.get("outcome", "")
+        return "move", "home found" if name == outcome == "home" else f"{name} {outcome}".strip()
     return "", ""
 
+
+def _stimulus(name: str, fields: Mapping[str, object]) -> str:
+    """Return what switched, or began, or is over."""
+    if fields.get("begins") is False:
+        return _OVER.get(name, f"{name} over")
+    return " ".join(filter(None, (name, _SWITCHED.get(fields.get("energised")))))
+
+
+_OVER: Mapping[str, str] = {
+    "link-lost": "link back",
+    "asic-lost": "link back",
+    "removed": "inserted",
+    "line-down": "line back",
+}
+"""By incident: the label of its end."""
 
 _SWITCHED: Mapping[object, str] = {True: "on", False: "off"}
