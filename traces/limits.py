@@ -11,6 +11,10 @@ SMALLEST_MESSAGE_BYTES = 31
 """Opcode, length, and the fields of a message without data."""
 
 
+CHUNK_BYTES = 32 * 1024 * 1024
+RECORDS = 200_000
+
+
 @dataclass(frozen=True, slots=True)
 class Limits:
     """What a trace may ask for.
@@ -21,8 +25,8 @@ class Limits:
             average than an empty message.
     """
 
-    chunk_bytes: int = 32 * 1024 * 1024
-    records: int = 500_000
+    chunk_bytes: int = CHUNK_BYTES
+    records: int = RECORDS
 
     def too_many(self, count: int, size: int) -> bool:
         """Return whether so many records in so many bytes are more than a trace may have.

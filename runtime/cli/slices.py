@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from ...traces.reader import Trace
+from ...traces.records import TraceLimitError
 from ...traces.signals import ALL, Selection, count
 from ..quantities import parse_time
 from .status import BAD_INPUT, CANNOT_WRITE
@@ -21,6 +22,9 @@ from .terminal import on_a_line, say
 
 ScanRange = tuple[int, int | None]
 """First and last scan, both included; None = to the end."""
+
+RAISED_BY = {"chunk_bytes": "--max-chunk", "records": "--max-records"}
+"""The option that raises each of the limits for reading traces, see traces.limits."""
 
 ScansOption = Annotated[
     str | None,
@@ -112,6 +116,8 @@ def told_mistakes() -> Iterator[None]:
     """Tell what the user or the disk got wrong in one line on standard error, and end."""
     try:
         yield
+    except TraceLimitError as error:
+        _end(f"{error}; 'scanrack {RAISED_BY[error.limit]} N COMMAND ...' raises the limit", BAD_INPUT)
     except (ValueError, ImportError) as error:
         _end(str(error), BAD_INPUT)
     except OSError as error:

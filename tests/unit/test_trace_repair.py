@@ -19,6 +19,7 @@ from scanrack.runtime.cli import build
 from scanrack.traces.arrays import read_columns
 from scanrack.traces.finding import find_records
 from scanrack.traces.layout import SlotInfo
+from scanrack.traces.line import LineRecorder, UnitColumns
 from scanrack.traces.reader import open_trace
 from scanrack.traces.records import TraceError
 from scanrack.traces.repair import repair
@@ -233,6 +234,7 @@ def test_what_is_no_trace_is_not_repaired(tmp_path: Path) -> None:
 KILLED = """
 import os, signal, sys
 from scanrack.traces.layout import SlotInfo
+from scanrack.traces.line import LineRecorder, UnitColumns
 from scanrack.traces.recorder import ScanRecorder
 memory = bytearray(32)
 slots = [SlotInfo(1, "amci3601", "4.1")]
@@ -298,3 +300,150 @@ def test_the_command_refuses_in_one_line(path: Path, tmp_path: Path) -> None:
         assert (found, out) == (status, "")
         assert err.startswith("scanrack: ")
         assert err.count("\n") == 1
+
+
+def flipped(content: bytes, place: int, bit: int) -> bytes:
+    return content[:place] + bytes([content[place] ^ 1 << bit]) + content[place + 1 :]
+
+
+def test_the_top_bit_of_the_last_length_costs_nothing(path: Path, content: bytes) -> None:
+    """Every scan was lost that the chunk had, with exit status 0, and the original was gone."""
+    start, _ = spans(path, Opcode.CHUNK)[-1]
+    bad = flipped(content, start + 8, 7)
+    path.write_bytes(bad)
+    result = repair(path)
+    assert path.read_bytes() == content
+    assert result.scans == SCANS
+    assert result.original is not None
+    assert result.original.read_bytes() == bad
+
+
+def test_any_flipped_bit_in_the_heads_of_records_costs_no_scan_or_keeps_the_original(
+    path: Path, content: bytes
+) -> None:
+    """Opcodes and lengths; no checksum but that of all data guards them."""
+    for opcode in (Opcode.ATTACHMENT, Opcode.CHUNK, Opcode.MESSAGE_INDEX, Opcode.DATA_END, Opcode.STATISTICS):
+        path.write_bytes(content)
+        start, _ = spans(path, opcode)[-1]
+        for bit in range(0, 72, 5):
+            bad = flipped(content, start + bit // 8, bit % 8)
+            path.write_bytes(bad)
+            result = repair(path)
+            assert result.needed
+            kept = result.original
+            assert kept is None or kept.read_bytes() == bad
+            assert kept is not None or result.scans == SCANS
+            assert result.scans == SCANS or result.damaged
+            if kept is not None:
+                kept.unlink()
+
+
+@pytest.mark.parametrize("more", [b"x", b"twice"])
+def test_what_is_behind_the_end_is_not_thrown_away(path: Path, content: bytes, more: bytes) -> None:
+    bad = content + (content if more == b"twice" else more)
+    path.write_bytes(bad)
+    result = repair(path)
+    size = len(bad) - len(content)
+    assert result.notes == [f"damaged at byte {len(content):,}: {size:,} bytes follow its end"]
+    assert path.read_bytes() == content
+    assert result.original is not None
+    assert result.original.read_bytes() == bad
+
+
+def test_an_earlier_original_is_not_replaced(path: Path, content: bytes) -> None:
+    for number, name in enumerate(["run.mcap.orig", "run.mcap.orig1", "run.mcap.orig2"]):
+        path.write_bytes(content + bytes([number]))
+        assert repair(path).original == path.with_name(name)
+    assert path.with_name("run.mcap.orig").read_bytes() == content + b"\0"
+
+
+def test_damaged_metadata_are_noted_and_not_signed_anew_in_silence(path: Path, content: bytes) -> None:
+    start, end = spans(path, Opcode.METADATA)[0]
+    place = content.index(b"4.1", start, end)
+    bad = content[:place] + b"2.1" + content[place + 3 :]
+    path.write_bytes(bad)
+    status, out, _ = run(path, "--output", path.with_name("other.mcap"))
+    assert status == 1
+    shown = CliRunner().invoke(build(), ["show", str(path)]).stdout
+    assert "note: damaged data: their CRC does not fit" in shown
+    result = repair(path)
+    assert (result.scans, result.damaged) == (SCANS, 1)
+    assert result.original is not None
+    assert result.original.read_bytes() == bad
+
+
+def test_a_trace_without_a_crc_of_its_data_is_left_alone() -> None:
+    """Those of the golden library were recorded before there was one."""
+    for golden in sorted((Path(__file__).parents[2] / "traces" / "golden").glob("*.mcap"))[:10]:
+        assert not repair(golden, golden.with_name("not written.mcap")).needed
+
+
+def test_a_trace_that_the_stock_reader_cannot_read_is_not_called_whole(tmp_path: Path) -> None:
+    """Another tool's trace whose chunk index leads nowhere: its summary has no checksum."""
+    path = tmp_path / "other.mcap"
+    schema = scan_schema(SLOTS)
+    with path.open("wb") as file:
+        writer = Writer(file, enable_crcs=False)
+        writer.start("ros2", "another tool")
+        channel = writer.register_channel(
+            "/scan", "cdr", writer.register_schema(schema.name, "ros2msg", schema.text.encode())
+        )
+        slot = {"slot.1.module": "amci3601", "slot.1.firmware": "4.1"}
+        writer.add_metadata("scanrack", {"format": "1", "slots": "1", **slot})
+        for scan in range(SCANS):
+            writer.add_message(channel, scan, SCAN_HEAD.pack(CDR_PREFIX, scan, 1) + bytes(32), scan, scan)
+        writer.finish()
+    assert not repair(path).needed
+    start, _ = spans(path, Opcode.CHUNK_INDEX)[0]
+    path.write_bytes(flipped(path.read_bytes(), start + 9 + 16, 3))  # where the chunk is, after two times
+    result = repair(path)
+    assert result.notes[0].startswith("the stock reader can't read it to its end: ")
+    assert result.scans == SCANS
+    assert not repair(path).needed
+
+
+def line_trace(path: Path) -> int:
+    """Record a serial line; return how many messages there are."""
+    recorder = LineRecorder(path, [UnitColumns(1, ["position"])], {"controller": "pmc006"})
+    for number in range(9000):
+        recorder.heard(number, bytes([number % 256]) * 20)
+        recorder.unit(number, 1, {"position": number})
+    recorder.close()
+    return 18_000
+
+
+def test_the_trace_of_a_serial_line_is_completed(tmp_path: Path) -> None:
+    path = tmp_path / "line.mcap"
+    messages = line_trace(path)
+    content = path.read_bytes()
+    assert run(path) == (0, f"{path}: 18,000 messages of a line, nothing to repair\n", "")
+    path.write_bytes(content[:-50])
+    status, out, _ = run(path)
+    assert (status, out) == (0, f"{path}: repaired, 18,000 messages of a line, {len(content):,} bytes\n")
+    assert path.read_bytes() == content
+    start, _ = spans(path, Opcode.CHUNK)[-1]
+    path.write_bytes(content[: start + 100])
+    assert 0 < repair(path).messages < messages
+    with path.open("rb") as file:
+        assert sum(1 for _ in make_reader(file, validate_crcs=True).iter_messages()) == repair(path).messages
+
+
+def test_no_flipped_bit_in_a_channel_hides_a_topic_in_silence(path: Path, content: bytes) -> None:
+    """One in the summary hid 8 of 23 events; of a killed trace there is only the record at its beginning."""
+    with open_trace(path) as trace:
+        expected = list(trace)
+    channels = spans(path, Opcode.CHANNEL)
+    cut = spans(path, Opcode.DATA_END)[0][0]
+    for whole in (content, content[:cut]):
+        for start, end in channels:
+            for bit in range(8 * start, 8 * min(end, len(whole)), 3):
+                path.write_bytes(flipped(whole, bit // 8, bit % 8))
+                try:
+                    with open_trace(path) as trace:
+                        found = list(trace)
+                        notes = [
+                            note for note in trace.notes if not note.startswith(("it has no end", "the last"))
+                        ]
+                except TraceError:
+                    continue
+                assert found == expected or notes
