@@ -20,7 +20,7 @@ from typing import BinaryIO
 from mcap.opcode import Opcode
 from mcap.records import DataEnd, Footer
 
-from .records import DAMAGED, MAGIC, RECORD_HEAD, Span, check_count, read_record
+from .records import DAMAGED, MAGIC, RECORD_HEAD, Span, TraceError, check_count, read_record
 
 _COMPRESSION = re.compile(rb"\x04\x00\x00\x00zstd|\x03\x00\x00\x00lz4")
 _COMPRESSION_BYTES_MAX = 8
@@ -174,7 +174,10 @@ def _footer(file: BinaryIO, spans: Sequence[Span]) -> Footer | None:
 def data_crc(file: BinaryIO, spans: Sequence[Span]) -> int | None:
     """Return the CRC of all data that a file states; 0 = it states none, None = its data have no end."""
     ends = [span for span in spans if span.opcode == Opcode.DATA_END]
-    return read_record(file, ends[-1], DataEnd.read).data_section_crc if ends else None
+    try:
+        return read_record(file, ends[-1], DataEnd.read).data_section_crc if ends else None
+    except TraceError:
+        return None
 
 
 def data_damage(file: BinaryIO, spans: Sequence[Span]) -> str | None:
