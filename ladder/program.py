@@ -98,7 +98,7 @@ def program_form(path: PurePath) -> Form:
     return FORMS[path.suffix]
 
 
-def load_program(address: str, folder: Path = Path()) -> Program:
+def load_program(address: str, folder: Path | str = Path()) -> Program:
     """Load the function that a scan loop calls once per scan.
 
     The file is run once, as a module of its own; its folder is put on the import path, so that
@@ -112,13 +112,14 @@ def load_program(address: str, folder: Path = Path()) -> Program:
         ProgramError: no such file or function, a syntax error, an error while the file runs, or
             a function that can't be called with one argument.
     """
+    folder = Path(folder)
     path = folder / split_address(address)[0]
     if program_form(path) is Form.DATA:
         return _load_rungs(path) if path.suffix == SUFFIX else _load_steps(path)
     return load_function(address, folder, default=DEFAULT_FUNCTION, arguments=("scan",))
 
 
-def load_function(address: str, folder: Path, *, default: str, arguments: tuple[str, ...]) -> Program:
+def load_function(address: str, folder: Path | str, *, default: str, arguments: tuple[str, ...]) -> Program:
     """Load a function from a file, see `load_program`.
 
     Args:
@@ -131,7 +132,7 @@ def load_function(address: str, folder: Path, *, default: str, arguments: tuple[
         ProgramError: see `load_program`.
     """
     file, name = split_address(address, default)
-    path = folder / file
+    path = Path(folder) / file
     data = _read(path)
     _check_text(path, data)
     module = _execute(path, data)

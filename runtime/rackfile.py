@@ -58,12 +58,13 @@ class RackFile:
         return RackFileError(mistake.message(self.path, self.lines))
 
 
-def load_rack_file(path: Path) -> RackFile:
+def load_rack_file(path: Path | str) -> RackFile:
     """Read a rack file.
 
     Raises:
         RackFileError: it can't be read, is no TOML, or says something that is not allowed.
     """
+    path = Path(path)
     return parse_rack_file(_read(path), path)
 
 

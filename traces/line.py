@@ -62,8 +62,8 @@ class LineRecorder:
         OSError: the target can't be written.
     """
 
-    def __init__(self, target: Path, units: Sequence[UnitColumns], metadata: Mapping[str, str]) -> None:
-        self._file = open_trace_file(target, 2 * CHUNK_BYTES + SUMMARY_ROOM)
+    def __init__(self, target: Path | str, units: Sequence[UnitColumns], metadata: Mapping[str, str]) -> None:
+        self._file = open_trace_file(Path(target), 2 * CHUNK_BYTES + SUMMARY_ROOM)
         self._writer = ChunkWriter(
             self._file, profile=PROFILE, library=LIBRARY + _version(), chunk_bytes=CHUNK_BYTES
         )

@@ -314,17 +314,17 @@ class Trace(Records):
             yield f"the chunk at byte {torn.span.offset:,} is not whole; {lost} are left out"
 
 
-def open_records(path: Path) -> Records:
+def open_records(path: Path | str) -> Records:
     """Open any MCAP file for reading, such as the trace of a serial line.
 
     Raises:
         TraceError: it can't be read, or is no MCAP file. The message names the path.
         TraceLimitError: it has more records than the limits allow.
     """
-    return _opened(path, Records)
+    return _opened(Path(path), Records)
 
 
-def open_trace(path: Path) -> Trace:
+def open_trace(path: Path | str) -> Trace:
     """Open a trace of scans for reading.
 
     Raises:
@@ -332,7 +332,7 @@ def open_trace(path: Path) -> Trace:
             a way this version does not know. The message names the path.
         TraceLimitError: it has more records than the limits allow; reading may raise it, too.
     """
-    return _opened(path, Trace)
+    return _opened(Path(path), Trace)
 
 
 R = TypeVar("R", bound=Records)

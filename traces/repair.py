@@ -79,7 +79,7 @@ class Repair:
 
 
 def repair(
-    path: Path, output: Path | None = None, *, progress: Callable[[int], None] = lambda size: None
+    path: Path | str, output: Path | str | None = None, *, progress: Callable[[int], None] = lambda size: None
 ) -> Repair:
     """Complete a trace.
 
@@ -97,7 +97,7 @@ def repair(
         OSError: the repaired trace can't be written. The original is as it was.
     """
     path = Path(realpath(path))
-    target = path if output is None else output
+    target = path if output is None else Path(output)
     if is_being_recorded(target):
         raise TraceError(f"{target}: it is being recorded; repair it when that has ended")
     result = Repair()

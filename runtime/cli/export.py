@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import IO, Annotated, Any
 
 import typer
 
@@ -23,6 +25,20 @@ from .slices import (
 from .terminal import say
 
 _WRITERS = {"--csv": write_csv, "--parquet": write_parquet, "--vcd": write_vcd}
+
+
+STDOUT = Path("-")
+"""The file name that means standard output."""
+
+_STREAMS: dict[str, Callable[[], IO[Any]]] = {
+    "--csv": lambda: sys.stdout,
+    "--parquet": lambda: sys.stdout.buffer,
+    "--vcd": lambda: sys.stdout,
+}
+    "--csv": lambda: sys.stdout,
+    "--parquet": lambda: sys.stdout.buffer,
+    "--vcd": lambda: sys.stdout,
+}
 
 
 def _export_command(
@@ -54,6 +70,8 @@ def _export_command(
 
     Example: scanrack export run.mcap --vcd run.vcd --time 1.5s:3s
 
+    OUT is a file, or - for standard output.
+
     Exit status: 0 done, 2 the trace or an option can't be used, 3 a file can't be written.
     """
     with told_mistakes():
@@ -61,18 +79,23 @@ def _export_command(
         targets = {"--csv": csv, "--parquet": parquet, "--vcd": vcd}
         if not any(targets.values()):
             raise ValueError(f"nothing to write: give {', '.join(targets)} or several of them")
+        if sum(target == STDOUT for target in targets.values()) > 1:
+            raise ValueError("only one of them can go to standard output")
         for option, target in targets.items():
             if target is None:
                 continue
             check_target(target, trace)
+            to_stdout = target == STDOUT
             with (
                 open_trace(trace) as opened,
                 reading(opened, wanted, quiet=quiet) as progress,
                 writing(target),
             ):
-                count = _WRITERS[option](opened, target, signal or (), wanted, progress=progress)
+                into = _STREAMS[option]() if to_stdout else target
+                count = _WRITERS[option](opened, into, signal or (), wanted, progress=progress)
             if not quiet:
-                say(f"{target}: {count:,} scans, {target.stat().st_size:,} bytes")
+                size = "" if to_stdout else f", {target.stat().st_size:,} bytes"
+                say(f"{target}: {count:,} scans{size}", err=to_stdout)
             tell_notes(opened)
 
 

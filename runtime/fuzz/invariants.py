@@ -136,7 +136,7 @@ def _ask(condition: Condition, now: Moment) -> Any:
     """Ask a user's condition; what it raises is told with its place."""
     try:
         return condition(now)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         steps = traceback.extract_tb(error.__traceback__)[1:] or traceback.extract_tb(error.__traceback__)
         step = [each for each in steps if each.filename == steps[0].filename][-1]
         what = f"{type(error).__name__}: {error}{_hint(error)}"
@@ -145,7 +145,7 @@ def _ask(condition: Condition, now: Moment) -> Any:
         raise InvariantError(says) from error
 
 
-def _hint(error: Exception) -> str:
+def _hint(error: BaseException) -> str:
     """Return which name may have been meant."""
     if not isinstance(error, AttributeError) or error.obj is None:
         return ""
@@ -153,12 +153,13 @@ def _hint(error: Exception) -> str:
     return f"; did you mean {close[0]}?" if close else ""
 
 
-def load_invariants(path: Path) -> list[Invariant]:
+def load_invariants(path: Path | str) -> list[Invariant]:
     """Load the invariants of a Python file, in the order in which it defines them.
 
     Raises:
         InvariantError: the file can't be read or run, or defines none.
     """
+    path = Path(path)
     if not path.is_file():
         raise InvariantError(f"{path}: there is no such file with invariants")
     spec = importlib.util.spec_from_file_location(f"scanrack_invariants_{path.stem}", path)
@@ -168,7 +169,7 @@ def load_invariants(path: Path) -> list[Invariant]:
     sys.modules[spec.name] = module
     try:
         spec.loader.exec_module(module)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         steps = traceback.extract_tb(error.__traceback__)
         line = next((step.lineno for step in reversed(steps) if step.filename == str(path)), 1)
         what = error if isinstance(error, InvariantError) else f"{type(error).__name__}: {error}"

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from itertools import chain, groupby
-from pathlib import Path
 
 import numpy as np
 
-from ..newfile import new_file
+from ..newfile import Target, new_file
 from ..reader import Trace
 from ..signals import ALL, Selection
 from .table import Column, table
@@ -16,7 +15,7 @@ from .table import Column, table
 
 def write_csv(
     trace: Trace,
-    path: Path,
+    path: Target,
     signals: Sequence[str] = (),
     selection: Selection = ALL,
     *,

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from itertools import chain
-from pathlib import Path
 from typing import Any
 
 from ..extras import need
-from ..newfile import new_file
+from ..newfile import Target, new_file
 from ..reader import Trace
 from ..signals import ALL, Selection
 from .table import Column, table
@@ -19,7 +18,7 @@ ROWS = 65_536
 
 def write_parquet(
     trace: Trace,
-    path: Path,
+    path: Target,
     signals: Sequence[str] = (),
     selection: Selection = ALL,
     *,

@@ -13,13 +13,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..newfile import new_file
+from ..newfile import Target, new_file
 from ..reader import Trace
 from ..signals import ALL, Block, Catalog, Kind, Selection, Signal, blocks
 from ..signals.signal import whole_numbers
@@ -31,7 +30,7 @@ _FIRST, _SYMBOLS = 33, 94  # the printable letters of ASCII, of which identifier
 
 def write_vcd(
     trace: Trace,
-    path: Path,
+    path: Target,
     signals: Sequence[str] = (),
     selection: Selection = ALL,
     *,

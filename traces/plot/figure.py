@@ -59,13 +59,14 @@ _STYLE = {
 }
 
 
-def save_figure(chart: Chart[Curve], path: Path) -> None:
+def save_figure(chart: Chart[Curve], path: Path | str) -> None:
     """Draw a chart into a PNG or SVG file, by the path's suffix.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
         ValueError: another suffix.
     """
+    path = Path(path)
     if path.suffix.lower() not in FORMATS:
         raise ValueError(f"{path}: a picture is a .png or .svg file")
     matplotlib = need("matplotlib", "plot")

@@ -78,7 +78,7 @@ class Clock:
 
 def save_page(
     trace: Trace,
-    path: Path,
+    path: Path | str,
     selection: Selection = ALL,
     *,
     slots: Sequence[int] = (),

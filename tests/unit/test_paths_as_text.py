@@ -1,0 +1,84 @@
+"""A string is a path, wherever a file is read or written; `-` is standard output in an export."""
+
+import csv
+import io
+import sys
+
+import pytest
+from made_traces import idle, record
+from scanrack.ladder.program import load_program
+from scanrack.runtime.cli import build, open_bench
+from scanrack.runtime.fuzz.invariants import InvariantError, load_invariants
+from scanrack.runtime.rackfile import load_rack_file
+from scanrack.traces.export import write_csv, write_parquet, write_vcd
+from scanrack.traces.line import LineRecorder, UnitColumns
+from scanrack.traces.plot import Envelope, read_chart, save_figure, save_page
+from scanrack.traces.reader import open_records, open_trace
+from scanrack.traces.repair import repair
+from typer.testing import CliRunner
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    record(tmp_path / "a.mcap", idle(20))
+    (tmp_path / "line.py").write_text("def logic(scan):\n    pass\n", encoding="utf-8")
+    rack = 'program = "line.py"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n'
+    (tmp_path / "line.toml").write_text(rack, encoding="utf-8")
+    return tmp_path
+
+
+def test_reading(folder):
+    with open_trace("a.mcap") as trace:
+        assert len(list(trace.scans())) == 20
+    open_records("a.mcap").close()
+    assert load_rack_file("line.toml").spec.program == "line.py"
+    assert load_program("line.py", str(folder)).name == "logic"
+    assert open_bench("line.toml", "b.mcap").scans == 0
+    with pytest.raises(InvariantError, match=r"nowhere\.py: there is no such file"):
+        load_invariants("nowhere.py")
+
+
+def test_writing(folder):
+    with open_trace("a.mcap") as trace:
+        assert write_csv(trace, "a.csv") == write_vcd(trace, "a.vcd") == 20
+        save_page(trace, "a.html")
+    LineRecorder("line.mcap", [UnitColumns(1, ("position",))], {}).close()
+    (folder / "cut.mcap").write_bytes((folder / "a.mcap").read_bytes()[:-100])
+    repair("cut.mcap", "whole.mcap")
+    made = {path.name for path in folder.iterdir()}
+    assert {"a.csv", "a.vcd", "a.html", "line.mcap", "whole.mcap"} <= made
+
+
+def test_writing_with_the_extras(folder):
+    pytest.importorskip("pyarrow")
+    pytest.importorskip("matplotlib")
+    with open_trace("a.mcap") as trace:
+        assert write_parquet(trace, "a.parquet") == 20
+        save_figure(read_chart(trace, Envelope), "a.svg")
+    assert (folder / "a.svg").stat().st_size > 1000
+
+
+def export(*arguments):
+    return CliRunner().invoke(build(), ["export", "a.mcap", *arguments])
+
+
+def test_an_export_to_standard_output(folder):
+    done = export("--csv", "-")
+    assert (done.exit_code, done.stderr) == (0, "-: 20 scans\n")
+    assert len(list(csv.DictReader(io.StringIO(done.stdout)))) == 20
+    assert not (folder / "-").exists()
+    assert export("--csv", "a.csv").exit_code == 0
+    assert (folder / "a.csv").read_text(encoding="utf-8") == done.stdout
+
+
+def test_other_formats_go_there_too(folder):
+    assert "$enddefinitions" in export("--vcd", "-", "--quiet").stdout
+    pytest.importorskip("pyarrow")
+    assert export("--parquet", "-").stdout_bytes[:4] == b"PAR1"
+
+
+def test_one_format_at_a_time_goes_there(folder):
+    done = export("--csv", "-", "--vcd", "-")
+    assert (done.exit_code, done.stderr) == (2, "scanrack: only one of them can go to standard output\n")
