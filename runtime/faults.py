@@ -100,9 +100,14 @@ def place_of(error: BaseException, below: CodeType) -> str:
     passed = [code for code, _ in steps]
     if below in passed:
         steps = steps[passed.index(below) + 1 :] or steps
-    theirs = [step for step in steps if not step[0].co_filename.startswith(_NOT_THE_USERS)]
+    theirs = [step for step in steps if is_the_users(step[0].co_filename)]
     code, line = (theirs or steps)[-1]
     return f"{code.co_filename}:{line}"
+
+
+def is_the_users(file_name: str) -> bool:
+    """Return whether code is the user's: neither ours nor installed."""
+    return not file_name.startswith(_NOT_THE_USERS)
 
 
 _ROOMS = tuple(

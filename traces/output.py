@@ -241,7 +241,7 @@ def is_being_recorded(path: Path) -> bool:
         return False
     try:
         with path.open("rb") as file:
-            return not _locked(file.fileno())
+            return not could_lock(file.fileno())
     except OSError:  # who reads it will say so
         return False
 
@@ -251,7 +251,7 @@ def _emptied(path: Path) -> RawFile:
     raw = open(path, "wb", buffering=0, opener=_not_truncating)  # noqa: SIM115
     try:
         if path.is_file():
-            if not _locked(raw.fileno()):
+            if not could_lock(raw.fileno()):
                 raise OSError(errno.EBUSY, "another recording goes there; give this one a file of its own")
             raw.truncate(0)
     except OSError:
@@ -264,8 +264,8 @@ def _not_truncating(path: str, flags: int) -> int:
     return os.open(path, flags & ~os.O_TRUNC, 0o666)
 
 
-def _locked(number: int) -> bool:
-    """Lock an open file; return whether that went well, or the file can't be locked at all.
+def could_lock(number: int) -> bool:
+    """Lock an open file by its descriptor; return whether that went well, or the file can't be locked at all.
 
     The lock belongs to the open file: it goes when that is closed, also by the death of its process.
     """

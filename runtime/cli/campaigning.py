@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -18,14 +19,18 @@ from rich.progress import BarColumn, Progress, TaskID, TaskProgressColumn, TextC
 from ..fuzz import Found, Scenario, undisturbed
 from ..fuzz.campaign import campaign
 from ..fuzz.state import RECORDING, State, read_state, write_state
+from ..fuzz.steady import Uses
 from ..fuzz.trial import NO_FAULT, Bench, Broken
 from ..pace import interrupted_by, wall_ns
+from .confirming import Confirmation
 from .executors import executor_of
-from .fuzzing import Setup, Work, bench_of, hand_over
+from .folderlock import locked
+from .fuzzing import Setup, bench_of, hand_over
 from .fuzzsummary import failure, held, mended, summary
 from .loading import Job
 from .status import DONE, INTERRUPTED, NO
 from .terminal import say, visible
+from .working import Apart, Work
 
 MOST_RUNS, LEAST_RUNS, SCANS, LINKED_SCANS = 50, 10, 150_000, 15_000
 """Scenarios per task: as many as this number of scans, a few seconds' work, but within these limits.
@@ -110,15 +115,19 @@ class Session:
             ValueError: something can't be used.
             OSError: a file can't be written.
         """
-        start_ns = wall_ns()
         self.folder.mkdir(parents=True, exist_ok=True)
+        with locked(self.folder):
+            return self._run()
+
+    def _run(self) -> int:
+        start_ns = wall_ns()
         bench = bench_of(self.setup)
         state = read_state(self.state_file, os.path.relpath(self.setup.rack, self.folder))
         before = replace(state)
         if self.base is not None:
             state.corpus = {RECORDING: self.base, **state.corpus}
         self._look_again(bench, state)
-        self._keep(bench, state, state.note(undisturbed(bench, self.base or Scenario(), state.found)))
+        self._keep(bench, state, state.note(self._undisturbed(bench, state)))
         status = DONE
         if self._can_be_searched(state):
             status = self._search(bench, state, start_ns)
@@ -129,6 +138,16 @@ class Session:
         for each in broken:
             say(f"{failure(each)}\n  see {self._folder_of(state, each.broken)}")
         return status or (NO if broken else DONE)
+
+    def _undisturbed(self, bench: Bench, state: State) -> list[Found]:
+        """Run the program with nothing random around it, and say what it uses that may differ."""
+        uses = Uses()
+        found = undisturbed(
+            uses.watching(bench), self.base or Scenario(), state.found, confirm=Confirmation(self.setup)
+        )
+        if uses.seen:
+            self._complain(f"the program uses {uses}: it may not do the same twice in the same surroundings")
+        return found
 
     def _look_again(self, bench: Bench, state: State) -> None:
         """Look whether what was broken still is, and tell what is not."""
@@ -154,9 +173,9 @@ class Session:
 
             try:
                 campaign(
-                    Work(self.setup if self.dask is None else self.setup.from_anywhere()),
+                    Work(self.setup) if self.dask is None else Apart(Work(self.setup.from_anywhere())),
                     state,
-                    executor_of(self.jobs, self.dask),
+                    executor_of(self.jobs, self.dask, self._complain),
                     examples=self.examples,
                     tasks=self.tasks,
                     jobs=self.jobs,
@@ -184,7 +203,7 @@ class Session:
     @contextmanager
     def _progress(self, state: State) -> Iterator[Callable[[list[Found]], None]]:
         """Show how far the search is, if there is a terminal; yield what is told after every task."""
-        console = Console(stderr=True)
+        console = Console(file=sys.stderr)  # the real one, whatever a running program prints to
         if self.quiet or not console.is_terminal:
             yield lambda found: None
             return

@@ -159,8 +159,8 @@ def _scans(job: Job, duration: str | None, learned: Learned | None) -> int:
 
 def _replay(setup: Setup, file: Path) -> int:
     found = replay(bench_of(setup), read_scenario(file, setup))
-    say("everything held" if found is None else failure(found))
-    return DONE if found is None else NO
+    say("\n".join(map(failure, found)) or "everything held")
+    return NO if found else DONE
 
 
 def read_scenario(file: Path, setup: Setup) -> Scenario:

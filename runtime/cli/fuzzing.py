@@ -1,20 +1,15 @@
-"""What `scanrack fuzz` searches with, made anew in every worker, and what it hands over."""
+"""What `scanrack fuzz` searches, made anew in every worker, and what it hands over."""
 
 from __future__ import annotations
 
 import json
 import os
 import shlex
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
-from warnings import catch_warnings, simplefilter
-
-from hypothesis.configuration import set_hypothesis_home_dir
-from hypothesis.errors import HypothesisDeprecationWarning
 
 from ...ladder import Program
 from ...ladder.program import load_program
@@ -26,15 +21,12 @@ from ..fuzz import (
     Found,
     Invariant,
     InvariantError,
-    Report,
     Scenario,
     load_invariants,
-    search,
 )
-from ..fuzz.campaign import Task
 from ..fuzz.drivescript import DriveScript, obstacle
 from ..fuzz.rackdoc import rack_text
-from ..fuzz.scenarios import Kind, scenarios
+from ..fuzz.scenarios import Kind
 from ..listener import ScanListener
 from ..machinetables import input_name
 from ..rack import Rack
@@ -82,32 +74,6 @@ class Setup:
         """How the command line says what must hold."""
         words = [word for file in self.invariants for word in ("--invariants", str(file))]
         return words + [word for check in self.checks for word in ("--check", check)]
-
-
-@dataclass(frozen=True, slots=True)
-class Work:
-    """Does a task of a campaign, see `runtime.fuzz.campaign.Work`."""
-
-    setup: Setup
-
-    def __call__(self, task: Task) -> Report:
-        """Search."""
-        bench = bench_of(self.setup)
-        strategy = scenarios(bench.spec, bench.scans, self.setup.kinds, base=task.base)
-        with _kept_in(self.setup.notes), catch_warnings():
-            # threads of a cluster's worker use `random`, which is taken for the strategies' doing
-            simplefilter("ignore", HypothesisDeprecationWarning)
-            return search(bench, strategy, examples=task.examples, start=task.number, known=task.known)
-
-
-@contextmanager
-def _kept_in(folder: Path) -> Iterator[None]:
-    """Have Hypothesis keep what it keeps in a folder, not in the one where the user happens to be."""
-    set_hypothesis_home_dir(folder / ".hypothesis")
-    try:
-        yield
-    finally:
-        set_hypothesis_home_dir(None)
 
 
 @cache
@@ -231,7 +197,11 @@ def _written(path: Path, text: str) -> Path:
     return path
 
 
-def replay(bench: Bench, scenario: Scenario) -> Found | None:
-    """Run one scenario; return what it breaks."""
-    verdict = bench.run(scenario)
-    return None if verdict.broken is None else Found(scenario, verdict.broken, 1)
+def replay(bench: Bench, scenario: Scenario) -> list[Found]:
+    """Run one scenario; return what it breaks, each failure once. What the program prints is shown."""
+    found: list[Found] = []
+    known: set[str] = set()
+    while (broken := bench.run(scenario, without=known, aloud=not known).broken) is not None:
+        found.append(Found(scenario, broken, 1))
+        known.add(broken.key)
+    return found

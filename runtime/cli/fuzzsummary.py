@@ -72,6 +72,8 @@ def _figures(state: State, before: State, seconds: float) -> Iterator[str]:
         yield f"              {state.shrinking:,} of them to shrink what was found"
     if before.runs:
         yield f"in all        {state.runs:,} runs, {state.scans:,} scans"
+    if state.printed:
+        yield f"printed       {state.printed:,} lines by the program, not shown"
     total = state.spent.total()
     if total:
         shares = ", ".join(f"{what} {state.spent[what] / total:.0%}" for what in SPENT)

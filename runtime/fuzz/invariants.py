@@ -21,7 +21,8 @@ Condition = Callable[[Moment], Any]
 Watch = Callable[[Moment], str | None]
 """Looks at every scan of one run; returns how the invariant is broken, or None.
 
-Where it may have nothing to look at, its attribute `applied` tells whether it had.
+Where it may have nothing to look at, its attribute `applied` tells whether it had. Where it breaks
+later than what led to it, its attribute `origin_scan` is the scan of that.
 """
 
 
@@ -54,15 +55,17 @@ def never(condition: Condition) -> Invariant:
     return _single(condition, wanted=False)
 
 
-def within(limit: str, *, after: Condition) -> Callable[[Condition], Invariant]:
+def within(limit: str, *, after: Condition, while_resting: bool = False) -> Callable[[Condition], Invariant]:
     """Make an invariant of a condition that must come true in time.
 
     The clock starts in a scan in which `after` is true, if it does not run already, and stops in
-    one in which the condition is.
+    one in which the condition is. It pauses while the logic rests (program mode): a program that is
+    not called can't act.
 
     Args:
         limit: machine time with its unit, such as "5 s".
         after: what starts the clock.
+        while_resting: let the clock run in program mode, too, for what the machine must do by itself.
 
     Raises:
         ValueError: `limit` is no time, or the condition does not take one argument.
@@ -71,7 +74,11 @@ def within(limit: str, *, after: Condition) -> Callable[[Condition], Invariant]:
 
     def make(condition: Condition) -> Invariant:
         _check(condition)
-        return Invariant(_name(condition), _sentence(condition), lambda: _Within(condition, after, limit_ns))
+        return Invariant(
+            _name(condition),
+            _sentence(condition),
+            lambda: _Within(condition, after, limit_ns, while_resting=while_resting),
+        )
 
     return make
 
@@ -79,22 +86,36 @@ def within(limit: str, *, after: Condition) -> Callable[[Condition], Invariant]:
 class _Within:
     """Watches a run for a condition that must come true in time."""
 
-    def __init__(self, condition: Condition, after: Condition, limit_ns: int) -> None:
+    def __init__(self, condition: Condition, after: Condition, limit_ns: int, *, while_resting: bool) -> None:
         self._condition, self._after, self._limit_ns = condition, after, limit_ns
+        self._while_resting = while_resting
         self._since_ns: int | None = None
+        self._paused_ns = 0
+        self._last_ns = 0
+        self.origin_scan = 0
         self.applied = False
 
     def __call__(self, now: Moment) -> str | None:
-        since_ns = self._since_ns
+        step_ns, self._last_ns = now.ns - self._last_ns, now.ns
         if _ask(self._condition, now):
             self._since_ns = None
             self.applied = self.applied or bool(_ask(self._after, now))
-        elif since_ns is None:
+        elif self._since_ns is None:
             if _ask(self._after, now):
-                self._since_ns, self.applied = now.ns, True
-        elif now.ns - since_ns > self._limit_ns:
-            return f"{_ms(now.ns - since_ns)} ms after scan time {_ms(since_ns)} ms it has not come true"
+                self._start(now)
+        elif now.resting and not self._while_resting:
+            self._paused_ns += step_ns
+        elif now.ns - self._since_ns - self._paused_ns > self._limit_ns:
+            return self._why(now.ns - self._since_ns - self._paused_ns, self._since_ns)
         return None
+
+    def _start(self, now: Moment) -> None:
+        self._since_ns, self._paused_ns, self.origin_scan = now.ns, 0, now.scan
+        self.applied = True
+
+    def _why(self, ran_ns: int, since_ns: int) -> str:
+        paused = f", {_ms(self._paused_ns)} ms in program mode not counted" if self._paused_ns else ""
+        return f"{_ms(ran_ns)} ms after scan time {_ms(since_ns)} ms it has not come true{paused}"
 
 
 def _single(condition: Condition, *, wanted: bool) -> Invariant:

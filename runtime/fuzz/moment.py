@@ -9,6 +9,7 @@ from ...io_images.amci3601 import StatusView
 from ...io_images.amci3601.bits import CommandMsw, status_names
 from ...io_images.image import Image
 from ..rack import Rack, Slot
+from ..scan import MODE_MASK, CpuMode, mode_name
 
 MOTIONS = (
     CommandMsw.RELATIVE_MOVE
@@ -23,24 +24,30 @@ MOTIONS = (
 )
 """Command bits that make an axis move."""
 
+NO_WORDS = Image().words
+"""What is in force while the CPU sends nothing."""
+
 
 class SlotMoment:
     """A module at the end of a scan.
 
     Attributes:
-        outputs: what the logic has written; live, so not to be kept.
+        outputs: what the logic has written, sent or not; live, so not to be kept.
         inputs: what the logic has seen.
         status: the bits and values of `inputs` by name.
     """
 
-    __slots__ = ("_outputs", "_words", "inputs", "outputs", "status")
+    __slots__ = ("_in_force", "inputs", "outputs", "status")
 
     def __init__(self, slot: Slot) -> None:
         self.outputs: Image = slot.outputs
         self.inputs: Image = slot.inputs
         self.status = StatusView(slot.inputs)
-        self._words = slot.inputs.words
-        self._outputs = slot.outputs.words
+        self._in_force = slot.outputs.words
+
+    def outputs_are_sent(self, sent: bool) -> None:
+        """Take the outputs for the words in force, or none if the CPU does not send them."""
+        self._in_force = self.outputs.words if sent else NO_WORDS
 
     def __str__(self) -> str:
         """Return what is to be seen of it, in words."""
@@ -60,21 +67,25 @@ class SlotMoment:
 
     @property
     def configuring(self) -> bool:
-        """Whether the logic asks for configuration mode: then its words are no commands."""
-        return self._outputs[0] < 0
+        """Whether the words in force ask for configuration mode: then they are not commands."""
+        return self._in_force[0] < 0
 
     @property
     def commands(self) -> tuple[str, ...]:
-        """Names of the command bits that the logic has set, none in configuration mode."""
-        word = self._outputs[0]
+        """Names of the command bits in force.
+
+        There are none in configuration mode, and none while the CPU does not send its outputs
+        (in program and test mode), whatever the output image shows.
+        """
+        word = self._in_force[0]
         if word < 0:
             return ()
         return tuple(str(bit.name) for bit in CommandMsw if word & bit.value)
 
     @property
     def motions(self) -> int:
-        """Number of command bits that make the axis move and that the logic has set."""
-        word = self._outputs[0]
+        """Number of command bits in force that make the axis move."""
+        word = self._in_force[0]
         return 0 if word < 0 else (word & MOTIONS.value).bit_count()
 
 
@@ -98,15 +109,36 @@ class Moment:
         ns: its virtual time, ns since power-up.
         slot: the modules by slot number.
         tags: the tags of a ladder program by name; empty if the logic is a plain function.
+        mode: the CPU's mode: "run", "test", "program" or "single scan".
+        resting: whether the logic was not called in this scan, which is so in program mode.
     """
 
-    __slots__ = ("ns", "scan", "slot", "tags")
+    __slots__ = ("_mode", "mode", "ns", "resting", "scan", "slot", "tags")
 
     def __init__(self, rack: Rack, tags: Mapping[str, Any]) -> None:
         self.scan = 0
         self.ns = 0
         self.slot = Slots((number, SlotMoment(slot)) for number, slot in rack.slots.items())
         self.tags = tags
+        self._mode = CpuMode.RUN.value
+        self.mode = mode_name(CpuMode.RUN)
+        self.resting = False
+
+    def move_on(self, scan: int, ns: int, flags: int) -> None:
+        """Show the end of another scan.
+
+        Args:
+            scan: its number.
+            ns: its virtual time, ns since power-up.
+            flags: its flags, see `ScanFlag`; the mode is among them.
+        """
+        self.scan, self.ns = scan, ns
+        if flags & MODE_MASK != self._mode:
+            self._mode = flags & MODE_MASK
+            mode = CpuMode(self._mode)
+            self.mode, self.resting = mode_name(mode), mode is CpuMode.PROGRAM
+            for slot in self.slot.values():
+                slot.outputs_are_sent(mode is CpuMode.RUN)
 
     @property
     def seconds(self) -> float:

@@ -10,8 +10,9 @@ from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
+from ...io_images.amci3601 import RULES
 from .scenario import Scenario
-from .search import Found, Report
+from .search import Found, Report, behind
 from .trial import Bench, Broken
 
 RECORDING = "recording"
@@ -39,6 +40,7 @@ class State:
         applied: names of the invariants that have had something to look at.
         shrinking: how many of this session's runs were to shrink what was found; not kept in the file.
         spent: what the time of this session's searches went to, ns; not kept in the file.
+        printed: number of lines that the program printed in this session's searches; not kept in the file.
     """
 
     rack: str = ""
@@ -52,6 +54,7 @@ class State:
     applied: set[str] = field(default_factory=set)
     shrinking: int = field(default=0, compare=False)
     spent: Counter[str] = field(default_factory=Counter, compare=False)
+    printed: int = field(default=0, compare=False)
 
     def add(self, report: Report) -> list[Found]:
         """Add what a task reports; return what is found for the first time, or smaller than before."""
@@ -62,6 +65,7 @@ class State:
         self.applied |= report.applied
         self.shrinking += report.shrinking
         self.spent.update(report.spent)
+        self.printed += report.printed
         for rule, scenario in report.firsts.items():
             self.corpus.setdefault(rule, scenario)
         return self.note(report.found)
@@ -90,17 +94,20 @@ class State:
         What is mended becomes part of the corpus. Invariants that the bench does not ask are left alone.
         """
         mended = []
-        for key, before in sorted(self.found.items()):
-            if before.broken.invariant not in bench.names:
-                continue
+        before = {
+            key: each for key, each in sorted(self.found.items()) if each.broken.invariant in bench.names
+        }
+        for key in before:
             del self.found[key]
-            broken = bench.run(before.scenario, without=bench.names - {before.broken.invariant}).broken
+        for key, each in before.items():
+            others = {other for other, known in before.items() if known.broken.cause in RULES}
+            broken = bench.run(each.scenario, without=behind(bench, each.broken, others)).broken
             if broken is None:
-                self.corpus[key] = before.scenario
-                mended.append(before.broken)
-            else:  # a fault may have moved with its line
+                self.corpus[key] = each.scenario
+                mended.append(each.broken)
+            else:  # a place may have moved with its line
                 self.folders.setdefault(broken.key, self.folders[key])
-                self.note([replace(before, broken=broken)])
+                self.note([replace(each, broken=broken)])
         return mended
 
     def to_json(self) -> dict[str, Any]:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass, field, replace
+from io import TextIOBase
 from pathlib import Path
 from typing import Any
 
+from ...io_images.amci3601 import ERROR_BITS, RULES
 from ..build import build_cpu, build_rack
 from ..cpu import Cpu, ScanFlag
 from ..events import JsonValue
@@ -19,6 +22,7 @@ from ..rackspec import RackSpec
 from ..scan import Logic
 from .invariants import Invariant, Watch
 from .moment import Moment
+from .place import Places
 from .scenario import Scenario
 
 NO_FAULT = "no-fault"
@@ -51,7 +55,9 @@ class Broken:
         shows: what each slot shows at the end of that scan, in words.
         rules: sentences of the manual's rules that fired in that scan, and of an adapter's refusals,
             with their ids.
-        cause: what tells it from other failures of the same invariant: of a fault, its place.
+        cause: what tells it from other failures of the same invariant: of a fault, its place; of others
+            the rule that fired in that scan (or in the one that started a clock), or else the line that
+            last changed an output word, or of a ladder program the commands in force.
     """
 
     invariant: str
@@ -83,6 +89,7 @@ class Verdict:
         broken: the first invariant that did not hold, or None.
         spent: what the time went to, ns.
         applied: names of the invariants that had something to look at.
+        printed: number of lines that the program printed, which are not shown.
     """
 
     scans: int
@@ -90,6 +97,7 @@ class Verdict:
     broken: Broken | None = None
     spent: Mapping[str, int] = field(default_factory=dict, compare=False)
     applied: frozenset[str] = frozenset()
+    printed: int = 0
 
 
 class _Timed:
@@ -105,17 +113,60 @@ class _Timed:
         self.spent_ns += wall_ns() - start_ns
 
 
-class _Watcher:
-    """A listener that looks at every scan and stops the CPU when an invariant is broken."""
+class _Counted(TextIOBase):
+    """What a program prints to; it only counts the lines."""
 
-    def __init__(self, watches: Sequence[tuple[Invariant, Watch]]) -> None:
-        self._watches = watches
+    def __init__(self) -> None:
+        super().__init__()
+        self.lines = 0
+
+    def writable(self) -> bool:
+        """See `io.IOBase.writable`."""
+        return True
+
+    def write(self, text: str, /) -> int:
+        """Count the lines of a text."""
+        self.lines += text.count("\n")
+        return len(text)
+
+
+class _Asked:
+    """An invariant in one run.
+
+    Attributes:
+        invariant: which.
+        watch: looks at every scan.
+        broken: whether it was broken in the scan before: a failure counts once, until it holds again.
+    """
+
+    __slots__ = ("broken", "invariant", "watch")
+
+    def __init__(self, invariant: Invariant) -> None:
+        self.invariant = invariant
+        self.watch: Watch = invariant.start()
+        self.broken = False
+
+
+class _Watcher:
+    """A listener that looks at every scan and stops the CPU when an invariant is broken.
+
+    Args:
+        asked: the invariants.
+        known: keys of failures that are passed over: the run goes on behind them.
+        place: returns what a failure is known by where no rule has fired.
+    """
+
+    def __init__(self, asked: Sequence[_Asked], known: Collection[str], place: Callable[[], str]) -> None:
+        self._asked = asked
+        self._known = known
+        self._place = place
         self.moment: Moment
         self.cpu: Cpu
         self.rules: Counter[str] = Counter()
         self.broken: Broken | None = None
         self.spent_ns = 0
         self._told: list[str] = []
+        self._fired: dict[int, list[str]] = {}
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
         """Note the rules that fire, and what an adapter says beside them."""
@@ -124,6 +175,7 @@ class _Watcher:
             self._told.append(f"{fields['text']} [{name}]")
             if fields["kind"] == "rule":
                 self.rules[name] += 1
+                self._fired.setdefault(scan, []).append(name)
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Ask every invariant, unless the scan was not finished."""
@@ -131,20 +183,33 @@ class _Watcher:
             return
         start_ns = wall_ns()
         moment = self.moment
-        moment.scan, moment.ns = scan, now_ns
-        for invariant, watch in self._watches:
-            why = watch(moment)
-            if why is not None:
-                self.broken = self.told(invariant.name, invariant.sentence, why)
-                self.cpu.stop()
-                return
+        moment.move_on(scan, now_ns, flags)
+        for each in self._asked:
+            why = each.watch(moment)
+            if why is None:
+                each.broken = False
+            elif not each.broken:
+                each.broken = True
+                if self._counts(each, why):
+                    self.cpu.stop()
+                    return
         self._told.clear()
         self.spent_ns += wall_ns() - start_ns
+
+    def _counts(self, asked: _Asked, why: str) -> bool:
+        """Note a failure unless it is a known one; return whether it is noted."""
+        broken = self.told(asked.invariant.name, asked.invariant.sentence, why)
+        origin = getattr(asked.watch, "origin_scan", broken.scan)
+        broken = replace(broken, cause=_leading(self._fired.get(origin, ())) or self._place())
+        if broken.key in self._known:
+            return False
+        self.broken = broken
+        return True
 
     @property
     def applied(self) -> frozenset[str]:
         """Names of the invariants that have had something to look at."""
-        return frozenset(each.name for each, watch in self._watches if getattr(watch, "applied", True))
+        return frozenset(each.invariant.name for each in self._asked if getattr(each.watch, "applied", True))
 
     def told(self, name: str, sentence: str, why: str) -> Broken:
         """Return what is broken at this moment."""
@@ -160,6 +225,28 @@ class _Watcher:
 
     def close(self) -> None:
         """See `ScanListener.close`."""
+
+
+def _leading(rules: Sequence[str]) -> str:
+    """Return the rule that a failure is known by: the first that is about an error, or the first of all."""
+    return next((rule for rule in rules if rule in ERROR_RULES), rules[0] if rules else "")
+
+
+ERROR_RULES = frozenset(
+    rule.id for rule in RULES.values() if rule.list_of and rule.list_of & ERROR_BITS.value
+)
+"""Ids of the rules that set an error bit."""
+
+Listeners = Callable[[RackSpec, Rack], Iterable[ScanListener]]
+"""Makes listeners for a rack."""
+
+
+def _no_listeners(_spec: RackSpec, _rack: Rack) -> Iterable[ScanListener]:
+    return ()
+
+
+UNPLACED = "?"
+"""Cause of a failure whose place is not known yet: the run is repeated with its lines traced."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,41 +277,88 @@ class Bench:
         scenario: Scenario,
         *,
         without: Iterable[str] = (),
-        listeners: Callable[[RackSpec, Rack], Iterable[ScanListener]] = lambda _spec, _rack: (),
+        listeners: Listeners = _no_listeners,
+        aloud: bool = False,
     ) -> Verdict:
         """Run the program in a scenario until an invariant is broken or the time is over.
 
         Args:
             scenario: what surrounds it.
-            without: names of invariants that are not asked, and keys of faults that do not count.
+            without: names of invariants that are not asked, and keys of failures that do not count.
             listeners: makes further listeners for the rack, a recorder for one.
+            aloud: show what the program prints.
 
         Raises:
             InvariantError: an invariant raised.
         """
         start_ns = wall_ns()
-        spec = scenario.laid_over(self.spec)
-        rack = build_rack(spec)
-        logic = self.fresh_logic()
-        timed = _Timed(logic)
-        unasked = set(without)
-        watcher = _Watcher([(each, each.start()) for each in self.invariants if each.name not in unasked])
-        watcher.moment = Moment(rack, self.tags_of(logic))
-        cpu = build_cpu(spec, timed, rack, listeners=[*listeners(spec, rack), watcher])
-        watcher.cpu = cpu
-        built_ns = wall_ns()
+        run = _Run(self, scenario, frozenset(without), traced=False)
+        verdict = run.go(listeners, aloud=aloud)
+        if verdict.broken is not None and verdict.broken.cause == UNPLACED:
+            verdict = _Run(self, scenario, frozenset(without), traced=True).go(_no_listeners, aloud=False)
+        spent = {**verdict.spent, BUILDING: 0}
+        return replace(verdict, spent={**spent, BUILDING: wall_ns() - start_ns - sum(spent.values())})
+
+
+class _Run:
+    """One run: a new rack, a new logic, fresh watches.
+
+    Args:
+        bench: what does not change.
+        scenario: what surrounds the program.
+        without: names of invariants that are not asked, and keys of failures that do not count.
+        traced: find the lines that write outputs, which makes the program slower.
+    """
+
+    def __init__(self, bench: Bench, scenario: Scenario, without: frozenset[str], *, traced: bool) -> None:
+        self._scans = bench.scans
+        self._without = without
+        self._printed = _Counted()
+        self._spec = scenario.laid_over(bench.spec)
+        self._rack = build_rack(self._spec)
+        with self._kept_quiet(aloud=False):
+            logic = bench.fresh_logic()
+        self._places = Places(logic, self._rack) if traced else None
+        self._timed = _Timed(logic if self._places is None else self._places)
+        asked = [_Asked(each) for each in bench.invariants if each.name not in without]
+        self._watcher = _Watcher(asked, without, self._place)
+        self._watcher.moment = Moment(self._rack, bench.tags_of(logic))
+
+    def go(self, listeners: Listeners, *, aloud: bool) -> Verdict:
+        """Run; return what it came to.
+
+        Raises:
+            InvariantError: an invariant raised.
+        """
+        watcher = self._watcher
+        audience = [*listeners(self._spec, self._rack), watcher]
+        watcher.cpu = cpu = build_cpu(self._spec, self._timed, self._rack, listeners=audience)
+        start_ns = wall_ns()
         try:
-            cpu.run(self.scans)
-            cpu.close()
+            with self._kept_quiet(aloud=aloud):
+                cpu.run(self._scans)
+                cpu.close()
         except CpuFault as error:
             if error.fault.cause is Cause.LISTENER and error.__cause__ is not None:
                 raise error.__cause__ from None  # an invariant that raised, not the program
             broken = watcher.faulted(error.fault)
-            watcher.broken = None if {NO_FAULT, broken.key} & unasked else broken
-        spent = {
-            BUILDING: built_ns - start_ns,
-            PROGRAM: timed.spent_ns,
-            ASKING: watcher.spent_ns,
-            RUNNING: wall_ns() - built_ns - timed.spent_ns - watcher.spent_ns,
-        }
-        return Verdict(cpu.scan, watcher.rules, watcher.broken, spent, watcher.applied)
+            watcher.broken = None if {NO_FAULT, broken.key} & self._without else broken
+        spent = {PROGRAM: self._timed.spent_ns, ASKING: watcher.spent_ns}
+        spent[RUNNING] = wall_ns() - start_ns - sum(spent.values())
+        return Verdict(cpu.scan, watcher.rules, watcher.broken, spent, watcher.applied, self._printed.lines)
+
+    def _place(self) -> str:
+        """Return the line that last changed an output word, or the commands in force where there is none."""
+        if self._places is None:
+            return UNPLACED
+        commands = [name for slot in self._watcher.moment.slot.values() for name in slot.commands]
+        return self._places.last or " ".join(commands)
+
+    @contextmanager
+    def _kept_quiet(self, *, aloud: bool) -> Iterator[None]:
+        """Keep what the program prints from the terminal, and count it."""
+        if aloud:
+            yield
+        else:
+            with redirect_stdout(self._printed), redirect_stderr(self._printed):
+                yield

@@ -5,7 +5,8 @@ import signal
 
 import pytest
 from scanrack.runtime.cli.executors import executor_of
-from scanrack.runtime.cli.fuzzing import Setup, Work
+from scanrack.runtime.cli.fuzzing import Setup
+from scanrack.runtime.cli.working import Apart, Work
 from scanrack.runtime.fuzz.campaign import campaign
 from scanrack.runtime.fuzz.scenarios import Kind
 from scanrack.runtime.fuzz.state import State
@@ -47,7 +48,7 @@ def test_a_campaign_outlives_a_worker(tmp_path, cluster):
             killed.append(workers[0])
             os.kill(workers[0], signal.SIGKILL)
 
-    work = Work(Setup(str(rack), (), ("no-command-error",), 100, frozenset({Kind.LINK}), tmp_path))
+    work = Apart(Work(Setup(str(rack), (), ("no-command-error",), 100, frozenset({Kind.LINK}), tmp_path)))
     executor = executor_of(2, cluster.scheduler_address)
     campaign(work, state, executor, examples=12, tasks=TASKS, jobs=2, news=news)
     assert killed

@@ -14,7 +14,11 @@ MS = 1_000_000
 def watched(invariant, *moments):
     """What a fresh watch says of moments (ms, value) one after the other."""
     watch = invariant.start()
-    return [watch(SimpleNamespace(ns=ms * MS, seconds=ms / 1e3, value=value)) for ms, value in moments]
+    return [watch(moment(ms, value)) for ms, value in moments]
+
+
+def moment(ms, value=None, *, resting=False):
+    return SimpleNamespace(ns=ms * MS, seconds=ms / 1e3, scan=ms, value=value, resting=resting)
 
 
 def value(now):
@@ -47,8 +51,8 @@ def test_within_starts_its_clock_once_and_stops_it_when_it_has_come_true():
 def test_every_run_has_a_clock_of_its_own():
     stops = within("10 ms", after=lambda now: now.value)(lambda now: False)
     first, second = stops.start(), stops.start()
-    assert first(SimpleNamespace(ns=0, value=True)) is None
-    assert second(SimpleNamespace(ns=50 * MS, value=True)) is None
+    assert first(moment(0, True)) is None
+    assert second(moment(50, True)) is None
 
 
 def test_what_a_condition_raises_is_told_with_its_place():
