@@ -106,8 +106,8 @@ def place_of(error: BaseException, below: CodeType) -> str:
 
 
 def is_the_users(file_name: str) -> bool:
-    """Return whether code is the user's: neither ours nor installed."""
-    return not file_name.startswith(_NOT_THE_USERS)
+    """Return whether code is the user's: neither ours nor installed, here or in an environment below."""
+    return not file_name.startswith(_NOT_THE_USERS) and not any(each in file_name for each in _PACKAGES)
 
 
 _ROOMS = tuple(
@@ -117,4 +117,5 @@ _INSTALLED = tuple(f"{sysconfig.get_path(kind)}/" for kind in ("stdlib", "platst
 _GENERATED = "<"
 """Begins the file name of code without a file: "<string>", "<frozen importlib>", "<attrs generated ...>"."""
 
+_PACKAGES = ("/site-packages/", "/dist-packages/")
 _NOT_THE_USERS = (*_ROOMS, *_INSTALLED, _GENERATED)
