@@ -126,16 +126,25 @@ def _durations() -> st.SearchStrategy[int]:
 
 def _presses(slot: SlotSpec, times: st.SearchStrategy[int]) -> st.SearchStrategy[Press]:
     """Presses of buttons; sensors fail either way."""
-    wired = sorted({each.input for each in slot.machine.timeline} | _fed(slot.machine))
-    buttons = [bit for bit in InputBit if bit not in wired]
+    pressed, wired = buttons(slot), sensors(slot)
     number, durations = st.just(slot.number), _durations()
     parts = []
-    if buttons:  # nobody energises them meanwhile: to let go of one that nobody presses changes nothing
-        parts.append(st.builds(Press, number, st.sampled_from(buttons), st.just(True), times, durations))
+    if pressed:  # nobody energises them meanwhile: to let go of one that nobody presses changes nothing
+        parts.append(st.builds(Press, number, st.sampled_from(pressed), st.just(True), times, durations))
     if wired:
         either = st.booleans().map(_on_first)
         parts.append(st.builds(Press, number, st.sampled_from(wired), either, times, durations))
     return st.one_of(parts)
+
+
+def sensors(slot: SlotSpec) -> list[InputBit]:
+    """Return the inputs that the machine energises."""
+    return sorted({each.input for each in slot.machine.timeline} | _fed(slot.machine))
+
+
+def buttons(slot: SlotSpec) -> list[InputBit]:
+    """Return the inputs that only a person energises."""
+    return [bit for bit in InputBit if bit not in sensors(slot)]
 
 
 def _on_first(off: bool) -> bool:

@@ -19,13 +19,14 @@ from hypothesis.errors import Flaky
 
 from ..pace import wall_ns
 from .scenario import Scenario
+from .scenarios import buttons, sensors
 from .shrink import smallest
 from .steady import Uses
 from .trial import ASKING, BUILDING, HANGS, PROGRAM, RUNNING, Bench, Broken, Verdict
 from .words import told
 
-DRAWING = "drawing scenarios"
-SPENT = (PROGRAM, RUNNING, ASKING, BUILDING, DRAWING)
+DRAWING, CONFIRMING = "drawing scenarios", "confirming"
+SPENT = (PROGRAM, RUNNING, ASKING, BUILDING, DRAWING, CONFIRMING)
 """What the time of a search goes to."""
 
 
@@ -143,8 +144,10 @@ def search(
         without = behind(bench, found.broken, given_up)
         given_up.add(found.broken.key)
         found = shrunk(bench, found, without, report)
+        found_ns = wall_ns()
         if confirm(found, without):
             report.found.append(found)
+        report.spent[CONFIRMING] += wall_ns() - found_ns
     report.spent[DRAWING] = wall_ns() - start_ns - report.spent.total()
     return report
 
@@ -201,7 +204,8 @@ def shrunk(bench: Bench, found: Found, without: Collection[str], report: Report 
             report.shrinking += 1
         return verdict.broken if verdict.broken and verdict.broken.key == found.broken.key else None
 
-    scenario, broken = smallest(found.scenario, found.broken, breaks)
+    inputs = {slot.number: (*buttons(slot), *sensors(slot)) for slot in bench.spec.slot}
+    scenario, broken = smallest(found.scenario, found.broken, breaks, inputs)
     return Found(scenario, broken, found.after)
 
 

@@ -3,7 +3,8 @@
 Two kinds of steps are repeated until neither helps:
 
     parts     leave some out: a half of them, a quarter, ..., at last each by itself
-    numbers   make a part's time, duration or count rounder
+    numbers   make a part's time, duration or count rounder; and take the simplest input, the
+              newest firmware, the fewest late words that do
 
 At the end no single part can go, and no number can be rounder: a number is rounder if it has fewer
 significant digits in decimal (166 ms, 170 ms, 200 ms, 0), or as many and is less. What is tried for a
@@ -13,14 +14,20 @@ digits, above and below.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import takewhile
+from types import MappingProxyType
 from typing import Any
 
+from ...io_images.amci3601.bits import InputBit
 from ...io_images.amci3601.firmware import KNOWN
 from ..incidents import Incident
 from .scenario import Lost, Press, Scenario, Shift
 from .trial import Broken
+
+Inputs = Mapping[int, Sequence[InputBit]]
+"""By slot number: inputs, those that are simpler to press before the others."""
 
 Part = tuple[str, Any]
 """A part of a scenario: the field it stands in, and itself."""
@@ -36,7 +43,10 @@ STEPS = (1, 2, 5)
 
 
 def smallest(
-    scenario: Scenario, broken: Broken, breaks: Callable[[Scenario], Broken | None]
+    scenario: Scenario,
+    broken: Broken,
+    breaks: Callable[[Scenario], Broken | None],
+    inputs: Inputs = MappingProxyType({}),
 ) -> tuple[Scenario, Broken]:
     """Return the smallest scenario that breaks the same, and how it does.
 
@@ -44,9 +54,10 @@ def smallest(
         scenario: breaks something.
         broken: what it breaks.
         breaks: runs a scenario; returns what it breaks if that is the same failure, else None.
+        inputs: of each slot the inputs that may be pressed, the simplest first.
     """
-    shrinking = _Shrinking(scenario, broken, breaks)
-    while shrinking.drops_parts() or shrinking.rounds_numbers():
+    shrinking = _Shrinking(scenario, broken, breaks, inputs)
+    while shrinking.drops_parts() or shrinking.simplifies_parts():
         pass
     return shrinking.scenario, shrinking.broken
 
@@ -60,10 +71,15 @@ class _Shrinking:
     """
 
     def __init__(
-        self, scenario: Scenario, broken: Broken, breaks: Callable[[Scenario], Broken | None]
+        self,
+        scenario: Scenario,
+        broken: Broken,
+        breaks: Callable[[Scenario], Broken | None],
+        inputs: Inputs,
     ) -> None:
         self.scenario, self.broken = scenario, broken
         self._breaks = breaks
+        self._inputs = inputs
         self._tried = {scenario}
 
     def drops_parts(self) -> bool:
@@ -78,8 +94,8 @@ class _Shrinking:
             count //= 2
         return self.scenario != before
 
-    def rounds_numbers(self) -> bool:
-        """Make numbers rounder; return whether one could be."""
+    def simplifies_parts(self) -> bool:
+        """Make numbers rounder, and whatever else is simpler; return whether anything could be."""
         before = self.scenario
         for place in range(len(parts_of(before))):
             while self._simplifies(place):
@@ -91,7 +107,7 @@ class _Shrinking:
         field, part = parts[place]
         return any(
             self._take([*parts[:place], (field, simpler), *parts[place + 1 :]])
-            for simpler in simpler_parts(part)
+            for simpler in simpler_parts(part, self._inputs)
         )
 
     def _take(self, parts: Sequence[Part]) -> bool:
@@ -117,11 +133,14 @@ def scenario_of(parts: Sequence[Part]) -> Scenario:
     return Scenario(**{name: tuple(part for field, part in parts if field == name) for name in FIELDS})
 
 
-def simpler_parts(part: Any) -> Iterator[Any]:
-    """Yield parts that are simpler than one, the simplest first."""
+def simpler_parts(part: Any, inputs: Inputs) -> Iterator[Any]:
+    """Yield parts that are simpler than one, the simplest first of each kind."""
     if isinstance(part, Press | Incident):
         yield from (replace(part, at_ns=time_ns) for time_ns in rounder(part.at_ns, MS_NS))
         yield from (replace(part, for_ns=time_ns) for time_ns in rounder(part.for_ns, MS_NS) if time_ns)
+    if isinstance(part, Press):
+        simpler = takewhile(lambda bit: bit is not part.input, inputs.get(part.slot, ()))
+        yield from (replace(part, input=bit) for bit in simpler)
     if isinstance(part, Incident) and len(part.late_words) > 1:
         yield from (replace(part, late_words=words) for words in _all_but_one(part.late_words))
     if isinstance(part, Lost):
