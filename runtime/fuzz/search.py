@@ -205,7 +205,7 @@ def shrunk(bench: Bench, found: Found, without: Collection[str], report: Report 
         return verdict.broken if verdict.broken and verdict.broken.key == found.broken.key else None
 
     inputs = {slot.number: (*buttons(slot), *sensors(slot)) for slot in bench.spec.slot}
-    scenario, broken = smallest(found.scenario, found.broken, breaks, inputs)
+    scenario, broken = smallest(found.scenario, found.broken, breaks, inputs, bench.spec.scan_ns)
     return Found(scenario, broken, found.after)
 
 

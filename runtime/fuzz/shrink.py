@@ -8,8 +8,8 @@ Two kinds of steps are repeated until neither helps:
 
 At the end no single part can go, and no number can be rounder: a number is rounder if it has fewer
 significant digits in decimal (166 ms, 170 ms, 200 ms, 0), or as many and is less. What is tried for a
-number is 0, 1, 2 or 5 in every decade below it (of a time, from 1 ms on), and its neighbours of fewer
-digits, above and below.
+number is 0, 1, 2 or 5 in every decade below it, and its neighbours of fewer digits, above and below.
+Times stay on the grid of the scans.
 """
 
 from __future__ import annotations
@@ -35,9 +35,6 @@ Part = tuple[str, Any]
 FIELDS = ("firmware", "presses", "incidents", "shifts", "lost")
 """The fields of a scenario that hold parts."""
 
-MS_NS = 1_000_000
-"""No round time below this one is tried."""
-
 STEPS = (1, 2, 5)
 """Leading digits of round numbers."""
 
@@ -47,6 +44,7 @@ def smallest(
     broken: Broken,
     breaks: Callable[[Scenario], Broken | None],
     inputs: Inputs = MappingProxyType({}),
+    scan_ns: int = 2_000_000,
 ) -> tuple[Scenario, Broken]:
     """Return the smallest scenario that breaks the same, and how it does.
 
@@ -55,8 +53,9 @@ def smallest(
         broken: what it breaks.
         breaks: runs a scenario; returns what it breaks if that is the same failure, else None.
         inputs: of each slot the inputs that may be pressed, the simplest first.
+        scan_ns: time from scan to scan; times that are tried are multiples of it.
     """
-    shrinking = _Shrinking(scenario, broken, breaks, inputs)
+    shrinking = _Shrinking(scenario, broken, breaks, inputs, scan_ns)
     while shrinking.drops_parts() or shrinking.simplifies_parts():
         pass
     return shrinking.scenario, shrinking.broken
@@ -76,10 +75,11 @@ class _Shrinking:
         broken: Broken,
         breaks: Callable[[Scenario], Broken | None],
         inputs: Inputs,
+        scan_ns: int,
     ) -> None:
         self.scenario, self.broken = scenario, broken
         self._breaks = breaks
-        self._inputs = inputs
+        self._inputs, self._scan_ns = inputs, scan_ns
         self._tried = {scenario}
 
     def drops_parts(self) -> bool:
@@ -107,7 +107,7 @@ class _Shrinking:
         field, part = parts[place]
         return any(
             self._take([*parts[:place], (field, simpler), *parts[place + 1 :]])
-            for simpler in simpler_parts(part, self._inputs)
+            for simpler in simpler_parts(part, self._inputs, self._scan_ns)
         )
 
     def _take(self, parts: Sequence[Part]) -> bool:
@@ -133,11 +133,13 @@ def scenario_of(parts: Sequence[Part]) -> Scenario:
     return Scenario(**{name: tuple(part for field, part in parts if field == name) for name in FIELDS})
 
 
-def simpler_parts(part: Any, inputs: Inputs) -> Iterator[Any]:
+def simpler_parts(part: Any, inputs: Inputs, scan_ns: int) -> Iterator[Any]:
     """Yield parts that are simpler than one, the simplest first of each kind."""
     if isinstance(part, Press | Incident):
-        yield from (replace(part, at_ns=time_ns) for time_ns in rounder(part.at_ns, MS_NS))
-        yield from (replace(part, for_ns=time_ns) for time_ns in rounder(part.for_ns, MS_NS) if time_ns)
+        yield from (replace(part, at_ns=time_ns) for time_ns in _rounder_times(part.at_ns, scan_ns))
+        yield from (
+            replace(part, for_ns=time_ns) for time_ns in _rounder_times(part.for_ns, scan_ns) if time_ns
+        )
     if isinstance(part, Press):
         simpler = takewhile(lambda bit: bit is not part.input, inputs.get(part.slot, ()))
         yield from (replace(part, input=bit) for bit in simpler)
@@ -172,10 +174,16 @@ def digits(number: int) -> int:
     return len(str(abs(number)).rstrip("0")) if number else 0
 
 
-def rounder(number: int, least: int = 1) -> Iterator[int]:
-    """Yield numbers that are rounder than one, the roundest first, all of its sign.
+def _rounder_times(time_ns: int, scan_ns: int) -> Iterator[int]:
+    """Yield rounder times on the grid of the scans: whole decimals of a second, then of scans."""
+    decimal = (each for each in rounder(time_ns) if each % scan_ns == 0)
+    in_scans = (each * scan_ns for each in rounder(time_ns // scan_ns))
+    given = digits(time_ns), time_ns
+    yield from (each for each in dict.fromkeys((*decimal, *in_scans)) if (digits(each), each) < given)
 
-    Below `least`, a power of ten, only 0 and the number's neighbours are tried.
+
+def rounder(number: int) -> Iterator[int]:
+    """Yield numbers that are rounder than one, the roundest first, all of its sign.
 
     >>> list(rounder(166))
     [0, 1, 2, 5, 10, 20, 50, 100, 200, 160, 170]
@@ -183,11 +191,12 @@ def rounder(number: int, least: int = 1) -> Iterator[int]:
     ([0, -1, -2, -5, -10], [])
     """
     size, sign = abs(number), -1 if number < 0 else 1
-    candidates = [0, *_round_below(size, least), *_neighbours(size)] if size else []
+    candidates = [0, *_round_below(size), *_neighbours(size)] if size else []
     yield from (sign * candidate for candidate in dict.fromkeys(candidates))
 
 
-def _round_below(size: int, decade: int) -> Iterator[int]:
+def _round_below(size: int) -> Iterator[int]:
+    decade = 1
     while decade < size:
         yield from (step * decade for step in STEPS if step * decade < size)
         decade *= 10
