@@ -99,7 +99,7 @@ def test_a_failure_is_told_in_words(line):
     result = fuzz(line(WATCHES.format(bit="IN_ESTOP")), "--runs", 40, "--only", "inputs", "--quiet")
     lines = result.stdout.splitlines()
     assert lines[0].startswith("broken: The program does not fault the CPU [no-fault]: scan ")
-    assert lines[1] == "  0 s: input estop of slot 1 is on for 10 ms"  # it is configured after 2 ms
+    assert lines[1] == "  0 s: input estop of slot 1 is on for 4 ms"  # scan 1 leaves configuration
     assert lines[2].startswith("  slot 1: commands none; status POSITION_INVALID MODULE_OK IN_ESTOP")
 
 
