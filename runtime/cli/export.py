@@ -35,10 +35,6 @@ _STREAMS: dict[str, Callable[[], IO[Any]]] = {
     "--parquet": lambda: sys.stdout.buffer,
     "--vcd": lambda: sys.stdout,
 }
-    "--csv": lambda: sys.stdout,
-    "--parquet": lambda: sys.stdout.buffer,
-    "--vcd": lambda: sys.stdout,
-}
 
 
 def _export_command(
