@@ -15,7 +15,7 @@ from ...io_images.thousands import PARAMETER_MAX, is_legal_pair, join_thousands
 from ..kinematics import MILLI, PICO, BlendLeg, Shape, check_blend, ramp_distance
 from .axis import BlendProgram
 from .capabilities import Feature
-from .latches import COMMAND_ERROR, INVALID_PROFILE, STOPPED
+from .latches import COMMAND_ERROR, INVALID_PROFILE, STOPPED, Fault
 from .operation import Operation
 from .order import Order
 
@@ -101,9 +101,10 @@ class BlendProgramming:
     # -- segment blocks -----------------------------------------------------------------------
 
     def _read_segment(self, now_ns: int, order: Order) -> None:
-        fault = self._segment_fault(order)
-        if fault is not None:
-            self._spoil(now_ns, fault)
+        faults = self._segment_faults(order)
+        if faults:
+            self.good = False
+            self.layer.fire_all(now_ns, faults)
             return
         if self.layer.unable(now_ns, Feature.BLEND_SEGMENT, order):
             self.good = False
@@ -115,27 +116,29 @@ class BlendProgramming:
         if not self._fits():
             self._spoil(now_ns, "PRF-05")
 
-    def _segment_fault(self, order: Order) -> str | None:
-        """Return the first rule that the block breaks on its own, or None."""
+    def _segment_faults(self, order: Order) -> list[Fault]:
+        """Return every rule that the block breaks on its own (reading A-110)."""
         speed = order.parameters.speed
         length_msw, length_lsw = order.words[2], order.words[3]
-        if self.layer.options.blend_reserved_words_checked and order.words[7]:
-            return "PRF-02"
-        if length_msw < 0 or length_lsw < 0:
-            return "BLD-21"
-        if not is_legal_pair(length_msw, length_lsw) or (length_msw, length_lsw) == (0, 0):
-            return "BLD-22"
-        if not speed_in_range(speed):
-            return "PRF-02"
-        assert speed is not None
-        if speed < self.layer.start_sps:
-            return "CMD-05"
-        if self.segments and speed == self.segments[-1][1]:
-            return "PRF-06"
-        if not rate_in_range(order.words[6]):
-            return "BLD-18"
+        negative = length_msw < 0 or length_lsw < 0
+        a_value = is_legal_pair(length_msw, length_lsw) and (length_msw, length_lsw) != (0, 0)
+        reserved = self.layer.options.blend_reserved_words_checked and order.words[7] != 0
+        rows = (
+            (reserved, Fault("PRF-02", INVALID_PROFILE)),
+            (negative, Fault("BLD-21")),
+            (not a_value, Fault("BLD-22")),
+            (not speed_in_range(speed), Fault("PRF-02")),
+            (speed is not None and speed < self.layer.start_sps, Fault("CMD-05")),
+            (bool(self.segments) and speed == self.segments[-1][1], Fault("PRF-06")),
+            (not rate_in_range(order.words[6]), Fault("BLD-18")),
+            (a_value and not negative and self._too_long(length_msw, length_lsw), Fault("BLD-19")),
+        )
+        return [fault for broken, fault in rows if broken]
+
+    def _too_long(self, length_msw: int, length_lsw: int) -> bool:
+        """Whether the lengths so far and this one exceed what all segments may have together."""
         total = sum(segment[0] for segment in self.segments) + join_thousands(length_msw, length_lsw)
-        return "BLD-19" if total > PARAMETER_MAX else None
+        return total > PARAMETER_MAX
 
     def _fits(self) -> bool:
         """Whether the newest segment contains its ramp, and the last one also the final ramp (A-58)."""
@@ -189,8 +192,18 @@ class BlendRun(Operation):
         self.layer.complete(now_ns)
 
 
-def obey_programming(layer: CommandLayer, now_ns: int, order: Order, previous: Order) -> None:
-    """Follow the handshake bits of the command LSW [chapter 5, blend routine steps 1 to 6]."""
+def obey_programming(
+    layer: CommandLayer, now_ns: int, order: Order, previous: Order, *, reads: bool = True
+) -> None:
+    """Follow the handshake bits of the command LSW [chapter 5, blend routine steps 1 to 6].
+
+    Args:
+        layer: the module.
+        now_ns: the instant.
+        order: the words.
+        previous: those before.
+        reads: whether words 2 to 7 can be a block; in follower mode they are the follower's (A-112).
+    """
     session = layer.blending
     if not order.lsw & PROGRAM:
         if session is not None:
@@ -201,6 +214,8 @@ def obey_programming(layer: CommandLayer, now_ns: int, order: Order, previous: O
     risen = transmit and not (previous.lsw & TRANSMIT and previous.lsw & PROGRAM and not previous.configures)
     if session is not None and not transmit:
         session.acknowledged = False
+    if not reads:
+        return
     if risen and session is not None:
         session.read(now_ns, order)
     elif risen and not layer.locked:

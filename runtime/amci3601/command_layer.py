@@ -19,6 +19,8 @@ the operations; why a command is refused in `refusals`; what a bit does in
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from ...io_images.amci3601 import (
     ALL_INPUTS,
     CommandLsw,
@@ -42,6 +44,7 @@ from .latches import (
     MOVE_COMPLETE,
     POSITION_INVALID,
     STOPPED,
+    Fault,
     Latches,
 )
 from .operation import CCW_LIMIT, CW_LIMIT, EITHER_LIMIT, Limits, Operation, limit_in
@@ -282,12 +285,14 @@ class CommandLayer:
         following = False
         if not self._stops(order, edges):
             following = obey_follower(self, now_ns, order, previous)
-            obey_programming(self, now_ns, order, previous)
-            obey_store_minimum(self, now_ns, order, previous)
+            reads = not following and not isinstance(self.operation, Follower)
+            obey_programming(self, now_ns, order, previous, reads=reads)
+            if reads:
+                obey_store_minimum(self, now_ns, order, previous)
         elif self.blending is not None:  # what has begun goes on
             obey_programming(self, now_ns, order, previous)
         if edges and not following:
-            self._command(now_ns, order)
+            self._command(now_ns, order, edges)
         if self.operation is not None and not self.operation.over:
             self.operation.on_order(now_ns, order)
 
@@ -299,28 +304,43 @@ class CommandLayer:
         stop = edges & HOLD_OR_STOP
         return bool(stop) and order.msw == stop and self.busy and not isinstance(self.operation, Follower)
 
-    def _command(self, now_ns: int, order: Order) -> None:
+    def _command(self, now_ns: int, order: Order, edges: int) -> None:
         """A command bit has risen: refuse or carry it out [chapter 4, general notes 1 to 3]."""
         if self.locked:
             if order.msw == RESET and order.lsw == 0:
                 self._forfeit()
                 COMMANDS[RESET](self, now_ns, order)
         elif order.many_bits:
-            self.fire(now_ns, "CMD-02")
-            if self.operation is not None:
-                self.operation.on_many_bits(now_ns)
+            self._refuse_several(now_ns, order, edges)
         else:
             if order.msw not in HOLD_OR_RESUME:
                 self._forfeit()
             COMMANDS[order.msw](self, now_ns, order)
 
-    def refused(self, now_ns: int, order: Order, reasons: refusals.Refusals) -> bool:
-        """Fire the first broken rule of `reasons` and return True, or return False if none is broken."""
-        for reason in reasons:
-            if reason.broken(self, order):
-                self.fire(now_ns, reason.rule, bits=reason.bits, alone=reason.alone)
-                return True
-        return False
+    def _refuse_several(self, now_ns: int, order: Order, edges: int) -> None:
+        """Several command bits are set: that, and what each new command breaks by itself (A-110)."""
+        faults = [Fault("CMD-02")]
+        for bit in (1 << at for at in range(edges.bit_length()) if edges >> at & 1):
+            single = order.single(bit)
+            faults += self._faults(single, refusals.refusals_of(self, single))
+        self.fire_all(now_ns, faults)
+        if self.operation is not None:
+            self.operation.on_many_bits(now_ns)
+
+    def refused(self, now_ns: int, order: Order, reasons: refusals.Refusals | None = None) -> bool:
+        """Fire every broken rule, and return whether there is one.
+
+        Args:
+            now_ns: the instant.
+            order: the words.
+            reasons: the rules to look at; None = those of the order's single command bit.
+        """
+        faults = self._faults(order, refusals.refusals_of(self, order) if reasons is None else reasons)
+        self.fire_all(now_ns, faults)
+        return bool(faults)
+
+    def _faults(self, order: Order, reasons: refusals.Refusals) -> list[Fault]:
+        return [reason.fault for reason in reasons if reason.broken(self, order)]
 
     def unable(self, now_ns: int, feature: Feature, order: Order, distance: int = 0) -> bool:
         """Refuse what the axis can't do, and return True; to be asked after the manual's own rules."""
@@ -337,13 +357,20 @@ class CommandLayer:
         shown = self.latches.show(now_ns, "refusal", inability.name, inability.bits, inability.reason)
         self._suffer(shown)
 
-    def blocked_by_inputs(self, now_ns: int, order: Order) -> bool:
-        """Refuse because of the emergency stop or an end limit, if one is active."""
-        return self.refused(now_ns, order, refusals.BLOCKED_BY_INPUTS)
-
     def fire(self, now_ns: int, rule_id: str, *, bits: int | None = None, alone: bool = False) -> None:
         """Let a rule set its bits."""
         self._suffer(self.latches.fire(now_ns, rule_id, bits=bits, alone=alone))
+
+    def fire_all(self, now_ns: int, faults: Iterable[Fault]) -> None:
+        """Let all rules that one command breaks set their bits (reading A-110).
+
+        The event log names a rule for each bit: one that adds no bit to those before it is left out.
+        """
+        shown = 0
+        for fault in faults:
+            if fault.all_bits & ~shown:
+                self.fire(now_ns, fault.rule, bits=fault.bits, alone=fault.alone)
+                shown |= fault.all_bits
 
     def _suffer(self, bits: int) -> None:
         """A command error ends a resumable hold [chapter 4, Resume Move]."""

@@ -1,7 +1,7 @@
 """What each bit of command word MSW does [chapter 4; chapter 5, Command Word MSW].
 
 A handler is called when its bit, and no other, has risen and nothing locks the
-module. It refuses the command by the first broken rule, or carries it out.
+module. It refuses the command by every rule that is broken, or carries it out.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .capabilities import Feature
 from .encoder_move import EncoderMove
 from .latches import COMMAND_ERROR, HOME_INVALID, POSITION_INVALID, RESETTABLE
 from .manual_move import MANUAL_BIT, ManualMove, OneShot
-from .order import Order
+from .order import COMMAND_BITS, Order
 from .profile_move import ProfileMove
 from .refusals import ENCODER_MOVE
 from .registration_move import RegistrationMove
@@ -33,12 +33,11 @@ FIND_HOME_CW = CommandMsw.FIND_HOME_CW.value
 
 def absolute(layer: CommandLayer, now_ns: int, order: Order) -> None:
     """Move to the target position, or with the encoder bit until the encoder has reached it."""
-    with_encoder = order.lsw & ENCODER_MOVE
-    if layer.refused(now_ns, order, refusals.ENCODER_ABSOLUTE if with_encoder else refusals.ABSOLUTE):
+    if layer.refused(now_ns, order):
         return
     target = order.parameters.target
     assert target is not None
-    if with_encoder:
+    if order.lsw & ENCODER_MOVE:
         _start_encoder_move(layer, now_ns, order, target, target - layer.axis.encoder)
     else:
         _start_profile_move(layer, now_ns, order, "absolute", target)
@@ -46,12 +45,11 @@ def absolute(layer: CommandLayer, now_ns: int, order: Order) -> None:
 
 def relative(layer: CommandLayer, now_ns: int, order: Order) -> None:
     """Move by the target's number of steps, or with the encoder bit of encoder counts."""
-    with_encoder = order.lsw & ENCODER_MOVE
-    if layer.refused(now_ns, order, refusals.ENCODER_RELATIVE if with_encoder else refusals.RELATIVE):
+    if layer.refused(now_ns, order):
         return
     distance = order.parameters.target
     assert distance is not None
-    if with_encoder:
+    if order.lsw & ENCODER_MOVE:
         _start_encoder_move(layer, now_ns, order, layer.axis.encoder + distance, distance)
     else:
         _start_profile_move(layer, now_ns, order, "relative", layer.axis.position + distance)
@@ -60,7 +58,7 @@ def relative(layer: CommandLayer, now_ns: int, order: Order) -> None:
 def resume(layer: CommandLayer, now_ns: int, order: Order) -> None:
     """Go on to the target of the held move, at the speed and rates of these words."""
     held = layer.held
-    if not layer.refused(now_ns, order, refusals.RESUME) and held is not None:
+    if not layer.refused(now_ns, order) and held is not None:
         _start_profile_move(layer, now_ns, order, held.name, held.target)
 
 
@@ -84,13 +82,13 @@ def manual(layer: CommandLayer, now_ns: int, order: Order) -> None:
     """Move as long as the bit is set; with a target, end so many steps after the registration input."""
     direction = 1 if order.msw & MANUAL_BIT[1] else -1
     move: ManualMove | OneShot
-    if layer.firmware.registration and order.target_words != (0, 0):
-        if layer.refused(now_ns, order, refusals.REGISTRATION):
-            return
+    if layer.refused(now_ns, order):
+        return
+    if refusals.registers(layer, order):
         if layer.unable(now_ns, Feature.REGISTRATION, order):
             return
         move = RegistrationMove(layer, now_ns, direction, order)
-    elif layer.refused(now_ns, order, refusals.MANUAL) or layer.unable(now_ns, Feature.MANUAL, order):
+    elif layer.unable(now_ns, Feature.MANUAL, order):
         return
     elif order.parameters.speed == 0:
         move = OneShot(layer, now_ns, direction)
@@ -102,7 +100,7 @@ def manual(layer: CommandLayer, now_ns: int, order: Order) -> None:
 
 def find_home(layer: CommandLayer, now_ns: int, order: Order) -> None:
     """Search for home in the direction of the bit."""
-    if layer.refused(now_ns, order, refusals.FIND_HOME) or layer.unable(now_ns, Feature.HOME, order):
+    if layer.refused(now_ns, order) or layer.unable(now_ns, Feature.HOME, order):
         return
     direction = 1 if order.msw & FIND_HOME_CW else -1
     assert layer.configuration is not None
@@ -116,7 +114,7 @@ def find_home(layer: CommandLayer, now_ns: int, order: Order) -> None:
 def run_blend(layer: CommandLayer, now_ns: int, order: Order) -> None:
     """Run the stored blend profile in the direction of the bit."""
     program = layer.blend
-    if layer.refused(now_ns, order, refusals.RUN_BLEND) or program is None:
+    if layer.refused(now_ns, order) or program is None:
         return
     run = BlendRun(layer, now_ns, 1 if order.msw & RUN_CW else -1, program)
     layer.accept(run)
@@ -140,7 +138,7 @@ def immediate_stop(layer: CommandLayer, now_ns: int, order: Order) -> None:
 
 def preset_position(layer: CommandLayer, now_ns: int, order: Order) -> None:
     """Let the position, and the diagnostic count if there is one, be the target; it becomes valid."""
-    if layer.refused(now_ns, order, refusals.PRESET_POSITION):
+    if layer.refused(now_ns, order):
         return
     value = order.parameters.target
     assert value is not None
@@ -152,7 +150,7 @@ def preset_position(layer: CommandLayer, now_ns: int, order: Order) -> None:
 
 def preset_encoder(layer: CommandLayer, now_ns: int, order: Order) -> None:
     """Let the encoder count be the target; the validity of the position is not touched."""
-    if layer.refused(now_ns, order, refusals.PRESET_ENCODER):
+    if layer.refused(now_ns, order):
         return
     if not layer.unable(now_ns, Feature.PRESET_ENCODER, order):
         value = order.parameters.target
@@ -162,7 +160,7 @@ def preset_encoder(layer: CommandLayer, now_ns: int, order: Order) -> None:
 
 def reset_errors(layer: CommandLayer, now_ns: int, order: Order) -> None:
     """Clear the errors that can be recovered from; a running motion is not affected."""
-    if not layer.refused(now_ns, order, refusals.RESET_ERRORS):
+    if not layer.refused(now_ns, order):
         layer.latches.clear(RESETTABLE)
         layer.axis.reset_errors()
 
@@ -175,10 +173,11 @@ def reserved(layer: CommandLayer, now_ns: int, order: Order) -> None:
 def obey_store_minimum(layer: CommandLayer, now_ns: int, order: Order, previous: Order) -> None:
     """Store the minimum registration distance on the rise of LSW bit 10; beside a command it is refused.
 
-    That error locks the command out, too.
+    That error locks the command out, too. Several bits that come on are looked at first (reading A-93).
     """
+    several = order.many_bits and order.msw & ~previous.msw & COMMAND_BITS
     risen = order.lsw & STORE_MIN_REG and (previous.configures or not previous.lsw & STORE_MIN_REG)
-    if not risen or not layer.firmware.registration or layer.locked or order.many_bits:
+    if not risen or not layer.firmware.registration or layer.locked or several:
         return
     if not layer.refused(now_ns, order, refusals.STORE_MINIMUM):
         distance = order.parameters.target

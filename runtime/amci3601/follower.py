@@ -18,42 +18,19 @@ from typing import TYPE_CHECKING, ClassVar
 from ...io_images.amci3601 import CommandLsw, CommandMsw
 from ..kinematics import MILLI, PICO
 from .capabilities import Feature
-from .latches import COMMAND_ERROR, STOPPED
+from .latches import STOPPED
 from .manual_move import MANUAL_BIT
 from .operation import Limits, Operation
-from .order import S_CURVE, Order
+from .order import Order
+from .refusals import FOLLOWER, FOLLOWER_WORDS, MANUAL_BITS
 
 if TYPE_CHECKING:
     from .command_layer import CommandLayer
 
 FOLLOW = CommandLsw.ENC_FOLLOWER.value
-MANUAL_BITS = (CommandMsw.MANUAL_CW | CommandMsw.MANUAL_CCW).value
 RESET = CommandMsw.RESET_ERRORS.value
-OTHER_COMMANDS = 0x7FFF & ~MANUAL_BITS
-RATIO_MAX = 32_767
-RATE_MAX = 2_000
 TOP_SPEED_MSPS = 1_000_000 * MILLI
 """Maximum output frequency: 1 MHz [chapter 1, Stepper Outputs]."""
-
-
-def follower_fault(layer: CommandLayer, order: Order) -> tuple[str, int | None] | None:
-    """Return the rule that the follower words break, with the bits to set if not its own; or None."""
-    words = order.words
-    if layer.configuration is None or not layer.configuration.quadrature_encoder:
-        return "CMD-29", None
-    if order.msw & OTHER_COMMANDS:
-        return "CMD-34", None
-    if order.msw & MANUAL_BITS == MANUAL_BITS:
-        return "CMD-02", None
-    if not (1 <= words[2] <= RATIO_MAX and 1 <= words[3] <= RATIO_MAX):
-        return "CMD-31", None
-    if words[4] or words[5]:
-        return "CMD-32", None
-    if order.lsw & S_CURVE:
-        return "CMD-36", None
-    if not (0 <= words[6] <= RATE_MAX and 0 <= words[7] <= RATE_MAX):
-        return "FOL-02", COMMAND_ERROR  # no outcome is stated (reading A-103)
-    return None
 
 
 class Follower(Operation):
@@ -91,13 +68,12 @@ class Follower(Operation):
                 self.layer.fire(now_ns, "CMD-34")  # such as Hold with a command LSW of 0
             self.left = True
             return
-        fault = follower_fault(self.layer, order)
         sense = 1 if order.msw & MANUAL_BIT[1] else -1 if order.msw & MANUAL_BIT[-1] else 0
-        if fault is None and sense * self.sense < 0:
-            fault = "CMD-33", None
-        if fault is not None:
-            self.layer.fire(now_ns, fault[0], bits=fault[1])
+        self.left = self.layer.refused(now_ns, order, FOLLOWER_WORDS)
+        if not self.left and sense * self.sense < 0:
+            self.layer.fire(now_ns, "CMD-33")
             self.left = True
+        if self.left:
             return
         if sense and not self.sense:  # what was counted without a direction is not followed
             self._last_count = self.layer.axis.encoder
@@ -205,12 +181,6 @@ def obey_follower(layer: CommandLayer, now_ns: int, order: Order, previous: Orde
     risen = order.lsw & FOLLOW and (previous.configures or not previous.lsw & FOLLOW)
     if not risen or layer.locked:
         return False
-    if layer.busy:
-        layer.fire(now_ns, "CMD-30")
-        return True
-    fault = follower_fault(layer, order)
-    if fault is not None:
-        layer.fire(now_ns, fault[0], bits=fault[1])
-    elif not layer.blocked_by_inputs(now_ns, order) and not layer.unable(now_ns, Feature.FOLLOWER, order):
+    if not layer.refused(now_ns, order, FOLLOWER) and not layer.unable(now_ns, Feature.FOLLOWER, order):
         layer.accept(Follower(layer, now_ns, order))
     return True

@@ -23,8 +23,9 @@ direction with DWELL. Limits, "becomes" for a change and "is" for a level:
     -dir, turned round   (it is being left)             is active: HOM-04
 
 "Turned round" means by an end limit. The opposite limit counts by its change
-before that, since one that is active at the start has no effect [note 2]. Home
-comes before a limit of the same tick, so a limit can be the home switch, too.
+before that, since one that is active at the start has no effect [note 2]. Only
+an axis that would have to begin with BACK into it does not start: HOM-05
+(reading A-106). Home comes before a limit of the same tick, so a limit can be the home switch, too.
 """
 
 from __future__ import annotations
@@ -125,6 +126,8 @@ class Homing(Operation):
         """Begin with the phase that the inputs call for."""
         if limit_in(self.layer, self.direction):
             self._dwell(now_ns)
+        elif self._on_at_start and limit_in(self.layer, -self.direction):
+            self.layer.abort_homing(now_ns, "HOM-05")
         elif self._on_at_start:
             self._back(now_ns)
         else:

@@ -7,6 +7,10 @@ was broken.
 
 from __future__ import annotations
 
+from functools import reduce
+from operator import or_
+from typing import NamedTuple
+
 from ...io_images.amci3601 import ERROR_BITS, RULES, StatusMsw
 from ..events import Event, JsonValue
 
@@ -35,6 +39,35 @@ COMPLETION = STOPPED | AT_HOME | MOVE_COMPLETE | HOLD_STATE
 _ERROR_MASKS = tuple(bit.value for bit in StatusMsw if bit & ERROR_BITS)
 
 
+class Fault(NamedTuple):
+    """A rule that is broken.
+
+    Attributes:
+        rule: its id.
+        bits: what is set instead of the row's own bits, where the manual names the rule but not its
+            consequence.
+        alone: without the rows that usually fire together with it.
+    """
+
+    rule: str
+    bits: int | None = None
+    alone: bool = False
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        """The rows that fire."""
+        return (self.rule,) if self.alone else (self.rule, *RULES[self.rule].together_with)
+
+    def bits_of(self, row: str) -> int:
+        """Bits of word 0 that one of the rows sets."""
+        return int(RULES[row].sets) & 0xFFFF if self.bits is None else self.bits
+
+    @property
+    def all_bits(self) -> int:
+        """Bits of word 0 that the rows set together."""
+        return reduce(or_, map(self.bits_of, self.rows))
+
+
 class Latches:
     """Bits of input word 0 that stay until something clears them.
 
@@ -61,14 +94,12 @@ class Latches:
                 manual leaves open).
             alone: without the rows that usually fire together with it.
         """
-        rule = RULES[rule_id]
-        ids = (rule_id,) if alone else (rule_id, *rule.together_with)
-        total = 0
-        for each in ids:
-            total |= self._set(now_ns, each, int(RULES[each].sets) & 0xFFFF if bits is None else bits)
-        return total
+        fault = Fault(rule_id, bits, alone)
+        for row in fault.rows:
+            self._set(now_ns, row, fault.bits_of(row))
+        return fault.all_bits
 
-    def _set(self, now_ns: int, rule_id: str, bits: int) -> int:
+    def _set(self, now_ns: int, rule_id: str, bits: int) -> None:
         rule = RULES[rule_id]
         for bit in _ERROR_MASKS:
             if bits & bit and not self.bits & bit:
@@ -77,7 +108,6 @@ class Latches:
         names = [str(bit.name) for bit in StatusMsw if bit & bits]
         fields: dict[str, JsonValue] = {"bits": names, "section": rule.section}
         self._events.append(Event(now_ns, "rule", rule_id, rule.text, fields))
-        return bits
 
     def show(self, now_ns: int, kind: str, name: str, bits: int, text: str) -> int:
         """Set bits for a reason that is none of the manual's rules, and write it down; return them."""

@@ -45,6 +45,10 @@ class Order:
         bits = self.msw & COMMAND_BITS
         return bool(bits & (bits - 1))
 
+    def single(self, bit: int) -> Order:
+        """Return the order that these words are if `bit` is the only command bit in them."""
+        return Order((bit, *self.words[1:]))
+
     @property
     def target_words(self) -> tuple[int, int]:
         """Output words 2 and 3."""

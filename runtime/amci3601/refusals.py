@@ -1,9 +1,11 @@
-"""Why a command is refused: for each, the rules that are looked at, in order.
+"""Why a command is refused: for each, the rules that it can break.
 
-The first broken rule decides. Each row names the rule of the manual and the
-predicate that is true when the rule is broken. The order is: the axis is
-busy, then parameter ranges, then what is special to the command, last the
-inputs that block motion [chapter 6, Command Error list; readings A-16, A-17].
+Every broken rule sets its bits; no row hides another [chapter 6, the lists of
+Status & Error Bit Functions; reading A-110]. Each row names the rule of the
+manual and the predicate that is true when the rule is broken. The order is
+that of the event log only: the axis is busy, then parameter ranges, then what
+is special to the command, last the inputs that block motion [readings A-16,
+A-17].
 """
 
 from __future__ import annotations
@@ -20,9 +22,9 @@ from ...io_images.amci3601 import (
     target_in_range,
 )
 from ..kinematics import MILLI, PICO, stopping_distance
-from .latches import COMMAND_ERROR, POSITION_INVALID
+from .latches import COMMAND_ERROR, POSITION_INVALID, Fault
 from .operation import CW_LIMIT, EITHER_LIMIT, limit_in, limit_of
-from .order import S_CURVE, Order
+from .order import COMMAND_BITS, S_CURVE, Order
 
 if TYPE_CHECKING:
     from .command_layer import CommandLayer
@@ -45,12 +47,19 @@ class Refusal(NamedTuple):
     bits: int | None = None
     alone: bool = False
 
+    @property
+    def fault(self) -> Fault:
+        """What fires if it is broken."""
+        return Fault(self.rule, self.bits, self.alone)
+
 
 Refusals = tuple[Refusal, ...]
 
 ESTOP = InputBit.ESTOP.value
 FIND_HOME_CW = CommandMsw.FIND_HOME_CW.value
 ENCODER_MOVE = CommandLsw.ENCODER_MOVE.value
+MANUAL_BITS = (CommandMsw.MANUAL_CW | CommandMsw.MANUAL_CCW).value
+OTHER_THAN_MANUAL = COMMAND_BITS & ~MANUAL_BITS
 MANUAL_CW = CommandMsw.MANUAL_CW.value
 
 
@@ -95,7 +104,13 @@ def estop_active(layer: CommandLayer, order: Order) -> bool:
 
 
 def any_limit_active(layer: CommandLayer, order: Order) -> bool:
-    """Whether either end limit is active, one that is also the home switch only where it is in the way."""
+    """Whether either end limit is active while the axis is at rest, so that no move can begin (A-17).
+
+    What limits do to a move under way is that move's matter. A limit that is also the home switch
+    counts only where it is in the way.
+    """
+    if layer.busy:
+        return False
     if layer.axis.capabilities.home_is_ccw_limit and heads_cw(layer, order):
         return bool(layer.active & CW_LIMIT)
     return bool(layer.active & EITHER_LIMIT)
@@ -174,13 +189,14 @@ def target_negative(layer: CommandLayer, order: Order) -> bool:
 
 
 def too_short_to_stop(layer: CommandLayer, order: Order) -> bool:
-    """Whether a registration distance is less than the deceleration needs."""
-    target, speed = order.parameters.target, order.parameters.speed
-    assert target is not None
-    assert speed is not None
-    if speed <= layer.start_sps:
+    """Whether a registration distance is less than the deceleration needs, as far as both are values."""
+    target, speed, deceleration = (
+        order.parameters.target,
+        order.parameters.speed,
+        order.parameters.deceleration,
+    )
+    if target is None or speed is None or speed <= layer.start_sps or not rate_in_range(deceleration):
         return False
-    deceleration = order.parameters.deceleration
     return target * PICO < stopping_distance(MILLI * speed, layer.start_sps, deceleration, order.shape)
 
 
@@ -225,6 +241,31 @@ def distance_illegal(layer: CommandLayer, order: Order) -> bool:
     return not target_in_range(order.parameters.target) or target_negative(layer, order)
 
 
+def several_commands(layer: CommandLayer, order: Order) -> bool:
+    """Whether more than one command bit is set."""
+    return order.many_bits
+
+
+def other_than_manual(layer: CommandLayer, order: Order) -> bool:
+    """Whether a command bit is set that is none of the two manual moves."""
+    return bool(order.msw & OTHER_THAN_MANUAL)
+
+
+def ratio_illegal(layer: CommandLayer, order: Order) -> bool:
+    """Whether multiplier or divisor is outside 1 to 32,767, the greatest signed word."""
+    return order.words[2] < 1 or order.words[3] < 1
+
+
+def speed_words_given(layer: CommandLayer, order: Order) -> bool:
+    """Whether the programmed speed words carry data."""
+    return order.speed_words != (0, 0)
+
+
+def follower_rates_illegal(layer: CommandLayer, order: Order) -> bool:
+    """Whether a rate of the follower is outside 0 to 2000; 0 is no limit."""
+    return not all(rate == 0 or rate_in_range(rate) for rate in order.words[6:8])
+
+
 STILL_HELD = Refusal("HLD-11", external_still_on, bits=COMMAND_ERROR)
 
 PROFILE_START: Refusals = (
@@ -258,7 +299,7 @@ FIND_HOME: Refusals = (
     Refusal("HOM-03", direction_without_limit),
     Refusal("CMD-10", s_curve_selected),
     Refusal("HOM-01", slower_than_start),
-    Refusal("CMD-04", speed_or_rates_out_of_range),
+    Refusal("CMD-04", parameters_out_of_range),
     Refusal("INP-01", estop_active),
 )
 
@@ -319,3 +360,44 @@ PRESET_ENCODER: Refusals = (
 )
 
 RESET_ERRORS: Refusals = (Refusal("RST-02", lsw_not_zero, bits=COMMAND_ERROR),)
+
+FOLLOWER_WORDS: Refusals = (
+    Refusal("CMD-29", no_encoder),
+    Refusal("CMD-34", other_than_manual),
+    Refusal("CMD-02", several_commands),
+    Refusal("CMD-31", ratio_illegal),
+    Refusal("CMD-32", speed_words_given),
+    Refusal("CMD-36", s_curve_selected),
+    Refusal("FOL-02", follower_rates_illegal, bits=COMMAND_ERROR),  # no outcome is stated (A-103)
+)
+"""What is looked at as long as encoder follower mode is on."""
+
+FOLLOWER: Refusals = (Refusal("CMD-30", busy), *FOLLOWER_WORDS, *BLOCKED_BY_INPUTS)
+
+_OF_BIT: dict[int, Refusals] = {
+    CommandMsw.RESUME_MOVE.value: RESUME,
+    CommandMsw.FIND_HOME_CW.value: FIND_HOME,
+    CommandMsw.FIND_HOME_CCW.value: FIND_HOME,
+    CommandMsw.PRESET_POSITION.value: PRESET_POSITION,
+    CommandMsw.PRESET_ENCODER.value: PRESET_ENCODER,
+    CommandMsw.RESET_ERRORS.value: RESET_ERRORS,
+    CommandMsw.RUN_BLEND_CW.value: RUN_BLEND,
+    CommandMsw.RUN_BLEND_CCW.value: RUN_BLEND,
+}
+"""Commands whose rules depend on nothing else; Hold and Immediate Stop are never refused by their words."""
+
+
+def refusals_of(layer: CommandLayer, order: Order) -> Refusals:
+    """Return the rules that an order with a single command bit can break."""
+    if order.msw & CommandMsw.ABSOLUTE_MOVE.value:
+        return ENCODER_ABSOLUTE if order.lsw & ENCODER_MOVE else ABSOLUTE
+    if order.msw & CommandMsw.RELATIVE_MOVE.value:
+        return ENCODER_RELATIVE if order.lsw & ENCODER_MOVE else RELATIVE
+    if order.msw & MANUAL_BITS:
+        return REGISTRATION if registers(layer, order) else MANUAL
+    return _OF_BIT.get(order.msw, ())
+
+
+def registers(layer: CommandLayer, order: Order) -> bool:
+    """Whether a manual move is a registration move: it has a target, and the firmware knows them."""
+    return layer.firmware.registration and target_not_zero(layer, order)

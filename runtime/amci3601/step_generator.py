@@ -263,13 +263,17 @@ class StepGenerator:
         )
 
     def stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> None:
-        """Begin a controlled stop on a whole step; never beyond where the motion would have ended."""
+        """Begin a controlled stop on a whole step.
+
+        A motion on its last ramp goes on with it, unless another ends sooner; any other begins to
+        brake now, even if that takes more steps than it had left (reading A-111).
+        """
         if self.motion is None:
             return
         stopped = plan_stop(self.motion, now_ns, self._start_sps, deceleration_spmss, shape)
         by_itself = self.motion.final_steps
         assert stopped.final_steps is not None
-        if by_itself is None or stopped.final_steps < by_itself:
+        if by_itself is None or stopped.final_steps < by_itself or not self.motion.on_last_ramp(now_ns):
             self._replace(now_ns, stopped)
 
     def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> int:

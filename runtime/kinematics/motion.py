@@ -118,6 +118,11 @@ class Motion:
         """Return +1 while accelerating, -1 while decelerating, 0 at constant speed and from `end_ns` on."""
         return self.segment_at(t_ns).ramp
 
+    def on_last_ramp(self, t_ns: int) -> bool:
+        """Return whether nothing but deceleration is left; False for one that is endless or over."""
+        left = [segment.ramp for segment in self.segments if segment.until_ns > t_ns]
+        return self.end_ns is not None and bool(left) and all(ramp < 0 for ramp in left)
+
     def instant_of(self, steps: int) -> int | None:
         """Return the least instant at which so many whole steps are made.
 

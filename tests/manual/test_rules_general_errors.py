@@ -63,7 +63,7 @@ def test_two_command_bits_at_once(one, other, scan_ms):
 def test_two_bits_with_a_minimum_distance_are_no_fault_of_the_distance():
     """The command word is looked at first (reading A-93); nothing is stored."""
     bench = after_a_move()
-    bench.out(ABSOLUTE | RELATIVE, 0x0400, 0, 9)
+    bench.command(ABSOLUTE | RELATIVE, 9, lsw=0x0400)
     refused(bench, "CMD-02", errors=COMMAND_ERRORS)
 
 
@@ -129,13 +129,12 @@ BLENDS = [BLEND_CW, BLEND_CW << 1]
 @pytest.mark.rules("CMD-03", "MOV-10")
 @pytest.mark.parametrize("motion", PROFILES, ids=lambda motion: motion.name)
 def test_no_second_move_during_a_move(motion, scan_ms):
-    """Whatever it is, even with illegal parameters: the error is that of being busy, and no other."""
+    """Whatever it is, with the error of being busy and no other; illegal words: test_rules_several_faults."""
     for command, parameters in STARTS.values():
-        for wrong in ({}, {"up": 0, "speed": 3}):
-            bench = motion.started(200, scan_ms=scan_ms)
-            bench.idle(scan_ms).command(command, **parameters | wrong).run(scan_ms)
-            expected = (["CMD-03"], {"MODULE_OK", "COMMAND_ERROR"} | motion.shown)
-            assert (bench.fired, bench.bits) == expected, (command, parameters | wrong)
+        bench = motion.started(200, scan_ms=scan_ms)
+        bench.idle(scan_ms).command(command, **parameters).run(scan_ms)
+        expected = (["CMD-03"], {"MODULE_OK", "COMMAND_ERROR"} | motion.shown)
+        assert (bench.fired, bench.bits) == expected, (command, parameters)
         goes_on(bench, motion)
     for command in BLENDS:
         bench = motion.started(200, scan_ms=scan_ms)
@@ -179,7 +178,7 @@ def test_the_next_move_as_soon_as_this_one_is_complete(late, scan_ms):
 @pytest.mark.parametrize("command", [MANUAL_CW, MANUAL_CCW, RELATIVE], ids=["again", "opposite", "relative"])
 def test_a_manual_move_that_still_decelerates_is_busy(command, scan_ms):
     """5000/s for 0.4 s from 1 s on, 1200 steps; the new bit changes nothing (reading A-45)."""
-    bench = Bench.ready(scan_ms=scan_ms).manual().run(1_000).idle(200).command(command, 7).run(scan_ms)
+    bench = Bench.ready(scan_ms=scan_ms).manual().run(1_000).idle(200).command(command).run(scan_ms)
     assert bench.fired == ["CMD-03"]
     assert bench.bits == {"MODULE_OK", "MOVING_CW", "DECELERATING", "COMMAND_ERROR"}
     bench.run(200 - scan_ms)
@@ -212,18 +211,24 @@ def test_switch_no_move_complete_after_an_error():
 
 @EVERY_SCAN
 @pytest.mark.parametrize(
-    ("command", "rule"),
-    [
-        pytest.param(HOLD, "CMD-07", id="Hold", marks=pytest.mark.rules("CMD-07")),
-        pytest.param(RESUME, "CMD-08", id="Resume", marks=pytest.mark.rules("CMD-08")),
-    ],
+    "words", [(), (-1, 1, 5, -1, 2_001, 0), (0, 0, 5, 0, 20, 10)], ids=["zeros", "illegal words", "legal"]
 )
-@pytest.mark.parametrize("words", [(), (-1, 1, 5, -1, 2_001, 0)], ids=["zeros", "illegal words"])
-def test_hold_and_resume_at_rest(command, rule, words, scan_ms):
+@pytest.mark.rules("CMD-07")
+def test_hold_at_rest(words, scan_ms):
     """Command Error only (reading A-24), whatever the other words are: they are not looked at."""
     bench = after_a_move(scan_ms=scan_ms)
-    bench.out(command, 0, *words)
-    refused(bench, rule, errors=COMMAND_ERRORS)
+    bench.out(HOLD, 0, *words)
+    refused(bench, "CMD-07", errors=COMMAND_ERRORS)
+
+
+@EVERY_SCAN
+@pytest.mark.rules("CMD-08")
+@pytest.mark.parametrize("target", [(), (-1, 1)], ids=["no target", "an illegal target"])
+def test_resume_at_rest(target, scan_ms):
+    """Command Error only; the target words of a Resume are not looked at."""
+    bench = after_a_move(scan_ms=scan_ms)
+    bench.out(RESUME, 0, *(target or (0, 0)), 5, 0, 20, 10)
+    refused(bench, "CMD-08", errors=COMMAND_ERRORS)
 
 
 # -- edges ----------------------------------------------------------------------------------------

@@ -73,7 +73,7 @@ FORFEITS = [
     pytest.param((RESET,), set(), id="Reset Errors", marks=pytest.mark.rules("HLD-04")),
     pytest.param((IMMEDIATE_STOP,), set(), id="Immediate Stop", marks=pytest.mark.rules("IST-04")),
     pytest.param((HOLD,), {"COMMAND_ERROR"}, id="Hold again", marks=pytest.mark.rules("CMD-07")),
-    pytest.param((ABSOLUTE | RELATIVE,), {"COMMAND_ERROR"}, id="two bits"),
+    pytest.param((ABSOLUTE | RELATIVE, 0, 0, 0, 5, 0, 20, 10), {"COMMAND_ERROR"}, id="two bits"),
     pytest.param((RELATIVE, 0, 1, 0, 0, 999, 20, 10), REFUSED, id="a move, refused"),
     pytest.param((BLEND_CW, 0, 1), {"COMMAND_ERROR"}, id="a blend move, refused"),
     pytest.param((HOME_CW, 0, 1, 0, 5, 0, 20, 10), {"COMMAND_ERROR", "HOME_INVALID"}, id="home, refused"),

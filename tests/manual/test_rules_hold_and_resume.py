@@ -81,7 +81,7 @@ def test_words_1_to_7_of_hold_may_hold_anything(words, scan_ms):
 def test_hold_with_another_command_bit(bit, scan_ms):
     """Reading A-33: the move goes on."""
     bench = Bench.ready(scan_ms=scan_ms).relative(20_000, ms=400)
-    bench.idle(scan_ms).out(HOLD | 1 << bit).run(scan_ms)
+    bench.idle(scan_ms).command(HOLD | 1 << bit).run(scan_ms)
     assert (bench.bits, bench.fired) == ({"MODULE_OK", "MOVING_CW", "COMMAND_ERROR"}, ["CMD-02"])
     here = bench.position
     assert bench.run(100).position == here + 500

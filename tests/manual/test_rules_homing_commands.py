@@ -9,6 +9,7 @@ from homing3601 import HOME_SWITCH, HOME_SWITCH_PROXIMITY, USE_LIMIT, Search
 EITHER_WAY = pytest.mark.parametrize("direction", [pytest.param(1, id="cw"), pytest.param(-1, id="ccw")])
 
 TARGET_GIVEN = {"COMMAND_ERROR", "HOME_INVALID"}, ["HOM-02", "HMG-04"]
+NO_TARGET = {*TARGET_GIVEN[0], "INVALID_PROFILE"}, [*TARGET_GIVEN[1], "CMD-04", "PRF-02"]
 NO_LIMIT = {"COMMAND_ERROR", "HOME_INVALID"}, ["HOM-03", "HMG-05"]
 TOO_SLOW = {"COMMAND_ERROR", "HOME_INVALID", "INVALID_PROFILE"}, ["HOM-01", "CMD-05", "PRF-01"]
 OUT_OF_RANGE = {"COMMAND_ERROR", "INVALID_PROFILE"}, ["CMD-04", "PRF-02"]
@@ -40,7 +41,7 @@ def changed(**words: int) -> tuple[int, ...]:
         pytest.param(changed(w3=1), TARGET_GIVEN, id="target 1"),
         pytest.param(changed(w3=-1), TARGET_GIVEN, id="target -1"),
         pytest.param(changed(w2=1), TARGET_GIVEN, id="target 1000"),
-        pytest.param(changed(w2=1, w3=-1), TARGET_GIVEN, id="target words that are no value"),
+        pytest.param(changed(w2=1, w3=-1), NO_TARGET, id="target words that are no value"),
         pytest.param(changed(w4=0, w5=999), TOO_SLOW, id="speed 999"),
         pytest.param(changed(w4=0, w5=1), TOO_SLOW, id="speed 1"),
         pytest.param(changed(w4=0, w5=0), TOO_SLOW, id="speed 0"),
@@ -111,10 +112,12 @@ def test_direction_without_an_end_limit(direction):
 
 @pytest.mark.rules("HOM-02", "HOM-03")
 @pytest.mark.parametrize(("target", "refusal"), [(1, TARGET_GIVEN), (0, NO_LIMIT)])
-def test_the_first_broken_rule_is_named(target, refusal):
+def test_the_event_log_names_one_rule_for_each_bit(target, refusal):
+    """Every broken row sets its bit (reading A-110): the speed is out of range, and too low."""
     search = Search(1, drop=USE_LIMIT[1])
     search.command(target=target, speed=1, up=0, lsw=1, ms=5)
-    assert search.bench.fired == refusal[1]
+    assert search.bench.fired == [*refusal[1], "HOM-01", "CMD-05", "PRF-01"]
+    assert search.bench.bits >= {"COMMAND_ERROR", "HOME_INVALID", "INVALID_PROFILE"}
 
 
 @pytest.mark.rules("HMG-03", "STS-M04")

@@ -199,12 +199,12 @@ def test_start_on_the_limit_behind_is_as_if_it_were_not_active(direction, ms_bef
 @EITHER_WAY
 @pytest.mark.rules("HMG-12", "HMG-14")
 def test_start_on_limit_behind_and_home_switch(direction):
-    """The limit has no effect, so the axis leaves the switch backwards, as it does without the limit."""
-    search = Search(direction, home=(-10, 100), behind=(None, 50))
-    search.command()
-    assert search.turns(9_000) == ["back", "ahead", "still"]
-    assert told(search.bench.bits) == {"MODULE_OK", "AT_HOME"}
-    assert search.shaft == -10
+    """The way off the switch leads into the limit: no step is made, the search has failed (reading A-106)."""
+    search = Search(direction, home=(-10, 100), behind=(None, 50), valid=True)
+    search.command(ms=500)
+    assert search.bench.fired == ["HOM-05", "POS-06", "INP-05"]
+    assert told(search.bench.bits) == {"MODULE_OK", "HOME_INVALID", "INPUT_ERROR", "POSITION_INVALID"}
+    assert search.shaft == 0
 
 
 @EITHER_WAY

@@ -112,7 +112,7 @@ GOES_ON = [
 def test_a_move_before_the_previous_one_is_complete(motion, msw, lsw, scan_ms):
     """The error, and no other; the move in progress goes on as if nothing had been said."""
     bench = motion.started(400, scan_ms=scan_ms)
-    bench.idle(scan_ms).out(msw, lsw).run(scan_ms)
+    bench.idle(scan_ms).command(msw, lsw=lsw).run(scan_ms)
     assert bench.bits == {"MODULE_OK", "COMMAND_ERROR"} | motion.shown
     assert bench.fired == ["CMD-03"]
     here = bench.position
@@ -127,7 +127,7 @@ def test_a_move_while_a_manual_move_still_decelerates(name, msw, lsw, scan_ms):
     """Reading A-45: 2800 = 1600 + 1200 all the same."""
     motion = Motion.of(name)
     bench = motion.started(400, scan_ms=scan_ms).idle(50)
-    bench.out(msw, lsw).run(scan_ms)
+    bench.command(msw, lsw=lsw).run(scan_ms)
     assert bench.bits == {"MODULE_OK", "COMMAND_ERROR", "DECELERATING", motion.moving}
     assert bench.fired == ["CMD-03"]
     bench.until("STOPPED")

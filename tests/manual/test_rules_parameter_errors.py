@@ -149,14 +149,16 @@ def test_absolute_move_with_an_invalid_position(lsw):
 
 
 @pytest.mark.rules("CMD-04", "CMD-06")
-def test_the_first_broken_rule_decides():
-    """A range before the position, and either before an input that would prevent the motion (A-16)."""
+def test_every_broken_rule_sets_its_bit():
+    """A range, the position, and an input that would prevent the motion (A-16, A-110)."""
     bench = Bench.configured().inputs(estop=1).run(1)
-    bench.command(ABSOLUTE, 7, up=0).run(1)
-    assert bench.fired[-2:] == ["CMD-04", "PRF-02"]
+    bench.reset_errors().command(ABSOLUTE, 7, up=0).run(1)
+    assert bench.fired[-3:] == ["CMD-04", "PRF-02", "INP-01"]
+    assert bench.bits >= {"COMMAND_ERROR", "INVALID_PROFILE", "INPUT_ERROR"}
     bench.reset_errors()
     bench.command(ABSOLUTE, 7).run(1)
-    assert (bench.fired[-1], "INPUT_ERROR" in bench.bits) == ("CMD-06", False)
+    assert bench.fired[-2:] == ["CMD-06", "INP-01"]
+    assert "INVALID_PROFILE" not in bench.bits
     bench.reset_errors()
     bench.out(PRESET).run(1).command(ABSOLUTE, 7).run(1)
     assert (bench.fired[-1], bench.bits) == ("INP-01", {"MODULE_OK", "INPUT_ERROR", "IN_ESTOP"})
@@ -171,7 +173,6 @@ def test_the_first_broken_rule_decides():
         pytest.param(RELATIVE, {"target": 7, "lsw": ENCODER_MOVE}, "ENC-05", id="relative, no encoder"),
         pytest.param(ABSOLUTE, {"target": 7, "lsw": ENCODER_MOVE}, "ENC-05", id="absolute, no encoder"),
         pytest.param(RELATIVE, {"target": 7, "lsw": ENCODER_MOVE, "up": 0}, "CMD-04", id="range, no encoder"),
-        pytest.param(PRESET_ENCODER, {"target": 7}, "CMD-11", id="encoder preset, no encoder"),
         pytest.param(HOME_CW, {"target": 7}, "HOM-02", id="home with a target"),
         pytest.param(HOME_CW, {"speed": 999}, "HOM-01", id="home, too slow"),
         pytest.param(MANUAL_CW, {"speed": 1_000_001}, "CMD-04", id="manual, too fast"),
@@ -182,14 +183,21 @@ def test_the_first_broken_rule_decides():
         pytest.param(BLEND_CW, {"speed": 0, "up": 0, "down": 0}, "CMD-16", id="blend, none stored"),
     ],
 )
-def test_what_is_wrong_with_the_words_comes_before_the_emergency_stop(command, parameters, rule):
-    """It would prevent the motion, if the words were right; no input error then [A-16]."""
+def test_what_is_wrong_with_the_words_does_not_hide_the_emergency_stop(command, parameters, rule):
+    """Each prevents the motion by itself (readings A-16, A-110)."""
     bench = Bench.configured().inputs(estop=1).run(1)
     bench.fired.clear()
     bench.reset_errors().command(command, **parameters).run(1)
     assert bench.fired[0] == rule
-    assert "COMMAND_ERROR" in bench.bits or "HOME_INVALID" in bench.bits
-    assert "INPUT_ERROR" not in bench.bits
+    assert bench.fired[-1] == "INP-01"
+    assert bench.bits >= {"COMMAND_ERROR", "INPUT_ERROR"}
+
+
+@pytest.mark.rules("CMD-11")
+def test_an_encoder_preset_moves_nothing_so_that_the_emergency_stop_is_no_matter():
+    bench = Bench.configured().inputs(estop=1).run(1)
+    bench.reset_errors().command(PRESET_ENCODER, 7).run(1)
+    assert (bench.fired[-1], "INPUT_ERROR" in bench.bits) == ("CMD-11", False)
 
 
 @pytest.mark.rules("CMD-05", "INP-01")
@@ -204,10 +212,10 @@ def test_resume_in_the_scan_in_which_the_emergency_stop_comes(speed, rule):
 
 
 @pytest.mark.rules("CMD-06")
-def test_an_encoder_move_to_an_unknown_place_comes_before_the_emergency_stop():
+def test_an_encoder_move_to_an_unknown_place_under_the_emergency_stop():
     bench = Bench.configured(config=configuration(add=ENCODER)).inputs(estop=1).run(1)
     bench.reset_errors().command(ABSOLUTE, 7, lsw=ENCODER_MOVE).run(1)
-    assert (bench.fired[-1], "INPUT_ERROR" in bench.bits) == ("CMD-06", False)
+    assert bench.fired[-2:] == ["CMD-06", "INP-01"]
 
 
 @pytest.mark.rules("CMD-04", "CMD-10", "HOM-01", "HOM-02")
@@ -220,7 +228,7 @@ def test_an_encoder_move_to_an_unknown_place_comes_before_the_emergency_stop():
         pytest.param({"up": 0}, "CMD-04", id="range"),
     ],
 )
-def test_of_several_mistakes_of_a_find_home_one_is_told(wrong, rule):
+def test_of_several_mistakes_of_a_find_home_one_is_named_first(wrong, rule):
     """The manual names no order; a speed of 0 is below the starting speed like any other [Home Invalid 1]."""
     bench = Bench.ready().command(HOME_CW, **wrong).run(1)
     assert bench.fired[0] == rule
@@ -237,13 +245,15 @@ def test_the_distance_of_a_registration_move_comes_before_the_external_input():
 
 @pytest.mark.rules("CMD-03")
 @pytest.mark.parametrize("command", [ABSOLUTE, RELATIVE, HOME_CW, MANUAL_CW, RESUME, BLEND_CW])
-def test_a_running_move_comes_before_everything_else(command):
-    """No range is looked at while the axis is busy: the running move goes on [CMD-03]."""
+def test_a_running_move_goes_on_whatever_else_is_wrong(command):
+    """What is wrong with the words shows all the same (reading A-110)."""
     bench = Bench.ready()
     bench.relative(10_000).run(300).idle(1)
     bench.command(command, 8_388_608, speed=0, up=0, down=0, lsw=0b11).run(1)
-    assert bench.fired == ["CMD-08" if command == RESUME else "CMD-03"]
-    assert bench.bits == {"MODULE_OK", "MOVING_CW", "COMMAND_ERROR"}
+    assert bench.fired[0] == ("CMD-08" if command == RESUME else "CMD-03")
+    profile = {"INVALID_PROFILE"} if command != BLEND_CW else set()
+    home = {"HOME_INVALID"} if command == HOME_CW else set()
+    assert bench.bits == {"MODULE_OK", "MOVING_CW", "COMMAND_ERROR"} | profile | home
 
 
 @pytest.mark.rules("CMD-10", "HMG-07")

@@ -293,7 +293,7 @@ def test_nothing_else_is_accepted_under_a_command_error(msw, lsw, scan_ms):
     """No command, no follower, no blend block, no minimum distance: neither effect nor further error."""
     bench = Bench.ready(scan_ms=scan_ms, config=WITH_ENCODER)
     program_blend(bench)
-    bench.out(RESUME).run(scan_ms).idle(scan_ms)
+    bench.command(RESUME).run(scan_ms).idle(scan_ms)
     words, fired = bench.words, bench.fired
     assert (bench.bits, fired) == ({"MODULE_OK", "COMMAND_ERROR"}, ["CMD-08"])
     bench.out(msw, lsw, 0, 7, *((5, 0, 20, 10) if msw & 0x01FF else ())).run(50)
@@ -311,7 +311,7 @@ def test_nothing_else_is_accepted_under_a_command_error(msw, lsw, scan_ms):
 def test_a_running_motion_does_not_mind_error_and_reset(motion, scan_ms):
     """Reset Errors is accepted during it (reading A-85); then Immediate Stop is, too."""
     bench = motion.started(200, scan_ms=scan_ms)
-    bench.out(RESUME).run(scan_ms)
+    bench.command(RESUME).run(scan_ms)
     assert (bench.fired, bench.bits) == (["CMD-08"], {"MODULE_OK", "COMMAND_ERROR"} | motion.shown)
     bench.out(IMMEDIATE_STOP).run(scan_ms).out(RESET).run(scan_ms)
     assert bench.bits == {"MODULE_OK"} | motion.shown

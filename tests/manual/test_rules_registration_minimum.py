@@ -212,7 +212,7 @@ def test_words_that_must_be_zero(word):
 @pytest.mark.rules("REG-10", "CMD-02")
 def test_too_many_command_bits_are_found_first():
     bench = Bench.ready()
-    bench.out(0x0003, STORE, 0, 5).run(5)
+    bench.command(0x0003, 5, lsw=STORE).run(5)
     assert bench.fired == ["CMD-02"]
 
 

@@ -100,11 +100,11 @@ def judged(check: refusals.Check, instead: refusals.Check) -> Callable[[Any], An
     """Return what lets every refusal that asks one question ask another one."""
 
     def of(right):
-        def wrong(self, now_ns, given, reasons):
+        def wrong(self, given, reasons):
             rows = tuple(
                 reason._replace(broken=instead) if reason.broken is check else reason for reason in reasons
             )
-            return right(self, now_ns, given, rows)
+            return right(self, given, rows)
 
         return wrong
 
@@ -296,7 +296,7 @@ def rate_of_zero(right):
     return lambda rate: 0 <= rate <= 2000
 
 
-@mistake(CommandLayer, "refused", "moves")
+@mistake(CommandLayer, "_faults", "moves")
 def starting_speed_itself(right):
     """A programmed speed equal to the starting speed is refused."""
 
@@ -351,7 +351,7 @@ def limit_behind_overlooked(right):
     return Limits.SAME_DIRECTION
 
 
-@mistake(CommandLayer, "refused", "moves")
+@mistake(CommandLayer, "_faults", "moves")
 def start_on_a_limit(right):
     """A move starts although an end limit is active."""
     return overlooked(refusals.any_limit_active)(right)
@@ -430,7 +430,7 @@ def second_move_accepted(right):
     return property(lambda self: False)
 
 
-@mistake(CommandLayer, "refused", "moves")
+@mistake(CommandLayer, "_faults", "moves")
 def absolute_without_a_position(right):
     """An absolute move starts although the position is not valid."""
     return overlooked(refusals.position_invalid)(right)
@@ -596,7 +596,7 @@ def no_dwell_at_the_limit(right):
     return wrong
 
 
-@mistake(CommandLayer, "refused", "homing")
+@mistake(CommandLayer, "_faults", "homing")
 def home_without_a_limit(right):
     """Find Home goes in a direction that has no end limit."""
     return overlooked(refusals.direction_without_limit)(right)
@@ -713,7 +713,7 @@ def memory_over_a_power_cycle(right):
     return lambda self: None
 
 
-@mistake(CommandLayer, "refused", "registration")
+@mistake(CommandLayer, "_faults", "registration")
 def registration_before_its_time(right):
     """Firmware without registration moves takes a manual move with a target for a plain one."""
     return overlooked(refusals.target_given_to_old_firmware)(right)

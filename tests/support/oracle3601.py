@@ -180,12 +180,8 @@ class Oracle:
 
     def take_over(self, msw):
         """Take the module's choice of the bits that were left open."""
-        if self.open_bits & INVALID_PROFILE:
-            self.invalid_profile = bool(msw & INVALID_PROFILE)
         if self.open_bits & COMMAND_ERROR:
             self.command_error = bool(msw & COMMAND_ERROR)
-        if self.open_bits & HOME_INVALID:
-            self.home_invalid = bool(msw & HOME_INVALID)
 
     def look_at_inputs(self):
         """Chapter 3, Input Active Level: levels count for the inputs in use (A-13)."""

@@ -44,8 +44,7 @@ def handshake(m, edge1):
     elif m.in_motion():
         commands.error(m)  # CMD-18; any other move goes on
         if m.op == "blend":
-            m.deceleration, m.shape = m.profile.final_deceleration, m.profile.final_shape
-            m.controlled_stop("blend stop")
+            stop(m)
             m.profile = None  # A-62
     else:
         m.resumable = False
@@ -53,6 +52,14 @@ def handshake(m, edge1):
         m.profile = None
         m.session = Session()
         first_block(m)
+
+
+def stop(m):
+    """Brake now, even beyond the end (A-111); on the last ramp anyway, unless another one ends sooner."""
+    was, m.deceleration, m.shape = m.course, m.profile.final_deceleration, m.profile.final_shape
+    m.controlled_stop("blend stop")
+    if was.only_brakes_from(m.start_ns) and was.last_step < m.course.last_step + 0.5:
+        m.course = was
 
 
 def finish(m):
@@ -96,19 +103,16 @@ def segment_block(m):
     before = session.segments[-1][1] if session.segments else vo
     if vs is not None and vs < vo:
         fault(m, command_error=True)  # CMD-05
-        return
     if vs is None:
         fault(m)
         m.leave_open(COMMAND_ERROR)  # CMD-04 speaks of speeds, A-57 of blend faults without it
-        return
     if length is None or length < 1 or not 1 <= rate <= 2000:
         fault(m)
-        return
     if session.segments and vs == before:
         fault(m)  # PRF-06
-        return
-    if sum(row[0] for row in session.segments) + length > 8_388_607:
+    if length is not None and sum(row[0] for row in session.segments) + length > 8_388_607:
         fault(m)
+    if not session.good:
         return
     way = motion.ramp_distance(before, vs, rate, shape)
     if len(session.segments) == session.wanted - 1:
@@ -119,20 +123,21 @@ def segment_block(m):
     session.segments.append((length, vs, rate, shape))
 
 
-def run(m, direction):
+def run(m, direction, refused):
     """Run Blend Move Profile; CMD-16, CMD-17."""
+    refused = commands.is_busy(m) or refused
     if any(m.words[1:]) or m.profile is None:
         commands.error(m)
-    elif m.on(ESTOP | LIMITS):
-        commands.refuse_by_input(m)
-    else:
-        profile = m.profile
-        course = motion.blend(
-            m.start_ns,
-            m.starting_speed,
-            profile.segments,
-            profile.final_deceleration,
-            profile.final_shape,
-        )
-        m.hold_error = False
-        m.start("blend", direction, course)
+        refused = True
+    if commands.refused_by_input(m, ESTOP | LIMITS) or refused:
+        return
+    profile = m.profile
+    course = motion.blend(
+        m.start_ns,
+        m.starting_speed,
+        profile.segments,
+        profile.final_deceleration,
+        profile.final_shape,
+    )
+    m.hold_error = False
+    m.start("blend", direction, course)

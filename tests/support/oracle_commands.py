@@ -31,10 +31,10 @@ from oracle_bits import (
     RESERVED_14,
     RESET_ERRORS,
     RESUME,
+    RUN_BLEND_CCW,
     RUN_BLEND_CW,
     S_CURVE,
     STORE_MINIMUM,
-    TRANSMIT,
     TRAPEZOIDAL,
 )
 
@@ -44,7 +44,9 @@ def command(m, edge0, edge1):
         return  # A-05
     if m.op == "follower":
         oracle_follower.follow(m)
+        edge1 = 0  # words 2 to 7 were the follower's: no block, no distance (A-112)
         if m.op == "follower" or m.command_error:
+            oracle_blend.handshake(m, edge1)
             return
     if m.command_error or m.invalid_profile:
         oracle_blend.handshake(m, edge1)
@@ -54,54 +56,69 @@ def command(m, edge0, edge1):
     if edge0 & (HOLD | IMMEDIATE_STOP) and m.o0 in (HOLD, IMMEDIATE_STOP) and m.in_motion():
         if m.session is not None:
             oracle_blend.handshake(m, edge1)
-        one_command(m)  # whatever else the LSW says (A-30)
+        one_command(m, edge0)  # whatever else the LSW says (A-30)
         return
     if m.firmware >= (4, 1) and edge1 & FOLLOW:
+        oracle_blend.handshake(m, 0)
         oracle_follower.enter(m)
-        m.close_call = bool(edge1 & (TRANSMIT | STORE_MINIMUM))  # whether that finds a motion is open
         return
     oracle_blend.handshake(m, edge1)
     if m.command_error or m.invalid_profile:
         return
-    if m.firmware >= (3, 1) and edge1 & STORE_MINIMUM:
+    several = edge0 and m.o0 & m.o0 - 1
+    if m.firmware >= (3, 1) and edge1 & STORE_MINIMUM and not several:  # the command word is first (A-93)
         store_minimum(m)
     if m.command_error or not edge0:
         return
-    one_command(m)
+    one_command(m, edge0)
 
 
-def one_command(m):
+def one_command(m, edge0):
     """A bit of the command MSW went from 0 to 1."""
     bits = m.o0 & 0x7FFF
-    if bits & bits - 1 or bits == RESERVED_14:
-        error(m)  # CMD-02; A-32
-        if m.op in ("manual", "registration", "registration end"):
-            m.controlled_stop("manual stop")  # A-33
+    if bits & bits - 1:
+        several_commands(m, edge0)
+    elif bits == RESERVED_14:
+        error(m)  # A-32
     elif bits == IMMEDIATE_STOP:
         m.resumable = False  # A-28
         if m.in_motion():
             m.cut()
     elif bits == HOLD:
         hold(m)
-    elif bits == RESUME:
-        resume(m)
-    elif bits in (PRESET_POSITION, PRESET_ENCODER):
-        preset(m, bits)
     elif bits == RESET_ERRORS:
         if m.o1:
             error(m)  # A-31
         else:
             reset_errors(m)
-    elif m.in_motion():
-        error(m)  # CMD-03; the pulse of a one-shot is over at once
-    elif bits in (ABSOLUTE, RELATIVE):
-        absolute_or_relative(m, bits == ABSOLUTE)
-    elif bits in (FIND_HOME_CW, FIND_HOME_CCW):
-        oracle_homing.find_home(m, 1 if bits == FIND_HOME_CW else -1)
-    elif bits in (MANUAL_CW, MANUAL_CCW):
-        oracle_manual.begin(m, 1 if bits == MANUAL_CW else -1)
     else:
-        oracle_blend.run(m, 1 if bits == RUN_BLEND_CW else -1)
+        move_or_preset(m, bits, refused=False)
+
+
+def several_commands(m, edge0):
+    """CMD-02, and for each of the new commands what is wrong with the words for it (A-110)."""
+    for number in range(15):
+        if edge0 & 1 << number:
+            move_or_preset(m, 1 << number, refused=True)
+    error(m)
+    if m.op in ("manual", "registration", "registration end"):
+        m.controlled_stop("manual stop")  # A-33
+
+
+def move_or_preset(m, bits, refused):
+    """Commands that their words can refuse; `refused` says that they are so already (A-110)."""
+    if bits == RESUME:
+        resume(m, refused)
+    elif bits in (PRESET_POSITION, PRESET_ENCODER):
+        preset(m, bits, refused)
+    elif bits in (ABSOLUTE, RELATIVE):
+        absolute_or_relative(m, bits == ABSOLUTE, refused)
+    elif bits in (FIND_HOME_CW, FIND_HOME_CCW):
+        oracle_homing.find_home(m, 1 if bits == FIND_HOME_CW else -1, refused)
+    elif bits in (MANUAL_CW, MANUAL_CCW):
+        oracle_manual.begin(m, 1 if bits == MANUAL_CW else -1, refused)
+    elif bits in (RUN_BLEND_CW, RUN_BLEND_CCW):
+        oracle_blend.run(m, 1 if bits == RUN_BLEND_CW else -1, refused)
 
 
 # ---- errors
@@ -112,6 +129,13 @@ def error(m, profile=False):
     m.command_error = True
     m.invalid_profile = m.invalid_profile or profile
     m.resumable = False  # A-28
+
+
+def is_busy(m):
+    """CMD-03: a move before the previous one is complete; the pulse of a one-shot is over at once."""
+    if m.in_motion():
+        error(m)
+    return m.in_motion()
 
 
 def reset_errors(m):
@@ -149,42 +173,51 @@ def rates_are_legal(m):
 
 def take_rates(m):
     m.acceleration, m.deceleration = m.words[6], m.words[7]
+    m.shape = shape_told(m)
+
+
+def shape_told(m):
+    """The acceleration type of the command LSW [chapter 5]."""
     if not m.o1 & S_CURVE:
-        m.shape = motion.CONSTANT
-    elif m.o1 & TRAPEZOIDAL:
-        m.shape = motion.TRAPEZOIDAL
-    else:
-        m.shape = motion.TRIANGULAR
+        return motion.CONSTANT
+    return motion.TRAPEZOIDAL if m.o1 & TRAPEZOIDAL else motion.TRIANGULAR
 
 
 # ---- the commands
 
 
-def absolute_or_relative(m, absolute):
-    """Absolute & Relative Moves, Encoder Move [chapter 4]."""
+def absolute_or_relative(m, absolute, refused):
+    """Absolute & Relative Moves, Encoder Move [chapter 4]; each list by itself (A-110)."""
     by_encoder = bool(m.o1 & ENCODER_MOVE)
     wanted, vs = target(m), speed(m, m.starting_speed)
+    refused = is_busy(m) or refused
     if wanted is None or vs is None or not rates_are_legal(m):
         error(m, profile=True)  # CMD-04, CMD-05
-    elif by_encoder and not m.quadrature:
+        refused = True
+    if by_encoder and not m.quadrature:
         error(m, profile=True)  # PRF-11 (A-50)
-    elif absolute and m.position_invalid:
+        refused = True
+    if absolute and m.position_invalid:
         error(m)  # CMD-06 (A-51)
-    elif m.on(ESTOP | LIMITS):
-        refuse_by_input(m)  # A-16, A-17
-    else:
-        take_rates(m)
-        here = m.encoder(m.start_ns) if by_encoder else m.position
-        distance = wanted - here if absolute else wanted
-        if by_encoder:
-            m.encoder_target = here + distance
-        m.hold_target = m.position + distance
-        set_out(m, distance, vs, by_encoder)
+        refused = True
+    if refused_by_input(m, ESTOP | LIMITS) or refused:
+        return
+    take_rates(m)
+    here = m.encoder(m.start_ns) if by_encoder else m.position
+    distance = wanted - here if absolute else wanted
+    if by_encoder:
+        m.encoder_target = here + distance
+    m.hold_target = m.position + distance
+    set_out(m, distance, vs, by_encoder)
 
 
-def refuse_by_input(m):
+def refused_by_input(m, inputs):
+    """An axis at rest does not start under these inputs (A-16, A-17)."""
+    if not m.on(inputs) or m.in_motion():
+        return False
     m.input_error = True
     m.resumable = False
+    return True
 
 
 def set_out(m, distance, vs, by_encoder=False):
@@ -222,24 +255,26 @@ def hold(m):
         error(m)
 
 
-def resume(m):
+def resume(m, refused):
     """Resume Move [chapter 4]; CMD-08. The target words are ignored."""
     vs = speed(m, m.starting_speed)
     if m.op != "held" or not m.resumable:
         error(m)
-    elif vs is None or not rates_are_legal(m):
+        refused = True
+    if vs is None or not rates_are_legal(m):
         error(m, profile=True)  # A-84
-    elif m.on(ESTOP | LIMITS):
-        refuse_by_input(m)
-    else:
+        refused = True
+    if not refused_by_input(m, ESTOP | LIMITS) and not refused:
         take_rates(m)
         set_out(m, m.hold_target - m.position, vs)
 
 
-def preset(m, bits):
+def preset(m, bits, refused):
     """Preset Current Position, Preset Encoder Position [chapter 4]; CMD-09, CMD-11."""
     value = target(m)
     m.resumable = False  # A-83
+    if refused:
+        return  # every fault of a preset is a command error, which is set
     if value is None or m.o1 or any(m.words[4:]) or m.in_motion():
         error(m)  # A-31, A-82
     elif bits == PRESET_POSITION:

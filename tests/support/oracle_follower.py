@@ -11,10 +11,8 @@ from oracle_bits import (
     LIMITS,
     MANUAL_CCW,
     MANUAL_CW,
-    PROGRAM,
     RESET_ERRORS,
     S_CURVE,
-    STORE_MINIMUM,
 )
 
 STEPS_PER_TICK = 250
@@ -37,11 +35,11 @@ def words_are_legal(m):
 def enter(m):
     """Bit 7 of the command LSW went on."""
     bits = m.o0 & 0x7FFF
-    if not m.quadrature or m.in_motion() or not words_are_legal(m) or bits not in (0, MANUAL_CW, MANUAL_CCW):
-        commands.error(m)  # CMD-29, 30, 31, 32, 34, 36; A-103
-    elif m.on(ESTOP | LIMITS):
-        commands.refuse_by_input(m)  # A-63
-    else:
+    refused = commands.is_busy(m)  # CMD-30
+    if not m.quadrature or not words_are_legal(m) or bits not in (0, MANUAL_CW, MANUAL_CCW):
+        commands.error(m)  # CMD-29, 31, 32, 34, 36; A-103
+        refused = True
+    if not commands.refused_by_input(m, ESTOP | LIMITS) and not refused:  # A-63
         m.start("follower", 1, None)
         m.moving = 0
         m.followed = m.encoder(m.start_ns)
@@ -54,7 +52,6 @@ def follow(m):
     bits = m.o0 & 0x7FFF
     if not m.o1 & FOLLOW:
         leave(m)
-        m.close_call = bool(m.o1 & (PROGRAM | STORE_MINIMUM))  # whether that finds an axis at rest is open
         if bits not in (0, RESET_ERRORS):
             commands.error(m)  # CMD-35; CMD-34, whatever the LSW says by then
         return

@@ -24,8 +24,6 @@ from oracle_bits import (
     CW_LIMIT,
     ESTOP,
     HOME,
-    HOME_INVALID,
-    INVALID_PROFILE,
     PROXIMITY,
     S_CURVE,
 )
@@ -33,36 +31,24 @@ from oracle_bits import (
 DWELL_NS = 2_000_000_000
 
 
-def find_home(m, direction):
+def find_home(m, direction, refused):
     vs, told = commands.speed(m, 1), commands.pair(m.words[4], m.words[5])
     too_slow = told is not None and told < m.starting_speed  # 0 and negative speeds, too
-    limit = CW_LIMIT if direction > 0 else CCW_LIMIT
-    faults = 0
-    speed_is_legal = vs is not None or too_slow
-    if not speed_is_legal or not commands.rates_are_legal(m) or commands.target(m) is None:
+    limit, opposite = (CW_LIMIT, CCW_LIMIT) if direction > 0 else (CCW_LIMIT, CW_LIMIT)
+    refused = commands.is_busy(m) or refused
+    if vs is None or not commands.rates_are_legal(m) or commands.target(m) is None:
         commands.error(m, profile=True)  # CMD-04
-        faults += 1
+        refused = True
     if too_slow:
-        commands.error(m, profile=True)  # HOM-01
-        m.home_invalid = True
-        faults += 1
-    if m.words[2] or m.words[3]:
-        commands.error(m)
-        m.home_invalid = True  # HOM-02
-        faults += 1
-    if not m.used & limit:
-        commands.error(m)
-        m.home_invalid = True  # HOM-03
-        faults += 1
+        commands.error(m, profile=True)  # CMD-05
     if m.o1 & S_CURVE:
         commands.error(m)  # CMD-10
-        faults += 1
-    if faults > 1:  # whether one fault hides another is nowhere said
-        m.leave_open(INVALID_PROFILE | HOME_INVALID)
-    if faults:
-        return
-    if m.on(ESTOP):
-        commands.refuse_by_input(m)
+        refused = True
+    if too_slow or m.words[2] or m.words[3] or not m.used & limit:
+        commands.error(m)
+        m.home_invalid = True  # HOM-01, HOM-02, HOM-03
+        refused = True
+    if commands.refused_by_input(m, ESTOP) or refused:
         return
     commands.take_rates(m)
     m.home_invalid = False
@@ -75,7 +61,10 @@ def find_home(m, direction):
     if m.on(limit):
         dwell(m)
     elif m.home_signal or (m.homing_kind == "switch after proximity bit" and m.on(HOME)):
-        back(m)
+        if m.on(opposite):
+            fail(m)
+        else:
+            back(m)
     else:
         m.phase = "seek"
         at_speed(m, direction)

@@ -12,35 +12,24 @@ from oracle_bits import (
 )
 
 
-def begin(m, direction):
+def begin(m, direction, refused):
     vo = m.starting_speed
     vs = commands.speed(m, 0)
     distance = commands.target(m)
-    if vs is None or distance is None:
-        commands.error(m, profile=True)  # CMD-04
-        return
-    if vs > vo and not commands.rates_are_legal(m):
-        commands.error(m, profile=True)  # CMD-04; at or below Vo they are ignored (A-81)
-        return
-    registration = distance != 0
-    if registration and m.firmware < (3, 1):
-        commands.error(m, profile=True)  # CMD-12
+    refused = commands.is_busy(m) or refused
+    if is_at_fault(m, vs, distance):
+        commands.error(m, profile=True)
+        refused = True
+    if commands.refused_by_input(m, ESTOP):
+        refused = True  # A-16
+    if m.on(m.ahead(direction)):
+        m.input_error = True  # INP-03
+        m.resumable = False
+        refused = True
+    if refused:
         return
     commands.take_rates(m)
-    if registration and (distance < 0 or vs == 0):
-        commands.error(m, profile=True)  # CMD-24; a registration move has no one-shot
-        return
-    if registration and m.on(EXTERNAL):
-        commands.error(m, profile=True)  # CMD-22
-        return
-    if registration and vs > vo:
-        way = motion.ramp_distance(vo, vs, m.deceleration, m.shape)
-        if distance < way - motion.NUDGE:
-            commands.error(m, profile=True)  # CMD-23
-            return
-    if m.on(ESTOP | m.ahead(direction)):
-        commands.refuse_by_input(m)  # INP-03, A-16
-        return
+    registration = distance != 0
     m.manual_bit = MANUAL_CW if direction > 0 else MANUAL_CCW
     m.programmed_speed = vs
     m.seen_target = m.words[2:4]
@@ -56,6 +45,21 @@ def begin(m, direction):
     else:
         course = motion.run(m.start_ns, vo, vs, m.acceleration, m.shape)
         m.start("registration" if registration else "manual", direction, course)
+
+
+def is_at_fault(m, vs, distance):
+    """Whether something is wrong with the words, all of which sets Command Error and Invalid Profile."""
+    vo = m.starting_speed
+    if vs is None or distance is None:
+        return True  # CMD-04
+    if vs > vo and not commands.rates_are_legal(m):
+        return True  # CMD-04; at or below Vo they are ignored (A-81)
+    if distance == 0:
+        return False
+    if m.firmware < (3, 1) or distance < 0 or vs == 0 or m.on(EXTERNAL):
+        return True  # CMD-12, CMD-24; a registration move has no one-shot; CMD-22
+    shape = commands.shape_told(m)
+    return vs > vo and distance < motion.ramp_distance(vo, vs, m.words[7], shape) - motion.NUDGE  # CMD-23
 
 
 def watch(m):

@@ -112,6 +112,11 @@ class Course:
                 return x + piece.travel(u), piece.speed_at(u), piece.ramp, False
         raise AssertionError("a course without a piece for this instant")
 
+    def only_brakes_from(self, now_ns):
+        """Whether nothing but deceleration is left."""
+        t = (now_ns - self.began_ns) * 1e-9
+        return all(piece.ramp == DOWN for start, _, piece in self.rows if start + piece.seconds > t + JITTER)
+
     def is_on_one_piece(self, now_ns, later_ns):
         """Whether one and the same piece has both instants, with neither close to its end."""
         t, later = (now_ns - self.began_ns) * 1e-9, (later_ns - self.began_ns) * 1e-9
