@@ -62,8 +62,8 @@ EQUIVALENT = (
     Equivalent(
         f"{LAYER}/commands.py",
         "resume",
-        "not layer.refused(now_ns, order, refusals.RESUME) and held is not None",
-        "not layer.refused(now_ns, order, refusals.RESUME)",
+        "not layer.refused(now_ns, order) and held is not None",
+        "not layer.refused(now_ns, order)",
         "without a held move it is refused",
     ),
     Equivalent(
