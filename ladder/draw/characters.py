@@ -8,6 +8,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from ..tree import Routine, Rung
@@ -110,6 +111,11 @@ def rung_text(
     ]
 
 
+def comment_lines(comment: str, width: int) -> list[str]:
+    """Return the lines of a comment, those that are longer than the width broken between words."""
+    return [part for line in comment.splitlines() for part in textwrap.wrap(line, width) or [""]]
+
+
 def _box(canvas: _Canvas, box: Box) -> None:
     captions = caption_width(box.lines)
     inner = box.width - 2
@@ -144,7 +150,7 @@ def routine_text(
     lines: list[str] = []
     for number in wanted:
         rung = routine.rungs[number]
-        lines += [f"{' ' * margin}{line}" for line in rung.comment.splitlines()]
+        lines += [f"{' ' * margin}{line}".rstrip() for line in comment_lines(rung.comment, width)]
         drawn = rung_text(rung, width, truths[number] if truths else None, captions)
         first = next((row for row, line in enumerate(drawn) if line.startswith("╟")), 0)
         lines += [

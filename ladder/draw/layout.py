@@ -15,13 +15,10 @@ from types import MappingProxyType
 from ..instructions import BY_NAME, Kind
 from ..tree import Branch, Element, Instruction, Rung, Series, instructions_of
 from .marks import Box, Corner, Picture, Symbol, Wire
-from .ruler import GAP, JOIN, SYMBOLS, Ruler, is_symbol
+from .ruler import GAP, JOIN, SYMBOLS, Block, Line, Ruler, is_symbol
 
 NO_CAPTIONS: Mapping[str, Sequence[str]] = MappingProxyType({})
 """Captions where no add-on instruction is known."""
-
-MARKS = 2
-"""Columns of a line that the marks take which show that a wire goes on, one on either side."""
 
 
 def lay_out(
@@ -34,7 +31,8 @@ def lay_out(
 
     Args:
         rung: the rung.
-        width: columns between the rails that it should keep to; a branch that is wider gets its columns.
+        width: columns between the rails that it keeps to, unless a name or many branches in one another
+            take more.
         truth: whether there is power behind each instruction, in the order in which they execute.
         captions: what the operands of add-on instructions are called, see `captions_of`.
 
@@ -54,56 +52,60 @@ class _Placer:
         if truth is not None and len(truth) != count:
             raise ValueError(f"the rung has {count} instructions, {len(truth)} truths are given")
         self._truth = iter(truth) if truth is not None else None
-        whole = self._ruler.series(series).width <= width
-        chunks = [series] if whole else list(self._ruler.chunks(series, width - MARKS))
-        widest = max(self._ruler.series(chunk).width for chunk in chunks)
-        self.picture.width = max(width, widest + (0 if len(chunks) == 1 else MARKS))
+        block = self._ruler.block(series, width)
+        self.picture.width = max(width, block.width)
         live: bool | None = None if truth is None else True
-        for number, chunk in enumerate(chunks):
-            live = self._line(chunk, live, first=number == 0, last=number == len(chunks) - 1)
+        for number, line in enumerate(block.lines):
+            last = number == len(block.lines) - 1
+            live = self._line(line, block.room, live, first=number == 0, last=last)
 
-    def _line(self, chunk: Series, live: bool | None, *, first: bool, last: bool) -> bool | None:
+    def _line(
+        self, line: Line, room: int | None, live: bool | None, *, first: bool, last: bool
+    ) -> bool | None:
         """Place what stands in one line; outputs that end the rung stand at the right rail."""
         picture = self.picture
-        size = self._ruler.series(chunk)
-        y = picture.rows + size.above
-        picture.rows += size.above + 1 + size.below
+        y = picture.rows + line.size.above
+        picture.rows += line.size.above + 1 + line.size.below
         if first:
             picture.left.append(y)
         else:
             picture.continued.append((0, y))
-        inputs = _leading_inputs(chunk) if last else len(chunk)
-        x = 0 if first else 1
-        for element in chunk[:inputs]:
-            live = self._element(element, x, y, live)
-            x += self._ruler.size(element).width
-        rest = sum(self._ruler.size(element).width for element in chunk[inputs:])
-        self._wire(x, y, picture.width - rest - 1, live)
-        x = picture.width - rest
-        for element in chunk[inputs:]:
-            live = self._element(element, x, y, live)
-            x += self._ruler.size(element).width
+        inputs = _leading_inputs(line.series) if last else len(line.series)
+        x, live = self._elements(line.series[:inputs], 0 if first else 1, y, live, room)
+        outputs = line.series[inputs:]
+        start = picture.width - sum(self._ruler.size(element, room).width for element in outputs)
+        self._wire(x, y, start - 1, live)
+        _, live = self._elements(outputs, start, y, live, room)
         if last:
             picture.right.append(y)
         else:
             picture.continued.append((picture.width - 1, y))
         return live
 
+    def _elements(
+        self, elements: Series, x: int, y: int, live: bool | None, room: int | None
+    ) -> tuple[int, bool | None]:
+        """Place elements behind each other; return the column and the power behind them."""
+        for element in elements:
+            live = self._element(element, x, y, live, room)
+            x += self._ruler.size(element, room).width
+        return x, live
+
     def _wire(self, x: int, y: int, to_x: int, live: bool | None) -> None:
         if to_x >= x:
             self.picture.marks.append(Wire(x, y, to_x, y, live))
 
-    def _element(self, element: Element, x: int, y: int, live: bool | None) -> bool | None:
+    def _element(self, element: Element, x: int, y: int, live: bool | None, room: int | None) -> bool | None:
         if isinstance(element, Branch):
-            return self._branch(element, x, y, live)
+            return self._branch(element, x, y, live, room)
         behind = None if self._truth is None else next(self._truth)
-        width = self._ruler.size(element).width
+        width = self._ruler.size(element, room).width
         if is_symbol(element):
             self._symbol(element, x, y, width, live, behind)
             return behind
         self._wire(x, y, x + GAP - 1, live)
         self.picture.marks.append(
-            Box(x + GAP, y, width - 2 * GAP, element.name, self._ruler.lines(element), behind)
+            Box(x + GAP, y, width - 2 * GAP, element.name, self._ruler.lines(element, room), behind)
         )
         self._wire(x + width - GAP, y, x + width - 1, behind)
         return behind
@@ -117,24 +119,44 @@ class _Placer:
         self._wire(at + len(sign), y, x + width - 1, behind)
         self.picture.marks.append(Symbol(at, y, sign, name, x + (width - len(name)) // 2, live, behind))
 
-    def _branch(self, branch: Branch, x: int, y: int, live: bool | None) -> bool | None:
-        width = self._ruler.size(branch).width
-        rows = self._ruler.leg_rows(branch, y)
+    def _branch(self, branch: Branch, x: int, y: int, live: bool | None, room: int | None) -> bool | None:
+        """Place a branch: a leg leaves the left wire at its first line, its last one meets the right wire."""
+        width = self._ruler.size(branch, room).width
         behind: list[bool | None] = []
-        for leg, row in zip(branch.legs, rows, strict=True):
-            at, power = x + JOIN, live
-            for element in leg:
-                power = self._element(element, at, row, power)
-                at += self._ruler.size(element).width
-            self._wire(at, row, x + width - JOIN - 1, power)
-            behind.append(power)
+        entries: list[int] = []
+        exits: list[int] = []
+        row = y
+        for leg in self._ruler.legs(branch, room):
+            row += leg.size.above if entries else 0
+            entries.append(row)
+            exits.append(row + leg.rows[-1])
+            behind.append(self._leg(leg, x + JOIN, row, width - 2 * JOIN, live))
+            row += leg.size.below + 1
         out = None if None in behind else any(behind)
-        for at, opens, power in ((x, True, live), (x + width - 1, False, out)):
-            self.picture.marks.append(Wire(at, y, at, rows[-1], power))
-            self.picture.marks += [Corner(at, row, opens, power) for row in rows[1:]]
+        marks = self.picture.marks
+        right = x + width - 1
+        marks += [Wire(x, y, x, entries[-1], live), Wire(right, y, right, exits[-1], out)]
+        marks += [Corner(x, each, True, live) for each in entries[1:]]
+        marks += [Corner(right, each, False, out) for each in exits if each != y]
         self._wire(x, y, x, live)
-        self._wire(x + width - 1, y, x + width - 1, out)
+        if y in exits:
+            self._wire(right, y, right, out)
+        else:  # the first leg goes on below: nothing arrives here from the left
+            marks.append(Corner(right, y, True, out))
         return out
+
+    def _leg(self, leg: Block, x: int, y: int, width: int, live: bool | None) -> bool | None:
+        """Place the lines of a leg in so many columns; return the power behind it."""
+        last = len(leg.lines) - 1
+        for number, (line, row) in enumerate(zip(leg.lines, leg.rows, strict=True)):
+            if number > 0:
+                self.picture.continued.append((x, y + row))
+            at, live = self._elements(line.series, x + (number > 0), y + row, live, leg.room)
+            end = x + width - 1 - (number < last)
+            self._wire(at, y + row, end, live)
+            if number < last:
+                self.picture.continued.append((end + 1, y + row))
+        return live
 
 
 def _leading_inputs(series: Series) -> int:

@@ -6,6 +6,7 @@ edge and an operand per line, the wire at the first one.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -60,6 +61,18 @@ GAP = 1
 JOIN = 1
 """Columns that the vertical wire of a branch takes on either side."""
 
+MARKS = 2
+"""Columns of a line that the marks take which show that a wire goes on, one on either side."""
+
+NARROWEST = 12
+"""Columns that a leg of a branch has at least, however deep it stands."""
+
+SHORTEST = 8
+"""Characters that a line of an operand has at least."""
+
+_PIECE = re.compile(r"[^-+*/,.()\[\] =<>]+|.")
+"""What of an operand is kept together where it is broken: a word, or a sign."""
+
 
 @dataclass(frozen=True, slots=True)
 class Size:
@@ -76,70 +89,152 @@ class Size:
     below: int
 
 
+@dataclass(frozen=True, slots=True)
+class Line:
+    """Elements that stand behind each other in one line, and the room that they take."""
+
+    series: Series
+    size: Size
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """A series in one line, or broken into several.
+
+    Attributes:
+        lines: from top to bottom.
+        room: columns that each element may take.
+    """
+
+    lines: tuple[Line, ...]
+    room: int | None
+
+    @property
+    def width(self) -> int:
+        """Columns, those of the marks included."""
+        last = len(self.lines) - 1
+        return max(line.size.width + (at > 0) + (at < last) for at, line in enumerate(self.lines))
+
+    @property
+    def rows(self) -> list[int]:
+        """Rows of the lines' wires, counted from the first one."""
+        rows = [0]
+        for line, after in zip(self.lines, self.lines[1:], strict=False):
+            rows.append(rows[-1] + line.size.below + 1 + after.size.above)
+        return rows
+
+    @property
+    def size(self) -> Size:
+        """Room in all; above and below the first wire."""
+        return Size(self.width, self.lines[0].size.above, self.rows[-1] + self.lines[-1].size.below)
+
+
 def captions_of(add_ons: Iterable[AddOn]) -> dict[str, tuple[str, ...]]:
     """Return what the operands of add-on instructions are called, by the instruction's name."""
     return {each.name: ("Instance", *(parameter.name for parameter in each.required)) for each in add_ons}
 
 
 class Ruler:
-    """Measures elements; knows what operands are called."""
+    """Measures elements; knows what operands are called.
+
+    A `room` is the columns that an element may take, None for as many as it likes. What is wider is broken:
+    a series into lines, a branch in its legs, the operands of a box into pieces.
+    """
 
     def __init__(self, captions: Mapping[str, Sequence[str]]) -> None:
         self._captions = {**CAPTIONS, **captions}
+        self._known: dict[tuple[int, int | None], Size] = {}
+        self._kept: list[Element] = []
 
-    def size(self, element: Element) -> Size:
+    def size(self, element: Element, room: int | None = None) -> Size:
         """Return the room that an element takes."""
+        key = id(element), room
+        if key not in self._known:
+            self._kept.append(element)  # so that no other element gets its id
+            self._known[key] = self._size(element, room)
+        return self._known[key]
+
+    def _size(self, element: Element, room: int | None) -> Size:
         if isinstance(element, Branch):
-            legs = list(map(self.series, element.legs))
+            legs = [leg.size for leg in self.legs(element, room)]
             width = max(leg.width for leg in legs) + 2 * JOIN
             below = legs[0].below + sum(leg.above + 1 + leg.below for leg in legs[1:])
             return Size(max(width, 2 * JOIN + 1), legs[0].above, below)
         if is_symbol(element):
             widest = max(len(str(element.operands[0])), len(SYMBOLS[element.name]))
             return Size(widest + 2 * GAP, 1, 0)
-        lines = self.lines(element)
+        lines = self.lines(element, room)
         caption = caption_width(lines)
         inner = max([len(element.name), *(caption + len(operand) for _, operand in lines)])
         return Size(inner + 4 + 2 * GAP, 1, max(len(lines), 1))
 
-    def series(self, series: Series) -> Size:
-        """Return the room that elements take behind each other."""
-        sizes = list(map(self.size, series))
-        return Size(
+    def legs(self, branch: Branch, room: int | None) -> list[Block]:
+        """Return the legs of a branch, broken where they are wider than it may be."""
+        inner = None if room is None else max(room - 2 * JOIN, NARROWEST)
+        return [self.block(leg, inner) for leg in branch.legs]
+
+    def block(self, series: Series, room: int | None) -> Block:
+        """Break a series into lines if it is wider than a room."""
+        whole = self._line(series, None)
+        if room is None or whole.size.width <= room:
+            return Block((whole,), None)
+        inner = room - MARKS
+        return Block(tuple(self._line(each, inner) for each in self._broken(series, inner)), inner)
+
+    def _line(self, series: Series, room: int | None) -> Line:
+        sizes = [self.size(each, room) for each in series]
+        size = Size(
             sum(size.width for size in sizes),
             max((size.above for size in sizes), default=0),
             max((size.below for size in sizes), default=0),
         )
+        return Line(series, size)
 
-    def lines(self, instruction: Instruction) -> tuple[tuple[str, str], ...]:
-        """Return caption and text of each operand of a box."""
-        captions = self._captions.get(instruction.name, ())
-        return tuple(
-            (captions[number] if number < len(captions) else "", str(operand))
-            for number, operand in enumerate(instruction.operands)
-        )
-
-    def leg_rows(self, branch: Branch, y: int) -> list[int]:
-        """Return the rows of the legs' wires; the first one is the branch's own."""
-        rows, below = [y], self.series(branch.legs[0]).below
-        for leg in branch.legs[1:]:
-            size = self.series(leg)
-            rows.append(rows[-1] + below + size.above + 1)
-            below = size.below
-        return rows
-
-    def chunks(self, series: Series, width: int) -> Iterator[Series]:
-        """Break a series into lines that keep to the width where that is possible."""
+    def _broken(self, series: Series, room: int) -> Iterator[Series]:
+        """Yield the lines of a series; an element that is wider than the room stands alone."""
         line: list[Element] = []
         used = 0
         for element in series:
             wide = self.size(element).width
-            if line and used + wide > width:
+            if line and used + wide > room:
                 yield tuple(line)
                 line, used = [], 0
             line.append(element)
             used += wide
         yield tuple(line)
+
+    def lines(self, instruction: Instruction, room: int | None = None) -> tuple[tuple[str, str], ...]:
+        """Return caption and text of each line of a box; a long operand takes several."""
+        captions = self._captions.get(instruction.name, ())
+        named = [
+            (captions[number] if number < len(captions) else "", str(operand))
+            for number, operand in enumerate(instruction.operands)
+        ]
+        if room is None:
+            return tuple(named)
+        longest = max(room - 4 - 2 * GAP - caption_width(named), SHORTEST)
+        return tuple(
+            (caption if number == 0 else "", piece)
+            for caption, operand in named
+            for number, piece in enumerate(pieces(operand, longest))
+        )
+
+
+def pieces(text: str, longest: int) -> list[str]:
+    """Break a text into pieces, between words where that is possible.
+
+    >>> pieces("Total*1000+Offset", 8)
+    ['Total*', '1000+', 'Offset']
+    """
+    found = [""]
+    for word in _PIECE.findall(text):
+        if len(found[-1]) + len(word) > longest and found[-1]:
+            found.append("")
+        while len(word) > longest:
+            found[-1], word = word[:longest], word[longest:]
+            found.append("")
+        found[-1] += word
+    return found
 
 
 def caption_width(lines: Sequence[tuple[str, str]]) -> int:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from xml.sax.saxutils import escape
 
 from ..tree import Routine
-from .characters import WIDTH
+from .characters import WIDTH, comment_lines
 from .layout import NO_CAPTIONS, lay_out
 from .marks import Box, Corner, Picture, Symbol, Wire
 from .ruler import caption_width
@@ -88,7 +88,7 @@ class _Page:
         self._row += 1
         for number in rungs:
             rung = routine.rungs[number]
-            for line in rung.comment.splitlines():
+            for line in comment_lines(rung.comment, self._columns):
                 self._text(MARGIN, self._row, line, "comment")
                 self._row += 1
             truth = truths[number] if truths else None

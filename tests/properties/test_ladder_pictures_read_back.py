@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from ladder_programs import rungs
 from scanrack.ladder.draw import rung_text
-from scanrack.ladder.draw.ruler import SYMBOLS
+from scanrack.ladder.draw.ruler import SHORTEST, SYMBOLS
 from scanrack.ladder.text import parse_rung
 from scanrack.ladder.tree import Branch, instructions_of
 
@@ -45,15 +45,29 @@ def contacts_by_name(lines):
     return found
 
 
+def continued(cells):
+    """Where a wire goes on, by the mark at which it breaks off: the nearest open one to the right."""
+    onward, broken = {}, []
+    marks = sorted((at for at, sign in cells.items() if sign == "»"), key=lambda at: (at[1], at[0]))
+    for x, y in marks:
+        if RIGHT in WAYS.get(cells[x - 1, y], ()):
+            broken.append((x, y))
+        else:
+            end = min(each for each in broken if each[0] > x)
+            broken.remove(end)
+            onward[end] = x, y
+    assert not broken
+    return onward
+
+
 def powered(lines, closed):
     """Whether power gets through, with the contacts in `closed` closed."""
     cells = {(x, y): sign for y, line in enumerate(lines) for x, sign in enumerate(line)}
+    onward = continued(cells)
     for name, (x, y) in contacts_by_name(lines).items():
         for step in range(3):
             cells[x + step, y] = "─" if name in closed else " "
     (start,) = (at for at, sign in cells.items() if sign == "╟")
-    marks = sorted((at for at, sign in cells.items() if sign == "»"), key=lambda at: (at[1], -at[0]))
-    onward = dict(zip(marks[::2], marks[1::2], strict=True))
     reached, todo = set(), [start]
     while todo:
         at = todo.pop()
@@ -108,6 +122,13 @@ def test_the_picture_conducts_as_the_rung_does(circuit, width):
     assert powered(lines, closed) is conducts(rung.series, closed)
 
 
+@given(circuits(), st.integers(30, 60))
+def test_a_rung_keeps_to_the_columns_asked_for(circuit, width):
+    """Three branches in one another take 6 columns, marks 8, a leg 12: at 26 or more nothing is too wide."""
+    text, _ = circuit
+    assert {len(line) for line in rung_text(parse_rung(text), width)} == {width + 2}
+
+
 @given(rungs(), widths, st.data())
 def test_nothing_is_left_out_of_a_picture(text, width, data):
     rung = parse_rung(text)
@@ -119,8 +140,10 @@ def test_nothing_is_left_out_of_a_picture(text, width, data):
     assert len({len(line) for line in lines}) == 1
     picture = "\n".join(lines)
     for instruction in instructions:
-        for operand in instruction.operands:
-            assert str(operand) in picture
+        for operand in map(str, instruction.operands):
+            assert operand in picture or all(
+                each[:SHORTEST] in picture for each in re.findall(r"\w+", operand)
+            )
     boxes = re.findall("┌─*([A-Z]+)─*┐", picture)
     assert sorted(boxes) == sorted(each.name for each in instructions if each.name not in SYMBOLS)
 
@@ -142,4 +165,4 @@ def test_power_behind_a_rung_is_drawn_at_the_right_rail(circuit, width):
 
     end = play(rung.series, True)
     (last,) = (line for line in rung_text(rung, width, truth) if line.endswith("╢"))
-    assert last[-2] in ("━┳┫┓┛┻╋┨┠" if end else "─┬┤┐┘┴┼├")
+    assert last[-2] in ("━┳┫┓┛┻╋┨┠┏" if end else "─┬┤┐┘┴┼├┌")

@@ -1,5 +1,6 @@
 """Rungs drawn with box characters and as SVG; the expected pictures were drawn by hand."""
 
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import pytest
@@ -60,6 +61,37 @@ def test_a_wide_rung_goes_on_below_where_the_marks_show():
         ║   C     D  ║
         ║»─┤ ├───( )─╢
     """)
+
+
+def test_a_branch_that_is_too_wide_goes_on_below_in_its_legs():
+    assert drawn("[XIC(A)XIC(B)XIC(C),XIC(D)]OTE(E);", 18) == expected("""
+        ║   A    B         ║
+        ╟┬─┤ ├──┤ ├─»┌────»║
+        ║│   C       │     ║
+        ║│»─┤ ├──────┤     ║
+        ║│  D        │     ║
+        ║└─┤ ├───────┘     ║
+        ║               E  ║
+        ║»─────────────( )─╢
+    """)
+
+
+def test_a_long_operand_takes_several_lines_of_its_box():
+    lines = drawn("CPT(Total,Left*1000+Middle*100+Right);", 32).splitlines()
+    assert {len(line) for line in lines} == {34}
+    text = "".join(lines)
+    for piece in ("Expression", "Left*1000", "Middle*100+", "Right"):
+        assert piece in text
+
+
+def test_long_comments_wrap():
+    said = "Whenever the position is not known, look for home"
+    routine = Routine("Main", (replace(parse_rung("OTE(A);"), comment=f"{said}\n\nshort"),))
+    lines = [line.strip() for line in routine_text(routine, 24).splitlines()]
+    assert lines[:4] == ["Whenever the position is", "not known, look for home", "", "short"]
+    root = ElementTree.fromstring(routines_svg([(routine, [0])], 24))
+    texts = {each.text for each in root.iter(f"{SVG}text")}
+    assert texts >= {"Whenever the position is", "not known, look for home", "short"}
 
 
 def test_power_makes_wires_heavy_up_to_the_first_contact_that_is_open():
