@@ -12,8 +12,9 @@ from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.records import Channel, Chunk, ChunkIndex, Footer, Schema, SummaryOffset
 from scanrack.traces.arrays import read_columns
+from scanrack.traces.finding import find_records
 from scanrack.traces.reader import open_trace
-from scanrack.traces.records import Span, find_records, read_record
+from scanrack.traces.records import Span, read_record
 from scanrack.traces.repair import repair
 from scanrack.traces.summary import encoded
 
@@ -99,8 +100,9 @@ def test_each_chunk_index_leads_to_its_chunk_and_to_its_message_indexes(path: Pa
 
 
 def with_chunk(path: Path, data: bytes) -> None:
-    """Put a chunk of our own in front of the second one, and cut the end off."""
-    at = [span for span in found(path) if span.opcode == Opcode.CHUNK][1].offset
+    """Put a chunk of our own in front of the last one, and cut the end off, from the CRC of the data on."""
+    at = next(span.offset for span in found(path)[::-1] if span.opcode == Opcode.CHUNK)
+    [end] = [span.offset for span in found(path) if span.opcode == Opcode.DATA_END]
     content = path.read_bytes()
     chunk = Chunk(
         compression="",
@@ -110,7 +112,7 @@ def with_chunk(path: Path, data: bytes) -> None:
         uncompressed_crc=zlib.crc32(data),
         uncompressed_size=len(data),
     )
-    path.write_bytes(content[:at] + encoded(chunk) + content[at : -len("cut")])
+    path.write_bytes(content[:at] + encoded(chunk) + content[at:end])
 
 
 def first_of(path: Path, kind: type[Schema] | type[Channel], opcode: Opcode) -> bytes:
