@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, Phase, settings
+from hypothesis.internal.conjecture import providers
 
 TESTS = Path(__file__).parent
 FIRST = (TESTS / "manual", TESTS / "properties" / "test_against_oracle.py")
@@ -32,6 +33,17 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     settings.load_profile("long" if config.getoption("--long") else "ci")
+    if not config.getoption("--long"):
+        _draw_no_constants_of_modules()
+
+
+def _draw_no_constants_of_modules() -> None:
+    """Let a test's examples depend on nothing but the test.
+
+    Hypothesis also draws the constants that it finds in whatever modules are loaded: a test would see other
+    examples by itself than in the whole suite, in spite of `derandomize`.
+    """
+    providers._get_local_constants = providers.Constants
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

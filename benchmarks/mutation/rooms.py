@@ -116,7 +116,6 @@ ROOMS: dict[str, Room] = {
     "traces": Room(
         ("traces",),
         (
-            "tests/golden",
             "tests/peers/test_export_read_back.py",
             "tests/peers/test_trace_stock_reader.py",
             "tests/properties/test_compare_mutated.py",
