@@ -33,6 +33,7 @@ def table(heading: str) -> list[list[str]]:
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder with the trace of the example."""
     folder = tmp_path_factory.mktemp("doc")
+    (folder / "examples").symlink_to(ROOT / "examples")  # the page's commands start at the top
     rack = ROOT / "examples" / "three_stations" / "line.toml"
     result = runner.invoke(build(), ["run", str(rack), "-q", "--record", str(folder / "three-stations.mcap")])
     assert result.exit_code == 0
