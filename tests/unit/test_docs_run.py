@@ -84,8 +84,6 @@ def clone(tmp_path_factory):
 
 READS = r"scanrack (?:show|run|plot|query|export) \S+\.(?:mcap|toml)\b[^`]*"
 INLINE = re.compile(rf"^    (scanrack \S.*)$|`({READS})`", re.MULTILINE)
-    r"^    (scanrack \S.*)$|`(scanrack (?:show|run|plot|query|export) \S+\.(?:mcap|toml)\b[^`]*)`", re.M
-)
 
 
 @pytest.mark.parametrize("page", ["README.md", "docs/plot.md"])
