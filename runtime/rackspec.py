@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 from pydantic import BeforeValidator, Field, GetPydanticSchema, PlainValidator, model_validator
 from pydantic_core import PydanticCustomError, core_schema
 
+from ..io_images.amci3601.firmware import KNOWN, Firmware
 from .addresses import allowed, parse_address
 from .catalog import CATALOG, check_controller
 from .events import JsonValue
@@ -103,6 +104,7 @@ class SlotSpec(Table):
         number: from 1.
         module: catalog name of what sits there.
         firmware: its version.
+        needs_firmware: the oldest version that the program works with; `scanrack fuzz` tries no older one.
         options: model switches by name.
         machine: what it is bolted to.
         wiring: "diagnostic": the step outputs are wired to the encoder inputs.
@@ -113,6 +115,7 @@ class SlotSpec(Table):
     number: Annotated[int, Field(ge=1)]
     module: Annotated[str, BeforeValidator(_module_name)]
     firmware: Annotated[str, BeforeValidator(_firmware_text)] = "4.1"
+    needs_firmware: Annotated[str, BeforeValidator(_firmware_text)] = str(KNOWN[0])
     options: Annotated[Mapping[str, JsonValue], PlainValidator(_plain)] = Field(default_factory=dict)
     machine: Annotated[MachineSpec, GetPydanticSchema(_machine_schema)] = MachineSpec()
     wiring: Literal["diagnostic"] | None = None
@@ -151,6 +154,10 @@ class SlotSpec(Table):
     @model_validator(mode="after")
     def _can_be_made(self) -> Self:
         self.make(seed=0)
+        if Firmware.parse(self.firmware) < Firmware.parse(self.needs_firmware):
+            raise ValueError(
+                f"firmware {self.firmware}: the program needs {self.needs_firmware} or newer (needs_firmware)"
+            )
         if self.is_live:
             from .adapters.live import check_port
 

@@ -123,6 +123,8 @@ class Session:
         start_ns = wall_ns()
         bench = bench_of(self.setup)
         state = read_state(self.state_file, os.path.relpath(self.setup.rack, self.folder))
+        for old in state.leave_out_impossible(bench.spec):
+            say(f"left out: {old.sentence.rstrip('.')} [{old.invariant}]: the program needs newer firmware")
         before = replace(state)
         if self.base is not None:
             state.corpus = {RECORDING: self.base, **state.corpus}

@@ -124,6 +124,7 @@ def _fuzz_command(
             kinds=_kinds(job, only or [], without or []),
             notes=folder,
         )
+        bench_of.cache_clear()  # the files may have changed since another call in this process
         bench_of(setup)  # what can't be used is told before a search begins
         if scenario is not None:
             raise typer.Exit(_replay(setup, scenario))

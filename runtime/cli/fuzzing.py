@@ -5,12 +5,15 @@ from __future__ import annotations
 import json
 import os
 import shlex
+import sys
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
+from ...io_images.amci3601.firmware import Firmware
 from ...ladder import Program
 from ...ladder.program import load_program
 from ...traces.plot import Mark, save_page
@@ -30,7 +33,7 @@ from ..fuzz.scenarios import Kind
 from ..listener import ScanListener
 from ..machinetables import input_name
 from ..rack import Rack
-from ..rackspec import RackSpec
+from ..rackspec import RackSpec, SlotSpec
 from ..scan import Logic
 from .attachments import forget_imported
 from .fuzzsummary import report
@@ -84,7 +87,43 @@ def bench_of(setup: Setup) -> Bench:
         ValueError: the rack, its program or the invariants can't be used.
     """
     job = load_job(setup.rack)
-    return Bench(job.spec, logic_maker(job, setup.rack), invariants_of(setup), setup.scans, _tags_of)
+    return Bench(with_needs(job), logic_maker(job, setup.rack), invariants_of(setup), setup.scans, _tags_of)
+
+
+NEEDS_FIRMWARE = "NEEDS_FIRMWARE"
+"""What a Python program calls the oldest firmware that it works with."""
+
+
+def with_needs(job: Job) -> RackSpec:
+    """Return a job's rack with the firmware that its program says it needs.
+
+    Raises:
+        ValueError: a module's firmware is older, or the program names no firmware.
+    """
+    modules = [each for each in list(sys.modules.values()) if _is_of(each, job.program)]
+    named = next((vars(each)[NEEDS_FIRMWARE] for each in modules if NEEDS_FIRMWARE in vars(each)), None)
+    if named is None:
+        return job.spec
+    try:
+        needed = Firmware.parse(str(named))
+    except ValueError as error:
+        raise ValueError(f"{job.program}: {NEEDS_FIRMWARE} = {named!r}: {error}") from None
+    return job.spec.model_copy(update={"slot": tuple(_needing(slot, needed, job) for slot in job.spec.slot)})
+
+
+def _is_of(module: ModuleType, program: Path) -> bool:
+    file = getattr(module, "__file__", None)
+    return isinstance(file, str) and Path(file) == program
+
+
+def _needing(slot: SlotSpec, needed: Firmware, job: Job) -> SlotSpec:
+    if Firmware.parse(slot.firmware) < needed:
+        raise ValueError(
+            f"{job.program}: {NEEDS_FIRMWARE} is {needed}, and slot {slot.number} has "
+            f"firmware {slot.firmware}"
+        )
+    needed = max(needed, Firmware.parse(slot.needs_firmware))
+    return slot.model_copy(update={"needs_firmware": str(needed)})
 
 
 def invariants_of(setup: Setup) -> list[Invariant]:

@@ -12,6 +12,7 @@ from decimal import Decimal
 from typing import Any
 
 from ...io_images.amci3601.bits import InputBit
+from ...io_images.amci3601.firmware import Firmware
 from ..incidents import Happening, Incident
 from ..machine import MachineSpec, Slip, TimelineEntry
 from ..machinetables import input_name
@@ -173,6 +174,13 @@ class Scenario:
             if slot not in have:
                 slots = ", ".join(map(str, have))
                 raise ValueError(f"scenario: there is no slot {slot}; the rack has {slots}")
+
+    def is_possible(self, spec: RackSpec) -> bool:
+        """Return whether no module has an older firmware here than the rack's program needs."""
+        needed = {slot.number: Firmware.parse(slot.needs_firmware) for slot in spec.slot}
+        return all(
+            Firmware.parse(version) >= needed[slot] for slot, version in self.firmware if slot in needed
+        )
 
     @property
     def size(self) -> int:

@@ -10,7 +10,7 @@ from typing import TypeVar
 from hypothesis import strategies as st
 
 from ...io_images.amci3601.bits import InputBit
-from ...io_images.amci3601.firmware import KNOWN
+from ...io_images.amci3601.firmware import KNOWN, Firmware
 from ...io_images.image import WORDS
 from ..incidents import Happening, Incident
 from ..machine import MachineSpec
@@ -157,9 +157,10 @@ def _fed(machine: MachineSpec) -> set[InputBit]:
 
 
 def _firmware(spec: RackSpec) -> st.SearchStrategy[tuple[tuple[int, str], ...]]:
-    """Another version for all of the modules, or their own."""
+    """Another version for all of the modules, or their own; none that is older than the program needs."""
     behind_micrologix = spec.controller == "micrologix"
-    versions = [str(each) for each in KNOWN if each.micrologix or not behind_micrologix]
+    needed = max(Firmware.parse(slot.needs_firmware) for slot in spec.slot)
+    versions = [str(each) for each in KNOWN if each >= needed and (each.micrologix or not behind_micrologix)]
     same: st.SearchStrategy[tuple[tuple[int, str], ...]] = st.just(())
     return same | st.sampled_from(versions).map(
         lambda version: tuple((slot, version) for slot in _modules_3601(spec))

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ...io_images.amci3601 import RULES
+from ..rackspec import RackSpec
 from .scenario import Scenario
 from .search import Found, Report, behind
 from .trial import Bench, Broken
@@ -87,6 +88,14 @@ class State:
             numbered = (f"{broken.invariant}-{number}" for number in count(2))
             names = chain([broken.invariant], numbered)
             self.folders[broken.key] = next(name for name in names if name not in self.folders.values())
+
+    def leave_out_impossible(self, spec: RackSpec) -> list[Broken]:
+        """Forget scenarios with an older firmware than the program needs; return what they broke."""
+        gone = {key: each for key, each in self.found.items() if not each.scenario.is_possible(spec)}
+        for key in gone:
+            del self.found[key]
+        self.corpus = {key: each for key, each in self.corpus.items() if each.is_possible(spec)}
+        return [each.broken for _key, each in sorted(gone.items())]
 
     def recheck(self, bench: Bench) -> list[Broken]:
         """Look whether the program still breaks what it was found to break; return what it does not.
