@@ -63,8 +63,8 @@ def imported(job: Job) -> list[Attachment]:
 
 def unit_programs(job: Job) -> list[Attachment]:
     """Return the stored programs of the units beside the rack, each once, in the order of the units."""
-    names = dict.fromkeys(unit.program for unit in job.spec.unit if unit.program is not None)
-    return [attachment(job.folder / name, name) for name in names]
+    paths = dict.fromkeys(Path(unit.program) for unit in job.spec.unit if unit.program is not None)
+    return [attachment(job.folder / path, path.as_posix()) for path in paths]
 
 
 def forget_imported(folder: Path) -> None:

@@ -162,7 +162,8 @@ def stored_programs(spec: RackSpec) -> list[str]:
     Raises:
         ValueError: one leads out of the folder of the rack file.
     """
-    return list(dict.fromkeys(checked_name(unit.program) for unit in spec.unit if unit.program is not None))
+    paths = [PurePosixPath(unit.program) for unit in spec.unit if unit.program is not None]
+    return list(dict.fromkeys(checked_name(str(path)) for path in paths))
 
 
 def _check_trust(files: Mapping[str, bytes]) -> None:

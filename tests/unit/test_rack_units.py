@@ -77,7 +77,9 @@ def test_a_unit_that_cannot_be_made_is_told(was: str, now: str, said: str, tmp_p
     assert said in result.stderr
 
 
-def test_a_trace_with_units_is_rerun_from_the_files_in_it(tmp_path: Path) -> None:
-    assert run(tmp_path, RACK.replace("run_for_s = 20", "run_for_s = 1")).exit_code == 0
+@pytest.mark.parametrize("name", ["sample3.pclt", "./sample3.pclt", ".//sample3.pclt"])
+def test_a_trace_with_units_is_rerun_from_the_files_in_it(tmp_path: Path, name: str) -> None:
+    rack = RACK.replace("run_for_s = 20", "run_for_s = 1").replace("sample3.pclt", name)
+    assert run(tmp_path, rack).exit_code == 0
     result = CliRunner().invoke(build(), ["rerun", "--trust", str(tmp_path / "run.mcap")])
     assert result.exit_code == 0, result.stderr
