@@ -117,3 +117,90 @@ def test_the_readout_tells_the_scan_under_the_pointer(page: Path, browser: Chrom
     assert "constant speed" in text
     assert "status: MOVING_CW MODULE_OK" in text
     assert "error: COMMAND_ERROR" in text
+
+
+@pytest.fixture
+def sized(browser: Chromium) -> Iterator[Chromium]:
+    """A browser whose size and colours are put back."""
+    yield browser
+    browser.look(1300, 800)
+
+
+LABELS = """(() => {
+  const said = [], before = pen.fillText;
+  pen.fillText = (...given) => { said.push(given[0]); before.apply(pen, given); };
+  draw();
+  pen.fillText = before;
+  return said;
+})()"""
+
+
+@pytest.mark.parametrize(
+    ("least", "most"), [(-8000, 8000), (0, 0), (-1, 1), (0, 999_999), (7, 7), (-950, 30)]
+)
+def test_a_curve_has_two_labels_at_least(page: Path, browser: Chromium, least: int, most: int) -> None:
+    browser.open(page.as_uri())
+    pad = max(1, (most - least) * 0.08)
+    values = browser.evaluate(f"labelled({least - pad}, {most + pad}, SPEED / 28)")
+    assert len(values) >= 2
+    assert all(least - pad <= value <= most + pad for value in values)
+    assert len(values) <= 8  # and they do not run into each other
+    assert sum(says == "0" for says in browser.evaluate(LABELS)) >= 1
+
+
+@pytest.mark.parametrize(
+    "asked", ["#from=abc", "#from=abc&to=def", "#from=&to=2", "#from=3&to=1", "#to=1", "#from=1"]
+)
+def test_an_address_that_asks_for_nothing_shows_all(page: Path, browser: Chromium, asked: str) -> None:
+    browser.open(page.as_uri() + asked)
+    assert shown(browser) == (0, (SCANS - 1) * PERIOD_NS)
+
+
+def test_a_changed_address_is_followed(page: Path, browser: Chromium) -> None:
+    browser.open(page.as_uri())
+    browser.evaluate("location.hash = '#from=2&to=3', new Promise(done => setTimeout(done, 100))")
+    assert shown(browser) == pytest.approx((2e9, 3e9))
+
+
+def test_a_narrow_window_shows_the_chart_above_the_readout(page: Path, sized: Chromium) -> None:
+    sized.look(420, 900)
+    sized.open(page.as_uri())
+    assert sized.evaluate("canvas.clientWidth") == 420
+    assert sized.evaluate("width()") > 240
+    assert sized.evaluate("document.documentElement.scrollWidth") <= 420
+    assert sized.evaluate("readout.getBoundingClientRect().top >= canvas.getBoundingClientRect().bottom")
+
+
+def test_a_tall_window_is_used_to_its_full_height(page: Path, sized: Chromium) -> None:
+    sized.look(1300, 1600)
+    sized.open(page.as_uri())
+    assert sized.evaluate("canvas.getBoundingClientRect().bottom") == pytest.approx(1600, abs=2)
+    sized.look(1300, 400)
+    sized.open(page.as_uri())
+    assert sized.evaluate("POSITION") == sized.evaluate("LEAST_POSITION")
+
+
+def test_a_dark_scheme_is_dark_and_readable(page: Path, sized: Chromium) -> None:
+    sized.look(1300, 800, "dark")
+    sized.open(page.as_uri())
+    assert sized.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(22, 24, 27)"
+    names = "[ink(), soft(), ...Object.values(data.colours.lanes).map(shade), shade(data.colours.curve)]"
+    for colour in sized.evaluate(names):
+        assert contrast(colour, "#16181b") >= 4.5, colour  # WCAG 2, 1.4.3
+    sized.look(1300, 800)
+    sized.open(page.as_uri())
+    for colour in sized.evaluate(names):
+        assert contrast(colour, "#ffffff") >= 4.5, colour
+
+
+def contrast(one: str, other: str) -> float:
+    """Return the contrast ratio of two colours [WCAG 2.2, relative luminance]."""
+    darker, lighter = sorted(map(luminance, (one, other)))
+    return (lighter + 0.05) / (darker + 0.05)
+
+
+def luminance(colour: str) -> float:
+    digits = colour[1:] if len(colour) == 7 else "".join(2 * digit for digit in colour[1:])
+    parts = [int(digits[place : place + 2], 16) / 255 for place in (0, 2, 4)]
+    linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]

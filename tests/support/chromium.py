@@ -6,6 +6,7 @@ browser reads them from its file descriptor 3 and answers on 4.
 
 from __future__ import annotations
 
+import base64
 import fcntl
 import json
 import os
@@ -76,6 +77,17 @@ class Chromium:
         """Let the mouse do something: mouseMoved, mousePressed, mouseReleased or mouseWheel."""
         self._call("Input.dispatchMouseEvent", {"type": kind, "x": x, "y": y, **more})
         self.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+    def look(self, width: int, height: int, scheme: str = "light") -> None:
+        """Give the page a size and a scheme of colours, light or dark."""
+        size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
+        self._call("Emulation.setDeviceMetricsOverride", size)
+        wanted = [{"name": "prefers-color-scheme", "value": scheme}]
+        self._call("Emulation.setEmulatedMedia", {"features": wanted})
+
+    def picture(self) -> bytes:
+        """Return what the page looks like, a PNG."""
+        return base64.b64decode(self._call("Page.captureScreenshot", {"format": "png"})["data"])
 
     def close(self) -> None:
         """End the browser."""

@@ -6,7 +6,8 @@ const canvas = document.getElementById("chart");
 const readout = document.getElementById("readout");
 const pen = canvas.getContext("2d");
 const LEFT = 150, RIGHT = 14, TOP = 6, AXIS = 40;
-const MARKS = 50, POSITION = 150, SPEED = 96, LANE = 18, GAP = 14, MARK_ROWS = 3;
+const MARKS = 50, LEAST_POSITION = 150, SPEED = 96, LANE = 18, GAP = 14, MARK_ROWS = 3;
+let POSITION = LEAST_POSITION; // grows with the window
 const INSTANTS = 120; // most lines through the curves for marks
 const MARK_FONT = "11px system-ui";
 const GROUP = 64; // rows of which least and greatest are kept at hand

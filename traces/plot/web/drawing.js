@@ -5,7 +5,32 @@ const xOf = moment => LEFT + (moment - view.start) / (view.end - view.start) * w
 const timeAt = x => view.start + (x - LEFT) / width() * (view.end - view.start);
 const panelHeight = panel => MARKS + POSITION + SPEED + LANE * (1 + panel.lanes.length) + 2 * GAP + AXIS;
 
+// The scheme of colours: as light, or dark with every colour of the chart made lighter.
+const dark = window.matchMedia("(prefers-color-scheme: dark)");
+const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+const ink = () => style("--ink"), soft = () => style("--soft"), paper = () => style("--paper");
+const TOWARDS_WHITE = 0.45;
+
+function shade(colour) {
+  if (!dark.matches) return colour;
+  const parts = [1, 3, 5].map(place => parseInt(colour.slice(place, place + 2), 16));
+  const lighter = parts.map(part => Math.round(part + (255 - part) * TOWARDS_WHITE));
+  return "#" + lighter.map(part => part.toString(16).padStart(2, "0")).join("");
+}
+
+const gridColour = () => dark.matches ? style("--edge") : data.colours.grid;
+
+// The curves of position share what the window has left, if the readout is beside the chart.
+function fit() {
+  POSITION = LEAST_POSITION;
+  const needed = TOP + data.panels.reduce((sum, panel) => sum + panelHeight(panel), 0);
+  const room = window.innerHeight - canvas.getBoundingClientRect().top - window.scrollY;
+  const beside = canvas.clientWidth < canvas.parentElement.clientWidth;
+  if (beside) POSITION += Math.max(0, Math.floor((room - needed) / data.panels.length));
+}
+
 function draw() {
+  fit();
   const scale = window.devicePixelRatio || 1;
   const height = TOP + data.panels.reduce((sum, panel) => sum + panelHeight(panel), 0);
   canvas.style.height = `${height}px`;
@@ -23,8 +48,8 @@ function draw() {
 function drawPanel(panel, top) {
   const bottom = top + panelHeight(panel) - AXIS;
   drawTicks(top + MARKS, bottom);
-  text(`slot ${panel.slot}`, 8, top + 18, "#222", "bold 14px system-ui");
-  text(panel.module, 8, top + 34, "#555", "12px system-ui");
+  text(`slot ${panel.slot}`, 8, top + 18, ink(), "bold 14px system-ui");
+  text(panel.module, 8, top + 34, soft(), "12px system-ui");
   drawMarks(panel, top, top + MARKS + POSITION + GAP + SPEED, bottom);
   top += MARKS;
   drawCurve(panel.position, "position, steps", top, POSITION);
@@ -65,10 +90,10 @@ function drawTicks(top, bottom) {
   const span = view.end - view.start;
   const step = data.steps.find(step => span / step <= width() / 90) || data.steps[data.steps.length - 1];
   for (let moment = Math.ceil(view.start / step) * step; moment <= view.end; moment += step) {
-    line(xOf(moment), top, xOf(moment), bottom, data.colours.grid);
-    text(clock(moment, step), xOf(moment), bottom + 15, "#222", "11px system-ui", "center");
+    line(xOf(moment), top, xOf(moment), bottom, gridColour());
+    text(clock(moment, step), xOf(moment), bottom + 15, ink(), "11px system-ui", "center");
   }
-  text(`machine time, ${unit()}`, LEFT + width() / 2, bottom + 30, "#555", "11px system-ui", "center");
+  text(`machine time, ${unit()}`, LEFT + width() / 2, bottom + 30, soft(), "11px system-ui", "center");
 }
 
 const unit = () => view.end < 12e10 ? "s" : view.end < 36e11 ? "min:s" : "h:min:s";
@@ -91,20 +116,30 @@ function niceStep(span, most) {
   return [1, 2, 5, 10].map(factor => factor * power).find(step => span / step <= most);
 }
 
+// The values that are labelled from low to high: at least two.
+function labelled(low, high, most) {
+  const multiples = step => {
+    const found = [];
+    for (let place = Math.ceil(low / step); place * step <= high; place++) found.push(place * step || 0); // no -0
+    return found;
+  };
+  let values = multiples(niceStep(high - low, most));
+  for (let more = most + 1; values.length < 2; more++) values = multiples(niceStep(high - low, more));
+  return values;
+}
+
 function drawCurve(curve, name, top, height) {
   const first = rowAt(view.start), end = Math.min(time.length, rowAt(view.end) + 2);
   const [least, most] = extremes(curve, first, end) || [0, 0];
   const pad = Math.max(1, (most - least) * 0.08), low = least - pad, high = most + pad;
   const yOf = value => top + (high - value) / (high - low) * height;
-  const step = niceStep(high - low, height / 28);
-  for (let place = Math.ceil(low / step); place * step <= high; place++) {
-    const value = place * step || 0; // no -0
-    line(LEFT, yOf(value), LEFT + width(), yOf(value), data.colours.grid);
-    text(value.toLocaleString("en"), LEFT - 6, yOf(value) + 4, "#222", "11px system-ui", "right");
+  for (const value of labelled(low, high, height / 28)) {
+    line(LEFT, yOf(value), LEFT + width(), yOf(value), gridColour());
+    text(value.toLocaleString("en"), LEFT - 6, yOf(value) + 4, ink(), "11px system-ui", "right");
   }
-  text(name, 8, top + height / 2, "#555", "11px system-ui");
+  text(name, 8, top + height / 2, soft(), "11px system-ui");
   inside(top, height, () => {
-    pen.strokeStyle = data.colours.curve;
+    pen.strokeStyle = shade(data.colours.curve);
     pen.lineWidth = 1.4;
     pen.lineJoin = "round"; // a pointed join would show more than there is
     pen.beginPath();
@@ -158,7 +193,7 @@ function stretches(lane, paint) {
 }
 
 function drawBit(lane, top) {
-  const colour = data.colours.lanes[lane.group], high = top + 3, low = top + LANE - 3;
+  const colour = shade(data.colours.lanes[lane.group]), high = top + 3, low = top + LANE - 3;
   text(lane.name, LEFT - 6, low - 1, colour, "11px ui-monospace, monospace", "right");
   inside(top, LANE, () => {
     pen.strokeStyle = colour;
@@ -176,9 +211,9 @@ function drawBit(lane, top) {
 }
 
 function drawRamp(lane, top) {
-  text("ramp", LEFT - 6, top + LANE - 4, "#222", "11px ui-monospace, monospace", "right");
+  text("ramp", LEFT - 6, top + LANE - 4, ink(), "11px ui-monospace, monospace", "right");
   inside(top, LANE, () => stretches(lane, (x0, x1, value) => {
-    pen.fillStyle = data.colours.ramp[value];
+    pen.fillStyle = shade(data.colours.ramp[value]);
     if (value) pen.fillRect(x0, top + 2, Math.max(1, x1 - x0), LANE - 4);
   }));
 }
@@ -190,20 +225,20 @@ function drawMarks(panel, top, bottom, deepest) {
     let last = -1;
     for (const mark of shown) {
       const x = xOf(mark.time);
-      if (x - last >= 0.5) line(x, top + MARKS - 8, x, deep, data.colours.marks[mark.kind] + "60");
+      if (x - last >= 0.5) line(x, top + MARKS - 8, x, deep, shade(data.colours.marks[mark.kind]) + "60");
       last = x;
     }
     for (const mark of shown.filter(isBroken)) {
-      line(xOf(mark.time), top + MARKS - 8, xOf(mark.time), deepest, data.colours.marks[mark.kind]);
+      line(xOf(mark.time), top + MARKS - 8, xOf(mark.time), deepest, shade(data.colours.marks[mark.kind]));
     }
     const labels = placed(shown);
     for (const { x, row, mark } of labels) {
-      line(x, top + MARKS - 16 - 14 * row, x, top + MARKS, data.colours.marks[mark.kind]);
+      line(x, top + MARKS - 16 - 14 * row, x, top + MARKS, shade(data.colours.marks[mark.kind]));
     }
     for (const { x, row, mark, wide } of labels) {
-      pen.fillStyle = "#fff";
+      pen.fillStyle = paper();
       pen.fillRect(x + 2, top + MARKS - 17 - 14 * row, wide, 13);
-      text(mark.label, x + 3, top + MARKS - 6 - 14 * row, data.colours.marks[mark.kind], MARK_FONT);
+      text(mark.label, x + 3, top + MARKS - 6 - 14 * row, shade(data.colours.marks[mark.kind]), MARK_FONT);
     }
   });
 }
@@ -233,5 +268,5 @@ function drawCursor(height) {
     pen.fillStyle = "#0060a022";
     pen.fillRect(xOf(band[0]), 0, xOf(band[1]) - xOf(band[0]), height);
   }
-  if (cursor !== null) line(xOf(cursor), 0, xOf(cursor), height, "#222", 0.7);
+  if (cursor !== null) line(xOf(cursor), 0, xOf(cursor), height, ink(), 0.7);
 }

@@ -47,6 +47,8 @@ function listen() {
   canvas.addEventListener("pointerleave", () => { cursor = null; refresh(); });
   canvas.addEventListener("dblclick", () => show(ALL.start, ALL.end));
   window.addEventListener("resize", refresh);
+  window.addEventListener("hashchange", () => { showAsked(); refresh(); });
+  dark.addEventListener("change", () => { drawLegend(); refresh(); });
   window.addEventListener("keydown", event => {
     const span = view.end - view.start, middle = (view.start + view.end) / 2;
     const moves = { "+": [middle, 0.5], "-": [middle, 2] }, shifts = { ArrowLeft: -0.2, ArrowRight: 0.2 };
@@ -54,6 +56,14 @@ function listen() {
     else if (event.key in shifts) show(view.start + shifts[event.key] * span, view.end + shifts[event.key] * span);
     else if (event.key === "Home") show(ALL.start, ALL.end);
   });
+}
+
+// Shows what the address asks for, and everything where that is no time.
+function showAsked() {
+  const asked = new URLSearchParams(location.hash.slice(1));
+  const [from, to] = ["from", "to"].map(name => asked.has(name) ? Number(asked.get(name) || NaN) * 1e9 : NaN);
+  if (from < to) show(from, to);
+  else view = { ...ALL };
 }
 
 async function begin() {
@@ -65,8 +75,7 @@ async function begin() {
   }
   drawLegend();
   listen();
-  const asked = new URLSearchParams(location.hash.slice(1));
-  if (asked.has("from") && asked.has("to")) show(asked.get("from") * 1e9, asked.get("to") * 1e9);
+  showAsked();
   draw();
   tell();
   document.body.dataset.ready = "yes";

@@ -23,7 +23,7 @@ function tellPanel(panel, row) {
     ...data.groups.map(group => {
       const bits = element("div", `${group}: ${on(group)}`);
       bits.className = "bits";
-      bits.style.color = data.colours.lanes[group];
+      bits.style.color = shade(data.colours.lanes[group]);
       return bits;
     }),
     ...marks.slice(0, 5).map(mark => element("p", mark.text)),
@@ -45,11 +45,12 @@ function pairs(list) {
 }
 
 function drawLegend() {
+  document.getElementById("legend").replaceChildren();
   const entries = data.groups.map(group => [data.colours.lanes[group], `${group} bits`]);
   data.ramp.forEach((state, place) => { if (place) entries.push([data.colours.ramp[place], state]); });
   for (const [colour, says] of entries) {
     const square = document.createElement("i"), entry = document.createElement("span");
-    square.style.background = colour;
+    square.style.background = shade(colour);
     entry.append(square, says);
     document.getElementById("legend").append(entry);
   }
