@@ -84,6 +84,13 @@ EQUIVALENT = (
         "distance >= 0",
         "a distance of 0 is left out one line above",
     ),
+    Equivalent(
+        "ladder/compiler/values.py",
+        "Values.converted",
+        "width or 64",
+        "64",
+        "no tag is wider than the computation whose result it takes",
+    ),
     Equivalent(f"{LAYER}/configuring.py", "", "1", "2", "bit 0 is live, and no latch has it"),
     Equivalent(f"{LAYER}/operation.py", "limit_of", "direction > 0", "direction >= 0", A_DIRECTION),
 )

@@ -52,6 +52,12 @@ def test_4_3_3_the_s_curve_meets_the_raised_cosine_in_speed(up: bool) -> None:
         assert speed == pytest.approx(cosine, abs=0.006 * 5400)
         if part in (40, 60, 80):
             assert speed == pytest.approx(cosine, abs=0.01)
+        # through these points with slope 0 at both ends: 9/4 x^2, a straight line, and the same from the end
+        x = part / 120
+        shape = min(
+            9 / 4 * x**2 if x < 1 / 3 else 3 / 2 * x - 1 / 4, 1 - 9 / 4 * (1 - x) ** 2 if x > 2 / 3 else 1
+        )
+        assert speed == pytest.approx(600 + 5400 * (shape if up else 1 - shape), abs=0.01)
 
 
 def test_4_3_3_coefficient_0_is_no_ramp() -> None:

@@ -59,6 +59,14 @@ def test_code_11_by_broadcast_counts_at_once() -> None:
     assert bench.talk("@1VB") == "500\r\n"
 
 
+def test_code_11_by_broadcast_counts_in_the_instant_in_which_it_is_carried_out() -> None:
+    unit = Pcl601()
+    unit.receive(10_000_000, frame(0, TO_ASCII))
+    assert unit.next_wake_ns is not None
+    assert unit.advance(unit.next_wake_ns) == b""
+    assert unit.line_format == ASCII
+
+
 def test_code_11_over_tcp_counts_for_the_next_character() -> None:
     unit = Pcl601()
     assert unit.answer(TO_ASCII) == TO_ASCII
@@ -86,6 +94,16 @@ def test_a_line_begun_before_a_reset_is_forgotten() -> None:
     bench.exchange(b"8\r")
     assert bench.talk("@1VB") == "500\r\n"
     assert bench.controller.errors == Error(0)
+
+
+def test_a_line_begun_before_a_reset_is_forgotten_when_tcp_leads_back_to_ascii() -> None:
+    bench = Bench601()
+    bench.to_ascii()
+    bench.exchange(b"@1B77")
+    bench.unit.power_cycle(bench.bus.now_ns)
+    assert bench.unit.answer(TO_ASCII) == TO_ASCII
+    bench.exchange(b"8\r")
+    assert bench.talk("@1VB") == "500\r\n"
 
 
 def test_a_line_begun_before_modbus_is_forgotten_when_ascii_comes_back() -> None:

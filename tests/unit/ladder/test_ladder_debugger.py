@@ -112,6 +112,22 @@ def test_the_picture_shows_the_power_of_the_latest_scan(filling):
     assert "live" in filling.svg()
 
 
+def test_what_an_add_on_passes_in_and_out_is_no_instruction_of_its_rung():
+    text = (
+        "PROGRAM p\nINSTRUCTION Twice\nINPUT In : DINT REQUIRED\nOUTPUT Out : DINT REQUIRED\n"
+        "ROUTINE Logic\nADD(In,In,Out);\nEND\nEND INSTRUCTION\n"
+        "TAG Go : BOOL\nTAG T : Twice\nTAG N : DINT := 4\nTAG M : DINT\nTAG B : BOOL\n"
+        "ROUTINE Main\nXIC(Go)Twice(T,N,M)OTE(B);\nXIC(B)NOP();\nEND\n"
+    )
+    debugger = Debugger(parse_program(text))
+    debugger.scan()
+    assert debugger.truth("Main") == [(False, False, False), (False, False)]
+    debugger.tags.Go = True
+    debugger.scan()
+    assert debugger.truth("Main") == [(True, True, True), (True, True)]
+    assert debugger.tags.M == 8
+
+
 # --- why
 
 
@@ -174,6 +190,23 @@ def test_why_of_a_bit_of_an_output_word(filling):
     assert "IMMEDIATE_STOP is 1 since scan 6" in filling.why("axis.command.IMMEDIATE_STOP")
 
 
+def test_why_of_an_element_of_an_array_is_about_that_element():
+    text = (
+        "PROGRAM p\nTAG A : BOOL\nTAG B : BOOL\nTAG C : COUNTER[3]\n"
+        "ROUTINE Main\nXIC(A)CTU(C[1],?,?);\nXIC(B)CTU(C[2],?,?);\nEND\n"
+    )
+    debugger = Debugger(parse_program(text))
+    debugger.scan()
+    debugger.tags.A = True
+    debugger.scan(2)
+    debugger.tags.B = True
+    debugger.scan(2)
+    assert "since scan 1 (0.01 s): CTU(C[1],?,?)" in debugger.why("C[1]")
+    assert "since scan 3 (0.03 s): CTU(C[2],?,?)" in debugger.why("C[2]")
+    assert "no rung writes it" in debugger.why("C[0]")
+    assert "since scan 3 (0.03 s): CTU(C[2],?,?)" in debugger.why("C")
+
+
 def test_why_reaches_back_beyond_the_latest_snapshots(filling):
     started(filling).scan(3 * EVERY)
     assert "Lamp is 1 since scan 6 (0.06 s)" in filling.why("Lamp")
@@ -200,6 +233,17 @@ def test_a_forced_tag_stays_whatever_the_program_writes(filling):
     filling.unforce("Run")
     filling.scan()
     assert not filling.tags.Run
+
+
+def test_why_counts_forces_that_have_been_and_gone(filling):
+    filling.scan()
+    filling.force("Run", True)
+    filling.scan(8)  # the timer of 50 ms is done in scan 6
+    filling.unforce("Run")  # which holds itself
+    assert "Lamp is 1 since scan 6 (0.06 s): OTE(Lamp)" in filling.why("Lamp")
+    filling.scan(2 * EVERY)
+    assert "Lamp is 1 since scan 6 (0.06 s): OTE(Lamp)" in filling.why("Lamp")
+    assert filling.last_change("Fill.DN").scan == 6
 
 
 def test_bits_of_a_word_are_forced_one_by_one(filling):

@@ -2,11 +2,11 @@
 
 import pytest
 from ladder_bench import both, program_of
-from scanrack.ladder import DINT, BuildError, LadderError, LadderFault, Program, RungTextError, trouble
+from scanrack.ladder import DINT, MOV, BuildError, LadderError, LadderFault, Program, RungTextError, trouble
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.rungfile import parse_program
 from scanrack.ladder.text import parse_rung
-from scanrack.ladder.tree import BRANCHES, LEVELS
+from scanrack.ladder.tree import BRANCHES, LEVELS, SUBSCRIPT
 
 TAGS = "TAG N : DINT := 1\nTAG D : DINT[4]\nTAG B : BOOL := true\nTAG T : TIMER"
 
@@ -196,3 +196,22 @@ def test_the_watchdog_counts_per_scan_and_backwards_only(monkeypatch):
         for _ in range(5):
             engine.step()
         assert engine.tags.Left == 0, engine
+
+
+@pytest.mark.parametrize(("depth", "fits"), [(LEVELS // SUBSCRIPT, True), (LEVELS // SUBSCRIPT + 1, False)])
+def test_subscripts_made_in_python_have_the_limit_of_text(depth, fits):
+    program = Program("p")
+    array = program.declare("D", DINT, 4)
+    place = array[0]
+    for _ in range(depth - 1):
+        place = array[place]
+
+    def main(rung):
+        rung(MOV(1, place))
+
+    if fits:
+        program.routine(main)
+        program.build()
+    else:
+        with pytest.raises(LadderError, match=f"an operand of MOV has more than {LEVELS} levels"):
+            program.routine(main)

@@ -3,6 +3,7 @@
 import pytest
 from ladder_bench import program_of
 from scanrack.ladder import BOOL, DINT, OTE, REAL, TIMER, TON, BuildError, LadderError, Program, RungTextError
+from scanrack.ladder.front import make
 from scanrack.ladder.rungfile import parse_program
 from scanrack.ladder.text import parse_rung
 
@@ -211,3 +212,19 @@ def test_no_copy_ends_in_the_middle_of_a_command_word(rung, may):
 )
 def test_a_slash_behind_a_data_file_means_a_bit_unless_it_divides(text):
     assert str(parse_rung(text)) == text
+
+
+@pytest.mark.parametrize(
+    ("made", "said"),
+    [
+        (lambda: make("MOV", 1), "MOV takes 2 operands, 1 are given"),
+        (lambda: make("MOV", 1, "N", 2), "MOV takes 2 operands, 3 are given"),
+        (lambda: make("XIC"), "XIC takes 1 operands, 0 are given"),
+        (lambda: make("MOV", True, "N"), "True is no operand"),
+        (lambda: make("MOV", None, "N"), "None is no operand"),
+        (lambda: make("MVO", 1, "N"), "there is no instruction MVO"),
+    ],
+)
+def test_instructions_made_in_python_are_refused_like_those_of_text(made, said):
+    with pytest.raises(LadderError, match=said):
+        made()
