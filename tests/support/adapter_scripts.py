@@ -111,8 +111,10 @@ THEMES = {
         story(motion, one.stop, rest, absolute, rest),
         story(motion, estop, rest, move, rest),
         story(manual, one.release, rest),
-        story(manual, respeed, one.release, rest),
+        story(manual, respeed, any_of(one.release, one.stop, limit, estop), rest),
+        story(manual, respeed, respeed, one.release, rest),
         story(registration, one.release, rest),
+        story(registration, respeed, one.release, rest),
     ],
     "limits": [
         story(long_move, rest, one.idle, one.reset, manual, one.release, rest),

@@ -327,7 +327,14 @@ class AdapterLockstep(AloneForAWhile):
         theirs, ours = self.image, self.oracle_image
         if ours[0] & bits.MODE_CONFIG:
             return theirs == ours
+        ours[1] ^= self.home_seen_elsewhere()
         return theirs[0] == ours[0] and self.lsw(theirs) == self.lsw(ours)
+
+    def home_seen_elsewhere(self):
+        """The bit of the home input, where the two have stopped on different sides of the switch."""
+        if HOME & self.laws.stopping or not self.laws.may_stop_elsewhere():
+            return 0
+        return (self.levels_at_motor() ^ self.world.levels()) & HOME & self.oracle.used
 
     def lsw(self, image):
         """Input word 1; where a PCL601 can't know which limit is on, either is as good as both."""

@@ -233,9 +233,18 @@ class Pcl601Driver(Driver[Drive]):
         task, unheard_of = self.task, self.limit_side == 0
         if task is not None and task.model is not None and (unheard_of or task.kind is not Kind.INDEX):
             yield from self.read_status()
-            self.limit_side = -self.direction if self.busy else self.direction
+            self.limit_side = self._side_by(task)
         elif unheard_of:
             self.limit_side = self.direction or BOTH_SIDES
+
+    def _side_by(self, task: Task[Drive]) -> int:
+        """Return the limit that a motion tells of by going on or standing still.
+
+        One that was stopped to go on at another speed stands still in any case; the one that follows tells.
+        """
+        if self.busy:
+            return -self.direction
+        return BOTH_SIDES if task.stopping and task.following is not None else self.direction
 
     # -- configuration ------------------------------------------------------------------------
 
