@@ -193,6 +193,15 @@ def test_a_dark_scheme_is_dark_and_readable(page: Path, sized: Chromium) -> None
         assert contrast(colour, "#ffffff") >= 4.5, colour
 
 
+def test_the_line_beside_the_chart_is_as_high_as_the_chart(page: Path, sized: Chromium) -> None:
+    for scheme in ("light", "dark"):
+        sized.look(1300, 1600, scheme)
+        sized.open(page.as_uri())
+        edge = sized.evaluate("getComputedStyle(canvas).borderRight")
+        assert edge.startswith("1px solid rgb")
+        assert sized.evaluate("style('--edge')").startswith("#")
+
+
 def contrast(one: str, other: str) -> float:
     """Return the contrast ratio of two colours [WCAG 2.2, relative luminance]."""
     darker, lighter = sorted(map(luminance, (one, other)))

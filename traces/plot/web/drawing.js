@@ -213,7 +213,7 @@ function drawBit(lane, top) {
 function drawRamp(lane, top) {
   text("ramp", LEFT - 6, top + LANE - 4, ink(), "11px ui-monospace, monospace", "right");
   inside(top, LANE, () => stretches(lane, (x0, x1, value) => {
-    pen.fillStyle = shade(data.colours.ramp[value]);
+    pen.fillStyle = data.colours.ramp[value];
     if (value) pen.fillRect(x0, top + 2, Math.max(1, x1 - x0), LANE - 4);
   }));
 }

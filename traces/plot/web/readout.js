@@ -46,11 +46,11 @@ function pairs(list) {
 
 function drawLegend() {
   document.getElementById("legend").replaceChildren();
-  const entries = data.groups.map(group => [data.colours.lanes[group], `${group} bits`]);
+  const entries = data.groups.map(group => [shade(data.colours.lanes[group]), `${group} bits`]);
   data.ramp.forEach((state, place) => { if (place) entries.push([data.colours.ramp[place], state]); });
   for (const [colour, says] of entries) {
     const square = document.createElement("i"), entry = document.createElement("span");
-    square.style.background = shade(colour);
+    square.style.background = colour;
     entry.append(square, says);
     document.getElementById("legend").append(entry);
   }
