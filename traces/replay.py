@@ -16,11 +16,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..io_images.image import IMAGE_BYTES
-from .arrays import read_columns
+from .arrays import column_chunks
 from .columns import Columns
 from .compare import EXACT, Comparison, Tolerance, compare_columns
 from .happenings import describe
 from .layout import SLOT_BYTES, SlotInfo
+from .packed import CHUNK_SCANS, PackedScans, memory_blocks
 from .reader import Trace, TraceEvent
 
 Image = tuple[int, str]
@@ -29,16 +30,16 @@ Image = tuple[int, str]
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """A trace in memory, to be played.
+    """A trace in memory, packed, to be played.
 
     Attributes:
         slots: what sat in the rack.
-        columns: its scans.
+        scans: its scans.
         events: what is not an image, in order.
     """
 
     slots: tuple[SlotInfo, ...]
-    columns: Columns
+    scans: PackedScans
     events: tuple[TraceEvent, ...]
 
     @classmethod
@@ -49,17 +50,40 @@ class Recording:
             TraceError: the file is damaged beyond what can be left out.
             ValueError: it has no scans.
         """
-        columns = read_columns(trace)
-        if not len(columns.scan):
+        scans = PackedScans.of(len(trace.head.slots), column_chunks(trace))
+        if not len(scans):
             raise ValueError("the trace has no scans to replay")
-        return cls(trace.head.slots, columns, tuple(trace.events()))
+        return cls(trace.head.slots, scans, tuple(trace.events()))
 
     @property
-    def memory(self) -> list[bytes]:
+    def columns(self) -> Columns:
+        """All its scans as columns, unpacked."""
+        return self.scans.columns()
+
+    @property
+    def numbers(self) -> Sequence[int]:
+        """Numbers of the scans."""
+        return self.scans.view(lambda columns: columns.scan.tolist())
+
+    @property
+    def times(self) -> Sequence[int]:
+        """When they were, ns."""
+        return self.scans.view(lambda columns: columns.time_ns.tolist())
+
+    @property
+    def flags(self) -> Sequence[int]:
+        """What the CPU was doing."""
+        return self.scans.view(lambda columns: columns.flags.tolist())
+
+    @property
+    def memory(self) -> Sequence[bytes]:
         """The rack's memory block in each scan."""
-        size = SLOT_BYTES * len(self.slots)
-        block = self.columns.words.tobytes()
-        return [block[start : start + size] for start in range(0, len(block), size)]
+        return self.scans.view(memory_blocks)
+
+    def images(self, image: Image) -> Sequence[bytes]:
+        """Return one image in each scan."""
+        span = self.span(image)
+        return self.scans.view(lambda columns: [block[span] for block in memory_blocks(columns)])
 
     def place(self, slot: int) -> int:
         """Return where a slot begins in the memory block, bytes; StopIteration for no such slot."""
@@ -102,6 +126,7 @@ class Follower:
         self.stopped = False
         self._spans = [recording.span(image) for image in self._images]
         self._recorded = recording.memory
+        self._replayed = PackedScans(len(recording.slots))
         self._heads: list[tuple[int, int, int]] = []
         self._blocks: list[bytes] = []
         self._rules: list[tuple[int, object, str]] = []
@@ -113,9 +138,11 @@ class Follower:
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Take notice of a scan, and have the replay stopped if it differs."""
-        block, recorded = bytes(self._memory), self._recorded[len(self._blocks)]
+        block, recorded = bytes(self._memory), self._recorded[self.scans]
         self._heads.append((scan, now_ns, flags))
         self._blocks.append(block)
+        if len(self._blocks) == CHUNK_SCANS:
+            self._pack()
         if self.stop is not None and self._tolerance.exact and self._differ(block, recorded):
             self.stop()
             self.stopped, self.stop = True, None
@@ -129,22 +156,49 @@ class Follower:
     @property
     def scans(self) -> int:
         """How many scans have been replayed."""
-        return len(self._blocks)
+        return len(self._replayed) + len(self._blocks)
+
+    def _pack(self) -> None:
+        """Pack the scans that have been noticed since the last time."""
+        heads = np.array(self._heads, np.int64).reshape(-1, 3)
+        words = np.frombuffer(b"".join(self._blocks), np.int16).reshape(len(heads), -1)
+        self._replayed.add(Columns(heads[:, 0], heads[:, 1], heads[:, 2].astype(np.uint32), words))
+        self._heads.clear()
+        self._blocks.clear()
+
+    def _first_chunk(self) -> int:
+        """Return the first chunk to be compared: those before it are the same, and so is the first itself.
+
+        With a tolerance it is the first of all: what is early or late may be in any other chunk.
+        """
+        last = len(self._replayed) // CHUNK_SCANS
+        if not self._tolerance.exact:
+            return 0
+        return max(0, next((number for number in range(last) if not self._chunk_is_same(number)), last) - 1)
+
+    def _chunk_is_same(self, number: int) -> bool:
+        slots = self._recording.slots
+        chunks = self._recording.scans.chunk(number), self._replayed.chunk(number)
+        if all(np.array_equal(a, b) for a, b in zip(*chunks, strict=True)):
+            return True
+        found = compare_columns((slots, chunks[0]), (slots, chunks[1]), only=frozenset(self._images))
+        return found.same
 
     def comparison(self) -> Comparison:
         """Return what came of it, the recording first, the replay second.
 
         A replay that was not stopped here and is not at its end is the shorter of the two.
         """
-        heads = np.array(self._heads, np.int64).reshape(-1, 3)
-        words = np.frombuffer(b"".join(self._blocks), np.int16).reshape(len(heads), -1)
-        replayed = Columns(heads[:, 0], heads[:, 1], heads[:, 2].astype(np.uint32), words)
-        slots, recorded = self._recording.slots, self._recording.columns
+        self._pack()
+        first = self._first_chunk()
+        before = CHUNK_SCANS * first
+        slots, recorded = self._recording.slots, self._recording.scans.columns(first)
         found = compare_columns(
-            (slots, recorded.rows(0, len(heads)) if self.stopped else recorded),
-            (slots, replayed),
+            (slots, recorded.rows(0, self.scans - before) if self.stopped else recorded),
+            (slots, self._replayed.columns(first)),
             self._tolerance,
             only=frozenset(self._images),
+            before=before,
         )
         if found.first is None:
             return found

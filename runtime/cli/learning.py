@@ -65,10 +65,10 @@ def learn(path: Path, folder: Path, *, trust: bool) -> Learned:
         program = folder / trace.head.metadata["program_file"]
     if job.rack_file.suffix != ".toml":
         raise ValueError(f"{path}: its rack is {job.rack_file.name}; only one in TOML can be varied")
-    end_ns = int(recording.columns.time_ns[-1]) + job.spec.scan_ns
+    end_ns = recording.times[-1] + job.spec.scan_ns
     scenario = recorded_scenario(_stimuli(recording, job.spec), job.spec, end_ns)
     rack = job.rack_file.with_name(f"{job.rack_file.stem}-recorded.toml")
     text = bare_rack_text(job.rack_file, os.path.relpath(program, rack.parent))
     rack.write_text(text, encoding="utf-8")
     (folder / SCENARIO).write_text(json.dumps(scenario.to_json(), indent=1) + "\n", encoding="utf-8")
-    return Learned(rack, scenario, len(recording.columns.scan))
+    return Learned(rack, scenario, len(recording.scans))

@@ -32,7 +32,8 @@ def recorded_levels(recording: Recording) -> Iterator[Stimulus]:
 
 
 def _levels_of(recording: Recording, slot: int) -> Iterator[Stimulus]:
-    words, times = recording.columns.words, recording.columns.time_ns
+    columns = recording.columns
+    words, times = columns.words, columns.time_ns
     first = recording.place(slot) // 2
     outputs, inputs = words[:, first : first + WORDS], words[:, first + WORDS : first + 2 * WORDS]
     shown = in_command_mode(inputs)

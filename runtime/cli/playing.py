@@ -61,10 +61,7 @@ class Replay:
     ) -> None:
         self._recording = recording
         self._spec = spec
-        columns = recording.columns
-        self._score = Score(
-            columns.scan.tolist(), columns.time_ns.tolist(), columns.flags.tolist(), _forces(recording)
-        )
+        self._score = Score(recording.numbers, recording.times, recording.flags, _forces(recording))
         self.rack = build_rack(spec) if into is not Into.PROGRAM else self._recorded_rack()
         self._logic = logic or recorded_outputs(self._score, recording.memory)
         directions = {Into.MODULE: ("in",), Into.PROGRAM: ("out",), Into.RACK: ("in", "out")}[into]
@@ -89,17 +86,15 @@ class Replay:
 
     def _recorded_rack(self) -> Rack:
         """Return a rack of modules that show the recorded inputs."""
-        memory = self._recording.memory
+        recording = self._recording
         return Rack(
             Card(
                 slot.number,
-                RecordedInputs(
-                    [block[self._recording.span((slot.number, "in"))] for block in memory], self._score.times
-                ),
+                RecordedInputs(recording.images((slot.number, "in")), recording.times),
                 slot.module,
                 slot.firmware,
             )
-            for slot in self._recording.slots
+            for slot in recording.slots
         )
 
 

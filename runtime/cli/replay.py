@@ -85,7 +85,7 @@ def _replay_command(
             replay = Replay(recording, with_stimuli(spec, recording, chosen), logic, into, slots)
             follower = replay.run(allowed, to_the_end=to_the_end, quiet=quiet)
         if follower.stopped:
-            total = len(recording.columns.scan)
+            total = len(recording.scans)
             replay.notes.append(f"stopped after {follower.scans:,} of {total:,} scans; --to-the-end goes on")
         for note in replay.notes:
             say(f"note: {note}", err=True)

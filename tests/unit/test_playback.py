@@ -14,6 +14,7 @@ from scanrack.runtime.rackspec import RackSpec, SlotSpec
 from scanrack.runtime.scan import Scan
 from scanrack.traces.columns import Columns
 from scanrack.traces.layout import SlotInfo
+from scanrack.traces.packed import PackedScans
 from scanrack.traces.replay import Recording
 
 MS = 1_000_000
@@ -101,7 +102,7 @@ def test_levels_are_what_the_status_bits_show_by_the_active_level(levels: int, e
     words[3:, 9] = InputBit.HOME.value
     scans = np.arange(6, dtype=np.int64)
     columns = Columns(scans, scans * 2 * MS, np.ones(6, np.uint32), words)
-    stimuli = list(recorded_levels(Recording((SlotInfo(1, "amci3601"),), columns, ())))
+    stimuli = list(recorded_levels(Recording((SlotInfo(1, "amci3601"),), PackedScans.of(1, [columns]), ())))
     home = [(each.at_ns, each.energised) for each in stimuli if each.input is InputBit.HOME]
     assert home[-1] == (5 * MS, energised), "half-way between the scans at 4 and 6 ms"
     assert home[-2][1] is not energised
