@@ -71,7 +71,8 @@ class PackedScans:
         return View(self, values)
 
     def _pack(self, columns: Columns) -> bytes:
-        return self._compressor.compress(b"".join(column.tobytes() for column in columns))
+        packed = self._compressor.compress(b"".join(column.tobytes() for column in columns))
+        return bytes(memoryview(packed))  # the compressor keeps room for what does not compress
 
     def _unpack(self, packed: bytes) -> Columns:
         data = zstandard.decompress(packed)

@@ -19,6 +19,7 @@ from ..io_images.image import IMAGE_BYTES
 from .arrays import column_chunks
 from .columns import Columns
 from .compare import EXACT, Comparison, Tolerance, compare_columns
+from .compare.reading import same_columns
 from .happenings import describe
 from .layout import SLOT_BYTES, SlotInfo
 from .packed import CHUNK_SCANS, PackedScans, memory_blocks
@@ -160,6 +161,8 @@ class Follower:
 
     def _pack(self) -> None:
         """Pack the scans that have been noticed since the last time."""
+        if not self._blocks:
+            return
         heads = np.array(self._heads, np.int64).reshape(-1, 3)
         words = np.frombuffer(b"".join(self._blocks), np.int16).reshape(len(heads), -1)
         self._replayed.add(Columns(heads[:, 0], heads[:, 1], heads[:, 2].astype(np.uint32), words))
@@ -179,7 +182,7 @@ class Follower:
     def _chunk_is_same(self, number: int) -> bool:
         slots = self._recording.slots
         chunks = self._recording.scans.chunk(number), self._replayed.chunk(number)
-        if all(np.array_equal(a, b) for a, b in zip(*chunks, strict=True)):
+        if same_columns(*chunks):
             return True
         found = compare_columns((slots, chunks[0]), (slots, chunks[1]), only=frozenset(self._images))
         return found.same

@@ -43,7 +43,7 @@ def read_from_where_they_part(one: Trace, other: Trace, progress: Progress) -> t
     held, left_out = none, 0
     while True:
         pair = next(parts[0], none[0]), next(parts[1], none[1])
-        if not len(pair[0].scan) or not _same(*pair):
+        if not len(pair[0].scan) or not same_columns(*pair):
             a, b = (
                 join([before, first, *rest]) for before, first, rest in zip(held, pair, parts, strict=True)
             )
@@ -58,7 +58,8 @@ def _told(trace: Trace, progress: Progress) -> Iterator[Columns]:
         yield columns
 
 
-def _same(a: Columns, b: Columns) -> bool:
+def same_columns(a: Columns, b: Columns) -> bool:
+    """Return whether two stretches of scans are the same, bit for bit."""
     return (
         np.array_equal(a.scan, b.scan)
         and np.array_equal(a.time_ns, b.time_ns)
