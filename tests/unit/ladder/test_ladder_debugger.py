@@ -205,6 +205,10 @@ def test_why_of_an_element_of_an_array_is_about_that_element():
     assert "since scan 3 (0.03 s): CTU(C[2],?,?)" in debugger.why("C[2]")
     assert "no rung writes it" in debugger.why("C[0]")
     assert "since scan 3 (0.03 s): CTU(C[2],?,?)" in debugger.why("C")
+    debugger.tags.A = debugger.tags.B = False
+    debugger.scan()
+    assert "since scan 5 (0.05 s): CTU(C[1],?,?)" in debugger.why("C[1]")
+    assert "since scan 5 (0.05 s): CTU(C[2],?,?)" in debugger.why("C[2]")
 
 
 def test_why_reaches_back_beyond_the_latest_snapshots(filling):
@@ -236,14 +240,15 @@ def test_a_forced_tag_stays_whatever_the_program_writes(filling):
 
 
 def test_why_counts_forces_that_have_been_and_gone(filling):
+    filling.tags.Stop = True
     filling.scan()
-    filling.force("Run", True)
+    filling.force("Run", True)  # which the first rung would reset in each scan
     filling.scan(8)  # the timer of 50 ms is done in scan 6
-    filling.unforce("Run")  # which holds itself
     assert "Lamp is 1 since scan 6 (0.06 s): OTE(Lamp)" in filling.why("Lamp")
+    filling.unforce("Run")
     filling.scan(2 * EVERY)
-    assert "Lamp is 1 since scan 6 (0.06 s): OTE(Lamp)" in filling.why("Lamp")
-    assert filling.last_change("Fill.DN").scan == 6
+    assert "Lamp is 0 since scan 9 (0.09 s): OTE(Lamp)" in filling.why("Lamp")
+    assert filling.last_change("Fill.DN").scan == 9
 
 
 def test_bits_of_a_word_are_forced_one_by_one(filling):
