@@ -13,6 +13,7 @@ from typing import Any
 
 from ...io_images.amci3601.bits import InputBit
 from ...io_images.amci3601.firmware import Firmware
+from ...io_images.image import WORDS
 from ..incidents import Happening, Incident
 from ..machine import MachineSpec, Slip, TimelineEntry
 from ..machinetables import input_name
@@ -146,11 +147,11 @@ class Scenario:
             raise ValueError(f"scenario: unknown key {unknown[0]}; allowed are {', '.join(known)}")
         try:
             return cls(
-                tuple((int(slot), str(version)) for slot, version in given.get("firmware", {}).items()),
+                tuple((int(slot), _version(text)) for slot, text in given.get("firmware", {}).items()),
                 tuple(_press(each) for each in given.get("presses", ())),
                 tuple(_incident(each) for each in given.get("incidents", ())),
-                tuple(Shift(**each) for each in given.get("shifts", ())),
-                tuple(Lost(**each) for each in given.get("lost", ())),
+                tuple(Shift(**_whole(each)) for each in given.get("shifts", ())),
+                tuple(Lost(**_whole(each)) for each in given.get("lost", ())),
             )
         except KeyError as error:
             raise ValueError(f"scenario: key {error} is missing") from None
@@ -195,17 +196,33 @@ class Scenario:
         return sum(map(len, parts))
 
 
+def _version(given: object) -> str:
+    return str(Firmware.parse(str(given)))
+
+
+def _whole(given: Mapping[str, Any], *others: str) -> Mapping[str, Any]:
+    """Return a part whose values are whole numbers, 0 or more where they are times; but for `others`."""
+    for key, value in given.items():
+        if key not in others and (type(value) is not int or (key.endswith("_ns") and value < 0)):
+            raise ValueError(f"scenario: {key} = {value!r:.40}: a whole number is needed")
+    return given
+
+
 def _press(given: Mapping[str, Any]) -> Press:
     name = str(given["input"]).upper()
     if name not in InputBit.__members__:
         inputs = ", ".join(map(input_name, InputBit))
         raise ValueError(f"scenario: there is no input {given['input']!r}; allowed are {inputs}")
-    return Press(**{**given, "input": InputBit[name]})
+    if type(given.get("energised")) is not bool:
+        raise ValueError(f"scenario: energised = {given.get('energised')!r:.40}: true or false is needed")
+    return Press(**{**_whole(given, "input", "energised"), "input": InputBit[name]})
 
 
 def _incident(given: Mapping[str, Any]) -> Incident:
     what, words = Happening(given["what"]), tuple(given.get("late_words", ()))
-    return Incident(**{**given, "what": what, "late_words": words})
+    if any(type(word) is not int or not 0 <= word < WORDS for word in words):
+        raise ValueError(f"scenario: late_words = {list(words)!r:.40}: words are 0 to {WORDS - 1}")
+    return Incident(**{**_whole(given, "what", "late_words"), "what": what, "late_words": words})
 
 
 def _incident_spec(incident: Incident) -> IncidentSpec:

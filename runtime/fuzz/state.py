@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from itertools import chain, count
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any
 
 from ...io_images.amci3601 import RULES
@@ -142,19 +142,49 @@ class State:
         """
         try:
             found = [_found(each) for each in given["found"]]
-            return cls(
-                str(given["rack"]),
-                int(given["tasks"]),
-                int(given["runs"]),
-                int(given["scans"]),
-                Counter(given["rules"]),
+            state = cls(
+                _text(given["rack"]),
+                _count(given["tasks"]),
+                _count(given["runs"]),
+                _count(given["scans"]),
+                Counter({rule: _count(times) for rule, times in given["rules"].items()}),
                 {rule: Scenario.from_json(each) for rule, each in given["corpus"].items()},
                 {each.broken.key: each for each in found},
-                dict(given["folders"]),
-                set(given["applied"]),
+                {key: _folder(name) for key, name in given["folders"].items()},
+                set(_texts(given["applied"])),
             )
         except (KeyError, TypeError, AttributeError) as error:
             raise ValueError(f"this is no state of a campaign: {error!r}") from None
+        homeless = state.found.keys() - state.folders.keys()
+        if homeless:
+            raise ValueError(f"this is no state of a campaign: {min(homeless)} has no folder")
+        return state
+
+
+def _count(value: object) -> int:
+    if type(value) is not int or value < 0:
+        raise ValueError(f"this is no state of a campaign: {value!r:.40} is not a count")
+    return value
+
+
+def _text(value: object) -> str:
+    if not isinstance(value, str):
+        raise ValueError(f"this is no state of a campaign: {value!r:.40} is not a text")
+    return value
+
+
+def _texts(value: object) -> tuple[str, ...]:
+    if not isinstance(value, list):
+        raise ValueError(f"this is no state of a campaign: {value!r:.40} is not a list")
+    return tuple(map(_text, value))
+
+
+def _folder(value: object) -> str:
+    """Return a name that stays in the campaign's folder."""
+    name = _text(value)
+    if PurePath(name).name != name or "\\" in name:
+        raise ValueError(f"this is no state of a campaign: {name!r:.40} is not the name of a folder")
+    return name
 
 
 def _found_json(found: Found) -> dict[str, Any]:
@@ -175,16 +205,16 @@ def _found_json(found: Found) -> dict[str, Any]:
 
 def _found(given: dict[str, Any]) -> Found:
     broken = Broken(
-        given["invariant"],
-        given["sentence"],
-        given["scan"],
-        given["now_ns"],
-        given["why"],
-        tuple(given["shows"]),
-        tuple(given["rules"]),
-        given["cause"],
+        _text(given["invariant"]),
+        _text(given["sentence"]),
+        _count(given["scan"]),
+        _count(given["now_ns"]),
+        _text(given["why"]),
+        _texts(given["shows"]),
+        _texts(given["rules"]),
+        _text(given["cause"]),
     )
-    return Found(Scenario.from_json(given["scenario"]), broken, given["after"])
+    return Found(Scenario.from_json(given["scenario"]), broken, _count(given["after"]))
 
 
 def read_state(file: Path, rack: str) -> State:
@@ -201,7 +231,7 @@ def read_state(file: Path, rack: str) -> State:
         return State(rack)
     try:
         state = State.from_json(json.loads(file.read_text(encoding="utf-8")))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise CampaignError(f"{file}: {error}; move it away to begin anew") from error
     if state.rack != rack:
         raise CampaignError(

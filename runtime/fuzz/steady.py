@@ -13,6 +13,7 @@ runs, and no order of a set; so it explains a difference between two runs, and d
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -133,6 +134,8 @@ class Uses:
         """Return what a function in Python counts as."""
         module, name = str(frame.f_globals.get("__name__", "")), frame.f_code.co_name
         owner = frame.f_locals.get("self")
+        if owner is os.environ:
+            return PROCESS
         if isinstance(owner, Random):
             return self._random(owner, name, given=frame.f_locals.get("x", frame.f_locals.get("a")))
         if module == "pathlib" and name not in PATH_READS:

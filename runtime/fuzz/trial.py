@@ -10,7 +10,7 @@ from io import TextIOBase
 from pathlib import Path
 from typing import Any
 
-from ...io_images.amci3601 import ERROR_BITS, RULES
+from ...io_images.amci3601 import RULES, StatusMsw
 from ..build import build_cpu, build_rack
 from ..cpu import Cpu, ScanFlag
 from ..events import JsonValue
@@ -56,8 +56,8 @@ class Broken:
         rules: sentences of the manual's rules that fired in that scan, and of an adapter's refusals,
             with their ids.
         cause: what tells it from other failures of the same invariant: of a fault, its place; of others
-            the rule that fired in that scan (or in the one that started a clock), or else the line that
-            last changed an output word, or of a ladder program the commands in force.
+            the rule that refused a command in that scan (or in the one that started a clock), or else the
+            line that last changed an output word, or of a ladder program the commands in force.
     """
 
     invariant: str
@@ -228,14 +228,20 @@ class _Watcher:
 
 
 def _leading(rules: Sequence[str]) -> str:
-    """Return the rule that a failure is known by: the first that is about an error, or the first of all."""
-    return next((rule for rule in rules if rule in ERROR_RULES), rules[0] if rules else "")
+    """Return the rule that a failure is known by: the first that refuses what the program asked for."""
+    return next((rule for rule in rules if rule in REFUSALS), "")
 
 
-ERROR_RULES = frozenset(
-    rule.id for rule in RULES.values() if rule.list_of and rule.list_of & ERROR_BITS.value
+REFUSALS = frozenset(
+    rule.id
+    for rule in RULES.values()
+    if rule.list_of
+    and rule.list_of & (StatusMsw.COMMAND_ERROR | StatusMsw.INVALID_PROFILE | StatusMsw.HOME_INVALID).value
 )
-"""Ids of the rules that set an error bit."""
+"""Ids of the rules that refuse a command.
+
+Rules about what an input or a power-up brings are not among them: they may fire in the same scan by chance.
+"""
 
 Listeners = Callable[[RackSpec, Rack], Iterable[ScanListener]]
 """Makes listeners for a rack."""
