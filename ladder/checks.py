@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 from .errors import Problem
 from .instructions import BY_NAME, Use
-from .linked import ADD_ON, AddOnCall, Call, Line, Linked, LinkedRoutine, Step, steps_of
-from .places import Constant, Group, Place
+from .lowered import ADD_ON, AddOnCall, Call, Line, Lowered, LoweredRoutine, Step, steps_of
+from .operands import Constant, Group, Place
 from .regions import Region, region_of
 from .tags import Leaf
 
@@ -28,26 +28,26 @@ _EXCLUSIVE = {
 """Uses that one place has once: what allows it, how it is said, what helps."""
 
 
-def check_whole(linked: Linked, allowed: frozenset[str]) -> list[Problem]:
-    """Return what is wrong with a linked program as a whole.
+def check_whole(lowered: Lowered, allowed: frozenset[str]) -> list[Problem]:
+    """Return what is wrong with a lowered program as a whole.
 
     Args:
-        linked: the program.
+        lowered: the program.
         allowed: which of `ALLOWANCES` it has.
     """
-    problems = list(_repeated(linked, allowed))
-    for routine in linked.routines.values():
-        problems.extend(_jumps(linked, routine))
-    circles = list(_circles(linked))
-    problems.extend(circles or _chains(linked))
-    problems.extend(_main_with_inputs(linked))
-    problems.extend(_half_words(linked))
+    problems = list(_repeated(lowered, allowed))
+    for routine in lowered.routines.values():
+        problems.extend(_jumps(lowered, routine))
+    circles = list(_circles(lowered))
+    problems.extend(circles or _chains(lowered))
+    problems.extend(_main_with_inputs(lowered))
+    problems.extend(_half_words(lowered))
     return problems
 
 
-def _repeated(linked: Linked, allowed: frozenset[str]) -> Iterator[Problem]:
+def _repeated(lowered: Lowered, allowed: frozenset[str]) -> Iterator[Problem]:
     seen: dict[object, str] = {}
-    for routine, line, step in _all_steps(linked):
+    for routine, line, step in _all_steps(lowered):
         uses = () if step.name == ADD_ON else BY_NAME[step.name].operands
         for use, operand in zip(uses, step.operands, strict=False):
             if use not in _EXCLUSIVE or _EXCLUSIVE[use][0] in allowed:
@@ -78,43 +78,43 @@ def _identity(use: Use, name: str, operand: object) -> object:
     return None
 
 
-def _all_steps(linked: Linked) -> Iterator[tuple[LinkedRoutine, Line, Step]]:
-    for routine in linked.routines.values():
+def _all_steps(lowered: Lowered) -> Iterator[tuple[LoweredRoutine, Line, Step]]:
+    for routine in lowered.routines.values():
         for line in routine.lines:
             for step in steps_of(line.nodes):
                 if step.operands or (step.name != ADD_ON and not BY_NAME[step.name].operands):
                     yield routine, line, step
 
 
-def _where(routine: LinkedRoutine, line: Line) -> str:
+def _where(routine: LoweredRoutine, line: Line) -> str:
     place = f"routine {routine.name}, rung {line.number}"
     return f"{line.origin.file}:{line.origin.line}: {place}" if line.origin.file else place
 
 
-def _jumps(linked: Linked, routine: LinkedRoutine) -> Iterator[Problem]:
+def _jumps(lowered: Lowered, routine: LoweredRoutine) -> Iterator[Problem]:
     for line in routine.lines:
         for step in steps_of(line.nodes):
             if not step.operands:
                 continue
-            trouble = None
+            problem = None
             if step.name == "JMP" and step.operands[0] not in routine.labels:
-                trouble = (
+                problem = (
                     f"there is no label {step.operands[0]} in the routine",
                     "add LBL, or correct the name",
                 )
             elif step.name == "JSR":
-                trouble = _call_trouble(linked, step.operands[0])
-            if trouble:
-                yield Problem(_where(routine, line), line.text, *trouble)
+                problem = _call_problem(lowered, step.operands[0])
+            if problem:
+                yield Problem(_where(routine, line), line.text, *problem)
 
 
-def _call_trouble(linked: Linked, call: Call) -> tuple[str, str] | None:
-    if call.routine in linked.functions:
+def _call_problem(lowered: Lowered, call: Call) -> tuple[str, str] | None:
+    if call.routine in lowered.functions:
         return None
-    target = linked.routines.get(call.routine)
+    target = lowered.routines.get(call.routine)
     if target is None:
-        names = [each.name for each in linked.routines.values()]
-        names += list(linked.functions)
+        names = [each.name for each in lowered.routines.values()]
+        names += list(lowered.functions)
         return f"there is no routine {call.routine}", f"routines are {', '.join(names)}"
     wanted = len(target.parameters or ())
     if wanted != len(call.inputs):
@@ -130,7 +130,7 @@ def _call_trouble(linked: Linked, call: Call) -> tuple[str, str] | None:
     return None
 
 
-def calls_of(routine: LinkedRoutine) -> list[str]:
+def calls_of(routine: LoweredRoutine) -> list[str]:
     """Return the routines that a routine calls, in capitals, add-on instructions included."""
     called: list[str] = []
     for line in routine.lines:
@@ -143,16 +143,16 @@ def calls_of(routine: LinkedRoutine) -> list[str]:
     return called
 
 
-def _circles(linked: Linked) -> Iterator[Problem]:
+def _circles(lowered: Lowered) -> Iterator[Problem]:
     """Routines that call themselves, directly or through others."""
-    for name, routine in linked.routines.items():
+    for name, routine in lowered.routines.items():
         reached: set[str] = set()
         open_names = calls_of(routine)
         while open_names:
             called = open_names.pop()
-            if called not in reached and called in linked.routines:
+            if called not in reached and called in lowered.routines:
                 reached.add(called)
-                open_names += calls_of(linked.routines[called])
+                open_names += calls_of(lowered.routines[called])
         if name in reached:
             yield Problem(f"routine {routine.name}", "", "it calls itself", "loop with JMP and LBL instead")
 
@@ -161,13 +161,13 @@ MOST_CALLS = 50
 """Routines and add-on instructions that may be under way at a time, each called by the one before."""
 
 
-def _chains(linked: Linked) -> Iterator[Problem]:
+def _chains(lowered: Lowered) -> Iterator[Problem]:
     """The first routine whose calls go too deep; there are no circles."""
     depths: dict[str, int] = {}
-    todo = list(linked.routines)
+    todo = list(lowered.routines)
     while todo:
         name = todo[-1]
-        called = [each for each in calls_of(linked.routines[name]) if each in linked.routines]
+        called = [each for each in calls_of(lowered.routines[name]) if each in lowered.routines]
         unknown = [each for each in called if each not in depths]
         if name not in depths and unknown:
             todo += unknown
@@ -175,14 +175,14 @@ def _chains(linked: Linked) -> Iterator[Problem]:
         todo.pop()
         depths[name] = 1 + max((depths[each] for each in called), default=0)
         if depths[name] > MOST_CALLS:
-            where = f"routine {linked.routines[name].name}"
+            where = f"routine {lowered.routines[name].name}"
             yield Problem(where, "", f"its calls go more than {MOST_CALLS} deep", "call from fewer routines")
             return
 
 
-def _main_with_inputs(linked: Linked) -> Iterator[Problem]:
+def _main_with_inputs(lowered: Lowered) -> Iterator[Problem]:
     """A main routine is called without inputs."""
-    main = linked.routines.get(linked.main)
+    main = lowered.routines.get(lowered.main)
     if main is not None and main.parameters:
         yield Problem(
             f"routine {main.name}, rung 0",
@@ -192,12 +192,12 @@ def _main_with_inputs(linked: Linked) -> Iterator[Problem]:
         )
 
 
-def _half_words(linked: Linked) -> Iterator[Problem]:
+def _half_words(lowered: Lowered) -> Iterator[Problem]:
     """Copies of single bytes that may end in the middle of a word of an output image."""
-    for routine, line, step in _all_steps(linked):
+    for routine, line, step in _all_steps(lowered):
         if step.name not in ("COP", "CPS") or len(step.operands) < 3:
             continue
-        source, target = (region_of(each, linked.layout) for each in step.operands[:2])
+        source, target = (region_of(each, lowered.layout) for each in step.operands[:2])
         length = step.operands[2]
         room = target.left(target.fixed_first or 0)
         most = min(int(length.value), room) if isinstance(length, Constant) else room

@@ -11,10 +11,10 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from .errors import STACK_CODE, LadderFault, MinorFault, Site
+from .fault_log import FaultLog
 from .interpreter import Interpreter
-from .linked import Linked
+from .lowered import Lowered
 from .memory import Memory, Value
-from .trouble import Trouble
 from .view import Tags
 
 STEP_MS = 10
@@ -22,16 +22,16 @@ STEP_MS = 10
 
 
 class Engine:
-    """Runs one linked program on memory of its own.
+    """Runs one lowered program on memory of its own.
 
     Attributes:
-        linked: the program.
+        lowered: the program.
         memory: its memory.
         tags: its tags by name.
         now_ns: virtual time of the last scan.
 
     Args:
-        linked: the program.
+        lowered: the program.
         scanner: makes the function that does one scan, called with the time; the interpreter if None.
     """
 
@@ -42,28 +42,28 @@ class Engine:
     """What executes prescan, and scans if nothing is compiled."""
 
     def __init__(
-        self, linked: Linked, scanner: Callable[[Engine], Callable[[int], object]] | None = None
+        self, lowered: Lowered, scanner: Callable[[Engine], Callable[[int], object]] | None = None
     ) -> None:
-        self.linked = linked
-        self.memory = self.memory_type(linked.layout, linked.presets)
-        self.tags = Tags(linked, self.memory)
-        self.trouble = Trouble(linked, self.memory)
+        self.lowered = lowered
+        self.memory = self.memory_type(lowered.layout, lowered.presets)
+        self.tags = Tags(lowered, self.memory)
+        self.fault_log = FaultLog(lowered, self.memory)
         self.now_ns = 0
-        self.interpreter = self.interpreter_type(linked, self.memory, self.trouble, self.call_python)
+        self.interpreter = self.interpreter_type(lowered, self.memory, self.fault_log, self.call_python)
         self._with_jsr = {
             name: "jsr" in inspect.signature(function).parameters
-            for name, function in linked.functions.items()
+            for name, function in lowered.functions.items()
         }
         self._scan = scanner(self) if scanner else self.interpreter.scan
         self.call_routine: Callable[[str, Sequence[Value]], Sequence[Value]] = self.interpreter.run
         self._rack: object = None
         self._started = False
-        self._first_scan = linked.layout.leaf("S:FS")
+        self._first_scan = lowered.layout.leaf("S:FS")
 
     @property
     def minor_faults(self) -> tuple[MinorFault, ...]:
         """The latest minor faults, oldest first."""
-        return tuple(self.trouble.minor)
+        return tuple(self.fault_log.minor)
 
     def __call__(self, scan: Any) -> None:
         """Do one scan of a rack.
@@ -100,11 +100,11 @@ class Engine:
 
     def _do(self, now_ns: int, *, first: bool) -> None:
         self.now_ns = now_ns
-        self.trouble.new_scan(now_ns)
+        self.fault_log.new_scan(now_ns)
         try:
             self._run(now_ns, first=first)
         except RecursionError:
-            site = Site(self.linked.name, self.linked.main, 0, "JSR")
+            site = Site(self.lowered.name, self.lowered.main, 0, "JSR")
             text = "routines in Python call routines without end"
             raise LadderFault(site, "JSR", text, STACK_CODE) from None
 
@@ -120,7 +120,7 @@ class Engine:
 
     def call_python(self, name: str, inputs: Sequence[Value]) -> Sequence[Value]:
         """Call a routine in Python: with the tags, the inputs, and `jsr` if it asks for it."""
-        function = self.linked.functions[name]
+        function = self.lowered.functions[name]
         if self._with_jsr[name]:
             answer = function(self.tags, *inputs, jsr=self.jsr)
         else:
@@ -136,9 +136,9 @@ class Engine:
             ValueError: there is no such routine, or it takes another number of inputs.
         """
         name = routine.upper()
-        target = self.linked.routines.get(name)
+        target = self.lowered.routines.get(name)
         if target is None:
-            names = ", ".join(each.name for each in self.linked.routines.values())
+            names = ", ".join(each.name for each in self.lowered.routines.values())
             raise ValueError(f"there is no routine {routine}; routines are {names}")
         wanted = len(target.parameters or ())
         if wanted != len(inputs):

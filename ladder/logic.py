@@ -25,8 +25,8 @@ from .compiler import Scanner, scanner_of, source_of
 from .engine import STEP_MS, Engine
 from .errors import BuildError, LadderError, MinorFault, Problem
 from .front import RungMaker, TagRef
-from .linked import Linked
-from .linking import Linker
+from .lowered import Lowered
+from .lowering import Lowering
 from .memory import Memory
 from .tags import Alias, Declaration, Layout, SlotAlias, Tag
 from .text import parse_address
@@ -70,7 +70,7 @@ class Program:
         if unknown:
             raise LadderError(f"{min(unknown)!r} can't be allowed; what can is {', '.join(ALLOWANCES)}")
         self._names: set[str] = set()
-        self._linked: Linked | None = None
+        self._lowered: Lowered | None = None
         self._scanner: Scanner | None = None
         self._engine: Engine | None = None
 
@@ -181,40 +181,40 @@ class Program:
             raise LadderError(f"there are two routines {name}")
 
     def _refuse_if_built(self) -> None:
-        if self._linked is not None:
+        if self._lowered is not None:
             raise LadderError(f"program {self.name} has been built: nothing can be added any more")
 
     # --- building
 
-    def build(self) -> Linked:
+    def build(self) -> Lowered:
         """Check the program and make it ready to run.
 
         Raises:
             BuildError: what is wrong, with rungs and remedies.
         """
-        if self._linked is None:
-            self._linked = self._link()
-        return self._linked
+        if self._lowered is None:
+            self._lowered = self._lower()
+        return self._lowered
 
-    def _link(self) -> Linked:
+    def _lower(self) -> Lowered:
         names = [each.name for each in self.routines] + list(self.functions)
         main = self.main or (names[0] if names else "Main")
-        linker = Linker(self.name, Layout(self.declarations), main, self.add_ons)
-        linker.linked.functions = {name.upper(): function for name, function in self.functions.items()}
+        lowering = Lowering(self.name, Layout(self.declarations), main, self.add_ons)
+        lowering.lowered.functions = {name.upper(): function for name, function in self.functions.items()}
         for routine in self.routines:
-            linker.routine(routine)
-        problems = linker.problems + check_whole(linker.linked, self.allowed)
+            lowering.routine(routine)
+        problems = lowering.problems + check_whole(lowering.lowered, self.allowed)
         if main.upper() not in map(str.upper, names):
             known = f"routines are {', '.join(names)}" if names else "add a routine"
             problems.append(Problem(f"program {self.name}", "", f"there is no routine {main}", known))
-        problems += self._wrong_initials(linker.linked)
+        problems += self._wrong_initials(lowering.lowered)
         if problems:
             raise BuildError(self.name, problems)
-        return linker.linked
+        return lowering.lowered
 
-    def _wrong_initials(self, linked: Linked) -> list[Problem]:
+    def _wrong_initials(self, lowered: Lowered) -> list[Problem]:
         try:
-            Memory(linked.layout, linked.presets)
+            Memory(lowered.layout, lowered.presets)
         except ValueError as error:
             return [Problem("initial values", "", str(error), "correct the initial value")]
         return []

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from .memory import Memory, Value
-from .places import Constant, Group, Place, Resolved
+from .operands import Constant, Group, Place, Resolved
 from .tags import Layout, Leaf
 from .types import DataType, Elementary, Field, count_of, fields_of, size_of
 

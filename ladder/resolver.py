@@ -25,7 +25,7 @@ from ..io_images.amci3601.bits import (
 )
 from ..io_images.image import WORDS
 from .errors import LadderError
-from .places import Calculation, Constant, Group, Place, Quoted, Resolved, constant, is_integer
+from .operands import Calculation, Constant, Group, Place, Quoted, Resolved, constant, is_integer
 from .tags import STATUS_FLAGS, Alias, Layout, SlotAlias, Tag
 from .tree import (
     Address,

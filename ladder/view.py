@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from .linked import Linked
+from .lowered import Lowered
 from .memory import Memory, checked
-from .places import Calculation, Constant, Group, Place, Resolved, leaves_in
+from .operands import Calculation, Constant, Group, Place, Resolved, leaves_in
 from .resolver import Resolver
 from .text import parse_address
 from .tree import Address
@@ -21,16 +21,16 @@ class Tags:
     it has. Case does not matter.
 
     Args:
-        linked: the program.
+        lowered: the program.
         memory: its memory.
     """
 
-    __slots__ = ("_known", "_linked", "_memory", "_resolver")
+    __slots__ = ("_known", "_lowered", "_memory", "_resolver")
 
-    def __init__(self, linked: Linked, memory: Memory) -> None:
-        object.__setattr__(self, "_linked", linked)
+    def __init__(self, lowered: Lowered, memory: Memory) -> None:
+        object.__setattr__(self, "_lowered", lowered)
         object.__setattr__(self, "_memory", memory)
-        object.__setattr__(self, "_resolver", Resolver(linked.layout))
+        object.__setattr__(self, "_resolver", Resolver(lowered.layout))
         object.__setattr__(self, "_known", {})
 
     def __getitem__(self, name: str) -> Any:
@@ -55,7 +55,7 @@ class Tags:
         self[name] = value
 
     def __iter__(self) -> Iterator[str]:
-        return iter([tag.name for tag in self._linked.layout.tags().values()])
+        return iter([tag.name for tag in self._lowered.layout.tags().values()])
 
     def __contains__(self, name: str) -> bool:
         try:
@@ -104,7 +104,7 @@ class Tags:
 
     def _dims(self, group: Group) -> tuple[int, ...]:
         prefix = group.path.upper()
-        leaves = self._linked.layout.leaves
+        leaves = self._lowered.layout.leaves
         return next(
             leaf.dims for path, leaf in leaves.items() if path == prefix or path.startswith(f"{prefix}.")
         )

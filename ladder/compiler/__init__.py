@@ -15,27 +15,27 @@ from types import CodeType, FunctionType
 from typing import Any
 
 from ..engine import Engine
-from ..linked import Linked
+from ..lowered import Lowered
 from .program import ProgramText, text_of
 from .services import regions_of, services
 
 __all__ = ["Scanner", "scanner_of", "source_of"]
 
 
-def source_of(linked: Linked) -> str:
+def source_of(lowered: Lowered) -> str:
     """Return the Python that a program is compiled to."""
-    return text_of(linked).text
+    return text_of(lowered).text
 
 
 Scanner = Callable[[Engine], Callable[[int], object]]
 """Binds a compiled program to an engine's memory; returns what does one scan."""
 
 
-def scanner_of(linked: Linked) -> Scanner:
+def scanner_of(lowered: Lowered) -> Scanner:
     """Compile a program once, for any number of engines."""
-    text = text_of(linked)
+    text = text_of(lowered)
     code = _code(text)
-    regions = regions_of(linked)
+    regions = regions_of(lowered)
 
     def bind(engine: Engine) -> Callable[[int], object]:
         namespace: dict[str, Any] = services(engine, regions)
@@ -47,8 +47,8 @@ def scanner_of(linked: Linked) -> Scanner:
                 functions[constant.co_name] = namespace[constant.co_name] = function
         names = text.functions
         engine.call_routine = lambda name, inputs: functions[names[name]](engine.now_ns, tuple(inputs)) or ()
-        if engine.linked.main in engine.linked.functions:
-            return lambda _now: engine.call_python(engine.linked.main, ())
+        if engine.lowered.main in engine.lowered.functions:
+            return lambda _now: engine.call_python(engine.lowered.main, ())
         return functions["scan"]
 
     return bind

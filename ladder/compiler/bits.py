@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..places import Place
+from ..operands import Place
 from .writer import both
 
 if TYPE_CHECKING:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..linked import AddOnCall, Call
-from ..places import Place, Resolved
+from ..lowered import AddOnCall, Call
+from ..operands import Place, Resolved
 
 if TYPE_CHECKING:
     from .steps import RungWriter
@@ -22,7 +22,7 @@ def jmp(rungs: RungWriter, label: str) -> None:
 def jsr(rungs: RungWriter, call: Call) -> None:
     """JSR: call a routine, of rungs or in Python, and take its answers."""
     inputs = "".join(f"{_plain(rungs, each)}, " for each in call.inputs)
-    if call.routine in rungs.writer.linked.functions:
+    if call.routine in rungs.writer.lowered.functions:
         text = f"python({call.routine!r}, ({inputs}))"
     else:
         text = f"{rungs.functions[call.routine]}(now, ({inputs}))"

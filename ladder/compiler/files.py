@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ..interpreter import width_of
-from ..places import Constant, Resolved
+from ..operands import Constant, Resolved
 from ..regions import Region, plain, region_of
 from ..types import LINT
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def cop(rungs: RungWriter, source: Resolved, target: Resolved, length: Resolved) -> None:
     """COP, CPS: bytes from one place to another."""
-    layout = rungs.writer.linked.layout
+    layout = rungs.writer.lowered.layout
     regions = region_of(source, layout), region_of(target, layout)
     if isinstance(length, Constant) and _slices(rungs, *regions, int(length.value)):
         return
@@ -50,7 +50,7 @@ def _slices(rungs: RungWriter, source: Region, target: Region, length: int) -> b
 
 def fll(rungs: RungWriter, source: Resolved, target: Resolved, length: Resolved) -> None:
     """FLL: one value into elements of an array."""
-    region = region_of(target, rungs.writer.linked.layout)
+    region = region_of(target, rungs.writer.lowered.layout)
     first = _first(rungs, region)
     count = rungs.values.term(length, LINT.bits).text
     value = rungs.values.term(source, width_of(source)).text

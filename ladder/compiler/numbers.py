@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ..interpreter import width_of
-from ..places import Constant, Place, Resolved, can_fault
+from ..operands import Constant, Place, Resolved, can_fault
 from ..types import LINT
 from .values import Term
 

@@ -1,4 +1,4 @@
-"""A linked program as Python text: one function per routine, the main one called `scan`."""
+"""A lowered program as Python text: one function per routine, the main one called `scan`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import re
 import textwrap
 from dataclasses import dataclass
 
-from ..linked import Line, Linked, LinkedRoutine
+from ..lowered import Line, Lowered, LoweredRoutine
 from .steps import RungWriter
 from .writer import INDENT, Writer
 
@@ -28,32 +28,32 @@ class ProgramText:
     functions: dict[str, str]
 
 
-def text_of(linked: Linked) -> ProgramText:
+def text_of(lowered: Lowered) -> ProgramText:
     """Return the Python of a program."""
-    functions = _function_names(linked)
-    idents = [leaf.ident for leaf in linked.layout.leaves.values()]
+    functions = _function_names(lowered)
+    idents = [leaf.ident for leaf in lowered.layout.leaves.values()]
     lines: list[tuple[str, int]] = []
-    for name, routine in linked.routines.items():
-        lines += _routine(linked, routine, functions, is_main=name == linked.main)
+    for name, routine in lowered.routines.items():
+        lines += _routine(lowered, routine, functions, is_main=name == lowered.main)
         lines.append(("", 1))
     head = [f"def program({', '.join(idents)}):"]
     if functions:
         head.append(f"{INDENT}global {', '.join(functions.values())}")
     body = [(text, 1) for text in head] + [(INDENT + text if text else "", line) for text, line in lines]
-    file = next((line.origin.file for each in linked.routines.values() for line in each.lines), "")
+    file = next((line.origin.file for each in lowered.routines.values() for line in each.lines), "")
     return ProgramText(
         "\n".join(text for text, _ in body) + f"\n{INDENT}return\n",
-        file or f"<ladder {linked.name}>",
+        file or f"<ladder {lowered.name}>",
         [line for _, line in body] + [1, 1],
         functions,
     )
 
 
-def _function_names(linked: Linked) -> dict[str, str]:
-    taken = {leaf.ident for leaf in linked.layout.leaves.values()}
+def _function_names(lowered: Lowered) -> dict[str, str]:
+    taken = {leaf.ident for leaf in lowered.layout.leaves.values()}
     names: dict[str, str] = {}
-    for key, routine in linked.routines.items():
-        name = "scan" if key == linked.main else f"jsr_{re.sub(r'[^0-9A-Za-z_]', '_', routine.name)}"
+    for key, routine in lowered.routines.items():
+        name = "scan" if key == lowered.main else f"jsr_{re.sub(r'[^0-9A-Za-z_]', '_', routine.name)}"
         while name != "scan" and name in taken:
             name += "_"
         names[key] = name
@@ -62,11 +62,11 @@ def _function_names(linked: Linked) -> dict[str, str]:
 
 
 def _routine(
-    linked: Linked, routine: LinkedRoutine, functions: dict[str, str], *, is_main: bool
+    lowered: Lowered, routine: LoweredRoutine, functions: dict[str, str], *, is_main: bool
 ) -> list[tuple[str, int]]:
-    writer = Writer(linked)
+    writer = Writer(lowered)
     rungs = RungWriter(writer, functions)
-    if is_main and linked.override:
+    if is_main and lowered.override:
         rungs.set_override("False")
     if routine.labels:
         _with_labels(writer, rungs, routine)
@@ -91,11 +91,11 @@ def _rung(writer: Writer, rungs: RungWriter, line: Line) -> None:
     if line.comment:
         writer.comment(line.comment)
     writer.comment(f"{line.number}: {line.text}")
-    power = f"not {rungs.override}" if writer.linked.override else "True"
+    power = f"not {rungs.override}" if writer.lowered.override else "True"
     rungs.series(line.nodes, power, needed=False)
 
 
-def _with_labels(writer: Writer, rungs: RungWriter, routine: LinkedRoutine) -> None:
+def _with_labels(writer: Writer, rungs: RungWriter, routine: LoweredRoutine) -> None:
     """Write sections between labels; a jump sets `at` and starts over."""
     starts = sorted({0, *routine.labels.values()})
     rungs.sections = {label: starts.index(number) for label, number in routine.labels.items()}

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from .. import arithmetic as math
-from ..linked import Linked, steps_of
+from ..lowered import Lowered, steps_of
 from ..memory import Value
 from ..regions import copy, region_of
 
@@ -20,33 +20,33 @@ class Services:
 
     def __init__(self, engine: Engine) -> None:
         self._engine = engine
-        self._trouble = engine.trouble
+        self._fault_log = engine.fault_log
         self._memory = engine.memory
 
     def subscript(self, index: int, length: int, site: int, tag: str) -> int:
         """Return an index that is in range; stop the scan if it is not."""
         if not 0 <= index < length:
-            self._trouble.subscript(site, tag, index, length)
+            self._fault_log.subscript(site, tag, index, length)
         return index
 
     def outside(self, index: int, length: int, site: int, tag: str) -> int:
         """Stop the scan."""
-        self._trouble.subscript(site, tag, index, length)
+        self._fault_log.subscript(site, tag, index, length)
 
     def negative(self, site: int, tag: str, preset: int, accumulated: int) -> None:
         """Stop the scan if PRE or ACC of a timer is negative."""
         if preset < 0 or accumulated < 0:
-            self._trouble.negative_timer(site, tag, preset, accumulated)
+            self._fault_log.negative_timer(site, tag, preset, accumulated)
 
     def jumped_back(self, site: int) -> None:
         """Count a jump backwards; stop a scan that does not end."""
-        self._trouble.jumped_back(site)
+        self._fault_log.jumped_back(site)
 
     def narrow(self, site: int, value: int, width: int, bits: int) -> int:
         """Return what is left of a number, first in the width of the computation, then in a tag."""
         result = math.wrap(math.wrap(value, width), bits)
         if result != value:
-            self._trouble.overflow(site)
+            self._fault_log.overflow(site)
         return result
 
     def integer(self, site: int, value: float, bits: int) -> int:
@@ -54,26 +54,26 @@ class Services:
         exact = math.whole(value)
         result = math.wrap(exact, bits)
         if result != exact or not math.finite(value):
-            self._trouble.overflow(site)
+            self._fault_log.overflow(site)
         return result
 
     def cut(self, site: int, value: float) -> int:
         """Truncate a REAL."""
         if not math.finite(value):
-            self._trouble.overflow(site)
+            self._fault_log.overflow(site)
         return math.truncated(value)
 
     def divide(self, site: int, a: int, b: int) -> int:
         """Divide integers; by 0 leaves the dividend."""
         if b == 0:
-            self._trouble.zero_divisor(site)
+            self._fault_log.zero_divisor(site)
             return a
         return math.quotient(a, b)
 
     def modulo(self, site: int, a: int, b: int) -> int:
         """Remainder of integers; by 0 leaves the dividend."""
         if b == 0:
-            self._trouble.zero_divisor(site)
+            self._fault_log.zero_divisor(site)
             return a
         return math.remainder(a, b)
 
@@ -81,19 +81,19 @@ class Services:
         """Round a REAL result; tell if it is none though the operands are."""
         result = math.real(value)
         if not math.finite(result) and all(map(math.finite, operands)):
-            self._trouble.overflow(site)
+            self._fault_log.overflow(site)
         return result
 
     def real_divide(self, site: int, a: float, b: float) -> float:
         """Divide REAL values."""
         if b == 0:
-            self._trouble.zero_divisor(site)
+            self._fault_log.zero_divisor(site)
         return self.real_result(site, math.real_quotient(a, b), a, b)
 
     def real_modulo(self, site: int, a: float, b: float) -> float:
         """Remainder of REAL values."""
         if b == 0:
-            self._trouble.zero_divisor(site)
+            self._fault_log.zero_divisor(site)
         return self.real_result(site, math.real_remainder(a, b), a, b)
 
     def copy(self, source: Any, first: int, target: Any, at: int, length: int) -> None:
@@ -159,11 +159,11 @@ Regions = dict[tuple[int, int], Any]
 """Regions by site and operand."""
 
 
-def regions_of(linked: Linked) -> Regions:
+def regions_of(lowered: Lowered) -> Regions:
     """Return the regions of all COP, CPS and FLL, by site and operand."""
     return {
-        (step.site, number): region_of(operand, linked.layout)
-        for routine in linked.routines.values()
+        (step.site, number): region_of(operand, lowered.layout)
+        for routine in lowered.routines.values()
         for line in routine.lines
         for step in steps_of(line.nodes)
         if step.name in ("COP", "CPS", "FLL")

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable
 
 from ..instructions import Kind
 from ..interpreter import COMPARISONS, COMPUTATIONS
-from ..linked import ADD_ON, Node, Parallel, Step
-from ..places import Calculation, Group, Place, Resolved, can_fault
+from ..lowered import ADD_ON, Node, Parallel, Step
+from ..operands import Calculation, Group, Place, Resolved, can_fault
 from ..tags import OVERRIDE
 from . import bits, control, files, numbers, timing
 from .values import Values
@@ -30,7 +30,7 @@ class RungWriter:
         self.sections: dict[str, int] = {}
         self.section = 0
         self.functions = functions
-        self._override = writer.linked.layout.leaf(OVERRIDE)
+        self._override = writer.lowered.layout.leaf(OVERRIDE)
         self.override = self._override.ident
 
     def set_override(self, text: str) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ..interpreter import MS
-from ..places import Group
+from ..operands import Group
 from ..types import DINT
 
 if TYPE_CHECKING:

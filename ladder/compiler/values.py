@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from ..arithmetic import real
 from ..instructions import BITWISE, RELATIONS
 from ..interpreter import width_of
-from ..places import Calculation, Constant, Group, Place, Quoted, Resolved, can_fault
+from ..operands import Calculation, Constant, Group, Place, Quoted, Resolved, can_fault
 from ..types import DINT, LINT, REAL, Elementary
 from .writer import Writer
 
@@ -155,7 +155,7 @@ class Values:
 
     def set_flag(self, name: str, text: str) -> None:
         """Write a line that sets a status flag."""
-        leaf = self.writer.linked.layout.leaf(name)
+        leaf = self.writer.lowered.layout.leaf(name)
         self.writer.assigned(leaf)
         self.writer.line(f"{self.writer.name(leaf)} = {text}")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from ..linked import Linked
+from ..lowered import Lowered
 from ..tags import Leaf
 
 INDENT = "    "
@@ -15,7 +15,7 @@ class Writer:
     """Collects the lines of one function.
 
     Attributes:
-        linked: the program.
+        lowered: the program.
         lines: text and line of origin.
         written: identifiers that are assigned to.
         inputs: input images that are read.
@@ -23,13 +23,13 @@ class Writer:
         flags: whether the status flags are kept.
     """
 
-    def __init__(self, linked: Linked) -> None:
-        self.linked = linked
+    def __init__(self, lowered: Lowered) -> None:
+        self.lowered = lowered
         self.lines: list[tuple[str, int]] = []
         self.written: set[str] = set()
         self.inputs: set[str] = set()
         self.origin = 1
-        self.flags = linked.flags
+        self.flags = lowered.flags
         self._depth = 1
         self._temporaries = 0
 

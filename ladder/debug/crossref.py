@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from ..demands import WRITTEN
 from ..errors import Site
 from ..instructions import BY_NAME, Use
-from ..linked import ADD_ON, AddOnCall, Call, Linked, Step, steps_of
-from ..places import Calculation, Constant, Group, Place, Resolved
+from ..lowered import ADD_ON, AddOnCall, Call, Lowered, Step, steps_of
+from ..operand_checks import WRITTEN
+from ..operands import Calculation, Constant, Group, Place, Resolved
 from ..resolver import Resolver
 from ..text import parse_address
 
@@ -57,12 +57,12 @@ class CrossReference:
     """All mentions of tags in a program.
 
     Args:
-        linked: the program.
+        lowered: the program.
     """
 
-    def __init__(self, linked: Linked) -> None:
-        self._resolver = Resolver(linked.layout)
-        self.mentions = tuple(_mentions(linked))
+    def __init__(self, lowered: Lowered) -> None:
+        self._resolver = Resolver(lowered.layout)
+        self.mentions = tuple(_mentions(lowered))
 
     def of(self, tag: str) -> tuple[Mention, ...]:
         """Return the mentions of a tag, of parts of it, and of what it is a part of.
@@ -80,9 +80,9 @@ class CrossReference:
         return iter(self.mentions)
 
 
-def cross_reference(linked: Linked) -> CrossReference:
+def cross_reference(lowered: Lowered) -> CrossReference:
     """Return the cross reference of a program that has been built (`Program.build`)."""
-    return CrossReference(linked)
+    return CrossReference(lowered)
 
 
 def overlap(a: Place | Group, b: Place | Group, *, stretch: bool = False) -> bool:
@@ -111,11 +111,11 @@ def _path(operand: Place | Group) -> str:
     return (operand.leaf.path if isinstance(operand, Place) else operand.path).upper()
 
 
-def _mentions(linked: Linked) -> Iterator[Mention]:
-    for routine in linked.routines.values():
+def _mentions(lowered: Lowered) -> Iterator[Mention]:
+    for routine in lowered.routines.values():
         for line in routine.lines:
             for step in steps_of(line.nodes):
-                yield from _of_step(linked.sites[step.site], step)
+                yield from _of_step(lowered.sites[step.site], step)
 
 
 def _of_step(site: Site, step: Step) -> Iterator[Mention]:

@@ -11,7 +11,7 @@ from ..engine import STEP_MS
 from ..errors import LadderError
 from ..logic import Program
 from ..memory import Value, checked
-from ..places import Constant, Group, Place
+from ..operands import Constant, Group, Place
 from ..resolver import Resolver
 from ..text import parse_address
 from ..tree import Routine
@@ -66,13 +66,13 @@ class Debugger:
     def __init__(self, program: Program) -> None:
         self.program = program
         self.stops: tuple[Stop, ...] = ()
-        linked, scanner = program.build(), program.scanner
-        self._engine = WatchedEngine(linked, scanner)
-        self._journal = Journal(linked, scanner)
+        lowered, scanner = program.build(), program.scanner
+        self._engine = WatchedEngine(lowered, scanner)
+        self._journal = Journal(lowered, scanner)
         self._outside: list[Write] = []
         self._engine.memory.outside = self._outside
         self._journal.begin(self._engine.memory, 0)
-        self._resolver = Resolver(self._engine.linked.layout)
+        self._resolver = Resolver(self._engine.lowered.layout)
         self._on_rungs: dict[tuple[str, int], bool] = {}
         self._on_tags: dict[str, Any] = {}
         self._forces: dict[str, Value] = {}
@@ -282,7 +282,7 @@ class Debugger:
         """
         name = self._routine(routine).name.upper()
         truths = self._watched().interpreter.truths if self.scans else {}
-        rungs = self._engine.linked.routines[name].lines
+        rungs = self._engine.lowered.routines[name].lines
         return [truths.get((name, line.number)) for line in rungs]
 
     def _watched(self) -> WatchedEngine:
@@ -316,7 +316,7 @@ class Debugger:
     def cross_reference(self) -> CrossReference:
         """Where every tag is read and written."""
         if self._cross_reference is None:
-            self._cross_reference = CrossReference(self._engine.linked)
+            self._cross_reference = CrossReference(self._engine.lowered)
         return self._cross_reference
 
     def last_change(self, tag: str) -> Change | None:
@@ -354,7 +354,7 @@ class Debugger:
         if change is None:
             said = state_of(where, value)
             return untouched(tag, said, [each for each in self.cross_reference.of(tag) if each.writes])
-        return told(self._engine.linked, tag, where, change, value)
+        return told(self._engine.lowered, tag, where, change, value)
 
     def _routine(self, name: str) -> Routine:
         for each in self.program.routines:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..compiler import Scanner
-from ..linked import Linked
+from ..lowered import Lowered
 from ..memory import Memory, Value
 from ..tags import Leaf
 from .watching import WatchedEngine
@@ -68,14 +68,14 @@ class Journal:
     """What has gone into a program, the latest scans.
 
     Args:
-        linked: the program.
+        lowered: the program.
         scanner: the compiled program.
     """
 
-    def __init__(self, linked: Linked, scanner: Scanner) -> None:
-        self._linked, self._scanner = linked, scanner
+    def __init__(self, lowered: Lowered, scanner: Scanner) -> None:
+        self._lowered, self._scanner = lowered, scanner
         self._chapters: deque[Chapter] = deque(maxlen=MOST)
-        self._images = [leaf for leaf in linked.layout.images if not leaf.output]
+        self._images = [leaf for leaf in lowered.layout.images if not leaf.output]
         self._again: WatchedEngine | None = None
 
     @property
@@ -161,7 +161,7 @@ class Journal:
 
     def _engine(self, chapter: Chapter) -> WatchedEngine:
         if self._again is None:
-            self._again = WatchedEngine(self._linked, self._scanner)
+            self._again = WatchedEngine(self._lowered, self._scanner)
         restore(self._again.memory, chapter.memory)
         self._again.scans = chapter.scan
         return self._again

@@ -14,9 +14,9 @@ from ..engine import Engine
 from ..errors import Site
 from ..instructions import Kind
 from ..interpreter import Interpreter
-from ..linked import AddOnCall, Line, Linked, LinkedRoutine, Parallel, Step
+from ..lowered import AddOnCall, Line, Lowered, LoweredRoutine, Parallel, Step
 from ..memory import Memory, Value, same
-from ..places import Place
+from ..operands import Place
 from ..tags import Leaf
 
 
@@ -156,7 +156,7 @@ class WatchedInterpreter(Interpreter):
         finally:
             self.prescanning = outer
 
-    def _lines(self, routine: LinkedRoutine, inputs: Sequence[Value]) -> None:
+    def _lines(self, routine: LoweredRoutine, inputs: Sequence[Value]) -> None:
         self._routines.append(routine.name.upper())
         silent, self._silent = self._silent, 0
         try:
@@ -220,12 +220,12 @@ class WatchedInterpreter(Interpreter):
         places = [each for each in step.operands if isinstance(each, Place)]
         told = [each for place in places for each in (place, *self._beside(place))]
         values = tuple((each.text, self.get(each)) for each in told)
-        return Blocker(self._linked.sites[step.site].instruction, values)
+        return Blocker(self._lowered.sites[step.site].instruction, values)
 
     def _beside(self, place: Place) -> tuple[Place, ...]:
         """Return ACC and PRE, if a place is DN of a timer or counter."""
         path, dot, name = place.leaf.path.upper().rpartition(".")
-        leaves = self._linked.layout.leaves
+        leaves = self._lowered.layout.leaves
         parts = [leaves.get(f"{path}.{part}") for part in ("ACC", "PRE")]
         if not dot or name != "DN" or None in parts:
             return ()
@@ -239,7 +239,7 @@ class WatchedInterpreter(Interpreter):
     @property
     def site(self) -> Site | None:
         """The instruction that executes, None outside of rungs."""
-        return self._linked.sites[self._site] if self.running or self.prescanning else None
+        return self._lowered.sites[self._site] if self.running or self.prescanning else None
 
 
 class WatchedEngine(Engine):
@@ -252,7 +252,7 @@ class WatchedEngine(Engine):
         outside: what is written in front of the next scan, as somebody outside of the program did.
 
     Args:
-        linked: the program.
+        lowered: the program.
         scanner: the compiled program.
     """
 
@@ -261,8 +261,8 @@ class WatchedEngine(Engine):
     memory: WatchedMemory
     interpreter: WatchedInterpreter
 
-    def __init__(self, linked: Linked, scanner: Scanner) -> None:
-        super().__init__(linked, scanner)
+    def __init__(self, lowered: Lowered, scanner: Scanner) -> None:
+        super().__init__(lowered, scanner)
         self._compiled = self._scan
         self.watching = False
         self.history: list[Change] = []
@@ -297,7 +297,7 @@ class WatchedEngine(Engine):
 
     def apply_forces(self) -> None:
         """Put the forced values into the memory."""
-        leaves = {leaf.ident: leaf for leaf in self.linked.layout.leaves.values()}
+        leaves = {leaf.ident: leaf for leaf in self.lowered.layout.leaves.values()}
         for ident, index in self.memory.forces:
             leaf = leaves[ident]
             self.memory.write(leaf, index, self.memory.forced(leaf, index, self.memory.read(leaf, index)))

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from ..linked import Linked
-from ..places import Constant, Group, Place
+from ..lowered import Lowered
+from ..operands import Constant, Group, Place
 from ..types import COUNTER, HIDDEN, TIMER
 from .crossref import Mention, overlap
 from .watching import Change, shown
@@ -74,21 +74,21 @@ def untouched(tag: str, value: object, writers: Sequence[Mention]) -> str:
     return f"{tag} is {shown(value)} and has not changed while it was watched. What writes it:\n{listed}"
 
 
-def told(linked: Linked, tag: str, where: Place | Group, change: Change, value: object) -> str:
+def told(lowered: Lowered, tag: str, where: Place | Group, change: Change, value: object) -> str:
     """Say how a tag came to its value: when, by which rung, and where that rung was false.
 
     Args:
-        linked: the program.
+        lowered: the program.
         tag: the tag as the user writes it.
         where: what it is.
         change: its last change, see `telling`.
         value: what it is now.
     """
-    said = _told(linked, tag, where, change)
+    said = _told(lowered, tag, where, change)
     return f"{tag}: {state_of(where, value)}\n{said}" if is_counted(where) else said
 
 
-def _told(linked: Linked, tag: str, where: Place | Group, change: Change) -> str:
+def _told(lowered: Lowered, tag: str, where: Place | Group, change: Change) -> str:
     name = tag if isinstance(where, Place) else _element(change)
     after: object = change.after
     if isinstance(where, Place) and isinstance(where.bit, Constant):
@@ -100,7 +100,7 @@ def _told(linked: Linked, tag: str, where: Place | Group, change: Change) -> str
     by = f"{site.instruction} in routine {site.routine}, rung {site.rung}"
     if change.prescan:
         return f"{name} is {shown(after)} since {when}: prescan of {by}."
-    rung = linked.routines[site.routine.upper()].lines[site.rung].text
+    rung = lowered.routines[site.routine.upper()].lines[site.rung].text
     lines = [f"{name} is {shown(after)} since {when}: {by}, whose rung was {str(change.power).lower()}:"]
     lines.append(f"    {rung}")
     if not change.power:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..places import Place
+from ..operands import Place
 from .values import Values
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from .. import arithmetic as math
 from ..memory import Value
-from ..places import Place, Resolved
+from ..operands import Place, Resolved
 from ..regions import copy, region_of
 from .values import Values, width_of
 

@@ -1,4 +1,4 @@
-"""The interpreter: executes the linked tree plainly. It is slow, and it is what the compiler has to equal.
+"""The interpreter: executes the lowered tree plainly. It is slow, and it is what the compiler has to equal.
 
 Power flows from left to right. An input that is reached with power decides whether
 there is power behind it; an output that is reached acts. Every instruction is one
@@ -10,12 +10,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from ..errors import LadderFault
+from ..fault_log import FaultLog
 from ..instructions import Kind
-from ..linked import ADD_ON, AddOnCall, Call, Line, Linked, LinkedRoutine, Node, Parallel, Step
+from ..lowered import ADD_ON, AddOnCall, Call, Line, Lowered, LoweredRoutine, Node, Parallel, Step
 from ..memory import Memory, Value
-from ..places import Constant, Group, Place, Resolved
+from ..operands import Constant, Group, Place, Resolved
 from ..tags import OVERRIDE
-from ..trouble import Trouble
 from .bits import BitInstructions
 from .files import FileInstructions
 from .numbers import COMPARISONS, COMPUTATIONS, NumberInstructions
@@ -37,17 +37,17 @@ class _Return(Exception):  # noqa: N818
 
 
 class Interpreter(BitInstructions, TimeInstructions, NumberInstructions, FileInstructions):
-    """Runs a linked program on a memory.
+    """Runs a lowered program on a memory.
 
     Args:
-        linked: the program.
+        lowered: the program.
         memory: its memory.
-        trouble: collects its faults.
+        fault_log: collects its faults.
         call_python: calls routines in Python.
     """
 
-    def __init__(self, linked: Linked, memory: Memory, trouble: Trouble, call_python: Caller) -> None:
-        super().__init__(linked, memory, trouble)
+    def __init__(self, lowered: Lowered, memory: Memory, fault_log: FaultLog, call_python: Caller) -> None:
+        super().__init__(lowered, memory, fault_log)
         self._call_python = call_python
 
     def scan(self, now_ns: int) -> None:
@@ -57,22 +57,22 @@ class Interpreter(BitInstructions, TimeInstructions, NumberInstructions, FileIns
             LadderFault: a major fault.
         """
         self._now = now_ns
-        if self._linked.override:
+        if self._lowered.override:
             self._set_leaf(OVERRIDE, False)
-        self.run(self._linked.main, ())
+        self.run(self._lowered.main, ())
 
     def run(self, name: str, inputs: Sequence[Value]) -> tuple[Value, ...]:
         """Run a routine; return what it returns."""
-        if name in self._linked.functions:
+        if name in self._lowered.functions:
             return tuple(self._call_python(name, inputs))
-        routine = self._linked.routines[name]
+        routine = self._lowered.routines[name]
         try:
             self._lines(routine, inputs)
         except _Return as back:
             return back.values
         return ()
 
-    def _lines(self, routine: LinkedRoutine, inputs: Sequence[Value]) -> None:
+    def _lines(self, routine: LoweredRoutine, inputs: Sequence[Value]) -> None:
         number = 0
         while number < len(routine.lines):
             try:
@@ -81,11 +81,11 @@ class Interpreter(BitInstructions, TimeInstructions, NumberInstructions, FileIns
             except _Jump as jump:
                 target = routine.labels[jump.label]
                 if target <= number:
-                    self._trouble.jumped_back(jump.site)
+                    self._fault_log.jumped_back(jump.site)
                 number = target
 
     def _line(self, line: Line, inputs: Sequence[Value]) -> None:
-        power = not (self._linked.override and self._leaf(OVERRIDE))
+        power = not (self._lowered.override and self._leaf(OVERRIDE))
         self._inputs = inputs
         self._series(line.nodes, power)
 
@@ -167,7 +167,7 @@ class Interpreter(BitInstructions, TimeInstructions, NumberInstructions, FileIns
 
     def prescan(self, name: str | None = None) -> None:
         """Execute every rung of a routine as false, and those it calls; jumps are not taken."""
-        routine = self._linked.routines.get(self._linked.main if name is None else name)
+        routine = self._lowered.routines.get(self._lowered.main if name is None else name)
         for line in routine.lines if routine else ():
             self._prescan_series(line.nodes)
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from .. import arithmetic as math
 from ..instructions import RELATIONS
-from ..places import Calculation, Constant, Group, Place, Quoted, Resolved
+from ..operands import Calculation, Constant, Group, Place, Quoted, Resolved
 from ..regions import region_of
 from .values import Values, width_of
 
@@ -66,7 +66,7 @@ class NumberInstructions(Values):
         value = self._number(source, width_of(source))
         if isinstance(value, float):
             if not math.finite(value):
-                self._trouble.overflow(self._site)
+                self._fault_log.overflow(self._site)
             value = math.truncated(value)
         self._store(target, value)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from .. import arithmetic as math
-from ..places import Group
+from ..operands import Group
 from ..types import DINT
 from .values import Values
 
@@ -30,7 +30,7 @@ class TimeInstructions(Values):
     def _reached(self, timer: Group) -> bool:
         preset, accumulated = int(self.get(timer.member("PRE"))), int(self.get(timer.member("ACC")))
         if preset < 0 or accumulated < 0:
-            self._trouble.negative_timer(self._site, timer.text, preset, accumulated)
+            self._fault_log.negative_timer(self._site, timer.text, preset, accumulated)
         return accumulated >= preset
 
     def _set_bits(self, structure: Group, **bits: bool) -> None:

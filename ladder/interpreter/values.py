@@ -6,11 +6,11 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from .. import arithmetic as math
+from ..fault_log import FaultLog
 from ..instructions import BITWISE
-from ..linked import Linked
+from ..lowered import Lowered
 from ..memory import Memory, Value
-from ..places import Calculation, Constant, Place, Resolved, types_in
-from ..trouble import Trouble
+from ..operands import Calculation, Constant, Place, Resolved, types_in
 from ..types import DINT, LINT, REAL
 
 
@@ -18,13 +18,13 @@ class Values:
     """Reads and writes the places of a program, and computes.
 
     Args:
-        linked: the program.
+        lowered: the program.
         memory: its memory.
-        trouble: collects its faults.
+        fault_log: collects its faults.
     """
 
-    def __init__(self, linked: Linked, memory: Memory, trouble: Trouble) -> None:
-        self._linked, self._memory, self._trouble = linked, memory, trouble
+    def __init__(self, lowered: Lowered, memory: Memory, fault_log: FaultLog) -> None:
+        self._lowered, self._memory, self._fault_log = lowered, memory, fault_log
         self._site = 0
         self._now = 0
 
@@ -43,7 +43,7 @@ class Values:
     def _subscript(self, index: Resolved, length: int, tag: str) -> int:
         value = self._integer(index)
         if not 0 <= value < length:
-            self._trouble.subscript(self._site, tag, value, length)
+            self._fault_log.subscript(self._site, tag, value, length)
         return value
 
     def get(self, place: Place) -> Value:
@@ -81,20 +81,20 @@ class Values:
         if width == 0:
             return self._calculate_real(name, values)
         if name in ("/", "MOD") and values[1] == 0:
-            self._trouble.zero_divisor(self._site)
+            self._fault_log.zero_divisor(self._site)
             return values[0]  # type: ignore[no-any-return]
         exact = _WHOLE[name](*values)
         result = math.wrap(exact, width)
         if result != exact:
-            self._trouble.overflow(self._site)
+            self._fault_log.overflow(self._site)
         return result
 
     def _calculate_real(self, name: str, values: Sequence[Any]) -> float:
         if name in ("/", "MOD") and values[1] == 0:
-            self._trouble.zero_divisor(self._site)
+            self._fault_log.zero_divisor(self._site)
         result: float = _REAL[name](*values)
         if not math.finite(result) and all(map(math.finite, values)):
-            self._trouble.overflow(self._site)
+            self._fault_log.overflow(self._site)
         return result
 
     def _store(self, place: Place, value: Value) -> None:
@@ -109,17 +109,17 @@ class Values:
             exact = math.whole(value) if isinstance(value, float) else int(value)
             stored = math.wrap(exact, kind.bits)
             if stored != exact or (isinstance(value, float) and not math.finite(value)):
-                self._trouble.overflow(self._site)
+                self._fault_log.overflow(self._site)
         self.put(place, stored)
         self._after(stored)
 
     def _before(self) -> None:
-        if self._linked.flags:
+        if self._lowered.flags:
             self._set_leaf("S:V", False)
             self._set_leaf("S:C", False)
 
     def _after(self, stored: Value) -> None:
-        if self._linked.flags:
+        if self._lowered.flags:
             self._set_leaf("S:Z", stored == 0)
             self._set_leaf("S:N", stored < 0)
 
@@ -127,7 +127,7 @@ class Values:
         self._before()
         expression = Calculation(name, operands)
         width = width_of(expression, target)
-        if self._linked.flags and width:
+        if self._lowered.flags and width:
             self._set_leaf("S:C", self._carry(name, operands, width))
         self._store(target, self._number(expression, width))
 

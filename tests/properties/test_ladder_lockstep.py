@@ -21,7 +21,7 @@ def outcome(engine, ms, changes):
         fault = str(error)
     images = {
         leaf.path: engine.memory.cells[leaf.ident].cell_contents.tolist()
-        for leaf in engine.linked.layout.images
+        for leaf in engine.lowered.layout.images
     }
     return fault, engine.memory.snapshot() | images, list(map(str, engine.minor_faults))
 

@@ -2,7 +2,7 @@
 
 import pytest
 from ladder_bench import both, program_of
-from scanrack.ladder import DINT, MOV, BuildError, LadderError, LadderFault, Program, RungTextError, trouble
+from scanrack.ladder import DINT, MOV, BuildError, LadderError, LadderFault, Program, RungTextError, fault_log
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.rungfile import parse_program
 from scanrack.ladder.text import parse_rung
@@ -170,7 +170,7 @@ def test_a_wrong_operand_of_program_control_is_a_problem_of_its_rung(rung):
     ids=["one rung", "three rungs"],
 )
 def test_a_scan_that_does_not_end_is_stopped(rungs, monkeypatch):
-    monkeypatch.setattr(trouble, "MOST_JUMPS", 1000)
+    monkeypatch.setattr(fault_log, "MOST_JUMPS", 1000)
     engines = both(TAGS, *rungs)
     engines.append(Debugger(program_of(TAGS, *rungs)))
     for engine in engines:
@@ -183,7 +183,7 @@ def test_a_scan_that_does_not_end_is_stopped(rungs, monkeypatch):
 
 def test_the_watchdog_counts_per_scan_and_backwards_only(monkeypatch):
     """Three jumps back and one forward in each scan; four would be one too many."""
-    monkeypatch.setattr(trouble, "MOST_JUMPS", 3)
+    monkeypatch.setattr(fault_log, "MOST_JUMPS", 3)
     tags = TAGS + "\nTAG Left : DINT"
     rungs = (
         "MOV(3,Left);",

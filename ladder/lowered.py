@@ -8,7 +8,7 @@ from typing import Any
 
 from .errors import Site
 from .instructions import Kind
-from .places import Group, Place, Resolved
+from .operands import Group, Place, Resolved
 from .tags import Layout
 from .tree import Origin
 
@@ -73,7 +73,7 @@ class Step:
         kind: input or output.
         operands: resolved; a label or a mode is a str, JSR has one `Call`, an add-on instruction one
             `AddOnCall`, presets are left out.
-        site: its number in `Linked.sites`.
+        site: its number in `Lowered.sites`.
     """
 
     name: str
@@ -104,7 +104,7 @@ class Line:
 
 
 @dataclass(frozen=True, slots=True)
-class LinkedRoutine:
+class LoweredRoutine:
     """A routine, ready to run.
 
     Attributes:
@@ -121,7 +121,7 @@ class LinkedRoutine:
 
 
 @dataclass(slots=True)
-class Linked:
+class Lowered:
     """A program, ready to run.
 
     Attributes:
@@ -139,7 +139,7 @@ class Linked:
     name: str
     layout: Layout
     main: str
-    routines: dict[str, LinkedRoutine] = field(default_factory=dict)
+    routines: dict[str, LoweredRoutine] = field(default_factory=dict)
     functions: dict[str, Callable[..., Any]] = field(default_factory=dict)
     sites: list[Site] = field(default_factory=list)
     presets: dict[str, int] = field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""Places in memory: what an address means once it has been looked up."""
+"""Resolved operands: constants, places in memory, and calculations on them."""
 
 from __future__ import annotations
 

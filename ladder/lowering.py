@@ -7,12 +7,12 @@ from types import MappingProxyType
 from typing import Any
 
 from .addon import LOGIC, OTHERWISE, PRESCAN, AddOn, expand
-from .demands import CHECKS, DEMANDS, WRITTEN, OperandError, described
 from .errors import LadderError, Problem, Site
 from .instructions import BY_NAME as SPEC_BY_NAME
 from .instructions import Kind, Spec, Use
-from .linked import ADD_ON, AddOnCall, Call, Line, Linked, LinkedRoutine, Node, Parallel, Step, steps_of
-from .places import Constant, Group, Place, Resolved, leaves_in
+from .lowered import ADD_ON, AddOnCall, Call, Line, Lowered, LoweredRoutine, Node, Parallel, Step, steps_of
+from .operand_checks import CHECKS, OPERAND_CHECKS, WRITTEN, OperandError, described
+from .operands import Constant, Group, Place, Resolved, leaves_in
 from .resolver import AddressError, Resolver
 from .tags import Layout
 from .tree import Address, Branch, Instruction, Number, Operand, Routine, Rung, Series, Unknown, too_deep
@@ -22,18 +22,18 @@ _KEPT_FLAGS = frozenset({"S:V", "S:Z", "S:N", "S:C"})
 _ALONE = frozenset({"NOP", "AFI", "LBL", "SBR"})
 
 
-class Linker:
-    """Links routine by routine and collects what is wrong.
+class Lowering:
+    """Lowers routine by routine and collects what is wrong.
 
     Attributes:
-        linked: the result.
+        lowered: the result.
         problems: what is wrong.
     """
 
     def __init__(
         self, name: str, layout: Layout, main: str, add_ons: Mapping[str, AddOn] = MappingProxyType({})
     ) -> None:
-        self.linked = Linked(name, layout, main.upper())
+        self.lowered = Lowered(name, layout, main.upper())
         self.problems: list[Problem] = []
         self._add_ons = add_ons
         self._instances: dict[str, str] = {}
@@ -45,7 +45,7 @@ class Linker:
         self._number = 0
 
     def routine(self, routine: Routine) -> None:
-        """Link a routine of rungs, and the routines of the add-on instructions that it calls."""
+        """Lower a routine of rungs, and the routines of the add-on instructions that it calls."""
         self._one(routine)
         while self._expanded:
             self._one(self._expanded.pop(0))
@@ -67,7 +67,7 @@ class Linker:
                         self.report(
                             "SBR does not stand first", "make it the first of the routine's first rung"
                         )
-        self.linked.routines[routine.name.upper()] = LinkedRoutine(
+        self.lowered.routines[routine.name.upper()] = LoweredRoutine(
             routine.name, tuple(lines), labels, parameters
         )
 
@@ -112,8 +112,8 @@ class Linker:
     def _step(self, instruction: Instruction) -> Step:
         definition = self._add_ons.get(instruction.name.upper())
         spec = definition.spec if definition else SPEC_BY_NAME[instruction.name]
-        site = len(self.linked.sites)
-        self.linked.sites.append(Site(self.linked.name, self._routine, self._number, str(instruction)))
+        site = len(self.lowered.sites)
+        self.lowered.sites.append(Site(self.lowered.name, self._routine, self._number, str(instruction)))
         if definition:
             return Step(ADD_ON, Kind.BOTH, self._add_on(definition, instruction), site)
         try:
@@ -122,11 +122,11 @@ class Linker:
             self.report(f"{instruction}: {error}", error.remedy)
             operands = ()
         if spec.name == "MCR":
-            self.linked.override = True
+            self.lowered.override = True
         return Step(spec.name, spec.kind, operands, site)
 
     def _add_on(self, definition: AddOn, call: Instruction) -> tuple[AddOnCall, ...]:
-        """Link a call of an add-on instruction; its routines are linked later on."""
+        """Lower a call of an add-on instruction; its routines are lowered later."""
         try:
             instance = self._instance(definition, call)
             expansion = expand(definition, call)
@@ -197,9 +197,9 @@ class Linker:
             return operand.name.upper()
         resolved = self.resolver.operand(operand)
         self._note_flags(operand)
-        demand = DEMANDS[use]
-        if not demand.met(resolved):
-            raise OperandError(f"{operand} is {described(resolved)}, {demand.text} is needed", demand.remedy)
+        check = OPERAND_CHECKS[use]
+        if not check.accepts(resolved):
+            raise OperandError(f"{operand} is {described(resolved)}, {check.text} is needed", check.remedy)
         if use in WRITTEN and isinstance(resolved, (Place, Group)):
             self._refuse_input(operand, resolved)
         return resolved
@@ -210,7 +210,7 @@ class Linker:
 
     def _note_flags(self, operand: Operand) -> None:
         if isinstance(operand, Address) and operand.name.upper() in _KEPT_FLAGS:
-            self.linked.flags = True
+            self.lowered.flags = True
 
     def _presets(self, structure: Group, given: tuple[Operand, ...]) -> None:
         for name, operand in zip(("PRE", "ACC"), given, strict=False):
@@ -227,7 +227,7 @@ class Linker:
                 raise OperandError(
                     f"{name} of an array element can't stand in the rung", "write ? and MOV to it"
                 )
-            known = self.linked.presets.setdefault(place.leaf.path, operand.value)
+            known = self.lowered.presets.setdefault(place.leaf.path, operand.value)
             if known != operand.value:
                 raise OperandError(
                     f"{place.leaf.path} is {known} in another rung", "write the same number, or ?"

@@ -1,4 +1,4 @@
-"""What operands have to be: a demand for each use, in code and in words, and what to do if it is not met."""
+"""What operands have to be: a check for each use, in code and in words, and what to do if it is not met."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from .instructions import BITWISE, RELATIONS, Use
-from .places import Calculation, Constant, Group, Place, Quoted, Resolved, is_integer, is_number
+from .operands import Calculation, Constant, Group, Place, Quoted, Resolved, is_integer, is_number
 from .types import CONTROL, COUNTER, STRING, TIMER, Elementary, Structure
 
 
@@ -30,16 +30,16 @@ def described(resolved: Resolved) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Demand:
-    """What an operand has to be.
+class OperandCheck:
+    """What a use requires of its operand.
 
     Attributes:
-        met: tells whether an operand is that.
+        accepts: whether an operand is that.
         text: the same in words.
         remedy: what to do if it is not.
     """
 
-    met: Callable[[Resolved], bool]
+    accepts: Callable[[Resolved], bool]
     text: str
     remedy: str
 
@@ -94,44 +94,50 @@ def _is_region(resolved: Resolved) -> bool:
 WRITTEN = frozenset({Use.COIL, Use.LATCH, Use.STORAGE, Use.TARGET, Use.INTEGER_TARGET, Use.DESTINATION})
 """Uses in which an instruction writes its operand."""
 
-_A_BIT = Demand(_is_bit, "a bit", "use a BOOL or a bit of an integer (tag.3), or compare the number")
-_A_NUMBER = Demand(_is_plain_number, "a number", "use a numeric tag; CPT takes expressions")
-_AN_INTEGER = Demand(_is_plain_integer, "an integer", "use a SINT, INT, DINT or LINT")
+_A_BIT = OperandCheck(_is_bit, "a bit", "use a BOOL or a bit of an integer (tag.3), or compare the number")
+_A_NUMBER = OperandCheck(_is_plain_number, "a number", "use a numeric tag; CPT takes expressions")
+_AN_INTEGER = OperandCheck(_is_plain_integer, "an integer", "use a SINT, INT, DINT or LINT")
 
-DEMANDS: Mapping[Use, Demand] = {
+OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
     Use.BIT: _A_BIT,
     Use.COIL: _A_BIT,
     Use.LATCH: _A_BIT,
     Use.STORAGE: _A_BIT,
     Use.NUMBER: _A_NUMBER,
-    Use.TEXT_OR_NUMBER: Demand(
+    Use.TEXT_OR_NUMBER: OperandCheck(
         lambda each: _is_plain_number(each) or _is_string(each), "a number or a STRING", "compare bits by XIC"
     ),
     Use.INTEGER: _AN_INTEGER,
-    Use.TARGET: Demand(
+    Use.TARGET: OperandCheck(
         lambda each: isinstance(each, Place) and not each.type.is_bool,
         "a numeric tag to write",
         "use a numeric tag; bits are written by OTE, OTL, OTU",
     ),
-    Use.INTEGER_TARGET: Demand(
+    Use.INTEGER_TARGET: OperandCheck(
         lambda each: isinstance(each, Place) and each.type.is_integer,
         "an integer tag to write",
         "use a SINT, INT, DINT or LINT",
     ),
-    Use.EXPRESSION: Demand(
+    Use.EXPRESSION: OperandCheck(
         _is_arithmetic, "an arithmetic expression", "compare with CMP; AND, OR, XOR, NOT take integers"
     ),
-    Use.CONDITION: Demand(_is_condition, "a comparison", "write a relation such as a>b, or a>b AND c<=d"),
-    Use.TIMER: Demand(lambda each: _is_structure(each, TIMER), "a TIMER", "declare the tag as TIMER"),
-    Use.COUNTER: Demand(lambda each: _is_structure(each, COUNTER), "a COUNTER", "declare the tag as COUNTER"),
-    Use.RESETTABLE: Demand(
+    Use.CONDITION: OperandCheck(
+        _is_condition, "a comparison", "write a relation such as a>b, or a>b AND c<=d"
+    ),
+    Use.TIMER: OperandCheck(lambda each: _is_structure(each, TIMER), "a TIMER", "declare the tag as TIMER"),
+    Use.COUNTER: OperandCheck(
+        lambda each: _is_structure(each, COUNTER), "a COUNTER", "declare the tag as COUNTER"
+    ),
+    Use.RESETTABLE: OperandCheck(
         lambda each: _is_structure(each, TIMER, COUNTER, CONTROL),
         "a TIMER, COUNTER or CONTROL",
         "clear other tags with CLR or OTU",
     ),
-    Use.SOURCE: Demand(_is_region, "a tag with bytes", "copy numbers, structures or arrays of them"),
-    Use.DESTINATION: Demand(_is_region, "a tag with bytes", "copy to numbers, structures or arrays of them"),
-    Use.CONSTANT: Demand(
+    Use.SOURCE: OperandCheck(_is_region, "a tag with bytes", "copy numbers, structures or arrays of them"),
+    Use.DESTINATION: OperandCheck(
+        _is_region, "a tag with bytes", "copy to numbers, structures or arrays of them"
+    ),
+    Use.CONSTANT: OperandCheck(
         lambda each: isinstance(each, Constant) and each.type.is_integer, "a constant", "write a whole number"
     ),
 }

@@ -1,4 +1,4 @@
-"""Faults as they happen: minor ones are recorded, major ones end the scan."""
+"""The fault log: minor faults are recorded, major faults end the scan."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .errors import (
     LadderFault,
     MinorFault,
 )
-from .linked import Linked
+from .lowered import Lowered
 from .memory import Memory
 
 KEPT = 1000
@@ -23,7 +23,7 @@ MOST_JUMPS = 200_000
 """Jumps backwards in one scan: more than a controller does within its watchdog of 500 ms, at 2.5 µs each."""
 
 
-class Trouble:
+class FaultLog:
     """Collects the faults of one running program.
 
     Attributes:
@@ -31,15 +31,15 @@ class Trouble:
         now_ns: virtual time of the scan.
 
     Args:
-        linked: the program.
+        lowered: the program.
         memory: where its status flags are.
     """
 
-    def __init__(self, linked: Linked, memory: Memory) -> None:
+    def __init__(self, lowered: Lowered, memory: Memory) -> None:
         self.minor: deque[MinorFault] = deque(maxlen=KEPT)
         self.now_ns = 0
         self._jumps = 0
-        self._linked, self._memory = linked, memory
+        self._lowered, self._memory = lowered, memory
         self._told: set[int] = set()
         self._overflow = memory.layout.leaf("S:V")
         self._any = memory.layout.leaf("S:MINOR")
@@ -53,12 +53,12 @@ class Trouble:
 
     def overflow(self, site: int, text: str = "the result does not fit") -> None:
         """Set S:V and record a minor fault, type 4 code 4."""
-        if self._linked.flags:
+        if self._lowered.flags:
             self._memory.write(self._overflow, 0, True)
         self._memory.write(self._any, 0, True)
         if site not in self._told:
             self._told.add(site)
-            self.minor.append(MinorFault(self._linked.sites[site], self.now_ns, text))
+            self.minor.append(MinorFault(self._lowered.sites[site], self.now_ns, text))
 
     def zero_divisor(self, site: int) -> None:
         """Record a minor fault, type 4 code 4."""
@@ -67,7 +67,7 @@ class Trouble:
     def subscript(self, site: int, tag: str, index: int, length: int) -> NoReturn:
         """Stop the scan: a subscript or a bit number is out of range."""
         text = f"subscript {index} is out of range, allowed are 0 to {length - 1}"
-        raise LadderFault(self._linked.sites[site], tag, text, SUBSCRIPT_CODE)
+        raise LadderFault(self._lowered.sites[site], tag, text, SUBSCRIPT_CODE)
 
     def jumped_back(self, site: int) -> None:
         """Count a jump backwards; stop a scan that does not end.
@@ -78,9 +78,9 @@ class Trouble:
         self._jumps += 1
         if self._jumps > MOST_JUMPS:
             text = f"watchdog: more than {MOST_JUMPS:,} jumps backwards in one scan"
-            raise LadderFault(self._linked.sites[site], "JMP", text, WATCHDOG_CODE, WATCHDOG_TYPE)
+            raise LadderFault(self._lowered.sites[site], "JMP", text, WATCHDOG_CODE, WATCHDOG_TYPE)
 
     def negative_timer(self, site: int, tag: str, preset: int, accumulated: int) -> NoReturn:
         """Stop the scan: PRE or ACC of a timer is negative."""
         text = f"PRE is {preset}, ACC is {accumulated}; neither may be negative"
-        raise LadderFault(self._linked.sites[site], tag, text, TIMER_CODE)
+        raise LadderFault(self._lowered.sites[site], tag, text, TIMER_CODE)
