@@ -10,13 +10,13 @@ import sys
 from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import typer
 from typer.core import TyperGroup
 
-from ...traces.limits import CHUNK_BYTES, RECORDS, Limits, limited
 from ..pace import ending_as_interrupt, interrupted_by
+from .limiting import limit_traces
 from .status import BAD_INPUT, INTERRUPTED, PIPE_CLOSED
 from .streams import OutputLost, guarded_output
 from .terminal import say
@@ -25,9 +25,6 @@ if TYPE_CHECKING:
     from ..bench import Bench
 
 __all__ = ["build", "main", "open_bench"]
-
-
-MIB = 1024 * 1024
 
 
 class Entry(NamedTuple):
@@ -127,22 +124,8 @@ def _application(group: type[TyperGroup]) -> typer.Typer:
         pretty_exceptions_enable=False,
         rich_markup_mode=None,
     )
-    app.callback()(_group)
+    app.callback()(limit_traces)
     return app
-
-
-def _group(
-    context: typer.Context,
-    max_chunk: Annotated[
-        int,
-        typer.Option("--max-chunk", min=1, metavar="MIB", help="Most that a chunk of a trace unpacks to."),
-    ] = CHUNK_BYTES // MIB,
-    max_records: Annotated[
-        int, typer.Option("--max-records", min=1, help="Most records in a chunk that are nearly empty.")
-    ] = RECORDS,
-) -> None:
-    """Put the limits for reading traces in force."""
-    context.with_resource(limited(Limits(max_chunk * MIB, max_records)))
 
 
 def main() -> None:
