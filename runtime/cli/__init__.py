@@ -60,7 +60,7 @@ COMMANDS = {
     "pmc006": Entry("pmc006", "Talk to a PMC006 on a serial port."),
     "ports": Entry("discovery", "List the serial devices of this machine."),
     "probe": Entry("discovery", "Say what controller answers on a port."),
-    "pclt": Entry("pclt", "Check and assemble stored programs of the PCL601."),
+    "pclt": Entry("pclt", "Check and list stored programs of the PCL601."),
     "rules": Entry("rules", "Print the rules of a module's manual."),
 }
 """The commands in the order in which --help lists them."""

@@ -1,4 +1,4 @@
-"""`scanrack pclt`: stored programs of the PCL601, checked, assembled and disassembled."""
+"""`scanrack pclt`: stored programs of the PCL601, checked and listed."""
 
 from __future__ import annotations
 
@@ -12,9 +12,6 @@ from ...io_images.pcl601.program import (
     CAPACITY_BYTES,
     Program,
     ProgramError,
-    assemble,
-    disassemble,
-    format_program,
     format_step,
     parse_program,
 )
@@ -22,14 +19,9 @@ from .slices import told_mistakes
 from .terminal import say
 
 app = typer.Typer(
-    help="Stored programs of the PCL601: check, assemble, disassemble; see docs/pcl601-programs.md.",
+    help="Stored programs of the PCL601: check and list them; see docs/pcl601-programs.md.",
     no_args_is_help=True,
 )
-
-FileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="The program.", show_default=False)]
-OutputOption = Annotated[
-    Path | None, typer.Option("--output", "-o", metavar="OUT", help="Write there.", show_default=False)
-]
 
 
 def read_program(file: Path) -> Program:
@@ -49,13 +41,11 @@ def read_program(file: Path) -> Program:
 
 
 def listing(program: Program) -> str:
-    """Return a program line by line: address, bytes, instruction."""
-    memory = assemble(program)
-    ends = list(accumulate(step.size for step in program.steps))
-    starts = [0, *ends]
+    """Return a program line by line: address, size in bytes, instruction."""
+    addresses = accumulate((step.size for step in program.steps), initial=0)
     return "\n".join(
-        f"{start:5}  {memory[start:end].hex(' '):<23}  {format_step(step)}"
-        for start, end, step in zip(starts, ends, program.steps, strict=False)
+        f"{address:5}  {step.size:2}  {format_step(step)}"
+        for address, step in zip(addresses, program.steps, strict=False)
     )
 
 
@@ -80,38 +70,18 @@ def check_command(
             say(f"{file}: {summary(read_program(file))}")
 
 
-@app.command("assemble", no_args_is_help=True)
-def assemble_command(file: FileArgument, output: OutputOption = None) -> None:
-    """Print a program as it stands in memory, or write its bytes.
+@app.command("list", no_args_is_help=True)
+def list_command(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The program.", show_default=False)],
+) -> None:
+    """Print a program line by line: address and size in program memory, in bytes, and the instruction.
 
-    The bytes are this simulator's own: the real unit's are not published.
+    Sizes are this simulator's: of the real unit's only "2 to 7 bytes" is published.
 
-    Example: scanrack pclt assemble examples/pcl601/sample1.pclt -o sample1.bin
+    Example: scanrack pclt list examples/pcl601/sample1.pclt
     """
     with told_mistakes():
-        program = read_program(file)
-        if output is None:
-            say(listing(program))
-        else:
-            output.write_bytes(assemble(program))
-            say(f"{output}: {summary(program)}")
-
-
-@app.command("disassemble", no_args_is_help=True)
-def disassemble_command(file: FileArgument, output: OutputOption = None) -> None:
-    """Print the program in a file of bytes as text; labels are called L1, L2, ...
-
-    Example: scanrack pclt disassemble sample1.bin
-    """
-    with told_mistakes():
-        try:
-            text = format_program(disassemble(file.read_bytes()))
-        except ProgramError as error:
-            raise ValueError(f"{file}: {error}") from error
-        if output is None:
-            say(text, nl=False)
-        else:
-            output.write_text(text, encoding="utf-8")
+        say(listing(read_program(file)))
 
 
 def register(parent: typer.Typer) -> None:

@@ -1,4 +1,4 @@
-"""Stored programs: text to program to text, program to bytes to program, and nothing but ProgramError."""
+"""Stored programs: text to program to text, and nothing but ProgramError."""
 
 from __future__ import annotations
 
@@ -11,8 +11,6 @@ from scanrack.io_images.pcl601.program import (
     Program,
     ProgramError,
     Step,
-    assemble,
-    disassemble,
     format_program,
     parse_program,
 )
@@ -76,21 +74,6 @@ def test_case_spaces_and_comments_do_not_matter(program: Program) -> None:
     assert parse_program(text) == bare
 
 
-@given(programs())
-def test_memory_holds_all_but_names_and_directives(program: Program) -> None:
-    memory = assemble(program)
-    assert len(memory) == program.size
-    back = disassemble(memory)
-    names = {name: f"L{number}" for number, name in enumerate(program.labels, 1)}
-    renamed = [Step(s.name, tuple(_renamed(s, v, names) for v in s.values)) for s in program.steps]
-    assert back == Program(tuple(renamed))
-    assert assemble(back) == memory
-
-
-def _renamed(step: Step, value: int | str, names: dict[str, str]) -> int | str:
-    return names[str(value)] if step.name == "LABEL" or value == step.target else value
-
-
 @given(st.text(max_size=60) | st.text('ABELOP \n0123"\\;.', max_size=60))
 def test_any_text_is_a_program_or_an_error_with_its_line(text: str) -> None:
     try:
@@ -100,12 +83,3 @@ def test_any_text_is_a_program_or_an_error_with_its_line(text: str) -> None:
     else:
         return
     assert line is None or 1 <= line <= text.count("\n") + 1
-
-
-@given(st.binary(max_size=40) | st.binary(max_size=40).map(lambda b: b + bytes([18, 0])))
-def test_any_memory_is_a_program_or_an_error(memory: bytes) -> None:
-    try:
-        program = disassemble(memory)
-    except ProgramError:
-        return
-    assert len(assemble(program)) == len(memory)

@@ -1,6 +1,6 @@
-"""Stored programs of the PCL601: the instruction set, the text format, program memory.
+"""Stored programs of the PCL601: the instruction set and the text format.
 
->>> from scanrack.io_images.pcl601.program import assemble, disassemble, format_program, parse_program
+>>> from scanrack.io_images.pcl601.program import format_program, parse_program
 >>> program = parse_program('''
 ... LABEL again
 ... MOVE 4000   ; in the present direction
@@ -8,20 +8,19 @@
 ... LOOP OUTER 3 again
 ... END
 ... ''')
->>> program.size, len(assemble(program))
-(19, 19)
->>> print(format_program(disassemble(assemble(program))), end="")
-LABEL L1
+>>> program.size
+19
+>>> print(format_program(program), end="")
+LABEL AGAIN
 MOVE 4000
 FINISH
-LOOP OUTER 3 L1
+LOOP OUTER 3 AGAIN
 END
 """
 
 from __future__ import annotations
 
 from .instructions import BY_NAME, CAPACITY_BYTES, INSTRUCTIONS, Instruction
-from .memory import assemble, disassemble
 from .model import Program, ProgramError, Step
 from .operands import TEXT_MAX
 from .structure import check_structure
@@ -36,9 +35,7 @@ __all__ = [
     "Program",
     "ProgramError",
     "Step",
-    "assemble",
     "check_structure",
-    "disassemble",
     "format_program",
     "format_step",
     "parse_program",
