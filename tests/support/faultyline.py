@@ -35,6 +35,11 @@ def spoilt(frame: bytes, fault: Fault) -> bytes:
     return frame
 
 
+def dropped(first: int, count: int) -> dict[int, Fault]:
+    """Return the plan by which so many frames are lost, from the `first` on, counted from 0."""
+    return dict.fromkeys(range(first, first + count), Fault.DROPPED)
+
+
 class FaultyDevice:
     """A device whose answers suffer.
 

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from faultyline import BusLink, Fault, FaultyDevice, served_on_pty
+from faultyline import BusLink, Fault, FaultyDevice, dropped, served_on_pty
 from scanrack.io_images.pcl601 import Code, Error
 from scanrack.runtime.cli import build
 from scanrack.runtime.clients.link import (
@@ -177,15 +177,11 @@ def test_a_move_within_the_encoder_s_window_is_done() -> None:
     assert client.move(-700) == -700
 
 
-def lost_after(questions: int, lost: int) -> dict[int, Fault]:
-    return dict.fromkeys(range(questions, questions + lost), Fault.DROPPED)
-
-
 @pytest.mark.parametrize("asked", [14, 40])
 @pytest.mark.parametrize("home", [False, True])
 def test_a_motion_that_can_no_longer_be_watched_is_stopped(asked: int, home: bool) -> None:
     device = Pcl601()
-    client, link = client_of(device, questions=lost_after(asked, 3))
+    client, link = client_of(device, questions=dropped(asked, 3))
     with pytest.raises(LostSightError, match=r"does not answer within 0\.2 s; the motor was stopped") as lost:
         client.home(0) if home else client.move(1_000_000)
     assert lost.value.stopped
@@ -195,7 +191,7 @@ def test_a_motion_that_can_no_longer_be_watched_is_stopped(asked: int, home: boo
 
 def test_a_motion_that_can_neither_be_watched_nor_stopped_may_go_on() -> None:
     device = Pcl601()
-    client, _ = client_of(device, questions=lost_after(14, 1000))
+    client, _ = client_of(device, questions=dropped(14, 1000))
     with pytest.raises(
         LostSightError, match="a stop was not answered: THE MOTOR MAY STILL BE MOVING"
     ) as lost:
@@ -211,9 +207,7 @@ def test_a_line_that_dies_right_after_the_start_is_stopped() -> None:
     client.wait()
     at_go = next(number for number, question in enumerate(link.questions) if question[1:-2] == GO)
     device = Pcl601()
-    client, link = client_of(
-        device, answers=lost_after(at_go, 4)
-    )  # of Go, and of three looks whether it moves
+    client, link = client_of(device, answers=dropped(at_go, 4))  # of Go, and of three looks whether it moves
     with pytest.raises(LostSightError, match="the motor was stopped"):
         client.start_move(1_000_000)
     assert goes(link) == 1

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from faultyline import BusLink, Fault, FaultyDevice, served_on_pty
+from faultyline import BusLink, Fault, FaultyDevice, dropped, served_on_pty
 from scanrack.io_images.pmc006.instructions import BY_CODE, BY_NAME, Kind
 from scanrack.io_images.pmc006.status import Status1, Status2
 from scanrack.runtime.cli import build
@@ -218,15 +218,11 @@ def test_a_stall_on_the_last_step_is_no_success() -> None:
         client.move(700, stall_at_the_end)
 
 
-def lost_after(questions: int, lost: int) -> dict[int, Fault]:
-    return dict.fromkeys(range(questions, questions + lost), Fault.DROPPED)
-
-
 @pytest.mark.parametrize("asked", [14, 40])
 @pytest.mark.parametrize("home", [False, True])
 def test_a_motion_that_can_no_longer_be_watched_is_stopped(asked: int, home: bool) -> None:
     controller = Controller()
-    client, link = client_of(controller, questions=lost_after(asked, 3))
+    client, link = client_of(controller, questions=dropped(asked, 3))
     with pytest.raises(LostSightError, match=r"does not answer within 0\.2 s; the motor was stopped") as lost:
         client.home(100_000) if home else client.move(100_000)
     assert lost.value.stopped
@@ -236,7 +232,7 @@ def test_a_motion_that_can_no_longer_be_watched_is_stopped(asked: int, home: boo
 
 def test_a_motion_that_can_neither_be_watched_nor_stopped_may_go_on() -> None:
     controller = Controller()
-    client, link = client_of(controller, questions=lost_after(14, 1000))
+    client, link = client_of(controller, questions=dropped(14, 1000))
     with pytest.raises(
         LostSightError, match="a stop was not answered: THE MOTOR MAY STILL BE MOVING"
     ) as lost:
@@ -249,7 +245,7 @@ def test_a_motion_that_can_neither_be_watched_nor_stopped_may_go_on() -> None:
 def test_a_line_that_dies_right_after_the_start_is_stopped() -> None:
     controller = Controller()
     # direction, position, position, status 1, step; its answer and three status 1 are lost
-    client, _ = client_of(controller, answers=lost_after(4, 4))
+    client, _ = client_of(controller, answers=dropped(4, 4))
     with pytest.raises(LostSightError, match="the motor was stopped"):
         client.move(100_000)
     assert not controller.axis.moving
