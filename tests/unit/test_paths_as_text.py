@@ -35,7 +35,8 @@ def test_reading(folder):
     open_records("a.mcap").close()
     assert load_rack_file("line.toml").spec.program == "line.py"
     assert load_program("line.py", str(folder)).name == "logic"
-    assert open_bench("line.toml", "b.mcap").scans == 0
+    with open_bench("line.toml", "b.mcap") as bench:
+        assert bench.scans == 0
     with pytest.raises(InvariantError, match=r"nowhere\.py: there is no such file"):
         load_invariants("nowhere.py")
 
