@@ -149,7 +149,6 @@ ROOMS: dict[str, Room] = {
             "tests/properties/test_thousands_pairs.py",
             "tests/properties/test_wire_strategies.py",
             "tests/unit/test_pclt_text.py",
-            "tests/unit/test_rule_proofs.py",
             "tests/unit/test_rules_table.py",
             "tests/unit/test_strategies_doc.py",
         ),

@@ -29,7 +29,6 @@ from .plugin import NOT_THE_COPY, TASK
 
 ROOMS = ("io_images", "ladder", "runtime", "traces")
 BESIDE = ("tests", "docs", "examples", "pyproject.toml")
-PROOFS = "io_images/amci3601/rules/proofs.py"
 RULE_ID = re.compile(r"\b[A-Z]{2,4}-[A-Z]?\d\d\b")
 NO_TESTS = 5
 """Exit status of pytest: it has found none."""
@@ -50,7 +49,7 @@ class ProjectCopy:
     def __init__(self, root: Path, place: Path) -> None:
         self.place = place.resolve()
         self.package = self.place / "scanrack"
-        leave_out = shutil.ignore_patterns("__pycache__", "*.mcap", "proofs.tmp")
+        leave_out = shutil.ignore_patterns("__pycache__", "*.mcap")
         for room in ROOMS:
             shutil.copytree(root / room, self.package / room, ignore=leave_out)
         for name in BESIDE:
@@ -319,12 +318,8 @@ def tree_hash(folder: Path, *patterns: str) -> str:
 
 
 def source_hash(package: Path, patterns: Iterable[str]) -> str:
-    """Return a hash of the files that match, but for the commands and the list of proofs."""
+    """Return a hash of the files that match, but for the commands."""
     paths = sorted(path for pattern in patterns for path in package.glob(pattern))
     names = [path.relative_to(package).as_posix() for path in paths]
-    decisive = [
-        f"{name} {file_hash(package / name)}"
-        for name in names
-        if name != PROOFS and not name.startswith("runtime/cli/")
-    ]
-    return digest(*decisive)
+    decisive = [name for name in names if not name.startswith("runtime/cli/")]
+    return digest(*(f"{name} {file_hash(package / name)}" for name in decisive))

@@ -49,7 +49,6 @@ COMMANDS = {
     "repair": Entry("repair", "Complete a trace that was killed or damaged."),
     "replay": Entry("replay", "Replay a trace into a module, a program or a rack."),
     "rerun": Entry("rerun", "Run again what a trace was made by."),
-    "golden": Entry("golden", "Make a library of recordings anew; show what changed."),
     "ladder": Entry("ladder", "Draw the rungs of a ladder program."),
     "why": Entry("why", "Say why a tag is as it is."),
     "xref": Entry("why", "List where tags are read and written."),

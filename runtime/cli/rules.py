@@ -1,4 +1,4 @@
-"""`scanrack rules amci3601`: the rule table, with the tests that prove each row."""
+"""`scanrack rules amci3601`: the rule table."""
 
 from __future__ import annotations
 
@@ -12,13 +12,23 @@ import typer
 
 from ...io_images.amci3601 import RULES, Firmware, StatusLsw, StatusMsw, bit_names
 from ...io_images.amci3601.rules import Rule
-from ...io_images.amci3601.rules.proofs import proofs
-from .rules_page import chapter_of, firmware_words, page
-from .status import BAD_INPUT, DONE, NO
+from .status import BAD_INPUT
 from .terminal import say
 
 WIDTH = 80
 INDENT = " " * 9
+
+CHAPTERS = {
+    "Module Overview": "Module Overview",
+    "chapter 1": "Chapter 1: Installing the 3601 module",
+    "chapter 2": "Chapter 2: Calculating move profiles",
+    "chapter 3": "Chapter 3: Configuration mode",
+    "chapter 4": "Chapter 4: Command mode operations",
+    "chapter 5": "Chapter 5: Command mode data",
+    "chapter 6": "Chapter 6: Status and error bits",
+    "Manual Revision History": "Manual revision history",
+}
+"""Titles of the chapters, by what the sections in the table begin with."""
 
 BITS: Mapping[str, int] = {str(bit.name): bit.value for bit in StatusMsw} | {
     str(bit.name): bit.value << 16 for bit in StatusLsw
@@ -69,9 +79,16 @@ def of_firmware(rules: Iterable[Rule], version: str) -> list[Rule]:
     return [rule for rule in rules if rule.applies_to(firmware)]
 
 
-def untested(rules: Iterable[Rule]) -> list[Rule]:
-    """Return the rules that an image could show to hold, and that no test proves."""
-    return [rule for rule in rules if rule.testable and not proofs(rule.id)]
+def chapter_of(rule: Rule) -> str:
+    """Return the title of the chapter in which the manual states a rule."""
+    return CHAPTERS[rule.section.split(",")[0]]
+
+
+def firmware_words(rule: Rule) -> str:
+    """Return which firmware knows a rule: "from 3.1", "before 3.1"; "" if every one does."""
+    since = "" if rule.firmware_from is None else f"from {rule.firmware_from}"
+    until = "" if rule.firmware_until is None else f"before {rule.firmware_until}"
+    return ", ".join(filter(None, (since, until)))
 
 
 def prefix_of(rule_id: str) -> str:
@@ -94,10 +111,7 @@ def _unknown(what: str, name: str, known: Sequence[str], allowed: str) -> str:
 
 
 def listing(rules: Sequence[Rule]) -> str:
-    """Return the rules as text of 80 columns, under their chapters, with a closing count.
-
-    Names of tests are not broken, so a line with one can be longer.
-    """
+    """Return the rules as text of 80 columns, under their chapters, with a closing count."""
     lines: list[str] = []
     chapter = ""
     for rule in rules:
@@ -118,24 +132,10 @@ def entry(rule: Rule) -> Iterator[str]:
         ("with", ", ".join(rule.together_with)),
         ("firmware", firmware_words(rule)),
         ("reading", ", ".join(rule.reading)),
+        ("in no image", rule.untestable_because),
     ):
         if words:
             yield from _paragraph(f"{title}: {words}")
-    yield from _proof_lines(rule)
-
-
-def _proof_lines(rule: Rule) -> Iterator[str]:
-    """Yield the tests, each file's under its name, and why there may be none."""
-    if not rule.testable:
-        yield from _paragraph(f"in no image: {rule.untestable_because}")
-    elif not proofs(rule.id):
-        yield from _paragraph("tests: none")
-    file = ""
-    for test in proofs(rule.id):
-        before, (file, name) = file, test.split("::", 1)
-        if file != before:
-            yield from _paragraph(f"tests: {file}")
-        yield f"{INDENT}  {name}"
 
 
 def _paragraph(text: str) -> list[str]:
@@ -150,12 +150,9 @@ def _paragraph(text: str) -> list[str]:
 
 
 def count(rules: Sequence[Rule]) -> str:
-    """Return how many rules there are, and how they are proved."""
-    proved = sum(1 for rule in rules if proofs(rule.id))
-    bare = sum(1 for rule in rules if not (rule.testable or proofs(rule.id)))
-    missing = len(untested(rules))
-    rows = f"{len(rules)} rule{'' if len(rules) == 1 else 's'}"
-    return f"{rows}: {proved} proved by tests, {bare} not testable, {missing} without a test"
+    """Return how many rules there are, and of how many no image can show whether they hold."""
+    hidden = sum(not rule.testable for rule in rules)
+    return f"{len(rules)} rule{'' if len(rules) == 1 else 's'}, {hidden} in no image"
 
 
 # -- the command ------------------------------------------------------------------------------------
@@ -174,14 +171,12 @@ def _rules_command(
     firmware: Annotated[
         str | None, typer.Option("--firmware", metavar="VERSION", help="Only rules that this version knows.")
     ] = None,
-    without_test: Annotated[
-        bool, typer.Option("--untested", help="Only rules that no test proves though one could.")
-    ] = False,
-    markdown: Annotated[bool, typer.Option("--markdown", help="As the page docs/rules-amci3601.md.")] = False,
 ) -> None:
-    """Print the rules of a module's manual: section, words, status bits, and the tests that prove each.
+    """Print the rules of a module's manual: section, words and status bits.
 
-    Exit status: 0 printed, 1 --untested has found any, 2 an option can't be used.
+    The tests that prove each rule are in docs/rules-amci3601.md.
+
+    Exit status: 0 printed, 2 an option can't be used.
     """
     try:
         rules = with_ids(RULES.values(), ids or ())
@@ -190,9 +185,7 @@ def _rules_command(
     except ValueError as error:
         say(f"scanrack: {error}", err=True)
         raise typer.Exit(BAD_INPUT) from error
-    rules = untested(rules) if without_test else rules
-    say(page(rules, proofs) if markdown else listing(rules), nl=not markdown)
-    raise typer.Exit(NO if without_test and rules else DONE)
+    say(listing(rules))
 
 
 def register(app: typer.Typer) -> None:

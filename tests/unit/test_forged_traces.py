@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 import made_traces
 import pytest
+from golden import app as golden_app
 from scanrack.runtime.cli import build
 from scanrack.traces.recorder import Attachment, ScanRecorder
 from typer.testing import CliRunner, Result
@@ -229,6 +230,10 @@ def scanrack(*arguments: object) -> Result:
     return CliRunner().invoke(build(), [str(argument) for argument in arguments])
 
 
+def golden(*arguments: object) -> Result:
+    return CliRunner().invoke(golden_app, [str(argument) for argument in arguments])
+
+
 def seen(folder: Path) -> dict[str, bytes | None]:
     """Return all files below a folder, and what is in them."""
     return {str(path): path.read_bytes() if path.is_file() else None for path in sorted(folder.rglob("*"))}
@@ -391,7 +396,7 @@ slot = '''{slot}'''
 def test_a_golden_library_names_no_files_elsewhere(place: Path, name: str) -> None:
     (place / "scenarios.toml").write_text(SCENARIO.format(name=name, slot=""))
     before = seen(place.parent)
-    assert scanrack("golden", place, "--update").exit_code == 2
+    assert golden(place, "--update").exit_code == 2
     assert seen(place.parent) == before
 
 
@@ -401,7 +406,7 @@ def test_a_golden_library_reads_no_files_elsewhere(place: Path, path: str) -> No
     (place / "scenarios.toml").write_text(
         SCENARIO.format(name="made", slot=UNIT.format(path=named).replace("'", '"').replace("\\", "\\\\"))
     )
-    result = scanrack("golden", place)
+    result = golden(place)
     assert (result.exit_code, OUT in result.stderr) == (2, True), result.output
     assert SECRET not in result.output
 
@@ -412,7 +417,7 @@ def test_a_golden_library_is_not_written_through_a_link(place: Path, name: str) 
     library.mkdir()
     (library / "scenarios.toml").write_text(SCENARIO.format(name="made", slot=""))
     (library / name).symlink_to(place.parent / "outside" / "secret")
-    scanrack("golden", library, "--update")
+    golden(library, "--update")
     assert (place.parent / "outside" / "secret").read_text() == SECRET
     assert not (library / name).is_symlink()
 
@@ -422,5 +427,5 @@ def test_a_recording_of_a_golden_library_is_compared_and_not_run(place: Path, na
     (place / "scenarios.toml").write_text(SCENARIO.format(name="forged", slot=""))
     forge(place, Forgery({"rack.toml": rack("e.py"), "e.py": EVIL}, name, None))
     (place / "forged.txt").write_text("")
-    assert scanrack("golden", place).exit_code == 1
+    assert golden(place).exit_code == 1
     assert not (place.parent / "canary").exists()

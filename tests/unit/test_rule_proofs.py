@@ -1,7 +1,6 @@
-"""Every rule is proved by a test that names it, and what is written about that is up to date.
+"""`tests/tools/rule_proofs.py`, which CI calls: it finds the marks, and reports what they lack.
 
-The marks are collected in a process of its own: what pytest finds there does not depend on which tests
-are being run here.
+Marks are collected in a process of its own, as pytest does not run within pytest.
 """
 
 from __future__ import annotations
@@ -13,40 +12,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from collect_proofs import PAGE, PROOFS, contents, unknown, written
+import rule_proofs
+from rule_proofs import mistakes
 from scanrack.io_images.amci3601 import RULES
-
-COLLECT = Path(__file__).parents[1] / "support" / "collect_proofs.py"
-REMEDY = "python tests/support/collect_proofs.py --write"
-
-
-@pytest.fixture(scope="module")
-def found():
-    """The tests of every rule that a mark names."""
-    environment = {**os.environ, "PYTEST_ADDOPTS": "", "PYTEST_DISABLE_PLUGIN_AUTOLOAD": ""}
-    done = subprocess.run(
-        [sys.executable, COLLECT, "--json"], capture_output=True, text=True, env=environment, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)["rules"]
-
-
-def test_marks_name_rules_that_exist(found):
-    assert unknown(found) == []
-
-
-@pytest.mark.parametrize("path", [PROOFS, PAGE], ids=lambda path: path.name)
-def test_what_is_written_is_up_to_date(found, path):
-    assert path.read_text(encoding="utf-8") == contents(found)[path], f"{path.name} is stale: run {REMEDY}"
-
-
-def test_every_rule_is_proved_or_not_testable(found):
-    bare = [rule.id for rule in RULES.values() if rule.testable and rule.id not in found]
-    assert not bare, f"{len(bare)} rules without a test: {' '.join(bare)}"
-
-
-# -- the collector itself
-
 
 SUITE = """\
 import pytest
@@ -68,24 +36,24 @@ def test_without(): ...
 """
 
 
-def collected(path):
+def collected(path: Path) -> subprocess.CompletedProcess[str]:
     script = (
-        "import sys, json, pathlib, collect_proofs; json.dump(collect_proofs.collect("
+        "import sys, json, pathlib, rule_proofs; json.dump(rule_proofs.collect("
         "pathlib.Path(sys.argv[1])), sys.stdout)"
     )
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(COLLECT.parent), *sys.path])}
+    tools = str(Path(rule_proofs.__file__).parent)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([tools, *sys.path]), "PYTEST_ADDOPTS": ""}
     return subprocess.run(
         [sys.executable, "-c", script, path], capture_output=True, text=True, env=environment, check=False
     )
 
 
-def test_marks_of_functions_classes_and_parameters_are_collected(tmp_path):
+def test_marks_of_functions_classes_and_parameters_are_collected(tmp_path: Path) -> None:
     file = tmp_path / "test_suite.py"
     file.write_text(SUITE, encoding="utf-8")
     done = collected(file)
     assert done.returncode == 0, done.stderr
-    found = json.loads(done.stdout)
-    assert found == {
+    assert json.loads(done.stdout) == {
         "CMD-01": ["test_suite.py::TestGroup::test_in_it", "test_suite.py::test_b"],
         "CMD-02": [
             "test_suite.py::TestGroup::test_in_it",
@@ -94,10 +62,9 @@ def test_marks_of_functions_classes_and_parameters_are_collected(tmp_path):
         ],
         "X-1": ["test_suite.py::test_cases"],
     }
-    assert unknown(found) == ["test_suite.py::test_cases names X-1"]
 
 
-def test_a_file_that_cannot_be_collected_is_named(tmp_path):
+def test_a_file_that_cannot_be_collected_is_named(tmp_path: Path) -> None:
     file = tmp_path / "test_broken.py"
     file.write_text("import nothing_of_that_name\n", encoding="utf-8")
     done = collected(file)
@@ -106,9 +73,41 @@ def test_a_file_that_cannot_be_collected_is_named(tmp_path):
     assert "nothing_of_that_name" in done.stderr
 
 
-def test_the_written_file_has_the_rules_in_the_tables_order_and_reads_back():
-    names = [f"test_{'long' * 20}.py::test_x"]
-    space: dict[str, object] = {}
-    exec(written({"CMD-03": ["a.py::t", "b.py::t"], "IOM-03": names}), space)  # it is Python
-    assert list(space["PROOFS"].items()) == [("IOM-03", tuple(names)), ("CMD-03", ("a.py::t", "b.py::t"))]
-    assert space["proofs"]("CMD-01") == ()
+PROVED = {rule.id: ["test_a.py::test_x"] for rule in RULES.values() if rule.testable}
+
+
+def test_a_mark_that_names_no_rule_is_reported() -> None:
+    assert list(mistakes(PROVED)) == []
+    assert list(mistakes(PROVED | {"X-1": ["test_b.py::test_y"]})) == [
+        "test_b.py::test_y names X-1: there is no such rule"
+    ]
+
+
+def test_a_rule_without_a_test_is_reported_unless_no_image_can_show_it() -> None:
+    some = {rule_id: tests for rule_id, tests in PROVED.items() if rule_id != "CMD-03"}
+    assert list(mistakes(some)) == ["CMD-03 has no test"]
+    assert not RULES["IOM-05"].testable
+
+
+def test_a_stale_page_is_reported_and_written_on_demand(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "rules.md"
+    file.write_text("| old |\n", encoding="utf-8")
+    monkeypatch.setattr(rule_proofs, "ROOT", tmp_path)
+    monkeypatch.setattr(rule_proofs, "PAGE", file)
+    monkeypatch.setattr(rule_proofs, "collect", lambda: PROVED)
+    assert rule_proofs.main([]) == 1
+    assert capsys.readouterr().err == "rules.md is stale: run python tests/tools/rule_proofs.py --write\n"
+    assert rule_proofs.main(["--write"]) == 0
+    assert rule_proofs.main([]) == 0
+    assert "test_a.py<br>· test_x" in file.read_text(encoding="utf-8")
+
+
+def test_a_page_with_mistakes_is_written_and_they_are_reported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(rule_proofs, "ROOT", tmp_path)
+    monkeypatch.setattr(rule_proofs, "PAGE", tmp_path / "rules.md")
+    monkeypatch.setattr(rule_proofs, "collect", dict)
+    assert rule_proofs.main(["--write"]) == 1

@@ -1,4 +1,4 @@
-"""The rule table as a page of Markdown: docs/rules-amci3601.md."""
+"""The rule table with the tests that prove each rule, as a page of Markdown: docs/rules-amci3601.md."""
 
 from __future__ import annotations
 
@@ -6,30 +6,19 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from itertools import groupby
 
-from ...io_images.amci3601 import bit_names
-from ...io_images.amci3601.rules import Rule
+from scanrack.io_images.amci3601 import bit_names
+from scanrack.io_images.amci3601.rules import Rule
+from scanrack.runtime.cli.rules import chapter_of, firmware_words
 
 Proofs = Callable[[str], Sequence[str]]
-"""Tells the tests of a rule, "file.py::test_name" each."""
-
-CHAPTERS = {
-    "Module Overview": "Module Overview",
-    "chapter 1": "Chapter 1: Installing the 3601 module",
-    "chapter 2": "Chapter 2: Calculating move profiles",
-    "chapter 3": "Chapter 3: Configuration mode",
-    "chapter 4": "Chapter 4: Command mode operations",
-    "chapter 5": "Chapter 5: Command mode data",
-    "chapter 6": "Chapter 6: Status and error bits",
-    "Manual Revision History": "Manual revision history",
-}
-"""Titles of the chapters, by what the sections in the table begin with."""
+"""Returns the tests of a rule, "file.py::test_name" each."""
 
 INTRO = """\
 # The rules of the AMCI 3601
 
 Every rule of the 3601's manual (revision 3.1) that scanrack knows, in the manual's order and in our own
-words. `scanrack rules amci3601` prints the same table in a terminal, `--id CMD` or `--bit COMMAND_ERROR`
-a part of it. This page is made by `scanrack rules amci3601 --markdown`; don't edit it.
+words. `scanrack rules amci3601` prints the rules in a terminal, `--id CMD` or `--bit COMMAND_ERROR` some of
+them. `python tests/tools/rule_proofs.py --write` makes this page from the table and the tests; don't edit it.
 
 How to read a row:
 
@@ -46,22 +35,10 @@ How to read a row:
 HEAD = ("| Rule | Says | Effect | Readings | Tests |", "|---|---|---|---|---|")
 
 
-def chapter_of(rule: Rule) -> str:
-    """Return the title of the chapter in which the manual states a rule."""
-    return CHAPTERS[rule.section.split(",")[0]]
-
-
 def heading_of(rule: Rule) -> str:
     """Return a rule's section without chapter, numbers and notes; "" where the chapter is all there is."""
     inner = rule.section.partition(", ")[2]
     return re.sub(r"(,? (\d|notes?\b|bits? \d|closing|routine)|^revision).*", "", inner)
-
-
-def firmware_words(rule: Rule) -> str:
-    """Return which firmware knows a rule: "from 3.1", "before 3.1"; "" if every one does."""
-    since = "" if rule.firmware_from is None else f"from {rule.firmware_from}"
-    until = "" if rule.firmware_until is None else f"before {rule.firmware_until}"
-    return ", ".join(filter(None, (since, until)))
 
 
 def page(rules: Sequence[Rule], proofs: Proofs) -> str:

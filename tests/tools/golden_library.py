@@ -16,19 +16,18 @@ from pathlib import Path
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
-
-from ...io_images.amci3601 import StatusView, status_names
-from ...io_images.image import UNSIGNED_MAX
-from ...traces.compare import compare, report
-from ...traces.reader import Scan, Trace, open_trace
-from ..rackfile import load_rack_file
-from .attachments import attached_files
-from .loading import load_job
-from .run import run_job
-from .show import ALL_SCANS, Contents, plain_lines, story
-from .status import DONE
-from .summary import RULES_OF_START
-from .trust import stored_programs
+from scanrack.io_images.amci3601 import StatusView, status_names
+from scanrack.io_images.image import UNSIGNED_MAX
+from scanrack.runtime.cli.attachments import attached_files
+from scanrack.runtime.cli.loading import load_job
+from scanrack.runtime.cli.run import run_job
+from scanrack.runtime.cli.show import ALL_SCANS, Contents, plain_lines, story
+from scanrack.runtime.cli.status import DONE
+from scanrack.runtime.cli.summary import RULES_OF_START
+from scanrack.runtime.cli.trust import stored_programs
+from scanrack.runtime.rackfile import load_rack_file
+from scanrack.traces.compare import compare, report
+from scanrack.traces.reader import Scan, Trace, open_trace
 
 SCENARIOS, INDEX = "scenarios.toml", "index.md"
 TRACE, TEXT = ".mcap", ".txt"
@@ -222,7 +221,7 @@ def index_of(library: Library) -> str:
         "# Golden recordings",
         "",
         "What a 3601 does, a short recording each: `.mcap` for any MCAP tool, `.txt` to read, and the",
-        f"scenario in [{SCENARIOS}]({SCENARIOS}). `scanrack golden traces/golden` makes them anew and shows",
+        f"scenario in [{SCENARIOS}]({SCENARIOS}). `python tests/tools/golden.py` makes them anew and shows",
         "what has changed, see [replay](../../docs/replay.md).",
     ]
     for group, scenarios in groupby(library.scenario, lambda scenario: scenario.group):

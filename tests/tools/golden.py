@@ -1,4 +1,7 @@
-"""`scanrack golden [FOLDER]`: make the recordings of a library anew and show what has changed."""
+"""Make the golden recordings anew and show what has changed.
+
+python tests/tools/golden.py [FOLDER] [--update]
+"""
 
 from __future__ import annotations
 
@@ -7,16 +10,18 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from golden_library import INDEX, TEXT, Library, Made, changes, index_of, left_over, load_library, make
 from rich.console import Console
 from rich.progress import track
+from scanrack.runtime.cli.slices import told_mistakes
+from scanrack.runtime.cli.status import DONE, NO
+from scanrack.runtime.cli.terminal import say
 
-from .library import INDEX, TEXT, Library, Made, changes, index_of, left_over, load_library, make
-from .slices import told_mistakes
-from .status import DONE, NO
-from .terminal import say
+app = typer.Typer(add_completion=False, rich_markup_mode=None)
 
 
-def _golden_command(
+@app.command()
+def golden_command(
     folder: Annotated[
         Path, typer.Argument(metavar="FOLDER", help="The library: scenarios.toml and what is made of it.")
     ] = Path("traces/golden"),
@@ -26,11 +31,11 @@ def _golden_command(
 ) -> None:
     """Make the recordings of a library of scenarios anew, and show what has changed.
 
-    Each scenario of FOLDER/scenarios.toml is run, held against what it says of rules, bits and position,
-    and compared with its recording, scan by scan. With --update the recordings and texts that differ are
-    written, and the index; one that is not as its scenario says never is.
+    Run each scenario of FOLDER/scenarios.toml, check the rules, bits and position that it states, and
+    compare the run with its recording, scan by scan. --update writes the recordings and texts that differ,
+    and the index, but never a run that is not as its scenario states.
 
-    Exit status: 0 all is as it was, 1 something has changed, 2 the scenarios can't be used.
+    Exit status: 0 nothing has changed, 1 something has changed, 2 the scenarios can't be used.
     """
     with told_mistakes(), tempfile.TemporaryDirectory() as scratch:
         library = load_library(folder)
@@ -79,6 +84,5 @@ def _put(path: Path, data: bytes) -> None:
         file.write(data)
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command to the application."""
-    app.command("golden")(_golden_command)
+if __name__ == "__main__":
+    app()
