@@ -24,7 +24,7 @@ run_for_s = 0.4
 number = 1
 module = "amci3601"
 """
-TASKS = 5
+TASKS = 3
 
 
 @pytest.fixture
