@@ -78,6 +78,13 @@ EQUIVALENT = (
         f"{LAYER}/registration_move.py", "RegistrationMove._change_speed", "8", "9", "there are eight words"
     ),
     Equivalent(
+        "runtime/pcl601/fly.py",
+        "OutputOnFly.settle",
+        "True",
+        "False",
+        "the axis then looks at the rest in the same pass, not in the next one of the same instant",
+    ),
+    Equivalent(
         "runtime/pcl601/controller.py",
         "Controller.aim_at",
         "distance > 0",
