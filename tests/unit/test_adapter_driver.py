@@ -115,3 +115,13 @@ def test_what_rests_has_not_strayed() -> None:
     driver.state, driver.position = State.READY, BIAS
     done(driver._look_around())
     assert not driver.strayed
+
+
+def test_a_lost_link_forgets_every_motion_that_was_to_follow() -> None:
+    driver = Noted()
+    index = Task(Kind.INDEX, 1, 500, False, steps=70)
+    driver.task, driver.cut = index, True
+    driver.tasks += [index, index]
+    driver._forget_wishes()
+    assert (driver.task, driver.tasks, driver.cut) == (None, [], False)
+    assert driver.asked == ["forget"]
