@@ -8,9 +8,9 @@ argument, the scan, is logic just as well.
 from .checks import REPEATED_COILS, REPEATED_TIMERS
 from .engine import Engine
 from .errors import BuildError, LadderError, LadderFault, MinorFault, RungTextError
+from .instructions import *  # noqa: F403
+from .instructions import __all__ as _instructions
 from .logic import Program
-from .named import *  # noqa: F403
-from .named import __all__ as _instructions
 from .rungfile import read_program, write_program
 from .types import (
     BOOL,

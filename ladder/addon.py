@@ -35,7 +35,10 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from .errors import LadderError
-from .instructions import BY_NAME, Kind, Spec, Use
+from .instructions import BY_NAME
+from .instructions.addons import ADD_ON_CALL
+from .spec import Spec, Use
+from .tagref import operand_of
 from .tree import (
     Address,
     BitStep,
@@ -154,8 +157,6 @@ class AddOn:
         Raises:
             LadderError: another number of arguments is wanted.
         """
-        from .front import operand_of  # front knows text, and text knows definitions
-
         if len(arguments) != len(self.required):
             names = ", ".join(each.name for each in self.required)
             raise LadderError(
@@ -172,7 +173,9 @@ class AddOn:
     @property
     def spec(self) -> Spec:
         """Its shape, as the parser needs it."""
-        return Spec(self.name, Kind.BOTH, (Use.INSTANCE, *[Use.ARGUMENT] * len(self.required)))
+        return replace(
+            ADD_ON_CALL, name=self.name, operands=(Use.INSTANCE, *[Use.ARGUMENT] * len(self.required))
+        )
 
     @property
     def structure(self) -> Structure:

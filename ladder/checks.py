@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from .errors import Problem
-from .instructions import BY_NAME, Use
 from .lowered import ADD_ON, AddOnCall, Call, Line, Lowered, LoweredRoutine, Step, steps_of
 from .operands import Constant, Group, Place
 from .regions import Region, region_of
+from .spec import Use
 from .tags import Leaf
 
 REPEATED_COILS = "repeated coils"
@@ -48,8 +48,7 @@ def check_whole(lowered: Lowered, allowed: frozenset[str]) -> list[Problem]:
 def _repeated(lowered: Lowered, allowed: frozenset[str]) -> Iterator[Problem]:
     seen: dict[object, str] = {}
     for routine, line, step in _all_steps(lowered):
-        uses = () if step.name == ADD_ON else BY_NAME[step.name].operands
-        for use, operand in zip(uses, step.operands, strict=False):
+        for use, operand in zip(step.spec.operands, step.operands, strict=False):
             if use not in _EXCLUSIVE or _EXCLUSIVE[use][0] in allowed:
                 continue
             place = _identity(use, step.name, operand)
@@ -82,7 +81,7 @@ def _all_steps(lowered: Lowered) -> Iterator[tuple[LoweredRoutine, Line, Step]]:
     for routine in lowered.routines.values():
         for line in routine.lines:
             for step in steps_of(line.nodes):
-                if step.operands or (step.name != ADD_ON and not BY_NAME[step.name].operands):
+                if step.operands or (step.name != ADD_ON and not step.spec.operands):
                     yield routine, line, step
 
 
@@ -195,7 +194,7 @@ def _main_with_inputs(lowered: Lowered) -> Iterator[Problem]:
 def _half_words(lowered: Lowered) -> Iterator[Problem]:
     """Copies of single bytes that may end in the middle of a word of an output image."""
     for routine, line, step in _all_steps(lowered):
-        if step.name not in ("COP", "CPS") or len(step.operands) < 3:
+        if Use.SOURCE not in step.spec.operands:
             continue
         source, target = (region_of(each, lowered.layout) for each in step.operands[:2])
         length = step.operands[2]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from typing import NoReturn
 
-from .instructions import FUNCTION_NAMES
+from .operators import FUNCTION_NAMES
 from .scanner import Scanner
 from .tree import (
     LEVEL,
@@ -245,3 +245,32 @@ class ExpressionParser(Scanner):
         if not self.text.startswith("]", self.at):
             self.fail("an operator or ] of the subscript")
         self.at += 1
+
+
+def parse_address(text: str) -> Address:
+    """Read an address, as `tags[...]` and aliases take it.
+
+    >>> str(parse_address("Local:1:I.Data[0].14"))
+    'Local:1:I.Data[0].14'
+
+    Raises:
+        RungTextError: it is no address.
+    """
+    parser = ExpressionParser(text, file="", line=1, rung=None)
+    address = parser.address()
+    if not parser.ended():
+        parser.fail("the end of the address")
+    return address
+
+
+def parse_expression(text: str) -> Operand:
+    """Read an expression, a number or an address.
+
+    Raises:
+        RungTextError: it is none.
+    """
+    parser = ExpressionParser(text, file="", line=1, rung=None)
+    operand = parser.whole_expression()
+    if not parser.ended():
+        parser.fail("an operator or the end")
+    return operand

@@ -24,12 +24,13 @@ from .checks import ALLOWANCES, check_whole
 from .compiler import Scanner, scanner_of, source_of
 from .engine import STEP_MS, Engine
 from .errors import BuildError, LadderError, MinorFault, Problem
-from .front import RungMaker, TagRef
+from .expressions import parse_address
+from .front import RungMaker
 from .lowered import Lowered
 from .lowering import Lowering
 from .memory import Memory
+from .tagref import TagRef
 from .tags import Alias, Declaration, Layout, SlotAlias, Tag
-from .text import parse_address
 from .tree import Routine
 from .types import MAX_DIMENSIONS, DataType, count_of, size_of
 from .view import Tags

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 from .errors import Site
-from .instructions import Kind
 from .operands import Group, Place, Resolved
+from .spec import Kind, Spec
 from .tags import Layout
-from .tree import Origin
+from .tree import Operand, Origin
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +26,24 @@ class Call:
     routine: str
     inputs: tuple[Resolved, ...]
     returns: tuple[Place, ...]
+
+
+class OperandResolver(Protocol):
+    """Resolves operands for an instruction that does it itself, see `Spec.resolve`."""
+
+    def value(self, operand: Operand) -> Resolved:
+        """Return an operand with one value.
+
+        Raises:
+            OperandError: it is something else.
+        """
+
+    def target(self, operand: Operand) -> Place:
+        """Return a tag that may be written.
+
+        Raises:
+            OperandError: it is something else, or an input.
+        """
 
 
 ADD_ON = "add-on"
@@ -69,17 +87,25 @@ class Step:
     """An instruction, ready to run.
 
     Attributes:
-        name: the instruction.
-        kind: input or output.
+        spec: the instruction.
         operands: resolved; a label or a mode is a str, JSR has one `Call`, an add-on instruction one
             `AddOnCall`, presets are left out.
         site: its number in `Lowered.sites`.
     """
 
-    name: str
-    kind: Kind
+    spec: Spec
     operands: tuple[Any, ...]
     site: int
+
+    @property
+    def name(self) -> str:
+        """Name of the instruction; `ADD_ON` for a call of an add-on instruction."""
+        return self.spec.name
+
+    @property
+    def kind(self) -> Kind:
+        """When it acts."""
+        return self.spec.kind
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,18 +8,18 @@ from typing import Any
 
 from .addon import LOGIC, OTHERWISE, PRESCAN, AddOn, expand
 from .errors import LadderError, Problem, Site
-from .instructions import BY_NAME as SPEC_BY_NAME
-from .instructions import Kind, Spec, Use
-from .lowered import ADD_ON, AddOnCall, Call, Line, Lowered, LoweredRoutine, Node, Parallel, Step, steps_of
-from .operand_checks import CHECKS, OPERAND_CHECKS, WRITTEN, OperandError, described
+from .instructions import BY_NAME
+from .instructions.addons import ADD_ON_CALL
+from .lowered import AddOnCall, Line, Lowered, LoweredRoutine, Node, Parallel, Step, steps_of
+from .operand_checks import OPERAND_CHECKS, WRITTEN, OperandError, described
 from .operands import Constant, Group, Place, Resolved, leaves_in
 from .resolver import AddressError, Resolver
+from .spec import Kind, Spec, Use
 from .tags import Layout
 from .tree import Address, Branch, Instruction, Number, Operand, Routine, Rung, Series, Unknown, too_deep
 from .types import DINT
 
 _KEPT_FLAGS = frozenset({"S:V", "S:Z", "S:N", "S:C"})
-_ALONE = frozenset({"NOP", "AFI", "LBL", "SBR"})
 
 
 class Lowering:
@@ -94,7 +94,7 @@ class Lowering:
             return Line(number, (), rung.origin, "", rung.comment)
         nodes = self._series(rung.series)
         steps = list(steps_of(nodes))
-        if all(step.kind is Kind.INPUT and step.name not in _ALONE for step in steps):
+        if all(step.kind is Kind.INPUT and not step.spec.alone for step in steps):
             self.report("the rung has no output", "end it with a coil or another output instruction")
         for step in steps:
             if step.name == "MCR" and nodes[-1] is not step:
@@ -111,11 +111,11 @@ class Lowering:
 
     def _step(self, instruction: Instruction) -> Step:
         definition = self._add_ons.get(instruction.name.upper())
-        spec = definition.spec if definition else SPEC_BY_NAME[instruction.name]
+        spec = definition.spec if definition else BY_NAME[instruction.name]
         site = len(self.lowered.sites)
         self.lowered.sites.append(Site(self.lowered.name, self._routine, self._number, str(instruction)))
         if definition:
-            return Step(ADD_ON, Kind.BOTH, self._add_on(definition, instruction), site)
+            return Step(ADD_ON_CALL, self._add_on(definition, instruction), site)
         try:
             operands = self._operands(spec, instruction)
         except (AddressError, OperandError) as error:
@@ -123,7 +123,7 @@ class Lowering:
             operands = ()
         if spec.name == "MCR":
             self.lowered.override = True
-        return Step(spec.name, spec.kind, operands, site)
+        return Step(spec, operands, site)
 
     def _add_on(self, definition: AddOn, call: Instruction) -> tuple[AddOnCall, ...]:
         """Lower a call of an add-on instruction; its routines are lowered later."""
@@ -173,11 +173,8 @@ class Lowering:
 
     def _operands(self, spec: Spec, instruction: Instruction) -> tuple[Any, ...]:
         given = instruction.operands
-        if spec.name == "JSR":
-            return (self._call(given),)
-        if spec.variadic:
-            take = self._value if spec.name == "RET" else self._answer
-            return tuple(take(each) for each in given)
+        if spec.resolve is not None:
+            return spec.resolve(self, given)
         operands = [
             self._operand(use, operand)
             for use, operand in zip(spec.operands, given, strict=False)
@@ -185,9 +182,8 @@ class Lowering:
         ]
         if Use.PRESET in spec.operands:
             self._presets(operands[0], given[1:])
-        checks = CHECKS.get(spec.name)
-        if checks:
-            checks(*operands)
+        if spec.check is not None:
+            spec.check(*operands)
         return tuple(operands)
 
     def _operand(self, use: Use, operand: Operand) -> Any:
@@ -233,26 +229,15 @@ class Lowering:
                     f"{place.leaf.path} is {known} in another rung", "write the same number, or ?"
                 )
 
-    def _call(self, given: tuple[Operand, ...]) -> Call:
-        name = given[0]
-        if not isinstance(name, Address) or name.steps:
-            raise OperandError(f"{name} is no routine", "write the routine's name")
-        count = 0
-        if len(given) > 1:
-            number = given[1]
-            if not isinstance(number, Number) or number.value not in range(len(given) - 1):
-                raise OperandError(f"{number} is no number of inputs", f"allowed are 0 to {len(given) - 2}")
-            count = int(number.value)
-        inputs = tuple(map(self._value, given[2 : 2 + count]))
-        return Call(name.name.upper(), inputs, tuple(map(self._answer, given[2 + count :])))
-
-    def _value(self, operand: Operand) -> Resolved:
+    def value(self, operand: Operand) -> Resolved:
+        """Return an operand with one value, see `OperandResolver`."""
         resolved = self.resolver.operand(operand)
         if not isinstance(resolved, (Place, Constant)):
             raise OperandError(f"{operand} is {described(resolved)}, one value is needed", "pass its members")
         return resolved
 
-    def _answer(self, operand: Operand) -> Place:
+    def target(self, operand: Operand) -> Place:
+        """Return a tag that may be written, see `OperandResolver`."""
         resolved = self.resolver.operand(operand)
         if not isinstance(resolved, Place):
             raise OperandError(

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from .instructions import BITWISE, RELATIONS, Use
 from .operands import Calculation, Constant, Group, Place, Quoted, Resolved, is_integer, is_number
+from .operators import BITWISE, RELATIONS
+from .spec import Use
 from .types import CONTROL, COUNTER, STRING, TIMER, Elementary, Structure
 
 
@@ -56,7 +57,8 @@ def _is_plain_integer(resolved: Resolved) -> bool:
     return isinstance(resolved, (Place, Constant)) and resolved.type.is_integer
 
 
-def _is_string(resolved: Resolved) -> bool:
+def is_string(resolved: Resolved) -> bool:
+    """Whether an operand is a STRING or a string constant."""
     return isinstance(resolved, Quoted) or _is_structure(resolved, STRING)
 
 
@@ -105,7 +107,7 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
     Use.STORAGE: _A_BIT,
     Use.NUMBER: _A_NUMBER,
     Use.TEXT_OR_NUMBER: OperandCheck(
-        lambda each: _is_plain_number(each) or _is_string(each), "a number or a STRING", "compare bits by XIC"
+        lambda each: _is_plain_number(each) or is_string(each), "a number or a STRING", "compare bits by XIC"
     ),
     Use.INTEGER: _AN_INTEGER,
     Use.TARGET: OperandCheck(
@@ -142,44 +144,3 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
     ),
 }
 """What an operand has to be, by its use."""
-
-
-def _check_btd(
-    source: Resolved, source_bit: Constant, target: Place, target_bit: Constant, length: Constant
-) -> None:
-    limits = (
-        (source_bit, 0, source.type.bits - 1 if isinstance(source, (Place, Constant)) else 31, "source bit"),
-        (target_bit, 0, target.type.bits - 1, "destination bit"),
-        (length, 1, target.type.bits, "length"),
-    )
-    for given, low, high, what in limits:
-        if not low <= given.value <= high:
-            raise OperandError(f"{what} {given.value} is out of range", f"allowed are {low} to {high}")
-
-
-def _check_swpb(source: Resolved, _mode: str, target: Place) -> None:
-    allowed = {("INT", "INT"), ("INT", "DINT"), ("DINT", "DINT")}
-    if not isinstance(source, Place) or (source.type.name, target.type.name) not in allowed:
-        raise OperandError(
-            f"SWPB does not go from {described(source)} to {described(target)}",
-            "allowed are INT to INT or DINT, and DINT to DINT",
-        )
-
-
-def _check_same_kind(a: Resolved, b: Resolved) -> None:
-    if _is_string(a) != _is_string(b):
-        raise OperandError(f"{described(a)} and {described(b)} can't be compared", "compare like with like")
-
-
-def _check_fll(_source: Resolved, target: Resolved, _length: Resolved) -> None:
-    if isinstance(target, Group) and isinstance(target.type, Structure):
-        raise OperandError(f"FLL does not fill a {target.type.name}", "COP a structure over it")
-
-
-CHECKS: Mapping[str, Callable[..., None]] = {
-    "BTD": _check_btd,
-    "SWPB": _check_swpb,
-    "FLL": _check_fll,
-    **dict.fromkeys(("EQU", "NEQ", "GRT", "GEQ", "LES", "LEQ"), _check_same_kind),
-}
-"""What is checked besides, across the operands of an instruction."""

@@ -145,3 +145,17 @@ def can_fault(resolved: Resolved) -> bool:
             return True
         return isinstance(resolved, Place) and resolved.can_fault
     return isinstance(resolved, Calculation) and any(map(can_fault, resolved.operands))
+
+
+def width_of(*operands: Resolved) -> int:
+    """Return the width in which operands are computed together: 0 for REAL, 64 with a LINT, else 32."""
+    types = set().union(*map(types_in, operands))
+    if REAL in types:
+        return 0
+    return LINT.bits if LINT in types else DINT.bits
+
+
+def place_of(operand: Resolved) -> Place:
+    """Return an operand that is known to be a place."""
+    assert isinstance(operand, Place)
+    return operand

@@ -12,9 +12,10 @@ from typing import NoReturn
 
 from .addon import ROUTINES, AddOn, Parameter, Way, specs_of
 from .errors import LadderError, RungTextError
+from .expressions import parse_address
 from .logic import Program
 from .tags import Alias, SlotAlias, Tag
-from .text import parse_address, parse_rung
+from .text import parse_rung
 from .tree import Routine, Rung
 from .types import TYPES, DataType, Elementary, Member, Structure
 

@@ -17,7 +17,8 @@ import re
 from collections.abc import Mapping
 
 from .expressions import NAME, ExpressionParser
-from .instructions import BY_NAME, BYTE_ORDERS, Spec, Use
+from .instructions import BY_NAME
+from .spec import BYTE_ORDERS, Spec, Use
 from .tree import (
     BRANCHES,
     Address,
@@ -70,35 +71,6 @@ def parse_rung(
     if not parser.ended():
         parser.fail("an instruction, a branch or ;")
     return Rung(series, comment, Origin(file, line))
-
-
-def parse_address(text: str) -> Address:
-    """Read an address, as `tags[...]` and aliases take it.
-
-    >>> str(parse_address("Local:1:I.Data[0].14"))
-    'Local:1:I.Data[0].14'
-
-    Raises:
-        RungTextError: it is no address.
-    """
-    parser = RungParser(text, file="", line=1, rung=None)
-    address = parser.address()
-    if not parser.ended():
-        parser.fail("the end of the address")
-    return address
-
-
-def parse_expression(text: str) -> Operand:
-    """Read an expression, a number or an address.
-
-    Raises:
-        RungTextError: it is none.
-    """
-    parser = RungParser(text, file="", line=1, rung=None)
-    operand = parser.whole_expression()
-    if not parser.ended():
-        parser.fail("an operator or the end")
-    return operand
 
 
 class RungParser(ExpressionParser):

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from .expressions import parse_address
 from .lowered import Lowered
 from .memory import Memory, checked
 from .operands import Calculation, Constant, Group, Place, Resolved, leaves_in
 from .resolver import Resolver
-from .text import parse_address
 from .tree import Address
 
 

@@ -7,7 +7,7 @@ import textwrap
 from dataclasses import dataclass
 
 from ..lowered import Line, Lowered, LoweredRoutine
-from .steps import RungWriter
+from .rungs import RungWriter
 from .writer import INDENT, Writer
 
 

@@ -10,6 +10,7 @@ from .. import arithmetic as math
 from ..lowered import Lowered, steps_of
 from ..memory import Value
 from ..regions import copy, region_of
+from ..spec import Use
 
 if TYPE_CHECKING:
     from ..engine import Engine
@@ -160,13 +161,12 @@ Regions = dict[tuple[int, int], Any]
 
 
 def regions_of(lowered: Lowered) -> Regions:
-    """Return the regions of all COP, CPS and FLL, by site and operand."""
+    """Return the regions that instructions copy or fill, by site and operand."""
     return {
         (step.site, number): region_of(operand, lowered.layout)
         for routine in lowered.routines.values()
         for line in routine.lines
         for step in steps_of(line.nodes)
-        if step.name in ("COP", "CPS", "FLL")
-        for number, operand in enumerate(step.operands[:2])
-        if not (step.name == "FLL" and number == 0)
+        for number, (use, operand) in enumerate(zip(step.spec.operands, step.operands, strict=False))
+        if use in (Use.SOURCE, Use.DESTINATION)
     }

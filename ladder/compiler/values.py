@@ -6,9 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ..arithmetic import real
-from ..instructions import BITWISE, RELATIONS
-from ..interpreter import width_of
-from ..operands import Calculation, Constant, Group, Place, Quoted, Resolved, can_fault
+from ..operands import Calculation, Constant, Group, Place, Quoted, Resolved, width_of
+from ..operators import BITWISE, RELATIONS
 from ..types import DINT, LINT, REAL, Elementary
 from .writer import Writer
 
@@ -159,7 +158,7 @@ class Values:
         self.writer.assigned(leaf)
         self.writer.line(f"{self.writer.name(leaf)} = {text}")
 
-    def before(self) -> None:
+    def clear_flags(self) -> None:
         """Write the lines that clear S:V and S:C."""
         if self.writer.flags:
             self.set_flag("S:V", "False")
@@ -262,6 +261,40 @@ class Values:
             }[name]
         return Term(text, real=True)
 
+    def compute(self, name: str, operands: tuple[Resolved, ...], target: Place) -> None:
+        """Write lines that store the result of an operator; S:C is its carry."""
+        self.clear_flags()
+        width = width_of(*operands, target)
+        if self.writer.flags and width and name in _CARRIES:
+            self._carry(name, operands, width)
+        terms = [self.term(each, width) for each in operands]
+        operation = self.operation if width else self.real_operation
+        self.store(target, operation(name, terms), width)
+
+    def _carry(self, name: str, operands: tuple[Resolved, ...], width: int) -> None:
+        mask = (1 << width) - 1
+        texts = [f"({self.term(each, width).text} & {mask})" for each in operands]
+        self.set_flag("S:C", _CARRIES[name](texts[0], texts[-1], mask))
+
+    def store_wide(self, target: Place, term: Term) -> None:
+        """Write lines that store an integer of any width."""
+        kind = target.type
+        if kind.is_real or term.fits(LINT.bits):
+            self.store(target, term, LINT.bits)
+            return
+        value = self.keep(term.text)
+        otherwise = f"narrow({self.site}, {value}, 256, {kind.bits})"
+        self.assign(target, f"{value} if {kind.lowest} <= {value} <= {kind.highest} else {otherwise}")
+        if self.writer.flags:
+            self.result_flags(target)
+
+    def store_bits(self, target: Place, text: str, *, direct: bool) -> None:
+        """Write lines that set an integer to a pattern of bits; `direct`: it has the target's width."""
+        self.clear_flags()
+        self.assign(target, text if direct else f"wrap({text}, {target.type.bits})")
+        if self.writer.flags:
+            self.result_flags(target)
+
     # --- comparing
 
     def comparison(self, relation: str, a: Resolved, b: Resolved) -> str:
@@ -303,6 +336,13 @@ def _simple(text: str) -> bool:
     return text.isidentifier() or text.replace(".", "").isdigit()
 
 
+_CARRIES: dict[str, Callable[[str, str, int], str]] = {
+    "+": lambda a, b, mask: f"{a} + {b} > {mask}",
+    "-": lambda a, b, _mask: f"{a} < {b}",
+    "NEG": lambda a, _b, _mask: f"{a} != 0",
+}
+"""Text for the carry of an operator on operands without sign."""
+
 _RANGES: dict[str, Callable[[Term, Term], tuple[int, int]]] = {
     "+": lambda a, b: (a.low + b.low, a.high + b.high),
     "-": lambda a, b: (a.low - b.high, a.high - b.low),
@@ -313,10 +353,3 @@ _RANGES: dict[str, Callable[[Term, Term], tuple[int, int]]] = {
 def _product(a: Term, b: Term) -> tuple[int, int]:
     corners = [x * y for x in (a.low, a.high) for y in (b.low, b.high)]
     return min(corners), max(corners)
-
-
-def pure(operand: Resolved) -> bool:
-    """Whether taking this value has no effect and can't fault: no calculation, no computed index."""
-    if isinstance(operand, Calculation):
-        return False
-    return not can_fault(operand)

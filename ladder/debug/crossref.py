@@ -6,12 +6,12 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from ..errors import Site
-from ..instructions import BY_NAME, Use
+from ..expressions import parse_address
 from ..lowered import ADD_ON, AddOnCall, Call, Lowered, Step, steps_of
 from ..operand_checks import WRITTEN
 from ..operands import Calculation, Constant, Group, Place, Resolved
 from ..resolver import Resolver
-from ..text import parse_address
+from ..spec import Use
 
 BOTH_WAYS = frozenset({Use.STORAGE, Use.TIMER, Use.COUNTER})
 """Uses in which an instruction reads its operand and writes it."""
@@ -19,8 +19,8 @@ BOTH_WAYS = frozenset({Use.STORAGE, Use.TIMER, Use.COUNTER})
 TARGETS = WRITTEN | BOTH_WAYS | {Use.RESETTABLE}
 """Uses in which an instruction writes its operand."""
 
-STRETCHES = ("COP", "CPS", "FLL")
-"""Instructions whose operands may reach further than their first element."""
+STRETCHES = frozenset({Use.SOURCE, Use.DESTINATION})
+"""Uses in which an operand may reach further than its first element."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,9 +123,8 @@ def _of_step(site: Site, step: Step) -> Iterator[Mention]:
         reads = not uses & TARGETS or bool(uses & BOTH_WAYS)
         writes = bool(uses & TARGETS)
         for place, inner in _places(operand):
-            yield Mention(
-                site, place, place.text, reads or inner, writes and not inner, step.name in STRETCHES
-            )
+            stretch = not STRETCHES.isdisjoint(step.spec.operands)
+            yield Mention(site, place, place.text, reads or inner, writes and not inner, stretch)
 
 
 def _operands(step: Step) -> Iterable[tuple[Resolved, frozenset[Use]]]:
@@ -140,7 +139,7 @@ def _operands(step: Step) -> Iterable[tuple[Resolved, frozenset[Use]]]:
     if step.name in ("SBR", "RET"):
         use = Use.TARGET if step.name == "SBR" else Use.NUMBER
         return [(each, frozenset({use})) for each in step.operands]
-    uses = [use for use in BY_NAME[step.name].operands if use is not Use.PRESET]
+    uses = [use for use in step.spec.operands if use is not Use.PRESET]
     return [
         (operand, frozenset({use}))
         for operand, use in zip(step.operands, uses, strict=False)

@@ -9,11 +9,11 @@ from typing import Any
 from ..draw import captions_of, routine_text, routines_svg
 from ..engine import STEP_MS
 from ..errors import LadderError
+from ..expressions import parse_address
 from ..logic import Program
 from ..memory import Value, checked
 from ..operands import Constant, Group, Place
 from ..resolver import Resolver
-from ..text import parse_address
 from ..tree import Routine
 from ..view import Tags
 from .crossref import CrossReference

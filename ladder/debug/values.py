@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ..instructions import BY_NAME, Use
+from ..instructions import BY_NAME
+from ..spec import Use
 from ..tree import Address, Branch, Element, Instruction, MemberStep, Operand, Routine, Series, number
 from ..view import Tags
 

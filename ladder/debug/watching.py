@@ -12,11 +12,11 @@ from dataclasses import dataclass, field, replace
 from ..compiler import Scanner
 from ..engine import Engine
 from ..errors import Site
-from ..instructions import Kind
 from ..interpreter import Interpreter
-from ..lowered import AddOnCall, Line, Lowered, LoweredRoutine, Parallel, Step
+from ..lowered import Line, Lowered, LoweredRoutine, Node, Parallel, Step
 from ..memory import Memory, Value, same
 from ..operands import Place
+from ..spec import Kind
 from ..tags import Leaf
 
 
@@ -196,19 +196,11 @@ class WatchedInterpreter(Interpreter):
             del blocked[before:]
         return behind
 
-    def _add_on(self, power: bool, call: AddOnCall) -> bool:
-        """What copies arguments in and results out is no instruction of the rung."""
+    def copy_parameters(self, copies: tuple[tuple[Node, ...], ...], *, prescan: bool = False) -> None:
+        """The rungs that copy arguments in and results out are not instructions of the rung."""
         self._silent += 1
         try:
-            return super()._add_on(power, call)
-        finally:
-            self._silent -= 1
-
-    def _prescan_add_on(self, call: AddOnCall) -> None:
-        """See `_add_on`."""
-        self._silent += 1
-        try:
-            super()._prescan_add_on(call)
+            super().copy_parameters(copies, prescan=prescan)
         finally:
             self._silent -= 1
 
@@ -220,12 +212,12 @@ class WatchedInterpreter(Interpreter):
         places = [each for each in step.operands if isinstance(each, Place)]
         told = [each for place in places for each in (place, *self._beside(place))]
         values = tuple((each.text, self.get(each)) for each in told)
-        return Blocker(self._lowered.sites[step.site].instruction, values)
+        return Blocker(self.lowered.sites[step.site].instruction, values)
 
     def _beside(self, place: Place) -> tuple[Place, ...]:
         """Return ACC and PRE, if a place is DN of a timer or counter."""
         path, dot, name = place.leaf.path.upper().rpartition(".")
-        leaves = self._lowered.layout.leaves
+        leaves = self.lowered.layout.leaves
         parts = [leaves.get(f"{path}.{part}") for part in ("ACC", "PRE")]
         if not dot or name != "DN" or None in parts:
             return ()
@@ -237,9 +229,9 @@ class WatchedInterpreter(Interpreter):
         )
 
     @property
-    def site(self) -> Site | None:
+    def present(self) -> Site | None:
         """The instruction that executes, None outside of rungs."""
-        return self._lowered.sites[self._site] if self.running or self.prescanning else None
+        return self.lowered.sites[self.site] if self.running or self.prescanning else None
 
 
 class WatchedEngine(Engine):
@@ -312,7 +304,7 @@ class WatchedEngine(Engine):
                 index,
                 before,
                 after,
-                interpreter.site,
+                interpreter.present,
                 interpreter.power,
                 interpreter.blockers(),
                 interpreter.prescanning,

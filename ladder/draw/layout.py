@@ -12,7 +12,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
-from ..instructions import BY_NAME, Kind
+from ..instructions import BY_NAME
+from ..spec import Kind
 from ..tree import Branch, Element, Instruction, Rung, Series, instructions_of
 from .marks import Box, Corner, Picture, Symbol, Wire
 from .ruler import GAP, JOIN, SYMBOLS, Block, Line, Ruler, is_symbol

@@ -1,8 +1,6 @@
-"""The interpreter, and what the compiler shares with it."""
+"""The interpreter: the reference that the compiled program is compared with."""
 
 from .interpreter import Interpreter
-from .numbers import COMPARISONS, COMPUTATIONS
-from .timing import MS
-from .values import width_of
+from .values import Values
 
-__all__ = ["COMPARISONS", "COMPUTATIONS", "MS", "Interpreter", "width_of"]
+__all__ = ["Interpreter", "Values"]

@@ -1,4 +1,4 @@
-"""What every instruction works with: the values of places, and arithmetic as the manual has it."""
+"""Values for the interpreter: read and write places, compute, compare, convert."""
 
 from __future__ import annotations
 
@@ -7,51 +7,57 @@ from typing import Any
 
 from .. import arithmetic as math
 from ..fault_log import FaultLog
-from ..instructions import BITWISE
 from ..lowered import Lowered
 from ..memory import Memory, Value
-from ..operands import Calculation, Constant, Place, Resolved, types_in
-from ..types import DINT, LINT, REAL
+from ..operands import Calculation, Constant, Group, Place, Quoted, Resolved, place_of, width_of
+from ..operators import BITWISE, RELATIONS
+from ..regions import region_of
+from ..types import DINT
 
 
 class Values:
     """Reads and writes the places of a program, and computes.
 
-    Args:
+    Attributes:
         lowered: the program.
         memory: its memory.
         fault_log: collects its faults.
+        site: number of the present instruction.
+        now_ns: virtual time of the scan, ns.
     """
 
     def __init__(self, lowered: Lowered, memory: Memory, fault_log: FaultLog) -> None:
-        self._lowered, self._memory, self._fault_log = lowered, memory, fault_log
-        self._site = 0
-        self._now = 0
+        self.lowered, self.memory, self.fault_log = lowered, memory, fault_log
+        self.site = 0
+        self.now_ns = 0
 
-    def _leaf(self, path: str) -> Value:
-        return self._memory.read(self._memory.layout.leaf(path))
+    def status(self, path: str) -> Value:
+        """Return a status tag, such as `S:V`."""
+        return self.memory.read(self.memory.layout.leaf(path))
 
-    def _set_leaf(self, path: str, value: Value) -> None:
-        self._memory.write(self._memory.layout.leaf(path), 0, value)
+    def set_status(self, path: str, value: Value) -> None:
+        """Set a status tag."""
+        self.memory.write(self.memory.layout.leaf(path), 0, value)
 
     def _index(self, place: Place) -> int:
         flat = 0
         for index, length in zip(place.indices, place.leaf.dims, strict=True):
-            flat = flat * length + self._subscript(index, length, place.text)
+            flat = flat * length + self.subscript(index, length, place.text)
         return flat
 
-    def _subscript(self, index: Resolved, length: int, tag: str) -> int:
-        value = self._integer(index)
+    def subscript(self, index: Resolved, length: int, tag: str) -> int:
+        """Return a subscript or bit number below `length`; stop the scan if it is out of range."""
+        value = self.integer(index)
         if not 0 <= value < length:
-            self._fault_log.subscript(self._site, tag, value, length)
+            self.fault_log.subscript(self.site, tag, value, length)
         return value
 
     def get(self, place: Place) -> Value:
         """Return the value of a place."""
-        value = self._memory.read(place.leaf, self._index(place))
+        value = self.memory.read(place.leaf, self._index(place))
         if place.bit is None:
             return value
-        bit = self._subscript(place.bit, place.leaf.type.bits, place.text)
+        bit = self.subscript(place.bit, place.leaf.type.bits, place.text)
         return bool(int(value) >> bit & 1)
 
     def put(self, place: Place, value: Value) -> None:
@@ -59,20 +65,21 @@ class Values:
         index = self._index(place)
         if place.bit is not None:
             bits = place.leaf.type.bits
-            mask = 1 << self._subscript(place.bit, bits, place.text)
-            word = int(self._memory.read(place.leaf, index))
+            mask = 1 << self.subscript(place.bit, bits, place.text)
+            word = int(self.memory.read(place.leaf, index))
             value = math.wrap(word | mask if value else word & ~mask, bits)
-        self._memory.write(place.leaf, index, value)
+        self.memory.write(place.leaf, index, value)
 
-    def _integer(self, operand: Resolved) -> int:
-        return int(self._number(operand, DINT.bits))
+    def integer(self, operand: Resolved) -> int:
+        """Return the value of an integer operand."""
+        return int(self.number(operand, DINT.bits))
 
-    def _number(self, operand: Resolved, width: int) -> Value:
-        """Value of an expression, computed in integers of that width or, width 0, in REAL."""
+    def number(self, operand: Resolved, width: int) -> Value:
+        """Return the value of an expression, computed in integers of that width or, width 0, in REAL."""
         if isinstance(operand, Calculation):
             if not width and operand.name in BITWISE:
-                return math.real(self._number(operand, width_of(operand)))
-            values = [self._number(each, width) for each in operand.operands]
+                return math.real(self.number(operand, width_of(operand)))
+            values = [self.number(each, width) for each in operand.operands]
             return self._calculate(operand.name, values, width)
         value = operand.value if isinstance(operand, Constant) else self.get(place_of(operand))
         return value if width else math.real(value)
@@ -81,23 +88,23 @@ class Values:
         if width == 0:
             return self._calculate_real(name, values)
         if name in ("/", "MOD") and values[1] == 0:
-            self._fault_log.zero_divisor(self._site)
+            self.fault_log.zero_divisor(self.site)
             return values[0]  # type: ignore[no-any-return]
         exact = _WHOLE[name](*values)
         result = math.wrap(exact, width)
         if result != exact:
-            self._fault_log.overflow(self._site)
+            self.fault_log.overflow(self.site)
         return result
 
     def _calculate_real(self, name: str, values: Sequence[Any]) -> float:
         if name in ("/", "MOD") and values[1] == 0:
-            self._fault_log.zero_divisor(self._site)
+            self.fault_log.zero_divisor(self.site)
         result: float = _REAL[name](*values)
         if not math.finite(result) and all(map(math.finite, values)):
-            self._fault_log.overflow(self._site)
+            self.fault_log.overflow(self.site)
         return result
 
-    def _store(self, place: Place, value: Value) -> None:
+    def store(self, place: Place, value: Value) -> None:
         """Convert to the type of a place and set it."""
         kind = place.type
         if kind.is_bool:
@@ -109,51 +116,96 @@ class Values:
             exact = math.whole(value) if isinstance(value, float) else int(value)
             stored = math.wrap(exact, kind.bits)
             if stored != exact or (isinstance(value, float) and not math.finite(value)):
-                self._fault_log.overflow(self._site)
+                self.fault_log.overflow(self.site)
         self.put(place, stored)
-        self._after(stored)
+        self.set_flags(stored)
 
-    def _before(self) -> None:
-        if self._lowered.flags:
-            self._set_leaf("S:V", False)
-            self._set_leaf("S:C", False)
+    def clear_flags(self) -> None:
+        """Clear S:V and S:C, in a program that uses status flags."""
+        if self.lowered.flags:
+            self.set_status("S:V", False)
+            self.set_status("S:C", False)
 
-    def _after(self, stored: Value) -> None:
-        if self._lowered.flags:
-            self._set_leaf("S:Z", stored == 0)
-            self._set_leaf("S:N", stored < 0)
+    def set_flags(self, stored: Value) -> None:
+        """Set S:Z and S:N by a result, in a program that uses status flags."""
+        if self.lowered.flags:
+            self.set_status("S:Z", stored == 0)
+            self.set_status("S:N", stored < 0)
 
-    def _compute(self, name: str, operands: tuple[Resolved, ...], target: Place) -> None:
-        self._before()
+    def compute(self, name: str, operands: tuple[Resolved, ...], target: Place) -> None:
+        """Store the result of an operator; S:C is its carry."""
+        self.clear_flags()
         expression = Calculation(name, operands)
         width = width_of(expression, target)
-        if self._lowered.flags and width:
-            self._set_leaf("S:C", self._carry(name, operands, width))
-        self._store(target, self._number(expression, width))
+        if self.lowered.flags and width:
+            self.set_status("S:C", self._carry(name, operands, width))
+        self.store(target, self.number(expression, width))
 
     def _carry(self, name: str, operands: tuple[Resolved, ...], width: int) -> bool:
         if name not in ("+", "-", "NEG"):
             return False
         mask = (1 << width) - 1
-        values = [int(self._number(each, width)) & mask for each in operands]
+        values = [int(self.number(each, width)) & mask for each in operands]
         if name == "+":
             return values[0] + values[1] > mask
         return values[0] < values[1] if name == "-" else values[0] != 0
 
+    # --- comparing
 
-def width_of(*operands: Resolved) -> int:
-    """Return the width in which operands are computed together: 0 for REAL, 64 with a LINT, else 32."""
-    types = set().union(*map(types_in, operands))
-    if REAL in types:
-        return 0
-    return LINT.bits if LINT in types else DINT.bits
+    def compare(self, relation: str, a: Resolved, b: Resolved) -> bool:
+        """Compare numbers, or the characters of strings."""
+        if isinstance(a, (Group, Quoted)):
+            return _RELATIONS[relation](self.text(a), self.text(b))
+        width = width_of(a, b)
+        left, right = self.number(a, width), self.number(b, width)
+        return _RELATIONS[relation](left, right)
+
+    def text(self, operand: Resolved) -> bytes:
+        """Return the characters of a string."""
+        if isinstance(operand, Quoted):
+            return operand.value.encode("latin-1", errors="replace")
+        assert isinstance(operand, Group)
+        first = region_of(operand, self.memory.layout).first(
+            lambda index, length: self.subscript(index, length, operand.text)
+        )
+        return self.memory.text(operand.path, first)
+
+    def condition(self, condition: Resolved) -> bool:
+        """Return the value of a condition; every relation in it is computed."""
+        assert isinstance(condition, Calculation)
+        if condition.name in RELATIONS:
+            return self.compare(condition.name, *condition.operands)
+        values = [self.condition(each) for each in condition.operands]
+        return _TRUTH[condition.name](*values)
+
+    def filled(self, operand: Resolved) -> int:
+        """Return an integer without its sign: a narrow one is filled up with zeros."""
+        assert isinstance(operand, (Place, Constant))
+        return self.integer(operand) & (1 << operand.type.bits) - 1
+
+    def store_bits(self, target: Place, value: int) -> None:
+        """Set an integer to the low bits of a pattern; nothing overflows."""
+        self.clear_flags()
+        stored = math.wrap(value, target.type.bits)
+        self.put(target, stored)
+        self.set_flags(stored)
 
 
-def place_of(operand: Resolved) -> Place:
-    """Return an operand that is known to be a place."""
-    assert isinstance(operand, Place)
-    return operand
+_RELATIONS: Mapping[str, Callable[[Any, Any], bool]] = {
+    "=": lambda a, b: a == b,
+    "<>": lambda a, b: a != b,
+    "<": lambda a, b: a < b,
+    "<=": lambda a, b: a <= b,
+    ">": lambda a, b: a > b,
+    ">=": lambda a, b: a >= b,
+}
 
+_TRUTH: Mapping[str, Callable[..., bool]] = {
+    "AND": lambda a, b: a and b,
+    "OR": lambda a, b: a or b,
+    "XOR": lambda a, b: a != b,
+    "NOT": lambda a: not a,
+}
 
 _WHOLE: Mapping[str, Callable[..., int]] = {
     "+": lambda a, b: a + b,

@@ -1,15 +1,16 @@
-"""Rungs as Python: how power runs through series and branches, and which room writes each instruction."""
+"""Rungs as Python: how power runs through series and branches.
+
+The Python of an instruction is written by its `Spec`, which gets the `RungWriter`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from ..instructions import Kind
-from ..interpreter import COMPARISONS, COMPUTATIONS
-from ..lowered import ADD_ON, Node, Parallel, Step
+from ..lowered import Node, Parallel, Step
 from ..operands import Calculation, Group, Place, Resolved, can_fault
+from ..spec import Kind
 from ..tags import OVERRIDE
-from . import bits, control, files, numbers, timing
 from .values import Values
 from .writer import Writer, both, either_of
 
@@ -80,35 +81,31 @@ class RungWriter:
     def _act(self, node: Node) -> None:
         assert isinstance(node, Step)
         self.values.site = node.site
-        _OUTPUTS[node.name](self, *node.operands)
+        node.spec.write(self, *node.operands)
 
     def _step(self, step: Step, power: str, *, needed: bool) -> str:
         self.values.site = step.site
-        if step.kind is Kind.INPUT:
+        spec = step.spec
+        if spec.decides:
+            return str(spec.write(self, power, *step.operands))
+        if spec.kind is Kind.INPUT:
             return self._input(step, power)
-        if step.name == ADD_ON:
-            return control.add_on(self, power, step.operands[0])
         if needed:
             power = self.kept(power)
-        if step.kind is Kind.OUTPUT:
+        if spec.kind is Kind.OUTPUT:
             self._outputs((step,), power)
         else:
-            _BOTH[step.name](self, power, *step.operands)
+            spec.write(self, power, *step.operands)
         return power
 
     def _input(self, step: Step, power: str) -> str:
-        if step.name == "ONS":
-            return bits.one_shot(self, power, step.operands[0])
-        if step.name == "SBR":
-            control.parameters(self, power, step.operands)
-            return power
         if _is_inline(step):
-            return both(power, _INPUTS[step.name](self, *step.operands))
+            return both(power, step.spec.write(self, *step.operands))
         if power == "True":
-            return self.values.keep(_INPUTS[step.name](self, *step.operands))
+            return self.kept(step.spec.write(self, *step.operands))
         result = self.values.keep("False")
         with self.writer.block(f"if {power}:"):
-            self.writer.line(f"{result} = {_INPUTS[step.name](self, *step.operands)}")
+            self.writer.line(f"{result} = {step.spec.write(self, *step.operands)}")
         return result
 
     def either(self, power: str, when_true: Callable[[], None], when_false: Callable[[], None]) -> None:
@@ -132,10 +129,9 @@ def _is_inline(node: Node, *, safe: bool = False) -> bool:
     """Whether a node is an input that is one expression; `safe`: one that can't fault either."""
     if isinstance(node, Parallel):
         return all(_is_inline(each, safe=safe) for leg in node.legs for each in leg)
-    if node.kind is not Kind.INPUT or node.name in ("ONS", "SBR", "CMP"):
+    if node.kind is not Kind.INPUT or node.spec.decides or not node.spec.inline(*node.operands):
         return False
     operands = [each for each in node.operands if not isinstance(each, str)]
-    safe = safe or node.name == "LIM"  # whose operands are all taken, while Python's a <= b <= c stops early
     return not any(map(_calculates, operands)) and not (safe and any(map(can_fault, operands)))
 
 
@@ -149,54 +145,3 @@ def _calculates(operand: Resolved) -> bool:
             inner.append(operand.bit)
         return any(map(_calculates, inner))
     return False
-
-
-_INPUTS: dict[str, Callable[..., str]] = {
-    **{name: numbers.comparing(relation) for name, relation in COMPARISONS.items()},
-    "XIC": bits.xic,
-    "XIO": bits.xio,
-    "CMP": lambda rungs, condition: rungs.values.condition(condition),
-    "LIM": numbers.lim,
-    "MEQ": numbers.meq,
-    "LBL": lambda _rungs, _label: "True",
-    "AFI": lambda _rungs: "False",
-    "NOP": lambda _rungs: "True",
-}
-
-_OUTPUTS: dict[str, Callable[..., None]] = {
-    **{name: numbers.computing(operator) for name, operator in COMPUTATIONS.items()},
-    "OTL": lambda rungs, bit: rungs.values.set_bit(bit, "True"),
-    "OTU": lambda rungs, bit: rungs.values.set_bit(bit, "False"),
-    "RES": timing.res,
-    "CPT": numbers.cpt,
-    "SQR": numbers.sqr,
-    "TRN": numbers.trn,
-    "MOV": numbers.mov,
-    "MVM": numbers.mvm,
-    "BTD": numbers.btd,
-    "CLR": numbers.clr,
-    "SWPB": numbers.swpb,
-    "AND": numbers.combining("&"),
-    "OR": numbers.combining("|"),
-    "XOR": numbers.combining("^"),
-    "NOT": numbers.invert,
-    "COP": files.cop,
-    "CPS": files.cop,
-    "FLL": files.fll,
-    "JMP": control.jmp,
-    "JSR": control.jsr,
-    "RET": control.ret,
-    "TND": control.tnd,
-}
-
-_BOTH: dict[str, Callable[..., None]] = {
-    "OTE": bits.ote,
-    "OSR": bits.osr,
-    "OSF": bits.osf,
-    "TON": timing.ton,
-    "TOF": timing.tof,
-    "RTO": timing.rto,
-    "CTU": timing.ctu,
-    "CTD": timing.ctd,
-    "MCR": control.mcr,
-}

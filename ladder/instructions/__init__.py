@@ -1,0 +1,37 @@
+"""The instruction set: one file per family, one row per instruction.
+
+A row is a `Spec`: name, operands, and the functions that check, execute and compile the instruction. To
+add an instruction, write its row and its functions in the file of its family, and its name in `__all__`
+there; parser, Python front end, back ends, debugger and drawing read it from here. `FAMILIES` is the
+only list besides, for a new family. Names are those of the Logix 5000 general instructions manual.
+"""
+
+from __future__ import annotations
+
+from ..spec import Spec
+from . import bits, compare, compute, control, files, move, timing
+from .bits import *  # noqa: F403
+from .compare import *  # noqa: F403
+from .compute import *  # noqa: F403
+from .control import *  # noqa: F403
+from .files import *  # noqa: F403
+from .move import *  # noqa: F403
+from .timing import *  # noqa: F403
+
+FAMILIES = (bits, timing, compare, compute, move, files, control)
+"""The family files, in the manual's order; each lists its instructions in `__all__`."""
+
+SPECS: tuple[Spec, ...] = tuple(getattr(family, name) for family in FAMILIES for name in family.__all__)
+"""All instructions, in the manual's order."""
+
+BY_NAME = {name: spec for spec in SPECS for name in (spec.name, spec.other) if name}
+"""Instructions by either name, in capitals."""
+
+__all__: list[str] = []
+__all__ += bits.__all__
+__all__ += timing.__all__
+__all__ += compare.__all__
+__all__ += compute.__all__
+__all__ += move.__all__
+__all__ += files.__all__
+__all__ += control.__all__

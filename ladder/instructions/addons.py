@@ -1,0 +1,55 @@
+"""The call of an add-on instruction, as a row that every definition's `Spec` is made from [1756-PM010]."""
+
+from __future__ import annotations
+
+from ..compiler.rungs import RungWriter
+from ..interpreter import Interpreter
+from ..lowered import ADD_ON, AddOnCall
+from ..spec import always
+
+__all__ = ["ADD_ON_CALL"]
+
+
+def _run(machine: Interpreter, power: bool, call: AddOnCall) -> bool:
+    """Copy in; if there is a routine for the rung's state, run it and copy out."""
+    machine.copy_parameters(call.inputs)
+    machine.put(call.enable_in, power)
+    machine.put(call.enable_out, power)
+    routine = call.logic if power else call.otherwise
+    if routine is None:
+        return False
+    machine.call(routine, ())
+    machine.copy_parameters(call.outputs)
+    return bool(machine.get(call.enable_out))
+
+
+def _write(rungs: RungWriter, power: str, call: AddOnCall) -> str:
+    power = rungs.kept(power)
+    for series in call.inputs:
+        rungs.series(series, "True", needed=False)
+    rungs.values.set_bit(call.enable_in, power)
+    rungs.values.set_bit(call.enable_out, power)
+
+    def run(routine: str | None) -> None:
+        if routine is None:
+            return
+        rungs.writer.line(f"{rungs.functions[routine]}(now, ())")
+        for series in call.outputs:
+            rungs.series(series, "True", needed=False)
+
+    rungs.either(power, lambda: run(call.logic), lambda: run(call.otherwise))
+    return rungs.values.keep(rungs.values.read(call.enable_out))
+
+
+def _prescan(machine: Interpreter, call: AddOnCall) -> None:
+    """Copy in, prescan Logic, run Prescan, copy out."""
+    machine.copy_parameters(call.inputs, prescan=True)
+    machine.put(call.enable_in, False)
+    machine.put(call.enable_out, False)
+    machine.prescan(call.logic)
+    if call.prescan is not None:
+        machine.call(call.prescan, ())
+    machine.copy_parameters(call.outputs, prescan=True)
+
+
+ADD_ON_CALL = always(ADD_ON, run=_run, write=_write, prescan=_prescan, decides=True)

@@ -1,0 +1,88 @@
+"""Compare instructions."""
+
+from __future__ import annotations
+
+from ..compiler.rungs import RungWriter
+from ..interpreter import Interpreter
+from ..operand_checks import OperandError, described, is_string
+from ..operands import Constant, Resolved, can_fault, width_of
+from ..spec import Spec, Use, condition
+from ..types import LINT
+
+__all__ = ["CMP", "EQU", "GEQ", "GRT", "LEQ", "LES", "LIM", "MEQ", "NEQ"]
+
+
+def _check_same_kind(a: Resolved, b: Resolved) -> None:
+    if is_string(a) != is_string(b):
+        raise OperandError(f"{described(a)} and {described(b)} can't be compared", "compare like with like")
+
+
+def _comparison(name: str, relation: str) -> Spec:
+    return condition(
+        name,
+        Use.TEXT_OR_NUMBER,
+        Use.TEXT_OR_NUMBER,
+        check=_check_same_kind,
+        run=lambda machine, a, b: machine.compare(relation, a, b),
+        write=lambda rungs, a, b: rungs.values.comparison(relation, a, b),
+    )
+
+
+# --- LIM: inside of both limits, or outside if the low one is above the high one
+
+
+def _lim(machine: Interpreter, low: Resolved, test: Resolved, high: Resolved) -> bool:
+    width = width_of(low, test, high)
+    least, value, most = (machine.number(each, width) for each in (low, test, high))
+    if least <= most:
+        return least <= value <= most
+    return value >= least or value <= most
+
+
+def _write_lim(rungs: RungWriter, low: Resolved, test: Resolved, high: Resolved) -> str:
+    width = width_of(low, test, high)
+    texts = [rungs.values.term(each, width).text for each in (low, test, high)]
+    if not _lim_is_inline(low, test, high):
+        texts = [rungs.values.keep(text) for text in texts]
+    least, value, most = texts
+    if isinstance(low, Constant) and isinstance(high, Constant) and low.value <= high.value:
+        return f"({least} <= {value} <= {most})"
+    return f"({least} <= {value} <= {most} if {least} <= {most} else {value} >= {least} or {value} <= {most})"
+
+
+def _lim_is_inline(*operands: Resolved) -> bool:
+    """LIM reads all its operands, while Python's `a <= b <= c` may stop before c."""
+    return not any(map(can_fault, operands))
+
+
+# --- MEQ: equal where the mask has ones
+
+
+def _meq(machine: Interpreter, source: Resolved, mask: Resolved, compare: Resolved) -> bool:
+    different = machine.filled(source) ^ machine.filled(compare)
+    return different & machine.filled(mask) == 0
+
+
+def _write_meq(rungs: RungWriter, source: Resolved, mask: Resolved, compare: Resolved) -> str:
+    texts = [rungs.values.filled(each, LINT.bits) for each in (source, mask, compare)]
+    return f"(({texts[0]} ^ {texts[2]}) & {texts[1]} == 0)"
+
+
+# --- the rows
+
+CMP = condition(
+    "CMP",
+    Use.CONDITION,
+    run=lambda machine, expression: machine.condition(expression),
+    write=lambda rungs, expression: rungs.values.condition(expression),
+)
+EQU = _comparison("EQU/EQ", "=")
+GEQ = _comparison("GEQ/GE", ">=")
+GRT = _comparison("GRT/GT", ">")
+LEQ = _comparison("LEQ/LE", "<=")
+LES = _comparison("LES/LT", "<")
+LIM = condition(
+    "LIM/LIMIT", Use.NUMBER, Use.NUMBER, Use.NUMBER, run=_lim, write=_write_lim, inline=_lim_is_inline
+)
+MEQ = condition("MEQ", Use.INTEGER, Use.INTEGER, Use.INTEGER, run=_meq, write=_write_meq)
+NEQ = _comparison("NEQ/NE", "<>")

@@ -1,0 +1,70 @@
+"""Compute instructions, and the conversion TRN."""
+
+from __future__ import annotations
+
+from .. import arithmetic as math
+from ..compiler.rungs import RungWriter
+from ..compiler.values import Term
+from ..interpreter import Interpreter
+from ..operands import Place, Resolved, width_of
+from ..spec import Spec, Use, action
+from ..types import LINT
+
+__all__ = ["CPT", "ADD", "SUB", "MUL", "DIV", "MOD", "SQR", "NEG", "ABS", "TRN"]  # noqa: RUF022
+
+
+def _computation(name: str, operator: str, *operands: Use) -> Spec:
+    """Return an instruction that stores the result of an operator in its last operand."""
+    return action(
+        name,
+        *operands,
+        Use.TARGET,
+        run=lambda machine, *given: machine.compute(operator, given[:-1], given[-1]),
+        write=lambda rungs, *given: rungs.values.compute(operator, given[:-1], given[-1]),
+    )
+
+
+def _cpt(machine: Interpreter, target: Place, expression: Resolved) -> None:
+    machine.clear_flags()
+    machine.store(target, machine.number(expression, width_of(expression, target)))
+
+
+def _write_cpt(rungs: RungWriter, target: Place, expression: Resolved) -> None:
+    rungs.values.clear_flags()
+    width = width_of(expression, target)
+    rungs.values.store(target, rungs.values.term(expression, width), 0 if width == 0 else LINT.bits)
+
+
+# --- TRN: a REAL without its fraction
+
+
+def _trn(machine: Interpreter, source: Resolved, target: Place) -> None:
+    machine.clear_flags()
+    value = machine.number(source, width_of(source))
+    if isinstance(value, float):
+        if not math.finite(value):
+            machine.fault_log.overflow(machine.site)
+        value = math.truncated(value)
+    machine.store(target, value)
+
+
+def _write_trn(rungs: RungWriter, source: Resolved, target: Place) -> None:
+    rungs.values.clear_flags()
+    term = rungs.values.term(source, width_of(source))
+    if term.real:
+        term = Term(f"cut({rungs.values.site}, {term.text})", -(1 << 200), 1 << 200)
+    rungs.values.store_wide(target, term)
+
+
+# --- the rows
+
+CPT = action("CPT", Use.TARGET, Use.EXPRESSION, run=_cpt, write=_write_cpt)
+ADD = _computation("ADD", "+", Use.NUMBER, Use.NUMBER)
+SUB = _computation("SUB", "-", Use.NUMBER, Use.NUMBER)
+MUL = _computation("MUL", "*", Use.NUMBER, Use.NUMBER)
+DIV = _computation("DIV", "/", Use.NUMBER, Use.NUMBER)
+MOD = _computation("MOD", "MOD", Use.NUMBER, Use.NUMBER)
+SQR = _computation("SQR/SQRT", "SQR", Use.NUMBER)
+NEG = _computation("NEG", "NEG", Use.NUMBER)
+ABS = _computation("ABS", "ABS", Use.NUMBER)
+TRN = action("TRN/TRUNC", Use.NUMBER, Use.TARGET, run=_trn, write=_write_trn)

@@ -1,0 +1,187 @@
+"""Move and logical instructions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from .. import arithmetic as math
+from ..compiler.rungs import RungWriter
+from ..interpreter import Interpreter
+from ..operand_checks import OperandError, described
+from ..operands import Constant, Place, Resolved, width_of
+from ..spec import Spec, Use, action
+from ..types import LINT
+
+__all__ = ["MOV", "MVM", "BTD", "CLR", "SWPB", "AND", "OR", "XOR", "NOT"]  # noqa: RUF022
+
+
+def _mov(machine: Interpreter, source: Resolved, target: Place) -> None:
+    machine.clear_flags()
+    machine.store(target, machine.number(source, width_of(source)))
+
+
+def _write_mov(rungs: RungWriter, source: Resolved, target: Place) -> None:
+    rungs.values.clear_flags()
+    rungs.values.store(target, rungs.values.term(source, width_of(source)), LINT.bits)
+
+
+# --- MVM: the bits where the mask has ones
+
+
+def _mvm(machine: Interpreter, source: Resolved, mask: Resolved, target: Place) -> None:
+    before, bits = int(machine.get(target)), machine.filled(mask)
+    machine.store_bits(target, before & ~bits | machine.filled(source) & bits)
+
+
+def _write_mvm(rungs: RungWriter, source: Resolved, mask: Resolved, target: Place) -> None:
+    bits = target.type.bits
+    moved, through = rungs.values.filled(source, bits), rungs.values.filled(mask, bits)
+    direct = _bits(source) == _bits(mask) == bits
+    text = f"{rungs.values.read(target)} & ~{through} | {moved} & {through}"
+    rungs.values.store_bits(target, text, direct=direct)
+
+
+def _bits(operand: Resolved) -> int:
+    assert isinstance(operand, (Place, Constant))
+    return operand.type.bits
+
+
+# --- BTD: a field of bits into another place
+
+
+def _check_btd(
+    source: Resolved, source_bit: Constant, target: Place, target_bit: Constant, length: Constant
+) -> None:
+    limits = (
+        (source_bit, 0, source.type.bits - 1 if isinstance(source, (Place, Constant)) else 31, "source bit"),
+        (target_bit, 0, target.type.bits - 1, "destination bit"),
+        (length, 1, target.type.bits, "length"),
+    )
+    for given, low, high, what in limits:
+        if not low <= given.value <= high:
+            raise OperandError(f"{what} {given.value} is out of range", f"allowed are {low} to {high}")
+
+
+def _btd(
+    machine: Interpreter,
+    source: Resolved,
+    source_bit: Constant,
+    target: Place,
+    target_bit: Constant,
+    length: Constant,
+) -> None:
+    value = math.distributed(
+        machine.filled(source),
+        int(source_bit.value),
+        int(machine.get(target)),
+        int(target_bit.value),
+        int(length.value),
+        target.type.bits,
+    )
+    machine.put(target, value)
+
+
+def _write_btd(
+    rungs: RungWriter,
+    source: Resolved,
+    source_bit: Constant,
+    target: Place,
+    target_bit: Constant,
+    length: Constant,
+) -> None:
+    moved = rungs.values.filled(source, LINT.bits)
+    rungs.values.assign(
+        target,
+        f"distributed({moved}, {source_bit.value}, {rungs.values.read(target)}, "
+        f"{target_bit.value}, {length.value}, {target.type.bits})",
+    )
+
+
+# --- CLR: zero
+
+
+def _clr(machine: Interpreter, target: Place) -> None:
+    machine.clear_flags()
+    machine.put(target, target.type.zero)
+    machine.set_flags(0)
+
+
+def _write_clr(rungs: RungWriter, target: Place) -> None:
+    rungs.values.clear_flags()
+    rungs.values.assign(target, repr(target.type.zero))
+    if rungs.writer.flags:
+        rungs.values.set_flag("S:Z", "True")
+        rungs.values.set_flag("S:N", "False")
+
+
+# --- SWPB: bytes in another order
+
+
+def _check_swpb(source: Resolved, _mode: str, target: Place) -> None:
+    allowed = {("INT", "INT"), ("INT", "DINT"), ("DINT", "DINT")}
+    if not isinstance(source, Place) or (source.type.name, target.type.name) not in allowed:
+        raise OperandError(
+            f"SWPB does not go from {described(source)} to {described(target)}",
+            "allowed are INT to INT or DINT, and DINT to DINT",
+        )
+
+
+def _swpb(machine: Interpreter, source: Place, mode: str, target: Place) -> None:
+    machine.put(target, math.swapped(int(machine.get(source)), source.type.bits, mode))
+
+
+def _write_swpb(rungs: RungWriter, source: Place, mode: str, target: Place) -> None:
+    rungs.values.assign(target, f"swapped({rungs.values.read(source)}, {source.type.bits}, {mode!r})")
+
+
+# --- AND, OR, XOR, NOT: narrow operands are filled up with zeros
+
+
+def _combination(name: str, sign: str, combine: Callable[[int, int], int]) -> Spec:
+    def run(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> None:
+        machine.store_bits(target, combine(machine.filled(a), machine.filled(b)))
+
+    def write(rungs: RungWriter, a: Resolved, b: Resolved, target: Place) -> None:
+        bits = target.type.bits
+        texts = [rungs.values.filled(each, bits) for each in (a, b)]
+        direct = all(_bits(each) == bits for each in (a, b))
+        rungs.values.store_bits(target, f"{texts[0]} {sign} {texts[1]}", direct=direct)
+
+    return action(name, Use.INTEGER, Use.INTEGER, Use.INTEGER_TARGET, run=run, write=write)
+
+
+def _write_not(rungs: RungWriter, source: Resolved, target: Place) -> None:
+    bits = target.type.bits
+    direct = _bits(source) == bits
+    rungs.values.store_bits(target, f"~{rungs.values.filled(source, bits)}", direct=direct)
+
+
+# --- the rows
+
+MOV = action("MOV/MOVE", Use.NUMBER, Use.TARGET, run=_mov, write=_write_mov)
+MVM = action("MVM", Use.INTEGER, Use.INTEGER, Use.INTEGER_TARGET, run=_mvm, write=_write_mvm)
+BTD = action(
+    "BTD",
+    Use.INTEGER,
+    Use.CONSTANT,
+    Use.INTEGER_TARGET,
+    Use.CONSTANT,
+    Use.CONSTANT,
+    check=_check_btd,
+    run=_btd,
+    write=_write_btd,
+)
+CLR = action("CLR", Use.TARGET, run=_clr, write=_write_clr)
+SWPB = action(
+    "SWPB", Use.INTEGER, Use.MODE, Use.INTEGER_TARGET, check=_check_swpb, run=_swpb, write=_write_swpb
+)
+AND = _combination("AND", "&", lambda a, b: a & b)
+OR = _combination("OR", "|", lambda a, b: a | b)
+XOR = _combination("XOR", "^", lambda a, b: a ^ b)
+NOT = action(
+    "NOT",
+    Use.INTEGER,
+    Use.INTEGER_TARGET,
+    run=lambda machine, source, target: machine.store_bits(target, ~machine.filled(source)),
+    write=_write_not,
+)

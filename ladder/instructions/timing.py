@@ -1,0 +1,303 @@
+"""Timers and counters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from .. import arithmetic as math
+from ..compiler.rungs import RungWriter
+from ..interpreter import Interpreter
+from ..operands import Group, Place
+from ..spec import Use, action, always
+from ..types import DINT, Elementary, Structure
+
+__all__ = ["TON", "TOF", "RTO", "CTU", "CTD", "RES"]  # noqa: RUF022 - the manual's order
+
+_MS = 1_000_000
+"""Nanoseconds of a millisecond."""
+
+
+def _cleared_by_res(structure: Group) -> Iterator[tuple[Place, Elementary]]:
+    """Yield what RES clears, with its type: all members but PRE and LEN."""
+    assert isinstance(structure.type, Structure)
+    for member in structure.type.members:
+        if member.name not in ("PRE", "LEN"):
+            assert isinstance(member.type, Elementary)
+            yield structure.member(member.name), member.type
+
+
+# --- in the interpreter
+
+
+def _count_time(machine: Interpreter, timer: Group) -> None:
+    """Add the time since the last scan of the instruction, in whole ms; what is over waits."""
+    last = timer.member("~last_ns")
+    elapsed = (machine.now_ns - int(machine.get(last))) // _MS
+    accumulated = timer.member("ACC")
+    machine.put(accumulated, min(int(machine.get(accumulated)) + elapsed, DINT.highest))
+    machine.put(last, int(machine.get(last)) + elapsed * _MS)
+
+
+def _start_time(machine: Interpreter, timer: Group) -> None:
+    machine.put(timer.member("~last_ns"), machine.now_ns)
+
+
+def _reached(machine: Interpreter, timer: Group) -> bool:
+    preset, accumulated = int(machine.get(timer.member("PRE"))), int(machine.get(timer.member("ACC")))
+    if preset < 0 or accumulated < 0:
+        machine.fault_log.negative_timer(machine.site, timer.text, preset, accumulated)
+    return accumulated >= preset
+
+
+def _set_bits(machine: Interpreter, structure: Group, **bits: bool) -> None:
+    for name, value in bits.items():
+        machine.put(structure.member(name), value)
+
+
+def _time_on(machine: Interpreter, timer: Group) -> None:
+    if machine.get(timer.member("DN")):
+        _set_bits(machine, timer, EN=True, TT=False)
+        return
+    if machine.get(timer.member("EN")):
+        _count_time(machine, timer)
+    else:
+        _start_time(machine, timer)
+    done = _reached(machine, timer)
+    _set_bits(machine, timer, EN=True, TT=not done, DN=done)
+
+
+def _ton(machine: Interpreter, power: bool, timer: Group) -> None:
+    if power:
+        _time_on(machine, timer)
+    else:
+        _set_bits(machine, timer, EN=False, TT=False, DN=False)
+        machine.put(timer.member("ACC"), 0)
+
+
+def _rto(machine: Interpreter, power: bool, timer: Group) -> None:
+    if power:
+        _time_on(machine, timer)
+    else:
+        _set_bits(machine, timer, EN=False, TT=False)
+
+
+def _tof(machine: Interpreter, power: bool, timer: Group) -> None:
+    if power:
+        _set_bits(machine, timer, EN=True, TT=False, DN=True)
+        machine.put(timer.member("ACC"), 0)
+    elif machine.get(timer.member("DN")):
+        if machine.get(timer.member("EN")):
+            _start_time(machine, timer)
+        else:
+            _count_time(machine, timer)
+        done = _reached(machine, timer)
+        _set_bits(machine, timer, EN=False, TT=not done, DN=not done)
+    else:
+        _set_bits(machine, timer, EN=False, TT=False)
+
+
+def _count(machine: Interpreter, power: bool, counter: Group, enable: str, by: int) -> None:
+    if not power:
+        machine.put(counter.member(enable), False)
+        return
+    if not machine.get(counter.member(enable)):
+        machine.put(counter.member(enable), True)
+        _one_count(machine, counter, by)
+    over, under = machine.get(counter.member("OV")), machine.get(counter.member("UN"))
+    reached = machine.get(counter.member("ACC")) >= machine.get(counter.member("PRE"))
+    machine.put(counter.member("DN"), bool(over or (reached and not under)))
+
+
+def _one_count(machine: Interpreter, counter: Group, by: int) -> None:
+    accumulated = counter.member("ACC")
+    exact = int(machine.get(accumulated)) + by
+    machine.put(accumulated, math.wrap(exact, 32))
+    if exact != machine.get(accumulated):
+        beyond, back = ("OV", "UN") if by > 0 else ("UN", "OV")
+        if machine.get(counter.member(back)):
+            machine.put(counter.member(back), False)
+        else:
+            machine.put(counter.member(beyond), True)
+
+
+def _ctu(machine: Interpreter, power: bool, counter: Group) -> None:
+    _count(machine, power, counter, "CU", 1)
+
+
+def _ctd(machine: Interpreter, power: bool, counter: Group) -> None:
+    _count(machine, power, counter, "CD", -1)
+
+
+def _res(machine: Interpreter, structure: Group) -> None:
+    for place, kind in _cleared_by_res(structure):
+        machine.put(place, kind.zero)
+
+
+# --- in the compiler
+
+
+def _write_set(rungs: RungWriter, structure: Group, **members: str) -> None:
+    for name, text in members.items():
+        rungs.values.assign(structure.member(name), text)
+
+
+def _write_get(rungs: RungWriter, structure: Group, name: str) -> str:
+    return rungs.values.read(structure.member(name))
+
+
+def _write_start(rungs: RungWriter, timer: Group) -> None:
+    rungs.values.assign(timer.member("~last_ns"), "now")
+
+
+def _write_add_time(rungs: RungWriter, timer: Group) -> None:
+    last, accumulated = _write_get(rungs, timer, "~last_ns"), _write_get(rungs, timer, "ACC")
+    elapsed = rungs.values.keep(f"(now - {last}) // {_MS}")
+    with rungs.writer.block(f"if {elapsed}:"):
+        rungs.values.assign(timer.member("~last_ns"), f"{last} + {elapsed} * {_MS}")
+        rungs.values.assign(timer.member("ACC"), f"min({accumulated} + {elapsed}, {DINT.highest})")
+
+
+def _write_reached(rungs: RungWriter, timer: Group, **done: str) -> None:
+    preset, accumulated = _write_get(rungs, timer, "PRE"), _write_get(rungs, timer, "ACC")
+    with rungs.writer.block(f"if 0 <= {accumulated} < {preset}:"):
+        _write_set(rungs, timer, TT="True")
+    with rungs.writer.block("else:"):
+        rungs.writer.line(f"negative({rungs.values.site}, {timer.text!r}, {preset}, {accumulated})")
+        _write_set(rungs, timer, **done)
+
+
+def _write_time_on(rungs: RungWriter, timer: Group) -> None:
+    with rungs.writer.block(f"if not {_write_get(rungs, timer, 'DN')}:"):
+        with rungs.writer.block(f"if {_write_get(rungs, timer, 'EN')}:"):
+            _write_add_time(rungs, timer)
+        with rungs.writer.block("else:"):
+            _write_start(rungs, timer)
+        _write_reached(rungs, timer, TT="False", DN="True")
+    with rungs.writer.block("else:"):
+        _write_set(rungs, timer, TT="False")
+    _write_set(rungs, timer, EN="True")
+
+
+def _write_ton(rungs: RungWriter, power: str, timer: Group) -> None:
+    rungs.either(
+        power,
+        lambda: _write_time_on(rungs, timer),
+        lambda: _write_set(rungs, timer, EN="False", TT="False", DN="False", ACC="0"),
+    )
+
+
+def _write_rto(rungs: RungWriter, power: str, timer: Group) -> None:
+    rungs.either(
+        power,
+        lambda: _write_time_on(rungs, timer),
+        lambda: _write_set(rungs, timer, EN="False", TT="False"),
+    )
+
+
+def _write_tof(rungs: RungWriter, power: str, timer: Group) -> None:
+    rungs.either(
+        power,
+        lambda: _write_set(rungs, timer, EN="True", TT="False", DN="True", ACC="0"),
+        lambda: _write_time_off(rungs, timer),
+    )
+
+
+def _write_time_off(rungs: RungWriter, timer: Group) -> None:
+    with rungs.writer.block(f"if {_write_get(rungs, timer, 'DN')}:"):
+        with rungs.writer.block(f"if {_write_get(rungs, timer, 'EN')}:"):
+            _write_start(rungs, timer)
+        with rungs.writer.block("else:"):
+            _write_add_time(rungs, timer)
+        _write_reached(rungs, timer, TT="False", DN="False")
+    with rungs.writer.block("else:"):
+        _write_set(rungs, timer, TT="False")
+    _write_set(rungs, timer, EN="False")
+
+
+def _write_ctu(rungs: RungWriter, power: str, counter: Group) -> None:
+    _write_count(rungs, power, counter, "CU", DINT.highest, DINT.lowest, "+ 1", "UN", "OV")
+
+
+def _write_ctd(rungs: RungWriter, power: str, counter: Group) -> None:
+    _write_count(rungs, power, counter, "CD", DINT.lowest, DINT.highest, "- 1", "OV", "UN")
+
+
+def _write_count(
+    rungs: RungWriter,
+    power: str,
+    counter: Group,
+    enable: str,
+    last: int,
+    wrapped: int,
+    step: str,
+    back: str,
+    beyond: str,
+) -> None:
+    def when_true() -> None:
+        accumulated = _write_get(rungs, counter, "ACC")
+        with rungs.writer.block(f"if not {_write_get(rungs, counter, enable)}:"):
+            _write_set(rungs, counter, **{enable: "True"})
+            with rungs.writer.block(f"if {accumulated} != {last}:"):
+                _write_set(rungs, counter, ACC=f"{accumulated} {step}")
+            with rungs.writer.block("else:"):
+                _write_set(rungs, counter, ACC=str(wrapped))
+                with rungs.writer.block(f"if {_write_get(rungs, counter, back)}:"):
+                    _write_set(rungs, counter, **{back: "False"})
+                with rungs.writer.block("else:"):
+                    _write_set(rungs, counter, **{beyond: "True"})
+        reached = f"{accumulated} >= {_write_get(rungs, counter, 'PRE')}"
+        over, under = _write_get(rungs, counter, "OV"), _write_get(rungs, counter, "UN")
+        _write_set(rungs, counter, DN=f"{over} or {reached} and not {under}")
+
+    rungs.either(power, when_true, lambda: _write_set(rungs, counter, **{enable: "False"}))
+
+
+def _write_res(rungs: RungWriter, structure: Group) -> None:
+    for place, kind in _cleared_by_res(structure):
+        rungs.values.assign(place, repr(kind.zero))
+
+
+# --- in prescan
+
+
+def _prescan_rto(machine: Interpreter, timer: Group) -> None:
+    _set_bits(machine, timer, EN=False, TT=False, DN=False)
+
+
+def _prescan_tof(machine: Interpreter, timer: Group) -> None:
+    _set_bits(machine, timer, EN=False, TT=False, DN=False)
+    machine.put(timer.member("ACC"), machine.get(timer.member("PRE")))
+
+
+# --- the rows
+
+_TIMED = (Use.TIMER, Use.PRESET, Use.PRESET)
+_COUNTED = (Use.COUNTER, Use.PRESET, Use.PRESET)
+
+TON = always(
+    "TON",
+    *_TIMED,
+    optional=2,
+    run=_ton,
+    write=_write_ton,
+    prescan=lambda machine, timer: _ton(machine, False, timer),
+)
+TOF = always("TOF", *_TIMED, optional=2, run=_tof, write=_write_tof, prescan=_prescan_tof)
+RTO = always("RTO", *_TIMED, optional=2, run=_rto, write=_write_rto, prescan=_prescan_rto)
+CTU = always(
+    "CTU",
+    *_COUNTED,
+    optional=2,
+    run=_ctu,
+    write=_write_ctu,
+    prescan=lambda machine, counter: machine.put(counter.member("CU"), True),
+)
+CTD = always(
+    "CTD",
+    *_COUNTED,
+    optional=2,
+    run=_ctd,
+    write=_write_ctd,
+    prescan=lambda machine, counter: machine.put(counter.member("CD"), True),
+)
+RES = action("RES", Use.RESETTABLE, run=_res, write=_write_res)
