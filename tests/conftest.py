@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, Phase, settings
@@ -21,8 +22,15 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.register_profile(
-    "long", deadline=None, max_examples=3_000, suppress_health_check=[HealthCheck.too_slow]
+    "long",
+    deadline=None,
+    max_examples=3_000,
+    print_blob=True,  # the examples are new each time: a failure has to tell how to see it again
+    suppress_health_check=[HealthCheck.too_slow],
 )
+
+RULE_LINES = pytest.StashKey[list[str]]()
+"""What a worker of pytest-xdist has reported of the rules of the manual."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -55,12 +63,32 @@ def _turn(item: pytest.Item) -> int:
     return next((turn for turn, path in enumerate(FIRST) if item.path.is_relative_to(path)), len(FIRST))
 
 
+def _rule_lines(config: pytest.Config) -> list[str]:
+    """Return the report on the rules that the scripts of the lockstep have made fire in this process."""
+    coverage = getattr(config, "rule_coverage", None)
+    return [] if coverage is None else list(coverage.lines())
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Send the report from a worker of pytest-xdist to the process that prints."""
+    output = getattr(session.config, "workeroutput", None)
+    if output is not None:
+        output["rule_lines"] = _rule_lines(session.config)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: Any) -> None:
+    """Keep the report of a worker of pytest-xdist."""
+    lines = getattr(node, "workeroutput", {}).get("rule_lines", [])
+    node.config.stash.setdefault(RULE_LINES, []).extend(lines)
+
+
 def pytest_terminal_summary(
     terminalreporter: pytest.TerminalReporter, exitstatus: int, config: pytest.Config
 ) -> None:
-    """Tell which rules of the manual the scripts of the lockstep have made fire."""
-    coverage = getattr(config, "rule_coverage", None)
-    if coverage is not None:
+    """Print which rules of the manual the scripts of the lockstep have made fire."""
+    lines = _rule_lines(config) or config.stash.get(RULE_LINES, [])
+    if lines:
         terminalreporter.section("rules of the manual in the lockstep")
-        for line in coverage.lines():
+        for line in lines:
             terminalreporter.line(line)
