@@ -55,9 +55,9 @@ def played(script):
 def test_every_error_rule_of_the_manual_has_fired(coverage):
     """All but those that `coverage3601.NEVER` gives a reason for.
 
-    Themes that this process has not played (only some tests were chosen, or others run in another process) are
-    played here. Two rules fire in two or six of the 540 scripts: where a change of the draw leaves one out, five
-    times as many scripts are played.
+    Themes that this process has not played (only some tests were chosen, or others run in another process)
+    are played here. Two rules fire in two or six of the 540 scripts: where a change of the draw leaves one
+    out, five times as many scripts are played.
     """
     for theme in set(THEMES) - PLAYED:
         play_scripts(theme, CI_EXAMPLES, coverage)
