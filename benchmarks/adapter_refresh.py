@@ -29,12 +29,12 @@ from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import status_names
 from scanrack.io_images.pcl601 import Register
 from scanrack.io_images.thousands import join_reported, split_thousands
-from scanrack.runtime.adapters.master import Manners
-from scanrack.runtime.adapters.pcl601 import frames as pcl601
-from scanrack.runtime.adapters.pcl601.driver import MANNERS as PCL601_MANNERS
-from scanrack.runtime.adapters.pmc006 import frames as pmc006
-from scanrack.runtime.adapters.pmc006.driver import MANNERS as PMC006_MANNERS
-from scanrack.runtime.rackspec import SlotSpec
+from scanrack.runtime.config.rackspec import SlotSpec
+from scanrack.runtime.line import pcl601_frames as pcl601
+from scanrack.runtime.line import pmc006_frames as pmc006
+from scanrack.runtime.line.master import Manners
+from scanrack.runtime.modules.adapters.pcl601.driver import MANNERS as PCL601_MANNERS
+from scanrack.runtime.modules.adapters.pmc006.driver import MANNERS as PMC006_MANNERS
 
 CONFIGURE = (0x843C, 63, 1, 0)
 STROKE = 2000

@@ -20,8 +20,8 @@ from collections.abc import Sequence
 
 from scanrack.io_images.pmc006.frame import command, decode
 from scanrack.io_images.pmc006.program import assemble
-from scanrack.runtime.pmc006.controller import Controller
-from scanrack.runtime.pmc006.line import RECEIVE_TIMEOUT_NS, Pmc006
+from scanrack.runtime.controllers.pmc006.controller import Controller
+from scanrack.runtime.controllers.pmc006.line import RECEIVE_TIMEOUT_NS, Pmc006
 
 MS = 1_000_000
 CHARACTER_NS = 1_041_667

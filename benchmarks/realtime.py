@@ -16,11 +16,11 @@ import subprocess
 import sys
 from contextlib import contextmanager, nullcontext
 
-from scanrack.runtime.amci3601 import Amci3601
-from scanrack.runtime.cpu import Cpu
-from scanrack.runtime.pace import LATE_FROM_NS, RealTime
-from scanrack.runtime.rack import Card, Rack
-from scanrack.runtime.realtime import frozen_collector, real_time
+from scanrack.runtime.loop.cpu import Cpu
+from scanrack.runtime.loop.pace import LATE_FROM_NS, RealTime
+from scanrack.runtime.loop.rack import Card, Rack
+from scanrack.runtime.loop.realtime import frozen_collector, real_time
+from scanrack.runtime.modules.amci3601 import Amci3601
 
 WAYS = {"before": (False, False), "after": (True, False), "after, --spin": (True, True)}
 """By name: whether the system is asked for real time, and whether the pacer spins."""

@@ -27,9 +27,9 @@ import zstandard
 from scanrack.io_images.amci3601 import Configuration, Direction, Idle, InputBit, Manual
 from scanrack.io_images.image import IMAGE_BYTES, Image
 from scanrack.io_images.thousands import join_reported
-from scanrack.runtime.amci3601 import Amci3601
-from scanrack.runtime.cpu import Cpu
-from scanrack.runtime.rack import Card, Rack
+from scanrack.runtime.loop.cpu import Cpu
+from scanrack.runtime.loop.rack import Card, Rack
+from scanrack.runtime.modules.amci3601 import Amci3601
 from scanrack.traces.layout import SlotInfo
 from scanrack.traces.reader import open_trace
 from scanrack.traces.recorder import ScanRecorder

@@ -12,20 +12,7 @@ from .instructions import *  # noqa: F403
 from .instructions import __all__ as _instructions
 from .logic import Program
 from .rungfile import read_program, write_program
-from .types import (
-    BOOL,
-    CONTROL,
-    COUNTER,
-    DINT,
-    INT,
-    LINT,
-    REAL,
-    SINT,
-    STRING,
-    TIMER,
-    Member,
-    Structure,
-)
+from .types import BOOL, CONTROL, COUNTER, DINT, INT, LINT, REAL, SINT, STRING, TIMER, Member, Structure
 
 __all__ = [
     "BOOL",

@@ -5,14 +5,7 @@ from __future__ import annotations
 from collections import deque
 from typing import NoReturn
 
-from .errors import (
-    SUBSCRIPT_CODE,
-    TIMER_CODE,
-    WATCHDOG_CODE,
-    WATCHDOG_TYPE,
-    LadderFault,
-    MinorFault,
-)
+from .errors import SUBSCRIPT_CODE, TIMER_CODE, WATCHDOG_CODE, WATCHDOG_TYPE, LadderFault, MinorFault
 from .lowered import Lowered
 from .memory import Memory
 

@@ -15,14 +15,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
-from ..io_images.amci3601.bits import (
-    PROFILE_BITS,
-    CommandLsw,
-    CommandMsw,
-    ConfigMsw,
-    StatusLsw,
-    StatusMsw,
-)
+from ..io_images.amci3601.bits import PROFILE_BITS, CommandLsw, CommandMsw, ConfigMsw, StatusLsw, StatusMsw
 from ..io_images.image import WORDS
 from .errors import LadderError
 from .operands import Calculation, Constant, Group, Place, Quoted, Resolved, constant, is_integer

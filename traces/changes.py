@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from ..io_images.image import IMAGE_BYTES
 from ..io_images.thousands import join_reported
+from .image_text import Words, in_configuration_mode, module_text, risen_and_fallen
 from .layout import SLOT_BYTES, SPEAK_3601, SlotInfo
 from .reader import Scan
 from .sections import ScanRows
-from .wording import Words, in_configuration_mode, module_text, risen_and_fallen
 
 _IMAGE = Struct("<8h")
 _POSITION = slice(4, 8)

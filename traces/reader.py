@@ -23,12 +23,12 @@ from mcap.records import Attachment, Channel, Schema
 from ..io_images.image import IMAGE_BYTES, Image
 from .finding import data_damage, ends_whole, find_records, summary_damage
 from .head import read_head
+from .image_text import seconds
 from .layout import SLOT_BYTES
 from .records import DAMAGED, MAGIC, Message, Span, TraceError, TraceLimitError, read_attachment
 from .schema import LIBRARY, SCAN_HEAD
 from .sections import Part, ScanRows, ScanShape, Section, find_sections, held, take_apart, torn_chunk
 from .topics import SCAN_TOPIC, TOPICS
-from .wording import seconds
 
 
 class Scan(NamedTuple):

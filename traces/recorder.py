@@ -25,15 +25,7 @@ from .batch import ScanBatch, message_layout
 from .chunks import ChunkWriter
 from .layout import SLOT_BYTES, SlotInfo, check_slots
 from .output import SUMMARY_ROOM, TraceFile, TraceFull, open_trace_file
-from .schema import (
-    FORMAT,
-    LIBRARY,
-    MESSAGE_ENCODING,
-    METADATA,
-    PROFILE,
-    SCHEMA_ENCODING,
-    scan_schema,
-)
+from .schema import FORMAT, LIBRARY, MESSAGE_ENCODING, METADATA, PROFILE, SCHEMA_ENCODING, scan_schema
 from .topics import MESSAGE_ENCODING as JSON_ENCODING
 from .topics import SCAN_TOPIC, TOPICS
 from .topics import SCHEMA_ENCODING as JSON_SCHEMA_ENCODING

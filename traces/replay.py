@@ -20,7 +20,7 @@ from .arrays import column_chunks
 from .columns import Columns
 from .compare import EXACT, Comparison, Tolerance, compare_columns
 from .compare.reading import same_columns
-from .happenings import describe
+from .event_text import describe
 from .layout import SLOT_BYTES, SlotInfo
 from .packed import CHUNK_SCANS, PackedScans, memory_blocks
 from .reader import Trace, TraceEvent

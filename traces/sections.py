@@ -21,6 +21,7 @@ from mcap.records import Channel, Schema
 from numpy.typing import NDArray
 
 from .batch import message_layout
+from .image_text import seconds
 from .records import (
     BROKEN,
     DAMAGED,
@@ -34,7 +35,6 @@ from .records import (
     split,
 )
 from .schema import CDR_PREFIX
-from .wording import seconds
 
 _CHUNK_HEAD = struct.Struct("<QQQ")
 _INDEX_HEAD = struct.Struct("<HI")

@@ -78,14 +78,14 @@ EQUIVALENT = (
         f"{LAYER}/registration_move.py", "RegistrationMove._change_speed", "8", "9", "there are eight words"
     ),
     Equivalent(
-        "runtime/pcl601/fly.py",
+        "runtime/controllers/pcl601/fly.py",
         "OutputOnFly.settle",
         "True",
         "False",
         "the axis then looks at the rest in the same pass, not in the next one of the same instant",
     ),
     Equivalent(
-        "runtime/pcl601/controller.py",
+        "runtime/controllers/pcl601/controller.py",
         "Controller.aim_at",
         "distance > 0",
         "distance >= 0",
@@ -123,7 +123,9 @@ class Smoke(NamedTuple):
 SMOKE_TESTS = "tests/manual/test_moves_in_time.py"
 
 SMOKE: tuple[Smoke, ...] = (
-    Smoke("runtime/amci3601/profile_move.py", "ProfileMove.on_end", "HOLD_STATE", "0"),
-    Smoke("runtime/amci3601/command_layer.py", "CommandLayer.cut", "self.axis.cut(now_ns)", "pass"),
-    Smoke("runtime/amci3601/manual_move.py", "ManualMove._stop", "not self.stopping", "self.stopping"),
+    Smoke("runtime/modules/amci3601/profile_move.py", "ProfileMove.on_end", "HOLD_STATE", "0"),
+    Smoke("runtime/modules/amci3601/command_layer.py", "CommandLayer.cut", "self.axis.cut(now_ns)", "pass"),
+    Smoke(
+        "runtime/modules/amci3601/manual_move.py", "ManualMove._stop", "not self.stopping", "self.stopping"
+    ),
 )

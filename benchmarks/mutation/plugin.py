@@ -35,7 +35,7 @@ UNLIMITED_S = 3_600.0
 
 def pytest_configure(config: pytest.Config) -> None:
     task = json.loads(Path(os.environ[TASK]).read_text(encoding="utf-8"))
-    spec = importlib.util.find_spec("scanrack.runtime.amci3601.command_layer")
+    spec = importlib.util.find_spec("scanrack.runtime.modules.amci3601.command_layer")
     if spec is None or not str(spec.origin).startswith(task["root"]):
         pytest.exit("the project is not imported from the private copy", NOT_THE_COPY)
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
@@ -53,7 +53,7 @@ class Trial:
         self._hits: dict[str, set[int]] = {}
         self._fired: set[str] = set()
         if self._traced:
-            from scanrack.runtime.amci3601.latches import Latches
+            from scanrack.runtime.modules.amci3601.latches import Latches
 
             Latches.fire = self._noting(Latches.fire)  # type: ignore[method-assign]
         signal.signal(signal.SIGPROF, _time_over)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-LAYER = "runtime/amci3601"
+LAYER = "runtime/modules/amci3601"
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +78,7 @@ ROOMS: dict[str, Room] = {
         names=COMMAND_LAYER,
     ),
     "pcl601": Room(
-        ("runtime/pcl601",),
+        ("runtime/controllers/pcl601",),
         (
             "tests/manual/test_pcl601_*.py",
             "tests/properties/test_pcl601_*.py",
@@ -87,7 +87,7 @@ ROOMS: dict[str, Room] = {
         ),
     ),
     "pmc006": Room(
-        ("runtime/pmc006",),
+        ("runtime/controllers/pmc006",),
         (
             "tests/manual/test_pmc006_*.py",
             "tests/properties/test_pmc006.py",
@@ -96,7 +96,7 @@ ROOMS: dict[str, Room] = {
         ),
     ),
     "adapters": Room(
-        ("runtime/adapters",),
+        ("runtime/modules/adapters",),
         (
             "tests/manual/test_adapter_worked_bytes.py",
             "tests/manual/test_one_list_three_hardwares.py",

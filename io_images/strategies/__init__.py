@@ -22,14 +22,7 @@ Image([2, 0, 1, 0, 5, 0, 100, 50])
 
 from __future__ import annotations
 
-from .blends import (
-    BLEND_FAULTS,
-    BlendProfile,
-    FaultyBlend,
-    blend_profiles,
-    faulty_blends,
-    handshake,
-)
+from .blends import BLEND_FAULTS, BlendProfile, FaultyBlend, blend_profiles, faulty_blends, handshake
 from .commands import (
     commands,
     find_homes,

@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import typer
 from typer.core import TyperGroup
 
-from ..pace import ending_as_interrupt, interrupted_by
+from ..loop.pace import ending_as_interrupt, interrupted_by
 from .limiting import limit_traces
 from .status import BAD_INPUT, INTERRUPTED, PIPE_CLOSED
 from .streams import OutputLost, guarded_output
 from .terminal import say
 
 if TYPE_CHECKING:
-    from ..bench import Bench
+    from ..app.bench import Bench
 
 __all__ = ["build", "main", "open_bench"]
 
@@ -155,6 +155,6 @@ def _run() -> None:
 
 def open_bench(rack: str | Path, record: str | Path | None = None, *, watched: bool = False) -> Bench:
     """Put a rack with its program onto a bench; see `benching.open_bench`."""
-    from . import benching
+    from ..app.bench import opening as benching
 
     return benching.open_bench(rack, record, watched=watched)

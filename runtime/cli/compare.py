@@ -11,10 +11,10 @@ import typer
 
 from ...traces.compare import SAME_CLOCK, Clock, Comparison, Tolerance, align, compare, realign, report
 from ...traces.reader import Trace, open_trace
-from ..quantities import parse_time
-from .slices import QuietOption, reading, tell_notes, told_mistakes
+from ..config.quantities import parse_time
 from .status import DONE, NO
 from .terminal import on_a_line, say
+from .trace_options import QuietOption, reading, tell_notes, told_mistakes
 
 ToleranceTimeOption = Annotated[
     str,

@@ -13,13 +13,13 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 from serial.tools.list_ports import comports
 
-from ..adapters.liveport import open_port
-from ..clients.probing import Asked, probe, questions
+from ..app.served_units import addresses_in
+from ..line.clients.probing import Asked, probe, questions
+from ..line.liveport import open_port
 from .link_commands import told_faults
-from .slices import QuietOption
 from .status import NO
 from .terminal import say
-from .units import addresses_in
+from .trace_options import QuietOption
 
 
 def _ports_command() -> None:

@@ -10,11 +10,11 @@ from typing import Annotated, Any, TextIO
 
 import typer
 
-from .adapter_bench import pcl601_adapter_bench, pmc006_adapter_bench
-from .image_bench import ImageBench, amci3601_on_bench
-from .pcl601_bench import pcl601_bench
-from .pmc006_bench import pmc006_bench
-from .requests import RequestError, parse
+from ..app.drive.adapter_bench import pcl601_adapter_bench, pmc006_adapter_bench
+from ..app.drive.image_bench import ImageBench, amci3601_on_bench
+from ..app.drive.pcl601_bench import pcl601_bench
+from ..app.drive.pmc006_bench import pmc006_bench
+from ..app.drive.requests import RequestError, parse
 from .status import BAD_INPUT, DONE
 from .terminal import say
 

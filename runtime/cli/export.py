@@ -11,7 +11,8 @@ import typer
 
 from ...traces.export import write_csv, write_parquet, write_vcd
 from ...traces.reader import open_trace
-from .slices import (
+from .terminal import say
+from .trace_options import (
     QuietOption,
     ScansOption,
     TimeOption,
@@ -22,7 +23,6 @@ from .slices import (
     told_mistakes,
     writing,
 )
-from .terminal import say
 
 _WRITERS = {"--csv": write_csv, "--parquet": write_parquet, "--vcd": write_vcd}
 

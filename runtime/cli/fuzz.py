@@ -9,14 +9,14 @@ from typing import Annotated
 
 import typer
 
-from ..fuzz import STANDARD, Scenario
-from ..fuzz.scenarios import Kind, kinds_for, possible_kinds
-from ..quantities import parse_duration
-from .campaigning import Session
-from .fuzzing import Setup, bench_of, replay
-from .fuzzsummary import failure
-from .learning import Learned, learn
-from .loading import Job, load_job, scans_to_run
+from ..app.fuzz import STANDARD, Scenario
+from ..app.fuzz.job import Setup, bench_of, replay
+from ..app.fuzz.learning import Learned, learn
+from ..app.fuzz.scenarios import Kind, kinds_for, possible_kinds
+from ..app.loading import Job, load_job, scans_to_run
+from ..config.quantities import parse_duration
+from .fuzz_session import Session
+from .fuzz_summary import failure
 from .status import BAD_INPUT, CANNOT_WRITE, DONE, NO
 from .terminal import say
 

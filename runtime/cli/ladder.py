@@ -14,10 +14,10 @@ from ...ladder.draw import captions_of, routine_text, routines_svg
 from ...ladder.draw.characters import WIDTH
 from ...ladder.program import load_program
 from ...ladder.tree import Routine
-from ..bench import Bench
-from ..quantities import parse_time
-from .benching import open_bench
-from .loading import load_job
+from ..app.bench import Bench
+from ..app.bench.opening import open_bench
+from ..app.loading import load_job
+from ..config.quantities import parse_time
 from .status import BAD_INPUT
 from .terminal import say
 

@@ -13,16 +13,16 @@ from rich.console import Console
 from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Bar
 
-from ..clients.link import ANSWER_RANGE_S, ANSWER_S, Link, LinkError, Progress, SerialLink, TcpLink
-from ..clients.watching import LostSightError, try_to_stop
-from ..pace import interrupted_by, stopping_on_interrupt
-from ..ports import Stop
-from ..wire import LineFormat
+from ..line.clients.link import ANSWER_RANGE_S, ANSWER_S, Link, LinkError, Progress, SerialLink, TcpLink
+from ..line.clients.watching import LostSightError, try_to_stop
+from ..line.ports import Stop
+from ..line.wire import LineFormat
+from ..loop.pace import interrupted_by, stopping_on_interrupt
 from .serve import socket_address
-from .slices import told_mistakes
 from .status import INTERRUPTED, NO
 from .tables import Cells
 from .terminal import say
+from .trace_options import told_mistakes
 
 PortOption = Annotated[
     str | None, typer.Option("--port", metavar="DEV", help="Serial port, such as /dev/ttyUSB0 or COM3.")

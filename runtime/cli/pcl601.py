@@ -11,11 +11,11 @@ import typer
 
 from ...io_images.pcl601 import Code
 from ...io_images.pcl601.errors import CAUSES
-from ..clients.link import Link
-from ..clients.modbus import RtuLine, TcpLine
-from ..clients.pcl601 import READABLE, Pcl601Client
-from ..pcl601.controller import Protocol
-from ..pcl601.line import FORMATS
+from ..controllers.pcl601.controller import Protocol
+from ..controllers.pcl601.line import FORMATS
+from ..line.clients.link import Link
+from ..line.clients.modbus import RtuLine, TcpLine
+from ..line.clients.pcl601 import READABLE, Pcl601Client
 from .link_commands import (
     TIMEOUT_S,
     NameArgument,
@@ -33,8 +33,8 @@ from .link_commands import (
     travel,
 )
 from .pclt import read_program
-from .slices import QuietOption
 from .terminal import say
+from .trace_options import QuietOption
 
 app = typer.Typer(
     help="Talk to a PCL601 over Modbus.\n\nExample: scanrack pcl601 --port /dev/ttyUSB0 --unit 1 move 2000",

@@ -8,15 +8,9 @@ from typing import Annotated
 
 import typer
 
-from ...io_images.pcl601.program import (
-    CAPACITY_BYTES,
-    Program,
-    ProgramError,
-    format_step,
-    parse_program,
-)
-from .slices import told_mistakes
+from ...io_images.pcl601.program import CAPACITY_BYTES, Program, ProgramError, format_step, parse_program
 from .terminal import say
+from .trace_options import told_mistakes
 
 app = typer.Typer(
     help="Stored programs of the PCL601: check and list them; see docs/pcl601-programs.md.",

@@ -9,7 +9,8 @@ import typer
 
 from ...traces.plot import Envelope, read_chart, save_figure, save_page
 from ...traces.reader import open_trace
-from .slices import (
+from .terminal import say
+from .trace_options import (
     QuietOption,
     ScansOption,
     TimeOption,
@@ -20,7 +21,6 @@ from .slices import (
     told_mistakes,
     writing,
 )
-from .terminal import say
 
 _PICTURES = (".png", ".svg")
 _PAGES = (".html", ".htm")

@@ -12,9 +12,9 @@ import typer
 
 from ...io_images.pmc006.program import UserProgram, assemble
 from ...io_images.pmc006.status import Level
-from ..clients.link import Link
-from ..clients.pmc006 import BY_ZERO, READABLE, SETTABLE, Pmc006Client
-from ..pmc006.line import LINE_FORMAT
+from ..controllers.pmc006.line import LINE_FORMAT
+from ..line.clients.link import Link
+from ..line.clients.pmc006 import BY_ZERO, READABLE, SETTABLE, Pmc006Client
 from .link_commands import (
     TIMEOUT_S,
     NameArgument,
@@ -31,8 +31,8 @@ from .link_commands import (
     told_faults,
     travel,
 )
-from .slices import QuietOption
 from .terminal import say
+from .trace_options import QuietOption
 
 app = typer.Typer(
     help="Talk to a PMC006x3s on a serial port.\n\n"

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from rich.console import Console, RenderableType
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from ..cpu import Cpu
+from ..loop.cpu import Cpu
 
 
 class CpuProgress(Progress):

@@ -8,13 +8,13 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
+from ...traces.image_text import seconds
 from ...traces.query import Answer, Occurrence, query
 from ...traces.reader import open_trace
-from ...traces.wording import seconds
 from .show import new_table, print_block
-from .slices import QuietOption, reading, tell_notes, told_mistakes
 from .status import DONE, NO
 from .terminal import say
+from .trace_options import QuietOption, reading, tell_notes, told_mistakes
 
 _EXAMPLES = """
 

@@ -12,9 +12,9 @@ from rich.console import Console
 from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TimeRemainingColumn
 
 from ...traces.repair import Repair, repair
-from .slices import QuietOption, check_target, told_mistakes, writing
 from .status import DONE, NO
 from .terminal import say
+from .trace_options import QuietOption, check_target, told_mistakes, writing
 
 
 def tell(found: Repair, trace: Path, target: Path) -> None:

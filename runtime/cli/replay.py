@@ -10,14 +10,14 @@ import typer
 
 from ...traces.reader import Trace, open_trace
 from ...traces.replay import Recording
-from ..rackspec import RackSpec
-from ..scan import Logic
-from .attachments import job_of, spec_of
+from ..app.attachments import job_of, spec_of
+from ..app.loading import load_job, load_spec
+from ..app.replaying import Into, Replay, Stimuli, check_slots, with_stimuli
+from ..config.rackspec import RackSpec
+from ..loop.scan import Logic
 from .compare import JsonOption, ToleranceCountsOption, ToleranceTimeOption, tell, tolerance
-from .loading import load_job, load_spec
-from .playing import Into, Replay, Stimuli, check_slots, with_stimuli
-from .slices import QuietOption, tell_notes, told_mistakes
 from .terminal import say
+from .trace_options import QuietOption, tell_notes, told_mistakes
 
 REPLAY = "replay"
 """What the second of the two is called in the report."""

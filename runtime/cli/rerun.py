@@ -12,12 +12,12 @@ import typer
 from ...traces.arrays import extent
 from ...traces.compare import compare
 from ...traces.reader import Trace, open_trace
-from .attachments import job_of
+from ..app.attachments import job_of
 from .compare import JsonOption, tell
 from .run import run_job
-from .slices import QuietOption, reading, tell_notes, told_mistakes
 from .status import BAD_INPUT, DONE
 from .terminal import say
+from .trace_options import QuietOption, reading, tell_notes, told_mistakes
 
 RERUN = "rerun"
 """What the second of the two is called in the report."""

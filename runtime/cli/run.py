@@ -11,20 +11,20 @@ import typer
 
 from ...traces.layout import SlotInfo
 from ...traces.recorder import ScanRecorder
-from ..build import build_cpu, build_rack
-from ..cpu import Cpu
-from ..faults import Cause, CpuFault
-from ..listener import ScanListener
-from ..pace import FreeRun, Pacer, RealTime, interrupted_by, wall_ns
-from ..pcl601.line import Pcl601
-from ..rack import Rack
-from ..rackspec import RackSpec
-from ..realtime import Outcome, frozen_collector, real_time
-from .attachments import attachment, imported, made_by, program_name, unit_programs
-from .hints import Hints
-from .loading import DEFAULT_RUN, Job, load_job, scans_to_run
+from ..app.attachments import attachment, imported, made_by, program_name, unit_programs
+from ..app.build import build_cpu, build_rack
+from ..app.hints import Hints
+from ..app.loading import DEFAULT_RUN, Job, load_job, scans_to_run
+from ..app.rack_units import UnitsBeside, units_of
+from ..config.rackspec import RackSpec
+from ..controllers.pcl601.line import Pcl601
+from ..loop.cpu import Cpu
+from ..loop.faults import Cause, CpuFault
+from ..loop.listener import ScanListener
+from ..loop.pace import FreeRun, Pacer, RealTime, interrupted_by, wall_ns
+from ..loop.rack import Rack
+from ..loop.realtime import Outcome, frozen_collector, real_time
 from .progress import shown_progress
-from .rackunits import UnitsBeside, units_of
 from .status import BAD_INPUT, CANNOT_WRITE, DONE, INTERRUPTED, NO
 from .summary import Tally, summary
 from .terminal import say

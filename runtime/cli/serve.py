@@ -18,9 +18,17 @@ from rich.table import Table
 
 from ...io_images.pcl601 import Code
 from ...traces.line import LineRecorder, UnitColumns
-from ..hosts import split_address
-from ..pace import Clock, wall_ns
-from ..ports import (
+from ..app.served_units import (
+    NO_PROGRAM,
+    PORT_GAP_MS,
+    SERIAL_GAP_MS,
+    Unit,
+    addresses_in,
+    pcl601_units,
+    pmc006_units,
+)
+from ..line.hosts import split_address
+from ..line.ports import (
     LONGEST_S,
     LineListener,
     LineServer,
@@ -34,11 +42,11 @@ from ..ports import (
     Server,
     serve_until_interrupted,
 )
-from ..wire import Device
-from .slices import QuietOption, told_mistakes
+from ..line.wire import Device
+from ..loop.pace import Clock, wall_ns
 from .tables import Cells
 from .terminal import say
-from .units import NO_PROGRAM, PORT_GAP_MS, SERIAL_GAP_MS, Unit, addresses_in, pcl601_units, pmc006_units
+from .trace_options import QuietOption, told_mistakes
 
 LOOPBACK = "127.0.0.1"
 BROADCAST = 0

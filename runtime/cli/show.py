@@ -16,16 +16,16 @@ from rich.table import Table
 
 from ...traces.arrays import extent, scan_count
 from ...traces.changes import Changes, Row
+from ...traces.event_text import describe
 from ...traces.flags import flag_names
-from ...traces.happenings import describe
+from ...traces.image_text import seconds
 from ...traces.reader import Trace, TraceEvent, open_trace
 from ...traces.sections import Section
-from ...traces.wording import seconds
-from .attachments import attached_files, extract
-from .slices import ScanRange, parse_range, told_mistakes
+from ..app.attachments import attached_files, extract
 from .status import DONE
 from .tables import Cells
 from .terminal import on_a_line, say
+from .trace_options import ScanRange, parse_range, told_mistakes
 
 ALL_SCANS: ScanRange = (0, None)
 

@@ -7,10 +7,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ...traces.happenings import OF_ADAPTERS, describe, move_wording
-from ..events import JsonValue
-from ..pace import LATE_FROM_NS, Pacer
-from ..rack import Rack
+from ...traces.event_text import OF_ADAPTERS, describe, move_wording
+from ..loop.events import JsonValue
+from ..loop.pace import LATE_FROM_NS, Pacer
+from ..loop.rack import Rack
 
 WIDTH = 14
 """Columns of the titles."""

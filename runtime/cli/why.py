@@ -9,10 +9,10 @@ import typer
 from ...ladder import LadderError
 from ...ladder.debug import cross_reference
 from ...ladder.resolver import AddressError
-from ..bench import Bench, NotReachedError
-from ..faults import CpuFault
-from ..quantities import parse_duration
-from .benching import open_bench
+from ..app.bench import Bench, NotReachedError
+from ..app.bench.opening import open_bench
+from ..config.quantities import parse_duration
+from ..loop.faults import CpuFault
 from .ladder import load_rungs
 from .status import BAD_INPUT, NO
 from .terminal import say

@@ -11,7 +11,7 @@ the same however often it is asked.
 from __future__ import annotations
 
 from ...io_images.amci3601.bits import InputBit
-from ..events import Event
+from ..loop.events import Event
 from .encoder import HandTurning, ShaftEncoder
 from .shaft import FAR, Shaft
 from .spec import MachineSpec

@@ -11,7 +11,7 @@ held input shows that level, any other one what switches and stations feed it.
 from __future__ import annotations
 
 from ...io_images.amci3601.bits import InputBit
-from ..events import Event
+from ..loop.events import Event
 from .shaft import FAR
 from .spec import MachineSpec, Station, TimelineEntry
 

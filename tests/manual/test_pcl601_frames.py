@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 from bench601 import Bench601, hexed
 from scanrack.io_images.pcl601 import Register
-from scanrack.runtime.pcl601.controller import Protocol
-from scanrack.runtime.pcl601.line import FORMATS, SERIAL_TIMING
-from scanrack.runtime.pcl601.rtu import crc, is_frame
+from scanrack.runtime.controllers.pcl601.controller import Protocol
+from scanrack.runtime.controllers.pcl601.line import FORMATS, SERIAL_TIMING
+from scanrack.runtime.line.rtu import crc, is_frame
 
 
 def outputs_1_and_2(bench):

@@ -11,11 +11,11 @@ import pytest
 from bench601 import MS, Bench601
 from scanrack.io_images.pcl601 import Register
 from scanrack.io_images.pcl601.program import parse_program
-from scanrack.runtime.pcl601.autocorrect import Autocorrect
-from scanrack.runtime.pcl601.motor import EncoderModel
-from scanrack.runtime.pcl601.program import ProgramMachine
-from scanrack.runtime.pcl601.values import Values
-from scanrack.runtime.pcl601.wiring import Wiring
+from scanrack.runtime.controllers.pcl601.autocorrect import Autocorrect
+from scanrack.runtime.controllers.pcl601.motor import EncoderModel
+from scanrack.runtime.controllers.pcl601.program import ProgramMachine
+from scanrack.runtime.controllers.pcl601.values import Values
+from scanrack.runtime.controllers.pcl601.wiring import Wiring
 
 
 def made(**options):

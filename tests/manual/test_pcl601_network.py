@@ -5,12 +5,12 @@ from __future__ import annotations
 from programs601 import MS, sample
 from scanrack.io_images.pcl601 import Code, Error, Register
 from scanrack.io_images.pcl601.program import parse_program
-from scanrack.runtime.pcl601.line import PORT_TIMING, Pcl601
-from scanrack.runtime.pcl601.program import ProgramMachine
-from scanrack.runtime.pcl601.rtu import frame
-from scanrack.runtime.pcl601.wiring import Wiring
-from scanrack.runtime.ports import Segment
-from scanrack.runtime.wire import SerialBus
+from scanrack.runtime.controllers.pcl601.line import PORT_TIMING, Pcl601
+from scanrack.runtime.controllers.pcl601.program import ProgramMachine
+from scanrack.runtime.controllers.pcl601.wiring import Wiring
+from scanrack.runtime.line.ports import Segment
+from scanrack.runtime.line.rtu import frame
+from scanrack.runtime.line.wire import SerialBus
 
 TO_ASCII = frame(0, bytes.fromhex("06 0000 000B"))
 """The broadcast that takes all units to AA ASCII; its CRC is misprinted in the manual."""

@@ -6,8 +6,8 @@ import pytest
 from bench006 import Bench006
 from scanrack.io_images.pmc006.program import CMP_OPTIONS, USER_OPS, WAIT_OPTIONS, assemble, disassemble
 from scanrack.io_images.pmc006.status import Status1, Status2
-from scanrack.runtime.pmc006.interpreter import COMPARED, EFFECTS, WAITED_FOR
-from scanrack.runtime.pmc006.pins import Pin
+from scanrack.runtime.controllers.pmc006.interpreter import COMPARED, EFFECTS, WAITED_FOR
+from scanrack.runtime.controllers.pmc006.pins import Pin
 
 # 5.1.1, in the manual's order
 MANUAL_OPS = (

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from bench3601 import CAPTURE, ENCODER, HOLD, RELATIVE, RESUME, Bench, configuration
-from scanrack.runtime.amci3601 import Options
+from scanrack.runtime.modules.amci3601 import Options
 
 ROOT = Path(__file__).parents[2]
 

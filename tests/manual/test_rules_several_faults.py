@@ -32,8 +32,8 @@ from blends3601 import program
 from refusals3601 import ERRORS
 from scanrack.io_images.amci3601 import RULES
 from scanrack.io_images.amci3601.rules.rule import bit_names
-from scanrack.runtime.amci3601 import refusals
-from scanrack.runtime.amci3601.refusals import Refusal, Refusals
+from scanrack.runtime.modules.amci3601 import refusals
+from scanrack.runtime.modules.amci3601.refusals import Refusal, Refusals
 
 CW_LIMIT_USED = 0x0010
 ENCODER_MOVE, FOLLOW, STORE = 0x0004, 0x0080, 0x0400

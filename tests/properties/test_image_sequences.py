@@ -116,7 +116,7 @@ def test_the_same_sequences_are_drawn_whatever_modules_are_loaded(tmp_path):
         f"NUMBERS = [{numbers}]\nBYTES = [b'abc', b'\\x01\\x02']\n", encoding="utf-8"
     )
     drawn = []
-    for imports in ("", "import mine", "import scanrack.runtime.amci3601, scanrack.traces"):
+    for imports in ("", "import mine", "import scanrack.runtime.modules.amci3601, scanrack.traces"):
         code = DRAW.format(folder=str(tmp_path), imports=imports)
         done = subprocess.run(
             [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path

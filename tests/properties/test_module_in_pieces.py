@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.image import Image
-from scanrack.runtime.amci3601 import Amci3601
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
+from scanrack.runtime.modules.amci3601 import Amci3601
 
 TICK_NS = 250_000
 CONFIGURATIONS = [

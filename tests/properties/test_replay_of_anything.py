@@ -12,11 +12,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scanrack.io_images import Image
-from scanrack.runtime.build import build_cpu, build_rack
-from scanrack.runtime.cli.playing import Into, Replay
-from scanrack.runtime.cpu import Cpu
-from scanrack.runtime.rackspec import RackSpec, SlotSpec
-from scanrack.runtime.scan import CpuMode, Scan
+from scanrack.runtime.app.build import build_cpu, build_rack
+from scanrack.runtime.app.replaying import Into, Replay
+from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
+from scanrack.runtime.loop.cpu import Cpu
+from scanrack.runtime.loop.scan import CpuMode, Scan
 from scanrack.traces.compare import EXACT
 from scanrack.traces.layout import SlotInfo
 from scanrack.traces.reader import open_trace

@@ -8,11 +8,11 @@ from typing import Any
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import InputBit, status_names
 from scanrack.io_images.thousands import join_reported, split_thousands
-from scanrack.runtime.adapters.module import Adapter
-from scanrack.runtime.adapters.pcl601.module import Pcl601Adapter
-from scanrack.runtime.adapters.pmc006.module import Pmc006Adapter
-from scanrack.runtime.events import JsonValue
+from scanrack.runtime.loop.events import JsonValue
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
+from scanrack.runtime.modules.adapters.module import Adapter
+from scanrack.runtime.modules.adapters.pcl601.module import Pcl601Adapter
+from scanrack.runtime.modules.adapters.pmc006.module import Pmc006Adapter
 
 MS = 1_000_000
 CONFIGURE = (0x843E, 63, 1, 0)

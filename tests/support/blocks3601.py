@@ -16,11 +16,11 @@ from scanrack.io_images.amci3601 import InputBit, StatusView
 from scanrack.ladder.addon import Way
 from scanrack.ladder.rungfile import parse_program
 from scanrack.ladder.rungreader import load_library
-from scanrack.runtime.amci3601 import Amci3601
-from scanrack.runtime.cpu import Cpu
-from scanrack.runtime.exchange import EndOfScan, EveryRpi
+from scanrack.runtime.loop.cpu import Cpu
+from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi
+from scanrack.runtime.loop.rack import Card, Rack
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
-from scanrack.runtime.rack import Card, Rack
+from scanrack.runtime.modules.amci3601 import Amci3601
 
 LIBRARY = load_library("axis3601")
 

@@ -4,7 +4,7 @@
         with mistake.made():
             ...  # every Amci3601 has it now
 
-A mistake replaces one attribute of one class or module of `runtime.amci3601`; its docstring says in a
+A mistake replaces one attribute of one class or module of `runtime.modules.amci3601`; its docstring says in a
 sentence what is wrong. Each stands for a class of mistakes that people make in firmware and simulators.
 """
 
@@ -20,14 +20,17 @@ from unittest import mock
 from scanrack.io_images.amci3601 import CommandMsw, Parameters
 from scanrack.io_images.image import Image
 from scanrack.io_images.thousands import split_reported
-from scanrack.runtime.amci3601 import blending, commands, configuring, module, order, refusals
-from scanrack.runtime.amci3601.blending import BlendProgramming, BlendRun
-from scanrack.runtime.amci3601.command_layer import CAPTURE, ESTOP, EXTERNAL, CommandLayer
-from scanrack.runtime.amci3601.commands import COMMANDS
-from scanrack.runtime.amci3601.encoder_move import EncoderMove
-from scanrack.runtime.amci3601.follower import Follower
-from scanrack.runtime.amci3601.homing import Homing
-from scanrack.runtime.amci3601.latches import (
+from scanrack.runtime.kinematics import Shape
+from scanrack.runtime.modules.amci3601 import blending, commands, configuring, module, refusals
+from scanrack.runtime.modules.amci3601 import command_words as order
+from scanrack.runtime.modules.amci3601.blending import BlendProgramming, BlendRun
+from scanrack.runtime.modules.amci3601.command_layer import CAPTURE, ESTOP, EXTERNAL, CommandLayer
+from scanrack.runtime.modules.amci3601.command_words import Order
+from scanrack.runtime.modules.amci3601.commands import COMMANDS
+from scanrack.runtime.modules.amci3601.encoder_move import EncoderMove
+from scanrack.runtime.modules.amci3601.follower import Follower
+from scanrack.runtime.modules.amci3601.homing import Homing
+from scanrack.runtime.modules.amci3601.latches import (
     COMMAND_ERROR,
     CONFIG_ERROR,
     HOLD_STATE,
@@ -37,14 +40,12 @@ from scanrack.runtime.amci3601.latches import (
     STOPPED,
     Latches,
 )
-from scanrack.runtime.amci3601.manual_move import ManualMove, OneShot
-from scanrack.runtime.amci3601.module import Amci3601
-from scanrack.runtime.amci3601.operation import CCW_LIMIT, CW_LIMIT, Limits
-from scanrack.runtime.amci3601.order import Order
-from scanrack.runtime.amci3601.profile_move import Held, ProfileMove
-from scanrack.runtime.amci3601.registration_move import RegistrationMove
-from scanrack.runtime.amci3601.step_generator import StepGenerator
-from scanrack.runtime.kinematics import Shape
+from scanrack.runtime.modules.amci3601.manual_move import ManualMove, OneShot
+from scanrack.runtime.modules.amci3601.module import Amci3601
+from scanrack.runtime.modules.amci3601.operation import CCW_LIMIT, CW_LIMIT, Limits
+from scanrack.runtime.modules.amci3601.profile_move import Held, ProfileMove
+from scanrack.runtime.modules.amci3601.registration_move import RegistrationMove
+from scanrack.runtime.modules.amci3601.step_generator import StepGenerator
 
 BLEND_ACK = 0x0200
 

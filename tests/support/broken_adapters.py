@@ -12,21 +12,21 @@ from typing import Any
 
 from broken3601 import Mistake
 from scanrack.io_images.amci3601 import InputBit
-from scanrack.runtime.adapters import driver
-from scanrack.runtime.adapters.axis import LinkedAxis
-from scanrack.runtime.adapters.capabilities import RowCapabilities
-from scanrack.runtime.adapters.driver import Driver, State
-from scanrack.runtime.adapters.module import Adapter
-from scanrack.runtime.adapters.pcl601 import axis as axis601
-from scanrack.runtime.adapters.pcl601 import frames as frames601
-from scanrack.runtime.adapters.pcl601.axis import Pcl601Axis
-from scanrack.runtime.adapters.pcl601.driver import Pcl601Driver
-from scanrack.runtime.adapters.pmc006 import frames as frames006
-from scanrack.runtime.adapters.pmc006 import units as units006
-from scanrack.runtime.adapters.pmc006.axis import Pmc006Axis
-from scanrack.runtime.adapters.pmc006.capabilities import SHARED
-from scanrack.runtime.adapters.pmc006.driver import EXT1_STOP, EXT2_STOP, Pmc006Driver
 from scanrack.runtime.kinematics import Shape
+from scanrack.runtime.line import pcl601_frames as frames601
+from scanrack.runtime.line import pmc006_frames as frames006
+from scanrack.runtime.modules.adapters import driver
+from scanrack.runtime.modules.adapters.axis import LinkedAxis
+from scanrack.runtime.modules.adapters.capabilities import RowCapabilities
+from scanrack.runtime.modules.adapters.driver import Driver, State
+from scanrack.runtime.modules.adapters.module import Adapter
+from scanrack.runtime.modules.adapters.pcl601 import axis as axis601
+from scanrack.runtime.modules.adapters.pcl601.axis import Pcl601Axis
+from scanrack.runtime.modules.adapters.pcl601.driver import Pcl601Driver
+from scanrack.runtime.modules.adapters.pmc006 import units as units006
+from scanrack.runtime.modules.adapters.pmc006.axis import Pmc006Axis
+from scanrack.runtime.modules.adapters.pmc006.capabilities import SHARED
+from scanrack.runtime.modules.adapters.pmc006.driver import EXT1_STOP, EXT2_STOP, Pmc006Driver
 
 MISTAKES: list[tuple[Mistake, str]] = []
 """Each with the controller in whose adapter it is made."""

@@ -21,10 +21,10 @@ from scanrack.io_images.amci3601 import (
     ResetErrors,
     StatusView,
 )
-from scanrack.runtime.fuzz import STANDARD, Bench, Invariant, never, search, within
-from scanrack.runtime.fuzz.scenarios import Kind, scenarios
-from scanrack.runtime.fuzz.trial import NO_FAULT
-from scanrack.runtime.rackspec import RackSpec
+from scanrack.runtime.app.fuzz import STANDARD, Bench, Invariant, never, search, within
+from scanrack.runtime.app.fuzz.run import NO_FAULT
+from scanrack.runtime.app.fuzz.scenarios import Kind, scenarios
+from scanrack.runtime.config.rackspec import RackSpec
 
 USED = InputBit.EXTERNAL | InputBit.HOME | InputBit.ESTOP | InputBit.CW_LIMIT | InputBit.CCW_LIMIT
 CONFIGURATION = Configuration(inputs_used=USED, step_and_direction=True, starting_speed=500).to_image()

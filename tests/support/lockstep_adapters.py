@@ -32,9 +32,9 @@ from oracle_world import World
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.image import Image
 from scanrack.io_images.thousands import join_reported
-from scanrack.runtime.adapters.pcl601.module import Pcl601Adapter
-from scanrack.runtime.adapters.pmc006.module import Pmc006Adapter
 from scanrack.runtime.machine import EncoderSpec, Machine, MachineSpec, Switch
+from scanrack.runtime.modules.adapters.pcl601.module import Pcl601Adapter
+from scanrack.runtime.modules.adapters.pmc006.module import Pmc006Adapter
 
 MAKE = {"PCL601": Pcl601Adapter, "PMC006": Pmc006Adapter}
 CALM_NS = {"PCL601": 65 * MS, "PMC006": 160 * MS}

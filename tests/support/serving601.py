@@ -8,11 +8,11 @@ from queue import Empty, SimpleQueue
 from threading import Event, Thread
 from typing import Any
 
+from scanrack.runtime.app.served_units import Unit, pcl601_units
 from scanrack.runtime.cli.serve import server_for
-from scanrack.runtime.cli.units import Unit, pcl601_units
-from scanrack.runtime.pace import Clock
-from scanrack.runtime.pcl601.pins import Contact
-from scanrack.runtime.ports import Server, Stop, serve_until_interrupted
+from scanrack.runtime.controllers.pcl601.pins import Contact
+from scanrack.runtime.line.ports import Server, Stop, serve_until_interrupted
+from scanrack.runtime.loop.pace import Clock
 
 
 class Serving:

@@ -18,14 +18,14 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from scanrack.io_images.amci3601 import StatusView, status_names
 from scanrack.io_images.image import UNSIGNED_MAX
-from scanrack.runtime.cli.attachments import attached_files
-from scanrack.runtime.cli.loading import load_job
+from scanrack.runtime.app.attachments import attached_files
+from scanrack.runtime.app.loading import load_job
+from scanrack.runtime.app.trust import stored_programs
 from scanrack.runtime.cli.run import run_job
 from scanrack.runtime.cli.show import ALL_SCANS, Contents, plain_lines, story
 from scanrack.runtime.cli.status import DONE
 from scanrack.runtime.cli.summary import RULES_OF_START
-from scanrack.runtime.cli.trust import stored_programs
-from scanrack.runtime.rackfile import load_rack_file
+from scanrack.runtime.config.rackfile import load_rack_file
 from scanrack.traces.compare import compare, report
 from scanrack.traces.reader import Scan, Trace, open_trace
 

@@ -6,10 +6,10 @@ from collections.abc import Iterable
 from typing import Any
 
 import pytest
-from scanrack.runtime.adapters.driver import BIAS, REBIAS_BELOW, Driver, State, Talk
-from scanrack.runtime.adapters.master import Manners
-from scanrack.runtime.adapters.task import Kind, Task
-from scanrack.runtime.wire import LineFormat
+from scanrack.runtime.line.master import Manners
+from scanrack.runtime.line.wire import LineFormat
+from scanrack.runtime.modules.adapters.driver import BIAS, REBIAS_BELOW, Driver, State, Talk
+from scanrack.runtime.modules.adapters.task import Kind, Task
 
 
 class Noted(Driver[int]):

@@ -16,14 +16,14 @@ from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import status_names
 from scanrack.io_images.pcl601 import Code
 from scanrack.io_images.thousands import join_reported
-from scanrack.runtime.adapters.live import LiveAdapter
-from scanrack.runtime.adapters.liveport import LiveLine, check_address, open_port
-from scanrack.runtime.adapters.pcl601.ascii import ask_address
-from scanrack.runtime.adapters.pcl601.driver import LINE_FORMAT
-from scanrack.runtime.adapters.pcl601.frames import write_command
-from scanrack.runtime.build import build_rack
+from scanrack.runtime.app.build import build_rack
 from scanrack.runtime.cli import build
-from scanrack.runtime.rackspec import RackSpec, SlotSpec
+from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
+from scanrack.runtime.line.liveport import LiveLine, check_address, open_port
+from scanrack.runtime.line.pcl601_ascii import ask_address
+from scanrack.runtime.line.pcl601_frames import write_command
+from scanrack.runtime.modules.adapters.live import LiveAdapter
+from scanrack.runtime.modules.adapters.pcl601.driver import LINE_FORMAT
 from typer.testing import CliRunner
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
@@ -295,7 +295,7 @@ def test_a_line_follows_the_format_of_what_is_sent(monkeypatch: pytest.MonkeyPat
 
         def close(self) -> None: ...
 
-    monkeypatch.setattr("scanrack.runtime.clients.link.serial.Serial", Port)
+    monkeypatch.setattr("scanrack.runtime.line.clients.link.serial.Serial", Port)
     line = LiveLine(lambda: open_port("COM3", LINE_FORMAT))
     for request in (write_command(1, Code.STOP_MOTION), ask_address(1), write_command(1, Code.STOP_MOTION)):
         line.send(request.frame, request.line_format or LINE_FORMAT)

@@ -6,9 +6,9 @@ import pytest
 from adapterbench import AdapterBench, move
 from overheard import Overheard
 from scanrack.io_images.pcl601 import Register
-from scanrack.runtime.adapters.master import Reply, Verdict
-from scanrack.runtime.adapters.pcl601.ascii import ask_address
-from scanrack.runtime.pcl601.controller import Protocol
+from scanrack.runtime.controllers.pcl601.controller import Protocol
+from scanrack.runtime.line.master import Reply, Verdict
+from scanrack.runtime.line.pcl601_ascii import ask_address
 
 MODBUS, ASCII = "38400 8E1", "38400 8N1"
 

@@ -13,8 +13,8 @@ from adapterbench import AdapterBench, move
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.pcl601 import Code, Register
 from scanrack.io_images.pcl601.program import parse_program
+from scanrack.runtime.controllers.pcl601.program import ProgramMachine
 from scanrack.runtime.machine import Switch
-from scanrack.runtime.pcl601.program import ProgramMachine
 
 CW, CCW, HOME = InputBit.CW_LIMIT, InputBit.CCW_LIMIT, InputBit.HOME
 NORMALLY_CLOSED = (0x843E, 0x3F & ~(CW | CCW), 1, 0)

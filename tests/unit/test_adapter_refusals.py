@@ -14,8 +14,8 @@ from dataclasses import dataclass, field
 import pytest
 from adapterbench import CONFIGURE, CONFIGURE_006, AdapterBench, AdapterBench006, move
 from overheard import Overheard
-from scanrack.runtime.adapters.pcl601 import capabilities as pcl601
-from scanrack.runtime.adapters.pmc006 import capabilities as pmc006
+from scanrack.runtime.modules.adapters.pcl601 import capabilities as pcl601
+from scanrack.runtime.modules.adapters.pmc006 import capabilities as pmc006
 
 FUNCTION = {"COMMAND_ERROR"}
 PROFILE = {"INVALID_PROFILE", "COMMAND_ERROR"}

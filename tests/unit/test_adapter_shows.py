@@ -7,9 +7,9 @@ from adapterbench import MS, AdapterBench, AdapterBench006, move
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.pcl601 import Register
-from scanrack.runtime.adapters.pcl601.module import Pcl601Adapter
 from scanrack.runtime.machine import Machine, MachineSpec
 from scanrack.runtime.machine.spec import press
+from scanrack.runtime.modules.adapters.pcl601.module import Pcl601Adapter
 
 MOVING = {"MOVING_CW", "ACCELERATING", "DECELERATING"}
 

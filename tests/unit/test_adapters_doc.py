@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from scanrack.runtime.adapters.table import refusals
+from scanrack.runtime.modules.adapters.table import refusals
 
 PAGE = Path(__file__).parents[2] / "docs" / "adapters.md"
 

@@ -6,10 +6,10 @@ import pytest
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import status_names
 from scanrack.io_images.thousands import join_reported
-from scanrack.runtime.addresses import parse_address
 from scanrack.runtime.cli.summary import Tally
+from scanrack.runtime.config.rackspec import SlotSpec
+from scanrack.runtime.loop.addresses import parse_address
 from scanrack.runtime.machine import Jam, MachineSpec
-from scanrack.runtime.rackspec import SlotSpec
 from scanrack.traces.layout import module_words
 
 HARDWARES = {"amci3601": {}, "pcl601-adapter": {}, "pmc006-adapter": {"home_stroke": 100_000}}

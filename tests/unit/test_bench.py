@@ -4,9 +4,9 @@ import doctest
 from pathlib import Path
 
 import pytest
-from scanrack.runtime.bench import NotReachedError
+from scanrack.runtime.app.bench import NotReachedError
 from scanrack.runtime.cli import build, open_bench
-from scanrack.runtime.faults import CpuFault
+from scanrack.runtime.loop.faults import CpuFault
 from typer.testing import CliRunner
 
 FEEDER = "examples/feeder/feeder.toml"

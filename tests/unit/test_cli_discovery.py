@@ -9,13 +9,13 @@ from threading import Thread
 from types import SimpleNamespace
 
 import pytest
+from scanrack.runtime.app.served_units import Unit, pcl601_units, pmc006_units
 from scanrack.runtime.cli import build, discovery
 from scanrack.runtime.cli.serve import begin, server_for
-from scanrack.runtime.cli.units import Unit, pcl601_units, pmc006_units
-from scanrack.runtime.clients.probing import probe, questions
-from scanrack.runtime.pace import Clock
-from scanrack.runtime.ports import Stop, serve_until_interrupted
-from scanrack.runtime.wire import LineFormat
+from scanrack.runtime.line.clients.probing import probe, questions
+from scanrack.runtime.line.ports import Stop, serve_until_interrupted
+from scanrack.runtime.line.wire import LineFormat
+from scanrack.runtime.loop.pace import Clock
 from typer.testing import CliRunner
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")

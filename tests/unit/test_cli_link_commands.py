@@ -9,11 +9,11 @@ import typer
 from faultyline import BusLink, Fault
 from scanrack.runtime.cli import build, link_commands
 from scanrack.runtime.cli.link_commands import INTERRUPTED, shown_travel, stopped_by_interrupt
-from scanrack.runtime.clients.link import LinkError
-from scanrack.runtime.clients.pmc006 import Pmc006Client
-from scanrack.runtime.clients.watching import LostSightError
-from scanrack.runtime.pmc006.controller import Controller
-from scanrack.runtime.pmc006.line import Pmc006
+from scanrack.runtime.controllers.pmc006.controller import Controller
+from scanrack.runtime.controllers.pmc006.line import Pmc006
+from scanrack.runtime.line.clients.link import LinkError
+from scanrack.runtime.line.clients.pmc006 import Pmc006Client
+from scanrack.runtime.line.clients.watching import LostSightError
 from typer.testing import CliRunner, Result
 
 

@@ -6,8 +6,8 @@ import pytest
 from rich.console import Console
 from scanrack.runtime.cli import progress
 from scanrack.runtime.cli.progress import CpuProgress, shown_progress
-from scanrack.runtime.cpu import Cpu
-from scanrack.runtime.rack import Rack
+from scanrack.runtime.loop.cpu import Cpu
+from scanrack.runtime.loop.rack import Rack
 
 
 @pytest.fixture

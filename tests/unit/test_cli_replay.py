@@ -12,12 +12,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from scanrack.runtime.build import build_cpu, build_rack
+from scanrack.runtime.app.build import build_cpu, build_rack
+from scanrack.runtime.app.loading import load_job
 from scanrack.runtime.cli import build
-from scanrack.runtime.cli.loading import load_job
 from scanrack.runtime.cli.run import recorder_for
-from scanrack.runtime.cpu import Cpu
-from scanrack.runtime.scan import CpuMode
+from scanrack.runtime.loop.cpu import Cpu
+from scanrack.runtime.loop.scan import CpuMode
 from scanrack.traces.reader import open_trace
 from scanrack.traces.recorder import ScanRecorder
 from typer.testing import CliRunner, Result
@@ -258,7 +258,7 @@ def test_a_rerun_in_a_process_of_its_own_uses_the_files_of_the_trace(folder: Pat
 
 def test_a_rack_in_python_with_its_logic_inside_is_rerun(folder: Path) -> None:
     (folder / "press.py").write_text(
-        "from scanrack.runtime.rackspec import RackSpec, SlotSpec\n"
+        "from scanrack.runtime.config.rackspec import RackSpec, SlotSpec\n"
         "def step(scan):\n"
         "    scan.slot[1].outputs[3] = scan.number % 7\n"
         "def made():\n"
@@ -342,7 +342,7 @@ def test_power_links_torn_updates_and_the_key_come_again(folder: Path) -> None:
 def test_scans_as_irregular_as_those_of_a_real_plc_are_replayed_at_their_times(folder: Path) -> None:
     """A module does not care how often it is asked; so a jittery recording has a jittery replay."""
     from scanrack.io_images import Image
-    from scanrack.runtime.amci3601 import Amci3601
+    from scanrack.runtime.modules.amci3601 import Amci3601
     from scanrack.traces.layout import SlotInfo
     from scanrack.traces.recorder import Attachment
 

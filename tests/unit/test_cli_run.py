@@ -9,7 +9,7 @@ import sys
 import pytest
 from scanrack.runtime.cli import build
 from scanrack.runtime.cli import run as run_module
-from scanrack.runtime.cpu import ScanFlag
+from scanrack.runtime.loop.cpu import ScanFlag
 from scanrack.traces.output import TraceFull
 from scanrack.traces.reader import open_trace
 from scanrack.traces.recorder import ScanRecorder
@@ -325,7 +325,7 @@ from decimal import Decimal
 
 from scanrack.io_images.amci3601.bits import InputBit
 from scanrack.runtime.machine import MachineSpec, Switch
-from scanrack.runtime.rackspec import RackSpec, SlotSpec
+from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
 
 
 def logic(scan):

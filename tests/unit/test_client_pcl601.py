@@ -11,7 +11,10 @@ import pytest
 from faultyline import BusLink, Fault, FaultyDevice, dropped, served_on_pty
 from scanrack.io_images.pcl601 import Code, Error
 from scanrack.runtime.cli import build
-from scanrack.runtime.clients.link import (
+from scanrack.runtime.controllers.pcl601.line import PORT_TIMING, Pcl601
+from scanrack.runtime.controllers.pcl601.motor import EncoderModel
+from scanrack.runtime.controllers.pcl601.pins import GROUND, Contact
+from scanrack.runtime.line.clients.link import (
     BadAnswerError,
     NoAnswerError,
     RefusedError,
@@ -20,14 +23,11 @@ from scanrack.runtime.clients.link import (
     TcpLink,
     UncertainError,
 )
-from scanrack.runtime.clients.modbus import RtuLine, TcpLine, check_answer
-from scanrack.runtime.clients.pcl601 import READABLE, SETTABLE, Pcl601Client
-from scanrack.runtime.clients.watching import LostSightError
-from scanrack.runtime.pace import Clock
-from scanrack.runtime.pcl601.line import PORT_TIMING, Pcl601
-from scanrack.runtime.pcl601.motor import EncoderModel
-from scanrack.runtime.pcl601.pins import GROUND, Contact
-from scanrack.runtime.ports import ModbusTcpPort, PduServer
+from scanrack.runtime.line.clients.modbus import RtuLine, TcpLine, check_answer
+from scanrack.runtime.line.clients.pcl601 import READABLE, SETTABLE, Pcl601Client
+from scanrack.runtime.line.clients.watching import LostSightError
+from scanrack.runtime.line.ports import ModbusTcpPort, PduServer
+from scanrack.runtime.loop.pace import Clock
 from typer.testing import CliRunner, Result
 
 GO = bytes.fromhex("06 00 00 00 01")

@@ -9,7 +9,10 @@ from faultyline import BusLink, Fault, FaultyDevice, dropped, served_on_pty
 from scanrack.io_images.pmc006.instructions import BY_CODE, BY_NAME, Kind
 from scanrack.io_images.pmc006.status import Status1, Status2
 from scanrack.runtime.cli import build
-from scanrack.runtime.clients.link import (
+from scanrack.runtime.controllers.pmc006.controller import Controller
+from scanrack.runtime.controllers.pmc006.line import LINE_FORMAT, Pmc006
+from scanrack.runtime.controllers.pmc006.pins import Pin, Switch
+from scanrack.runtime.line.clients.link import (
     BadAnswerError,
     NoAnswerError,
     RefusedError,
@@ -17,11 +20,8 @@ from scanrack.runtime.clients.link import (
     StoppedError,
     UncertainError,
 )
-from scanrack.runtime.clients.pmc006 import BY_ZERO, SETTABLE, Pmc006Client
-from scanrack.runtime.clients.watching import LostSightError
-from scanrack.runtime.pmc006.controller import Controller
-from scanrack.runtime.pmc006.line import LINE_FORMAT, Pmc006
-from scanrack.runtime.pmc006.pins import Pin, Switch
+from scanrack.runtime.line.clients.pmc006 import BY_ZERO, SETTABLE, Pmc006Client
+from scanrack.runtime.line.clients.watching import LostSightError
 from typer.testing import CliRunner, Result
 
 STEP = 0x73

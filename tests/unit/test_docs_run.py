@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 from scanrack.runtime.cli import build
-from scanrack.runtime.rackfile import load_rack_file
-from scanrack.runtime.rackspec import RackSpec
+from scanrack.runtime.config.rackfile import load_rack_file
+from scanrack.runtime.config.rackspec import RackSpec
 from typer.testing import CliRunner
 
 ROOT = Path(__file__).parents[2]

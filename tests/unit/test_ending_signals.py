@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 from scanrack.runtime.cli import build
-from scanrack.runtime.pace import ending_as_interrupt, interrupted_by
+from scanrack.runtime.loop.pace import ending_as_interrupt, interrupted_by
 from scanrack.traces.reader import open_trace
 from typer.testing import CliRunner
 

@@ -10,8 +10,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from scanrack.runtime.build import build_cpu, build_rack
-from scanrack.runtime.cli.loading import load_job
+from scanrack.runtime.app.build import build_cpu, build_rack
+from scanrack.runtime.app.loading import load_job
 from witness import Witness
 
 FEEDER = Path(__file__).parents[2] / "examples" / "feeder"

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from scanrack.runtime.clients.link import LinkError, TcpLink
-from scanrack.runtime.hosts import join_address, split_address
-from scanrack.runtime.ports.sockets import Listener
+from scanrack.runtime.line.clients.link import LinkError, TcpLink
+from scanrack.runtime.line.hosts import join_address, split_address
+from scanrack.runtime.line.ports.sockets import Listener
 
 
 @pytest.mark.parametrize(

@@ -5,11 +5,11 @@ import re
 import pytest
 from scanrack.io_images.amci3601 import StatusMsw
 from scanrack.io_images.image import Image
-from scanrack.runtime.amci3601 import Amci3601
-from scanrack.runtime.build import build_cpu, build_rack
-from scanrack.runtime.incidents import Exposed, Happening, Incident
-from scanrack.runtime.rackfile import RackFileError, load_rack_file
-from scanrack.runtime.rackspec import RackSpec
+from scanrack.runtime.app.build import build_cpu, build_rack
+from scanrack.runtime.config.rackfile import RackFileError, load_rack_file
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.loop.incidents import Exposed, Happening, Incident
+from scanrack.runtime.modules.amci3601 import Amci3601
 
 MS = 1_000_000
 CONFIGURE = Image([-31682, 63, 1, 0, 0, 0, 0, 0])  # 843E hex: all inputs in use; starting speed 1000

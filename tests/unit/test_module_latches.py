@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from scanrack.runtime.amci3601.latches import COMMAND_ERROR, INVALID_PROFILE, Latches
+from scanrack.runtime.modules.amci3601.latches import COMMAND_ERROR, INVALID_PROFILE, Latches
 
 
 def test_the_first_rule_is_the_cause_until_the_bit_is_cleared():

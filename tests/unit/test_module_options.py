@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from scanrack.runtime.amci3601 import Amci3601, Options
+from scanrack.runtime.modules.amci3601 import Amci3601, Options
 
 
 @pytest.mark.parametrize(

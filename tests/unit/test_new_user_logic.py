@@ -16,8 +16,8 @@ from scanrack.io_images.amci3601 import (
 )
 from scanrack.io_images.image import Image
 from scanrack.runtime.cli import build, open_bench
-from scanrack.runtime.cpu import CpuFault
-from scanrack.runtime.faults import Cause
+from scanrack.runtime.loop.cpu import CpuFault
+from scanrack.runtime.loop.faults import Cause
 from typer.testing import CliRunner
 
 RACK = """\

@@ -7,10 +7,10 @@ from bench601 import Bench601
 from scanrack.io_images.pcl601 import Error, Register
 from scanrack.io_images.pcl601.program import parse_program
 from scanrack.io_images.pcl601.terminals import ON_FLY_OUTPUT, ON_FLY_PULSE_NS
-from scanrack.runtime.pcl601.controller import Protocol
-from scanrack.runtime.pcl601.line import FORMATS, Pcl601
-from scanrack.runtime.pcl601.program import ProgramMachine
-from scanrack.runtime.pcl601.rtu import frame
+from scanrack.runtime.controllers.pcl601.controller import Protocol
+from scanrack.runtime.controllers.pcl601.line import FORMATS, Pcl601
+from scanrack.runtime.controllers.pcl601.program import ProgramMachine
+from scanrack.runtime.line.rtu import frame
 
 TO_ASCII = bytes.fromhex("06 00 00 00 0b")  # Appendix 1: command code 11
 MODBUS, ASCII = FORMATS[Protocol.MODBUS], FORMATS[Protocol.ASCII]

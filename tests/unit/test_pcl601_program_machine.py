@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from scanrack.io_images.pcl601.program import parse_program
-from scanrack.runtime.pcl601.program import ProgramMachine
+from scanrack.runtime.controllers.pcl601.program import ProgramMachine
 
 MS = 1_000_000
 

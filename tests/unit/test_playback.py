@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import InputBit
-from scanrack.runtime.build import build_playback, build_rack
-from scanrack.runtime.cli.levels import recorded_levels
+from scanrack.runtime.app.build import build_playback, build_rack
+from scanrack.runtime.app.levels import recorded_levels
+from scanrack.runtime.app.playback import RecordedInputs, Score, Stimulus, recorded_outputs, stimulated
+from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
+from scanrack.runtime.loop.scan import Scan
 from scanrack.runtime.machine import MachineSpec, Station, Switch, TimelineEntry
-from scanrack.runtime.playback import RecordedInputs, Score, Stimulus, recorded_outputs, stimulated
-from scanrack.runtime.rackspec import RackSpec, SlotSpec
-from scanrack.runtime.scan import Scan
 from scanrack.traces.columns import Columns
 from scanrack.traces.layout import SlotInfo
 from scanrack.traces.packed import PackedScans

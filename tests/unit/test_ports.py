@@ -12,8 +12,7 @@ from typing import Any
 
 import pytest
 import serial
-from scanrack.runtime.pace import Clock
-from scanrack.runtime.ports import (
+from scanrack.runtime.line.ports import (
     LineServer,
     ModbusTcpPort,
     PduServer,
@@ -25,8 +24,9 @@ from scanrack.runtime.ports import (
     Stop,
     serve_until_interrupted,
 )
-from scanrack.runtime.ports.modbustcp import NotModbusError, split_frames
-from scanrack.runtime.wire import LineFormat
+from scanrack.runtime.line.ports.modbustcp import NotModbusError, split_frames
+from scanrack.runtime.line.wire import LineFormat
+from scanrack.runtime.loop.pace import Clock
 
 FORMAT = LineFormat(38_400, "E")
 MS = 1_000_000

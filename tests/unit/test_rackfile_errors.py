@@ -3,7 +3,7 @@
 # ruff: noqa: E501 - messages are one line each
 
 import pytest
-from scanrack.runtime.rackfile import RackFileError, load_rack_file
+from scanrack.runtime.config.rackfile import RackFileError, load_rack_file
 
 GOOD = """\
 name = "line"

@@ -6,10 +6,10 @@ from fractions import Fraction
 import pytest
 from pydantic import ValidationError
 from scanrack.io_images.amci3601.bits import InputBit
-from scanrack.runtime.amci3601 import Amci3601
-from scanrack.runtime.build import build_cpu, build_rack, slot_seed
-from scanrack.runtime.catalog import CATALOG
-from scanrack.runtime.cpu import CpuFault, CpuMode
+from scanrack.runtime.app.build import build_cpu, build_rack, slot_seed
+from scanrack.runtime.config.rackfile import load_rack_file
+from scanrack.runtime.config.rackspec import ForceSpec, RackSpec, SlotSpec
+from scanrack.runtime.loop.cpu import CpuFault, CpuMode
 from scanrack.runtime.machine import (
     EncoderSpec,
     Jam,
@@ -19,8 +19,8 @@ from scanrack.runtime.machine import (
     Switch,
     TimelineEntry,
 )
-from scanrack.runtime.rackfile import load_rack_file
-from scanrack.runtime.rackspec import ForceSpec, RackSpec, SlotSpec
+from scanrack.runtime.modules.amci3601 import Amci3601
+from scanrack.runtime.modules.registry import CATALOG
 
 MS = 1_000_000
 

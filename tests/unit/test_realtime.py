@@ -14,11 +14,11 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from scanrack.runtime import realtime
 from scanrack.runtime.cli import build
 from scanrack.runtime.cli.summary import Tally, summary
-from scanrack.runtime.pace import FreeRun, RealTime
-from scanrack.runtime.realtime import REQUESTS, Outcome, Request, frozen_collector, real_time
+from scanrack.runtime.loop import realtime
+from scanrack.runtime.loop.pace import FreeRun, RealTime
+from scanrack.runtime.loop.realtime import REQUESTS, Outcome, Request, frozen_collector, real_time
 from typer.testing import CliRunner
 
 LINUX_ONLY = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="Linux's scheduler and mlockall")

@@ -12,13 +12,13 @@ from threading import enumerate as running_threads
 import pytest
 import serial
 from scanrack.io_images import Image
-from scanrack.runtime.adapters.live import LivePcl601
-from scanrack.runtime.adapters.liveport import LiveLine
-from scanrack.runtime.adapters.pcl601.driver import LINE_FORMAT
-from scanrack.runtime.adapters.pcl601.options import Options
-from scanrack.runtime.clients.link import LinkError, SerialLink
-from scanrack.runtime.ports import PortError, PtyPort, SerialPort
-from scanrack.runtime.wire import LineFormat
+from scanrack.runtime.line.clients.link import LinkError, SerialLink
+from scanrack.runtime.line.liveport import LiveLine
+from scanrack.runtime.line.ports import PortError, PtyPort, SerialPort
+from scanrack.runtime.line.wire import LineFormat
+from scanrack.runtime.modules.adapters.live import LivePcl601
+from scanrack.runtime.modules.adapters.pcl601.driver import LINE_FORMAT
+from scanrack.runtime.modules.adapters.pcl601.options import Options
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no termios, and no pseudo-terminals")
 
@@ -152,7 +152,7 @@ class Wire:
 
 @contextmanager
 def line_over(wire: Wire, monkeypatch: pytest.MonkeyPatch) -> Iterator[LiveLine]:
-    monkeypatch.setattr("scanrack.runtime.adapters.liveport.REOPEN_S", 0.001)
+    monkeypatch.setattr("scanrack.runtime.line.liveport.REOPEN_S", 0.001)
     with closing(LiveLine(wire.open)) as line:
         yield line
         wire.raises.clear()
@@ -231,7 +231,7 @@ def test_the_stop_at_the_end_is_sent_after_a_loss(monkeypatch: pytest.MonkeyPatc
 
 def test_an_event_says_why_the_port_was_lost(monkeypatch: pytest.MonkeyPatch) -> None:
     wire = Wire()
-    monkeypatch.setattr("scanrack.runtime.adapters.liveport.REOPEN_S", 0.001)
+    monkeypatch.setattr("scanrack.runtime.line.liveport.REOPEN_S", 0.001)
     with closing(LivePcl601(LiveLine(wire.open), Options.of({}), 1)) as module:
         wire.raises["send"] = UNPLUGGED
         for scan in range(round(PATIENCE_S / 0.002)):

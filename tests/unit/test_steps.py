@@ -9,8 +9,8 @@ from scanrack.io_images.amci3601 import Move, MoveKind, PresetPosition, StoreMin
 from scanrack.io_images.image import Image
 from scanrack.ladder.program import ProgramError, load_program
 from scanrack.ladder.steps import Steps, parse_steps
-from scanrack.runtime.rack import Card, Rack
-from scanrack.runtime.scan import Scan
+from scanrack.runtime.loop.rack import Card, Rack
+from scanrack.runtime.loop.scan import Scan
 
 PERIOD_NS = 2_000_000
 STOPPED, MODE_CONFIG = 0x0008, -0x8000

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import Move, MoveKind, PresetPosition
-from scanrack.runtime.build import build_cpu, build_rack
-from scanrack.runtime.cli.loading import load_job
+from scanrack.runtime.app.build import build_cpu, build_rack
+from scanrack.runtime.app.loading import load_job
 from witness import Witness
 
 LINE = Path(__file__).parents[2] / "examples" / "three_stations"

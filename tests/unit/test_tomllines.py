@@ -5,7 +5,7 @@ import tomllib
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scanrack.runtime.tomllines import KeyLines
+from scanrack.runtime.config.tomllines import KeyLines
 
 DOCUMENT = '''\
 # a rack

@@ -14,12 +14,12 @@ from mcap.opcode import Opcode
 from mcap.writer import Writer
 from scanrack.traces import finding
 from scanrack.traces.finding import find_records
+from scanrack.traces.image_text import seconds
 from scanrack.traces.layout import SlotInfo
 from scanrack.traces.reader import open_trace
 from scanrack.traces.recorder import ScanRecorder
 from scanrack.traces.records import TraceError
 from scanrack.traces.schema import scan_schema
-from scanrack.traces.wording import seconds
 
 SLOTS = [SlotInfo(1, "amci3601", "3.1"), SlotInfo(2, "a toy")]
 PERIOD = 2_000_000

@@ -9,10 +9,10 @@ import pytest
 import typer
 from scanrack.io_images.image import Image
 from scanrack.runtime.cli.show import register
-from scanrack.runtime.cli.slices import parse_range
+from scanrack.runtime.cli.trace_options import parse_range
+from scanrack.traces.image_text import seconds
 from scanrack.traces.layout import SlotInfo
 from scanrack.traces.recorder import Attachment, ScanRecorder
-from scanrack.traces.wording import seconds
 from typer.testing import CliRunner
 
 PERIOD = 2_000_000

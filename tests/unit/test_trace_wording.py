@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 from scanrack.traces.changes import Changes
-from scanrack.traces.happenings import describe
+from scanrack.traces.event_text import describe
+from scanrack.traces.image_text import input_wording, output_wording
 from scanrack.traces.layout import SlotInfo
 from scanrack.traces.reader import Scan
-from scanrack.traces.wording import input_wording, output_wording
 
 ZEROS = (0,) * 8
 IDLE = (0x4000, 0, 0, 0, 0, 0, 0, 0)

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence, Set
 import numpy as np
 
 from ..changes import Changes, Row
+from ..event_text import describe
 from ..flags import flag_names
-from ..happenings import describe
 from ..layout import SlotInfo
 from ..reader import Scan, Trace
 from .differing import Side

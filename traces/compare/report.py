@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from ..changes import Row
-from ..wording import seconds
+from ..image_text import seconds
 from .comparison import Comparison
 from .differing import Detail, Extent, First
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from ..happenings import describe
+from ..event_text import describe
 from ..reader import TraceEvent
 
 KINDS = ("broken", "rule", "stimulus", "move", "cpu")

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import pytest
 from scanrack.io_images.image import Image
-from scanrack.runtime.events import Event, JsonValue
-from scanrack.runtime.rack import Card, Rack
+from scanrack.runtime.loop.events import Event, JsonValue
+from scanrack.runtime.loop.rack import Card, Rack
 
 
 class ScriptedModule:

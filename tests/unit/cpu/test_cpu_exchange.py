@@ -1,8 +1,8 @@
 """When images cross the backplane: at the scan's ends, or every RPI whatever the scan does."""
 
 import pytest
-from scanrack.runtime.cpu import Cpu
-from scanrack.runtime.exchange import EndOfScan, EveryRpi
+from scanrack.runtime.loop.cpu import Cpu
+from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi
 
 MS = 1_000_000
 

@@ -3,9 +3,9 @@
 import inspect
 
 import pytest
-from scanrack.runtime.cpu import Cpu, CpuFault, CpuMode, ScanFlag
-from scanrack.runtime.events import Event
-from scanrack.runtime.faults import Cause
+from scanrack.runtime.loop.cpu import Cpu, CpuFault, CpuMode, ScanFlag
+from scanrack.runtime.loop.events import Event
+from scanrack.runtime.loop.faults import Cause
 
 MS = 1_000_000
 

@@ -8,7 +8,7 @@ import textwrap
 import threading
 
 import pytest
-from scanrack.runtime.cpu import Cpu
+from scanrack.runtime.loop.cpu import Cpu
 
 
 def test_ctrl_c_stops_between_scans_and_the_handler_comes_back(rack, diary):
@@ -28,9 +28,9 @@ def test_ctrl_c_stops_between_scans_and_the_handler_comes_back(rack, diary):
 def test_a_second_ctrl_c_breaks_out_of_the_logic():
     script = """
         import os, signal, sys
-        from scanrack.runtime.cpu import Cpu
-        from scanrack.runtime.pace import Watchdog
-        from scanrack.runtime.rack import Rack
+        from scanrack.runtime.loop.cpu import Cpu
+        from scanrack.runtime.loop.pace import Watchdog
+        from scanrack.runtime.loop.rack import Rack
 
         class Told:
             def event(self, scan, now_ns, topic, fields): pass

@@ -1,8 +1,8 @@
 """Program, run, test and single-scan mode, and what the modules are told of them."""
 
 import pytest
-from scanrack.runtime.cpu import Cpu, CpuMode, ScanFlag
-from scanrack.runtime.exchange import EveryRpi
+from scanrack.runtime.loop.cpu import Cpu, CpuMode, ScanFlag
+from scanrack.runtime.loop.exchange import EveryRpi
 
 MS = 1_000_000
 

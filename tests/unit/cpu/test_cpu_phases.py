@@ -1,9 +1,9 @@
 """A scan, phase by phase."""
 
 import pytest
-from scanrack.runtime.cpu import PHASES, Cpu, ScanFlag
-from scanrack.runtime.events import Event
-from scanrack.runtime.rack import Card, Rack
+from scanrack.runtime.loop.cpu import PHASES, Cpu, ScanFlag
+from scanrack.runtime.loop.events import Event
+from scanrack.runtime.loop.rack import Card, Rack
 
 MS = 1_000_000
 

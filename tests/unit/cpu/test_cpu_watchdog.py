@@ -8,10 +8,10 @@ import sys
 import threading
 
 import pytest
-from scanrack.runtime import pace
-from scanrack.runtime.cpu import Cpu, CpuFault, ScanFlag
-from scanrack.runtime.faults import Cause
-from scanrack.runtime.pace import Watchdog
+from scanrack.runtime.loop import pace
+from scanrack.runtime.loop.cpu import Cpu, CpuFault, ScanFlag
+from scanrack.runtime.loop.faults import Cause
+from scanrack.runtime.loop.pace import Watchdog
 
 MS = 1_000_000
 

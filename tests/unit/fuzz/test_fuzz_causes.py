@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from scanrack.io_images.amci3601 import Configuration, Idle, InputBit, Move, MoveKind, StatusView
-from scanrack.runtime.fuzz import STANDARD, Bench, Press, Scenario, never, search, undisturbed
-from scanrack.runtime.fuzz.scenarios import Kind, scenarios
-from scanrack.runtime.rackspec import RackSpec
+from scanrack.runtime.app.fuzz import STANDARD, Bench, Press, Scenario, never, search, undisturbed
+from scanrack.runtime.app.fuzz.scenarios import Kind, scenarios
+from scanrack.runtime.config.rackspec import RackSpec
 
 MS = 1_000_000
 USED = InputBit.HOME | InputBit.EXTERNAL | InputBit.ESTOP | InputBit.CW_LIMIT | InputBit.CCW_LIMIT

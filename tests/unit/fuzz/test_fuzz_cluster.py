@@ -4,12 +4,12 @@ import os
 import signal
 
 import pytest
-from scanrack.runtime.cli.executors import executor_of
-from scanrack.runtime.cli.fuzzing import Setup
-from scanrack.runtime.cli.working import Apart, Work
-from scanrack.runtime.fuzz.campaign import campaign
-from scanrack.runtime.fuzz.scenarios import Kind
-from scanrack.runtime.fuzz.state import State
+from scanrack.runtime.app.fuzz.campaign import campaign
+from scanrack.runtime.app.fuzz.executors import executor_of
+from scanrack.runtime.app.fuzz.job import Setup
+from scanrack.runtime.app.fuzz.scenarios import Kind
+from scanrack.runtime.app.fuzz.state import State
+from scanrack.runtime.app.fuzz.working import Apart, Work
 
 distributed = pytest.importorskip("distributed", reason="the extra 'cluster' is not installed")
 

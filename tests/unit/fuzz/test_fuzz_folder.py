@@ -7,11 +7,11 @@ from collections import Counter
 
 import pytest
 from scanrack.io_images.amci3601 import InputBit
+from scanrack.runtime.app.fuzz import Broken, Found, Press, Scenario
+from scanrack.runtime.app.fuzz.folder_lock import locked
+from scanrack.runtime.app.fuzz.state import CampaignError, State, read_state, write_state
 from scanrack.runtime.cli import build
-from scanrack.runtime.cli.folderlock import locked
-from scanrack.runtime.fuzz import Broken, Found, Press, Scenario
-from scanrack.runtime.fuzz.state import CampaignError, State, read_state, write_state
-from scanrack.runtime.incidents import Happening, Incident
+from scanrack.runtime.loop.incidents import Happening, Incident
 from typer.testing import CliRunner
 
 PROGRAM = "def logic(scan):\n    pass\n"

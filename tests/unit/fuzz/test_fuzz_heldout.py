@@ -15,11 +15,11 @@ from scanrack.io_images.amci3601 import (
     ResetErrors,
     StatusView,
 )
-from scanrack.runtime.fuzz import STANDARD, Bench, Press, Scenario, never, search, undisturbed, within
-from scanrack.runtime.fuzz.scenario import Lost, Shift
-from scanrack.runtime.fuzz.scenarios import Kind, possible_kinds, scenarios
-from scanrack.runtime.incidents import Happening, Incident
-from scanrack.runtime.rackspec import RackSpec
+from scanrack.runtime.app.fuzz import STANDARD, Bench, Press, Scenario, never, search, undisturbed, within
+from scanrack.runtime.app.fuzz.scenario import Lost, Shift
+from scanrack.runtime.app.fuzz.scenarios import Kind, possible_kinds, scenarios
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.loop.incidents import Happening, Incident
 
 MS = 1_000_000
 USED = InputBit.EXTERNAL | InputBit.HOME | InputBit.ESTOP | InputBit.CW_LIMIT | InputBit.CCW_LIMIT

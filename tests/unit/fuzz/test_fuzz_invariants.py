@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import pytest
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import StatusView
-from scanrack.runtime.fuzz import InvariantError, always, load_invariants, never, within
-from scanrack.runtime.fuzz.moment import Slots
+from scanrack.runtime.app.fuzz import InvariantError, always, load_invariants, never, within
+from scanrack.runtime.app.fuzz.scan_view import Slots
 
 MS = 1_000_000
 
@@ -80,7 +80,7 @@ def test_a_limit_needs_a_unit():
 def test_a_file_gives_its_invariants_in_order(tmp_path):
     file = tmp_path / "must_hold.py"
     file.write_text(
-        "from scanrack.runtime.fuzz import always, never\n"
+        "from scanrack.runtime.app.fuzz import always, never\n"
         "@never\ndef second(now):\n    'b'\n\n@always\ndef first(now):\n    'a'\n",
         encoding="utf-8",
     )
@@ -95,7 +95,7 @@ def test_a_file_gives_its_invariants_in_order(tmp_path):
         ("x = 1\nboom\n", r"bad.py:2: NameError"),
         ("def f(:\n", r"SyntaxError"),
         (
-            "from scanrack.runtime.fuzz import never\n\n@never\ndef f():\n    pass\n",
+            "from scanrack.runtime.app.fuzz import never\n\n@never\ndef f():\n    pass\n",
             r"bad.py:3: f has to take one argument, the moment: too many positional arguments",
         ),
     ],

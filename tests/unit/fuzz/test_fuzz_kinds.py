@@ -16,9 +16,9 @@ from scanrack.io_images.amci3601 import (
     PresetPosition,
     StatusView,
 )
-from scanrack.runtime.fuzz import STANDARD, Bench, Invariant, never, search
-from scanrack.runtime.fuzz.scenarios import Kind, possible_kinds, scenarios
-from scanrack.runtime.rackspec import RackSpec
+from scanrack.runtime.app.fuzz import STANDARD, Bench, Invariant, never, search
+from scanrack.runtime.app.fuzz.scenarios import Kind, possible_kinds, scenarios
+from scanrack.runtime.config.rackspec import RackSpec
 
 USED = InputBit.HOME | InputBit.ESTOP | InputBit.CW_LIMIT | InputBit.CCW_LIMIT
 WORDS = Configuration(inputs_used=USED, step_and_direction=True, starting_speed=500).to_image()

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 from scanrack.io_images.amci3601 import Configuration, Direction, Idle, InputBit, Manual, StatusView
-from scanrack.runtime.fuzz import Bench, Scenario, always, never, within
-from scanrack.runtime.incidents import Happening, Incident
-from scanrack.runtime.rackspec import RackSpec
+from scanrack.runtime.app.fuzz import Bench, Scenario, always, never, within
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.loop.incidents import Happening, Incident
 
 MS = 1_000_000
 USED = InputBit.HOME | InputBit.ESTOP | InputBit.CW_LIMIT | InputBit.CCW_LIMIT

@@ -11,8 +11,8 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from scanrack.runtime.cli.campaigning import noting_ctrl_c
-from scanrack.runtime.fuzz.state import State, read_state
+from scanrack.runtime.app.fuzz.state import State, read_state
+from scanrack.runtime.cli.fuzz_session import noting_ctrl_c
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes in /proc")
 

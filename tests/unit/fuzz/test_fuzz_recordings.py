@@ -6,16 +6,16 @@ import json
 
 import pytest
 from scanrack.io_images.amci3601 import InputBit
+from scanrack.runtime.app.fuzz import Press, Scenario
+from scanrack.runtime.app.fuzz.learning import learn
+from scanrack.runtime.app.fuzz.recorded import recorded_scenario
+from scanrack.runtime.app.fuzz.scenario import entries_of
+from scanrack.runtime.app.loading import load_job
+from scanrack.runtime.app.playback import Stimulus
 from scanrack.runtime.cli import build
-from scanrack.runtime.cli.learning import learn
-from scanrack.runtime.cli.loading import load_job
 from scanrack.runtime.cli.run import run_job
-from scanrack.runtime.fuzz import Press, Scenario
-from scanrack.runtime.fuzz.recorded import recorded_scenario
-from scanrack.runtime.fuzz.scenario import entries_of
+from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.machine import MachineSpec, Station, Switch
-from scanrack.runtime.playback import Stimulus
-from scanrack.runtime.rackspec import RackSpec
 from typer.testing import CliRunner
 
 CAPTURE, HOME, ESTOP = InputBit.CAPTURE, InputBit.HOME, InputBit.ESTOP
@@ -38,7 +38,7 @@ module = "amci3601"
 timeline = [{ at_ms = 100, input = "estop", for_ms = 50 }]
 """
 INVARIANT = '''
-from scanrack.runtime.fuzz import never
+from scanrack.runtime.app.fuzz import never
 
 @never
 def pressed(now):

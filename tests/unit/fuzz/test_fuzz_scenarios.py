@@ -8,14 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scanrack.io_images.amci3601.bits import InputBit
-from scanrack.runtime.fuzz import Press, Scenario
-from scanrack.runtime.fuzz.rackdoc import rack_text
-from scanrack.runtime.fuzz.scenario import Lost, Shift
-from scanrack.runtime.fuzz.scenarios import Kind, kinds_for, scenarios
-from scanrack.runtime.fuzz.words import told
-from scanrack.runtime.incidents import ON_THE_LINE, Happening, Incident
+from scanrack.runtime.app.fuzz import Press, Scenario
+from scanrack.runtime.app.fuzz.rackdoc import rack_text
+from scanrack.runtime.app.fuzz.scenario import Lost, Shift
+from scanrack.runtime.app.fuzz.scenarios import Kind, kinds_for, scenarios
+from scanrack.runtime.app.fuzz.words import told
+from scanrack.runtime.config.rackfile import load_rack_file
+from scanrack.runtime.loop.incidents import ON_THE_LINE, Happening, Incident
 from scanrack.runtime.machine import Slip, Switch, TimelineEntry
-from scanrack.runtime.rackfile import load_rack_file
 
 MS = 1_000_000
 RACK = """program = "line.py"

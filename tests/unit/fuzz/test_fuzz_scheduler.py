@@ -7,7 +7,7 @@ import sys
 import time
 
 import pytest
-from scanrack.runtime.fuzz.state import read_state
+from scanrack.runtime.app.fuzz.state import read_state
 
 pytest.importorskip("distributed", reason="the extra 'cluster' is not installed")
 

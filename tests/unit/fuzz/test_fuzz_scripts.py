@@ -7,12 +7,12 @@ from functools import partial
 
 import pytest
 from scanrack.io_images.amci3601 import Configuration, Idle, InputBit, Move, MoveKind, StatusView
+from scanrack.runtime.app.fuzz import Bench, Press, Scenario
+from scanrack.runtime.app.fuzz.drivescript import DriveScript, obstacle
+from scanrack.runtime.app.fuzz.scenario import Shift
 from scanrack.runtime.cli import build
-from scanrack.runtime.fuzz import Bench, Press, Scenario
-from scanrack.runtime.fuzz.drivescript import DriveScript, obstacle
-from scanrack.runtime.fuzz.scenario import Shift
-from scanrack.runtime.incidents import Happening, Incident
-from scanrack.runtime.rackspec import RackSpec
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.loop.incidents import Happening, Incident
 from typer.testing import CliRunner
 
 MS = 1_000_000

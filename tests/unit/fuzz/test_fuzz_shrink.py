@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 from scanrack.io_images.amci3601 import InputBit
-from scanrack.runtime.fuzz import Broken, Found, Press, Scenario
-from scanrack.runtime.fuzz.scenario import Lost, Shift
-from scanrack.runtime.fuzz.shrink import digits, parts_of, rounder, scenario_of, simpler_parts, smallest
-from scanrack.runtime.incidents import Happening, Incident
+from scanrack.runtime.app.fuzz import Broken, Found, Press, Scenario
+from scanrack.runtime.app.fuzz.scenario import Lost, Shift
+from scanrack.runtime.app.fuzz.shrink import digits, parts_of, rounder, scenario_of, simpler_parts, smallest
+from scanrack.runtime.loop.incidents import Happening, Incident
 
 MS = 1_000_000
 SCAN_NS = 2 * MS

@@ -5,10 +5,10 @@ from ladder_bench import both, program_of
 from scanrack.io_images.amci3601.bits import StatusMsw
 from scanrack.ladder import BuildError
 from scanrack.ladder.debug import Debugger
-from scanrack.runtime.addresses import Address, parse_address
-from scanrack.runtime.amci3601 import Amci3601, Trouble
-from scanrack.runtime.cpu import Cpu
-from scanrack.runtime.rack import Card, Rack
+from scanrack.runtime.loop.addresses import Address, parse_address
+from scanrack.runtime.loop.cpu import Cpu
+from scanrack.runtime.loop.rack import Card, Rack
+from scanrack.runtime.modules.amci3601 import Amci3601, Trouble
 
 MS = 1_000_000
 TAGS = """TAG Ok : BOOL

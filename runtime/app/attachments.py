@@ -1,0 +1,209 @@
+"""The files that travel with a trace: what a run was made of, on the way in and out again.
+
+rack file and program      by the metadata's `rack_file` and `program_file`, path[:function]
+what the program imports   Python files beside it, by their path from there
+words.json                 the map of words and bits, which a run does not need
+
+What of it may be used is decided in `trust`.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from importlib.machinery import all_suffixes
+from pathlib import Path, PurePosixPath
+
+from ...ladder.program import Form
+from ...traces.reader import Trace
+from ...traces.recorder import Attachment
+from ..config.rackspec import RackSpec
+from .loading import Job, load_job, load_spec, rack_form
+from .trust import Given, address_name, admitted, check_names
+
+PYTHON = ".py"
+_NOT_OF_THE_RUN = "words.json"
+
+
+def attachment(path: Path, name: str) -> Attachment:
+    """Return a file as an attachment."""
+    return Attachment(name, path.read_bytes(), "text/x-python" if path.suffix == PYTHON else "text/plain")
+
+
+def program_name(job: Job) -> str:
+    """Return what the program's file is called in a trace: not as the rack file is."""
+    name = job.program.name
+    same = name == job.rack_file.name and job.program != job.rack_file
+    return f"program/{name}" if same else name
+
+
+def made_by(job: Job) -> dict[str, str]:
+    """Return the metadata that tell which of the files are rack file and program."""
+    name = program_name(job)
+    if job.program.suffix == PYTHON:
+        name = f"{name}:{job.logic_name.rpartition(':')[2]}"
+    return {"rack_file": job.rack_name, "program_file": name}
+
+
+def imported(job: Job) -> list[Attachment]:
+    """Return the Python files beside rack file and program that have been imported, in order of their paths.
+
+    What a program imports later, while it runs, is not known yet.
+    """
+    given = [path.resolve() for path in (job.rack_file, job.program)]
+    found: dict[str, Path] = {}
+    for own in given:
+        if own.suffix == PYTHON:
+            found.update(_imported_from(own.parent))
+    return [attachment(found[name], name) for name in sorted(found) if found[name] not in given]
+
+
+def unit_programs(job: Job) -> list[Attachment]:
+    """Return the stored programs of the units beside the rack, each once, in the order of the units."""
+    paths = dict.fromkeys(Path(unit.program) for unit in job.spec.unit if unit.program is not None)
+    return [attachment(job.folder / path, path.as_posix()) for path in paths]
+
+
+def forget_imported(folder: Path) -> None:
+    """Drop the modules of a folder from `sys.modules`.
+
+    Args:
+        folder: an absolute path without symbolic links.
+    """
+    ours = __name__.partition(".")[0]
+    for name, _place, _path in _modules_of(folder):
+        if name.partition(".")[0] != ours:
+            del sys.modules[name]
+
+
+def _imported_from(folder: Path) -> Iterator[tuple[str, Path]]:
+    """Yield imported files of modules that lie in a folder, by their path from there."""
+    for _name, place, path in _modules_of(folder):
+        yield place.as_posix(), path
+
+
+def _modules_of(folder: Path) -> Iterator[tuple[str, Path, Path]]:
+    """Yield the modules that have been imported from a folder: name, path from there, whole path."""
+    inside = f"{folder}{os.sep}"
+    for name, module in list(sys.modules.items()):
+        file = getattr(module, "__file__", None) or ""
+        if file.startswith(inside) and file.endswith(PYTHON):
+            path = Path(file)
+            place = path.relative_to(folder)
+            if place.with_suffix("").parts[0] == name.partition(".")[0]:
+                yield name, place, path
+
+
+def attached_files(trace: Trace) -> dict[str, bytes]:
+    """Return the files that came with a trace, by name."""
+    return {each.name: each.data for each in trace.attachments()}
+
+
+def extract(files: Mapping[str, bytes], folder: Path) -> list[Path]:
+    """Write files into a folder, which is made if need be; return where they are.
+
+    No symbolic link below the folder is followed.
+
+    Raises:
+        ValueError: a name leads out of the folder, or another file is there already.
+        OSError: one can't be written.
+    """
+    check_names(files)
+    targets = {folder / name: data for name, data in files.items()}
+    for target, data in targets.items():
+        _check_free(target, data, folder)
+    for target, data in targets.items():
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if not target.exists():
+            with target.open("xb") as file:  # never through a link, unlike "wb"
+                file.write(data)
+    return list(targets)
+
+
+def _check_free(target: Path, data: bytes, folder: Path) -> None:
+    """Refuse to write over another file, or through a symbolic link."""
+    for place in (target, *target.parents):
+        if place == folder:
+            break
+        if place.is_symlink():
+            raise ValueError(f"{place} is a symbolic link: choose another folder")
+    if target.exists() and (not target.is_file() or target.read_bytes() != data):
+        raise ValueError(f"{target} is there already, with something else in it: choose another folder")
+
+
+def job_of(trace: Trace, folder: Path, *, trust: bool, program: str | None = None) -> Job:
+    """Load what a trace was made by.
+
+    Args:
+        trace: the trace.
+        folder: where its files are written.
+        trust: run Python that came with it; without, only what is the same as in the current folder.
+        program: a program of the user's in place of the trace's, `path[:function]`.
+
+    Raises:
+        UntrustedError: Python of the trace would be run.
+        ValueError: the trace does not say what it was made by, or one of the files can't be used.
+    """
+    rack = _recorded(trace, "rack_file")
+    own = None if program is not None else _recorded(trace, "program_file")
+    if own is not None and _holds_logic(rack, own):
+        own = None
+    _take_out(trace, folder, rack, own, trust=trust)
+    job = load_job(f"{folder / rack}", program if own is None else f"{folder / own}")
+    return replace(job, spec=_of_trace(job.spec))
+
+
+def spec_of(trace: Trace, folder: Path, *, trust: bool) -> RackSpec:
+    """Load the rack that a trace was made on, without its program; see `job_of`."""
+    rack = _recorded(trace, "rack_file")
+    _take_out(trace, folder, rack, None, trust=trust)
+    return _of_trace(load_spec(f"{folder / rack}")[0])
+
+
+def _recorded(trace: Trace, key: str) -> str:
+    """Return what the metadata tell of a file, `path[:function]`."""
+    address = trace.head.metadata.get(key)
+    if address is None:
+        what = key.replace("_", " ")
+        raise ValueError(f"the trace does not say what its {what} is: it can't be run without one")
+    return address
+
+
+def _holds_logic(rack: str, program: str) -> bool:
+    """Whether a trace's rack file is its program, too, which only Python can be."""
+    name = address_name(rack)
+    return name == address_name(program) and rack_form(PurePosixPath(name)) is Form.PYTHON
+
+
+def _take_out(trace: Trace, folder: Path, rack: str, program: str | None, *, trust: bool) -> None:
+    """Write the files that a run needs into a folder, once it is known that they may be used."""
+    files = {name: data for name, data in attached_files(trace).items() if name != _NOT_OF_THE_RUN}
+    given = Given(address_name(rack), None if program is None else address_name(program))
+    wanted = admitted(files, given, trust=trust)
+    _check_alone(folder, wanted)
+    extract(wanted, folder)
+
+
+def _check_alone(folder: Path, files: Iterable[str]) -> None:
+    """Drop compiled Python from a folder, and refuse one where Python would find other modules.
+
+    Raises:
+        ValueError: such a module is there.
+    """
+    expected = {folder / name for name in files}
+    for path in sorted(folder.rglob("*")):
+        if path.name == "__pycache__" and path.is_dir() and not path.is_symlink():
+            shutil.rmtree(path)
+    for path in sorted(folder.rglob("*")):
+        if path not in expected and (path.suffix in all_suffixes() or path.is_symlink()):
+            raise ValueError(
+                f"{path} is there already, and the trace does not bring it: choose another folder"
+            )
+
+
+def _of_trace(spec: RackSpec) -> RackSpec:
+    """Return a rack without the path that its own recording would be written to."""
+    return spec.model_copy(update={"trace": None})

@@ -1,0 +1,250 @@
+"""The bench itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from types import TracebackType
+from typing import Any, Protocol, Self, runtime_checkable
+
+from ...config.quantities import parse_duration
+from ...config.rackspec import RackSpec
+from ...loop.addresses import parse_address
+from ...loop.listener import ScanListener
+from ...loop.pace import Watchdog
+from ...loop.rack import Rack, Slots
+from ...loop.scan import CpuMode, Logic
+from ..build import build_cpu, build_rack
+from .event_log import Ear
+from .slot import SlotBench
+
+
+class NotReachedError(AssertionError):
+    """A condition that did not come about in its time; says what the bench shows instead."""
+
+
+@runtime_checkable
+class Observed(Protocol):
+    """Logic that can be looked into: a ladder program under a debugger."""
+
+    stops: tuple[Any, ...]
+
+    @property
+    def tags(self) -> Any:
+        """The tags by name."""
+        ...
+
+    def why(self, tag: str) -> str:
+        """Why a tag is as it is."""
+        ...
+
+    def force(self, tag: str, value: object) -> None:
+        """Hold a tag at a value."""
+        ...
+
+    def unforce(self, tag: str | None = None) -> None:
+        """Let a tag go."""
+        ...
+
+
+Condition = Callable[["Bench"], Any] | str
+"""What a run goes on to: a function of the bench, or a tag that is to be true."""
+
+
+class Bench:
+    """A rack in one's hands.
+
+    Attributes:
+        spec: the rack.
+        logic: the program.
+        cpu: the CPU that runs it.
+        slot: the modules by slot number.
+        told: what has happened, oldest first.
+
+    Args:
+        spec: the rack.
+        logic: the program; a ladder program under a debugger for tags, forces and `why`.
+        listeners: makes further listeners of the rack, a recorder for one.
+        watched: the rack's watchdog ends logic that does not come back. Without it a test can stop at
+            a breakpoint for as long as it likes.
+    """
+
+    def __init__(
+        self,
+        spec: RackSpec,
+        logic: Logic,
+        *,
+        listeners: Callable[[Rack], Iterable[ScanListener]] = lambda _rack: (),
+        watched: bool = False,
+    ) -> None:
+        self.spec = spec
+        self.logic: Any = logic
+        self._observed = isinstance(logic, Observed)
+        rack = build_rack(spec)
+        self._ear = ear = Ear()
+        self.told = ear.told
+        self.cpu = ear.cpu = build_cpu(
+            spec, logic, rack, listeners=[*listeners(rack), ear], watchdog=None if watched else Watchdog(0)
+        )
+        self.slot = Slots(
+            (number, SlotBench(slot, self.run_for, lambda: self.now_ns))
+            for number, slot in rack.slots.items()
+        )
+
+    # --- time
+
+    @property
+    def scans(self) -> int:
+        """Number of scans so far."""
+        return self.cpu.scan
+
+    @property
+    def now_ns(self) -> int:
+        """Virtual time of the latest scan, ns since power-up; 0 before the first."""
+        return max(self.cpu.now_ns - self.cpu.period_ns, 0)
+
+    @property
+    def now_s(self) -> float:
+        """Virtual time of the latest scan, s since power-up."""
+        return self.now_ns / 1e9
+
+    @property
+    def stops(self) -> tuple[Any, ...]:
+        """The breakpoints that were met in the latest scan."""
+        return self.logic.stops if self._observed else ()
+
+    def scan(self, scans: int = 1) -> None:
+        """Run scans; a breakpoint that is met ends the run.
+
+        Raises:
+            CpuFault: the program faults the CPU.
+        """
+        self._run(scans, lambda: self.stops)
+
+    def _run(self, scans: int, over: Callable[[], object]) -> None:
+        self._ear.over = over
+        try:
+            self.cpu.run(scans)
+        finally:
+            self._ear.over = bool
+
+    def run_for(self, time: str) -> None:
+        """Run for a machine time with its unit, such as "2 s", rounded up to whole scans.
+
+        Raises:
+            ValueError: this is no time.
+            CpuFault: the program faults the CPU.
+        """
+        self.scan(-(-parse_duration(time) // self.cpu.period_ns))
+
+    def run_until(self, condition: Condition, within: str = "10 s") -> None:
+        """Run until a condition holds, which it may do already.
+
+        Args:
+            condition: a function of the bench, or the address of a tag that is to be true.
+            within: longest machine time.
+
+        Raises:
+            NotReachedError: it does not come about in time; what the bench shows then.
+            ValueError: `within` is no time, or there is no such tag.
+            CpuFault: the program faults the CPU.
+        """
+        scans = -(-parse_duration(within) // self.cpu.period_ns)
+        if not self._holds(condition):
+            self._run(scans, lambda: self.stops or self._holds(condition))
+        if not self.stops and not self._holds(condition):
+            wanted = condition if isinstance(condition, str) else _name(condition)
+            raise NotReachedError(f"{wanted} has not come about within {within}.\n{self}")
+
+    def _holds(self, condition: Condition) -> bool:
+        return bool(self[condition] if isinstance(condition, str) else condition(self))
+
+    def program_mode(self) -> None:
+        """Turn the CPU's key to program: logic rests, outputs are not sent."""
+        self.cpu.mode = CpuMode.PROGRAM
+
+    def run_mode(self) -> None:
+        """Turn the CPU's key to run."""
+        self.cpu.mode = CpuMode.RUN
+
+    # --- the program
+
+    @property
+    def program(self) -> Any:
+        """The ladder program under its debugger: breakpoints, truth, pictures, cross reference.
+
+        Raises:
+            ValueError: the program is a Python function.
+        """
+        if not self._observed:
+            raise ValueError("the program is a Python function: it has no tags and no rungs")
+        return self.logic
+
+    def __getitem__(self, tag: str) -> Any:
+        return self.program.tags[tag]
+
+    def __setitem__(self, tag: str, value: object) -> None:
+        self.program.tags[tag] = value
+
+    def why(self, tag: str) -> str:
+        """Say why a tag is as it is, see `Debugger.why`."""
+        return str(self.program.why(tag))
+
+    def force(self, address: str, value: int) -> None:
+        """Hold a bit or word of an image, or a tag, at a value; forces of images are recorded.
+
+        Raises:
+            ValueError: there is nothing of that name, or the value does not fit.
+        """
+        if self._is_image(address):
+            self.cpu.forces.set(address, value)
+        else:
+            self.program.force(address, value)
+
+    def unforce(self, address: str) -> None:
+        """Let go of what is forced.
+
+        Raises:
+            ValueError: it is not forced.
+        """
+        if self._is_image(address):
+            self.cpu.forces.remove(address)
+        else:
+            self.program.unforce(address)
+
+    def _is_image(self, address: str) -> bool:
+        try:
+            parse_address(address, {slot.number: slot.module for slot in self.spec.slot})
+        except ValueError:
+            return False
+        return True
+
+    # --- what happened
+
+    @property
+    def rules(self) -> Sequence[str]:
+        """Ids of the manual's rules that have fired, in their order."""
+        return [each.name for each in self.told if each.kind == "rule"]
+
+    def __str__(self) -> str:
+        lines = [f"scan {self.scans}, {self.now_s:g} s", *map(str, self.slot.values())]
+        lines += [f"  {each}" for each in self.told[-5:]]
+        return "\n".join(lines)
+
+    # --- the end
+
+    def close(self) -> None:
+        """Close all listeners; a recording is whole then."""
+        self.cpu.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def _name(condition: Callable[..., Any]) -> str:
+    name = str(getattr(condition, "__name__", "the condition"))
+    return "the condition" if name == "<lambda>" else name

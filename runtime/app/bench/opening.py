@@ -1,0 +1,43 @@
+"""From a rack file to a bench: for users' tests, and for the commands that look into a running program."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from ....ladder import Program
+from ....ladder.debug import Debugger
+from ...cli.run import recorder_for
+from ...loop.listener import ScanListener
+from ...loop.rack import Rack
+from ..loading import Job, load_job
+from . import Bench
+
+
+def open_bench(rack: str | Path, record: str | Path | None = None, *, watched: bool = False) -> Bench:
+    """Put a rack with its program onto a bench, powered up and not yet scanned.
+
+    A ladder program runs under a debugger: it can be asked why, forced and stopped. A Python program
+    is loaded anew, so that nothing of an earlier bench is remembered.
+
+    Args:
+        rack: path of the rack file, TOML or Python.
+        record: where every scan is recorded; nowhere if left out. `Bench.close` makes it whole.
+        watched: the rack's watchdog ends logic that does not come back.
+
+    Raises:
+        ValueError: the rack or its program can't be used; file, line, key and what is allowed.
+        OSError: the recording can't be written.
+    """
+    job = load_job(str(rack))
+    return bench_of(job, None if record is None else Path(record), watched=watched)
+
+
+def bench_of(job: Job, record: Path | None = None, *, watched: bool = False) -> Bench:
+    """Put a loaded job onto a bench, see `open_bench`."""
+
+    def listeners(rack: Rack) -> Iterable[ScanListener]:
+        return () if record is None else (recorder_for(job, rack, record),)
+
+    logic = Debugger(job.logic) if isinstance(job.logic, Program) else job.logic
+    return Bench(job.spec, logic, listeners=listeners, watched=watched)

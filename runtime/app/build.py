@@ -1,0 +1,130 @@
+"""From a specification to a CPU with its rack."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from contextlib import ExitStack, closing
+
+from ..config.quantities import exact_ns
+from ..config.rackspec import RackSpec, SlotSpec
+from ..loop.cpu import Cpu
+from ..loop.exchange import EndOfScan, EveryRpi, Exchange
+from ..loop.incidents import Exposed, Happening, KeySwitch
+from ..loop.listener import ScanListener
+from ..loop.module import Module
+from ..loop.pace import Pacer, Watchdog
+from ..loop.rack import Card, Rack
+from ..loop.scan import CpuMode, Logic
+from .playback import Playback, RecordedInputs, Score
+
+
+def build_rack(spec: RackSpec, ports: ExitStack | None = None) -> Rack:
+    """Put new modules into a new rack.
+
+    Chance in slot n is seeded with the rack's seed and n, so that slots do not repeat each other.
+
+    Args:
+        spec: the specification.
+        ports: closes the real ports that are opened; None = there must be none.
+
+    Raises:
+        ValueError: there is a real port and should be none, or it can't be opened.
+    """
+    return Rack(
+        Card(slot.number, _module(spec, slot, ports), slot.module, slot.firmware) for slot in spec.slot
+    )
+
+
+def _module(spec: RackSpec, slot: SlotSpec, ports: ExitStack | None) -> Module:
+    """Make a slot's module, exposed to the incidents that are to come."""
+    module = _plain_module(slot, slot_seed(spec.seed, slot.number), ports)
+    coming = [each for each in spec.incidents if each.slot == slot.number]
+    return Exposed(module, coming) if coming else module
+
+
+def _plain_module(slot: SlotSpec, seed: int, ports: ExitStack | None) -> Module:
+    if not slot.is_live:
+        return slot.make(seed)
+    if ports is None:
+        raise ValueError(
+            f"slot {slot.number}: port {slot.port} is a real one, which takes real time: "
+            "only scanrack run --realtime --live drives it"
+        )
+    return ports.enter_context(closing(slot.open()))
+
+
+def build_cpu(
+    spec: RackSpec,
+    logic: Logic,
+    rack: Rack,
+    *,
+    listeners: Iterable[ScanListener] = (),
+    pacer: Pacer | None = None,
+    watchdog: Watchdog | None = None,
+) -> Cpu:
+    """Make the CPU that runs `logic` on `rack` as `spec` says, its forces set.
+
+    Args:
+        spec: the specification.
+        logic: called once per scan.
+        rack: the rack of `build_rack`.
+        listeners: who is told of every scan.
+        pacer: makes scans wait for the wall clock; as fast as possible if left out.
+        watchdog: ends logic that does not come back; the rack's if left out.
+    """
+    cpu = Cpu(
+        rack,
+        logic,
+        spec.scan_ns,
+        exchange=_exchange(spec),
+        mode=CpuMode[spec.mode.upper()],
+        listeners=listeners,
+        pacer=pacer,
+        watchdog=watchdog or Watchdog(exact_ns(spec.watchdog_ms, "ms")),
+    )
+    for force in spec.force:
+        cpu.forces.set(force.address, force.value)
+    turns = [each for each in spec.incidents if each.what is Happening.PROGRAM_MODE]
+    if turns:
+        cpu.add_listener(KeySwitch(cpu, turns))
+    return cpu
+
+
+def build_playback(
+    spec: RackSpec, score: Score, logic: Logic, rack: Rack, *, listeners: Iterable[ScanListener]
+) -> Playback:
+    """Make the CPU that repeats the scans of a recording with `logic` on `rack`.
+
+    Modes and forces are the recording's, whatever `spec` says. Recorded inputs are taken as they
+    stand in each scan, so a rack of `RecordedInputs` has no exchange of its own.
+
+    Args:
+        spec: the specification.
+        score: what is repeated.
+        logic: called once per scan.
+        rack: the rack, of real or recorded modules.
+        listeners: who is told of every scan.
+    """
+    recorded = any(isinstance(slot.module, RecordedInputs) for slot in rack.slots.values())
+    return Playback(
+        score,
+        rack,
+        logic,
+        spec.scan_ns,
+        exchange=EndOfScan() if recorded else _exchange(spec),
+        listeners=listeners,
+        watchdog=Watchdog(exact_ns(spec.watchdog_ms, "ms")),
+    )
+
+
+def slot_seed(seed: int, number: int) -> int:
+    """Return the seed of a slot; slot 1 has the rack's.
+
+    >>> slot_seed(7, 1), slot_seed(7, 2)
+    (7, 4294967303)
+    """
+    return seed + ((number - 1) << 32)
+
+
+def _exchange(spec: RackSpec) -> Exchange:
+    return EveryRpi(spec.rpi_ns) if spec.controller == "compactlogix" else EndOfScan()

@@ -1,0 +1,171 @@
+"""From the path of a rack to all that a run needs: specification, logic, and the files they come from."""
+
+from __future__ import annotations
+
+import traceback
+from dataclasses import dataclass
+from pathlib import Path, PurePath
+
+from pydantic import ValidationError
+
+from ...ladder.program import Form, Program, ProgramError, load_function, load_program, split_address
+from ..config.quantities import parse_duration
+from ..config.rackfile import RackFileError, explain, load_rack_file
+from ..config.rackspec import RackSpec
+from ..loop.scan import Logic
+
+RACK_FUNCTION = "rack"
+"""The function of a Python rack file that returns the `RackSpec`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """What is to be run.
+
+    Attributes:
+        spec: the rack.
+        logic: the function that is called once per scan.
+        logic_name: where it is from, `file:function`.
+        program: the file with the logic.
+        rack_file: the rack file; for a rack in Python it may be the program, too.
+        rack_name: the rack file's name, with the function of one in Python.
+    """
+
+    spec: RackSpec
+    logic: Logic
+    logic_name: str
+    program: Path
+    rack_file: Path
+    rack_name: str
+
+    @property
+    def folder(self) -> Path:
+        """Where the paths in the rack file start."""
+        return self.rack_file.parent
+
+
+def load_job(rack: str, program: str | None = None) -> Job:
+    """Load a rack and its program.
+
+    Args:
+        rack: path of a TOML file, or of a Python file (`path[:function]`).
+        program: another program in place of the rack's, `path[:function]` from the current folder.
+
+    Raises:
+        ValueError: one of the files can't be used; file, line, key and what is allowed.
+    """
+    if program is not None:
+        spec, path = load_spec(rack)
+        return _job(spec, load_program(program), path, rack)
+    path = _rack_path(rack)
+    return _from_toml(path) if rack_form(path) is Form.DATA else _from_python(rack)
+
+
+def load_spec(rack: str) -> tuple[RackSpec, Path]:
+    """Load a rack without its program; return it and its path. See `load_job`."""
+    path = _rack_path(rack)
+    if rack_form(path) is Form.DATA:
+        return load_rack_file(path).spec, path
+    file = load_function(_address(rack), Path(), default=RACK_FUNCTION, arguments=())
+    return _call(file), file.path
+
+
+RACK_FORMS = {".toml": Form.DATA, ".py": Form.PYTHON}
+"""By the suffix of a rack file; `load_spec` refuses any other."""
+
+
+def rack_form(path: PurePath) -> Form:
+    """Return what `load_spec` does with a rack file.
+
+    Raises:
+        RackFileError: nothing: this is no rack file.
+    """
+    if path.suffix not in RACK_FORMS:
+        raise RackFileError(f"{path}: a rack is a .toml or a .py file")
+    return RACK_FORMS[path.suffix]
+
+
+def _rack_path(rack: str) -> Path:
+    path = Path(split_address(rack)[0])
+    rack_form(path)
+    return path
+
+
+def scans_to_run(spec: RackSpec, duration: str | None, scans: int | None, *, endless: bool) -> int | None:
+    """Return how many scans to run, None = until Ctrl-C.
+
+    Args:
+        spec: the rack; its `run_for_s` counts if neither `duration` nor `scans` is given.
+        duration: machine time with its unit, such as "10 s".
+        scans: number of scans.
+        endless: without any of them a run has no end; otherwise it takes `DEFAULT_RUN`.
+
+    Raises:
+        ValueError: both are given, or one of them is no time or no number to run for.
+    """
+    if scans is not None and duration is not None:
+        raise ValueError("--scans and --for say the same thing: give one of them")
+    if scans is not None:
+        if scans < 1:
+            raise ValueError(f"--scans {scans} is not allowed: 1 or more")
+        return scans
+    if duration is None and spec.run_for_s is not None:
+        duration = f"{spec.run_for_s:f} s"
+    if duration is None:
+        if endless:
+            return None
+        duration = DEFAULT_RUN
+    return -(-parse_duration(duration) // spec.scan_ns)
+
+
+DEFAULT_RUN = "10 s"
+"""Machine time of a run in virtual time, if nobody says how long."""
+
+
+def _from_toml(path: Path) -> Job:
+    file = load_rack_file(path)
+    try:
+        program = load_program(str(file.spec.program), path.parent)
+    except ProgramError as error:
+        raise file.refusal("program", str(error)) from error
+    return _job(file.spec, program, path, str(path))
+
+
+def _from_python(rack: str) -> Job:
+    spec, path = load_spec(rack)
+    if isinstance(spec.program, str):
+        return _job(spec, load_program(spec.program, path.parent), path, rack)
+    name = getattr(spec.program, "__name__", type(spec.program).__name__)
+    return Job(spec, spec.program, f"{path.name}:{name}", path, path, _rack_name(rack))
+
+
+def _address(rack: str) -> str:
+    path, name = split_address(rack, RACK_FUNCTION)
+    return f"{path}:{name}"
+
+
+def _rack_name(rack: str) -> str:
+    """Return the address of a rack without the folder."""
+    path, name = split_address(rack, RACK_FUNCTION)
+    return Path(path).name if rack_form(Path(path)) is Form.DATA else f"{Path(path).name}:{name}"
+
+
+def _job(spec: RackSpec, program: Program, rack_file: Path, rack: str) -> Job:
+    name = f"{program.path.name}:{program.name}"
+    return Job(spec, program.function, name, program.path, rack_file, _rack_name(rack))
+
+
+def _call(file: Program) -> RackSpec:
+    """Call the function of a Python rack file."""
+    try:
+        spec = file.function()
+    except ValidationError as error:
+        raise RackFileError(explain(error, file.path)) from error
+    except (Exception, SystemExit) as error:
+        steps = traceback.extract_tb(error.__traceback__)
+        line = next((step.lineno for step in reversed(steps) if step.filename == str(file.path)), 1)
+        what = f"{type(error).__name__}: {error}"
+        raise RackFileError(f"{file.path}:{line}: {file.name}() raised {what}") from error
+    if not isinstance(spec, RackSpec):
+        raise RackFileError(f"{file.path}: {file.name}() returned {type(spec).__name__}, not a RackSpec")
+    return spec

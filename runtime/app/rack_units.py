@@ -1,0 +1,77 @@
+"""The units on a serial line beside a rack: their time is the rack's, their recording is beside its trace."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from ...traces.line import LineRecorder, UnitColumns
+from ..config.serial_units import UnitSpec
+from ..controllers.pcl601.line import Pcl601
+from ..line.ports import Segment
+from ..loop.events import JsonValue
+from .served_units import pcl601_values
+
+
+class UnitsBeside:
+    """Lets the units' time run with the scans; a listener of the scan loop.
+
+    Args:
+        units: by their addresses, one at least.
+        trace: of the rack; what is said on the line and the registers go beside it, see `line_path`.
+
+    Raises:
+        OSError: the recording can't be written.
+    """
+
+    def __init__(self, units: Mapping[int, Pcl601], trace: Path | None) -> None:
+        self.units = units
+        self._line = Segment(*self.units.values())
+        self._recorder = None if trace is None else self._recording(line_path(trace))
+        self._record(0)
+
+    def _recording(self, path: Path) -> LineRecorder:
+        columns = [UnitColumns(address, tuple(pcl601_values(unit))) for address, unit in self.units.items()]
+        return LineRecorder(path, columns, {"controller": "pcl601"})
+
+    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
+        """Take no notice: the line knows nothing of the modules."""
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Let the time of the line run to this scan, and record what came of it."""
+        said = self._line.advance(now_ns)
+        if said and self._recorder is not None:
+            self._recorder.said(now_ns, said)
+        self._record(now_ns)
+
+    def close(self) -> None:
+        """Finish the recording."""
+        if self._recorder is not None:
+            self._recorder.close()
+
+    def _record(self, now_ns: int) -> None:
+        if self._recorder is not None:
+            for address, unit in self.units.items():
+                self._recorder.unit(now_ns, address, pcl601_values(unit))
+
+
+def units_of(specs: Iterable[UnitSpec], folder: Path) -> dict[int, Pcl601]:
+    """Make the units beside a rack.
+
+    Args:
+        specs: what they are.
+        folder: where the paths of their programs start.
+
+    Raises:
+        ValueError: a program can't be used.
+    """
+    return {spec.address: spec.make(folder) for spec in specs}
+
+
+def line_path(trace: Path) -> Path:
+    """Return the file for the line beside a trace.
+
+    >>> line_path(Path("out/run.mcap")).name
+    'run.line.mcap'
+    """
+    return trace.with_name(f"{trace.stem}.line.mcap")

@@ -1,0 +1,192 @@
+"""A recording played to modules, to a program, or to a whole rack."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from enum import StrEnum
+from itertools import pairwise
+
+from ...io_images.amci3601 import InputBit
+from ...traces.compare import Tolerance
+from ...traces.replay import Follower, Image, Recording
+from ..cli.progress import shown_progress
+from ..config.rackspec import RackSpec
+from ..loop.faults import CpuFault
+from ..loop.rack import Card, Rack
+from ..loop.scan import CpuMode, Logic
+from .build import build_playback, build_rack
+from .levels import recorded_levels
+from .playback import RecordedInputs, Score, Stimulus, recorded_outputs, stimulated
+
+
+class Into(StrEnum):
+    """What a recording is played to."""
+
+    MODULE = "module"
+    PROGRAM = "program"
+    RACK = "rack"
+
+
+class Stimuli(StrEnum):
+    """What acts on the machine."""
+
+    MACHINE = "machine"
+    """The rack file's timeline and stations, anew."""
+
+    RECORDED = "recorded"
+    """The stimuli that the trace tells of."""
+
+    INPUTS = "inputs"
+    """The levels of the inputs as the recorded status bits show them; all that hardware tells."""
+
+
+class Replay:
+    """A recording and what it is played to.
+
+    Args:
+        recording: what is played.
+        spec: the rack; its modules answer to the recorded outputs.
+        logic: answers to the recorded inputs.
+        into: which of them is real.
+        slots: the slots of which the images are compared.
+
+    Attributes:
+        rack: the rack in which it is played.
+        notes: what is to be known of it, in words.
+    """
+
+    def __init__(
+        self, recording: Recording, spec: RackSpec, logic: Logic | None, into: Into, slots: Sequence[int]
+    ) -> None:
+        self._recording = recording
+        self._spec = spec
+        self._score = Score(recording.numbers, recording.times, recording.flags, _forces(recording))
+        self.rack = build_rack(spec) if into is not Into.PROGRAM else self._recorded_rack()
+        self._logic = logic or recorded_outputs(self._score, recording.memory)
+        directions = {Into.MODULE: ("in",), Into.PROGRAM: ("out",), Into.RACK: ("in", "out")}[into]
+        self._images: list[Image] = [(slot, direction) for slot in slots for direction in directions]
+        self.notes = list(_assumptions(into, self._score))
+
+    def run(self, allowed: Tolerance, *, to_the_end: bool, quiet: bool) -> Follower:
+        """Play it, until it differs or to the end; return who has followed it.
+
+        A program that raises or does not come back ends it, too, and is noted.
+        """
+        follower = Follower(self._recording, self.rack.memory, self._images, tolerance=allowed)
+        cpu = build_playback(self._spec, self._score, self._logic, self.rack, listeners=[follower])
+        if not to_the_end:
+            follower.stop = cpu.stop
+        with cpu.stopping_on_ctrl_c(), cpu, shown_progress(cpu, self._score.numbers[-1], quiet=quiet):
+            try:
+                cpu.play()
+            except CpuFault as error:
+                self.notes.append(f"the replay faulted in {error}")
+        return follower
+
+    def _recorded_rack(self) -> Rack:
+        """Return a rack of modules that show the recorded inputs."""
+        recording = self._recording
+        return Rack(
+            Card(
+                slot.number,
+                RecordedInputs(recording.images((slot.number, "in")), recording.times),
+                slot.module,
+                slot.firmware,
+            )
+            for slot in recording.slots
+        )
+
+
+_GAPS_TOLD = 3
+
+_FRESH = {
+    Into.MODULE: "the module is taken to be just powered up",
+    Into.PROGRAM: "the program is taken to have just been started",
+    Into.RACK: "the rack is taken to be just powered up",
+}
+
+
+def _assumptions(into: Into, score: Score) -> Iterator[str]:
+    """Yield what is taken for granted of a trace."""
+    first = score.numbers[0]
+    if first:
+        yield f"the trace begins with scan {first:,}, in mid-life: {_FRESH[into]} then"
+    if all(score.mode(row) is CpuMode.PROGRAM for row in range(len(score.flags))):
+        yield "the flags of all scans say program mode, in which logic rests and outputs are not sent"
+    gaps = list(_gaps(score.numbers))
+    yield from gaps[:_GAPS_TOLD]
+    if len(gaps) > _GAPS_TOLD:
+        yield f"and so on, {len(gaps):,} times in all"
+
+
+def _gaps(numbers: Sequence[int]) -> Iterator[str]:
+    """Yield what is taken for granted of scans that are missing."""
+    for before, after in pairwise(numbers):
+        if after != before + 1:
+            missing = f"scans {before + 1} to {after - 1} are missing"
+            yield f"{missing}: outputs and inputs are taken to stay as they were in scan {before}"
+
+
+def _forces(recording: Recording) -> Mapping[int, Mapping[str, int]]:
+    """Return the forces by the scan from which they were in effect."""
+    return {
+        event.scan: {address: int(str(value)) for address, value in event.fields.items()}
+        for event in recording.events
+        if event.topic == "/forces"
+    }
+
+
+def recorded_stimuli(recording: Recording) -> Iterator[Stimulus]:
+    """Yield what acted on the inputs, as a trace tells it; incidents come with the rack."""
+    for event in recording.events:
+        name = str(event.fields.get("name")).upper()
+        if event.topic == "/stimuli" and name in InputBit.__members__:
+            slot, level = int(str(event.fields["slot"])), event.fields.get("energised")
+            yield Stimulus(event.now_ns, slot, InputBit[name], None if level is None else bool(level))
+
+
+def with_stimuli(spec: RackSpec, recording: Recording, stimuli: Stimuli) -> RackSpec:
+    """Return a rack on whose machines the stimuli act that are asked for."""
+    if stimuli is Stimuli.MACHINE:
+        return spec
+    found = recorded_stimuli(recording) if stimuli is Stimuli.RECORDED else recorded_levels(recording)
+    by_slot: dict[int, list[Stimulus]] = defaultdict(list)
+    for each in found:
+        by_slot[each.slot].append(each)
+    slots = tuple(
+        slot.model_copy(
+            update={
+                "machine": stimulated(
+                    slot.machine, by_slot[slot.number], switches=stimuli is not Stimuli.INPUTS
+                )
+            }
+        )
+        for slot in spec.slot
+    )
+    return spec.model_copy(update={"slot": slots})
+
+
+def check_slots(recording: Recording, spec: RackSpec, only: int | None) -> list[int]:
+    """Return the slots of which the images are compared.
+
+    Raises:
+        ValueError: trace and rack have different slots, or the wanted one is not there.
+    """
+    recorded, given = (
+        sorted(slot.number for slot in recording.slots),
+        sorted(slot.number for slot in spec.slot),
+    )
+    if recorded != given:
+        raise ValueError(
+            f"the trace has {_slots(recorded)}, the rack {_slots(given)}: they have to be the same"
+        )
+    if only is None:
+        return recorded
+    if only not in recorded:
+        raise ValueError(f"--slot {only}: the trace has {_slots(recorded)}")
+    return [only]
+
+
+def _slots(numbers: Iterable[int]) -> str:
+    return f"slot {', '.join(map(str, numbers))}"

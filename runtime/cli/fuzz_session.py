@@ -1,0 +1,231 @@
+"""What a session of `scanrack fuzz` does: look again at what is known, search on, tell and hand over."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from signal import default_int_handler
+from threading import current_thread, main_thread
+from types import FrameType
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskID, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+from ..app.fuzz import Found, Scenario, undisturbed
+from ..app.fuzz.campaign import campaign
+from ..app.fuzz.confirming import Confirmation
+from ..app.fuzz.executors import executor_of
+from ..app.fuzz.folder_lock import locked
+from ..app.fuzz.job import Setup, bench_of, hand_over
+from ..app.fuzz.run import NO_FAULT, Bench, Broken
+from ..app.fuzz.state import RECORDING, State, read_state, write_state
+from ..app.fuzz.steady import Uses
+from ..app.fuzz.working import Apart, Work
+from ..app.loading import Job
+from ..loop.pace import interrupted_by, wall_ns
+from .fuzz_summary import failure, held, mended, summary
+from .status import DONE, INTERRUPTED, NO
+from .terminal import say, visible
+
+MOST_RUNS, LEAST_RUNS, SCANS, LINKED_SCANS = 50, 10, 150_000, 15_000
+"""Scenarios per task: as many as this number of scans, a few seconds' work, but within these limits.
+
+With an adapter in the rack a scan takes ten times as long, or more.
+"""
+
+
+@contextmanager
+def noting_ctrl_c() -> Iterator[Callable[[], bool]]:
+    """Raise KeyboardInterrupt on Ctrl-C, and know of it even if somebody swallows that; yield who knows.
+
+    Where Ctrl-C is ignored, as in the background of a shell, or somebody else's, it stays so.
+    """
+    times = 0
+
+    def note(_number: int, _frame: FrameType | None) -> None:
+        nonlocal times
+        times += 1
+        raise KeyboardInterrupt
+
+    if current_thread() is not main_thread() or signal.getsignal(signal.SIGINT) is not default_int_handler:
+        yield lambda: False
+        return
+    signal.signal(signal.SIGINT, note)
+    try:
+        yield lambda: times > 0
+    finally:
+        signal.signal(signal.SIGINT, default_int_handler)
+
+
+@dataclass(frozen=True, slots=True)
+class Session:
+    """What one call of the command is asked to do.
+
+    Attributes:
+        job: the rack.
+        setup: what is searched.
+        folder: where everything goes.
+        runs: how many scenarios are tried, if there is no limit of time.
+        limit_ns: how long is searched; None = until all runs are done.
+        jobs: how many searches at a time.
+        dask: address of a Dask scheduler, or None.
+        base: the scenario of a recording, or None.
+        quiet: only what is broken is told.
+    """
+
+    job: Job
+    setup: Setup
+    folder: Path
+    runs: int
+    limit_ns: int | None
+    jobs: int
+    dask: str | None
+    base: Scenario | None
+    quiet: bool
+
+    @property
+    def state_file(self) -> Path:
+        """Where all that is known is kept."""
+        return self.folder / "state.json"
+
+    @property
+    def examples(self) -> int:
+        """How many scenarios a task tries."""
+        return self._most_examples if self.tasks is None else -(-self.runs // self.tasks)
+
+    @property
+    def tasks(self) -> int | None:
+        """How many tasks there are; None = as many as there is time for."""
+        return None if self.limit_ns is not None else -(-self.runs // self._most_examples)
+
+    @property
+    def _most_examples(self) -> int:
+        linked = any(slot.module != "amci3601" for slot in self.job.spec.slot)
+        return min(MOST_RUNS, max(LEAST_RUNS, (LINKED_SCANS if linked else SCANS) // self.setup.scans))
+
+    def run(self) -> int:
+        """Search; return the exit status.
+
+        Raises:
+            ValueError: something can't be used.
+            OSError: a file can't be written.
+        """
+        self.folder.mkdir(parents=True, exist_ok=True)
+        with locked(self.folder):
+            return self._run()
+
+    def _run(self) -> int:
+        start_ns = wall_ns()
+        bench = bench_of(self.setup)
+        state = read_state(self.state_file, os.path.relpath(self.setup.rack, self.folder))
+        for old in state.leave_out_impossible(bench.spec):
+            say(f"left out: {old.sentence.rstrip('.')} [{old.invariant}]: the program needs newer firmware")
+        before = replace(state)
+        if self.base is not None:
+            state.corpus = {RECORDING: self.base, **state.corpus}
+        self._look_again(bench, state)
+        self._keep(bench, state, state.note(self._undisturbed(bench, state)))
+        status = DONE
+        if self._can_be_searched(state):
+            status = self._search(bench, state, start_ns)
+        broken = [each for _, each in sorted(state.found.items()) if each.broken.invariant in bench.names]
+        if not self.quiet:
+            say(summary(state, before, (wall_ns() - start_ns) / 1e9))
+            say(held(bench.names - {each.broken.invariant for each in broken}, state))
+        for each in broken:
+            say(f"{failure(each)}\n  see {self._folder_of(state, each.broken)}")
+        return status or (NO if broken else DONE)
+
+    def _undisturbed(self, bench: Bench, state: State) -> list[Found]:
+        """Run the program with nothing random around it, and say what it uses that may differ."""
+        uses = Uses()
+        found = undisturbed(
+            uses.watching(bench), self.base or Scenario(), state.found, confirm=Confirmation(self.setup)
+        )
+        if uses.seen:
+            self._complain(f"the program uses {uses}: it may not do the same twice in the same surroundings")
+        return found
+
+    def _look_again(self, bench: Bench, state: State) -> None:
+        """Look whether what was broken still is, and tell what is not."""
+        for broken in state.recheck(bench):
+            say(f"mended: {broken.sentence.rstrip('.')} [{broken.invariant}]")
+            mended(self._folder_of(state, broken) / "report.txt")
+
+    def _can_be_searched(self, state: State) -> bool:
+        """Whether the program can be searched; if not, say why."""
+        faults = [each for each in state.found.values() if each.broken.invariant == NO_FAULT]
+        if any(not each.scenario.size for each in faults):
+            self._complain("the program faults with nothing random around it: mend that, then search")
+            return False
+        return True
+
+    def _search(self, bench: Bench, state: State, start_ns: int) -> int:
+        deadline_ns = None if self.limit_ns is None else start_ns + self.limit_ns
+        with self._progress(state) as show, noting_ctrl_c() as pressed:
+
+            def news(found: list[Found]) -> None:
+                self._keep(bench, state, found)
+                show(found)
+
+            try:
+                campaign(
+                    Work(self.setup) if self.dask is None else Apart(Work(self.setup.from_anywhere())),
+                    state,
+                    executor_of(self.jobs, self.dask, self._complain),
+                    examples=self.examples,
+                    tasks=self.tasks,
+                    jobs=self.jobs,
+                    go_on=lambda: not pressed() and (deadline_ns is None or wall_ns() < deadline_ns),
+                    news=news,
+                )
+            except KeyboardInterrupt:
+                interrupted = True
+            else:
+                interrupted = pressed()
+        if interrupted:
+            self._complain(f"stopped by {interrupted_by()}; the same command goes on from here")
+            return INTERRUPTED
+        return DONE
+
+    def _keep(self, bench: Bench, state: State, found: Iterable[Found]) -> None:
+        """Write down all that is known, and hand over what is new."""
+        for each in found:
+            hand_over(self.job, self.setup, bench, each, self._folder_of(state, each.broken))
+        write_state(state, self.state_file)
+
+    def _folder_of(self, state: State, broken: Broken) -> Path:
+        return self.folder / state.folders[broken.key]
+
+    @contextmanager
+    def _progress(self, state: State) -> Iterator[Callable[[list[Found]], None]]:
+        """Show how far the search is, if there is a terminal; yield what is told after every task."""
+        console = Console(file=sys.stderr)  # the real one, whatever a running program prints to
+        if self.quiet or not console.is_terminal:
+            yield lambda found: None
+            return
+        columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
+        with Progress(*columns, console=console) as bar:
+            total = self.tasks if self.limit_ns is None else self.limit_ns
+            yield self._bar(bar, bar.add_task("searching", total=total), state)
+
+    def _bar(self, bar: Progress, task: TaskID, state: State) -> Callable[[list[Found]], None]:
+        start_ns, tasks_before = wall_ns(), state.tasks
+
+        def show(found: list[Found]) -> None:
+            for each in found:
+                bar.console.print(visible(str(each.broken)), highlight=False, markup=False)
+            done = state.tasks - tasks_before if self.limit_ns is None else wall_ns() - start_ns
+            text = f"{state.runs:,} runs, {len(state.found)} broken"
+            bar.update(task, completed=done, description=text)
+
+        return show
+
+    @staticmethod
+    def _complain(text: str) -> None:
+        say(f"scanrack: {text}", err=True)

@@ -1,0 +1,106 @@
+"""What `scanrack fuzz` tells: a failure in words, and what a campaign came to."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from pathlib import Path
+from textwrap import wrap
+
+from ...io_images.amci3601 import ERROR_BITS, RULES
+from ..app.fuzz import Found
+from ..app.fuzz.run import NO_FAULT
+from ..app.fuzz.search import SPENT
+from ..app.fuzz.state import State
+from ..app.fuzz.words import told
+
+WIDTH = 100
+
+
+def failure(found: Found) -> str:
+    """Return a failure in a few lines: what is broken, what it takes, and what is to be seen then.
+
+    The first line tells which invariant and when, the others are indented.
+    """
+    broken = found.broken
+    lines = [*told(found.scenario), *broken.shows, *broken.rules]
+    return "\n  ".join([str(broken), *lines])
+
+
+def report(found: Found, chart: Sequence[str], again: Sequence[str], check: str) -> str:
+    """Return the text of a failure's report.
+
+    Args:
+        found: the failure.
+        chart: where its picture is, as a whole and around the failure.
+        again: commands that show it again, and what can't.
+        check: the command that looks whether a changed program still breaks.
+    """
+    broken = found.broken
+    parts = [
+        ("What it takes:", told(found.scenario)),
+        (f"At the end of scan {broken.scan}, {broken.now_ns / 1e9:g} s:", broken.shows),
+        ("Rules that fired in that scan:", broken.rules or ["none"]),
+        ("Its picture, and the part around the failure:", chart),
+        ("Run it again:", again),
+        ("Look whether the program still does it, after a change:", [check]),
+    ]
+    return "\n".join([str(broken), *(line for title, lines in parts for line in _part(title, lines))]) + "\n"
+
+
+def _part(title: str, lines: Sequence[str]) -> Iterator[str]:
+    yield ""
+    yield title
+    yield from (f"    {line}" for line in lines)
+
+
+def summary(state: State, before: State, seconds: float) -> str:
+    """Return what a campaign came to, for people.
+
+    Args:
+        state: what is known now.
+        before: what was known before this session.
+        seconds: how long the session took.
+    """
+    return "\n".join([*_figures(state, before, seconds), *_rules(state)])
+
+
+def _figures(state: State, before: State, seconds: float) -> Iterator[str]:
+    runs, scans = state.runs - before.runs, state.scans - before.scans
+    rate = f" ({runs / seconds:,.0f} runs and {scans / seconds:,.0f} scans per second)" if runs else ""
+    yield f"runs          {runs:,}{rate}"
+    if state.shrinking:
+        yield f"              {state.shrinking:,} of them to shrink what was found"
+    if before.runs:
+        yield f"in all        {state.runs:,} runs, {state.scans:,} scans"
+    if state.printed:
+        yield f"printed       {state.printed:,} lines by the program, not shown"
+    total = state.spent.total()
+    if total:
+        shares = ", ".join(f"{what} {state.spent[what] / total:.0%}" for what in SPENT)
+        yield f"time          {shares}"
+
+
+def _rules(state: State) -> Iterator[str]:
+    told_of = [rule.id for rule in RULES.values() if rule.list_of and rule.list_of & ERROR_BITS.value]
+    fired = [rule for rule in told_of if state.rules[rule]]
+    yield f"error rules   {len(fired)} of {len(told_of)} of chapter 6 fired"
+    yield from (f"  {rule:<9} {state.rules[rule]:>9,} times" for rule in fired)
+    never = ", ".join(rule for rule in told_of if not state.rules[rule])
+    yield from wrap(never, WIDTH, initial_indent="  never     ", subsequent_indent=" " * 12)
+
+
+def held(names: Collection[str], state: State) -> str:
+    """Return a line with the invariants that held, and what has never been put to the test."""
+    untried = {name for name in names if name not in state.applied and name != NO_FAULT and state.runs}
+    told_of = [f"{name} (its clock never started)" if name in untried else name for name in sorted(names)]
+    return f"held          {', '.join(told_of) or 'nothing'}"
+
+
+def mended(file: Path) -> None:
+    """Write into a failure's report that the program does it no longer."""
+    if file.is_file():
+        text = file.read_text(encoding="utf-8")
+        file.write_text(f"{MENDED}\n\n{text.removeprefix(MENDED).lstrip()}", encoding="utf-8")
+
+
+MENDED = "Mended: a later run of the program in these surroundings kept it."

@@ -1,0 +1,151 @@
+"""What the commands that read traces have in common: which scans, how far, and how a mistake is told."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from ...traces.reader import Trace
+from ...traces.records import TraceLimitError
+from ...traces.signals import ALL, Selection, count
+from ..config.quantities import parse_time
+from .status import BAD_INPUT, CANNOT_WRITE
+from .terminal import on_a_line, say
+
+ScanRange = tuple[int, int | None]
+"""First and last scan, both included; None = to the end."""
+
+RAISED_BY = {"chunk_bytes": "--max-chunk", "records": "--max-records"}
+"""The option that raises each of the limits for reading traces, see traces.limits."""
+
+ScansOption = Annotated[
+    str | None,
+    typer.Option("--scans", metavar="A:B", help="Only these scans, both ends included.", show_default="all"),
+]
+TimeOption = Annotated[
+    str | None,
+    typer.Option(
+        "--time", metavar="A:B", help="Only this time, such as 1.5s:3s or 10min: .", show_default="all"
+    ),
+]
+QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")]
+
+
+def selection(scans: str | None, time: str | None) -> Selection:
+    """Return what --scans and --time select.
+
+    >>> selection("10:20", "1.5s:")
+    Selection(first=10, last=20, start_ns=1500000000, end_ns=None)
+
+    Raises:
+        ValueError: one of them is no range.
+    """
+    first, last = (0, None) if scans is None else parse_range(scans)
+    start_ns, end_ns = (0, None) if time is None else parse_time_range(time)
+    return Selection(first, last, start_ns, end_ns)
+
+
+def parse_range(text: str) -> ScanRange:
+    """Read a range of scans: `A:B`, `A:`, `:B` or `A`, both ends included.
+
+    >>> parse_range("100:200"), parse_range("100:"), parse_range(":200"), parse_range("7")
+    ((100, 200), (100, None), (0, 200), (7, 7))
+
+    Raises:
+        ValueError: it is no such range.
+    """
+    match = re.fullmatch(r"(\d*)(:?)(\d*)", text)
+    if match is None or not (match[1] or match[3]):
+        raise ValueError(f"{text!r} is no range of scans: allowed are A:B, A:, :B and A")
+    first = int(match[1] or 0)
+    last = first if not match[2] else int(match[3]) if match[3] else None
+    if last is not None and last < first:
+        raise ValueError(f"{text!r} is no range of scans: it ends before it begins")
+    return first, last
+
+
+def parse_time_range(text: str) -> tuple[int, int | None]:
+    """Read a range of virtual time, ns, both ends included.
+
+    >>> parse_time_range("1.5s:3s"), parse_time_range(":250 ms"), parse_time_range("2min:")
+    ((1500000000, 3000000000), (0, 250000000), (120000000000, None))
+
+    Raises:
+        ValueError: it is no such range.
+    """
+    start, colon, end = (part.strip() for part in text.partition(":"))
+    if not colon or not (start or end):
+        raise ValueError(f"--time {text!r} is no range of time: allowed are A:B, A: and :B, as in 1.5s:3s")
+    start_ns = parse_time(start) if start else 0
+    end_ns = parse_time(end) if end else None
+    if end_ns is not None and end_ns < start_ns:
+        raise ValueError(f"--time {text!r} is no range of time: it ends before it begins")
+    return start_ns, end_ns
+
+
+@contextmanager
+def reading(trace: Trace, selection: Selection = ALL, *, quiet: bool) -> Iterator[Callable[[int], None]]:
+    """Show a bar of the scans gone through, on a terminal and if nobody asked for quiet."""
+    console = Console(stderr=True)
+    if quiet or not console.is_terminal:
+        yield lambda scans: None
+        return
+    columns = (TextColumn("scans"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("scans", total=count(trace, selection))
+        yield lambda scans: bar.advance(task, scans)
+
+
+def tell_notes(*traces: Trace) -> None:
+    """Say on standard error what is wrong with the files."""
+    for trace in traces:
+        for note in trace.notes:
+            say(on_a_line(f"note: {note}"), err=True)
+
+
+@contextmanager
+def told_mistakes() -> Iterator[None]:
+    """Tell what the user or the disk got wrong in one line on standard error, and end."""
+    try:
+        yield
+    except TraceLimitError as error:
+        _end(f"{error}; 'scanrack {RAISED_BY[error.limit]} N COMMAND ...' raises the limit", BAD_INPUT)
+    except (ValueError, ImportError) as error:
+        _end(str(error), BAD_INPUT)
+    except OSError as error:
+        says = error.strerror or str(error)
+        _end(f"{error.filename}: {says}" if error.filename else says, CANNOT_WRITE)
+
+
+@contextmanager
+def writing(target: Path) -> Iterator[None]:
+    """Let an error that is about no file in particular, such as a full disk, name the file written."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename is not None or error.errno is None:
+            raise
+        raise OSError(error.errno, os.strerror(error.errno), str(target)) from error
+
+
+def check_target(target: Path, trace: Path) -> None:
+    """Refuse to write over the trace that is read.
+
+    Raises:
+        ValueError: both are the same file.
+    """
+    if target.exists() and trace.exists() and target.samefile(trace):
+        raise ValueError(f"{target} is the trace itself: choose another file to write to")
+
+
+def _end(says: str, status: int) -> None:
+    say(f"scanrack: {says}", err=True)
+    raise typer.Exit(status)

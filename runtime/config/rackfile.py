@@ -1,0 +1,235 @@
+"""Rack files: TOML to a `RackSpec`, and every mistake with its file, line, key, value and what is allowed.
+
+line.toml:7: slot.machine.switches.input = "hom": did you mean home? Allowed are capture, ...
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from ..loop.addresses import allowed
+from .machine_tables import (
+    EncoderTable,
+    JamTable,
+    MachineTable,
+    SlipTable,
+    StationTable,
+    SwitchTable,
+    TimelineTable,
+)
+from .rackspec import ForceSpec, IncidentSpec, MisplacedError, RackSpec, SlotSpec
+from .serial_units import UnitSpec
+from .tomllines import KeyLines, KeyPath
+
+
+class RackFileError(ValueError):
+    """A rack file that can't be used; a line of the message for every mistake, in their order."""
+
+
+@dataclass(frozen=True, slots=True)
+class RackFile:
+    """A rack file that has been read.
+
+    Attributes:
+        path: the file.
+        text: what it says.
+        spec: what it means.
+        lines: where it says it.
+    """
+
+    path: Path
+    text: str
+    spec: RackSpec
+    lines: KeyLines
+
+    def refusal(self, key: str, problem: str) -> RackFileError:
+        """Return the error for a key at the top of the file whose value turns out to be wrong later."""
+        mistake = _Mistake((key,), _value(getattr(self.spec, key)), problem)
+        return RackFileError(mistake.message(self.path, self.lines))
+
+
+def load_rack_file(path: Path | str) -> RackFile:
+    """Read a rack file.
+
+    Raises:
+        RackFileError: it can't be read, is no TOML, or says something that is not allowed.
+    """
+    path = Path(path)
+    return parse_rack_file(_read(path), path)
+
+
+def parse_rack_file(text: str, path: Path) -> RackFile:
+    """Read the text of a rack file.
+
+    Args:
+        text: what it says.
+        path: what it is called in messages.
+
+    Raises:
+        RackFileError: it is no TOML, or says something that is not allowed.
+    """
+    try:
+        document = tomllib.loads(text, parse_float=Decimal)
+    except tomllib.TOMLDecodeError as error:
+        raise RackFileError(_syntax_error(path, str(error))) from None
+    except RecursionError:
+        raise RackFileError(f"{path}: tables and arrays are nested too deep") from None
+    lines = KeyLines(text)
+    try:
+        spec = RackSpec.model_validate(document)
+    except ValidationError as error:
+        raise RackFileError(explain(error, path, lines)) from None
+    return RackFile(path, text, spec, lines)
+
+
+def explain(error: ValidationError, path: Path, lines: KeyLines | None = None) -> str:
+    """Return what is wrong with a specification, a line for every mistake.
+
+    Args:
+        error: what pydantic found.
+        path: the file that the specification is from.
+        lines: where its keys stand, if that is known.
+    """
+    found = error.errors(include_url=False)
+    mistakes = [_mistake(details) for details in found if not _follows_from_others(details, found)]
+    if lines is not None:
+        mistakes.sort(key=lambda mistake: lines.line(mistake.path))
+    return "\n".join(mistake.message(path, lines) for mistake in mistakes)
+
+
+def _read(path: Path) -> str:
+    try:
+        return path.read_text("utf-8")
+    except FileNotFoundError:
+        raise RackFileError(f"{path}: there is no such rack file") from None
+    except OSError as error:
+        raise RackFileError(f"{path}: the rack file can't be read: {error.strerror}") from None
+    except UnicodeDecodeError as error:
+        raise RackFileError(f"{path}: the rack file is no text in UTF-8: {error.reason}") from None
+
+
+def _syntax_error(path: Path, message: str) -> str:
+    """Put the line that tomllib tells at the end where people look for it."""
+    match = re.search(r" \(at line (\d+), column (\d+)\)$", message)
+    if match is None:
+        return f"{path}: this is no TOML: {message}"
+    return f"{path}:{match[1]}: this is no TOML: {message[: match.start()]} in column {match[2]}"
+
+
+@dataclass(frozen=True, slots=True)
+class _Mistake:
+    """A mistake: where, what stands there as the file writes it (or nothing), and what is wrong with it."""
+
+    path: KeyPath
+    value: str
+    problem: str
+
+    def message(self, path: Path, lines: KeyLines | None) -> str:
+        where = f"{path}" if lines is None else f"{path}:{lines.line(self.path)}"
+        key = ".".join(part for part in self.path if isinstance(part, str))
+        given = f"{key} = {self.value}" if self.value else key
+        return ": ".join(part for part in (where, given, self.problem) if part)
+
+
+def _follows_from_others(details: ErrorDetails, found: list[ErrorDetails]) -> bool:
+    """Whether an array is called too short only because entries of it were refused."""
+    path = details["loc"]
+    return details["type"] == "too_short" and any(
+        len(other["loc"]) > len(path) and other["loc"][: len(path)] == path for other in found
+    )
+
+
+def _mistake(details: ErrorDetails) -> _Mistake:
+    path: KeyPath = details["loc"]
+    kind, value = details["type"], details["input"]
+    cause = details.get("ctx", {}).get("error")
+    if kind == "extra_forbidden":
+        return _Mistake(path, "", f"unknown key; {allowed(path[-1], _keys_at(path[:-1]))}")
+    if kind == "missing":
+        return _Mistake(path, "", "this key is missing")
+    if isinstance(cause, MisplacedError):
+        return _Mistake(cause.path, _value(cause.value), str(cause))
+    if cause is not None:
+        below = _named_key(str(cause), value)
+        return _Mistake((*path, *below), _value(_look_up(value, below)) if below else "", str(cause))
+    return _Mistake(path, _value(value), _problem(kind, details["msg"], details.get("ctx", {})))
+
+
+def _problem(kind: str, message: str, context: Mapping[str, Any]) -> str:
+    """Return what is wrong with a value, by pydantic's kind of error."""
+    if kind in _ALLOWED:
+        return f"allowed is {_ALLOWED[kind].format(message=message, **context)}"
+    return message
+
+
+_ALLOWED = {
+    "allowed": "{message}",
+    "int_type": "a whole number",
+    "bool_type": "true or false",
+    "string_type": "text in quotes",
+    "tuple_type": "an array",
+    "too_short": "an array of {min_length} or more",
+    "model_type": "a table",
+    "literal_error": "{expected}",
+    "greater_than_equal": "{ge} or more",
+}
+"""By kind of error: what is allowed; other kinds say it themselves."""
+
+_MODELS: Mapping[tuple[str, ...], type[BaseModel]] = {
+    (): RackSpec,
+    ("slot",): SlotSpec,
+    ("force",): ForceSpec,
+    ("incident",): IncidentSpec,
+    ("unit",): UnitSpec,
+    ("slot", "machine"): MachineTable,
+    ("slot", "machine", "switches"): SwitchTable,
+    ("slot", "machine", "timeline"): TimelineTable,
+    ("slot", "machine", "encoder"): EncoderTable,
+    ("slot", "machine", "slips"): SlipTable,
+    ("slot", "machine", "jams"): JamTable,
+    ("slot", "machine", "stations"): StationTable,
+}
+"""By table, without the indexes of arrays: the keys there are."""
+
+
+def _keys_at(path: KeyPath) -> Iterable[str]:
+    return _MODELS[tuple(part for part in path if isinstance(part, str))].model_fields
+
+
+def _named_key(message: str, table: object) -> KeyPath:
+    """Return the path of the key of `table` that a refusal names first, or nothing."""
+    paths = {str(path[-1]): path for path in _keys_in(table)}
+    named = (paths[word] for word in re.findall(r"\w+", message) if word in paths)
+    return next(named, ())
+
+
+def _keys_in(table: object) -> Iterable[KeyPath]:
+    if isinstance(table, Mapping):
+        for key in table:
+            yield (key,)
+        for option in table.get("options", ()):
+            yield ("options", option)
+
+
+def _look_up(table: Any, path: KeyPath) -> object:
+    for key in path:
+        table = table[key]
+    return table
+
+
+def _value(value: object) -> str:
+    """Return a value as it is written in a rack file, long ones shortened; tables are not repeated."""
+    if isinstance(value, Mapping | BaseModel | list | tuple):
+        return ""
+    text = str(value) if isinstance(value, Decimal) else json.dumps(value, default=str, ensure_ascii=False)
+    return text if len(text) <= 60 else f"{text[:57]}..."

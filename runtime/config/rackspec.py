@@ -1,0 +1,346 @@
+"""A rack as typed objects: what a rack file says, and what a rack in Python is built of.
+
+    RackSpec(
+        program=logic,
+        scan_ms=2,
+        slot=[SlotSpec(number=1, module="amci3601", machine=MachineSpec(...))],
+    )
+
+Fields are called as in the rack file. A specification that exists is sound: slots
+are unique, addresses of forces exist, modules take their options.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from decimal import Decimal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
+
+from pydantic import BeforeValidator, Field, GetPydanticSchema, PlainValidator, model_validator
+from pydantic_core import PydanticCustomError, core_schema
+
+from ...io_images.amci3601.firmware import KNOWN, Firmware
+from ..loop.addresses import allowed, parse_address
+from ..loop.events import JsonValue
+from ..loop.forces import check_value
+from ..loop.incidents import ON_THE_LINE, Happening, Incident
+from ..loop.module import Module
+from ..machine import MachineSpec
+from ..modules.registry import CATALOG, check_controller
+from .machine_tables import MachineTable, Table
+from .quantities import Milliseconds, Number, Seconds, between, exact_ns
+from .serial_units import UnitSpec
+from .tomllines import KeyPath
+
+if TYPE_CHECKING:
+    from ..modules.adapters.live import LivePcl601, LivePmc006
+
+Result = TypeVar("Result")
+
+SIMULATED = "sim"
+"""The port of an adapter whose controller is simulated."""
+
+
+class MisplacedError(ValueError):
+    """A mistake at a certain key.
+
+    Attributes:
+        path: where, from the top of the specification.
+        value: what stands there.
+    """
+
+    def __init__(self, path: KeyPath, value: object, message: str) -> None:
+        super().__init__(message)
+        self.path = path
+        self.value = value
+
+
+def _machine_schema(_source: Any, handler: Any) -> core_schema.CoreSchema:
+    """Take a MachineSpec as it is, and anything else as a table that describes one."""
+
+    def convert(value: object, describe: Callable[[object], MachineTable]) -> MachineSpec:
+        return value if isinstance(value, MachineSpec) else describe(value).spec()
+
+    return core_schema.no_info_wrap_validator_function(convert, handler.generate_schema(MachineTable))
+
+
+def _module_name(value: object) -> object:
+    if isinstance(value, str) and value not in CATALOG:
+        raise PydanticCustomError("name", "{hint}", {"hint": allowed(value, CATALOG)})
+    return value
+
+
+def _firmware_text(value: object) -> object:
+    if isinstance(value, Decimal | float):
+        raise PydanticCustomError("allowed", 'text in quotes, such as "{given}"', {"given": str(value)})
+    return value
+
+
+def _plain(value: object) -> object:
+    """Turn decimals of a rack file into floats, which options and JSON know."""
+    return {key: float(given) if isinstance(given, Decimal) else given for key, given in _items(value)}
+
+
+def _items(value: object) -> list[tuple[object, object]]:
+    if not isinstance(value, Mapping):
+        raise PydanticCustomError("allowed", "a table")
+    return list(value.items())
+
+
+def _bit_or_word(value: object) -> object:
+    return int(value) if isinstance(value, bool) else value
+
+
+def _program(value: object) -> str | Callable[..., Any]:
+    if isinstance(value, str) or callable(value):
+        return value
+    raise PydanticCustomError("allowed", "a path in quotes")
+
+
+class SlotSpec(Table):
+    """A slot.
+
+    Attributes:
+        number: from 1.
+        module: catalog name of what sits there.
+        firmware: its version.
+        needs_firmware: the oldest version that the program works with; `scanrack fuzz` tries no older one.
+        options: model switches by name.
+        machine: what it is bolted to.
+        wiring: "diagnostic": the step outputs are wired to the encoder inputs.
+        port: of an adapter: "sim", or where a real controller is: a serial device, or tcp:HOST:PORT.
+        address: of the controller there; as from the factory if left out.
+    """
+
+    number: Annotated[int, Field(ge=1)]
+    module: Annotated[str, BeforeValidator(_module_name)]
+    firmware: Annotated[str, BeforeValidator(_firmware_text)] = "4.1"
+    needs_firmware: Annotated[str, BeforeValidator(_firmware_text)] = str(KNOWN[0])
+    options: Annotated[Mapping[str, JsonValue], PlainValidator(_plain)] = Field(default_factory=dict)
+    machine: Annotated[MachineSpec, GetPydanticSchema(_machine_schema)] = MachineSpec()
+    wiring: Literal["diagnostic"] | None = None
+    port: str = SIMULATED
+    address: int | None = None
+
+    @property
+    def is_live(self) -> bool:
+        """Whether a real controller is meant."""
+        return self.port != SIMULATED
+
+    def open(self) -> LivePcl601 | LivePmc006:
+        """Open the real port and put the adapter on it; whoever has it closes it.
+
+        Raises:
+            ValueError: it can't be opened.
+        """
+        from ..modules.adapters.live import open_adapter
+
+        return open_adapter(self.module, self.port, self.address, self.options)
+
+    def make(self, seed: int) -> Module:
+        """Make the module, with a simulated controller whatever the port.
+
+        Raises:
+            ValueError: it can't take the firmware or an option.
+        """
+        return CATALOG[self.module](
+            firmware=self.firmware,
+            machine=self.machine,
+            seed=seed,
+            options=self.options,
+            wiring=self.wiring,
+        )
+
+    @model_validator(mode="after")
+    def _can_be_made(self) -> Self:
+        self.make(seed=0)
+        if Firmware.parse(self.firmware) < Firmware.parse(self.needs_firmware):
+            raise ValueError(
+                f"firmware {self.firmware}: the program needs {self.needs_firmware} or newer (needs_firmware)"
+            )
+        if self.is_live:
+            from ..modules.adapters.live import check_port
+
+            check_port(self.module, self.port, self.address)
+        elif self.address is not None:
+            raise ValueError(f"address {self.address}: it goes with a real port only")
+        return self
+
+
+class ForceSpec(Table):
+    """A force that holds from the first scan on.
+
+    Attributes:
+        address: see `runtime.loop.addresses`.
+        value: 0 or 1 for a bit, -32,768 to 65,535 for a word.
+    """
+
+    address: str
+    value: Annotated[int, BeforeValidator(_bit_or_word)]
+
+
+def _happening(value: object) -> object:
+    if isinstance(value, Happening):
+        return value
+    names = [each.value for each in Happening]
+    if value not in names:
+        raise PydanticCustomError("name", "{hint}", {"hint": allowed(value, names)})
+    return Happening(value)
+
+
+class IncidentSpec(Table):
+    """Something that happens to a module or to the CPU, see `runtime.loop.incidents`.
+
+    Attributes:
+        at_ms: when; or `at_s`.
+        what: "power-cycle", "link-lost", "removed", "fatal-error", "asic-lost", "torn-update",
+            "program-mode"; of an adapter "line-down", "replies-lost", "replies-damaged" or
+            "controller-power-cycle".
+        slot: the module it happens to; left out for "program-mode", and where there is one module only.
+        for_ms: how long; or `for_s`. For good if left out; a torn update lasts one RPI.
+        late_words: of a torn update: which of the eight output words come late.
+    """
+
+    at_ms: Milliseconds | None = None
+    at_s: Seconds | None = None
+    what: Annotated[Happening, PlainValidator(_happening)]
+    slot: int | None = None
+    for_ms: Milliseconds | None = None
+    for_s: Seconds | None = None
+    late_words: Annotated[tuple[int, ...], Field(strict=False)] = ()
+
+    def incident(self, only_slot: int = 1) -> Incident:
+        """Return the incident.
+
+        Raises:
+            ValueError: times or words are missing or contradict each other.
+        """
+        lasting = self.for_ms is not None or self.for_s is not None
+        slot = 0 if self.what is Happening.PROGRAM_MODE else self.slot or only_slot
+        return Incident(self.ns("at"), self.what, slot, self.ns("for") if lasting else 0, self.late_words)
+
+    @model_validator(mode="after")
+    def _is_possible(self) -> Self:
+        self.incident()
+        return self
+
+
+class RackSpec(Table):
+    """A rack and how it is run.
+
+    Attributes:
+        program: the logic: a path (`path[:function]`, relative to the rack file), or the function itself.
+        name: what it is called.
+        scan_ms: time from scan to scan, 0.01 to 1000 ms.
+        controller: "micrologix" exchanges images at the ends of the scan, "compactlogix" every RPI.
+        rpi_ms: the RPI of a CompactLogix, 0.01 to 1000 ms; 2 if left out.
+        watchdog_ms: longest that the logic of one scan may take on the wall clock; 0 = no watchdog.
+        run_for_s: machine time that a run takes, if the command line says nothing else.
+        trace: path of the recording, relative to the rack file.
+        seed: of what is left to chance.
+        mode: the CPU's mode at power-up.
+        slot: the slots, at least one.
+        force: the forces.
+        incident: what happens beside commands and inputs.
+        unit: controllers on a serial line beside the rack.
+    """
+
+    program: Annotated[str | Callable[..., Any], PlainValidator(_program)]
+    name: str = "rack"
+    scan_ms: Annotated[Number, between("0.01", "1000")] = Decimal(2)
+    controller: Literal["micrologix", "compactlogix"] = "micrologix"
+    rpi_ms: Annotated[Number, between("0.01", "1000")] | None = None
+    watchdog_ms: Annotated[Number, between("0", "3600000")] = Decimal(500)
+    run_for_s: Annotated[Number, between("0.00001", "1000000000")] | None = None
+    trace: str | None = None
+    seed: Annotated[int, Field(ge=0)] = 0
+    mode: Literal["run", "program", "test"] = "run"
+    slot: Annotated[tuple[SlotSpec, ...], Field(strict=False, min_length=1)]
+    force: Annotated[tuple[ForceSpec, ...], Field(strict=False)] = ()
+    incident: Annotated[tuple[IncidentSpec, ...], Field(strict=False)] = ()
+    unit: Annotated[tuple[UnitSpec, ...], Field(strict=False)] = ()
+
+    @property
+    def incidents(self) -> tuple[Incident, ...]:
+        """What happens, in the order given."""
+        return tuple(each.incident(self.slot[0].number) for each in self.incident)
+
+    @property
+    def scan_ns(self) -> int:
+        """Time from scan to scan, ns."""
+        return exact_ns(self.scan_ms, "ms")
+
+    @property
+    def rpi_ns(self) -> int:
+        """The RPI, ns."""
+        return exact_ns(Decimal(2) if self.rpi_ms is None else self.rpi_ms, "ms")
+
+    @model_validator(mode="after")
+    def _is_sound(self) -> Self:
+        self._check_times()
+        self._check_slots()
+        self._check_forces()
+        self._check_incidents()
+        self._check_units()
+        return self
+
+    def _check_times(self) -> None:
+        for key, unit in (("scan_ms", "ms"), ("rpi_ms", "ms"), ("watchdog_ms", "ms"), ("run_for_s", "s")):
+            value = getattr(self, key)
+            if value is not None:
+                _at((key,), value, exact_ns, value, unit, key)
+        if self.rpi_ms is not None and self.controller == "micrologix":
+            raise MisplacedError(("rpi_ms",), self.rpi_ms, 'goes with controller = "compactlogix" only')
+
+    def _check_slots(self) -> None:
+        seen: set[int] = set()
+        for index, slot in enumerate(self.slot):
+            if slot.number in seen:
+                path: KeyPath = ("slot", index, "number")
+                raise MisplacedError(path, slot.number, f"slot {slot.number} is used twice")
+            seen.add(slot.number)
+            if "controller" in self.model_fields_set:
+                path = ("slot", index, "firmware")
+                _at(path, slot.firmware, check_controller, slot.module, slot.firmware, self.controller)
+
+    def _check_forces(self) -> None:
+        modules = {slot.number: slot.module for slot in self.slot}
+        for index, force in enumerate(self.force):
+            path: KeyPath = ("force", index)
+            place = _at((*path, "address"), force.address, parse_address, force.address, modules)
+            _at((*path, "value"), force.value, check_value, force.address, place, force.value)
+
+    def _check_incidents(self) -> None:
+        numbers = [slot.number for slot in self.slot]
+        for index, each in enumerate(self.incident):
+            path: KeyPath = ("incident", index, "slot")
+            if each.what is Happening.PROGRAM_MODE:
+                if each.slot is not None:
+                    raise MisplacedError(path, each.slot, "the key is the CPU's: leave the slot out")
+            elif each.slot is None and len(numbers) > 1:
+                raise MisplacedError(path, "", f"is needed: modules sit in {', '.join(map(str, numbers))}")
+            elif each.slot is not None and each.slot not in numbers:
+                says = f"this slot is empty: modules sit in {', '.join(map(str, numbers))}"
+                raise MisplacedError(path, each.slot, says)
+            elif each.what in ON_THE_LINE and self._slot_of(each).is_live:
+                says = "the line of a real port can't be disturbed"
+                raise MisplacedError(("incident", index, "what"), each.what.value, says)
+
+    def _slot_of(self, incident: IncidentSpec) -> SlotSpec:
+        return next(slot for slot in self.slot if slot.number == (incident.slot or self.slot[0].number))
+
+    def _check_units(self) -> None:
+        seen: set[int] = set()
+        for index, unit in enumerate(self.unit):
+            if unit.address in seen:
+                path: KeyPath = ("unit", index, "address")
+                raise MisplacedError(path, unit.address, f"address {unit.address} is used twice")
+            seen.add(unit.address)
+
+
+def _at(path: KeyPath, value: object, check: Callable[..., Result], *arguments: Any) -> Result:
+    """Call `check`; what it refuses is misplaced at `path`."""
+    try:
+        return check(*arguments)
+    except ValueError as error:
+        raise MisplacedError(path, value, str(error).removeprefix(f"{value!r}: ")) from None

@@ -1,0 +1,89 @@
+"""Controllers that stand beside the rack: what a rack file says of a unit on a serial line.
+
+    [[unit]]
+    controller = "pcl601"
+    address = 1
+    program = "sample3.pclt"
+    start = true
+    pins = { home = "..-3000", soft_minus = "..-2000", in1 = "ground" }
+
+The switches of its machine are among its pins: closed while its motor stands at these positions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from ...io_images.pcl601 import Code
+from ...io_images.pcl601.program import Program, ProgramError, parse_program
+from ..controllers.pcl601.line import Pcl601
+from ..controllers.pcl601.pins import Pins
+from ..controllers.pcl601.pinstates import connect
+from ..controllers.pcl601.program import load
+from ..controllers.pcl601.wiring import Wiring
+from .machine_tables import Table
+
+
+class UnitSpec(Table):
+    """A controller beside the rack.
+
+    Attributes:
+        controller: which.
+        address: on its line, 0 to 99.
+        program: path of its stored program, relative to the rack file.
+        start: the program is started at power-up.
+        ascii: the line is in AA ASCII from the beginning.
+        thumbwheel: seven digits; switch SW2 is at TWS then.
+        pins: states of its inputs, see `runtime.controllers.pcl601.pinstates`.
+    """
+
+    controller: Literal["pcl601"] = "pcl601"
+    address: Annotated[int, Field(ge=0, le=99)] = 1
+    program: str | None = None
+    start: bool = False
+    ascii: bool = False
+    thumbwheel: Annotated[str, Field(pattern="^[0-9]{7}$")] | None = None
+    pins: Mapping[str, str] = Field(default_factory=dict)
+
+    def make(self, folder: Path) -> Pcl601:
+        """Make the unit, its power on.
+
+        Args:
+            folder: where the path of the program starts.
+
+        Raises:
+            ValueError: the program can't be used.
+        """
+        digits = None if self.thumbwheel is None else int(self.thumbwheel)
+        unit = Pcl601(self.address, wiring=Wiring(digits is not None, digits))
+        for name, state in self.pins.items():
+            connect(unit.controller.pins, name, state)
+        if self.program is not None:
+            load(unit.controller, _program(folder / self.program))
+            unit.power_cycle(0)
+        for wanted, code in ((self.ascii, Code.SWITCH_TO_ASCII), (self.start, Code.RUN_PROGRAM)):
+            if wanted:
+                unit.controller.do(code)
+        unit.controller.settle(0)
+        return unit
+
+    @model_validator(mode="after")
+    def _can_be_wired(self) -> Self:
+        for name, state in self.pins.items():
+            connect(Pins(), name, state)
+        if self.start and self.program is None:
+            raise ValueError("start needs a program")
+        return self
+
+
+def _program(file: Path) -> Program:
+    try:
+        return parse_program(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ValueError(f"{file}: {error.strerror}") from error
+    except (ProgramError, UnicodeDecodeError) as error:
+        raise ValueError(f"{file}: {error}") from error

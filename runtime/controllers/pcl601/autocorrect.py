@@ -1,0 +1,42 @@
+"""Encoder autocorrect: what is missing after an index move, in motor steps [Encoder Commands].
+
+expected = encoder at the start + distance * ratio
+|expected - encoder| <= window        done
+else, at most `retries` times         round(missing / ratio) steps at base speed, wait, look again
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ....io_images.pcl601 import Register
+
+NS_PER_MS = 1_000_000
+
+
+class Autocorrect:
+    """What one index move is checked against.
+
+    Attributes:
+        delay_ns: wait after a motion, before the encoder is read.
+        retries_left: corrections that may still be made.
+
+    Args:
+        taken: the registers as the move found them.
+        distance: of the move, steps with sign.
+    """
+
+    def __init__(self, taken: Mapping[Register, int], distance: int) -> None:
+        self.delay_ns = taken[Register.ENCODER_DELAY] * NS_PER_MS
+        self.retries_left = taken[Register.ENCODER_RETRIES]
+        self._ratio = taken[Register.ENCODER_RATIO]
+        self._window = taken[Register.ENCODER_WINDOW]
+        self._expected = taken[Register.ENCODER_POSITION] + distance * self._ratio
+
+    def missing(self, encoder: int) -> int | None:
+        """Return the motor steps, with sign, that the shaft is short of; None if it is in the window."""
+        pulses = self._expected - encoder
+        if abs(pulses) <= self._window:
+            return None
+        steps = (2 * abs(pulses) + self._ratio) // (2 * self._ratio)  # halves away from zero
+        return steps if pulses > 0 else -steps

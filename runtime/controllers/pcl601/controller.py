@@ -1,0 +1,362 @@
+"""The controller: registers, command codes, inputs, outputs, errors; everything but its line.
+
+Both protocols and the stored program act on it through the same methods. What
+is refused sets its error bit and is reported back: methods return True if
+carried out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import Enum, auto
+
+from ....io_images.pcl601 import NEEDS_IDLE, NO_ERROR, POSITION_LIMIT, ROWS, Code, Error, Register
+from ....io_images.pcl601.terminals import ON_FLY_OUTPUT, RETRIES_OUTPUT
+from .axis import Axis
+from .inputs import Inputs
+from .kinds import Kind
+from .motor import EncoderModel, Motor
+from .pins import Pins
+from .program_axis import ProgramAxis
+from .stored import ProgramRunner
+from .values import Values
+from .wiring import Wiring
+
+
+class Protocol(Enum):
+    """What is spoken on the line."""
+
+    MODBUS = auto()
+    ASCII = auto()
+
+
+class Aim(Enum):
+    """What a Go goes by: the number of steps or the absolute position, whichever was written last."""
+
+    STEPS = auto()
+    POSITION = auto()
+
+
+class Controller:
+    """A PCL601 without its line.
+
+    Attributes:
+        values: the registers.
+        pins: the inputs.
+        motor: what it turns.
+        inputs: what it reads from them.
+        axis: the motion.
+        protocol: spoken at present.
+        outputs: output register, bit 0 is output 1.
+        errors: error code register.
+        runner: the stored program, None if the memory is empty.
+        autorun: the program starts at power-up; non-volatile.
+
+    Args:
+        encoder: on the motor's shaft.
+        wiring: SW2 and the thumbwheel.
+    """
+
+    def __init__(self, encoder: EncoderModel | None = None, wiring: Wiring | None = None) -> None:
+        self.values = Values()
+        self.pins = Pins()
+        self.motor = Motor(encoder)
+        self.inputs = Inputs(self.pins, self.motor, wiring or Wiring(), self.values, self.report)
+        self.axis = Axis(self.values, self.pins, self.motor, self.report, self._retries_failed)
+        self.protocol = Protocol.MODBUS
+        self.outputs = 0
+        self.errors = NO_ERROR
+        self.runner: ProgramRunner | None = None
+        self.autorun = False
+        self._aim = Aim.STEPS
+        self._last_distance = 0
+        self._sent = bytearray()
+        self._now_ns = 0
+        self._due_ns: int | None = None
+        self._program_axis = ProgramAxis(self)
+        self._codes = self._code_table()
+
+    # power and time
+
+    def power_up(self, now_ns: int) -> None:
+        """Begin anew, as after power-up or the reset button: only what is non-volatile stays.
+
+        Error bits are cleared, outputs are off, the line is back to Modbus RTU.
+        """
+        self.axis.power_off()
+        if self.runner is not None:
+            self.runner.stop()
+        self.values.reset()
+        self.protocol = Protocol.MODBUS
+        self.outputs = 0
+        self.errors = NO_ERROR
+        self._aim, self._last_distance = Aim.STEPS, 0
+        self._sent.clear()
+        if self.autorun and self.runner is not None and not self.runner.is_empty:
+            self.runner.start(now_ns)
+        self.settle(now_ns)
+
+    @property
+    def next_wake_ns(self) -> int | None:
+        """When something happens next: a step that meets a switch, an end, a timer, an instruction."""
+        return self._due_ns
+
+    def advance(self, now_ns: int) -> None:
+        """Let time run, event by event."""
+        while self._due_ns is not None and self._due_ns <= now_ns:
+            due_ns = self._due_ns
+            self.axis.advance(due_ns)
+            self._now_ns = due_ns
+            self.settle(due_ns)
+        self.axis.advance(now_ns)
+        self._now_ns = now_ns
+
+    def settle(self, now_ns: int) -> None:
+        """Let everything that is due now happen; to be called after anything was changed from outside."""
+        self._now_ns = now_ns
+        self._due_ns = None
+        while True:
+            self.axis.jog.allowed = not self.program_running
+            if not self.axis.settle(now_ns) and not self._run_program(now_ns):
+                break
+        self._due_ns = self._next_event_ns()
+
+    def _run_program(self, now_ns: int) -> bool:
+        due_ns = self.runner.next_wake_ns if self.runner is not None else None
+        if self.runner is None or due_ns is None or due_ns > now_ns:
+            return False
+        self.runner.advance(now_ns, self._program_axis)
+        return True
+
+    def _next_event_ns(self) -> int | None:
+        times = (self.axis.next_event_ns(), self.runner.next_wake_ns if self.runner is not None else None)
+        return min((time for time in times if time is not None), default=None)
+
+    @property
+    def now_ns(self) -> int:
+        """Where its time has got to."""
+        return self._now_ns
+
+    # what can be seen
+
+    @property
+    def busy(self) -> bool:
+        """Whether motion is in progress; a program that waits is not motion."""
+        return self.axis.busy
+
+    @property
+    def program_running(self) -> bool:
+        """Whether a stored program runs."""
+        return self.runner is not None and self.runner.running
+
+    @property
+    def output_pins(self) -> int:
+        """The outputs as they are: a pulse of the output on the fly included."""
+        return self.outputs | (ON_FLY_OUTPUT if self.axis.fly.until_ns is not None else 0)
+
+    def read(self) -> Values:
+        """Return the registers as they read now; a command is executed at once, so its register is 0."""
+        self.values[Register.BUSY] = int(self.busy)
+        self.values[Register.ERROR_CODE] = int(self.errors)
+        return self.values
+
+    def register(self, register: Register) -> int:
+        """Return one register as it reads now."""
+        return self.read()[register]
+
+    def take_sent(self) -> bytes:
+        """Return what a stored program has sent since this was last asked."""
+        data = bytes(self._sent)
+        self._sent.clear()
+        return data
+
+    # what can be done to it
+
+    def report(self, error: Error) -> None:
+        """Set an error bit."""
+        self.errors |= error
+
+    def refuse(self, error: Error) -> bool:
+        """Set an error bit and return False."""
+        self.report(error)
+        return False
+
+    def take_errors(self) -> Error:
+        """Return the error code register and clear it."""
+        errors, self.errors = self.errors, NO_ERROR
+        return errors
+
+    def send_text(self, text: str) -> bool:
+        """Send a text of the stored program with CR after it, unless it ends in a line feed.
+
+        In Modbus mode nothing is sent: that is the mode error.
+        """
+        if self.protocol is not Protocol.ASCII:
+            return self.refuse(Error.MODE)
+        self._sent += (text if text.endswith("\n") else text + "\r").encode("latin-1", "replace")
+        return True
+
+    def write(self, register: Register, value: int, out_of_range: Error = Error.RANGE) -> bool:
+        """Write a register as a whole.
+
+        Args:
+            register: which.
+            value: as a signed number.
+            out_of_range: the bit for a value beyond the map's range.
+        """
+        row = ROWS[register]
+        if row.locked and self.busy:
+            return self.refuse(Error.BUSY)
+        if not row.allows(value):
+            return self.refuse(out_of_range)
+        self.values[register] = value
+        self.written(register)
+        return True
+
+    def written(self, register: Register) -> None:
+        """Take note of a register that was written: it may say what the next Go goes by."""
+        if register is Register.STEPS:
+            self._aim = Aim.STEPS
+        elif register is Register.ABS_TARGET:
+            self._aim = Aim.POSITION
+
+    def set_outputs(self, outputs: int, mask: int = 0xFF) -> None:
+        """Set the outputs that the mask names."""
+        self.outputs = self.outputs & ~mask | outputs & mask
+
+    def do(self, code: int) -> bool:
+        """Carry out a command code, 1 to 15; 0 does nothing."""
+        if code == 0:
+            return True
+        if code not in self._codes:
+            return self.refuse(Error.COMMAND)
+        if code in NEEDS_IDLE and self.busy:
+            return self.refuse(Error.BUSY)
+        return self._codes[Code(code)]()
+
+    def stop_everything(self) -> None:
+        """Stop motion, hard, and the stored program, as code 5 and `.` do."""
+        self.axis.stop_hard()
+        if self.runner is not None:
+            self.runner.stop()
+
+    def speak(self, protocol: Protocol) -> None:
+        """Change over to a protocol."""
+        self.protocol = protocol
+
+    def run_at_power_up(self, on: bool) -> None:
+        """Set the autorun flag, which is non-volatile."""
+        self.autorun = on
+
+    def _code_table(self) -> dict[Code, Callable[[], bool]]:
+        return {
+            Code.GO: self._go,
+            Code.HOME_TYPE_0: lambda: self._seek(lambda: self.axis.home(self._now_ns, Kind.HOME_0)),
+            Code.HOME_TYPE_1: lambda: self._seek(lambda: self.axis.home(self._now_ns, Kind.HOME_1)),
+            Code.GO_SLEW: lambda: self._seek(lambda: self.axis.slew(self._now_ns)),
+            Code.STOP_MOTION: _always(self.stop_everything),
+            Code.STOP_SOFT: _always(lambda: self.axis.stop_soft(self._now_ns)),
+            Code.MAX_SPEED_FROM_ANALOG: self._max_speed_from_analog,
+            Code.POSITION_FROM_ANALOG: self._position_from_analog,
+            Code.STEPS_FROM_THUMBWHEEL: self._steps_from_thumbwheel,
+            Code.CLEAR_ERRORS: _always(self.take_errors),
+            Code.SWITCH_TO_ASCII: _always(lambda: self.speak(Protocol.ASCII)),
+            Code.RUN_PROGRAM: self._start_program,
+            Code.AUTORUN_OFF: _always(lambda: self.run_at_power_up(False)),
+            Code.AUTORUN_ON: _always(lambda: self.run_at_power_up(True)),
+            Code.ENCODER_RESET: lambda: self.write(Register.ENCODER_POSITION, 0),
+        }
+
+    # motion
+
+    def _go(self) -> bool:
+        if self._aim is Aim.STEPS:
+            return self.move(self.values[Register.STEPS])
+        return self.move_to(self.values[Register.ABS_TARGET])
+
+    def move(self, steps: int) -> bool:
+        """Index so many steps in the direction of the direction register; 0 is no motion."""
+        direction = 1 if self.values[Register.DIRECTION] else -1
+        if not ROWS[Register.STEPS].allows(steps):
+            return self.refuse(Error.RANGE)
+        return self.index(direction * steps)
+
+    def move_to(self, position: int) -> bool:
+        """Index to a position of the position register, the direction following from it."""
+        distance = position - self.values[Register.POSITION]
+        if not ROWS[Register.ABS_TARGET].allows(position) or abs(distance) > POSITION_LIMIT:
+            return self.refuse(Error.RANGE_OVERFLOW)
+        return self.index(distance)
+
+    def index(self, distance: int) -> bool:
+        """Index over a distance with sign."""
+        if self.busy:
+            return self.refuse(Error.BUSY)
+        if not self.axis.speeds.fit():
+            return self.refuse(Error.MOTOR)
+        if distance:
+            self._last_distance = distance
+            self.axis.index(self._now_ns, distance)
+        return True
+
+    def repeat(self) -> bool:
+        """Index again, by the length and direction of the last index."""
+        return self.index(self._last_distance)
+
+    def _seek(self, begin: Callable[[], None]) -> bool:
+        """Begin a motion without end, if the speeds are right."""
+        if not self.axis.speeds.fit():
+            return self.refuse(Error.MOTOR)
+        begin()
+        return True
+
+    def aim_at(self, position: int) -> bool:
+        """Set the absolute position as P does: the number of steps and the direction follow at once.
+
+        In motion only the position is stored, and the next Go works out the rest.
+        """
+        if not self.write(Register.ABS_TARGET, position, Error.RANGE_OVERFLOW):
+            return False
+        distance = position - self.values[Register.POSITION]
+        if self.busy:
+            return True
+        if abs(distance) > POSITION_LIMIT:
+            return self.refuse(Error.RANGE_OVERFLOW)
+        self.values[Register.STEPS] = abs(distance)
+        if distance:
+            self.values[Register.DIRECTION] = int(distance > 0)
+        self._aim = Aim.STEPS
+        return True
+
+    # inputs
+
+    def _max_speed_from_analog(self) -> bool:
+        return (speed := self.inputs.analog_speed()) is not None and self.write(Register.MAX_SPEED, speed)
+
+    def _position_from_analog(self) -> bool:
+        position = self.inputs.analog_position()
+        return position is not None and self.write(Register.ABS_TARGET, position)
+
+    def _steps_from_thumbwheel(self) -> bool:
+        return (steps := self.inputs.thumbwheel()) is not None and self.write(Register.STEPS, steps)
+
+    # program
+
+    def _start_program(self) -> bool:
+        if self.runner is None or self.runner.is_empty:
+            return self.refuse(Error.MEMORY_COMMAND)
+        self.runner.start(self._now_ns)
+        return True
+
+    def _retries_failed(self) -> None:
+        self.outputs |= RETRIES_OUTPUT
+
+
+def _always(action: Callable[[], object]) -> Callable[[], bool]:
+    """Return an action that cannot be refused."""
+
+    def carried_out() -> bool:
+        action()
+        return True
+
+    return carried_out

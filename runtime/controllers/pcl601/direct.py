@@ -1,0 +1,217 @@
+"""AA ASCII: the direct mode of terminal programs [Anaheim Automation ASCII, Direct Talk].
+
+    @1M2000 CR          unit 1: maximum speed 2000; no reply
+    @1VM CR             2000 CR LF
+    @% CR               1 CR LF; % and ~ need no address
+
+Only what is said to this unit is heard, and only between @ and CR; replies of
+other units on the same line pass by. Refusals set error bits and say nothing.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from ....io_images.pcl601 import Code, Error, Register
+from ....io_images.pcl601.talk import (
+    BUFFER_MAX,
+    BY_NAME,
+    PARAMETERS_MAX,
+    VERIFY,
+    VERSION_TEXT,
+    Action,
+    Command,
+)
+from ....io_images.pcl601.terminals import GENERAL_INPUTS, OUTPUT_COUNT
+from .controller import Controller, Protocol
+
+START, END = ord("@"), ord("\r")
+FLOW_CONTROL = frozenset(b"\x11\x13")
+ADDRESSES = range(100)
+END_OF_REPLY = "\r\n"
+
+LINE = re.compile(r"(?P<address>[0-9]{1,2})?(?P<name>E[A-Z]?|.)?(?P<parameters>.*)", re.DOTALL)
+NUMBER = re.compile(r"[+-]?[0-9]+")
+NO_ADDRESS = ("%", "~")
+FLAGS = {"0": 0, "1": 1}
+
+
+class Direct:
+    """What hears lines and answers them.
+
+    Args:
+        controller: that they are about.
+    """
+
+    def __init__(self, controller: Controller) -> None:
+        self._controller = controller
+        self._line: bytearray | None = None
+        self._actions: dict[Action, Callable[[Command, str], str | None]] = {
+            Action.SET: self._set,
+            Action.DO: self._do,
+            Action.HOME: self._home,
+            Action.DIRECTION: self._direction,
+            Action.ANALOG_POSITION: self._analog,
+            Action.ANALOG_SPEED: self._analog,
+            Action.OUTPUTS: self._outputs,
+            Action.INPUTS: self._inputs,
+            Action.VERIFY: self._verify,
+            Action.ERRORS: self._bare(lambda: str(int(controller.take_errors()))),
+            Action.VERSION: self._bare(lambda: VERSION_TEXT),
+            Action.ADDRESS: self._bare(lambda: str(controller.values[Register.ADDRESS])),
+            Action.SET_ADDRESS: self._set_address,
+            Action.TO_MODBUS: self._bare(lambda: controller.speak(Protocol.MODBUS)),
+        }
+
+    def clear(self) -> None:
+        """Forget what is being received."""
+        self._line = None
+
+    def receive(self, character: int) -> bytes:
+        """Take a character; return the reply if it ended a line that has one."""
+        if character == START:
+            self._line = bytearray()
+        elif self._line is None or character in FLOW_CONTROL:
+            return b""
+        elif character == END:
+            line, self._line = self._line.decode("latin-1"), None
+            return self._hear(line)
+        elif len(self._line) + 1 >= BUFFER_MAX:  # @ is in the buffer, too
+            self._line = None
+            self._controller.report(Error.RECEIVE_OVERFLOW)
+        else:
+            self._line.append(character)
+        return b""
+
+    def _hear(self, line: str) -> bytes:
+        """Carry out a line if it is for this unit; return the reply."""
+        parts = LINE.fullmatch(line)
+        if parts is None:
+            return b""
+        address, name, parameters = parts.group("address", "name", "parameters")
+        own = self._controller.values[Register.ADDRESS]
+        if name not in NO_ADDRESS if address is None else int(address) != own:
+            return b""
+        reply = self._carry_out(name, parameters)
+        return b"" if reply is None else (reply + END_OF_REPLY).encode("ascii")
+
+    def _carry_out(self, name: str | None, parameters: str) -> str | None:
+        command = BY_NAME.get(name or "")
+        if command is None:
+            return self._refuse(Error.COMMAND)
+        if self._controller.program_running and not command.while_running:
+            return self._refuse(Error.MODE)
+        if len(parameters) > PARAMETERS_MAX:
+            return self._refuse(Error.RANGE)
+        return self._actions[command.action](command, parameters)
+
+    def _refuse(self, error: Error) -> str | None:
+        """Set an error bit; there is no reply."""
+        self._controller.report(error)
+        return None
+
+    def _bare(self, act: Callable[[], str | None]) -> Callable[[Command, str], str | None]:
+        """Return an action that takes no parameters."""
+
+        def checked(_: Command, parameters: str) -> str | None:
+            return self._refuse(Error.RANGE) if parameters else act()
+
+        return checked
+
+    # commands that set something
+
+    def _set(self, command: Command, parameters: str) -> str | None:
+        register, controller = command.register, self._controller
+        if register is None:
+            return self._refuse(Error.COMMAND)
+        is_position = register is Register.ABS_TARGET
+        if not parameters:
+            if command.code is None:
+                return self._refuse(Error.ZERO_PARAMETERS)
+            if controller.do(command.code) and is_position:
+                controller.aim_at(controller.values[Register.ABS_TARGET])
+        elif not NUMBER.fullmatch(parameters):
+            return self._refuse(Error.RANGE)
+        elif is_position:
+            controller.aim_at(int(parameters))
+        else:
+            controller.write(register, int(parameters))
+        return None
+
+    def _do(self, command: Command, parameters: str) -> str | None:
+        if parameters:
+            return self._refuse(Error.RANGE)
+        if command.code is not None:
+            self._controller.do(command.code)
+        return None
+
+    def _home(self, _: Command, parameters: str) -> str | None:
+        flag = self._flag(parameters)
+        if flag is not None:
+            self._controller.do(Code.HOME_TYPE_1 if flag else Code.HOME_TYPE_0)
+        return None
+
+    def _direction(self, command: Command, parameters: str) -> str | None:
+        if parameters:
+            return self._refuse(Error.RANGE)
+        self._controller.write(Register.DIRECTION, int(command.name == "+"))
+        return None
+
+    def _analog(self, command: Command, parameters: str) -> str | None:
+        flag = self._flag(parameters)
+        if flag is not None and command.action is Action.ANALOG_SPEED:
+            self._controller.values.set_analog(speed=bool(flag))
+        elif flag is not None:
+            self._controller.values.set_analog(position=bool(flag))
+        return None
+
+    def _flag(self, parameters: str) -> int | None:
+        """Return 0 or 1; None if it is neither, with the error set."""
+        if parameters not in FLAGS:
+            self._refuse(Error.RANGE if parameters else Error.ZERO_PARAMETERS)
+        return FLAGS.get(parameters)
+
+    def _outputs(self, _: Command, parameters: str) -> str | None:
+        if parameters in ("", "R"):
+            return self._refuse(Error.ZERO_PARAMETERS)
+        if one := re.fullmatch(f"([1-{OUTPUT_COUNT}])=([01])", parameters):
+            mask = 1 << int(one[1]) - 1
+            self._controller.set_outputs(mask * int(one[2]), mask)
+        elif (every := re.fullmatch("R([0-9]+)", parameters)) and int(every[1]) < 1 << OUTPUT_COUNT:
+            self._controller.set_outputs(int(every[1]))
+        else:
+            return self._refuse(Error.RANGE)
+        return None
+
+    def _set_address(self, _: Command, parameters: str) -> str | None:
+        if not parameters:
+            return self._refuse(Error.ZERO_PARAMETERS)
+        if not re.fullmatch("[0-9]+", parameters) or int(parameters) not in ADDRESSES:
+            return self._refuse(Error.RANGE)
+        self._controller.values[Register.ADDRESS] = int(parameters)
+        return None
+
+    # commands that answer
+
+    def _inputs(self, _: Command, parameters: str) -> str | None:
+        raw = self._controller.inputs.raw()
+        if parameters == "R":
+            return str(~raw & (1 << len(GENERAL_INPUTS)) - 1)
+        if re.fullmatch(f"[1-{len(GENERAL_INPUTS)}]", parameters):
+            return str(raw >> int(parameters) - 1 & 1)
+        return self._refuse(Error.RANGE if parameters else Error.ZERO_PARAMETERS)
+
+    def _verify(self, _: Command, parameters: str) -> str | None:
+        controller = self._controller
+        others: dict[str, Callable[[], int]] = {
+            "L": lambda: controller.inputs.hard_limit | controller.inputs.soft_limit << 1,
+            "O": lambda: controller.output_pins,
+            ":": lambda: controller.values.analog_position,
+            ";": lambda: controller.values.analog_speed,
+        }
+        if parameters in VERIFY:
+            return str(controller.register(VERIFY[parameters]))
+        if parameters in others:
+            return str(int(others[parameters]()))
+        return self._refuse(Error.COMMAND if parameters else Error.ZERO_PARAMETERS)

@@ -1,0 +1,98 @@
+"""What the controller reads from its inputs: contacts, levels, the analog voltage, the thumbwheel."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ....io_images.pcl601 import Error, Register
+from ....io_images.pcl601.terminals import HARD_LIMIT_BIT, SOFT_LIMIT_BIT
+from .motor import Motor
+from .pins import FULL_SCALE_VOLTS, Pins
+from .values import Values
+from .wiring import Wiring
+
+ALL = 0b111111
+WITHOUT_5_AND_6 = 0b001111
+
+
+class Inputs:
+    """The inputs, as the surfaces show them.
+
+    Args:
+        pins: what is wired to them.
+        motor: where it stands; contacts may depend on that.
+        wiring: SW2 and the thumbwheel.
+        values: the registers that enable and scale.
+        report: sets an error bit.
+    """
+
+    def __init__(
+        self, pins: Pins, motor: Motor, wiring: Wiring, values: Values, report: Callable[[Error], None]
+    ) -> None:
+        self._pins, self._motor, self._wiring = pins, motor, wiring
+        self._values, self._report = values, report
+
+    def grounded(self) -> int:
+        """Return inputs 1 to 6 as contacts: bit 0 is input 1; 5 and 6 are open where SW2 is at TWS."""
+        bits = sum(bit << k for k, bit in enumerate(self._pins.general(self._motor.position)))
+        return bits & (WITHOUT_5_AND_6 if self._wiring.thumbwheel_selected else ALL)
+
+    def raw(self) -> int:
+        """Return inputs 1 to 6 as levels, 1 high; input 1 is high while it serves as an analog input."""
+        return ~self.grounded() & ALL | self._values[Register.ANALOG_ENABLE]
+
+    def active(self) -> int:
+        """Return the input register of Modbus: inputs 1 to 6, hard limit, soft limit; 1 is active.
+
+        Input 1 is active while it serves as an analog input.
+        """
+        bits = self.grounded() | self._values[Register.ANALOG_ENABLE]
+        return bits | self.hard_limit << HARD_LIMIT_BIT | self.soft_limit << SOFT_LIMIT_BIT
+
+    @property
+    def hard_limit(self) -> bool:
+        """Whether either hard limit is active."""
+        return self._either("hard_plus", "hard_minus")
+
+    @property
+    def soft_limit(self) -> bool:
+        """Whether either soft limit is active."""
+        return self._either("soft_plus", "soft_minus")
+
+    def _either(self, *names: str) -> bool:
+        return any(self._pins.grounded(name, self._motor.position) for name in names)
+
+    def analog_speed(self) -> int | None:
+        """Return the maximum speed that input 1 asks for, None if that is refused."""
+        if not self._values.analog_speed:
+            return self._refuse(Error.ZERO_PARAMETERS)
+        return self._analog(Register.ANALOG_SPEED_LOWER, Register.ANALOG_SPEED_UPPER)
+
+    def analog_position(self) -> int | None:
+        """Return the position that input 1 asks for, None if that is refused."""
+        if not self._values.analog_position:
+            return self._refuse(Error.ZERO_PARAMETERS)
+        position = self._analog(Register.ANALOG_POS_LOWER, Register.ANALOG_POS_UPPER)
+        if position is not None:
+            self._values[Register.ANALOG_INDEX] = position
+        return position
+
+    def _analog(self, lower: Register, upper: Register) -> int | None:
+        """Return `lower + (upper - lower) * V / 5`, rounded down; refused unless lower < upper."""
+        low, high = self._values[lower], self._values[upper]
+        if low >= high:
+            return self._refuse(Error.RANGE)
+        return low + int((high - low) * self._pins.volts(self._motor.position) / FULL_SCALE_VOLTS)
+
+    def thumbwheel(self) -> int | None:
+        """Return the value of the seven digits, None if that is refused."""
+        if not self._values[Register.THUMBWHEEL_ENABLE]:
+            return self._refuse(Error.ZERO_PARAMETERS)
+        if self._wiring.thumbwheel is None or not self._wiring.thumbwheel_selected:
+            return self._refuse(Error.THUMBWHEEL)
+        return self._wiring.thumbwheel
+
+    def _refuse(self, error: Error) -> int | None:
+        """Set an error bit; there is no value."""
+        self._report(error)
+        return None

@@ -1,0 +1,45 @@
+"""The jog inputs: which way they ask to go [Jog Inputs]."""
+
+from __future__ import annotations
+
+from ....io_images.pcl601.terminals import HARD_LIMITS, JOG_INPUTS, SOFT_LIMITS
+from .motor import Motor
+from .pins import Pins
+
+
+class JogInputs:
+    """Jog +, Jog - and Fast Jog.
+
+    Attributes:
+        allowed: whether they are heeded.
+
+    Args:
+        pins: the inputs.
+        motor: where it stands.
+    """
+
+    def __init__(self, pins: Pins, motor: Motor) -> None:
+        self.allowed = True
+        self._pins, self._motor = pins, motor
+        self._released = True
+
+    def wait_for_release(self, waiting: bool = True) -> None:
+        """Heed them no more until both jog inputs have been open."""
+        self._released = not waiting
+
+    def wanted(self) -> int:
+        """Return the direction that they ask for and the limits allow; 0 for none, or for both at once."""
+        position = self._motor.position
+        asked = [way for way, name in JOG_INPUTS.items() if self._pins.grounded(name, position)]
+        if not asked:
+            self._released = True
+        if len(asked) != 1 or not self._released or not self.allowed:
+            return 0
+        way = asked[0]
+        blocked = any(self._pins.grounded(limits[way], position) for limits in (HARD_LIMITS, SOFT_LIMITS))
+        return 0 if blocked else way
+
+    @property
+    def fast(self) -> bool:
+        """Whether the fast jog input is grounded."""
+        return self._pins.grounded("fast_jog", self._motor.position)

@@ -1,0 +1,166 @@
+"""The PCL601 on its line: bytes in, bytes out, Modbus RTU or AA ASCII.
+
+    power-up, reset, |  ------->  Modbus RTU, 8E1  ------ code 11 ----->  AA ASCII, 8N1
+
+In Modbus a frame ends with the silence after it and is answered then; in ASCII
+a line ends with CR and is answered at once.
+"""
+
+from __future__ import annotations
+
+from ....io_images.pcl601 import Register
+from ...line.rtu import Framer, Timing, frame
+from ...line.wire import LineFormat
+from .controller import Controller, Protocol
+from .direct import Direct
+from .modbus import Modbus
+from .motor import EncoderModel
+from .stored import ProgramRunner
+from .wiring import Wiring
+
+BAUD = 38_400
+FORMATS = {Protocol.MODBUS: LineFormat(BAUD, "E"), Protocol.ASCII: LineFormat(BAUD, "N")}
+"""Fixed speed; the manual's "no start bit, no stop bit" is 11 bits in its own arithmetic."""
+
+BROADCAST = 0
+WRITING = frozenset({0x05, 0x06, 0x0F, 0x10})
+"""Functions that change something; the only ones that may be broadcast."""
+
+_BIT_NS = 1_000_000_000 / BAUD
+SERIAL_TIMING = Timing(gap_ns=round(3.5 * 11 * _BIT_NS), pause_ns=round(1.5 * 11 * _BIT_NS))
+"""3.5 t_char ends a frame, 1.5 t_char within one spoils it [Message Framing]."""
+
+PORT_TIMING = Timing(gap_ns=5_000_000, by_length=True)
+"""For transports that do not keep the time between characters."""
+
+
+class Pcl601:
+    """A simulated PCL601 (a `wire.Device`).
+
+    Attributes:
+        controller: everything behind the line.
+
+    Args:
+        address: 1 to 99 (0 to 99 with AA ASCII's `~`), as if saved earlier.
+        encoder: on the motor's shaft.
+        wiring: SW2 and the thumbwheel.
+        runner: the stored program, as if saved earlier; it is not started by that.
+        timing: how frames are told from each other.
+
+    Raises:
+        ValueError: no such address.
+    """
+
+    def __init__(
+        self,
+        address: int = 1,
+        encoder: EncoderModel | None = None,
+        wiring: Wiring | None = None,
+        runner: ProgramRunner | None = None,
+        timing: Timing = SERIAL_TIMING,
+    ) -> None:
+        if not 0 <= address <= 99:
+            raise ValueError(f"address {address}: allowed is 0 to 99")
+        self.controller = Controller(encoder, wiring)
+        self.controller.values[Register.ADDRESS] = address
+        self.controller.runner = runner
+        self._modbus = Modbus(self.controller)
+        self._direct = Direct(self.controller)
+        self._framer = Framer(timing)
+        self._format = FORMATS[Protocol.MODBUS]
+        self._out = bytearray()
+        self._now_ns = 0
+
+    @property
+    def line_format(self) -> LineFormat:
+        """The format in which it listens and speaks; after a reply that ends Modbus, still that one."""
+        return self._format
+
+    @property
+    def quiet_ns(self) -> int:
+        """Silence that is needed before a frame, ns."""
+        return self._framer.gap_ns if self.controller.protocol is Protocol.MODBUS else 0
+
+    @property
+    def next_wake_ns(self) -> int | None:
+        """When something happens next, on the line or behind it."""
+        if self._out:
+            return self._now_ns
+        wake_ns, deadline_ns = self.controller.next_wake_ns, self._framer.deadline_ns
+        if wake_ns is None or deadline_ns is None:
+            return deadline_ns if wake_ns is None else wake_ns
+        return min(wake_ns, deadline_ns)
+
+    def receive(self, now_ns: int, data: bytes) -> None:
+        """Take characters that came one right after the other, the last one complete at `now_ns`."""
+        self._format = FORMATS[self.controller.protocol]
+        self._now_ns = now_ns
+        if self.controller.protocol is Protocol.ASCII:
+            self._hear(now_ns, data)
+            return
+        start_ns = now_ns - self._format.span_ns(len(data))
+        for one in self._framer.receive(start_ns, now_ns, data):
+            self._answer(now_ns, one)
+
+    def advance(self, now_ns: int) -> bytes:
+        """Let time run to `now_ns`; return what is put on the line from then on."""
+        self._format = FORMATS[self.controller.protocol]
+        while (due_ns := self._framer.deadline_ns) is not None and due_ns <= now_ns:
+            self.controller.advance(due_ns)
+            for one in self._framer.silence():
+                self._answer(due_ns, one)
+        self.controller.advance(now_ns)
+        self._now_ns = now_ns
+        data = bytes(self._out) + self.controller.take_sent()
+        self._out.clear()
+        if not data:
+            self._format = FORMATS[self.controller.protocol]
+        return data
+
+    def answer(self, pdu: bytes) -> bytes | None:
+        """Answer a request that came by Modbus TCP, at the instant of the last `advance`.
+
+        Args:
+            pdu: function code and data, at least one byte.
+
+        Returns:
+            The reply PDU; None in ASCII mode, in which it understands no Modbus.
+        """
+        if self.controller.protocol is Protocol.ASCII:
+            return None
+        reply = self._modbus.answer(pdu)
+        if pdu[0] in WRITING:
+            self.controller.settle(self._now_ns)
+        return reply
+
+    def power_cycle(self, now_ns: int) -> None:
+        """Remove and restore power; pressing the reset button does the same."""
+        self.controller.power_up(now_ns)
+        self._framer.clear()
+        self._direct.clear()
+        self._out.clear()
+        self._format = FORMATS[self.controller.protocol]
+
+    def _answer(self, now_ns: int, request: bytes) -> None:
+        """Carry out a frame, if it is for this unit."""
+        address, pdu = request[0], request[1:-2]
+        own = self.controller.values[Register.ADDRESS]
+        if address == BROADCAST:
+            if pdu[0] in WRITING:
+                self._modbus.answer(pdu)
+        elif address == own:
+            self._out += frame(own, self._modbus.answer(pdu))
+        else:
+            return
+        if pdu[0] in WRITING:
+            self.controller.settle(now_ns)
+        if self.controller.protocol is Protocol.ASCII:
+            self._framer.clear()
+            self._direct.clear()
+
+    def _hear(self, now_ns: int, data: bytes) -> None:
+        for character in data:
+            self._out += self._direct.receive(character)
+            self.controller.settle(now_ns)
+        if self.controller.protocol is Protocol.MODBUS:
+            self._framer.clear()

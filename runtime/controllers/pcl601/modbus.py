@@ -1,0 +1,200 @@
+"""The nine Modbus functions, from request to reply [Appendix 3].
+
+Frames as printed, less address and CRC:
+
+    01 02 03 04   first address, quantity          byte count, data
+    05 06         address, value                   the request again
+    0F 10         first address, quantity,         first address, quantity
+                  byte count, data
+    11            -                                05, address, "1.00"
+
+A refused request is answered with an exception, which the manual does not
+print: 1 no such function, 2 outside the map or read only, 3 quantity, byte
+count or value, 6 while a program runs or the register is locked by motion.
+What is refused is refused as a whole.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from struct import pack, unpack
+
+from ....io_images.pcl601 import FIRMWARE, WORD_COUNT, WORDS, Code, Error, Register
+from ....io_images.pcl601.terminals import INPUT_COUNT, OUTPUT_BITS, OUTPUT_COUNT
+from .controller import Controller
+
+BITS_MAX = 2000
+WORDS_MAX = 125
+WRITE_BITS_MAX = 1968
+WRITE_WORDS_MAX = 123
+ON, OFF = 0xFF00, 0x0000
+PLACES = tuple((row.register, 16 * word) for row, word in WORDS)
+"""Where each data register's bits are found."""
+EXCEPTION = 0x80
+ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE, DEVICE_BUSY = 1, 2, 3, 6
+
+
+class RefusedError(Exception):
+    """A request that is answered with an exception.
+
+    Attributes:
+        code: the exception code.
+    """
+
+    def __init__(self, code: int) -> None:
+        super().__init__(f"exception {code}")
+        self.code = code
+
+
+class Modbus:
+    """What answers requests.
+
+    Args:
+        controller: whose tables they are about.
+    """
+
+    def __init__(self, controller: Controller) -> None:
+        self._controller = controller
+        self._functions: dict[int, Callable[[bytes], bytes]] = {
+            0x01: self._read_outputs,
+            0x02: self._read_inputs,
+            0x03: self._read_registers,
+            0x04: self._read_input_register,
+            0x05: self._write_output,
+            0x06: self._write_register,
+            0x0F: self._write_outputs,
+            0x10: self._write_registers,
+            0x11: self._report_id,
+        }
+
+    def answer(self, request: bytes) -> bytes:
+        """Carry out a request; return the reply.
+
+        Args:
+            request: function code and data.
+        """
+        function, data = request[0], request[1:]
+        try:
+            if function not in self._functions:
+                raise RefusedError(ILLEGAL_FUNCTION)
+            return bytes((function,)) + self._functions[function](data)
+        except RefusedError as refused:
+            return bytes((function & 0x7F | EXCEPTION, refused.code))
+
+    # reading
+
+    def _read_outputs(self, data: bytes) -> bytes:
+        first, count = _span(data, BITS_MAX, OUTPUT_BITS)
+        return _bits(self._controller.output_pins, first, count)
+
+    def _read_inputs(self, data: bytes) -> bytes:
+        first, count = _span(data, BITS_MAX, INPUT_COUNT)
+        return _bits(self._controller.inputs.active(), first, count)
+
+    def _read_registers(self, data: bytes) -> bytes:
+        first, count = _span(data, WORDS_MAX, WORD_COUNT)
+        values = self._controller.read()
+        places = PLACES[first : first + count]
+        return _words([values[register] >> shift & 0xFFFF for register, shift in places])
+
+    def _read_input_register(self, data: bytes) -> bytes:
+        _span(data, WORDS_MAX, 1)
+        return _words([self._controller.inputs.active()])
+
+    def _report_id(self, data: bytes) -> bytes:
+        if data:
+            raise RefusedError(ILLEGAL_VALUE)
+        text = bytes((self._controller.values[Register.ADDRESS],)) + FIRMWARE.encode()
+        return bytes((len(text),)) + text
+
+    # writing
+
+    def _write_output(self, data: bytes) -> bytes:
+        address, value = _pair(data)
+        if value not in (ON, OFF):
+            raise RefusedError(ILLEGAL_VALUE)
+        if address >= OUTPUT_COUNT:
+            raise RefusedError(ILLEGAL_ADDRESS)
+        self._not_while_program_runs()
+        self._controller.set_outputs(0xFF if value == ON else 0, 1 << address)
+        return data
+
+    def _write_outputs(self, data: bytes) -> bytes:
+        first, count = _span(data[:4], WRITE_BITS_MAX, OUTPUT_COUNT)
+        if data[4:5] != bytes(((count + 7) // 8,)) or len(data) != 5 + data[4]:
+            raise RefusedError(ILLEGAL_VALUE)
+        self._not_while_program_runs()
+        values = int.from_bytes(data[5:], "little")
+        self._controller.set_outputs(values << first, (1 << count) - 1 << first)
+        return data[:4]
+
+    def _write_register(self, data: bytes) -> bytes:
+        address, value = _pair(data)
+        self._write_words(address, (value,))
+        return data
+
+    def _write_registers(self, data: bytes) -> bytes:
+        first, count = _span(data[:4], WRITE_WORDS_MAX, WORD_COUNT)
+        if data[4:5] != bytes((2 * count,)) or len(data) != 5 + 2 * count:
+            raise RefusedError(ILLEGAL_VALUE)
+        self._write_words(first, unpack(f">{count}H", data[5:]))
+        return data[:4]
+
+    def _write_words(self, first: int, words: Sequence[int]) -> None:
+        """Check all, store all; a command is carried out after the rest is stored."""
+        if first + len(words) > WORD_COUNT:
+            raise RefusedError(ILLEGAL_ADDRESS)
+        targets = WORDS[first : first + len(words)]
+        if not all(row.writable for row, _ in targets):
+            raise RefusedError(ILLEGAL_ADDRESS)
+        is_stop = first == 0 and tuple(words) == (Code.STOP_MOTION,)
+        if not is_stop:
+            self._not_while_program_runs()
+        for (row, _), value in zip(targets, words, strict=True):
+            if row.locked and self._controller.busy:
+                self._refuse(DEVICE_BUSY, Error.BUSY)
+            if row.words == 1 and not row.allows(value):
+                is_command = row.register is Register.COMMAND
+                self._refuse(ILLEGAL_VALUE, Error.COMMAND if is_command else Error.RANGE)
+        for (row, word), value in zip(targets, words, strict=True):
+            if row.register is not Register.COMMAND:
+                self._controller.values.set_word(row, word, value)
+                self._controller.written(row.register)
+        if first == 0:
+            self._controller.do(words[0])
+
+    def _not_while_program_runs(self) -> None:
+        if self._controller.program_running:
+            self._refuse(DEVICE_BUSY, Error.MODE)
+
+    def _refuse(self, code: int, error: Error) -> None:
+        self._controller.report(error)
+        raise RefusedError(code)
+
+
+def _pair(data: bytes) -> tuple[int, int]:
+    if len(data) != 4:
+        raise RefusedError(ILLEGAL_VALUE)
+    first, second = unpack(">HH", data)
+    return first, second
+
+
+def _span(data: bytes, limit: int, size: int) -> tuple[int, int]:
+    """Return first address and quantity, both checked."""
+    first, count = _pair(data)
+    if not 1 <= count <= limit:
+        raise RefusedError(ILLEGAL_VALUE)
+    if first + count > size:
+        raise RefusedError(ILLEGAL_ADDRESS)
+    return first, count
+
+
+def _bits(bits: int, first: int, count: int) -> bytes:
+    """Return byte count and data of a reply in bits."""
+    size = (count + 7) // 8
+    return bytes((size,)) + (bits >> first & (1 << count) - 1).to_bytes(size, "little")
+
+
+def _words(words: Sequence[int]) -> bytes:
+    """Return byte count and data of a reply in words."""
+    return pack(f">B{len(words)}H", 2 * len(words), *words)

@@ -1,0 +1,95 @@
+"""What is wired to the inputs: contacts that depend on where the motor stands, and a voltage on input 1."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+
+from ....io_images.pcl601.terminals import GENERAL_INPUTS, INPUTS
+
+FAR = 1 << 62
+"""Further than any motor turns, steps."""
+
+FULL_SCALE_VOLTS = 5
+HIGH_VOLTS = 2
+"""From where input 1 counts as high; it has no pull-up, so an open one is at 0 V. Not stated."""
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """A contact to ground, closed while the physical position lies in a range.
+
+    >>> limit = Contact(9000)  # from 9000 on
+    >>> limit.closed(8999), limit.closed(9000), limit.edge_after(0, +1), limit.edge_after(9500, -1)
+    (False, True, 9000, 8999)
+
+    Attributes:
+        low: first position at which it is closed, steps.
+        high: last one.
+    """
+
+    low: int = -FAR
+    high: int = FAR
+
+    def closed(self, position: int) -> bool:
+        """Whether the input is grounded."""
+        return self.low <= position <= self.high
+
+    def edge_after(self, position: int, direction: int) -> int | None:
+        """Return the next position on the way at which it is otherwise, None if there is none."""
+        if direction > 0:
+            edges = [edge for edge in (self.low, self.high + 1) if position < edge < FAR]
+            return min(edges, default=None)
+        edges = [edge - 1 for edge in (self.low, self.high + 1) if -FAR < edge <= position]
+        return max(edges, default=None)
+
+
+GROUND = Contact()
+OPEN = Contact(low=FAR)
+"""Open or at a high voltage: the inputs, input 1 apart, are pulled up."""
+
+
+class Pins:
+    """The fourteen inputs.
+
+    At the start input 1 is high, and all the others are open.
+    """
+
+    def __init__(self) -> None:
+        self._contacts = dict.fromkeys(INPUTS, OPEN)
+        self._volts: Fraction | None = None
+
+    def connect(self, name: str, contact: Contact) -> None:
+        """Wire a contact to an input; one to input 1 has 0 V while closed, 5 V while not."""
+        self._contacts[name] = contact
+        if name == "in1":
+            self._volts = None
+
+    def apply_volts(self, volts: Fraction) -> None:
+        """Put a voltage on input 1, 0 to 5."""
+        self._contacts["in1"] = GROUND if volts < HIGH_VOLTS else OPEN
+        self._volts = volts
+
+    def grounded(self, name: str, position: int) -> bool:
+        """Whether an input is grounded with the motor at a position."""
+        return self._contacts[name].closed(position)
+
+    def volts(self, position: int) -> Fraction:
+        """Return the voltage on input 1."""
+        if self._volts is not None:
+            return self._volts
+        return Fraction(0 if self.grounded("in1", position) else FULL_SCALE_VOLTS)
+
+    def general(self, position: int) -> Iterable[bool]:
+        """Return whether inputs 1 to 6 are grounded."""
+        return (self.grounded(name, position) for name in GENERAL_INPUTS)
+
+    def next_edge(self, position: int, direction: int) -> int | None:
+        """Return the next position on the way at which any input changes, None if none will."""
+        edges = (contact.edge_after(position, direction) for contact in self._contacts.values())
+        return min(
+            (edge for edge in edges if edge is not None),
+            key=lambda edge: abs(edge - position),
+            default=None,
+        )

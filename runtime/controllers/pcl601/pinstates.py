@@ -1,0 +1,68 @@
+"""States of an input in words, as command lines and rack files have them.
+
+ground, open, high      held; an open input 1 has no pull-up and is at 0 V
+2.5V                    input 1 only: the analog voltage
+9000..  ..-3000  5..10  a switch to ground that is closed at these positions of the motor
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from ....io_images.pcl601.terminals import INPUTS
+from .pins import FAR, FULL_SCALE_VOLTS, GROUND, OPEN, Contact, Pins
+
+LEVELS = {"ground": GROUND, "open": OPEN, "high": OPEN}
+
+
+def connect(pins: Pins, name: str, state: str) -> None:
+    """Give an input a state.
+
+    Args:
+        pins: the inputs.
+        name: of the input.
+        state: in words, see above.
+
+    Raises:
+        ValueError: there is no such input or state.
+    """
+    if name not in INPUTS:
+        raise ValueError(f"there is no input {name}: allowed are {', '.join(INPUTS)}")
+    if name == "in1" and state.endswith("V"):
+        pins.apply_volts(_volts(state))
+    elif name == "in1" and state == "open":  # it alone has no pull-up
+        pins.connect(name, GROUND)
+    elif state in LEVELS:
+        pins.connect(name, LEVELS[state])
+    else:
+        first, last = range_of(state)
+        pins.connect(name, Contact(-FAR if first is None else first, FAR if last is None else last))
+
+
+def _volts(state: str) -> Fraction:
+    try:
+        volts = Fraction(state.removesuffix("V").strip())
+    except (ValueError, ZeroDivisionError):
+        volts = Fraction(-1)
+    if not 0 <= volts <= FULL_SCALE_VOLTS:
+        raise ValueError(f"{state} is no voltage: allowed is 0V to {FULL_SCALE_VOLTS}V")
+    return volts
+
+
+def range_of(state: str) -> tuple[int | None, int | None]:
+    """Return the first and last position of a range; None where it has no end.
+
+    >>> range_of("9000.."), range_of("..-3000"), range_of("-5..5")
+    ((9000, None), (None, -3000), (-5, 5))
+
+    Raises:
+        ValueError: it is none.
+    """
+    first, dots, last = state.partition("..")
+    try:
+        if not dots or not first + last:
+            raise ValueError(state)
+        return int(first) if first else None, int(last) if last else None
+    except ValueError:
+        allowed = "ground, open, high, 2.5V at in1, or positions such as 9000.. or ..-3000 or 5..10"
+        raise ValueError(f"{state!r} is no state of an input: allowed are {allowed}") from None

@@ -1,0 +1,165 @@
+"""The machine that runs a stored program against the controller, in virtual time.
+
+    t      instruction    one every millisecond, LABEL and END among them
+    +1 ms  instruction
+    +1 ms  WAIT 500       the next one 500 ms later
+    +500   FINISH         looks again every millisecond, until the controller is not busy
+    ...
+
+How long instructions take the real unit is not published: the millisecond is
+this simulator's reading.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from .....io_images.pcl601.program import Program, Step
+from ..stored import Axis601
+from .actions import ACTIONS
+
+INSTRUCTION_NS = 1_000_000
+"""Time of one instruction, ns."""
+
+BUSY_ERROR = 1024
+MEMORY_ERROR = 4096
+
+
+class ProgramMachine:
+    """Runs one stored program; see `ProgramRunner`.
+
+    Args:
+        program: what is in program memory; None = it is empty.
+
+    Attributes:
+        program: what is in program memory.
+        line: index of the step that comes next.
+        next_wake_ns: when it is due; None while no program runs.
+    """
+
+    def __init__(self, program: Program | None = None) -> None:
+        self.program = program
+        self.line = 0
+        self.next_wake_ns: int | None = None
+        self._previous = 0
+        self._return: int | None = None
+        self._passes: dict[int, int] = {}
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there is nothing to run."""
+        return self.program is None
+
+    @property
+    def running(self) -> bool:
+        """Whether it has been started and has not come to its end."""
+        return self.next_wake_ns is not None
+
+    def start(self, now_ns: int) -> None:
+        """Begin at the first line; nothing happens with an empty memory."""
+        self.line = self._previous = 0
+        self._return = None
+        self._passes.clear()
+        self.next_wake_ns = None if self.is_empty else now_ns
+
+    def stop(self) -> None:
+        """End where it is; a motion it has started goes on."""
+        self.next_wake_ns = None
+
+    def advance(self, now_ns: int, axis: Axis601) -> None:
+        """Carry out the instruction that is due at `now_ns`."""
+        if self.program is None or self.next_wake_ns is None or now_ns < self.next_wake_ns:
+            return
+        step = self.program.steps[self.line]
+        line = self.line
+        self.next_wake_ns = now_ns + INSTRUCTION_NS
+        if not self._carry_out(step, axis):
+            self.stop()
+        self._previous = line
+
+    def _carry_out(self, step: Step, axis: Axis601) -> bool:
+        """Do a step and go to the one that follows it; return whether there is one."""
+        if step.instruction.needs_idle and axis.busy:
+            axis.fail(BUSY_ERROR)
+            return False
+        if step.name in _FLOW:
+            return _FLOW[step.name](self, step, axis)
+        self.line += 1
+        return ACTIONS[step.name](axis, step)
+
+    def _wait(self, step: Step, _axis: Axis601) -> bool:
+        if self.next_wake_ns is not None:
+            self.next_wake_ns += (int(step.values[0]) - 1) * INSTRUCTION_NS
+        self.line += 1
+        return True
+
+    def _finish(self, _step: Step, axis: Axis601) -> bool:
+        self.line += not axis.busy
+        return True
+
+    def _end(self, _step: Step, _axis: Axis601) -> bool:
+        return False
+
+    def _if_inputs(self, step: Step, axis: Axis601) -> bool:
+        return self._if(axis.inputs_raw() == step.values[0])
+
+    def _if_input(self, step: Step, axis: Axis601) -> bool:
+        number, level = (int(value) for value in step.values)
+        return self._if(axis.inputs_raw() >> (number - 1) & 1 == level)
+
+    def _if(self, matches: bool) -> bool:
+        """Go on with the next line, or with the one after it; behind END there is none."""
+        self.line += 1 if matches else 2
+        return self.program is not None and self.line < len(self.program.steps)
+
+    def _goto(self, step: Step, _axis: Axis601) -> bool:
+        self._return = self.line + 1
+        return self._jump(step)
+
+    def _jump(self, step: Step) -> bool:
+        if self.program is not None:
+            self.line = self.program.labels[str(step.target)]
+        return True
+
+    def _return_from(self, _step: Step, axis: Axis601) -> bool:
+        if self._return is None:
+            axis.fail(MEMORY_ERROR)
+            return False
+        self.line = self._return
+        return True
+
+    def _label(self, step: Step, _axis: Axis601) -> bool:
+        """Begin the loops anew whose body is entered here, by coming from outside it."""
+        for loop in self._loops_to(str(step.values[0])):
+            if not self.line <= self._previous <= loop:
+                self._passes.pop(loop, None)
+        self.line += 1
+        return True
+
+    def _loops_to(self, label: str) -> list[int]:
+        steps = () if self.program is None else self.program.steps
+        return [i for i, step in enumerate(steps) if step.target == label and step.name.startswith("LOOP")]
+
+    def _loop(self, step: Step, _axis: Axis601) -> bool:
+        """Go back to the label until the body has been passed the given number of times in all."""
+        left = self._passes.pop(self.line, int(step.values[0])) - 1
+        if left == 0:
+            self.line += 1
+            return True
+        self._passes[self.line] = left
+        return self._jump(step)
+
+
+_FLOW: Mapping[str, Callable[[ProgramMachine, Step, Axis601], bool]] = {
+    "WAIT": ProgramMachine._wait,
+    "FINISH": ProgramMachine._finish,
+    "END": ProgramMachine._end,
+    "IF INPUTS": ProgramMachine._if_inputs,
+    "IF INPUT": ProgramMachine._if_input,
+    "GOTO": ProgramMachine._goto,
+    "LABEL": ProgramMachine._label,
+    "RETURN": ProgramMachine._return_from,
+    "LOOP OUTER": ProgramMachine._loop,
+    "LOOP INNER": ProgramMachine._loop,
+}
+"""Instructions that decide what comes next."""

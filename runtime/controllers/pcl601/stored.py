@@ -1,0 +1,119 @@
+"""Where a stored program meets the controller.
+
+The controller knows a `ProgramRunner` and nothing of instructions; the runner
+knows the `Axis601` below and nothing of motion. `program/` holds the text
+format, the assembler and the runner (the virtual machine). A runner is made
+for a stored program and handed to the controller:
+
+    controller.load(runner)          # as if saved earlier; does not start it
+    code 12, autorun at power-up     # controller calls runner.start(now_ns)
+    code 5, ".", reset               # controller calls runner.stop()
+
+The controller asks `next_wake_ns` after every event and calls `advance` exactly
+at that instant, never beyond it, after all that motion and pins do at that
+instant. What a runner does to the axis takes effect at the `now_ns` it was
+advanced to. An error that an instruction raises (`Axis601` methods return it)
+ends the program: the runner stops itself, the controller has already set the bit.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from ....io_images.pcl601.registers import Register
+
+
+class Axis601(Protocol):
+    """What the controller offers to a stored program.
+
+    Methods that can be refused return True if carried out. Refused means that the controller has set the
+    error bit (busy, motor, range ...) and the program must end. `FINISH` waits for `busy` to be False.
+    """
+
+    @property
+    def busy(self) -> bool:
+        """Whether motion is in progress, encoder delay and correction included."""
+        ...
+
+    def set_parameter(self, register: Register, value: int) -> bool:
+        """Set a register by name (32-bit ones as one signed value), with the rule of its motion lock.
+
+        ACCEL, BASE, MAX, JOG, SETPOS, DIR, CURRENT, ENC*, OOTF*, IOTF, REGINDEX (steps), ASPEEDLO ...
+        The analog flags are apart: `set_analog`.
+        """
+        ...
+
+    def set_analog(self, *, speed: bool | None = None, position: bool | None = None) -> bool:
+        """ASPEED and APOS: enable or disable one of the two analog functions."""
+        ...
+
+    def command(self, code: int) -> bool:
+        """Carry out a command code: 2 and 3 home, 4 slew, 5 stop hard, 6 stop soft, 7 analog speed, 15 ..."""
+        ...
+
+    def move(self, steps: int) -> bool:
+        """MOVE: index so many steps in the present direction."""
+        ...
+
+    def move_to(self, position: int) -> bool:
+        """MOVETO: index to a position."""
+        ...
+
+    def repeat(self) -> bool:
+        """REPEAT: index again, by the length and direction of the last index."""
+        ...
+
+    def move_thumbwheel(self) -> bool:
+        """MOVETHUMB: read the thumbwheel and index by it."""
+        ...
+
+    def move_to_analog(self) -> bool:
+        """GOTOAPOS: read input 1 and index to that position."""
+        ...
+
+    def inputs_raw(self) -> int:
+        """Return the input register as IF sees it: bit 0 is input 1; 1 open or high, 0 grounded."""
+        ...
+
+    def set_outputs(self, pattern: int) -> bool:
+        """OUTPUTS: all eight; bit 0 is output 1; 1 is on."""
+        ...
+
+    def send_text(self, text: str) -> bool:
+        """TEXT: send, with CR after it; in Modbus mode nothing is sent and the mode error is set."""
+        ...
+
+    def fail(self, error: int) -> None:
+        """Set an error bit: 4096 for RETURN without GOTO or an instruction that is none."""
+        ...
+
+
+class ProgramRunner(Protocol):
+    """A stored program and where it has got to."""
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there is nothing to run: code 12 is then refused with error 4096."""
+        ...
+
+    @property
+    def running(self) -> bool:
+        """Whether it has been started and has not come to its end."""
+        ...
+
+    @property
+    def next_wake_ns(self) -> int | None:
+        """When the next instruction is due, None unless running."""
+        ...
+
+    def start(self, now_ns: int) -> None:
+        """Begin at line 1."""
+        ...
+
+    def stop(self) -> None:
+        """End; nothing happens if it is not running."""
+        ...
+
+    def advance(self, now_ns: int, axis: Axis601) -> None:
+        """Carry out the instructions due at `now_ns`, which is not before `next_wake_ns`."""
+        ...

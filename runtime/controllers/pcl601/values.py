@@ -1,0 +1,45 @@
+"""The values behind the registers."""
+
+from __future__ import annotations
+
+from ....io_images.pcl601 import MAP, ROWS, Register, Row, with_word
+
+
+class Values(dict[Register, int]):
+    """The registers' values by register, 32-bit ones as one signed number.
+
+    The one register for both analog functions is written for both, and reads as either.
+
+    Attributes:
+        analog_speed: input 1 may set the maximum speed; see `set_analog`.
+        analog_position: input 1 may set the absolute position; see `set_analog`.
+    """
+
+    def __init__(self) -> None:
+        super().__init__({row.register: row.default for row in MAP})
+        self.analog_speed = self.analog_position = False
+
+    def reset(self) -> None:
+        """Go back to what power-up finds: the defaults, but what is non-volatile."""
+        self.update({row.register: row.default for row in MAP if not row.kept})
+        self.set_analog(speed=False, position=False)
+
+    def set_analog(self, *, speed: bool | None = None, position: bool | None = None) -> None:
+        """Enable or disable the analog functions; None leaves one as it is."""
+        self.analog_speed = self.analog_speed if speed is None else speed
+        self.analog_position = self.analog_position if position is None else position
+        super().__setitem__(Register.ANALOG_ENABLE, int(self.analog_speed or self.analog_position))
+
+    def __setitem__(self, register: Register, value: int) -> None:
+        if register is Register.ANALOG_ENABLE:
+            self.set_analog(speed=bool(value), position=bool(value))
+        else:
+            super().__setitem__(register, value)
+
+    def set_word(self, row: Row, word: int, bits: int) -> None:
+        """Set a word; the pair it belongs to is not looked at until it is used."""
+        self[row.register] = with_word(row, self[row.register], word, bits) if row.words == 2 else bits
+
+    def in_range(self, *registers: Register) -> bool:
+        """Whether all these hold what the map allows."""
+        return all(ROWS[register].allows(self[register]) for register in registers)

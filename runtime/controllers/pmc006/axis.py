@@ -1,0 +1,269 @@
+"""The motor of a PMC006x3s and what starts and ends its motions.
+
+    IDLE      at rest
+    MOVE      a number of steps                              [4.3.1]
+    SPEED     until told to stop                             [4.3.8]
+    SLOWING   down from there to the stop speed
+    RETREAT   zero-back: forward, away from the switch       [4.3.13]
+    SEEK      zero-back: backward, until EXT1 triggers
+
+Motions are closed forms of time; between two things that happen (`next_ns`)
+there is nothing to compute.
+"""
+
+from __future__ import annotations
+
+from enum import Enum, auto
+
+from ....io_images.pmc006.status import Status1
+from ...kinematics import FOREVER, Motion
+from .memory import Memory
+from .pins import Pin, Pins
+from .ramps import Speeds, plan_move, plan_run, plan_slowing
+
+RETREAT_PART = 16
+"""The retreat from the switch is the stroke divided by this [4.3.13]."""
+
+
+class Doing(Enum):
+    """What the motor is doing."""
+
+    IDLE = auto()
+    MOVE = auto()
+    SPEED = auto()
+    SLOWING = auto()
+    RETREAT = auto()
+    SEEK = auto()
+
+
+class ExtStop:
+    """One external stop: its pin, its flag, its bit in the parameters f and J, and the way it blocks.
+
+    Attributes:
+        pin: the input.
+        flag: bit of status register 1.
+        bit: in the values of f and J.
+        blocks: the direction in which stepping on is refused while it is active (reading).
+    """
+
+    __slots__ = ("_memory", "_pins", "bit", "blocks", "flag", "pin")
+
+    def __init__(self, memory: Memory, pins: Pins, pin: Pin, flag: Status1, bit: int, blocks: int) -> None:
+        self._memory = memory
+        self._pins = pins
+        self.pin = pin
+        self.flag = flag
+        self.bit = bit
+        self.blocks = blocks
+
+    @property
+    def armed(self) -> bool:
+        """Whether instruction f enables it."""
+        return bool(self._memory["ext_stop_enable"] & self.bit)
+
+    @property
+    def active(self) -> bool:
+        """Whether its pin is at the level to which the edge chosen by J leads."""
+        rising = bool(self._memory["ext_trigger_mode"] & self.bit)
+        return bool(self._pins.levels & self.pin) == rising
+
+
+class Axis:
+    """The motor, at rest at physical position 0.
+
+    Attributes:
+        doing: what it does.
+        physical: steps made since the axis was made, signed; nothing but steps changes it.
+        flags: EXT1 and EXT2 emergency stops that are latched, as in status register 1.
+        stalled: the encoder has told of a stall since the last start.
+
+    Args:
+        memory: the parameters.
+        pins: the inputs.
+    """
+
+    def __init__(self, memory: Memory, pins: Pins) -> None:
+        self._memory = memory
+        self._pins = pins
+        self._ext1 = ExtStop(memory, pins, Pin.EXT1, Status1.EXT1, 1, -1)
+        self._ext2 = ExtStop(memory, pins, Pin.EXT2, Status1.EXT2, 2, +1)
+        self._motion: Motion | None = None
+        self._zero = 0  # physical position at which the position register reads 0
+        self._stroke = self._retreated = 0
+        self.doing = Doing.IDLE
+        self.physical = 0
+        self.flags = Status1(0)
+        self.stalled = False
+
+    # -- what is seen ------------------------------------------------------------------------
+
+    @property
+    def position(self) -> int:
+        """The position register, steps: signed 32 bits."""
+        return (self.physical - self._zero + (1 << 31)) % (1 << 32) - (1 << 31)
+
+    @position.setter
+    def position(self, value: int) -> None:
+        self._zero = self.physical - value
+
+    @property
+    def moving(self) -> bool:
+        """Whether a motion is under way."""
+        return self.doing is not Doing.IDLE
+
+    @property
+    def homing(self) -> bool:
+        """Whether a zero-back is under way."""
+        return self.doing in (Doing.RETREAT, Doing.SEEK)
+
+    @property
+    def direction(self) -> int:
+        """+1 or -1, as instruction d says."""
+        return 1 if self._memory["direction"] else -1
+
+    @property
+    def free(self) -> bool:
+        """Whether instruction g has released the motor."""
+        return bool(self._memory["free_run"])
+
+    # -- what is asked for -------------------------------------------------------------------
+
+    @property
+    def may_start(self) -> bool:
+        """Whether a motion may begin at all: at rest, not released, no emergency stop latched."""
+        return not (self.moving or self.free or self.flags)
+
+    @property
+    def speeds_fit(self) -> bool:
+        """Whether start and stop speed are within the maximum speed [4.3.9]."""
+        edges = self._memory["start_speed"], self._memory["stop_speed"]
+        return max(edges) <= self._memory["max_speed"]
+
+    @property
+    def against_limit(self) -> bool:
+        """Whether the chosen direction leads on towards an armed limit that is active [4.1.1, error 07]."""
+        stops = self._ext1, self._ext2
+        return any(stop.armed and stop.active and stop.blocks == self.direction for stop in stops)
+
+    def step(self, now_ns: int, steps: int) -> None:
+        """Begin a move in the chosen direction."""
+        distance = self.direction * steps
+        self._begin(Doing.MOVE, plan_move(now_ns, self.physical, distance, self._speeds()))
+
+    def run(self, now_ns: int) -> None:
+        """Begin to run at the maximum speed in the chosen direction."""
+        self._begin(Doing.SPEED, plan_run(now_ns, self.physical, self.direction, self._speeds()))
+
+    def slow_down(self, now_ns: int) -> None:
+        """Leave speed mode by the ramp; nothing happens in any other mode."""
+        if self.doing is Doing.SPEED and self._motion is not None:
+            ramp = self._memory["stop_speed"], self._memory["decel_coefficient"]
+            self._begin(Doing.SLOWING, plan_slowing(self._motion, now_ns, *ramp))
+
+    def zero_back(self, now_ns: int, stroke: int) -> None:
+        """Begin to look for the switch on EXT1 within a stroke."""
+        self._stroke, self._retreated = stroke, 0
+        if self._ext1.active:
+            self._retreat(now_ns)
+        else:
+            self._seek(now_ns)
+
+    def halt(self) -> None:
+        """End any motion here and now, without a ramp."""
+        self._motion = None
+        self.doing = Doing.IDLE
+
+    def power_up(self) -> None:
+        """Power was away: the motor rests where it is, its position register is 0."""
+        self.halt()
+        self.position = 0
+        self.flags = Status1(0)
+        self.stalled = False
+
+    # -- time --------------------------------------------------------------------------------
+
+    def next_ns(self) -> int:
+        """Return when a pin changes or the motion ends, whichever is first; FOREVER if neither."""
+        motion = self._motion
+        if motion is None:
+            return FOREVER
+        end_ns = FOREVER if motion.end_ns is None else motion.end_ns
+        change = self._pins.next_change(self.physical, motion.direction)
+        reached_ns = None if change is None else motion.instant_of(abs(change - motion.origin))
+        return end_ns if reached_ns is None else min(reached_ns, end_ns)
+
+    def go_to(self, now_ns: int) -> None:
+        """Bring the position up to `now_ns`, not beyond `next_ns`."""
+        if self._motion is not None:
+            self.physical = self._motion.position_at(now_ns)
+
+    def end_if_due(self, now_ns: int) -> None:
+        """End a motion that has made its last step."""
+        motion = self._motion
+        if motion is None or motion.end_ns is None or now_ns < motion.end_ns:
+            return
+        if self.doing is Doing.RETREAT:
+            self._retreat_ended(now_ns)
+        else:
+            self.halt()
+
+    def on_pins(self, changed: int, _levels: int) -> None:
+        """React to pins that have changed."""
+        for stop in (self._ext1, self._ext2):
+            if changed & stop.pin and stop.active:
+                self._triggered(stop)
+
+    def stall(self) -> None:
+        """The encoder tells that the motor does not follow: it is stopped."""
+        self.halt()
+        self.stalled = True
+
+    # -- inside ------------------------------------------------------------------------------
+
+    def _begin(self, doing: Doing, motion: Motion) -> None:
+        self.doing = doing
+        self._motion = motion
+        self.stalled = False
+
+    def _speeds(self) -> Speeds:
+        memory = self._memory
+        return Speeds(
+            memory["start_speed"],
+            memory["max_speed"],
+            memory["stop_speed"],
+            memory["accel_coefficient"],
+            memory["decel_coefficient"],
+        )
+
+    def _zero_speeds(self) -> Speeds:
+        """Return the speeds of a zero-back: instruction 9's, which bounds the jumps at both ends, too."""
+        memory, top = self._memory, self._memory["zero_back_speed"]
+        edges = min(memory["start_speed"], top), min(memory["stop_speed"], top)
+        return Speeds(edges[0], top, edges[1], memory["accel_coefficient"], memory["decel_coefficient"])
+
+    def _retreat(self, now_ns: int) -> None:
+        distance = max(1, self._stroke // RETREAT_PART)
+        self._retreated += distance
+        self._begin(Doing.RETREAT, plan_move(now_ns, self.physical, distance, self._zero_speeds()))
+
+    def _retreat_ended(self, now_ns: int) -> None:
+        """Seek the switch, or retreat further if it is still active, but no further than the stroke."""
+        if not self._ext1.active:
+            self._seek(now_ns)
+        elif self._retreated < self._stroke:
+            self._retreat(now_ns)
+        else:
+            self.halt()
+
+    def _seek(self, now_ns: int) -> None:
+        self._begin(Doing.SEEK, plan_move(now_ns, self.physical, -self._stroke, self._zero_speeds()))
+
+    def _triggered(self, stop: ExtStop) -> None:
+        """The edge of an external stop: the end of a zero-back, or an emergency stop."""
+        home = stop is self._ext1 and self.doing is Doing.SEEK
+        if home or stop.armed:
+            self.halt()
+        if home:
+            self.position = 0
+        if stop.armed:
+            self.flags |= stop.flag

@@ -1,0 +1,296 @@
+"""A simulated PMC006x3s, less its serial line: instructions in, answers out, pins and motor.
+
+Whatever is asked of it comes at an instant; everything between two instants
+follows from closed forms and from what happens in order of time: a pin that the
+motor passes, the end of a motion, a user instruction. So nothing depends on how
+often `advance` is called.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ....io_images.pmc006.frame import FACTORY_ADDRESS, STATE_ERROR, UNKNOWN_ERROR
+from ....io_images.pmc006.instructions import ATTENUATION_PERCENT, BY_CODE, BY_NAME, Instruction, Kind
+from ....io_images.pmc006.program import UserProgram
+from ....io_images.pmc006.status import GPIO_EFFECTIVE, Gpio, Level, Status1, Status2
+from .axis import Axis, Doing
+from .interpreter import Interpreter
+from .memory import Memory
+from .options import Options
+from .pins import Pin, Pins, Switch
+
+SUPPLY_LIMIT_V = 9.0
+"""Least supply voltage [7]; below it status bit UVL is set."""
+
+Handler = Callable[["Controller", int], int]
+
+
+class Controller:
+    """A controller that has just got power, at t = 0.
+
+    Attributes:
+        options: hardware version and readings.
+        memory: parameters and user program.
+        pins: the inputs.
+        axis: the motor.
+        interpreter: what runs the user program.
+        gpio: the GPIO word's effective bits.
+        supply_v: supply voltage, V.
+        overheated: whether the driver is too hot.
+        now_ns: where its time has got to.
+
+    Args:
+        options: hardware version and readings.
+        address: in the EEPROM, 1 to 120, or 255 as from the factory.
+        program: in the EEPROM; it does not start by being there.
+
+    Raises:
+        ValueError: no such address.
+    """
+
+    def __init__(
+        self,
+        options: Options | None = None,
+        address: int = FACTORY_ADDRESS,
+        program: UserProgram | None = None,
+    ) -> None:
+        if address != FACTORY_ADDRESS and not BY_NAME["device_address"].allows(address):
+            raise ValueError(f"address {address}: allowed is 1 to 120, or the factory's {FACTORY_ADDRESS}")
+        self.options = options or Options()
+        self.memory = Memory()
+        self.memory.preset("device_address", address)
+        if program is not None:
+            self.memory.lines = program.lines
+        self.pins: Pins = Pins()
+        self.axis: Axis = Axis(self.memory, self.pins)
+        self.interpreter: Interpreter = Interpreter(self)
+        self.pins.on_change = self._on_pins
+        self.gpio = Gpio.GPIO8
+        self.supply_v = 24.0
+        self.overheated = False
+        self.now_ns = 0
+
+    # -- time --------------------------------------------------------------------------------
+
+    def next_ns(self) -> int:
+        """Return when something happens next, `kinematics.FOREVER` if nothing does."""
+        return min(self.axis.next_ns(), self.interpreter.next_ns(self.now_ns))
+
+    def advance(self, now_ns: int) -> None:
+        """Let everything happen up to and including `now_ns`."""
+        while (due_ns := self.next_ns()) <= now_ns:
+            self._arrive(due_ns)
+            self.axis.end_if_due(due_ns)
+            self.interpreter.tick(due_ns)
+        self._arrive(now_ns)
+
+    def _arrive(self, now_ns: int) -> None:
+        self.now_ns = now_ns
+        self.axis.go_to(now_ns)
+        self.pins.sense(self.axis.physical)
+
+    # -- what is done to it ------------------------------------------------------------------
+
+    def execute(self, code: int, data: int) -> int:
+        """Carry out an instruction now; return the data of the answer.
+
+        It never raises: what is not allowed is answered with error 6, what does not exist with error 7.
+
+        Args:
+            code: the instruction's byte.
+            data: 32 bits, signed.
+        """
+        row = BY_CODE.get(code)
+        if row is None:
+            return UNKNOWN_ERROR
+        if row.asks_by_zero and data == 0:
+            return self.memory[row.name]
+        if not self._allows(row, data):
+            return STATE_ERROR
+        handler = HANDLERS.get(row.name)
+        if handler is not None:
+            return handler(self, data)
+        if row.kind is Kind.SET:
+            self.memory[row.name] = data
+        return self.memory[row.shows or row.name]
+
+    def set_pin(self, pin: Pin, level: bool | Switch) -> None:
+        """Hold an input high (True) or low from now on, or let it follow a switch."""
+        self.pins.hold(pin, level)
+        self.pins.sense(self.axis.physical)
+
+    def stall(self) -> None:
+        """Let the encoder notice that the motor does not follow; the open-loop type has none."""
+        if self.options.closed_loop and self.axis.moving:
+            self.axis.stall()
+
+    def power_cycle(self) -> None:
+        """Take power away and give it back: the saved parameters count, the rest is as at first."""
+        self.memory.load()
+        self.gpio = Gpio.GPIO8
+        self.axis.power_up()
+        self.interpreter.stop()
+        if self.memory["offline_execution"]:
+            self.interpreter.start(self.now_ns)
+
+    def abort(self) -> None:
+        """End any motion at once [instruction I]."""
+        self.axis.halt()
+
+    # -- what is seen of it ------------------------------------------------------------------
+
+    @property
+    def address(self) -> int:
+        """The address to which it listens."""
+        return self.memory["device_address"]
+
+    @property
+    def gpio8(self) -> bool:
+        """Whether the 5 V output is on."""
+        return bool(self.gpio & Gpio.GPIO8)
+
+    @property
+    def coil_percent(self) -> int:
+        """Duty of the solenoid output, in percent of the supply [4.3.11]."""
+        return self.memory["solenoid"]
+
+    @property
+    def phase_current_ma(self) -> float:
+        """The phase current: set, reduced at rest, or none while the motor is released [4.3.5, 4.3.7]."""
+        memory = self.memory
+        if memory["free_run"]:
+            return 0.0
+        if self.axis.moving or not memory["auto_current_decay"]:
+            return float(memory["peak_current"])
+        return memory["peak_current"] * ATTENUATION_PERCENT[memory["current_attenuation"]] / 100
+
+    @property
+    def levels(self) -> Level:
+        """The pins, as instruction x reads them."""
+        inputs = self.pins.levels & (Level.EXT1 | Level.EXT2 | Level.FSET)
+        return Level(inputs) | (Level.GPIO8 if self.gpio8 else Level(0))
+
+    @property
+    def status1(self) -> Status1:
+        """Status register 1."""
+        said = {
+            Status1.BUSY: self.axis.moving,
+            Status1.AUTO_DEC: self.memory["auto_current_decay"],
+            Status1.STALL: self.axis.stalled,
+            Status1.HOME: self.axis.homing,
+            Status1.UVL: self.supply_v < SUPPLY_LIMIT_V,
+        }
+        return self.axis.flags | Status1(sum(bit for bit, holds in said.items() if holds))
+
+    @property
+    def status2(self) -> Status2:
+        """Status register 2."""
+        memory = self.memory
+        said = {
+            Status2.FREE_RUN: memory["free_run"],
+            Status2.EXT1_EN: memory["ext_stop_enable"] & 1,
+            Status2.COIL: memory["solenoid"],
+            Status2.SPEED_MODE: self.axis.doing is Doing.SPEED,
+            Status2.DIR: memory["direction"],
+            Status2.OFFLINE_AUTO: memory["offline_execution"],
+            Status2.EXT2_EN: memory["ext_stop_enable"] & 2,
+            Status2.OTS: self.overheated,
+        }
+        return Status2(sum(bit for bit, holds in said.items() if holds))
+
+    # -- instructions ------------------------------------------------------------------------
+
+    def _allows(self, row: Instruction, data: int) -> bool:
+        if row.name == "microstepping" and data == 256:
+            return self.options.max_microstep == 256
+        if row.name == "set_position" and self.options.i_signed:
+            return True
+        return row.allows(data)
+
+    def _step(self, steps: int) -> int:
+        if not (self.axis.may_start and self.axis.speeds_fit):
+            return STATE_ERROR
+        if self.axis.against_limit:
+            return UNKNOWN_ERROR
+        self.axis.step(self.now_ns, steps)
+        return self.options.step_ack_value
+
+    def _speed_mode(self, run: int) -> int:
+        if not run:
+            self.axis.slow_down(self.now_ns)
+            return 0
+        if not (self.axis.may_start and self.axis.speeds_fit):
+            return STATE_ERROR
+        if self.axis.against_limit:
+            return UNKNOWN_ERROR
+        self.axis.run(self.now_ns)
+        return 1
+
+    def _zero_back(self, stroke: int) -> int:
+        if not self.axis.may_start:
+            return STATE_ERROR
+        self.axis.zero_back(self.now_ns, stroke)
+        return 0
+
+    def _abort(self, _data: int) -> int:
+        self.abort()
+        return 0
+
+    def _free_run(self, released: int) -> int:
+        if released:
+            self.abort()
+        self.memory["free_run"] = released
+        return released
+
+    def _clear_ext1(self, _data: int) -> int:
+        self.axis.flags &= ~Status1.EXT1
+        return 0
+
+    def _clear_ext2(self, _data: int) -> int:
+        self.axis.flags &= ~Status1.EXT2
+        return 0
+
+    def _set_position(self, position: int) -> int:
+        self.axis.position = position
+        return 0  # like an action: answered with the position, 6 and 7 would read as refusals
+
+    def _write_io(self, word: int) -> int:
+        self.gpio = Gpio(word) & GPIO_EFFECTIVE
+        return 0
+
+    def _save(self, _data: int) -> int:
+        self.memory.save()
+        return 0
+
+    def _run_program(self, _data: int) -> int:
+        if not self.memory.lines:
+            return STATE_ERROR
+        self.interpreter.start(self.now_ns)
+        return 0
+
+    def _on_pins(self, changed: int, levels: int) -> None:
+        self.axis.on_pins(changed, levels)
+        self.interpreter.on_pins(changed & ~levels)
+
+
+HANDLERS: dict[str, Handler] = {
+    "step": Controller._step,
+    "speed_mode": Controller._speed_mode,
+    "zero_back": Controller._zero_back,
+    "abort": Controller._abort,
+    "free_run": Controller._free_run,
+    "clear_ext1_flag": Controller._clear_ext1,
+    "clear_ext2_flag": Controller._clear_ext2,
+    "set_position": Controller._set_position,
+    "write_io": Controller._write_io,
+    "save_parameters": Controller._save,
+    "run_user_program": Controller._run_program,
+    "read_position": lambda controller, _data: controller.axis.position,
+    "read_status1": lambda controller, _data: int(controller.status1),
+    "read_status2": lambda controller, _data: int(controller.status2),
+    "read_levels": lambda controller, _data: int(controller.levels),
+    "read_device_id": lambda controller, _data: controller.options.device_id,
+    "read_firmware": lambda controller, _data: controller.options.firmware,
+}
+"""What carries out the instructions that are more than a parameter written or read."""

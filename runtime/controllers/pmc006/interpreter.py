@@ -1,0 +1,209 @@
+"""What runs the user program of a PMC006x3s [5].
+
+An instruction takes 1 ms (reading), so instructions are due on a grid of 1 ms
+from the start, or from where a pause ended. WAIT looks at its condition on that
+grid; while it does not hold, nothing is due.
+
+    start   |CNTC|ROT |WAIT......(motor moves)......|CNT1|
+    ms      0    1    2    3    4 ...          n    n+1
+
+Past the last line the program is over: the motor is left as it is. The reset key
+stays bound ("done once in the program to take effect globally" [5.1.2.7]): it
+stops the motor then, too, and the program goes on at the key's line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from ....io_images.pmc006.program import UserInstruction
+from ....io_images.pmc006.status import Gpio, Status1
+from ...kinematics import FOREVER
+from .pins import Pin
+
+if TYPE_CHECKING:
+    from .controller import Controller
+
+INSTRUCTION_NS = 1_000_000
+"""Time of a user instruction (reading)."""
+
+RESET_PIN, PAUSE_PIN = Pin.FSET, Pin.GPI2
+"""GPI1 and GPI2 of the manual [5.1.2.7], as this hardware has them (reading)."""
+
+
+class Interpreter:
+    """The user program's state, at first not running.
+
+    Attributes:
+        line: the next line, from 0.
+        counter: the internal counter.
+        equal: the flag that CMP sets.
+        running: whether the program has been started and is not over.
+        paused: whether PAUSE_EN's key holds it.
+    """
+
+    def __init__(self, controller: Controller) -> None:
+        self._controller = controller
+        self._due_ns = 0
+        self.stop()
+
+    def start(self, now_ns: int) -> None:
+        """Run the program from line 0, counter and flag 0, no key bound."""
+        self.stop()
+        self.running = True
+        self._due_ns = now_ns
+
+    def stop(self) -> None:
+        """Stop it where it is and forget its state; the motor is left as it is."""
+        self.running = self.paused = self.equal = False
+        self.line = self.counter = 0
+        self._reset_line: int | None = None
+        self._pause_bound = False
+
+    def next_ns(self, now_ns: int) -> int:
+        """Return when the next instruction is due, FOREVER if none is as things stand."""
+        if not self.running or self.paused:
+            return FOREVER
+        if now_ns < self._due_ns:
+            return self._due_ns
+        line = self._line()
+        if line is not None and line.op == "WAIT" and not self._holds(line):
+            return FOREVER
+        return self._due_ns - (self._due_ns - now_ns) // INSTRUCTION_NS * INSTRUCTION_NS
+
+    def tick(self, now_ns: int) -> None:
+        """Carry out the instruction that is due at `now_ns`, if there is one."""
+        if self.next_ns(now_ns) != now_ns:
+            return
+        line = self._line()
+        if line is None:
+            self.running = False
+        elif line.op != "WAIT" or self._holds(line):
+            self.line += 1
+            EFFECTS[line.op](self, line)
+            self._due_ns = now_ns + INSTRUCTION_NS
+
+    def on_pins(self, fallen: int) -> None:
+        """React to pins that have gone low: the keys bound by RESET_EN and PAUSE_EN."""
+        now_ns = self._controller.now_ns
+        if fallen & RESET_PIN and self._reset_line is not None:
+            self._controller.abort()
+            self.running = True
+            self.line = self._reset_line
+            self._due_ns = now_ns + INSTRUCTION_NS
+        if fallen & PAUSE_PIN and self._pause_bound and self.running:
+            self.paused = not self.paused
+            self._due_ns = max(self._due_ns, now_ns)
+
+    def _line(self) -> UserInstruction | None:
+        lines = self._controller.memory.lines
+        return lines[self.line] if self.line < len(lines) else None
+
+    # -- conditions --------------------------------------------------------------------------
+
+    def _holds(self, line: UserInstruction) -> bool:
+        return WAITED_FOR[line.option](self._controller) == bool(line.data)
+
+    def compare(self, line: UserInstruction) -> None:
+        """Set the flag that JEQ and JNE look at."""
+        self.equal = COMPARED[line.option](self._controller) == line.data
+
+    # -- effects -----------------------------------------------------------------------------
+
+    def send(self, char: str, data: int) -> None:
+        """Carry out an instruction of the line; what the controller refuses is passed over."""
+        self._controller.execute(ord(char), data)
+
+    def count(self) -> None:
+        """Add 1 to the counter."""
+        self.counter += 1
+
+    def clear_counter(self) -> None:
+        """Set the counter to 0."""
+        self.counter = 0
+
+    def jump(self, line: UserInstruction, taken: bool) -> None:
+        """Go on at the line's target if the jump is taken."""
+        if taken:
+            self.line = line.data
+
+    def accelerate(self, line: UserInstruction) -> None:
+        """Set both coefficients (reading)."""
+        self.send("u", line.data)
+        self.send("o", line.data)
+
+    def set_speed(self, line: UserInstruction) -> None:
+        """Set the maximum speed; 0 is passed over (reading)."""
+        if line.data:
+            self.send("v", line.data)
+
+    def put_out(self, line: UserInstruction) -> None:
+        """Set the level of an output; only port 1 is there (reading)."""
+        if line.option == 1:
+            gpio = self._controller.gpio
+            self._controller.gpio = gpio | Gpio.GPIO8 if line.data else gpio & ~Gpio.GPIO8
+
+    def bind_reset(self, line: UserInstruction) -> None:
+        """Bind GPI1, or let it go."""
+        self._reset_line = line.data if line.option else None
+
+    def bind_pause(self, line: UserInstruction) -> None:
+        """Bind GPI2, or let it go."""
+        self._pause_bound = bool(line.option)
+
+
+EFFECTS: dict[str, Callable[[Interpreter, UserInstruction], None]] = {
+    "ROT": lambda program, line: program.send("s", line.data),
+    "MIC": lambda program, line: program.send("m", line.data),
+    "DIR": lambda program, line: program.send("d", line.data),
+    "EXTEN": lambda program, line: program.send("f", line.data),
+    "FREE": lambda program, line: program.send("g", line.data),
+    "CLR2": lambda program, line: program.send("l", 0),
+    "CLR1": lambda program, line: program.send("b", 0),
+    "VSET": Interpreter.set_speed,
+    "ACC": Interpreter.accelerate,
+    "TRIG": lambda program, line: program.send("J", line.data),
+    "CNT1": lambda program, line: program.count(),
+    "CNTC": lambda program, line: program.clear_counter(),
+    "JMP": lambda program, line: program.jump(line, True),
+    "JNE": lambda program, line: program.jump(line, not program.equal),
+    "JEQ": lambda program, line: program.jump(line, program.equal),
+    "WAIT": lambda program, line: None,
+    "OUT": Interpreter.put_out,
+    "CMP": Interpreter.compare,
+    "RESET_EN": Interpreter.bind_reset,
+    "PAUSE_EN": Interpreter.bind_pause,
+}
+"""What a user instruction does [5.1.1]."""
+
+
+def _level(pin: Pin) -> Callable[[Controller], bool]:
+    return lambda controller: bool(controller.pins.levels & pin)
+
+
+def _flag(flag: Status1) -> Callable[[Controller], bool]:
+    return lambda controller: bool(controller.axis.flags & flag)
+
+
+WAITED_FOR: dict[int, Callable[[Controller], bool]] = {
+    1: lambda controller: not controller.axis.moving,
+    2: _level(Pin.EXT1),
+    3: _level(Pin.EXT2),
+    4: _level(RESET_PIN),
+    5: _level(PAUSE_PIN),
+    6: _flag(Status1.EXT1),
+    7: _flag(Status1.EXT2),
+}
+"""What the options of WAIT stand for (reading, `program.WAIT_OPTIONS`)."""
+
+
+COMPARED: dict[int, Callable[[Controller], int]] = {
+    1: lambda controller: controller.interpreter.counter,
+    2: _level(Pin.EXT1),
+    3: _level(Pin.EXT2),
+    4: _flag(Status1.EXT1),
+    5: _flag(Status1.EXT2),
+    6: lambda controller: int(controller.levels),
+}
+"""What the options of CMP stand for (reading, `program.CMP_OPTIONS`)."""

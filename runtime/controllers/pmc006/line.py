@@ -1,0 +1,78 @@
+"""The serial line of a PMC006x3s: bytes and instants in, bytes out.
+
+A valid frame to its own address is carried out when its last byte is complete,
+and answered with one frame [4.1]. All else is answered with silence. A frame
+that has not come to its end within the receive time-out after its latest byte
+is dropped, so that a stub of a frame cannot swallow the beginning of the next.
+"""
+
+from __future__ import annotations
+
+from ....io_images.pmc006.frame import BAUD, Framer, reply
+from ...kinematics import FOREVER
+from ...line.wire import LineFormat
+from .controller import Controller
+
+LINE_FORMAT = LineFormat(BAUD)
+
+RECEIVE_TIMEOUT_NS = 50_000_000
+"""Silence after which an unfinished frame is dropped (reading: the manual gives no figure [4.1])."""
+
+
+class Pmc006:
+    """A controller on its serial line, as `wire.Device`.
+
+    Attributes:
+        controller: what carries out the instructions.
+        line_format: 9,600 baud, 8N1; nothing changes it.
+
+    Args:
+        controller: what carries out the instructions.
+        timeout_ns: the receive time-out.
+    """
+
+    line_format = LINE_FORMAT
+
+    def __init__(self, controller: Controller | None = None, timeout_ns: int = RECEIVE_TIMEOUT_NS) -> None:
+        self.controller = controller or Controller()
+        self._framer = Framer()
+        self._timeout_ns = timeout_ns
+        self._latest_ns = 0
+        self._answers = bytearray()
+
+    @property
+    def passed_over(self) -> int:
+        """Bytes received so far that belonged to no frame."""
+        return self._framer.passed_over
+
+    @property
+    def next_wake_ns(self) -> int | None:
+        """When something happens by itself, or at once where an answer waits to be taken."""
+        if self._answers:
+            return self.controller.now_ns
+        next_ns = self.controller.next_ns()
+        return None if next_ns == FOREVER else next_ns
+
+    def receive(self, now_ns: int, data: bytes) -> None:
+        """Take bytes of which the last one is complete at `now_ns`."""
+        self.controller.advance(now_ns)
+        if now_ns - self._latest_ns > self._timeout_ns:
+            self._framer.drop()
+        self._latest_ns = now_ns
+        for frame in self._framer.feed(data):
+            if frame.second == self.controller.address:
+                answer = self.controller.execute(frame.third, frame.data)
+                self._answers += reply(self.controller.address, answer)
+
+    def advance(self, now_ns: int) -> bytes:
+        """Let time run to `now_ns`; return the answers that go onto the line."""
+        self.controller.advance(now_ns)
+        answers = bytes(self._answers)
+        self._answers.clear()
+        return answers
+
+    def power_cycle(self) -> None:
+        """Take power away and give it back: a frame half received or half answered is gone."""
+        self.controller.power_cycle()
+        self._framer.drop()
+        self._answers.clear()

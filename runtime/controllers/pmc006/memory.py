@@ -1,0 +1,43 @@
+"""Parameters of a PMC006x3s: those in force, and those that survive without power [4.3.17]."""
+
+from __future__ import annotations
+
+from ....io_images.pmc006.instructions import BY_NAME, PARAMETERS, Keeping
+from ....io_images.pmc006.program import UserInstruction
+
+
+class Memory:
+    """A controller's memory as it leaves the factory.
+
+    Attributes:
+        lines: the user program in the EEPROM.
+    """
+
+    def __init__(self) -> None:
+        self.lines: tuple[UserInstruction, ...] = ()
+        self._eeprom = {row.name: row.default for row in PARAMETERS if row.keeping is not Keeping.VOLATILE}
+        self._values: dict[str, int] = {}
+        self.load()
+
+    def __getitem__(self, name: str) -> int:
+        """Return the value in force of a parameter."""
+        return self._values[name]
+
+    def __setitem__(self, name: str, value: int) -> None:
+        """Put a value into force; one that lives in the EEPROM is kept at once."""
+        self._values[name] = value
+        if BY_NAME[name].keeping is Keeping.EEPROM:
+            self._eeprom[name] = value
+
+    def save(self) -> None:
+        """Keep what can be kept: instruction t."""
+        self._eeprom = {name: self._values[name] for name in self._eeprom}
+
+    def load(self) -> None:
+        """Power comes: what was kept is in force, the rest has its default."""
+        self._values = {row.name: row.default for row in PARAMETERS} | self._eeprom
+
+    def preset(self, name: str, value: int) -> None:
+        """Put a value into force and keep it, as if it had been saved earlier."""
+        self[name] = value
+        self._eeprom[name] = value

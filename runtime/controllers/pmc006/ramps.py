@@ -1,0 +1,131 @@
+"""How a PMC006x3s gets from one speed to another [4.3.3].
+
+    speed  0 | start | S-curve up | maximum | S-curve down | stop | 0
+
+The S-curve is a raised cosine that takes the time and the distance of a ramp of
+constant rate with the coefficient's acceleration (reading: the manual draws a
+curve without a formula). It is computed as three parabolas of the speed, which
+meet the cosine at 0, 1/3, 1/2, 2/3 and 1 of its time and differ from it by 0.6 %
+of the speed change at most, so that steps have exact instants.
+
+Ramps that do not fit the steps are both steepened in the same ratio until they
+do [4.3.3: "the actual acceleration and deceleration coefficient may increase
+automatically"]. A move of fewer than 256 steps has no S-curve: its speed goes
+from the start speed to the stop speed in one straight line.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+from ....io_images.pmc006.instructions import ACCELERATIONS_PPS2, SHORT_MOVE_STEPS
+from ...kinematics import NANO, Course, Motion, Phase, takeover
+
+RAISED_COSINE: tuple[Phase, ...] = ((0, 24, 0, 0, 0, 54), (24, 48, 2, 18, 54, 0), (48, 72, 14, 54, 54, -54))
+"""The S-curve, in the terms of `kinematics.course`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Speeds:
+    """What a motion is made of.
+
+    Attributes:
+        start_sps: speed to which it jumps from rest.
+        max_sps: speed that it reaches, from the start and the stop speed on.
+        stop_sps: speed from which it jumps to rest.
+        acceleration: coefficient 0 to 8; 0 is no ramp.
+        deceleration: coefficient 0 to 8.
+    """
+
+    start_sps: int
+    max_sps: int
+    stop_sps: int
+    acceleration: int
+    deceleration: int
+
+
+def plan_move(now_ns: int, origin: int, distance: int, speeds: Speeds) -> Motion:
+    """Plan a move over a distance in steps, which ends exactly on it.
+
+    Args:
+        now_ns: when it begins.
+        origin: step count at which it begins.
+        distance: steps, its sign the direction, not 0.
+        speeds: of the move.
+    """
+    steps = abs(distance)
+    course = Course(now_ns)
+    if steps < SHORT_MOVE_STEPS:
+        _lay_short(course, steps, speeds)
+    else:
+        _lay_long(course, steps, speeds)
+    return course.ended(1 if distance > 0 else -1, origin)
+
+
+def plan_run(now_ns: int, origin: int, direction: int, speeds: Speeds) -> Motion:
+    """Plan a motion without end [4.3.8]; arguments as for `plan_move`."""
+    course = Course(now_ns)
+    top = NANO * speeds.max_sps
+    _lay_ramp(
+        course,
+        ramp_steps(speeds.start_sps, speeds.max_sps, speeds.acceleration),
+        NANO * speeds.start_sps,
+        top,
+    )
+    return course.endless(direction, origin, top)
+
+
+def plan_slowing(motion: Motion, now_ns: int, stop_sps: int, coefficient: int) -> Motion:
+    """Plan how a motion slows to its stop speed and ends there on a whole step [4.3.8].
+
+    With coefficient 0, or below the stop speed, it ends at once with the steps made.
+    """
+    course, speed_nsps = takeover(motion, now_ns)
+    ramp = _ramp_steps_fine(speed_nsps, NANO * stop_sps, coefficient)
+    if ramp > 0:
+        made = Fraction(course.travel, course.scale * NANO**2)  # in 1e-18 step / scale
+        end = -((-made - ramp) // 1)
+        course.cruise_over(end - made - ramp, speed_nsps)
+        course.ramp_over(ramp, speed_nsps, NANO * stop_sps, RAISED_COSINE)
+    return course.ended(motion.direction, motion.origin)
+
+
+def ramp_steps(slow_sps: int, fast_sps: int, coefficient: int) -> Fraction:
+    """Return the length of a ramp in steps, `(v1^2 - v0^2) / 2a`; 0 where there is none.
+
+    >>> ramp_steps(600, 5000, 3)  # 27170 steps/s/s
+    Fraction(112000, 247)
+    """
+    return _ramp_steps_fine(NANO * fast_sps, NANO * slow_sps, coefficient)
+
+
+def _ramp_steps_fine(fast_nsps: int, slow_nsps: int, coefficient: int) -> Fraction:
+    if coefficient == 0 or fast_nsps <= slow_nsps:
+        return Fraction(0)
+    return Fraction(fast_nsps**2 - slow_nsps**2, 2 * ACCELERATIONS_PPS2[coefficient] * NANO**2)
+
+
+def _lay_short(course: Course, steps: int, speeds: Speeds) -> None:
+    start, stop = NANO * speeds.start_sps, NANO * speeds.stop_sps
+    if start == stop:
+        course.cruise_to(steps, start)
+    else:
+        course.ramp_over(Fraction(steps), start, stop)
+
+
+def _lay_long(course: Course, steps: int, speeds: Speeds) -> None:
+    top = NANO * speeds.max_sps
+    up = ramp_steps(speeds.start_sps, speeds.max_sps, speeds.acceleration)
+    down = ramp_steps(speeds.stop_sps, speeds.max_sps, speeds.deceleration)
+    if up + down > steps:
+        squeeze = steps / (up + down)
+        up, down = up * squeeze, down * squeeze
+    _lay_ramp(course, up, NANO * speeds.start_sps, top)
+    course.cruise_over(steps - up - down, top)
+    _lay_ramp(course, down, top, NANO * speeds.stop_sps)
+
+
+def _lay_ramp(course: Course, steps: Fraction, from_nsps: int, to_nsps: int) -> None:
+    if steps:
+        course.ramp_over(steps, from_nsps, to_nsps, RAISED_COSINE)

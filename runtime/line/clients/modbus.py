@@ -1,0 +1,167 @@
+"""A Modbus master that takes for an answer only what can be the answer to its question.
+
+    RTU    unit, PDU, CRC                                      serial line, or its bytes over TCP
+    TCP    transaction, 0, length, unit, PDU                   Modbus TCP
+
+What is checked: CRC, unit, function, byte count, and in the answer to a write
+its address and its value or quantity. Nothing is repeated here.
+"""
+
+from __future__ import annotations
+
+from struct import Struct
+from typing import Protocol
+
+from ..rtu import crc, frame
+from .link import (
+    ANSWER_S,
+    LATE_S,
+    SILENCE_S,
+    BadAnswerError,
+    Link,
+    NoAnswerError,
+    RefusedError,
+    checked_answer_s,
+    drain,
+)
+
+READ_COILS, READ_INPUTS, READ_REGISTERS = 0x01, 0x02, 0x03
+WRITE_COIL, WRITE_REGISTER, WRITE_REGISTERS = 0x05, 0x06, 0x10
+EXCEPTION = 0x80
+EXCEPTION_BYTES = 2
+
+EXCEPTIONS = {
+    1: "it does not know the function",
+    2: "there is no such register, or it cannot be written",
+    3: "the value is out of range",
+    6: "a program is running, or the register is locked while the motor moves",
+}
+
+_HEADER = Struct(">HHHB")
+
+
+def answer_bytes(pdu: bytes) -> int:
+    """Return how long the PDU of a good answer is.
+
+    >>> answer_bytes(bytes.fromhex("03 00 0c 00 02")), answer_bytes(bytes.fromhex("06 00 00 00 01"))
+    (6, 5)
+    """
+    count = int.from_bytes(pdu[3:5], "big")
+    if pdu[0] in (READ_COILS, READ_INPUTS):
+        return 2 + (count + 7) // 8
+    return 2 + 2 * count if pdu[0] == READ_REGISTERS else 5
+
+
+def check_answer(pdu: bytes, answer: bytes) -> bytes:
+    """Return the data of an answer, without function and byte count.
+
+    Args:
+        pdu: the question.
+        answer: function and data.
+
+    Raises:
+        BadAnswerError: it cannot be the answer to this question.
+        RefusedError: it is an exception.
+    """
+    if len(answer) == EXCEPTION_BYTES and answer[0] == pdu[0] | EXCEPTION:
+        meaning = EXCEPTIONS.get(answer[1], "not one of its own")
+        raise RefusedError(f"function {pdu[0]:02x} is refused with exception {answer[1]}: {meaning}")
+    if answer[:1] != pdu[:1] or len(answer) != answer_bytes(pdu):
+        raise BadAnswerError("an answer to something else", answer)
+    reading = pdu[0] in (READ_COILS, READ_INPUTS, READ_REGISTERS)
+    if reading and answer[1] != len(answer) - 2:
+        raise BadAnswerError("an answer with a wrong byte count", answer)
+    if not reading and answer[1:5] != pdu[1:5]:
+        raise BadAnswerError("an answer to another write", answer)
+    return answer[2:] if reading else b""
+
+
+class ModbusLine(Protocol):
+    """Carries a question to a unit and its answer back."""
+
+    def ask(self, unit: int, pdu: bytes) -> bytes:
+        """Ask once; return the data of the answer.
+
+        Raises:
+            LinkError: no answer, one that cannot be right, or an exception.
+        """
+        ...
+
+    def pause(self, seconds: float) -> None:
+        """Let time pass."""
+        ...
+
+
+class RtuLine:
+    """Modbus RTU over a link.
+
+    Args:
+        link: the line.
+        answer_s: how long an answer may take, 0.01 to 60 s.
+    """
+
+    def __init__(self, link: Link, answer_s: float = ANSWER_S) -> None:
+        self._link = link
+        self._answer_s = checked_answer_s(answer_s)
+        self._quiet_s = SILENCE_S
+
+    def ask(self, unit: int, pdu: bytes) -> bytes:
+        """See `ModbusLine.ask`."""
+        drain(self._link, self._quiet_s)
+        self._quiet_s = self._answer_s + LATE_S
+        self._link.send(frame(unit, pdu))
+        answer = self._received(unit, pdu)
+        if answer[0] & EXCEPTION or len(answer) == answer_bytes(pdu):
+            self._quiet_s = SILENCE_S
+        return check_answer(pdu, answer)
+
+    def pause(self, seconds: float) -> None:
+        """See `ModbusLine.pause`."""
+        self._link.pause(seconds)
+
+    def _received(self, unit: int, pdu: bytes) -> bytes:
+        """Return the PDU of a frame that is whole and the unit's own."""
+        least = 1 + EXCEPTION_BYTES + 2
+        received = self._link.receive(least, self._answer_s)
+        if len(received) == least and not received[1] & EXCEPTION:
+            received += self._link.receive(1 + answer_bytes(pdu) + 2 - least, self._answer_s)
+        if len(received) < least:
+            raise NoAnswerError(f"unit {unit} does not answer within {self._answer_s:g} s", received)
+        if crc(received[:-2]) != received[-2:]:
+            raise BadAnswerError(f"a damaged answer from unit {unit}", received)
+        if received[0] != unit:
+            raise BadAnswerError(f"an answer from unit {received[0]}, not {unit}", received)
+        return received[1:-2]
+
+
+class TcpLine:
+    """Modbus TCP over a link; answers to earlier questions are told by their transaction, and passed over.
+
+    Args:
+        link: the connection.
+        answer_s: how long an answer may take, 0.01 to 60 s.
+    """
+
+    def __init__(self, link: Link, answer_s: float = ANSWER_S) -> None:
+        self._link = link
+        self._answer_s = checked_answer_s(answer_s)
+        self._transaction = 0
+
+    def ask(self, unit: int, pdu: bytes) -> bytes:
+        """See `ModbusLine.ask`."""
+        self._transaction = (self._transaction + 1) & 0xFFFF
+        self._link.send(_HEADER.pack(self._transaction, 0, len(pdu) + 1, unit) + pdu)
+        while True:
+            header = self._link.receive(_HEADER.size, self._answer_s)
+            if len(header) < _HEADER.size:
+                raise NoAnswerError(f"unit {unit} does not answer within {self._answer_s:g} s", header)
+            transaction, protocol, length, from_unit = _HEADER.unpack(header)
+            answer = self._link.receive(max(0, length - 1), self._answer_s)
+            if protocol != 0 or len(answer) != length - 1:
+                raise BadAnswerError("no Modbus TCP", header + answer)
+            if (transaction, from_unit) == (self._transaction, unit):
+                return check_answer(pdu, answer)
+
+    def pause(self, seconds: float) -> None:
+        """See `ModbusLine.pause`."""
+        self._link.pause(seconds)

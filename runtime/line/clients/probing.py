@@ -1,0 +1,149 @@
+"""What answers on a line: questions that only read, to one address after the other.
+
+    PCL601 in Modbus RTU    function 11h, report address and firmware      38,400 8E1
+    PCL601 in AA ASCII      @% CR, verify axis number, to any address      38,400 8N1
+    PMC006x3s               j, read status register 1                       9,600 8N1
+
+No question changes anything, and none starts a motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+
+from ....io_images.pmc006.frame import FACTORY_ADDRESS
+from ...controllers.pcl601.controller import Protocol
+from ...controllers.pcl601.line import FORMATS
+from ...controllers.pmc006.line import LINE_FORMAT
+from .. import pcl601_ascii as ascii
+from ..master import Reply, Request
+from ..pcl601_frames import report_id
+from ..pmc006_frames import reading
+from ..wire import LineFormat
+from .link import SILENCE_S, Link, drain
+
+ANSWER_S = 0.1
+"""How long an answer may let one wait; USB adapters hold back what they receive for 16 ms."""
+
+PCL601_ADDRESSES = range(1, 100)
+PMC006_ADDRESSES = (FACTORY_ADDRESS, *range(1, 121))
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """Something that has answered.
+
+    Attributes:
+        controller: what it is.
+        address: its address.
+        language: what it speaks.
+        line_format: in which format.
+    """
+
+    controller: str
+    address: int
+    language: str
+    line_format: LineFormat
+
+    def __str__(self) -> str:
+        return f"{self.controller} at address {self.address}, {self.language}, {self.line_format}"
+
+
+Asked = Callable[[str, int], None]
+"""Is told before every question to whom it goes: a language and an address, 0 for anybody."""
+
+Opened = Callable[[LineFormat], Link]
+"""Opens the line in a format."""
+
+
+def probe(opened: Opened, addresses: Iterable[int] | None, asked: Asked) -> Iterator[Found]:
+    """Ask, language by language; yield what answers as soon as it does.
+
+    Args:
+        opened: opens the line in a format; it is closed before it is opened in another one.
+        addresses: to ask; None = all that there can be.
+        asked: is told of every question.
+
+    Raises:
+        LinkError: the line can't be opened, or is gone.
+    """
+    chosen = None if addresses is None else tuple(addresses)
+    units = [each for each in PCL601_ADDRESSES if chosen is None or each in chosen]
+    sites = [each for each in PMC006_ADDRESSES if chosen is None or each in chosen]
+    yield from _rtu(opened, units, asked)
+    yield from _ascii(opened, chosen, asked)
+    yield from _pmc006(opened, sites, asked)
+
+
+def questions(addresses: Iterable[int] | None) -> int:
+    """Return how many questions a probe asks at most.
+
+    >>> questions(None), questions([1, 255])
+    (221, 4)
+    """
+    if addresses is None:
+        return len(PCL601_ADDRESSES) + 1 + len(PMC006_ADDRESSES)
+    return 1 + sum((each in PCL601_ADDRESSES) + (each in PMC006_ADDRESSES) for each in addresses)
+
+
+def answer_to(link: Link, request: Request) -> bool:
+    """Ask once; return whether what comes can be the answer."""
+    drain(link, SILENCE_S)
+    link.send(request.frame)
+    heard = b""
+    while len(heard) < request.size and (came := link.receive(1, ANSWER_S)):
+        heard += came
+        if isinstance(request.read(heard), Reply):
+            return True
+    return False
+
+
+def _rtu(opened: Opened, units: Iterable[int], asked: Asked) -> Iterator[Found]:
+    line_format = FORMATS[Protocol.MODBUS]
+    for unit in _answering(opened, line_format, "Modbus RTU", units, report_id, asked):
+        yield Found("PCL601", unit, "Modbus RTU", line_format)
+
+
+def _pmc006(opened: Opened, sites: Iterable[int], asked: Asked) -> Iterator[Found]:
+    for site in _answering(opened, LINE_FORMAT, "PMC006", sites, _ask_status, asked):
+        yield Found("PMC006", site, "its own frames", LINE_FORMAT)
+
+
+def _ask_status(site: int) -> Request:
+    return reading(site, "read_status1")
+
+
+def _answering(
+    opened: Opened,
+    line_format: LineFormat,
+    language: str,
+    addresses: Iterable[int],
+    question: Callable[[int], Request],
+    asked: Asked,
+) -> Iterator[int]:
+    """Yield the addresses at which somebody answers."""
+    link = opened(line_format)
+    try:
+        for address in addresses:
+            asked(language, address)
+            if answer_to(link, question(address)):
+                yield address
+    finally:
+        link.close()
+
+
+def _ascii(opened: Opened, chosen: tuple[int, ...] | None, asked: Asked) -> Iterator[Found]:
+    """Ask whoever is in ASCII for its address; several units answer at once, and are not understood."""
+    line_format = FORMATS[Protocol.ASCII]
+    link = opened(line_format)
+    try:
+        asked("AA ASCII", 0)
+        drain(link, SILENCE_S)
+        link.send(ascii.ASK)
+        heard = link.receive(ascii.ANSWER_MAX, ANSWER_S)
+    finally:
+        link.close()
+    digits = heard.removesuffix(b"\r\n")
+    if digits != heard and digits.isdigit() and (chosen is None or int(digits) in chosen):
+        yield Found("PCL601", int(digits), "AA ASCII", line_format)

@@ -1,0 +1,193 @@
+"""A real line to a controller: two threads that move bytes, and nothing more.
+
+    adapter --send--> queue --sender--> port --receiver--> queue --take--> adapter
+
+The scan loop never waits for the port. A port that is lost is opened again when it is
+back; meanwhile what is sent is dropped, as on a line that is cut. Only the receiver closes
+and opens the port: a port must not be closed while another thread reads from it. No error
+ends a thread. Each one loses the port, and its reason is kept for the adapter's events.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from queue import Empty, SimpleQueue
+from threading import Event, Lock, Thread
+from typing import TypeVar
+
+from .adapter_line import Line
+from .clients.link import Link, LinkError, SerialLink, TcpLink
+from .hosts import split_address
+from .wire import LineFormat
+
+Item = TypeVar("Item")
+
+TCP = "tcp:"
+RECEIVE_S = 0.05
+"""How long the receiver waits before it looks whether it is to end."""
+
+REOPEN_S = 0.5
+"""How often a lost port is tried again."""
+
+
+def check_address(port: str) -> None:
+    """Refuse what can be no port.
+
+    Raises:
+        ValueError: an address over TCP without host or number, or nothing at all.
+    """
+    if port.startswith(TCP):
+        try:
+            host, number = split_address(port.removeprefix(TCP))
+        except ValueError:
+            host, number = "", 0
+        if not host or number == 0:
+            raise ValueError(
+                f"port {port}: over TCP it is tcp:HOST:PORT or tcp:[IPV6]:PORT, and a port is 1 to 65535"
+            )
+    elif not port.strip():
+        raise ValueError('port: "sim", a serial device such as /dev/ttyUSB0 or COM3, or tcp:HOST:PORT')
+
+
+def open_port(port: str, line_format: LineFormat) -> Link:
+    """Open a serial device or, with `tcp:HOST:PORT`, a connection that carries the line's own bytes.
+
+    Raises:
+        ValueError: no such address.
+        LinkError: it can't be opened.
+    """
+    check_address(port)
+    if not port.startswith(TCP):
+        return SerialLink(port, line_format)
+    return TcpLink(*split_address(port.removeprefix(TCP)))
+
+
+Sending = tuple[bytes, LineFormat] | None
+"""What is to be sent, and how; None = nothing more."""
+
+
+class LiveLine(Line):
+    """A line whose bytes go through a port.
+
+    Args:
+        opened: opens the port, now and whenever it was lost.
+
+    Raises:
+        LinkError: it can't be opened.
+    """
+
+    def __init__(self, opened: Callable[[], Link]) -> None:
+        self._opened = opened
+        self._port: Link | None = opened()
+        self._lock = Lock()
+        self._over = Event()
+        self._heard: SimpleQueue[bytes] = SimpleQueue()
+        self._said: SimpleQueue[Sending] = SimpleQueue()
+        self._lost: SimpleQueue[str] = SimpleQueue()
+        self._reason = ""
+        self._failure: Exception | None = None
+        self._threads = [Thread(target=each, daemon=True) for each in (self._receive, self._send)]
+        for thread in self._threads:
+            thread.start()
+
+    def next_event_ns(self) -> int | None:
+        """Return 0, which is in the past, if something has been received, else None."""
+        return None if self._heard.empty() else 0
+
+    def run_until(self, now_ns: int) -> None:
+        """Do nothing: its time runs by itself."""
+
+    def take(self) -> bytes:
+        """Return what has been received."""
+        parts: list[bytes] = list(_emptied(self._heard))
+        return b"".join(parts)
+
+    def take_losses(self) -> list[str]:
+        """Return why the port was lost, once for each loss since the last call."""
+        return list(_emptied(self._lost))
+
+    def send(self, data: bytes, line_format: LineFormat) -> None:
+        """Send, without waiting for it; what is received is in the same format from then on."""
+        self._said.put((data, line_format))
+
+    def close(self) -> None:
+        """Send what is still to be sent, and give the port back."""
+        self._over.set()
+        self._said.put(None)
+        for thread in self._threads:
+            thread.join()
+        self._drop()
+
+    def _receive(self) -> None:
+        while not self._over.is_set():
+            try:
+                self._listen()
+            except Exception as error:  # a mistake of ours, too, must not end the thread in silence
+                self._lose(error)
+
+    def _listen(self) -> None:
+        """Wait for bytes once; without a port, try once to open it."""
+        failure, self._failure = self._failure, None
+        if failure is not None:
+            raise failure
+        if self._port is None:
+            self._reopen()
+        elif data := self._port.receive(1, RECEIVE_S):
+            self._heard.put(data)
+
+    def _send(self) -> None:
+        while (sending := self._said.get()) is not None:
+            with self._lock:
+                try:
+                    self._pass_on(*sending)
+                except Exception as error:  # see `_receive`, which loses the port for it
+                    self._failure = error
+
+    def _pass_on(self, data: bytes, line_format: LineFormat) -> None:
+        if self._port is not None:
+            self._port.follow(line_format)
+            self._port.send(data)
+
+    def _lose(self, error: Exception) -> None:
+        """Give the port up and keep the reason; an opening that fails twice in the same way is kept once."""
+        reason = _words_of(error)
+        if self._port is not None or reason != self._reason:
+            self._lost.put(reason)
+        self._reason = reason
+        self._drop()
+
+    def _drop(self) -> None:
+        with self._lock:
+            port, self._port = self._port, None
+            self._failure = None  # of the same port: one loss, not two
+        if port is None:
+            return
+        try:
+            port.close()
+        except Exception as error:  # the port is given up in any case
+            self._lost.put(_words_of(error))
+
+    def _reopen(self) -> None:
+        """Wait a little, and open the port if it is back."""
+        if self._over.wait(REOPEN_S):
+            return
+        try:
+            port = self._opened()
+        except LinkError:
+            return
+        with self._lock:
+            self._port = port
+
+
+def _words_of(error: Exception) -> str:
+    """Return what a `LinkError` says; any other error with its type."""
+    return str(error) if isinstance(error, LinkError) else f"{type(error).__name__}: {error}"
+
+
+def _emptied(queue: SimpleQueue[Item]) -> Iterator[Item]:
+    """Yield what is in a queue, and take it out."""
+    while True:
+        try:
+            yield queue.get_nowait()
+        except Empty:
+            return

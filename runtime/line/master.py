@@ -1,0 +1,192 @@
+"""The master's end of a line: one request at a time, and a script that asks them.
+
+    quiet   |  request  |  reply  |  quiet  |  request ...
+    gap_ns                         gap_ns
+            sent_ns ------ patience ------> failed
+
+A script is a generator. It yields a `Request` and is sent the `Reply`, or None
+where the exchange failed: no reply, a damaged one, somebody else's. It yields a
+`Pause` to wait, and `PUBLISH` to let whoever drives it look at what it has read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
+from enum import Enum
+from typing import NamedTuple
+
+from .wire import LineFormat
+
+
+class Reply(NamedTuple):
+    """An answer to a request.
+
+    Attributes:
+        data: the frame.
+        refused: the controller's reason not to do it, None if it has done it.
+    """
+
+    data: bytes
+    refused: int | None = None
+
+
+class Verdict(Enum):
+    """What has been received so far, as a reply."""
+
+    UNFINISHED = "unfinished"
+    FOREIGN = "no reply to this request"
+
+
+Read = Callable[[bytes], Reply | Verdict]
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """A frame to send.
+
+    Attributes:
+        frame: its bytes.
+        size: bytes of the reply.
+        read: takes what has come so far; an answer as soon as it is a whole reply.
+        line_format: in which it is sent and answered; None = the line's usual one.
+    """
+
+    frame: bytes
+    size: int
+    read: Read
+    line_format: LineFormat | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Pause:
+    """A wait.
+
+    Attributes:
+        duration_ns: how long.
+    """
+
+    duration_ns: int
+
+
+class Publish(Enum):
+    """The token with which a script hands over what it has read."""
+
+    PUBLISH = "publish"
+
+
+PUBLISH = Publish.PUBLISH
+Step = Request | Pause | Publish
+Script = Generator[Step, Reply | None, None]
+
+
+@dataclass(frozen=True, slots=True)
+class Manners:
+    """How a line is used.
+
+    Attributes:
+        line_format: speed and characters.
+        gap_ns: silence before a request.
+        patience_ns: how long a reply may keep one waiting, its own time on the line not counted.
+    """
+
+    line_format: LineFormat
+    gap_ns: int
+    patience_ns: int
+
+
+class Master:
+    """Carries out a script over a line.
+
+    Attributes:
+        now_ns: where its time has got to; scripts read it.
+        published: something has been read that somebody should look at; whoever has looked clears it.
+        failures: exchanges that failed, so far.
+        line_format: in which the present exchange, or the latest one, is made.
+
+    Args:
+        manners: how the line is used.
+    """
+
+    def __init__(self, manners: Manners) -> None:
+        self.now_ns = 0
+        self.published = False
+        self.failures = 0
+        self.line_format = manners.line_format
+        self._manners = manners
+        self._script: Script | None = None
+        self._request: Request | None = None
+        self._sent = False
+        self._quiet_from_ns = 0
+        self._deadline_ns = 0
+        self._pause_until_ns: int | None = None
+        self._heard = bytearray()
+
+    def begin(self, script: Script) -> None:
+        """Start to carry out a script, from its beginning."""
+        self._script = script
+        self._request = None
+        self._pause_until_ns = self.now_ns
+
+    @property
+    def next_wake_ns(self) -> int:
+        """When `advance` wants to be called."""
+        if self.published:
+            return self.now_ns
+        if self._request is None:
+            return self._pause_until_ns if self._pause_until_ns is not None else self.now_ns
+        return self._deadline_ns if self._sent else max(self.now_ns, self._quiet_from_ns)
+
+    def receive(self, now_ns: int, data: bytes) -> None:
+        """Take characters, the last one complete at `now_ns`; those that answer nothing are dropped."""
+        if not data:
+            return
+        self.now_ns = now_ns
+        self._quiet_from_ns = now_ns + self._manners.gap_ns
+        if self._request is None or not self._sent:
+            return
+        self._heard += data
+        reply = self._request.read(bytes(self._heard))
+        if isinstance(reply, Reply):
+            self._resume(reply)
+
+    def advance(self, now_ns: int) -> bytes:
+        """Let time run to `now_ns`; return what is to be put on the line from then on."""
+        self.now_ns = now_ns
+        while not self.published:
+            if self._request is None:
+                if self._pause_until_ns is not None and now_ns < self._pause_until_ns:
+                    return b""
+                self._resume(None)
+            elif not self._sent:
+                return self._send(self._request) if now_ns >= self._quiet_from_ns else b""
+            elif now_ns >= self._deadline_ns:
+                self.failures += 1
+                self._quiet_from_ns = max(self._quiet_from_ns, now_ns + self._manners.gap_ns)
+                self._resume(None)
+            else:
+                return b""
+        return b""
+
+    def _send(self, request: Request) -> bytes:
+        manners = self._manners
+        self.line_format = request.line_format or manners.line_format
+        end_ns = self.now_ns + self.line_format.span_ns(len(request.frame))
+        self._sent = True
+        self._quiet_from_ns = end_ns + manners.gap_ns
+        self._deadline_ns = end_ns + manners.patience_ns + self.line_format.span_ns(request.size)
+        return request.frame
+
+    def _resume(self, reply: Reply | None) -> None:
+        """Let the script go on to the next thing it wants."""
+        assert self._script is not None
+        self._request, self._sent, self._pause_until_ns = None, False, None
+        self._heard.clear()
+        step = self._script.send(reply)
+        if isinstance(step, Request):
+            self._request = step
+        elif isinstance(step, Pause):
+            self._pause_until_ns = self.now_ns + step.duration_ns
+        else:
+            self.published = True
+            self._pause_until_ns = self.now_ns

@@ -1,0 +1,45 @@
+"""The way back from AA ASCII, for a PCL601 that hears no Modbus [Anaheim Automation ASCII, Direct Talk].
+
+8E1  | request, no answer |                              | request, answer
+8N1                       | @% CR  | 1 CR LF |  @1| CR  |
+
+`@%` asks whoever hears it for its address; `|` has no answer.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+from .master import Reply, Request, Verdict
+from .wire import LineFormat
+
+LINE_FORMAT = LineFormat(38_400, "N")
+ASK = b"@%\r"
+ANSWER_MAX = 4
+"""Two digits, CR and LF."""
+
+
+def ask_address(unit: int) -> Request:
+    """Return the question for an address; only that of `unit` is an answer."""
+    return Request(ASK, ANSWER_MAX, partial(_read, unit=unit), LINE_FORMAT)
+
+
+def back_to_modbus(unit: int) -> Request:
+    r"""Return the command that ends AA ASCII; nothing answers it.
+
+    >>> back_to_modbus(1).frame
+    b'@1|\r'
+    """
+    return Request(b"@%d|\r" % unit, 0, lambda heard: Verdict.FOREIGN, LINE_FORMAT)
+
+
+def _read(heard: bytes, unit: int) -> Reply | Verdict:
+    r"""Read an address.
+
+    >>> _read(b"7", unit=7), _read(b"12\r\n", unit=7)
+    (<Verdict.UNFINISHED: 'unfinished'>, <Verdict.FOREIGN: 'no reply to this request'>)
+    """
+    digits = heard.removesuffix(b"\r\n")
+    if digits == heard:
+        return Verdict.UNFINISHED
+    return Reply(heard) if digits.isdigit() and int(digits) == unit else Verdict.FOREIGN

@@ -1,0 +1,50 @@
+"""Requests to a PMC006x3s; every instruction is answered with one frame that does not say to which."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from ...io_images.pmc006.frame import FRAME_BYTES, REPLY, STATE_ERROR, UNKNOWN_ERROR, command, decode
+from ...io_images.pmc006.instructions import BY_NAME, Kind
+from .master import Reply, Request, Verdict
+
+
+def _read(data: bytes, unit: int, value: int | None) -> Reply | Verdict:
+    """Read a reply of a unit; an instruction that sets a value answers with it."""
+    if len(data) < FRAME_BYTES:
+        return Verdict.UNFINISHED
+    frame = decode(data)
+    if frame is None or (frame.second, frame.third) != (REPLY, unit):
+        return Verdict.FOREIGN
+    errors = (STATE_ERROR, UNKNOWN_ERROR)
+    refused = frame.data if frame.data in errors and frame.data != value else None
+    return Reply(data, refused)
+
+
+def instruction(unit: int, name: str, value: int = 0) -> Request:
+    """Return the request of an instruction, by its name in the summary table.
+
+    >>> instruction(1, "step", 2500).frame.hex(" ")
+    'a5 01 73 c4 09 00 00 e6'
+    """
+    row = BY_NAME[name]
+    answer = value if row.kind is Kind.SET else None
+    return Request(command(unit, row.code, value), FRAME_BYTES, partial(_read, unit=unit, value=answer))
+
+
+def reading(unit: int, name: str) -> Request:
+    """Return the request of a read; whatever it answers is a value."""
+    row = BY_NAME[name]
+    return Request(command(unit, row.code), FRAME_BYTES, partial(_read_value, unit=unit))
+
+
+def _read_value(data: bytes, unit: int) -> Reply | Verdict:
+    reply = _read(data, unit, None)
+    return Reply(reply.data) if isinstance(reply, Reply) else reply
+
+
+def value_of(reply: Reply) -> int:
+    """Return the data of a reply, 32 bits, signed."""
+    frame = decode(reply.data)
+    assert frame is not None
+    return frame.data

@@ -1,0 +1,167 @@
+"""The loop between a port and a device without I/O: bytes in, bytes out, time in step with the wall clock."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Protocol
+
+from ...loop.pace import Clock, stopping_on_interrupt
+from ..wire import Device
+from .modbustcp import AnswerPdu, ModbusTcpPort
+from .port import Port
+
+LONGEST_S = 0.1
+"""The longest that a server waits before it looks whether it is to stop."""
+
+
+class Server(Protocol):
+    """Serves a device at a port, a step at a time."""
+
+    def step(self, longest_s: float) -> None:
+        """Wait for something to do, at most that long, and do it."""
+        ...
+
+    def close(self) -> None:
+        """Give the port back."""
+        ...
+
+
+class LineListener(Protocol):
+    """Is told what is said on a line."""
+
+    def heard(self, now_ns: int, data: bytes) -> None:
+        """The device has received."""
+        ...
+
+    def said(self, now_ns: int, data: bytes) -> None:
+        """The device has sent."""
+        ...
+
+
+class LineServer:
+    """A device at a port that carries the bytes of its serial line.
+
+    Args:
+        device: a unit, or a `Segment` of several.
+        port: where its line ends.
+        clock: its time.
+        listener: is told of every byte; None = nobody is.
+    """
+
+    def __init__(
+        self, device: Device, port: Port, clock: Clock, listener: LineListener | None = None
+    ) -> None:
+        self._device = device
+        self._port = port
+        self._clock = clock
+        self._listener = listener
+
+    def step(self, longest_s: float) -> None:
+        """See `Server.step`."""
+        data = self._port.wait(self._clock.seconds_until(self._device.next_wake_ns, longest_s))
+        now_ns = self._clock.now_ns()
+        said = self._device.advance(now_ns)
+        if data:
+            self._device.receive(now_ns, data)
+            said += self._device.advance(now_ns)
+        if said:
+            self._port.send(said)
+        self._tell(now_ns, data, said)
+        self._port.follow(self._device.line_format)
+
+    def close(self) -> None:
+        """See `Server.close`."""
+        self._port.close()
+
+    def _tell(self, now_ns: int, heard: bytes, said: bytes) -> None:
+        if self._listener is not None:
+            if heard:
+                self._listener.heard(now_ns, heard)
+            if said:
+                self._listener.said(now_ns, said)
+
+
+class PduServer:
+    """A device at a Modbus TCP port: requests do not pass its serial line, but its time runs.
+
+    Args:
+        device: a unit, or a `Segment` of several.
+        answer: answers a request PDU, at the present instant of the device.
+        port: where the requests come in.
+        clock: its time.
+        listener: is told of every request and reply, unit and PDU; None = nobody is.
+    """
+
+    def __init__(
+        self,
+        device: Device,
+        answer: AnswerPdu,
+        port: ModbusTcpPort,
+        clock: Clock,
+        listener: LineListener | None = None,
+    ) -> None:
+        self._listener = listener
+        self._device = device
+        self._answer_pdu = answer
+        self._port = port
+        self._clock = clock
+
+    def step(self, longest_s: float) -> None:
+        """See `Server.step`."""
+        self._port.serve(self._clock.seconds_until(self._device.next_wake_ns, longest_s), self._answer)
+        self._device.advance(self._clock.now_ns())
+
+    def close(self) -> None:
+        """See `Server.close`."""
+        self._port.close()
+
+    def _answer(self, unit: int, pdu: bytes) -> bytes | None:
+        now_ns = self._clock.now_ns()
+        self._device.advance(now_ns)
+        reply = self._answer_pdu(unit, pdu)
+        if self._listener is not None:
+            self._listener.heard(now_ns, bytes((unit,)) + pdu)
+            if reply is not None:
+                self._listener.said(now_ns, bytes((unit,)) + reply)
+        return reply
+
+
+class Stop:
+    """Set by Ctrl-C."""
+
+    def __init__(self) -> None:
+        self.asked = False
+
+    def ask(self) -> None:
+        """Ask for a stop after the present step."""
+        self.asked = True
+
+
+@contextmanager
+def _closing(server: Server) -> Iterator[None]:
+    try:
+        yield
+    finally:
+        server.close()
+
+
+def serve_until_interrupted(
+    server: Server,
+    each_step: Callable[[], None] = lambda: None,
+    stop: Stop | None = None,
+    longest_s: float = LONGEST_S,
+) -> None:
+    """Serve until Ctrl-C, or until somebody else asks for a stop; then give the port back.
+
+    Args:
+        server: what is served.
+        each_step: called after every step.
+        stop: asks for a stop.
+        longest_s: the longest that a step waits.
+    """
+    stop = stop or Stop()
+    with _closing(server), stopping_on_interrupt(stop.ask, server.step.__code__):
+        while not stop.asked:
+            server.step(longest_s)
+            each_step()

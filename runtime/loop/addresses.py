@@ -1,0 +1,167 @@
+"""Where a word or bit of a rack is: addresses as Rockwell writes them, and by meaning.
+
+    Local:1:I.Data[0].14            CompactLogix, slot 1, input word 0, bit 14
+    Local:1:I.Data0.14              the same, as add-on profiles name the words
+    I:1.0/14                        MicroLogix, the same bit
+    Local:1:I.ModuleOK              the same, as the module's profile of V20 names the bit
+    Local:1:O.Data[2], O:1.2        output word 2 as a whole
+    slot1.status.MOVE_COMPLETE      a bit of the module's status, by name
+    slot1.command.HOLD_MOVE         a bit of the module's command, by name
+
+Upper and lower case are the same.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from enum import IntFlag
+
+from ...io_images.amci3601.bits import PROFILE_BITS, CommandLsw, CommandMsw, StatusLsw, StatusMsw
+from ...io_images.image import WORDS
+
+BITS = 16
+FORMS = "Local:1:I.Data[0].14, I:1.0/14 or slot1.status.MOVE_COMPLETE"
+"""Examples of every way to write an address, for messages."""
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Address:
+    """A word of an image, or one of its bits.
+
+    >>> str(Address(1, "I", 0, 14)), str(Address(2, "O", 3, None))
+    ('Local:1:I.Data[0].14', 'Local:2:O.Data[3]')
+
+    Attributes:
+        slot: the slot's number.
+        image: "I" for the input image, "O" for the output image.
+        word: 0 to 7.
+        bit: 0 to 15, or None for the whole word.
+    """
+
+    slot: int
+    image: str
+    word: int
+    bit: int | None
+
+    def __str__(self) -> str:
+        word = f"Local:{self.slot}:{self.image}.Data[{self.word}]"
+        return word if self.bit is None else f"{word}.{self.bit}"
+
+
+_RAW_FORMS = tuple(
+    re.compile(form, re.IGNORECASE)
+    for form in (
+        r"Local:(?P<slot>\d+):(?P<image>[IO])\.Data\[(?P<word>\d+)\](?:\.(?P<bit>\d+))?",
+        r"Local:(?P<slot>\d+):(?P<image>[IO])\.Data(?P<word>\d+)(?:\.(?P<bit>\d+))?",
+        r"(?P<image>[IO]):(?P<slot>\d+)\.(?P<word>\d+)(?:/(?P<bit>\d+))?",
+    )
+)
+_PROFILE_BITS = {name.upper(): bit for name, bit in PROFILE_BITS.items()}
+_PROFILE_FORM = re.compile(r"Local:(?P<slot>\d+):I\.(?P<name>\w+)", re.IGNORECASE)
+_NAMED_FORM = re.compile(r"slot(?P<slot>\d+)\.(?P<group>\w+)\.(?P<name>\w+)", re.IGNORECASE)
+
+
+def _places(image: str, *words: type[IntFlag]) -> Mapping[str, tuple[str, int, int]]:
+    return {
+        str(flag.name): (image, word, flag.value.bit_length() - 1)
+        for word, flags in enumerate(words)
+        for flag in flags
+    }
+
+
+_NAMES_3601 = {
+    "command": _places("O", CommandMsw, CommandLsw),
+    "status": _places("I", StatusMsw, StatusLsw),
+}
+
+BIT_NAMES: Mapping[str, Mapping[str, Mapping[str, tuple[str, int, int]]]] = {
+    "amci3601": _NAMES_3601,
+    "pcl601-adapter": _NAMES_3601,
+    "pmc006-adapter": _NAMES_3601,
+}
+"""By catalog name and group: the named bits of a module as (image, word, bit)."""
+
+
+def parse_address(text: str, slots: Mapping[int, str]) -> Address:
+    """Return what `text` addresses in a rack.
+
+    >>> parse_address("I:1.0/14", {1: "amci3601"})
+    Address(slot=1, image='I', word=0, bit=14)
+    >>> parse_address("slot1.status.IN_HOME", {1: "amci3601"})
+    Address(slot=1, image='I', word=1, bit=2)
+
+    Args:
+        text: an address in one of the forms above.
+        slots: the catalog name of the module in every slot that is not empty.
+
+    Raises:
+        ValueError: no such form, slot, word, bit or name; it tells what there is.
+    """
+    stripped = text.strip()
+    for form in _RAW_FORMS:
+        if match := form.fullmatch(stripped):
+            return _raw(text, match, slots)
+    if match := _PROFILE_FORM.fullmatch(stripped):
+        return _of_profile(text, match, slots)
+    if match := _NAMED_FORM.fullmatch(stripped):
+        return _named(text, match, slots)
+    raise ValueError(f"{text!r} is no address: write it like {FORMS}")
+
+
+def _raw(text: str, match: re.Match[str], slots: Mapping[int, str]) -> Address:
+    slot, word = int(match["slot"]), int(match["word"])
+    bit = None if match["bit"] is None else int(match["bit"])
+    _check_slot(text, slot, slots)
+    if word >= WORDS:
+        raise ValueError(f"{text!r}: there is no word {word}, words are 0 to {WORDS - 1}")
+    if bit is not None and bit >= BITS:
+        raise ValueError(f"{text!r}: there is no bit {bit}, bits are 0 to {BITS - 1}")
+    return Address(slot, match["image"].upper(), word, bit)
+
+
+def _of_profile(text: str, match: re.Match[str], slots: Mapping[int, str]) -> Address:
+    slot, name = int(match["slot"]), match["name"].upper()
+    _check_slot(text, slot, slots)
+    if name == "FAULT":
+        raise ValueError(
+            f"{text!r}: the fault of a connection is no word of an image; a ladder program reads it"
+        )
+    if name not in _PROFILE_BITS:
+        names = allowed(match["name"], (*PROFILE_BITS, "Data0"))
+        raise ValueError(f"{text!r}: slot {slot} has no input {match['name']!r}; {names}")
+    return Address(slot, "I", 0, _PROFILE_BITS[name])
+
+
+def _named(text: str, match: re.Match[str], slots: Mapping[int, str]) -> Address:
+    slot = int(match["slot"])
+    _check_slot(text, slot, slots)
+    groups = BIT_NAMES.get(slots[slot], {})
+    group, name = match["group"].lower(), match["name"].upper()
+    if group not in groups:
+        raise ValueError(f"{text!r}: there is no {match['group']!r} in slot {slot}; {allowed(group, groups)}")
+    if name not in groups[group]:
+        raise ValueError(
+            f"{text!r}: slot {slot} has no {group} bit {match['name']!r}; {allowed(name, groups[group])}"
+        )
+    image, word, bit = groups[group][name]
+    return Address(slot, image, word, bit)
+
+
+def _check_slot(text: str, slot: int, slots: Mapping[int, str]) -> None:
+    if slot not in slots:
+        raise ValueError(f"{text!r}: slot {slot} is empty; {allowed(slot, slots)}")
+
+
+def allowed(given: object, choices: Iterable[object]) -> str:
+    """Return what may be said instead of `given`, the closest choice first.
+
+    >>> allowed("HOLD_MOVES", ["HOLD_MOVE", "RESUME_MOVE"])
+    'did you mean HOLD_MOVE? Allowed are HOLD_MOVE, RESUME_MOVE'
+    """
+    names = [str(choice) for choice in choices]
+    close = difflib.get_close_matches(str(given), names, n=1)
+    listed = f"llowed are {', '.join(names) or 'none'}"
+    return f"did you mean {close[0]}? A{listed}" if close else f"a{listed}"

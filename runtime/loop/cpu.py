@@ -1,0 +1,259 @@
+"""The CPU: runs scans in virtual time, changes modes, and stops in order.
+
+The phases of a scan are in `runtime.loop.phases`. Requests (a mode, a force) made
+while a scan runs wait for its housekeeping; the scan after it is the first to
+show them, and the listeners hear of them with that scan.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from contextlib import AbstractContextManager
+from itertools import repeat
+from types import TracebackType
+from typing import NoReturn, Self
+
+from .exchange import EndOfScan, Exchange
+from .faults import Cause, CpuFault, Fault, codes_passed, place_of, words_of
+from .listener import ScanListener
+from .pace import FreeRun, Pacer, Watchdog, WatchdogExpired, stopping_on_interrupt
+from .phases import IDLE_PHASES, PHASES, RECORDED, ScanPhases, cause_of
+from .rack import Rack
+from .scan import CpuMode, Logic, Scan, ScanFlag, mode_name
+
+__all__ = ["PHASES", "Cpu", "CpuFault", "CpuMode", "Fault", "Logic", "Scan", "ScanFlag"]
+
+PERIOD_NS = 2_000_000
+"""Default time from scan to scan."""
+
+
+class Cpu(ScanPhases):
+    """Runs logic on a rack, scan by scan.
+
+    Use it as a context manager, or call `close` at the end: that closes the listeners.
+
+    Attributes:
+        rack: the rack.
+        program: the logic.
+        period_ns: time from scan to scan.
+        forces: the forces; changes take effect with the next scan.
+        pacer: what makes scans wait; its overruns count the late ones.
+        fault: why the CPU stopped, or None.
+        stop_requested: whether `stop` was called; the next `run` takes it back.
+
+    Args:
+        rack: modules in their slots, just powered up.
+        logic: called once per scan with the `Scan`.
+        period_ns: time from scan to scan, at least 1 ns.
+        exchange: how images cross the backplane; at the ends of the scan if left out.
+        mode: the mode at power-up.
+        listeners: who is told of every scan, in this order.
+        pacer: makes scans wait for the wall clock; as fast as possible if left out.
+        watchdog: ends logic that does not come back, by default after 500 ms.
+
+    Raises:
+        ValueError: the period is not positive.
+    """
+
+    def __init__(
+        self,
+        rack: Rack,
+        logic: Logic,
+        period_ns: int = PERIOD_NS,
+        *,
+        exchange: Exchange | None = None,
+        mode: CpuMode = CpuMode.RUN,
+        listeners: Iterable[ScanListener] = (),
+        pacer: Pacer | None = None,
+        watchdog: Watchdog | None = None,
+    ) -> None:
+        if period_ns < 1:
+            raise ValueError(f"scan period of {period_ns} ns is not allowed: it must be at least 1 ns")
+        super().__init__(
+            rack,
+            logic,
+            period_ns,
+            exchange=exchange or EndOfScan(),
+            listeners=listeners,
+            pacer=pacer or FreeRun(),
+            watchdog=watchdog or Watchdog(),
+        )
+        self.fault: Fault | None = None
+        self.stop_requested = False
+        self._scanning = False
+        self._closed = False
+        self._mode = self._wanted_mode = mode
+        self._news["/cpu"] = {"mode": mode_name(mode)}
+        if mode is not CpuMode.RUN:
+            self._stop_modules()
+        self._prepare(mode)
+
+    @property
+    def scan(self) -> int:
+        """Number of the next scan; during a scan, of that scan."""
+        return self._view.number
+
+    @property
+    def now_ns(self) -> int:
+        """Virtual time of the next scan; during a scan, of that scan."""
+        return self._view.now_ns
+
+    @property
+    def mode(self) -> CpuMode:
+        """The mode. A mode set during a scan takes effect at its end."""
+        return self._mode
+
+    @mode.setter
+    def mode(self, mode: CpuMode) -> None:
+        self._wanted_mode = mode
+        self._ask_for_attention()
+
+    def add_listener(self, listener: ScanListener) -> None:
+        """Tell a further listener, from the next scan on."""
+        self._audience.add(listener)
+
+    def run(self, scans: int | None = None) -> None:
+        """Run scans in virtual time (or as the pacer says), until they are done or `stop` is called.
+
+        Args:
+            scans: how many; None = until `stop`.
+
+        Raises:
+            CpuFault: the logic raised, did not come back, or a module or listener failed. Outputs
+                are zero, modules told that the PLC stopped, all listeners closed.
+            ValueError: the CPU has faulted before or is closed.
+        """
+        self._refuse_if_over()
+        self.stop_requested = False
+        self.pacer.begin(self.period_ns)
+        self._prepare(self._mode)
+        with self._watchdog.armed(lambda: self._view.number, inside=ScanPhases.logic.__code__):
+            try:
+                self._scanning = True
+                self._loop(repeat(None) if scans is None else repeat(None, scans))
+            except (Exception, SystemExit, WatchdogExpired) as error:
+                self._fail(error)
+            finally:
+                self._scanning = False
+
+    def single_scan(self) -> None:
+        """Run one scan as in test mode and return to program mode.
+
+        Raises:
+            ValueError: the CPU is not in program mode.
+            CpuFault: see `run`.
+        """
+        if self._mode is not CpuMode.PROGRAM:
+            raise ValueError(f"a single scan needs program mode, the CPU is in {mode_name(self._mode)} mode")
+        self.mode = CpuMode.SINGLE_SCAN
+        self.run(1)
+
+    def stop(self) -> None:
+        """Let `run` return after the present scan; may be called from a signal handler."""
+        self.stop_requested = True
+
+    def stopping_on_ctrl_c(self) -> AbstractContextManager[None]:
+        """Let Ctrl-C stop the CPU between scans, for as long as the context lasts.
+
+        A second Ctrl-C breaks off logic that does not come back, see `pace.stopping_on_interrupt`.
+        """
+        return stopping_on_interrupt(self.stop, inside=ScanPhases.logic.__code__)
+
+    def close(self) -> None:
+        """Close all listeners, in order; further scans are refused.
+
+        Raises:
+            Exception: what a listener raised that could not be closed; the others are closed.
+        """
+        self._closed = True
+        self._audience.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _loop(self, turns: Iterable[None]) -> None:
+        for _ in turns:
+            for phase in self._phases:
+                phase()
+            if self.stop_requested:
+                break
+
+    def _ask_for_attention(self) -> None:
+        self._attention = True
+        if not self._scanning:
+            self._serve_requests()
+
+    def _attend(self) -> None:
+        if "logic" not in IDLE_PHASES[self._mode]:
+            self._view.first = False
+        if self._mode is self._wanted_mode is CpuMode.SINGLE_SCAN:
+            self._wanted_mode = CpuMode.PROGRAM
+        self._serve_requests()
+
+    def _serve_requests(self) -> None:
+        self._attention = False
+        if self.forces.commit():
+            self._news["/forces"] = self.forces.active
+        if self._wanted_mode is not self._mode:
+            self._change_mode(self._wanted_mode)
+        self._prepare(self._mode)
+
+    def _change_mode(self, mode: CpuMode) -> None:
+        self._stop_modules()
+        if self._mode is CpuMode.PROGRAM and mode is not CpuMode.SINGLE_SCAN:
+            self._view.first = True
+        self._mode = mode
+        self._news["/cpu"] = {"mode": mode_name(mode)}
+
+    def _stop_modules(self) -> None:
+        if self._modules_run:
+            self._modules_run = False
+            self._exchange.stop()
+
+    def _refuse_if_over(self) -> None:
+        if self.fault is not None:
+            raise ValueError(f"the CPU has faulted: {self.fault}")
+        if self._closed:
+            raise ValueError("the CPU is closed: no further scans")
+
+    def _fail(self, error: BaseException) -> NoReturn:
+        """Stop in order after `error`: outputs, modules, listeners; then raise it as a `CpuFault`."""
+        passed = codes_passed(error)
+        cause = Cause.WATCHDOG if isinstance(error, WatchdogExpired) else cause_of(passed)
+        text = str(error) if cause is Cause.WATCHDOG else words_of(error)
+        self.fault = Fault(
+            self.scan, self.now_ns, cause, place_of(error, below=ScanPhases.logic.__code__), text
+        )
+        if cause is Cause.LISTENER:
+            self._audience.dismiss_present()
+        failure = CpuFault(self.fault)
+        last_words = self._tell_fault if passed & RECORDED else self._record_fault
+        for step in (self._drop_outputs, last_words, self.close):
+            try:
+                step()
+            except Exception as further:
+                failure.add_note(f"while stopping: {words_of(further)}")
+        raise failure from error
+
+    def _drop_outputs(self) -> None:
+        for slot in self.rack.slots.values():
+            slot.outputs.clear()
+        self._exchange.latch_outputs()
+        self._stop_modules()
+
+    def _record_fault(self) -> None:
+        """Tell of the scan that was not finished, and why."""
+        self._tell_news()
+        self._tell_fault()
+        self._audience.scan(self.scan, self.now_ns, self._scan_flags | ScanFlag.FAULT)
+
+    def _tell_fault(self) -> None:
+        """Tell why there is no further scan."""
+        if self.fault is not None:
+            self._audience.module_events(self.scan, self.rack.slots.values())
+            self._audience.event(self.scan, self.now_ns, "/faults", self.fault.fields)

@@ -1,0 +1,164 @@
+"""How images cross the backplane, between the rack's memory and the modules.
+
+End of scan (MicroLogix): inputs are taken at a scan's beginning, outputs sent
+at its end. A scan takes no virtual time, so what scan n writes is in force from
+its own instant on, and scan n + 1 sees the module after one period of it.
+
+    scans      n ------------- n+1 ------------ n+2
+    outputs    |   of scan n   |  of scan n+1   |
+    inputs     ^               ^                ^
+
+Every RPI (CompactLogix): the adapter on the backplane exchanges images on its
+own, every 2 ms for this module, whatever the scan does. Scans between two
+exchanges see the same inputs, and only the last of their outputs gets across.
+
+    exchanges  R0 ------------------- R1 ------------------- R2
+    scans         n    n+1    n+2        n+3    n+4    n+5
+    outputs    |  ...of scan n-1      |  of scan n+2         |
+    inputs     all three see R0       all three see R1
+
+An exchange at the same instant as a scan comes before it: the scan sees its
+inputs, and its outputs wait for the next one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol, TypeAlias
+
+from ...io_images.image import IMAGE_BYTES, Image
+from .rack import SLOT_BYTES, Rack
+
+RPI_NS = 2_000_000
+"""The 3601's requested packet interval on a CompactLogix: fixed at 2 ms [specifications]."""
+
+
+class Exchange(Protocol):
+    """What the scan loop asks of the backplane."""
+
+    def attach(self, rack: Rack) -> None:
+        """Take over a rack's memory and modules; nothing has been sent yet, all outputs are 0."""
+        ...
+
+    def latch_inputs(self, now_ns: int) -> None:
+        """Bring the modules up to date and put what a scan at `now_ns` sees into the rack's memory."""
+        ...
+
+    def latch_outputs(self) -> None:
+        """Send the output images in the rack's memory."""
+        ...
+
+    def start(self) -> None:
+        """Tell the modules that the PLC runs, together with the outputs that were latched last."""
+        ...
+
+    def stop(self) -> None:
+        """Tell the modules at once that the PLC does not run; what was sent last stays as it is."""
+        ...
+
+
+Line: TypeAlias = tuple[Callable[[int, Image], Image], Image, memoryview]
+"""One module's end of the backplane: its `update`, the outputs in force there, where its inputs go."""
+
+
+class EndOfScan:
+    """Inputs at the beginning of the scan, outputs at its end, as a MicroLogix does it."""
+
+    __slots__ = ("_lines", "_memory", "_rack", "_sent")
+
+    def attach(self, rack: Rack) -> None:
+        """See `Exchange.attach`."""
+        self._rack, self._memory = rack, rack.memory
+        self._sent = bytearray(len(rack.memory))
+        self._lines = _lines(rack, self._sent)
+
+    def latch_inputs(self, now_ns: int) -> None:
+        """Advance every module to `now_ns` and take its inputs."""
+        for update, outputs, inputs in self._lines:
+            inputs[:] = update(now_ns, outputs).raw
+
+    def latch_outputs(self) -> None:
+        """Send all outputs; they are in force from the scan's own instant on."""
+        self._sent[:] = self._memory
+
+    def start(self) -> None:
+        """See `Exchange.start`: with the end of this scan."""
+        _tell_modules(self._rack, True)
+
+    def stop(self) -> None:
+        """See `Exchange.stop`."""
+        _tell_modules(self._rack, False)
+
+
+class EveryRpi:
+    """An exchange every RPI, independent of the scan, as a CompactLogix does it.
+
+    Exchanges happen at 0, rpi, 2 * rpi, ...; every module is advanced at every one of them.
+
+    Args:
+        rpi_ns: interval between exchanges, at least 1 ns.
+
+    Raises:
+        ValueError: the interval is not positive.
+    """
+
+    __slots__ = ("_lines", "_memory", "_next_ns", "_rack", "_sent", "_starting", "_waiting", "rpi_ns")
+
+    def __init__(self, rpi_ns: int = RPI_NS) -> None:
+        if rpi_ns < 1:
+            raise ValueError(f"RPI of {rpi_ns} ns is not allowed: it must be at least 1 ns")
+        self.rpi_ns = rpi_ns
+
+    def attach(self, rack: Rack) -> None:
+        """See `Exchange.attach`; the first exchange is at 0."""
+        self._rack, self._memory = rack, rack.memory
+        self._waiting = bytearray(len(rack.memory))
+        self._sent = bytearray(len(rack.memory))
+        self._lines = _lines(rack, self._sent)
+        self._next_ns = 0
+        self._starting = False
+
+    def latch_inputs(self, now_ns: int) -> None:
+        """Make up for all exchanges due by `now_ns`; in between the inputs stay as they are."""
+        while self._next_ns <= now_ns:
+            self._exchange(self._next_ns)
+            self._next_ns += self.rpi_ns
+
+    def latch_outputs(self) -> None:
+        """Hand all outputs over for the next exchange."""
+        self._waiting[:] = self._memory
+
+    def start(self) -> None:
+        """See `Exchange.start`: with the next exchange, which carries the outputs."""
+        self._starting = True
+
+    def stop(self) -> None:
+        """See `Exchange.stop`."""
+        self._starting = False
+        _tell_modules(self._rack, False)
+
+    def _exchange(self, at_ns: int) -> None:
+        for update, outputs, inputs in self._lines:
+            inputs[:] = update(at_ns, outputs).raw
+        self._sent[:] = self._waiting
+        if self._starting:
+            self._starting = False
+            _tell_modules(self._rack, True)
+
+
+def _lines(rack: Rack, sent: bytearray) -> tuple[Line, ...]:
+    """Wire every slot to its place in `sent`, a block laid out like the rack's memory."""
+    view = memoryview(sent)
+    return tuple(
+        (
+            slot.module.update,
+            Image(buffer=view[SLOT_BYTES * place : SLOT_BYTES * place + IMAGE_BYTES]),
+            slot.inputs.raw,
+        )
+        for place, slot in enumerate(rack.slots.values())
+    )
+
+
+def _tell_modules(rack: Rack, running: bool) -> None:
+    for slot in rack.slots.values():
+        slot.module.plc_run(running)

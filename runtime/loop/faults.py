@@ -1,0 +1,121 @@
+"""What stops a CPU: the fault, what is told of it, and where in the user's code it began."""
+
+from __future__ import annotations
+
+import sysconfig
+import traceback
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+from types import CodeType
+
+from .events import JsonValue
+
+
+class Cause(Enum):
+    """Who is to blame."""
+
+    PROGRAM = "program"
+    WATCHDOG = "watchdog"
+    MODULE = "module"
+    LISTENER = "listener"
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """Why a CPU stopped.
+
+    Attributes:
+        scan: number of the scan in which it happened.
+        now_ns: virtual time of that scan.
+        cause: who is to blame.
+        where: file:line of the user's code, or of the innermost code known.
+        text: what happened, in the words of the error.
+    """
+
+    scan: int
+    now_ns: int
+    cause: Cause
+    where: str
+    text: str
+
+    def __str__(self) -> str:
+        seconds = f"{self.now_ns // 1_000_000_000}.{self.now_ns % 1_000_000_000:09d}".rstrip("0").rstrip(".")
+        return f"scan {self.scan} (t = {seconds} s): {_BLAME[self.cause]} {self.text} [{self.where}]"
+
+    @property
+    def fields(self) -> Mapping[str, JsonValue]:
+        """The fault as it is told on /faults."""
+        return {"cause": self.cause.value, "where": self.where, "text": self.text}
+
+
+_BLAME = {
+    Cause.PROGRAM: "the program raised",
+    Cause.WATCHDOG: "the watchdog ended the program:",
+    Cause.MODULE: "a module failed:",
+    Cause.LISTENER: "a listener failed:",
+}
+
+
+class CpuFault(Exception):  # noqa: N818 - what the trade calls it
+    """The CPU has faulted: outputs are zero, modules told, listeners closed.
+
+    Attributes:
+        fault: why.
+    """
+
+    def __init__(self, fault: Fault) -> None:
+        super().__init__(str(fault))
+        self.fault = fault
+
+
+def words_of(error: BaseException) -> str:
+    """Return an exception's kind and message.
+
+    >>> words_of(ValueError("no such bit")), words_of(ZeroDivisionError())
+    ('ValueError: no such bit', 'ZeroDivisionError')
+    """
+    text = str(error)
+    return f"{type(error).__name__}: {text}" if text else type(error).__name__
+
+
+def codes_passed(error: BaseException) -> set[CodeType]:
+    """Return the functions that an exception has passed through."""
+    return {frame.f_code for frame, _ in traceback.walk_tb(error.__traceback__)}
+
+
+def place_of(error: BaseException, below: CodeType) -> str:
+    """Return file:line of the user's innermost code that an exception came from.
+
+    The user's is what is neither ours nor installed and comes from a file (the constructor of a
+    dataclass comes from "<string>"); if there is no such code below `below`, it is the innermost
+    code of all.
+
+    Args:
+        error: an exception that was raised.
+        below: the function of ours that calls the user's code.
+    """
+    steps = [(frame.f_code, line) for frame, line in traceback.walk_tb(error.__traceback__)]
+    passed = [code for code, _ in steps]
+    if below in passed:
+        steps = steps[passed.index(below) + 1 :] or steps
+    theirs = [step for step in steps if is_the_users(step[0].co_filename)]
+    code, line = (theirs or steps)[-1]
+    return f"{code.co_filename}:{line}"
+
+
+def is_the_users(file_name: str) -> bool:
+    """Return whether code is the user's: neither ours nor installed, here or in an environment below."""
+    return not file_name.startswith(_NOT_THE_USERS) and not any(each in file_name for each in _PACKAGES)
+
+
+_ROOMS = tuple(
+    f"{Path(__file__).parents[2] / room}/" for room in ("io_images", "ladder", "runtime", "traces")
+)
+_INSTALLED = tuple(f"{sysconfig.get_path(kind)}/" for kind in ("stdlib", "platstdlib", "purelib", "platlib"))
+_GENERATED = "<"
+"""Begins the file name of code without a file: "<string>", "<frozen importlib>", "<attrs generated ...>"."""
+
+_PACKAGES = ("/site-packages/", "/dist-packages/")
+_NOT_THE_USERS = (*_ROOMS, *_INSTALLED, _GENERATED)

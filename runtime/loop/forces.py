@@ -1,0 +1,157 @@
+"""Forces: words and bits held at a value whatever the module or the logic says.
+
+An input force acts between the input latch and the logic, an output force
+between the logic and the output latch. Both hold from scan to scan until they
+are removed. An output force acts on what is sent (and recorded); the logic
+finds its own outputs back as it left them, forced or not, so that nothing of a
+force is left when it goes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from ...io_images.image import UNSIGNED_MAX, WORD_MIN
+from .addresses import Address, parse_address
+from .rack import Rack, Slot
+
+WORD_MASK = 0xFFFF
+
+
+@dataclass(slots=True)
+class _MaskedWord:
+    """One word of an image under force: the bits kept, the bits put there, the logic's own value."""
+
+    words: memoryview
+    index: int
+    keep: int = WORD_MASK
+    put: int = 0
+    own: int | None = None
+
+
+class Forces:
+    """The forces of a rack, changed by address at any time, in effect from the next scan on.
+
+    Args:
+        rack: the rack whose images are forced.
+        on_change: called after every change; the scan loop then asks for `commit`.
+    """
+
+    def __init__(self, rack: Rack, on_change: Callable[[], None] = lambda: None) -> None:
+        self._rack = rack
+        self._on_change = on_change
+        self._catalog = {number: slot.catalog for number, slot in rack.slots.items()}
+        self._wanted: dict[Address, int] = {}
+        self._dirty = False
+        self._inputs: tuple[_MaskedWord, ...] = ()
+        self._outputs: tuple[_MaskedWord, ...] = ()
+
+    @property
+    def active(self) -> Mapping[str, int]:
+        """The forces by address, the latest last: it wins where two meet in a bit."""
+        return {str(address): value for address, value in self._wanted.items()}
+
+    def set(self, address: str, value: int) -> None:
+        """Hold a word or bit at a value, from the next scan on.
+
+        Args:
+            address: see `runtime.loop.addresses`.
+            value: 0 or 1 for a bit, -32,768 to 65,535 for a word.
+
+        Raises:
+            ValueError: no such address, or the value does not fit it.
+        """
+        place = parse_address(address, self._catalog)
+        check_value(address, place, value)
+        self._wanted.pop(place, None)
+        self._wanted[place] = int(value)
+        self._changed()
+
+    def remove(self, address: str) -> None:
+        """Let a word or bit go, from the next scan on.
+
+        Raises:
+            ValueError: no such address, or it is not forced.
+        """
+        place = parse_address(address, self._catalog)
+        if place not in self._wanted:
+            raise ValueError(f"{address!r} is not forced: forced are {', '.join(self.active) or 'none'}")
+        del self._wanted[place]
+        self._changed()
+
+    def clear(self) -> None:
+        """Let everything go, from the next scan on."""
+        self._wanted.clear()
+        self._changed()
+
+    def commit(self) -> bool:
+        """Put all changes into effect; return whether there were any."""
+        if not self._dirty:
+            return False
+        self._dirty = False
+        self.restore_outputs()
+        self._inputs = self._masks("I")
+        self._outputs = self._masks("O")
+        return True
+
+    @property
+    def on_inputs(self) -> bool:
+        """Whether an input force is in effect."""
+        return bool(self._inputs)
+
+    @property
+    def on_outputs(self) -> bool:
+        """Whether an output force is in effect."""
+        return bool(self._outputs)
+
+    def apply_inputs(self) -> None:
+        """Put the input forces over the input images."""
+        for masked in self._inputs:
+            masked.words[masked.index] = masked.words[masked.index] & masked.keep | masked.put
+
+    def apply_outputs(self) -> None:
+        """Put the output forces over the output images, and remember what the logic had there."""
+        for masked in self._outputs:
+            masked.own = masked.words[masked.index]
+            masked.words[masked.index] = masked.own & masked.keep | masked.put
+
+    def restore_outputs(self) -> None:
+        """Give the logic its own output words back."""
+        for masked in self._outputs:
+            if masked.own is not None:
+                masked.words[masked.index], masked.own = masked.own, None
+
+    def _changed(self) -> None:
+        self._dirty = True
+        self._on_change()
+
+    def _masks(self, image: str) -> tuple[_MaskedWord, ...]:
+        masks: dict[tuple[int, int], _MaskedWord] = {}
+        for place, value in self._wanted.items():
+            if place.image == image:
+                key = place.slot, place.word
+                masked = masks.setdefault(
+                    key, _MaskedWord(_unsigned(self._rack.slots[place.slot], image), place.word)
+                )
+                _add(masked, place.bit, value)
+        return tuple(masks.values())
+
+
+def check_value(address: str, place: Address, value: object) -> None:
+    """Refuse a value that does not fit a word or bit, with a ValueError that names the address."""
+    least, most = (WORD_MIN, UNSIGNED_MAX) if place.bit is None else (0, 1)
+    if not isinstance(value, int) or not least <= value <= most:
+        what = "word" if place.bit is None else "bit"
+        raise ValueError(f"{address!r} cannot be forced to {value!r}: a {what} is {least} to {most}")
+
+
+def _add(masked: _MaskedWord, bit: int | None, value: int) -> None:
+    mask = WORD_MASK if bit is None else 1 << bit
+    raised = value & WORD_MASK if bit is None else value << bit
+    masked.keep &= ~mask
+    masked.put = masked.put & ~mask | raised
+
+
+def _unsigned(slot: Slot, image: str) -> memoryview:
+    return (slot.inputs if image == "I" else slot.outputs).raw.cast("H")

@@ -1,0 +1,50 @@
+"""The one contract for everything that sits in a slot of the rack.
+
+A simulated 3601, an adapter over a real controller, a module that replays a
+trace and a fault wrapped around any of them look the same to the scan loop.
+None of them owns a clock, a thread or unseeded randomness: time is what
+`update` is told, an integer number of nanoseconds since power-up.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from ...io_images.image import Image
+from .events import Event
+
+
+class Module(Protocol):
+    """What the scan loop asks of a module."""
+
+    events: list[Event]
+    """What happened since the list was last emptied, in order of time; the scan loop empties it."""
+
+    def update(self, now_ns: int, outputs: Image) -> Image:
+        """Advance to `now_ns` with `outputs` in force since the last call; return the input image then.
+
+        The result must not depend on how often this is called: advancing once
+        or in pieces gives the same images at the same instants.
+
+        Args:
+            now_ns: virtual time in ns since power-up, never less than in the call before.
+            outputs: the output image that has been in force since the call before (since
+                power-up in the first call). The module keeps no reference to it.
+
+        Returns:
+            The input image at `now_ns`. It belongs to the module and is good until the next
+            call; whoever wants to keep it copies it.
+        """
+        ...
+
+    def plc_run(self, running: bool) -> None:
+        """Tell the module whether the PLC is in run mode, from the last `now_ns` on.
+
+        A module starts with a running PLC. Program, test and single-scan mode all
+        count as not running: outputs are not sent to the module.
+        """
+        ...
+
+    def power_cycle(self) -> None:
+        """Remove and restore power at the last `now_ns`; what is volatile is lost, the clock goes on."""
+        ...

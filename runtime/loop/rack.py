@@ -1,0 +1,121 @@
+"""The rack: modules in numbered slots, their images in one block of memory.
+
+    memory   | slot 1 outputs | slot 1 inputs | slot 3 outputs | slot 3 inputs | ...
+    bytes      0           16              32               48              64
+
+The block is what a recorder takes as it is, scan by scan; the images that logic
+and modules work on are views of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+from ...io_images.image import IMAGE_BYTES, Image
+from .module import Module
+
+SLOT_BYTES = 2 * IMAGE_BYTES
+"""Bytes of a slot in the rack's memory: the output image, then the input image."""
+
+
+@dataclass(frozen=True, slots=True)
+class Card:
+    """A module on its way into a rack.
+
+    Attributes:
+        slot: number of the slot it goes into, from 1 (0 is the controller's own place).
+        module: what sits there.
+        catalog: what it is sold as, such as "amci3601"; bit names in addresses follow from it.
+        firmware: its firmware, such as "4.1"; for the record only.
+    """
+
+    slot: int
+    module: Module
+    catalog: str = ""
+    firmware: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Slot:
+    """A slot of a rack with its module and its two images, which are views of the rack's memory."""
+
+    number: int
+    module: Module
+    catalog: str
+    firmware: str
+    outputs: Image
+    inputs: Image
+
+    @property
+    def fault(self) -> int:
+        """Fault of the connection, as a CompactLogix has it: -1 while the module does not answer, else 0.
+
+        A module that knows nothing of a link always answers (reading A-90).
+        """
+        return 0 if getattr(self.module, "linked", True) else -1
+
+
+Seat = TypeVar("Seat")
+"""What there is for each slot: the slot itself, its bench."""
+
+
+class Slots(dict[int, Seat]):
+    """The slots of a rack by number, in ascending order; an empty slot is a ValueError that says so."""
+
+    def __missing__(self, number: object) -> Slot:
+        """Refuse a slot that is not there."""
+        raise ValueError(f"slot {number!r} is empty: modules sit in {', '.join(map(str, self)) or 'none'}")
+
+
+class Rack:
+    """Modules in their slots and one block of memory that holds all of their images.
+
+    Attributes:
+        memory: 32 bytes per slot in order of the slot numbers: output image, then input image.
+        slots: the slots by number.
+
+    Args:
+        cards: the modules, in any order.
+
+    Raises:
+        ValueError: a slot number is not a positive integer, or is used twice.
+    """
+
+    __slots__ = ("memory", "slots")
+
+    def __init__(self, cards: Iterable[Card]) -> None:
+        ordered = sorted(_checked(cards), key=lambda card: card.slot)
+        self.memory = bytearray(SLOT_BYTES * len(ordered))
+        view = memoryview(self.memory)
+        self.slots: Mapping[int, Slot] = Slots(
+            (card.slot, _slot(card, view[SLOT_BYTES * place : SLOT_BYTES * (place + 1)]))
+            for place, card in enumerate(ordered)
+        )
+
+
+def as_logic_sees(slots: Mapping[int, Slot]) -> Mapping[int, Slot]:
+    """Return the slots with the same images, the inputs read-only."""
+    return Slots((number, replace(slot, inputs=slot.inputs.read_only())) for number, slot in slots.items())
+
+
+def _slot(card: Card, block: memoryview) -> Slot:
+    outputs, inputs = Image(buffer=block[:IMAGE_BYTES]), Image(buffer=block[IMAGE_BYTES:])
+    return Slot(card.slot, card.module, card.catalog, card.firmware, outputs, inputs)
+
+
+def check_slot_number(number: object) -> None:
+    """Refuse what is no slot number, with a ValueError."""
+    if not isinstance(number, int) or isinstance(number, bool) or number < 1:
+        raise ValueError(f"slot number {number!r} is not allowed: slots are whole numbers from 1")
+
+
+def _checked(cards: Iterable[Card]) -> list[Card]:
+    seen: dict[int, Card] = {}
+    for card in cards:
+        check_slot_number(card.slot)
+        if card.slot in seen:
+            raise ValueError(f"slot {card.slot} is used twice: every module needs a slot of its own")
+        seen[card.slot] = card
+    return list(seen.values())

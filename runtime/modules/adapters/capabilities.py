@@ -1,0 +1,143 @@
+"""What a controller can't do, or does otherwise, row by row, and the bits of the 3601 in which it is said.
+
+The first row that applies decides. A configuration is refused with
+CONFIG_ERROR; a value that the controller can't run at with INVALID_PROFILE and
+COMMAND_ERROR; a whole function that it lacks with COMMAND_ERROR; a search for
+home with HOME_INVALID and COMMAND_ERROR. What comes to the same end by other
+ramps is done, and told once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from ....io_images.amci3601 import Configuration, StatusMsw
+from ..amci3601 import Capabilities, Feature, Inability, Wish
+
+CONFIG_ERROR = StatusMsw.CONFIG_ERROR.value
+FUNCTION = StatusMsw.COMMAND_ERROR.value
+PROFILE = (StatusMsw.INVALID_PROFILE | StatusMsw.COMMAND_ERROR).value
+HOMING = (StatusMsw.HOME_INVALID | StatusMsw.COMMAND_ERROR).value
+BLOCK = StatusMsw.INVALID_PROFILE.value
+
+RAMPED = frozenset({Feature.MOVE, Feature.MANUAL, Feature.REGISTRATION, Feature.HOME, Feature.SPEED_CHANGE})
+"""Commands that carry speed and rates."""
+
+TIMED = RAMPED | {Feature.BLEND_SEGMENT, Feature.ENCODER_MOVE}
+"""What has a speed."""
+
+Options = TypeVar("Options")
+
+
+@dataclass(frozen=True, slots=True)
+class ConfigurationRow(Generic[Options]):
+    """Why a configuration is refused.
+
+    Attributes:
+        name: what it is about.
+        applies: tells whether it is to be refused.
+        reason: for people.
+    """
+
+    name: str
+    applies: Callable[[Configuration, Options], bool]
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class CommandRow(Generic[Options]):
+    """Why a command is refused.
+
+    Attributes:
+        features: the commands that it is about.
+        name: what it is about.
+        applies: tells whether it is to be refused.
+        bits: error bits of input word 0.
+        reason: for people.
+    """
+
+    features: frozenset[Feature]
+    name: str
+    applies: Callable[[Wish, Options], bool]
+    bits: int
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class SubstitutionRow(Generic[Options]):
+    """What is done otherwise than a 3601 does it.
+
+    Attributes:
+        name: what it is about.
+        applies: tells whether it is, of a command of `RAMPED`.
+        how: for people.
+    """
+
+    name: str
+    applies: Callable[[Wish, Options], bool]
+    how: str
+
+
+class RowCapabilities(Capabilities, Generic[Options]):
+    """Rows, read.
+
+    Attributes:
+        news: substitutions made for the first time; whoever has told of them empties the list.
+
+    Args:
+        configuration_rows: why a configuration is refused.
+        command_rows: why a command is refused.
+        substitution_rows: what is done otherwise.
+        options: of the adapter.
+    """
+
+    def __init__(
+        self,
+        configuration_rows: Sequence[ConfigurationRow[Options]],
+        command_rows: Sequence[CommandRow[Options]],
+        substitution_rows: Sequence[SubstitutionRow[Options]],
+        options: Options,
+    ) -> None:
+        self.news: list[SubstitutionRow[Options]] = []
+        self._configuration_rows = configuration_rows
+        self._command_rows = command_rows
+        self._untold = list(substitution_rows)
+        self._options = options
+
+    def lacking_for_configuration(self, configuration: Configuration) -> Inability | None:
+        """Return why a configuration is refused, None if it is not."""
+        for row in self._configuration_rows:
+            if row.applies(configuration, self._options):
+                return Inability(row.name, CONFIG_ERROR, row.reason)
+        return None
+
+    def lacking_for(self, wish: Wish) -> Inability | None:
+        """Return why a command is refused, None if it is not; then it is noted what is done otherwise."""
+        for row in self._command_rows:
+            if wish.feature in row.features and row.applies(wish, self._options):
+                return Inability(row.name, row.bits, row.reason)
+        if wish.feature in RAMPED:
+            self._note_substitutions(wish)
+        return None
+
+    def _note_substitutions(self, wish: Wish) -> None:
+        fresh = [row for row in self._untold if row.applies(wish, self._options)]
+        self._untold = [row for row in self._untold if row not in fresh]
+        self.news += fresh
+
+
+def always(wish: Wish, options: object) -> bool:
+    """A function that is missing altogether."""
+    return True
+
+
+def speed_of(wish: Wish) -> int:
+    """Return the programmed speed, steps/s."""
+    return wish.order.parameters.speed or 0
+
+
+def has_ramps(wish: Wish) -> bool:
+    """Whether the programmed speed is above the starting speed."""
+    return speed_of(wish) > wish.configuration.starting_speed

@@ -1,0 +1,209 @@
+"""Adapters on real ports: the same state machines, in step with the clock on the wall.
+
+    scan n                     scan n + 1                 scan n + 2
+    |  words, what was received  |                          |
+    |  ------ request ------> threads ------ reply -------> |
+
+At every scan the adapter's time is the wall clock's, so that a late scan takes no reply for
+missing that has come meanwhile: what was received is looked at before any patience is at its end.
+A line is looked at once a scan.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import partial
+from threading import Event as Signal
+
+from ....io_images.amci3601 import Configuration
+from ....io_images.image import Image
+from ....io_images.pmc006.frame import FACTORY_ADDRESS
+from ...controllers.pmc006.ramps import Speeds
+from ...line.clients.link import LinkError
+from ...line.liveport import LiveLine, check_address, open_port
+from ...loop.events import JsonValue
+from ...loop.pace import Clock
+from ...machine import Machine
+from .module import Adapter
+from .pcl601.axis import Pcl601Axis
+from .pcl601.driver import LINE_FORMAT as PCL601_FORMAT
+from .pcl601.driver import Pcl601Driver
+from .pcl601.options import Options as Pcl601Options
+from .pcl601.units import Drive as Pcl601Drive
+from .plant import Plant
+from .pmc006.axis import Pmc006Axis
+from .pmc006.driver import LINE_FORMAT as PMC006_FORMAT
+from .pmc006.driver import Pmc006Driver
+from .pmc006.options import Options as Pmc006Options
+from .task import Drive
+
+STOP_S = 0.5
+"""How long the end of a run waits for the motor to have been stopped."""
+
+LOOK_S = 0.002
+"""Time between two looks at the line then."""
+
+
+class RealController(Plant):
+    """A controller at the end of a real line; its machine is a real one, too.
+
+    Args:
+        line: to it.
+    """
+
+    line: LiveLine
+
+    def __init__(self, line: LiveLine) -> None:
+        self.machine = Machine()
+        self.line = line
+
+    def next_event_ns(self, now_ns: int) -> int | None:
+        """Return whether something has been received, see `LiveLine.next_event_ns`."""
+        return self.line.next_event_ns()
+
+    def run_until(self, now_ns: int) -> None:
+        """Do nothing: its time runs by itself."""
+
+    def sense(self, now_ns: int) -> None:
+        """Do nothing: real inputs are read."""
+
+    def rewire(self, now_ns: int, configuration: Configuration) -> None:
+        """Do nothing: it is wired."""
+
+    def power_cycle(self, now_ns: int) -> None:
+        """Do nothing: its power is out of reach; only the adapter forgets."""
+
+
+class LiveAdapter(Adapter[Drive]):
+    """An adapter on a real port.
+
+    Args:
+        line: to the controller.
+    """
+
+    def __init__(self, line: LiveLine) -> None:
+        self._line = line
+        self._clock = Clock()
+        self._present_ns = 0
+        super().__init__(RealController(line))
+
+    def update(self, now_ns: int, outputs: Image) -> Image:
+        """Advance to the present on the wall clock; events are told as of `now_ns`, the scan's time."""
+        self._present_ns = self._clock.now_ns()
+        for reason in self._line.take_losses():
+            self._note(self._present_ns, "port lost", f"{reason}; the port is opened again when it is back")
+        image = super().update(self._present_ns, outputs)
+        self.events[:] = [replace(event, at_ns=min(event.at_ns, now_ns)) for event in self.events]
+        return image
+
+    def close(self) -> None:
+        """Stop the motor as when the PLC leaves run mode, if that can be done, and give the port back."""
+        try:
+            self.plc_run(False)
+            self._wait_for_standstill()
+        finally:
+            self._line.close()
+
+    def _wait_for_standstill(self) -> None:
+        end_ns = self._clock.now_ns() + round(STOP_S * 1e9)
+        driver, moves = self.driver, True
+        while moves and self._clock.now_ns() < end_ns:
+            Signal().wait(LOOK_S)
+            self.update(self._now_ns, Image())
+            moves = driver.cut or driver.task is not None or bool(driver.tasks)
+
+    def _wire_due_ns(self) -> int:
+        return max(super()._wire_due_ns(), self._present_ns)
+
+
+class LivePcl601(LiveAdapter[Pcl601Drive]):
+    """A PCL601 on a real port that answers as a 3601.
+
+    Args:
+        line: to it.
+        options: by name.
+        unit: its address.
+    """
+
+    driver: Pcl601Driver
+
+    def __init__(self, line: LiveLine, options: Pcl601Options, unit: int) -> None:
+        self._options, self._unit = options, unit
+        super().__init__(line)
+
+    def new_driver(self) -> Pcl601Driver:
+        """Return what talks to the controller."""
+        return Pcl601Driver(self._options, self._unit)
+
+    def new_axis(self) -> Pcl601Axis:
+        """Return the controller as an axis."""
+        return Pcl601Axis(self.driver, self._options)
+
+
+class LivePmc006(LiveAdapter[Speeds]):
+    """A PMC006x3s on a real port that answers as a 3601.
+
+    Args:
+        line: to it.
+        options: by name.
+        unit: its address.
+    """
+
+    driver: Pmc006Driver
+
+    def __init__(self, line: LiveLine, options: Pmc006Options, unit: int) -> None:
+        self._options, self._unit = options, unit
+        super().__init__(line)
+
+    def new_driver(self) -> Pmc006Driver:
+        """Return what talks to the controller."""
+        return Pmc006Driver(self._options, self._unit)
+
+    def new_axis(self) -> Pmc006Axis:
+        """Return the controller as an axis."""
+        return Pmc006Axis(self.driver, self._options)
+
+
+FACTORY_UNITS = {"pcl601-adapter": 1, "pmc006-adapter": FACTORY_ADDRESS}
+"""The adapters that can be on a real port, and the addresses of controllers as from the factory."""
+
+
+def open_adapter(
+    module: str, port: str, address: int | None, options: Mapping[str, JsonValue]
+) -> LivePcl601 | LivePmc006:
+    """Open a port and put an adapter on it.
+
+    Args:
+        module: catalog name.
+        port: serial device, or tcp:HOST:PORT.
+        address: of the controller; None = as from the factory.
+        options: by name.
+
+    Raises:
+        ValueError: an option, or a port that can't be opened.
+    """
+    unit = FACTORY_UNITS[module] if address is None else address
+    try:
+        if module == "pcl601-adapter":
+            pcl601_options = Pcl601Options.of(options)
+            return LivePcl601(LiveLine(partial(open_port, port, PCL601_FORMAT)), pcl601_options, unit)
+        pmc006_options = Pmc006Options.of(options)
+        return LivePmc006(LiveLine(partial(open_port, port, PMC006_FORMAT)), pmc006_options, unit)
+    except LinkError as error:
+        raise ValueError(str(error)) from error
+
+
+def check_port(module: str, port: str, address: int | None) -> None:
+    """Refuse a port that a module can't be on, and an address that its controller can't have.
+
+    Raises:
+        ValueError: such a port or address.
+    """
+    check_address(port)
+    if module not in FACTORY_UNITS:
+        raise ValueError(f"port {port}: {module} is on none; only {', '.join(FACTORY_UNITS)} can be")
+    highest = 99 if module == "pcl601-adapter" else 120
+    if address is not None and not 1 <= address <= highest and address != FACTORY_UNITS[module]:
+        allowed = f"1 to {highest}" + (", or 255 as from the factory" if highest == 120 else "")
+        raise ValueError(f"address {address}: allowed is {allowed}")

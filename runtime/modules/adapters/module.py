@@ -1,0 +1,294 @@
+"""An adapter in its slot: the 3601's command layer, and a controller at the end of a line.
+
+    words that change act at the next 250 µs; what is read acts when it has been read
+    |  tick  |        |        |        |
+    words --^    line: request, reply, request, reply ... published --^ tick
+
+While there is no good exchange MODULE_OK is clear, the words freeze and
+commands are passed over. A new configuration shows when the controller has it;
+words that come while a hard stop or a configuration is under way wait for it.
+"""
+
+from __future__ import annotations
+
+from typing import Generic
+
+from ....io_images.amci3601 import Firmware, StatusMsw
+from ....io_images.image import Image, signed_word
+from ...loop.events import Event
+from ...loop.incidents import Happening
+from ..amci3601 import CommandLayer, Inability, Options
+from ..amci3601.report import report
+from .axis import LinkedAxis
+from .driver import Driver, State
+from .plant import Plant
+from .task import Drive
+
+TICK_NS = 250_000
+NEVER = 1 << 62
+MODULE_OK = StatusMsw.MODULE_OK.value
+MODE_CONFIG = StatusMsw.MODE_CONFIG.value
+CONFIG_ERROR = StatusMsw.CONFIG_ERROR.value
+COMMAND_ERROR = StatusMsw.COMMAND_ERROR.value
+POSITION_INVALID = StatusMsw.POSITION_INVALID.value
+INVALID_PROFILE = StatusMsw.INVALID_PROFILE.value
+STOPPED = StatusMsw.STOPPED.value
+CLEARED_BY_RETURN = MODE_CONFIG - 1 & ~(MODULE_OK | CONFIG_ERROR)
+COMMAND_BITS = 0x7FFF
+ENDLESS = 1 << 62
+"""More replies than there will ever be."""
+
+
+class Adapter(Generic[Drive]):
+    """A controller that answers as a 3601; satisfies `runtime.loop.module.Module`.
+
+    Attributes:
+        machine: what is bolted to the simulated controller.
+        controller: that controller, on its line.
+        events: what happened, in order of time; whoever drives the module empties it.
+        driver: what talks to the controller.
+        axis: the controller as the command layer sees it.
+        layer: the 3601's rules.
+
+    Args:
+        controller: at the far end of the line.
+    """
+
+    def __init__(self, controller: Plant) -> None:
+        self.machine = controller.machine
+        self.controller = controller
+        self.events: list[Event] = []
+        self._now_ns = 0
+        self._plc_running = True
+        self._asks_for_configuration = False
+        self._image = Image()
+        self._power_up()
+
+    @property
+    def under_way(self) -> str | None:
+        """The kind of the motion that runs, None while there is none."""
+        return self.layer.under_way
+
+    def new_driver(self) -> Driver[Drive]:
+        """Return what talks to the controller, with nothing said yet."""
+        raise NotImplementedError
+
+    def new_axis(self) -> LinkedAxis[Drive]:
+        """Return the controller as the command layer sees it, with nothing configured yet."""
+        raise NotImplementedError
+
+    def _power_up(self) -> None:
+        self.driver = self.new_driver()
+        self.driver.master.now_ns = self._now_ns
+        self._locked_out = False
+        self._begin_anew()
+        self._image.clear()
+        self._publish()
+
+    def _begin_anew(self) -> None:
+        """Start the command layer as after power-up: nothing is configured, nothing remembered."""
+        self.axis = self.new_axis()
+        self.layer = CommandLayer(self.axis, Firmware.parse("4.1"), Options(), self.events, self._now_ns)
+        self.layer.running = self._plc_running
+        self._acted_on: bytes | None = None
+        self._tick_due_ns = NEVER
+
+    # -- the contract -------------------------------------------------------------------------
+
+    def update(self, now_ns: int, outputs: Image) -> Image:
+        """Advance to `now_ns` with `outputs` in force since the last call; return the input image then."""
+        words_due = NEVER
+        if outputs.raw.tobytes() != self._acted_on:
+            words_due = _tick_at_or_after(self._now_ns)
+        while True:
+            wire, tick = self._wire_due_ns(), min(self._tick_due_ns, words_due)
+            if tick < now_ns and tick <= wire:
+                self._now_ns = tick
+                self._tick_due_ns = words_due = NEVER
+                self._tick(tick, outputs)
+            elif wire <= now_ns:
+                self._now_ns = wire
+                self._pass_time(wire, outputs)
+            else:
+                break
+        self._now_ns = now_ns
+        self.controller.run_until(now_ns)
+        self.events += self.machine.events
+        self.machine.events.clear()
+        self._asks_for_configuration = not self._plc_running or outputs[0] < 0
+        self._publish()
+        return self._image
+
+    def plc_run(self, running: bool) -> None:
+        """Tell whether the PLC is in run mode, from the last `update` on."""
+        if running != self._plc_running:
+            self._plc_running = running
+            self._tick_due_ns = _tick_at_or_after(self._now_ns)
+
+    def power_cycle(self) -> None:
+        """Remove and restore power, of adapter and controller."""
+        self.controller.power_cycle(self._now_ns)
+        self._power_up()
+
+    def cycle_device(self) -> None:
+        """Remove and restore the controller's power only."""
+        self.controller.power_cycle(self._now_ns)
+
+    def disturb(self, what: Happening, *, begins: bool, lasts: bool) -> None:
+        """Let something happen between adapter and controller, or be over, from the last `update` on.
+
+        Args:
+            what: one of `incidents.ON_THE_LINE`.
+            begins: it begins; otherwise it is over.
+            lasts: it will be over; otherwise it is one reply that is lost or damaged.
+        """
+        line = self.controller.line
+        replies = (ENDLESS if lasts else 1) if begins else 0
+        if what is Happening.CONTROLLER_POWER_CYCLE:
+            self.cycle_device()
+        elif what is Happening.REPLIES_LOST:
+            line.faults.drop_next = replies
+        elif what is Happening.REPLIES_DAMAGED:
+            line.faults.corrupt_next = replies
+        elif begins:
+            line.take_down()
+        else:
+            line.put_up()
+
+    def look_again(self) -> None:
+        """Let the machine's inputs be looked at: somebody has changed them."""
+        self.controller.sense(self._now_ns)
+
+    # -- time ---------------------------------------------------------------------------------
+
+    def _wire_due_ns(self) -> int:
+        wake_ns = self.driver.master.next_wake_ns
+        event_ns = self.controller.next_event_ns(self._now_ns)
+        return max(self._now_ns, wake_ns if event_ns is None else min(wake_ns, event_ns))
+
+    def _pass_time(self, now_ns: int, outputs: Image) -> None:
+        """Let the line go on to an instant at which something happens on it."""
+        master, line = self.driver.master, self.controller.line
+        self.controller.run_until(now_ns)
+        master.receive(now_ns, line.take())
+        data = master.advance(now_ns)
+        if data:
+            line.send(data, master.line_format)
+        if master.published:
+            master.published = False
+            self._tick(now_ns, outputs)
+
+    def _tick(self, now_ns: int, outputs: Image) -> None:
+        """Let the command layer look at words and inputs."""
+        self._take_notice(now_ns)
+        if self.driver.state is State.ABSENT:
+            self._pass_over(now_ns, outputs)
+            return
+        if self.layer.running != self._plc_running:
+            self._change_mode(now_ns)
+        words = tuple(outputs) if self.axis.settled else self.layer.order.words
+        if self._locked_out:
+            self._locked_out = bool(words[0] & COMMAND_BITS) and words[0] >= 0
+            if self._locked_out:
+                self.layer.overlook(words)
+        self.layer.tick(now_ns, words, self.axis.levels)
+        self._look_at_the_end(now_ns)
+        self._tell_of_substitutions(now_ns)
+        if self.axis.settled:
+            self._acted_on = outputs.raw.tobytes()
+        wake_ns = self.layer.next_wake_ns(now_ns)
+        if wake_ns is not None:
+            self._tick_due_ns = max(_tick_at_or_after(wake_ns), now_ns + 1)
+        if self.layer.configuration is not None:
+            self.controller.rewire(now_ns, self.layer.configuration)
+
+    def _pass_over(self, now_ns: int, outputs: Image) -> None:
+        """Without the controller: what moved has an unknown position, and words make no edges later."""
+        self._acted_on = outputs.raw.tobytes()
+        if self.layer.operation is not None:
+            self.layer.cut(now_ns)
+            self.driver.cut = False
+        if self.layer.configuration is not None:
+            self.layer.held = None
+            self.layer.overlook(tuple(outputs))
+
+    def _change_mode(self, now_ns: int) -> None:
+        if self.layer.running:
+            self.layer.leave_run_mode(now_ns)
+        else:
+            self.layer.enter_run_mode()
+
+    # -- what the driver has found ------------------------------------------------------------
+
+    def _take_notice(self, now_ns: int) -> None:
+        """Turn what has been found out about the controller into the 3601's bits."""
+        driver = self.driver
+        if driver.lost_power:
+            driver.lost_power = False
+            self._note(now_ns, "power lost", "the controller has lost its power and its configuration")
+            self._begin_anew()
+            self._image.clear()
+        for bits, text in driver.complaints:
+            self._show(now_ns, "controller error", bits, text)
+        driver.complaints.clear()
+        if driver.returned:
+            driver.returned = False
+            self._return(now_ns)
+        if driver.strayed:
+            driver.strayed = False
+            self._show(now_ns, "strayed", POSITION_INVALID, "the axis has moved without being told to")
+        if driver.out_of_range:
+            driver.out_of_range = False
+            self._end_of_range(now_ns)
+
+    def _return(self, now_ns: int) -> None:
+        """The link is back: nothing that was shown is still known to be true."""
+        self.layer.latches.clear(CLEARED_BY_RETURN)
+        text = "the controller answers again; what it did meanwhile is not known"
+        self._show(now_ns, "link restored", POSITION_INVALID | STOPPED, text)
+        self._locked_out = True
+
+    def _end_of_range(self, now_ns: int) -> None:
+        reason = "the controller's counter has come to the end of its range"
+        self.layer.refuse(now_ns, Inability("counter range", INVALID_PROFILE | COMMAND_ERROR, reason))
+        if self.layer.operation is not None:
+            self.layer.operation.on_many_bits(now_ns)
+
+    def _look_at_the_end(self, now_ns: int) -> None:
+        """A move that has ended elsewhere than at its target, and not at a limit that is seen."""
+        if self.driver.stopped_short:
+            self.driver.stopped_short = False
+            if self.layer.operation is not None:
+                text = "the controller has stopped before the target"
+                self._show(now_ns, "stopped short", POSITION_INVALID, text)
+                self.layer.cut(now_ns)
+
+    def _tell_of_substitutions(self, now_ns: int) -> None:
+        substitutions = self.axis.substitutions
+        self.events += [Event(now_ns, "substitution", row.name, row.how) for row in substitutions]
+        substitutions.clear()
+
+    def _show(self, now_ns: int, name: str, bits: int, text: str) -> None:
+        self.layer.latches.show(now_ns, "adapter", name, bits, text)
+
+    def _note(self, now_ns: int, name: str, text: str) -> None:
+        self.events.append(Event(now_ns, "adapter", name, text))
+
+    # -- the input image ----------------------------------------------------------------------
+
+    def _publish(self) -> None:
+        layer, words = self.layer, self._image.words
+        if self.driver.state is State.ABSENT:
+            mode = layer.latches.bits & MODE_CONFIG if self._asks_for_configuration else 0
+            words[0] = signed_word(POSITION_INVALID | mode)
+            words[1] = 0
+        elif layer.in_configuration_mode and self.driver.setup:
+            words[0] = signed_word(MODE_CONFIG | MODULE_OK | CONFIG_ERROR)
+        else:
+            report(layer, words)
+        if self.driver.unfit:
+            words[0] = signed_word(words[0] & 0xFFFF & ~MODULE_OK)
+
+
+def _tick_at_or_after(instant_ns: int) -> int:
+    return -(-instant_ns // TICK_NS) * TICK_NS

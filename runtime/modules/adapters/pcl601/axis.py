@@ -1,0 +1,119 @@
+"""A PCL601 as the command layer's axis."""
+
+from __future__ import annotations
+
+from .....io_images.amci3601 import Configuration, InputBit
+from ....kinematics import Profile, Rate, Shape
+from ....kinematics import stop as plan_stop
+from ..axis import LinkedAxis
+from ..driver import State
+from ..task import Kind
+from .capabilities import Pcl601Capabilities, polls_mark
+from .driver import BOTH_SIDES, Pcl601Driver
+from .options import Options
+from .units import Drive, drive_for
+
+WIRED_INPUTS = {
+    1 << 2: InputBit.EXTERNAL.value,
+    1 << 3: InputBit.ESTOP.value,
+    1 << 4: InputBit.CAPTURE.value,
+    1 << 5: InputBit.HOME.value,
+}
+"""Which input of the 3601 is wired to which of the controller's: 3 to 6."""
+
+LIMIT_INPUTS = {1 << 0: InputBit.CW_LIMIT.value, 1 << 4: InputBit.CCW_LIMIT.value}
+"""By option limit_sense the end limits are wired to inputs 1 and 5."""
+
+LIMITS = {
+    0: 0,
+    1: InputBit.CW_LIMIT.value,
+    -1: InputBit.CCW_LIMIT.value,
+    BOTH_SIDES: (InputBit.CW_LIMIT | InputBit.CCW_LIMIT).value,
+}
+
+
+class Pcl601Axis(LinkedAxis[Drive]):
+    """An `Axis` whose steps a PCL601 makes.
+
+    Args:
+        driver: what talks to it.
+        options: what is substituted, and how it is wired.
+    """
+
+    def __init__(self, driver: Pcl601Driver, options: Options) -> None:
+        super().__init__(driver, Pcl601Capabilities(options))
+        self.driver = driver
+        self._options = options
+        self._limits_on_inputs = options.limit_sense == "inputs"
+        self._encoder_offset = 0
+
+    def drive_for(self, profile: Profile) -> Drive:
+        """Return what a profile becomes."""
+        return drive_for(profile)
+
+    def note_configuration(self, configuration: Configuration) -> None:
+        """An emergency stop is wired to the hard limits, too; the kind of homing is the controller's."""
+        self.driver.estop_on_limits = bool(configuration.inputs_used & InputBit.ESTOP.value)
+        self.driver.has_proximity = configuration.backplane_proximity
+
+    @property
+    def encoder(self) -> int:
+        """Encoder count as read last; the position in the place of diagnostic feedback; else 0."""
+        if self.configuration is None or not self.configuration.quadrature_encoder:
+            return super().encoder
+        return (0 if self.driver.clear_encoder else self.driver.encoder) + self._encoder_offset
+
+    @property
+    def levels(self) -> int:
+        """Electrical levels of the discrete inputs as read last, as a mask of `InputBit`."""
+        wired, levels = WIRED_INPUTS, LIMITS[self._limit_side]
+        if self._limits_on_inputs:
+            wired, levels = WIRED_INPUTS | LIMIT_INPUTS, 0
+        for mask, bit in wired.items():
+            if self.driver.inputs & mask:
+                levels |= bit
+        return levels
+
+    @property
+    def _limit_side(self) -> int:
+        """The limit that is on; while its side is being found out by a motion, the one left behind."""
+        task = self.task
+        if self.driver.limit_side == BOTH_SIDES and task is not None:
+            return -task.direction
+        return self.driver.limit_side
+
+    def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> int:
+        """Steps that a controlled stop beginning now would still make."""
+        task = self.task
+        if task is None or task.model is None:
+            return 0
+        instant_ns = max(task.model.start_ns, now_ns)
+        drive = task.drive
+        halt = plan_stop(task.model, instant_ns, drive.base_sps, drive.rate_spmss, Shape.CONSTANT)
+        assert halt.final_steps is not None
+        return halt.final_steps - task.model.steps_at(instant_ns)
+
+    def change_speed(self, now_ns: int, profile: Profile) -> None:
+        """Stop, and start again at the new speed; in a search for home the proximity slows down."""
+        task = self.task
+        if task is not None and task.kind is Kind.HOME:
+            task.marked = True
+        else:
+            super().change_speed(now_ns, profile)
+
+    def watch_steps(self, steps: int) -> None:
+        """A registration move begins, whose input counts from so many steps on: is it polled?"""
+        assert self.configuration is not None
+        self.driver.polls_marks = polls_mark(self.configuration, steps - 1, self._options)
+
+    def preset_encoder(self, value: int) -> None:
+        """Let the present encoder count be `value`; the controller's goes back to 0."""
+        if self.configuration is not None and self.configuration.quadrature_encoder:
+            self.driver.clear_encoder = True
+            self._encoder_offset = value
+        else:
+            super().preset_encoder(value)
+
+    def reset_errors(self) -> None:
+        """Clear the controller's error bits."""
+        self.driver.clear_errors = self.driver.state is State.READY and bool(self.driver.errors)

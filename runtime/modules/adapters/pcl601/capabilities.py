@@ -1,0 +1,234 @@
+"""What a PCL601 can't do."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from .....io_images.amci3601 import Configuration, HomingKind, InputBit
+from ....kinematics import MILLI, PICO, Shape, stopping_distance
+from ...amci3601 import AxisHoming, Feature, Wish
+from ..capabilities import (
+    BLOCK,
+    FUNCTION,
+    PROFILE,
+    RAMPED,
+    TIMED,
+    CommandRow,
+    ConfigurationRow,
+    RowCapabilities,
+    SubstitutionRow,
+    always,
+    has_ramps,
+    speed_of,
+)
+from .options import Options
+from .units import BASE_MAX, SPEED_MAX, STEPS_MAX, drive_for
+
+EITHER_LIMIT = (InputBit.CW_LIMIT | InputBit.CCW_LIMIT).value
+GROUNDED = (InputBit.HOME | InputBit.ESTOP).value
+LATE_S = Fraction(3, 100)
+"""How long a polled ramp down may be in coming, s."""
+
+
+def _used_low(configuration: Configuration, mask: int) -> bool:
+    return bool(configuration.inputs_used & ~configuration.active_high & mask)
+
+
+CONFIGURATION_ROWS: tuple[ConfigurationRow[Options], ...] = (
+    ConfigurationRow(
+        "starting speed",
+        lambda it, _: it.starting_speed > BASE_MAX,
+        f"the PCL601's base speed goes up to {BASE_MAX} steps/s",
+    ),
+    ConfigurationRow(
+        "capture input",
+        lambda it, options: bool(it.inputs_used & InputBit.CAPTURE.value) and options.capture == "reject",
+        "captures are polled, and option capture rejects that",
+    ),
+    ConfigurationRow(
+        "capture input",
+        lambda it, options: bool(it.inputs_used & InputBit.CAPTURE.value) and options.limit_sense == "inputs",
+        "by option limit_sense = inputs the CCW limit is wired to input 5, and there is none for captures",
+    ),
+    ConfigurationRow(
+        "backplane home proximity",
+        lambda it, options: it.backplane_proximity and options.proximity != "jumper",
+        "a PLC can set no home proximity; option proximity = jumper wires an output to the soft limits",
+    ),
+    ConfigurationRow(
+        "diagnostic feedback",
+        lambda it, options: it.diagnostic_feedback and options.diagnostic != "mirror",
+        "the PCL601 can't count its own pulses; option diagnostic = mirror copies the position",
+    ),
+    ConfigurationRow(
+        "CW/CCW pulses",
+        lambda it, _: not it.step_and_direction,
+        "the PCL601 has clock and direction outputs",
+    ),
+    ConfigurationRow("marker home", lambda it, _: it.marker_home, "the PCL601 has no marker input"),
+    ConfigurationRow(
+        "normally closed end limit",
+        lambda it, options: _used_low(it, EITHER_LIMIT) and options.limit_sense != "inputs",
+        "the PCL601's hard limits act when grounded; option limit_sense = inputs reads inputs instead",
+    ),
+    ConfigurationRow(
+        "normally closed home switch or emergency stop",
+        lambda it, _: _used_low(it, GROUNDED),
+        "home and emergency stop are wired to inputs that act when grounded",
+    ),
+)
+
+
+def _too_fast(wish: Wish, options: Options) -> bool:
+    return speed_of(wish) > SPEED_MAX
+
+
+def _one_step_per_second(wish: Wish, options: Options) -> bool:
+    """Whether the speed is 1 step/s; the base speed has to be below it."""
+    return speed_of(wish) == 1
+
+
+def _rates_differ(wish: Wish, options: Options) -> bool:
+    given = wish.order.parameters
+    return has_ramps(wish) and given.acceleration != given.deceleration
+
+
+def _too_far(wish: Wish, options: Options) -> bool:
+    return abs(wish.distance) > STEPS_MAX
+
+
+def hears_external(configuration: Configuration, options: Options) -> bool:
+    """Whether input 2, from which the steps of a registration move count, is fed by the external input."""
+    used_high = configuration.inputs_used & configuration.active_high
+    return options.registration == "default" and bool(used_high & InputBit.EXTERNAL.value)
+
+
+def counts_too_early(configuration: Configuration, minimum: int, options: Options) -> bool:
+    """Whether the controller would count from an input that comes below the minimum distance, too."""
+    return minimum > 0 and hears_external(configuration, options)
+
+
+def polls_mark(configuration: Configuration, minimum: int, options: Options) -> bool:
+    """Whether the steps of a registration move count from a mark that is polled."""
+    return options.registration == "polled" or counts_too_early(configuration, minimum, options)
+
+
+def _too_short_to_stop(wish: Wish, options: Options) -> bool:
+    target = wish.order.parameters.target or 0
+    drive = drive_for(wish.order.profile(wish.configuration.starting_speed))
+    stop = stopping_distance(MILLI * drive.speed_sps, drive.base_sps, drive.rate_spmss, drive.profile.shape)
+    polled = polls_mark(wish.configuration, wish.minimum_registration, options)
+    late = PICO * drive.speed_sps * LATE_S if polled else 0
+    return target * PICO < stop + late
+
+
+def _no_restart(wish: Wish, options: Options) -> bool:
+    return options.respeed != "restart"
+
+
+COMMAND_ROWS: tuple[CommandRow[Options], ...] = (
+    CommandRow(
+        frozenset({Feature.ENCODER_MOVE}),
+        "encoder move",
+        lambda wish, options: options.encoder_move != "polled",
+        PROFILE,
+        "the PCL601 can't end a move by its encoder; option encoder_move = polled stops when it is read",
+    ),
+    CommandRow(
+        frozenset({Feature.FOLLOWER}),
+        "encoder follower",
+        always,
+        FUNCTION,
+        "the PCL601 can't follow an encoder",
+    ),
+    CommandRow(
+        frozenset({Feature.BLEND}),
+        "blend move",
+        lambda wish, options: options.blend != "segmented",
+        BLOCK,
+        "the PCL601 can't change speed in motion; option blend = segmented stops in between",
+    ),
+    CommandRow(
+        frozenset({Feature.SPEED_CHANGE}),
+        "speed change",
+        _no_restart,
+        PROFILE,
+        "the PCL601 can't change speed in motion; option respeed = restart stops in between",
+    ),
+    CommandRow(
+        TIMED,
+        "speed",
+        _too_fast,
+        PROFILE,
+        f"the PCL601 goes up to {SPEED_MAX} steps/s",
+    ),
+    CommandRow(
+        TIMED,
+        "speed",
+        _one_step_per_second,
+        PROFILE,
+        "the PCL601's slowest motion is 2 steps/s",
+    ),
+    CommandRow(
+        RAMPED,
+        "different rates",
+        lambda wish, options: options.strict and _rates_differ(wish, options),
+        PROFILE,
+        "the PCL601 has one rate for both ramps, and option strict rejects the lower one for both",
+    ),
+    CommandRow(
+        frozenset({Feature.MOVE}),
+        "distance",
+        _too_far,
+        PROFILE,
+        f"the PCL601 indexes by up to {STEPS_MAX} steps",
+    ),
+    CommandRow(
+        frozenset({Feature.REGISTRATION}),
+        "registration distance",
+        _too_short_to_stop,
+        PROFILE,
+        "the distance is shorter than the ramp down at the lower of the two rates (and, polled, its delay)",
+    ),
+)
+
+
+SUBSTITUTION_ROWS: tuple[SubstitutionRow[Options], ...] = (
+    SubstitutionRow(
+        "different rates",
+        _rates_differ,
+        "the PCL601 has one rate for both ramps: the lower one of the two is taken, which takes longer",
+    ),
+    SubstitutionRow(
+        "S-curve",
+        lambda wish, _: has_ramps(wish) and wish.order.shape is not Shape.CONSTANT,
+        "the PCL601 has no S-curve: the ramp has a constant rate, and takes as long",
+    ),
+    SubstitutionRow(
+        "minimum registration distance",
+        lambda wish, options: (
+            wish.feature is Feature.REGISTRATION
+            and counts_too_early(wish.configuration, wish.minimum_registration, options)
+        ),
+        "input 2 would count from the external input at once: the move stops when the input counts, "
+        "and goes on by the steps that are left; option registration = jumper does without the stop",
+    ),
+)
+
+
+class Pcl601Capabilities(RowCapabilities[Options]):
+    """The rows above.
+
+    Args:
+        options: of the adapter.
+    """
+
+    def __init__(self, options: Options) -> None:
+        super().__init__(CONFIGURATION_ROWS, COMMAND_ROWS, SUBSTITUTION_ROWS, options)
+        self.shared_limit = options.limit_sense != "inputs"
+
+    def homing_for(self, kind: HomingKind) -> AxisHoming:
+        """Return the controller's home type: 0 goes by soft limit and home switch, 1 by the switch."""
+        if kind is HomingKind.HOME_SWITCH_PROXIMITY:
+            return AxisHoming.MEETS_SWITCH_SLOWLY
+        return AxisHoming.LEAVES_SWITCH

@@ -1,0 +1,367 @@
+"""What is said to a PCL601, one exchange after the other.
+
+configure   a program stopped, errors cleared, stopped, functions off, current on, position := B
+idle        status, position, inputs; over again
+motion      parameters where they have changed, the start, then as idle until it is over
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+
+from .....io_images.pcl601 import CAUSES, NO_ERROR, Code, Error, Register
+from ....kinematics import Shape, change_speed, creep, move, register, run
+from ....kinematics import stop as plan_stop
+from ....line import pcl601_ascii as ascii
+from ....line import pcl601_frames as frames
+from ....line.master import PUBLISH, Manners, Reply, Request, Step
+from ....line.wire import LineFormat
+from ..driver import BIAS, Driver, LinkLost, Talk
+from ..task import Kind, Task
+from .errors import COMMAND_ERROR, ERRORS
+from .options import Options
+from .units import Drive
+
+LINE_FORMAT = LineFormat(38_400, "E")
+MANNERS = Manners(LINE_FORMAT, gap_ns=1_010_000, patience_ns=50_000_000)
+"""3.5 characters and a little; replies are waited for 50 ms [adapters, timeouts]."""
+
+COUNTER_END = 8_000_000
+ROOM = {Kind.SLEW: 0, Kind.HOME: COUNTER_END // 2}
+"""Steps up to the end of the counter's range that a motion without a target begins with, at least."""
+
+STARTS = {Kind.INDEX: Code.GO, Kind.SLEW: Code.GO_SLEW, Kind.HOME: Code.HOME_TYPE_1}
+
+MARK_OUTPUT = 7
+"""Wired to input 2: it sets the mark of a registration move."""
+
+PROXIMITY_OUTPUT = 6
+"""By option proximity wired to both soft limits: it slows a search for home down."""
+
+MARKS = {Kind.SLEW: MARK_OUTPUT, Kind.HOME: PROXIMITY_OUTPUT}
+"""The output that is the mark of a motion."""
+
+FUNCTIONS_OFF = (0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0)
+"""4x21 to 4x31: everything off, encoder ratio 1."""
+
+ESTOP_INPUT = 1 << 3
+HARD_LIMIT = 1 << 6
+BOTH_SIDES = 2
+"""Value of `Pcl601Driver.limit_side`: a limit is on, and which one is not known."""
+
+
+class Pcl601Driver(Driver[Drive]):
+    """A PCL601 as the link knows it.
+
+    Attributes:
+        encoder: its encoder count.
+        inputs: its input register.
+        errors: its error bits.
+        limit_side: which hard limit is on: +1, -1, 0 for none, `BOTH_SIDES`.
+        direction: of the last motion, 0 before the first.
+        clear_errors: the error bits are to be cleared.
+        clear_encoder: the encoder is to be set to 0.
+        estop_on_limits: an active input 4 shows on both hard limits, too.
+        polls_marks: a registration move stops when its input has been read, and indexes what is left.
+        has_proximity: a search for home is slowed down by the proximity's output, and ends at the switch.
+
+    Args:
+        options: how it is wired, and whether its own program is kept from starting again.
+        unit: its address.
+    """
+
+    def __init__(self, options: Options, unit: int = 1) -> None:
+        super().__init__(MANNERS)
+        self.unit = unit
+        self.encoder = self.inputs = 0
+        self.errors = NO_ERROR
+        self.limit_side = 0
+        self.direction = 0
+        self.clear_errors = False
+        self.clear_encoder = False
+        self.estop_on_limits = False
+        self.has_proximity = False
+        self._takes_over = options.takeover
+        self.polls_marks = False
+        self._disobeys = False
+        self._outputs = (MARK_OUTPUT, PROXIMITY_OUTPUT) if options.proximity == "jumper" else (MARK_OUTPUT,)
+        self._maybe_on = set(self._outputs)
+        self._written: dict[Register, tuple[int, ...]] = {}
+
+    # -- exchanges ----------------------------------------------------------------------------
+
+    def identify(self) -> Request:
+        """Ask for address and firmware."""
+        return frames.report_id(self.unit)
+
+    def rouse(self) -> Talk:
+        """Bring it back from AA ASCII, where it hears no Modbus."""
+        if (yield ascii.ask_address(self.unit)) is not None:
+            self.complaints.append((0, "the controller was in AA ASCII, and is sent back to Modbus"))
+            yield ascii.back_to_modbus(self.unit)
+
+    def forget(self) -> None:
+        """Forget what has been written, and what was to be cleared."""
+        self._written.clear()
+        self.clear_errors = self.clear_encoder = False
+
+    def errand(self) -> Talk | None:
+        """Clear what is to be cleared."""
+        if self.clear_errors:
+            return self._clear_errors()
+        return self._clear_encoder() if self.clear_encoder else None
+
+    def _clear_errors(self) -> Talk:
+        yield from self._command(Code.CLEAR_ERRORS)
+        self.clear_errors = False
+        self.errors = NO_ERROR
+
+    def _clear_encoder(self) -> Talk:
+        yield from self._command(Code.ENCODER_RESET)
+        self.clear_encoder = False
+        self.encoder = 0
+
+    def _write(self, first: Register, *words: int) -> Talk:
+        """Write registers, unless they hold these words already."""
+        if self._written.get(first) == words:
+            return
+        reply = yield from self.insist(frames.write_registers(self.unit, first, words))
+        if reply.refused is not None:  # a program runs, or somebody moves the axis: stop both
+            yield from self._command(Code.STOP_MOTION)
+            reply = yield from self.insist(frames.write_registers(self.unit, first, words))
+            if reply.refused is not None:
+                self._disobeyed()
+                raise LinkLost
+        self._written[first] = words
+
+    def _command(self, code: Code) -> Talk:
+        yield from self.insist(frames.write_command(self.unit, code))
+
+    def stop(self) -> Talk:
+        """Stop motion, and a program if one runs."""
+        yield from self._command(Code.STOP_MOTION)
+
+    def halt(self) -> Talk:
+        """Stop at once, and take every mark away; what is not configured may run a program."""
+        if not self._was_ready and not (yield from self.admit()):
+            raise LinkLost
+        yield from super().halt()
+        yield from self._take_marks_away()
+
+    def _take_marks_away(self) -> Talk:
+        """Switch off the outputs that may be on; one that is refused may still be."""
+        for output in [each for each in self._outputs if each in self._maybe_on]:
+            reply = yield from self.insist(frames.write_output(self.unit, output, False))
+            if reply.refused is None:
+                self._maybe_on.discard(output)
+
+    # -- a program of its own -----------------------------------------------------------------
+
+    def admit(self) -> Generator[Step, Reply | None, bool]:
+        """Stop a program that runs in the controller, and tell whether it obeys.
+
+        A running program is noticed by its refusing to have outputs written.
+        """
+        self._maybe_on.update(self._outputs)
+        yield from self._take_marks_away()
+        if not self._maybe_on:
+            return True
+        yield from self._command(Code.STOP_MOTION)
+        yield from self._take_marks_away()
+        if self._maybe_on:
+            self._disobeyed()
+            return False
+        self.complaints.append((0, "a program was running in the controller, and has been stopped"))
+        self._disobeys = False
+        if self._takes_over:
+            yield from self._command(Code.AUTORUN_OFF)
+        yield from self._clear_errors()  # what it was asked in vain
+        return True
+
+    def _disobeyed(self) -> None:
+        """Say so, once until it obeys."""
+        if not self._disobeys:
+            self._disobeys = True
+            self.complaints.append((0, "the controller refuses what is written, and a stop has not helped"))
+
+    # -- reading ------------------------------------------------------------------------------
+
+    def read_status(self) -> Talk:
+        """Read encoder, busy and errors; new error bits are complained of."""
+        reply = yield from self.insist(frames.read_registers(self.unit, Register.ENCODER_POSITION, 5))
+        low, high, _, busy, errors = frames.words_of(reply)
+        self.encoder, self.busy = frames.signed_pair(low, high), bool(busy)
+        fresh, self.errors = Error(errors) & ~self.errors, Error(errors)
+        self.complaints += [(bits, CAUSES[error]) for error, bits in ERRORS.items() if error & fresh]
+
+    def read_position(self) -> Talk:
+        """Read the position register."""
+        reply = yield from self.insist(frames.read_registers(self.unit, Register.POSITION, 2))
+        self.note_position(frames.signed_pair(*frames.words_of(reply)))
+
+    def write_position(self, position: int) -> Talk:
+        """Write the position register."""
+        self._written.pop(Register.POSITION, None)
+        yield from self._write(Register.POSITION, *frames.low_high(position))
+
+    def read_inputs(self) -> Talk:
+        """Read the input register, and find out which limit a hard limit is."""
+        reply = yield from self.insist(frames.read_inputs(self.unit))
+        (self.inputs,) = frames.words_of(reply)
+        diodes_conduct = self.estop_on_limits and self.inputs & ESTOP_INPUT
+        if diodes_conduct or not self.inputs & HARD_LIMIT:
+            self.limit_side = 0
+        elif self.limit_side in (0, BOTH_SIDES):
+            yield from self._attribute()
+
+    @property
+    def cycle(self) -> tuple[Callable[[], Talk], ...]:
+        """Inputs are read twice: a pulse of 20 ms is longer than what lies between."""
+        return self.read_status, self._glance_at_inputs, self.read_position, self.read_inputs
+
+    def _glance_at_inputs(self) -> Talk:
+        """Read the inputs, and hand over what has changed."""
+        before = self.inputs
+        yield from self.read_inputs()
+        if self.inputs != before:
+            yield PUBLISH
+
+    def _attribute(self) -> Talk:
+        """Find out which limit is on: it stops a motion towards it, and not one away from it.
+
+        An index of a step is over before it is looked at, and tells nothing of a limit that was on before.
+        """
+        task, unheard_of = self.task, self.limit_side == 0
+        if task is not None and task.model is not None and (unheard_of or task.kind is not Kind.INDEX):
+            yield from self.read_status()
+            self.limit_side = self._side_by(task)
+        elif unheard_of:
+            self.limit_side = self.direction or BOTH_SIDES
+
+    def _side_by(self, task: Task[Drive]) -> int:
+        """Return the limit that a motion tells of by going on or standing still.
+
+        One that was stopped to go on at another speed stands still in any case; the one that follows tells.
+        """
+        if self.busy:
+            return -self.direction
+        return BOTH_SIDES if task.stopping and task.following is not None else self.direction
+
+    # -- configuration ------------------------------------------------------------------------
+
+    def configure(self) -> Talk:
+        """Clear errors, stop, switch every function off and the current on, put the counter at B."""
+        yield from self.insist(frames.report_id(self.unit))
+        yield from self.read_status()
+        if self.errors:
+            yield from self._clear_errors()
+        yield from self.halt()
+        yield from self._write(Register.ANALOG_ENABLE, 0, 1)
+        yield from self._write(Register.INDEX_ON_FLY, *FUNCTIONS_OFF)
+        self._written[Register.INDEX_ON_FLY] = FUNCTIONS_OFF[:1]
+        yield from self.rebase(BIAS)
+
+    # -- motions ------------------------------------------------------------------------------
+
+    def top_sps(self, drive: Drive) -> int:
+        """Return the maximum speed."""
+        return drive.speed_sps
+
+    def carry_out(self, task: Task[Drive]) -> Talk:
+        """Make a motion, from its parameters to the standstill after it."""
+        yield from self._make_room(task)
+        yield from self._write_parameters(task)
+        began_at = self.position
+        if not (self.cut or task.stopping):
+            self.direction = task.direction
+            yield from self.start(task, frames.write_command(self.unit, self._start_of(task)))
+            yield from self.accompany(task)
+        if not self.cut:
+            yield from self._tidy(task, began_at)
+            yield from self.conclude(task, began_at)
+
+    def _start_of(self, task: Task[Drive]) -> Code:
+        if task.kind is Kind.HOME and self.has_proximity:
+            return Code.HOME_TYPE_0
+        return STARTS[task.kind]
+
+    def note_refusal(self, reply: Reply) -> None:
+        """A program runs, or somebody else moves the axis."""
+        if reply.refused is not None:
+            self.complaints.append((COMMAND_ERROR, "the controller has refused to start the motion"))
+
+    def _make_room(self, task: Task[Drive]) -> Talk:
+        """Keep the counter within its range; a slew goes to its end, and makes room only there."""
+        steps = task.steps if task.kind is Kind.INDEX else ROOM[task.kind]
+        if abs(self.position + task.direction * steps) > COUNTER_END:
+            yield from self.rebase(-task.direction * BIAS)
+
+    def _write_parameters(self, task: Task[Drive]) -> Talk:
+        drive = task.drive
+        registers = task.registers and not self.polls_marks
+        yield from self._write(Register.INDEX_ON_FLY, int(registers))
+        direction = int(task.direction > 0)
+        speeds = (*frames.low_high(drive.accel_sps2), drive.base_sps, drive.speed_sps, drive.speed_sps)
+        if task.kind is Kind.INDEX or registers:
+            self._written.pop(Register.ACCEL, None)
+            yield from self._write(Register.STEPS, *frames.low_high(task.steps), *speeds, direction)
+        else:
+            self._written.pop(Register.STEPS, None)
+            yield from self._write(Register.ACCEL, *speeds, direction)
+
+    def model(self, task: Task[Drive]) -> None:
+        """Note what the controller is now thought to do."""
+        now_ns, profile = self.master.now_ns, task.drive.profile
+        if task.kind is Kind.INDEX:
+            task.model = move(now_ns, 0, task.direction * task.steps, profile)
+        else:
+            task.model = run(now_ns, 0, task.direction, profile)
+
+    def watch(self, task: Task[Drive]) -> Talk:
+        """Notice that a slew has come to the end of the counter's range."""
+        if task.kind is Kind.SLEW and not task.stopping and abs(self.position) > COUNTER_END:
+            self.out_of_range = True
+        yield from ()
+
+    def set_mark(self, task: Task[Drive]) -> Talk:
+        """Set the mark from which a registration move's steps count, or a search for home slows down."""
+        if task.kind is Kind.SLEW and self.polls_marks:
+            yield from self.stop_and_index(task)
+            return
+        if task.model is not None and task.model.end_ns is None:
+            drive, now_ns = task.drive, self.master.now_ns
+            base_sps, rate = drive.base_sps, drive.rate_spmss
+            if task.kind is Kind.HOME:
+                task.model = change_speed(task.model, now_ns, base_sps, rate, rate, Shape.CONSTANT)
+            else:
+                task.model = register(task.model, now_ns, task.steps, base_sps, rate, Shape.CONSTANT)
+        output = MARKS[task.kind]
+        self._maybe_on.add(output)
+        yield from self.insist(frames.write_output(self.unit, output, True))
+
+    def slow_down(self, task: Task[Drive]) -> Talk:
+        """Stop softly: a slew ends by itself, an index creeps on and is stopped at its base speed."""
+        yield from self._command(Code.STOP_SOFT)
+        drive, now_ns, model = task.drive, self.master.now_ns, task.model
+        assert model is not None
+        halt = plan_stop(model, now_ns, drive.base_sps, drive.rate_spmss, Shape.CONSTANT)
+        if task.kind is not Kind.INDEX:
+            task.model = halt
+            return
+        task.model = creep(model, now_ns, drive.base_sps, drive.rate_spmss, Shape.CONSTANT)
+        assert halt.end_ns is not None
+        while self.master.now_ns < halt.end_ns and not self.cut:
+            yield from self.read_all()
+            yield PUBLISH
+            if not self.busy:
+                return
+        if not self.cut:
+            yield from self.stop_and_look()
+
+    def _tidy(self, task: Task[Drive], began_at: int) -> Talk:
+        """Take the mark away; a limit that has ended a slew, or let no search begin, lies where it went."""
+        yield from self._take_marks_away()
+        ended = task.kind is Kind.SLEW and not (task.stopping or task.marked)
+        blocked = task.kind is Kind.HOME and self.position == began_at
+        if self.limit_side and (ended or blocked):
+            self.limit_side = task.direction

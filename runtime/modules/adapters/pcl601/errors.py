@@ -1,0 +1,28 @@
+"""What the error bits of a PCL601 become in the 3601's input word 0 [register 4x36]."""
+
+from __future__ import annotations
+
+from .....io_images.amci3601 import StatusMsw
+from .....io_images.pcl601 import Error
+
+COMMAND_ERROR = StatusMsw.COMMAND_ERROR.value
+PROFILE = (StatusMsw.INVALID_PROFILE | StatusMsw.COMMAND_ERROR).value
+LOST_STEPS = (StatusMsw.INPUT_ERROR | StatusMsw.POSITION_INVALID).value
+
+ERRORS: dict[Error, int] = {
+    Error.RECEIVE_OVERFLOW: COMMAND_ERROR,
+    Error.ENCODER_CORRECTED: 0,
+    Error.ENCODER_FAILED: LOST_STEPS,
+    Error.COMMAND: COMMAND_ERROR,
+    Error.MOTOR: PROFILE,
+    Error.RANGE_OVERFLOW: PROFILE,
+    Error.RANGE: PROFILE,
+    Error.TRANSMIT: COMMAND_ERROR,
+    Error.MODE: COMMAND_ERROR,
+    Error.ZERO_PARAMETERS: COMMAND_ERROR,
+    Error.BUSY: COMMAND_ERROR,
+    Error.MEMORY_RANGE: 0,
+    Error.MEMORY_COMMAND: 0,
+    Error.THUMBWHEEL: 0,
+}
+"""Those without bits are told of in events only."""

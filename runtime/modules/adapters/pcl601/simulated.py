@@ -1,0 +1,192 @@
+"""A simulated PCL601 bolted to a machine, wired as the adapter expects it.
+
+3601 terminal    PCL601
+home             home, input 6
+CW, CCW limit    hard limit +, -; by option limit_sense inputs 1 and 5, and no hard limit where active low
+external         input 3; input 2, too, where it is active high and option registration is left alone
+emergency stop   input 4; both hard limits through diodes
+capture          input 5, unless that is a limit's
+encoder          encoder
+input 2 also to output 7, unless registration is polled; by option proximity both soft limits to output 6
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from .....io_images.amci3601 import Configuration, InputBit
+from .....io_images.pcl601 import Register
+from ....controllers.pcl601.line import Pcl601
+from ....controllers.pcl601.pins import FAR, GROUND, OPEN, Contact
+from ....machine import Machine, Switch
+from ..plant import Plant, switches_of
+from .capabilities import hears_external
+from .driver import MARK_OUTPUT, PROXIMITY_OUTPUT
+from .options import Options
+
+WIRING: dict[InputBit, tuple[str, ...]] = {
+    InputBit.HOME: ("home", "in6"),
+    InputBit.CW_LIMIT: ("hard_plus",),
+    InputBit.CCW_LIMIT: ("hard_minus",),
+    InputBit.EXTERNAL: ("in3", "in2"),
+    InputBit.ESTOP: ("in4", "hard_plus", "hard_minus"),
+    InputBit.CAPTURE: ("in5",),
+}
+"""Pins that each terminal of the 3601 is wired to."""
+
+LIMITS_ON_INPUTS: dict[InputBit, tuple[str, ...]] = {
+    InputBit.CW_LIMIT: ("hard_plus", "in1"),
+    InputBit.CCW_LIMIT: ("hard_minus", "in5"),
+    InputBit.CAPTURE: (),
+}
+"""What is wired otherwise by option limit_sense."""
+
+HARD_LIMITS = {InputBit.CW_LIMIT: "hard_plus", InputBit.CCW_LIMIT: "hard_minus"}
+MARK_PIN = "in2"
+PROXIMITY_PINS = ("soft_plus", "soft_minus")
+
+Wire = tuple[InputBit, str]
+"""From a terminal to a pin."""
+
+
+@dataclass(frozen=True, slots=True)
+class Parallel(Contact):
+    """Contacts in parallel: closed while any of them is.
+
+    Attributes:
+        contacts: the single ones.
+    """
+
+    contacts: tuple[Contact, ...] = ()
+
+    def closed(self, position: int) -> bool:
+        """Whether the input is grounded."""
+        return any(contact.closed(position) for contact in self.contacts)
+
+    def edge_after(self, position: int, direction: int) -> int | None:
+        """Return the next position on the way at which one of them is otherwise."""
+        edges = [contact.edge_after(position, direction) for contact in self.contacts]
+        return min(
+            (edge for edge in edges if edge is not None),
+            key=lambda edge: abs(edge - position),
+            default=None,
+        )
+
+
+def contacts_of(switch: Switch) -> tuple[Contact, ...]:
+    """Return the contacts that are closed where a switch energises its input."""
+    first = -FAR if switch.first is None else switch.first
+    last = FAR if switch.last is None else switch.last
+    if switch.normally_closed:
+        return Contact(-FAR, first - 1), Contact(last + 1, FAR)
+    return (Contact(first, last),)
+
+
+def _mask(output: int) -> int:
+    return 1 << output - 1
+
+
+class SimulatedPcl601(Plant):
+    """A controller, its line and the machine that it moves.
+
+    Attributes:
+        device: the controller on its line.
+
+    Args:
+        machine: what is bolted to it; its shaft follows every step.
+        options: how it is wired.
+
+    Raises:
+        ValueError: the machine slips or jams, which this controller's simulation has no notion of.
+    """
+
+    def __init__(self, machine: Machine, options: Options) -> None:
+        self.device = Pcl601()
+        self._options = options
+        self._wiring = WIRING | (LIMITS_ON_INPUTS if options.limit_sense == "inputs" else {})
+        self._left_open: frozenset[Wire] = frozenset()
+        self._counts_before = machine.encoder_counts(0)
+        self._fixed = {
+            bit: tuple(contact for switch in switches_of(machine, bit) for contact in contacts_of(switch))
+            for bit in InputBit
+        }
+        super().__init__(machine, self.device)
+
+    @property
+    def motor_position(self) -> int:
+        """Where the motor stands."""
+        return self.device.controller.motor.position
+
+    @property
+    def motor_turns(self) -> bool:
+        """Whether a motion is under way."""
+        return self.device.controller.axis.busy
+
+    @property
+    def feedback(self) -> int:
+        """The outputs that are wired to inputs."""
+        return self.device.controller.outputs & (_mask(MARK_OUTPUT) | _mask(PROXIMITY_OUTPUT))
+
+    def rewire(self, now_ns: int, configuration: Configuration) -> None:
+        """Leave those wires open that a configuration forbids."""
+        left_open = frozenset(self._wires_against(configuration))
+        if left_open != self._left_open:
+            self._left_open = left_open
+            self.wire(now_ns)
+
+    def _wires_against(self, configuration: Configuration) -> Iterable[Wire]:
+        """Yield the wires to pins that act when grounded, where a terminal is not to act so.
+
+        Input 2 is wired to output 7 alone, and a normally closed limit to its input.
+        """
+        used_low = configuration.inputs_used & ~configuration.active_high
+        if not hears_external(configuration, self._options):
+            yield InputBit.EXTERNAL, MARK_PIN
+        for bit, pin in HARD_LIMITS.items():
+            if used_low & bit.value:
+                yield bit, pin
+
+    def power_cycle(self, now_ns: int) -> None:
+        """Take the controller's power away and give it back; a reply on the line breaks off."""
+        self.device.power_cycle(now_ns)
+        self.line.silence()
+        self.sense(now_ns)
+
+    def sense(self, now_ns: int) -> None:
+        """Let the machine follow the motor, inputs and encoder the machine."""
+        super().sense(now_ns)
+        counts = self.machine.encoder_counts(now_ns)
+        if counts != self._counts_before:
+            self.device.controller.values[Register.ENCODER_POSITION] += counts - self._counts_before
+            self._counts_before = counts
+
+    def wire(self, now_ns: int) -> None:
+        """Connect every pin to what grounds it."""
+        parts: dict[str, list[Contact]] = defaultdict(list)
+        for bit, pins in self._wiring.items():
+            for pin in pins:
+                parts[pin] += () if (bit, pin) in self._left_open else self._contacts(bit)
+        for output, pins in self._jumpers.items():
+            for pin in pins:
+                parts[pin] += (GROUND,) if self.feedback & _mask(output) else ()
+        for pin, contacts in parts.items():
+            self.device.controller.pins.connect(pin, Parallel(contacts=tuple(contacts)))
+        self.device.controller.settle(now_ns)
+
+    @property
+    def _jumpers(self) -> dict[int, tuple[str, ...]]:
+        """Pins that outputs are wired to."""
+        jumpers: dict[int, tuple[str, ...]] = {}
+        if self._options.registration != "polled":
+            jumpers[MARK_OUTPUT] = (MARK_PIN,)
+        if self._options.proximity == "jumper":
+            jumpers[PROXIMITY_OUTPUT] = PROXIMITY_PINS
+        return jumpers
+
+    def _contacts(self, bit: InputBit) -> Iterable[Contact]:
+        """What grounds a terminal: switches that the motor passes, or what people and stations do."""
+        if self.feeds(bit):
+            return self._fixed[bit]
+        return (GROUND if self.levels & bit.value else OPEN,)

@@ -1,0 +1,62 @@
+"""What a profile of the 3601 becomes in the PCL601's registers.
+
+    starting speed  base speed, steps/s; one less where the speed itself is not above it
+    speed           maximum speed, steps/s
+    rates           acceleration, steps/s/s: 1000 per step/ms/s, of the lower of the two
+    S-curve         the constant rate whose ramp takes as long: 1/2 (triangular), 3/4 (trapezoidal)
+
+Nothing is rounded: 1000 times a whole number is divisible by 2 and by 4.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+from ....kinematics import Profile
+
+STEPS_MAX = 8_388_607
+SPEED_MAX = 50_000
+BASE_MAX = 5_000
+WITHOUT_RAMP = 9_999_999
+"""Acceleration of a motion whose speed is one step/s above its base speed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """Speeds and acceleration as the controller takes them.
+
+    Attributes:
+        base_sps: speed at which a motion begins and ends.
+        speed_sps: maximum speed, above the base speed.
+        accel_sps2: of both ramps, steps/s/s.
+    """
+
+    base_sps: int
+    speed_sps: int
+    accel_sps2: int
+
+    @property
+    def rate_spmss(self) -> Fraction:
+        """The acceleration in steps/ms/s."""
+        return Fraction(self.accel_sps2, 1000)
+
+    @property
+    def profile(self) -> Profile:
+        """The profile that the controller runs."""
+        return Profile(self.base_sps, self.speed_sps, self.rate_spmss, self.rate_spmss)
+
+
+def drive_for(profile: Profile) -> Drive:
+    """Return what a profile becomes; its speed is 2 to 50,000 steps/s.
+
+    >>> from ...kinematics import Shape
+    >>> drive_for(Profile(1000, 5000, 20, 10, Shape.TRAPEZOIDAL))
+    Drive(base_sps=1000, speed_sps=5000, accel_sps2=7500)
+    >>> drive_for(Profile(1000, 1000, 20, 20))
+    Drive(base_sps=999, speed_sps=1000, accel_sps2=9999999)
+    """
+    if not profile.has_ramps:
+        return Drive(max(1, profile.speed_sps - 1), max(2, profile.speed_sps), WITHOUT_RAMP)
+    rate = min(profile.acceleration_spmss, profile.deceleration_spmss) / profile.shape.factor
+    return Drive(profile.start_sps, profile.speed_sps, int(1000 * rate))

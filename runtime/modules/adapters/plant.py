@@ -1,0 +1,108 @@
+"""A simulated controller bolted to a simulated machine: what all of them have in common."""
+
+from __future__ import annotations
+
+from ....io_images.amci3601 import Configuration, InputBit
+from ...line.adapter_line import Line
+from ...line.wire import Device
+from ...machine import Machine, Switch
+
+
+def switches_of(machine: Machine, bit: InputBit) -> tuple[Switch, ...]:
+    """Return the switches that feed an input."""
+    return tuple(switch for switch in machine.spec.switches if switch.input is bit)
+
+
+class Plant:
+    """A controller, its line and the machine that it moves.
+
+    Attributes:
+        machine: what is bolted to it.
+        line: between it and the adapter.
+        levels: electrical levels of the machine's inputs, as a mask of `InputBit`.
+
+    Args:
+        machine: what is bolted to it; its shaft follows every step.
+        device: the controller.
+
+    Raises:
+        ValueError: the machine slips or jams, which is simulated with the 3601 only.
+    """
+
+    def __init__(self, machine: Machine, device: Device) -> None:
+        if machine.spec.slips or machine.spec.jams:
+            raise ValueError("machine: slips and jams are simulated with module amci3601 only")
+        self.machine = machine
+        self.line = Line(device)
+        self.levels = machine.levels(0)
+        self._held = machine.held
+        self._feedback = 0
+        self._position_before = 0
+        self._turned = False
+        self.wire(0)
+
+    # -- what a controller brings -------------------------------------------------------------
+
+    @property
+    def motor_position(self) -> int:
+        """Where the motor stands."""
+        raise NotImplementedError
+
+    @property
+    def motor_turns(self) -> bool:
+        """Whether a motion is under way."""
+        raise NotImplementedError
+
+    @property
+    def feedback(self) -> int:
+        """Outputs that are wired to inputs."""
+        return 0
+
+    def wire(self, now_ns: int) -> None:
+        """Give every pin what it is wired to."""
+        raise NotImplementedError
+
+    def rewire(self, now_ns: int, configuration: Configuration) -> None:
+        """Wire the controller as a configuration needs it."""
+        raise NotImplementedError
+
+    def power_cycle(self, now_ns: int) -> None:
+        """Take the controller's power away and give it back; a reply on the line breaks off."""
+        raise NotImplementedError
+
+    # -- time ---------------------------------------------------------------------------------
+
+    def next_event_ns(self, now_ns: int) -> int | None:
+        """Return when something happens next on the line, behind it or at the machine."""
+        line_ns, change_ns = self.line.next_event_ns(), self.machine.next_change_ns(now_ns)
+        if line_ns is None or change_ns is None:
+            return change_ns if line_ns is None else line_ns
+        return min(line_ns, change_ns)
+
+    def run_until(self, now_ns: int) -> None:
+        """Let time run; no event lies in between."""
+        self.line.run_until(now_ns)
+        self.sense(now_ns)
+
+    def sense(self, now_ns: int) -> None:
+        """Let the machine follow the motor, and the inputs the machine."""
+        self._follow(now_ns)
+        levels, held, feedback = self.machine.levels(now_ns), self.machine.held, self.feedback
+        if (levels, held, feedback) != (self.levels, self._held, self._feedback):
+            self.levels, self._held, self._feedback = levels, held, feedback
+            self.wire(now_ns)
+
+    def feeds(self, bit: InputBit) -> tuple[Switch, ...]:
+        """Return the switches that feed an input now: none while it is held at a level."""
+        return () if self._held & bit.value else switches_of(self.machine, bit)
+
+    def _follow(self, now_ns: int) -> None:
+        position, turns = self.motor_position, self.motor_turns
+        steps = position - self._position_before
+        if turns and not self._turned:
+            self.machine.depart(now_ns)
+        if steps:
+            self.machine.follow(1 if steps > 0 else -1, abs(steps), now_ns)
+        if self._turned and not turns:
+            self.machine.rest(now_ns)
+        self._position_before, self._turned = position, turns

@@ -1,0 +1,257 @@
+"""What a PMC006x3s can't do."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from .....io_images.amci3601 import CommandMsw, Configuration, InputBit
+from ....controllers.pmc006.ramps import ramp_steps
+from ...amci3601 import AxisHoming, Feature, Wish
+from ..capabilities import (
+    BLOCK,
+    FUNCTION,
+    HOMING,
+    PROFILE,
+    RAMPED,
+    TIMED,
+    CommandRow,
+    ConfigurationRow,
+    RowCapabilities,
+    SubstitutionRow,
+    always,
+    has_ramps,
+    speed_of,
+)
+from .options import Options
+from .units import RATE_MIN, SPEED_MAX, START_MAX, START_MIN, speeds_for
+
+FSET_INPUTS = (InputBit.CAPTURE, InputBit.EXTERNAL, InputBit.ESTOP)
+"""What FSET may be wired to, one of them."""
+
+SHARED = (InputBit.HOME | InputBit.CCW_LIMIT).value
+"""Both are wired to EXT1."""
+POLL_S = Fraction(1, 20)
+"""Time of a poll, s: how long the ramp down may be in coming."""
+
+RATE_TOO_LOW = f"the PMC006's lowest rate is 5.21 steps/ms/s, so {RATE_MIN} is the least that can be kept"
+
+FIND_HOME_CW = CommandMsw.FIND_HOME_CW.value
+
+
+def _uses(configuration: Configuration, bit: InputBit) -> bool:
+    return bool(configuration.inputs_used & bit.value)
+
+
+def _levels_of_ext1_differ(it: Configuration, options: Options) -> bool:
+    both = it.inputs_used & SHARED == SHARED
+    return both and it.active_high & SHARED not in (0, SHARED)
+
+
+CONFIGURATION_ROWS: tuple[ConfigurationRow[Options], ...] = (
+    ConfigurationRow(
+        "home_stroke",
+        lambda it, options: options.home_stroke is None,
+        "option home_stroke is missing: how far Find Home may go, in steps",
+    ),
+    ConfigurationRow(
+        "starting speed",
+        lambda it, _: not START_MIN <= it.starting_speed <= START_MAX,
+        f"the PMC006's start speed goes from {START_MIN} to {START_MAX} steps/s",
+    ),
+    ConfigurationRow(
+        "capture input",
+        lambda it, options: _uses(it, InputBit.CAPTURE) and options.capture != "fset",
+        "the PMC006 has no input for it; option capture = fset uses FSET",
+    ),
+    ConfigurationRow(
+        "external input",
+        lambda it, options: _uses(it, InputBit.EXTERNAL) and options.hold != "immediate",
+        "the PMC006 can't slow down in a move; option hold = immediate stops without a ramp",
+    ),
+    ConfigurationRow(
+        "FSET",
+        lambda it, _: sum(_uses(it, bit) for bit in FSET_INPUTS) > 1,
+        "FSET has one use: capture, external input or emergency stop",
+    ),
+    ConfigurationRow(
+        "backplane home proximity",
+        lambda it, _: it.backplane_proximity,
+        "the PMC006 has no home proximity that a PLC could set",
+    ),
+    ConfigurationRow(
+        "encoder",
+        lambda it, _: it.quadrature_encoder,
+        "the PMC006 tells no encoder position",
+    ),
+    ConfigurationRow(
+        "diagnostic feedback",
+        lambda it, options: it.diagnostic_feedback and options.diagnostic != "mirror",
+        "the PMC006 can't count its own pulses; option diagnostic = mirror copies the position",
+    ),
+    ConfigurationRow("marker home", lambda it, _: it.marker_home, "the PMC006 has no marker input"),
+    ConfigurationRow(
+        "levels of home switch and CCW limit",
+        _levels_of_ext1_differ,
+        "home switch and CCW limit share EXT1, so both have to be active at the same level",
+    ),
+)
+
+
+def _out_of_speed(wish: Wish, options: Options) -> bool:
+    return speed_of(wish) > SPEED_MAX
+
+
+def _too_slow(wish: Wish, options: Options) -> bool:
+    return 0 < speed_of(wish) < START_MIN
+
+
+def _rate_too_low(wish: Wish, options: Options) -> bool:
+    given = wish.order.parameters
+    gentler = options.accel_rounding == "gentler"
+    return gentler and has_ramps(wish) and min(given.acceleration, given.deceleration) < RATE_MIN
+
+
+def _too_short_to_stop(wish: Wish, options: Options) -> bool:
+    """Whether the steps of a registration are less than a poll and the ramp down take."""
+    nearest = options.accel_rounding == "nearest"
+    speeds = speeds_for(wish.order.profile(wish.configuration.starting_speed), nearest=nearest)
+    ramp = ramp_steps(speeds.stop_sps, speeds.max_sps, speeds.deceleration)
+    return (wish.order.parameters.target or 0) < ramp + speeds.max_sps * POLL_S
+
+
+COMMAND_ROWS: tuple[CommandRow[Options], ...] = (
+    CommandRow(
+        frozenset({Feature.ENCODER_MOVE}),
+        "encoder move",
+        always,
+        PROFILE,
+        "the PMC006 can't end a move by an encoder",
+    ),
+    CommandRow(
+        frozenset({Feature.FOLLOWER}),
+        "encoder follower",
+        always,
+        FUNCTION,
+        "the PMC006 can't follow an encoder",
+    ),
+    CommandRow(
+        frozenset({Feature.PRESET_ENCODER}),
+        "preset encoder",
+        always,
+        FUNCTION,
+        "the PMC006 tells no encoder position",
+    ),
+    CommandRow(
+        frozenset({Feature.BLEND}),
+        "blend move",
+        lambda wish, options: options.blend != "segmented",
+        BLOCK,
+        "the PMC006 can't change speed in motion; option blend = segmented stops in between",
+    ),
+    CommandRow(
+        frozenset({Feature.REGISTRATION}),
+        "registration move",
+        lambda wish, options: options.registration != "polled",
+        PROFILE,
+        "the PMC006 can't count steps from an input; option registration = polled stops in between",
+    ),
+    CommandRow(
+        frozenset({Feature.SPEED_CHANGE}),
+        "speed change",
+        lambda wish, options: options.respeed != "restart",
+        PROFILE,
+        "the PMC006 can't change speed in motion; option respeed = restart stops in between",
+    ),
+    CommandRow(
+        frozenset({Feature.HOLD}),
+        "hold",
+        lambda wish, options: options.hold != "immediate",
+        FUNCTION,
+        "the PMC006 can't slow down in a move; option hold = immediate stops without a ramp",
+    ),
+    CommandRow(
+        frozenset({Feature.HOME}),
+        "find home CW",
+        lambda wish, _: bool(wish.order.msw & FIND_HOME_CW),
+        HOMING,
+        "the PMC006 searches for home backward only, which is CCW",
+    ),
+    CommandRow(
+        TIMED,
+        "speed",
+        _out_of_speed,
+        PROFILE,
+        f"the PMC006 goes up to {SPEED_MAX} steps/s",
+    ),
+    CommandRow(
+        TIMED,
+        "speed",
+        _too_slow,
+        PROFILE,
+        f"the PMC006's slowest motion is {START_MIN} steps/s",
+    ),
+    CommandRow(
+        frozenset({Feature.BLEND_SEGMENT}),
+        "acceleration",
+        lambda wish, options: (
+            options.accel_rounding == "gentler"
+            and has_ramps(wish)
+            and wish.order.parameters.acceleration < RATE_MIN
+        ),
+        PROFILE,
+        RATE_TOO_LOW,
+    ),
+    CommandRow(
+        frozenset({Feature.BLEND}),
+        "final deceleration",
+        lambda wish, options: (
+            options.accel_rounding == "gentler" and 0 < wish.order.words[5] & 0x3FFF < RATE_MIN
+        ),
+        PROFILE,
+        RATE_TOO_LOW,
+    ),
+    CommandRow(
+        RAMPED,
+        "rate",
+        _rate_too_low,
+        PROFILE,
+        RATE_TOO_LOW,
+    ),
+    CommandRow(
+        frozenset({Feature.REGISTRATION}),
+        "registration distance",
+        _too_short_to_stop,
+        PROFILE,
+        "the distance is shorter than the ramp down, and the way until it begins",
+    ),
+    CommandRow(
+        RAMPED,
+        "ramps",
+        lambda wish, options: options.strict and has_ramps(wish),
+        PROFILE,
+        "the PMC006 has eight S-shaped ramps, and option strict rejects the nearest gentler one",
+    ),
+)
+
+
+SUBSTITUTION_ROWS: tuple[SubstitutionRow[Options], ...] = (
+    SubstitutionRow(
+        "ramps",
+        lambda wish, options: has_ramps(wish) and options.accel_rounding == "gentler",
+        "the PMC006 has eight S-shaped ramps: the nearest one that is not steeper is taken, for each",
+    ),
+)
+
+
+class Pmc006Capabilities(RowCapabilities[Options]):
+    """The rows above.
+
+    Args:
+        options: of the adapter.
+    """
+
+    homing = AxisHoming.MEETS_SWITCH
+    home_is_ccw_limit = True
+
+    def __init__(self, options: Options) -> None:
+        super().__init__(CONFIGURATION_ROWS, COMMAND_ROWS, SUBSTITUTION_ROWS, options)

@@ -1,0 +1,279 @@
+"""What is said to a PMC006x3s, one exchange after the other.
+
+    configure   motor on, speed mode off, stopped, speeds, external stops, position := B
+    idle        status, position, levels; over again, and each tenth time the second status
+    motion      parameters where they have changed, the start, then as idle until it is over
+
+Nothing is ever saved (instruction t): the EEPROM wears out.
+"""
+
+from __future__ import annotations
+
+from .....io_images.amci3601 import Configuration, InputBit, StatusMsw
+from .....io_images.pmc006.frame import BAUD
+from .....io_images.pmc006.status import Level, Status1, Status2
+from ....controllers.pmc006.ramps import Speeds, plan_move, plan_run, plan_slowing
+from ....line import pmc006_frames as frames
+from ....line.master import Manners, Reply, Request
+from ....line.wire import LineFormat
+from ..driver import BIAS, NEAR_ZERO, Driver, Talk
+from ..task import Kind, Task
+from .options import Options
+from .units import START_MIN, fitted
+
+LINE_FORMAT = LineFormat(BAUD)
+MANNERS = Manners(LINE_FORMAT, gap_ns=0, patience_ns=100_000_000)
+
+EXT1_STOP, EXT2_STOP = 1, 2
+"""Bits of instructions f and J."""
+
+LATCHES = (
+    (EXT1_STOP, Status1.EXT1, "clear_ext1_flag"),
+    (EXT2_STOP, Status1.EXT2, "clear_ext2_flag"),
+)
+"""External stops, their latches, and what clears those."""
+
+POLLS_PER_CHECKUP = 10
+
+COMMAND_ERROR = StatusMsw.COMMAND_ERROR.value
+POSITION_INVALID = StatusMsw.POSITION_INVALID.value
+
+LOW_SUPPLY = "the supply voltage is too low"
+OVERHEATED = "the controller is too hot"
+
+
+class Pmc006Driver(Driver[Speeds]):
+    """A PMC006x3s as the link knows it.
+
+    Attributes:
+        levels: of its pins.
+        flags: external stops that are latched.
+        clear_stops: those are to be cleared that are not active any more.
+
+    Args:
+        options: how far a search for home may go, and the current of the motor.
+        unit: its address.
+    """
+
+    def __init__(self, options: Options, unit: int) -> None:
+        super().__init__(MANNERS)
+        self.unit = unit
+        self.clear_stops = False
+        self.levels = Level.EXT1 | Level.EXT2 | Level.FSET
+        self.flags = Status1(0)
+        self._home_stroke = options.home_stroke or 1  # without one no configuration lets it home
+        self._peak_current = options.peak_current
+        self._start_sps = START_MIN
+        self._limits = 0
+        self._rising = 0
+        self._zeroing = False
+        self._polls = 0
+        self._ailments: dict[str, bool] = {}
+        self._written: dict[str, int] = {}
+
+    def note_configuration(self, configuration: Configuration) -> None:
+        """Take over the starting speed, which limits stop the motor, and at which edges; idle is high."""
+        self._start_sps = configuration.starting_speed
+        used, high = configuration.inputs_used, configuration.active_high
+        cw, ccw = InputBit.CW_LIMIT.value, InputBit.CCW_LIMIT.value
+        self._limits = (EXT1_STOP if used & ccw else 0) | (EXT2_STOP if used & cw else 0)
+        ext1 = ccw if used & ccw else InputBit.HOME.value
+        self._rising = (0 if high & ext1 else EXT1_STOP) | (0 if high & cw else EXT2_STOP)
+
+    def is_active(self, stop: int) -> bool:
+        """Whether the pin of an external stop is at the level to which its edge leads."""
+        level = Level.EXT1 if stop == EXT1_STOP else Level.EXT2
+        return bool(self.levels & level) == bool(self._rising & stop)
+
+    # -- exchanges ----------------------------------------------------------------------------
+
+    def identify(self) -> Request:
+        """Ask for status register 1."""
+        return frames.reading(self.unit, "read_status1")
+
+    def forget(self) -> None:
+        """Forget what has been written."""
+        self._written.clear()
+        self._zeroing = self.clear_stops = False
+
+    def errand(self) -> Talk | None:
+        """Clear what is to be cleared."""
+        return self._clear_stops() if self.clear_stops else None
+
+    def _clear_stops(self, armed: int = EXT1_STOP | EXT2_STOP) -> Talk:
+        """Clear external stops that are latched, and either not armed or not active any more."""
+        self.clear_stops = False
+        for stop, flag, clear in LATCHES:
+            if self.flags & flag and not (armed & stop and self.is_active(stop)):
+                yield from self._do(clear)
+
+    def _do(self, name: str, value: int = 0) -> Talk:
+        yield from self.insist(frames.instruction(self.unit, name, value))
+
+    def _set(self, **values: int) -> Talk:
+        """Set parameters that do not have these values already."""
+        for name, value in values.items():
+            if self._written.get(name) != value:
+                yield from self._do(name, value)
+                self._written[name] = value
+
+    def stop(self) -> Talk:
+        """Stop at once."""
+        yield from self._do("abort")
+
+    # -- reading ------------------------------------------------------------------------------
+
+    def read_status(self) -> Talk:
+        """Read whether it moves, and what has stopped it."""
+        reply = yield from self.insist(frames.reading(self.unit, "read_status1"))
+        status = Status1(frames.value_of(reply) & 0xFF)
+        self.busy = bool(status & (Status1.BUSY | Status1.HOME))
+        self.flags = status & (Status1.EXT1 | Status1.EXT2)
+        self._note_ailment("the motor has stalled", POSITION_INVALID, bool(status & Status1.STALL))
+        self._note_ailment(LOW_SUPPLY, 0, bool(status & Status1.UVL))
+
+    def _check_up(self) -> Talk:
+        """Read whether it is too hot, and whether somebody has released the motor."""
+        reply = yield from self.insist(frames.reading(self.unit, "read_status2"))
+        status = Status2(frames.value_of(reply) & 0xFF)
+        self._note_ailment("the motor has been released", POSITION_INVALID, bool(status & Status2.FREE_RUN))
+        self._note_ailment(OVERHEATED, 0, bool(status & Status2.OTS))
+
+    def _note_ailment(self, text: str, bits: int, is_so: bool) -> None:
+        """Complain of what has begun."""
+        if is_so and not self._ailments.get(text):
+            self.complaints.append((bits, text))
+        self._ailments[text] = is_so
+        self.unfit = any(self._ailments.get(each) for each in (LOW_SUPPLY, OVERHEATED))
+
+    def read_position(self) -> Talk:
+        """Read the position; the controller's own zero at home is none."""
+        reply = yield from self.insist(frames.reading(self.unit, "read_position"))
+        position = frames.value_of(reply)
+        if not (self._zeroing and abs(position) <= NEAR_ZERO):
+            self.note_position(position)
+
+    def write_position(self, position: int) -> Talk:
+        """Set the position."""
+        yield from self._do("set_position", position)
+
+    def read_inputs(self) -> Talk:
+        """Read the levels of the pins."""
+        reply = yield from self.insist(frames.reading(self.unit, "read_levels"))
+        self.levels = Level(frames.value_of(reply) & 0xF)
+        if self._polls % POLLS_PER_CHECKUP == 0:
+            yield from self._check_up()
+        self._polls += 1
+
+    # -- configuration ------------------------------------------------------------------------
+
+    def configure(self) -> Talk:
+        """Bring it to rest, free of latched stops, with the stops of the configuration, at B."""
+        yield from self._set(free_run=0)
+        yield from self._do("speed_mode", 0)
+        yield from self.halt()
+        yield from self._set(start_speed=self._start_sps, stop_speed=self._start_sps)
+        if self._peak_current is not None:
+            yield from self._set(peak_current=self._peak_current)
+        yield from self._set(ext_stop_enable=0)
+        yield from self._do("clear_ext1_flag")
+        yield from self._do("clear_ext2_flag")
+        yield from self._set(ext_trigger_mode=self._rising, ext_stop_enable=self._limits)
+        yield from self._set(auto_current_decay=1)
+        yield from self.rebase(BIAS)
+
+    # -- motions ------------------------------------------------------------------------------
+
+    def top_sps(self, drive: Speeds) -> int:
+        """Return the maximum speed."""
+        return drive.max_sps
+
+    def carry_out(self, task: Task[Speeds]) -> Talk:
+        """Make a motion, from its parameters to the standstill after it."""
+        yield from self._arm(self._stops_for(task))
+        yield from self._set_speeds(task)
+        began_at = self.position
+        if not (self.cut or task.stopping):
+            self._zeroing = task.kind is Kind.HOME
+            yield from self.start(task, self._request_for(task))
+            yield from self.accompany(task)
+        if not self.cut:
+            yield from self._find_zero(task)
+            yield from self.conclude(task, began_at)
+        self._zeroing = False
+
+    def _stops_for(self, task: Task[Speeds]) -> int:
+        """Return the external stops that may end a motion: not one that it leaves."""
+        ahead, behind = (EXT2_STOP, EXT1_STOP) if task.direction > 0 else (EXT1_STOP, EXT2_STOP)
+        if task.kind is Kind.SLEW:
+            return self._limits & ahead
+        limits = self._limits & EXT2_STOP if task.kind is Kind.HOME else self._limits
+        return limits & ~behind if self.is_active(behind) else limits
+
+    def _arm(self, stops: int) -> Talk:
+        """Arm external stops, and clear what is latched and no longer, or not to be, in the way."""
+        yield from self._set(ext_stop_enable=stops)
+        yield from self._clear_stops(stops)
+
+    def _set_speeds(self, task: Task[Speeds]) -> Talk:
+        drive = task.drive
+        yield from self._set(start_speed=drive.start_sps, stop_speed=drive.stop_sps)
+        speed = "zero_back_speed" if task.kind is Kind.HOME else "max_speed"
+        yield from self._set(**{speed: drive.max_sps})
+        yield from self._set(accel_coefficient=drive.acceleration, decel_coefficient=drive.deceleration)
+        if task.kind is not Kind.HOME:
+            yield from self._set(direction=int(task.direction > 0))
+
+    def _request_for(self, task: Task[Speeds]) -> Request:
+        if task.kind is Kind.INDEX:
+            return frames.instruction(self.unit, "step", task.steps)
+        if task.kind is Kind.HOME:
+            return frames.instruction(self.unit, "zero_back", self._home_stroke)
+        return frames.instruction(self.unit, "speed_mode", 1)
+
+    def note_refusal(self, reply: Reply) -> None:
+        """An external stop is latched or in the way, or somebody else moves the axis."""
+        if reply.refused is not None:
+            self.complaints.append((COMMAND_ERROR, "the controller has refused to start the motion"))
+
+    def model(self, task: Task[Speeds]) -> None:
+        """Note what the controller is now thought to do."""
+        now_ns, drive = self.master.now_ns, task.drive
+        if task.kind is Kind.INDEX:
+            task.model = plan_move(now_ns, 0, task.direction * task.steps, drive)
+        else:
+            task.model = plan_run(now_ns, 0, task.direction, drive)
+
+    def slow_down(self, task: Task[Speeds]) -> Talk:
+        """Leave speed mode; anything else is stopped without a ramp."""
+        if task.kind is not Kind.SLEW:
+            yield from self.stop_and_look()
+            return
+        yield from self._do("speed_mode", 0)
+        if task.model is not None:
+            drive = task.drive
+            task.model = plan_slowing(task.model, self.master.now_ns, drive.stop_sps, drive.deceleration)
+
+    def set_mark(self, task: Task[Speeds]) -> Talk:
+        """Stop, and index the rest."""
+        yield from self.stop_and_index(task)
+
+    def drive_over(self, drive: Speeds, steps: int) -> Speeds:
+        """Return a drive whose ramps fit so many steps."""
+        return fitted(drive, steps)
+
+    def watch(self, task: Task[Speeds]) -> Talk:
+        """Arm a limit again once it has been left."""
+        if task.kind is not Kind.SLEW:
+            yield from self._set(ext_stop_enable=self._stops_for(task))
+
+    def _find_zero(self, task: Task[Speeds]) -> Talk:
+        """At the home switch the counter goes to B; elsewhere it says where the search has ended."""
+        if task.kind is not Kind.HOME:
+            return
+        self._zeroing = False
+        if self.is_active(EXT1_STOP):
+            yield from self._do("clear_ext1_flag")
+            yield from self.rebase(BIAS)
+        else:
+            yield from self.read_position()

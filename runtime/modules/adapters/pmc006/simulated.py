@@ -1,0 +1,103 @@
+"""A simulated PMC006x3s bolted to a machine, wired as the adapter expects it.
+
+    3601 terminal                              PMC006
+    home, CCW limit                            EXT1
+    CW limit                                   EXT2
+    emergency stop, or capture, or external    FSET
+
+An energised terminal makes its opto-coupler conduct, which pulls the pin low.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .....io_images.amci3601 import Configuration, InputBit
+from ....controllers.pmc006 import pins
+from ....controllers.pmc006.controller import Controller
+from ....controllers.pmc006.line import Pmc006
+from ....controllers.pmc006.pins import Pin
+from ....machine import Machine, Switch
+from ..plant import Plant
+from .capabilities import FSET_INPUTS
+
+UNIT = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Pulled(pins.Switch):
+    """A pin that is low while any of some switches energises its terminal.
+
+    Attributes:
+        switches: on the machine.
+    """
+
+    switches: tuple[Switch, ...] = ()
+
+    def high(self, position: int) -> bool:
+        """Return whether the pin is high with the motor at a position."""
+        return not any(switch.closed(position) for switch in self.switches)
+
+    def next_change(self, position: int, direction: int) -> int | None:
+        """Return the next position in a direction at which one of the switches changes."""
+        edges = [edge for switch in self.switches for edge in _edges(switch)]
+        if direction > 0:
+            return min((edge for edge in edges if edge > position), default=None)
+        return max((edge - 1 for edge in edges if edge <= position), default=None)
+
+
+def _edges(switch: Switch) -> list[int]:
+    """Return the positions from which on, upward, a switch is otherwise."""
+    edges = [] if switch.first is None else [switch.first]
+    return edges if switch.last is None else [*edges, switch.last + 1]
+
+
+class SimulatedPmc006(Plant):
+    """A controller, its line and the machine that it moves.
+
+    Args:
+        machine: what is bolted to it; its shaft follows every step.
+
+    Raises:
+        ValueError: the machine slips or jams, which this controller's simulation has no notion of.
+    """
+
+    def __init__(self, machine: Machine) -> None:
+        self.device = Pmc006(Controller(address=UNIT))
+        self._on_fset = InputBit.ESTOP
+        super().__init__(machine, self.device)
+
+    @property
+    def motor_position(self) -> int:
+        """Where the motor stands."""
+        return self.device.controller.axis.physical
+
+    @property
+    def motor_turns(self) -> bool:
+        """Whether a motion is under way."""
+        return self.device.controller.axis.moving
+
+    def rewire(self, now_ns: int, configuration: Configuration) -> None:
+        """Wire FSET to the input that is used."""
+        used = [bit for bit in FSET_INPUTS if configuration.inputs_used & bit.value]
+        wired = used[0] if used else self._on_fset
+        if wired is not self._on_fset:
+            self._on_fset = wired
+            self.wire(now_ns)
+
+    def power_cycle(self, now_ns: int) -> None:
+        """Take the controller's power away and give it back; a reply on the line breaks off."""
+        self.device.power_cycle()
+        self.line.silence()
+        self.sense(now_ns)
+
+    def wire(self, now_ns: int) -> None:
+        """Give every pin what it is wired to."""
+        self._pull(Pin.EXT1, InputBit.HOME, InputBit.CCW_LIMIT)
+        self._pull(Pin.EXT2, InputBit.CW_LIMIT)
+        self._pull(Pin.FSET, self._on_fset)
+
+    def _pull(self, pin: Pin, *bits: InputBit) -> None:
+        switches = tuple(switch for bit in bits for switch in self.feeds(bit))
+        held = any(self.levels & bit.value and not self.feeds(bit) for bit in bits)
+        self.device.controller.set_pin(pin, False if held else Pulled(0, False, switches))

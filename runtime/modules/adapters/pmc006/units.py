@@ -1,0 +1,60 @@
+"""What a profile of the 3601 becomes in the PMC006's parameters.
+
+    starting speed  start and stop speed, steps/s; the speed itself where that is lower
+    speed           maximum speed, steps/s; less for a move that the ramps do not fit
+    rates           coefficients 1 to 8: the largest rate of the table that is not above the programmed one
+    S-curve         the ramps are always S-shaped
+
+Coefficient 0 is no ramp, and is never sent.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from math import isqrt
+
+from .....io_images.pmc006.instructions import ACCELERATIONS_PPS2
+from ....controllers.pmc006.ramps import Speeds
+from ....kinematics import Profile, Rate
+
+START_MIN, START_MAX = 65, 30_000
+SPEED_MAX = 256_000
+RATE_MIN = 6
+"""Steps/ms/s; below, the table has no rate that is low enough."""
+
+
+def coefficient_for(rate_spmss: Rate, *, nearest: bool = False) -> int:
+    """Return the coefficient for a programmed rate, 6 steps/ms/s or more unless the nearest one will do.
+
+    >>> [coefficient_for(rate) for rate in (6, 7, 10, 11, 15, 22, 28, 49, 78, 2000)]
+    [8, 7, 7, 6, 5, 4, 3, 2, 1, 1]
+    >>> [coefficient_for(rate, nearest=True) for rate in (1, 6, 9, 77)]
+    [8, 8, 6, 1]
+    """
+    if nearest:
+        return min(range(1, 9), key=lambda at: abs(ACCELERATIONS_PPS2[at] - 1000 * Fraction(rate_spmss)))
+    return next(at for at, rate in enumerate(ACCELERATIONS_PPS2) if at and rate <= 1000 * rate_spmss)
+
+
+def speeds_for(profile: Profile, *, nearest: bool = False) -> Speeds:
+    """Return what a profile becomes; its speed is 65 to 256,000 steps/s."""
+    base = profile.base_sps
+    if not profile.has_ramps:
+        return Speeds(base, base, base, 1, 1)
+    up = coefficient_for(profile.acceleration_spmss, nearest=nearest)
+    down = coefficient_for(profile.deceleration_spmss, nearest=nearest)
+    return Speeds(base, profile.speed_sps, base, up, down)
+
+
+def fitted(speeds: Speeds, steps: int) -> Speeds:
+    """Return speeds whose ramps fit so many steps; the controller would steepen them.
+
+    >>> fitted(Speeds(1000, 5000, 1000, 6, 6), 1500).max_sps  # 10460 steps/s/s: the peak at 750 steps
+    4085
+    """
+    inverse = Fraction(1, ACCELERATIONS_PPS2[speeds.acceleration]) + Fraction(
+        1, ACCELERATIONS_PPS2[speeds.deceleration]
+    )
+    peak = isqrt(int(speeds.start_sps**2 + 2 * steps / inverse))
+    return replace(speeds, max_sps=max(speeds.start_sps, min(speeds.max_sps, peak)))

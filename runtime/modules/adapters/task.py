@@ -1,0 +1,53 @@
+"""One motion of a controller, from the command layer's wish to its end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Generic, TypeVar
+
+from ...kinematics import Motion
+
+Drive = TypeVar("Drive")
+
+
+class Kind(Enum):
+    """What a motion is to a controller."""
+
+    INDEX = "so many steps"
+    SLEW = "until it is stopped"
+    HOME = "until the home switch"
+
+
+@dataclass(slots=True)
+class Task(Generic[Drive]):
+    """One motion.
+
+    Attributes:
+        kind: how it is started.
+        direction: +1 CW, -1 CCW.
+        drive: speeds and ramps in the controller's terms.
+        ramps_up: whether it begins with a ramp that lasts.
+        steps: of an index; of a slew the steps after its mark, 0 where there is no mark.
+        shown: whether the command layer counts it as a motion.
+        stopping: a soft stop is wanted, or under way.
+        marked: the mark of a slew is to be set.
+        following: the motion that takes over when this one has stopped.
+        model: what the controller is thought to be doing; None before its start.
+    """
+
+    kind: Kind
+    direction: int
+    drive: Drive
+    ramps_up: bool
+    steps: int = 0
+    shown: bool = True
+    stopping: bool = False
+    marked: bool = False
+    following: Task[Drive] | None = None
+    model: Motion | None = None
+
+    @property
+    def registers(self) -> bool:
+        """Whether it is a slew that ends so many steps after its mark."""
+        return self.kind is Kind.SLEW and self.steps > 0

@@ -1,0 +1,30 @@
+"""The AMCI 3601, simulated: a command layer that knows the rules, over an axis that makes steps.
+
+`Amci3601` is what sits in the slot. `CommandLayer` is the manual's rules and
+works over any `Axis`; `StepGenerator` is the simulated one.
+"""
+
+from ...loop.module_fault import Trouble
+from .axis import Axis
+from .capabilities import AxisHoming, Capabilities, Feature, Inability, Wish
+from .command_layer import CommandLayer
+from .indicators import Indicators, Light
+from .module import Amci3601
+from .options import Options
+from .step_generator import StepGenerator
+
+__all__ = [
+    "Amci3601",
+    "Axis",
+    "AxisHoming",
+    "Capabilities",
+    "CommandLayer",
+    "Feature",
+    "Inability",
+    "Indicators",
+    "Light",
+    "Options",
+    "StepGenerator",
+    "Trouble",
+    "Wish",
+]

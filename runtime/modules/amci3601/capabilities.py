@@ -1,0 +1,99 @@
+"""What an axis can't do of the 3601's repertoire, said before anything is sent to it.
+
+The command layer checks the manual's own rules first and asks then. What the
+axis can't do is refused in the 3601's own error bits; the reason, for which
+the image has no room, goes into an event.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from ....io_images.amci3601 import Configuration, HomingKind
+from .command_words import Order
+
+
+class Feature(Enum):
+    """What may be asked of an axis."""
+
+    MOVE = "absolute and relative moves, resume"
+    HOLD = "hold"
+    MANUAL = "manual move"
+    SPEED_CHANGE = "speed change in a manual move"
+    REGISTRATION = "registration move"
+    HOME = "find home"
+    ENCODER_MOVE = "encoder move"
+    FOLLOWER = "encoder follower"
+    BLEND = "blend move"
+    BLEND_SEGMENT = "segment of a blend move"
+    PRESET_ENCODER = "preset encoder"
+
+
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """Something asked of an axis that the 3601's own rules allow.
+
+    Attributes:
+        feature: what.
+        order: the words that ask for it.
+        configuration: the accepted one.
+        distance: of a move, steps, signed.
+        minimum_registration: the stored distance, steps.
+    """
+
+    feature: Feature
+    order: Order
+    configuration: Configuration
+    distance: int = 0
+    minimum_registration: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Inability:
+    """A refusal.
+
+    Attributes:
+        name: short name of what is lacking, for events.
+        bits: error bits of input word 0 that are set.
+        reason: a sentence for people.
+    """
+
+    name: str
+    bits: int
+    reason: str
+
+
+class AxisHoming(Enum):
+    """What an axis itself does of a search for home."""
+
+    NONE = "nothing"
+    LEAVES_SWITCH = "it stops on leaving the home switch"
+    MEETS_SWITCH = "it stops on meeting the home switch, and leaves one that is active first"
+    MEETS_SWITCH_SLOWLY = "it stops on meeting the home switch, slowed down by the proximity before"
+
+
+class Capabilities:
+    """What an axis can do: here, everything. One that can do less overrides the methods.
+
+    Attributes:
+        homing: what `Axis.home` does, whatever the kind of homing.
+        shared_limit: the end limits come on one input: both active means one of them, side unknown.
+        home_is_ccw_limit: the home switch is the CCW limit, too: active, it blocks CCW motion only.
+    """
+
+    homing = AxisHoming.NONE
+    shared_limit = False
+    home_is_ccw_limit = False
+
+    def homing_for(self, kind: HomingKind) -> AxisHoming:
+        """Return what `Axis.home` does in a search of that kind."""
+        return self.homing
+
+    def lacking_for_configuration(self, configuration: Configuration) -> Inability | None:
+        """Return why a configuration that the 3601 accepts is refused, None if it is not."""
+        return None
+
+    def lacking_for(self, wish: Wish) -> Inability | None:
+        """Return why a command that the 3601 accepts is refused, None if it is not."""
+        return None

@@ -1,0 +1,186 @@
+"""Encoder follower: steps = counts * multiplier / divisor, exactly [chapter 4, Encoder Follower].
+
+What the encoder has counted in a scan is owed as steps at its end; the
+fraction that is not a whole step stays owed. With rates of zero everything
+owed is output at once (up to the module's 1 MHz); otherwise the step rate
+ramps, and what is owed decides how fast it may be:
+
+    v <= sqrt(2 * deceleration * owed)        so that it can stop on the last step
+    v grows by no more than acceleration * tick
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from math import isqrt, lcm
+from typing import TYPE_CHECKING, ClassVar
+
+from ....io_images.amci3601 import CommandLsw, CommandMsw
+from ...kinematics import MILLI, PICO
+from .capabilities import Feature
+from .command_words import Order
+from .latches import STOPPED
+from .manual_move import MANUAL_BIT
+from .operation import Limits, Operation
+from .refusals import FOLLOWER, FOLLOWER_WORDS, MANUAL_BITS
+
+if TYPE_CHECKING:
+    from .command_layer import CommandLayer
+
+FOLLOW = CommandLsw.ENC_FOLLOWER.value
+RESET = CommandMsw.RESET_ERRORS.value
+TOP_SPEED_MSPS = 1_000_000 * MILLI
+"""Maximum output frequency: 1 MHz [chapter 1, Stepper Outputs]."""
+
+
+class Follower(Operation):
+    """The encoder follower mode, from the rise of LSW bit 7 until it is left."""
+
+    name: ClassVar[str] = "follower"
+    limits: ClassVar[Limits] = Limits.EITHER
+
+    def __init__(self, layer: CommandLayer, now_ns: int, order: Order) -> None:
+        super().__init__(layer, now_ns)
+        self.sense = 0  # +1 manual CW, -1 manual CCW, 0 neither
+        self.left = False
+        self._last_count = layer.axis.encoder
+        self._owed = 0  # in parts of a step, CW positive
+        self._parts = self._divisor = 1  # parts in a step, a multiple of the divisor
+        self._speed_msps = 0  # signed
+        self._phase = 0  # picosteps made toward the next step, signed like the speed
+        self._scan_began_ns = now_ns
+
+    @property
+    def over(self) -> bool:
+        """The mode ends when it is left, not when the encoder rests."""
+        return self.left
+
+    # -- the words ----------------------------------------------------------------------------
+
+    def on_order(self, now_ns: int, order: Order) -> None:
+        """Check the words; any fault ends the mode (reading A-65)."""
+        if self.left:
+            return
+        if not order.lsw & FOLLOW:
+            if order.msw & MANUAL_BITS:
+                self.layer.fire(now_ns, "CMD-35")
+            elif order.msw != RESET and order.msw:
+                self.layer.fire(now_ns, "CMD-34")  # such as Hold with a command LSW of 0
+            self.left = True
+            return
+        sense = 1 if order.msw & MANUAL_BIT[1] else -1 if order.msw & MANUAL_BIT[-1] else 0
+        self.left = self.layer.refused(now_ns, order, FOLLOWER_WORDS)
+        if not self.left and sense * self.sense < 0:
+            self.layer.fire(now_ns, "CMD-33")
+            self.left = True
+        if self.left:
+            return
+        if sense and not self.sense:  # what was counted without a direction is not followed
+            self._last_count = self.layer.axis.encoder
+            self._scan_began_ns = now_ns
+        elif self.sense and not sense:
+            self._owed = self._speed_msps = self._phase = 0
+            self.shown_direction = self.shown_ramp = 0
+        self.sense = sense
+
+    def on_release(self, now_ns: int) -> None:
+        """All bits count as 0: the mode is left."""
+        self.left = True
+
+    def on_end(self, now_ns: int) -> None:
+        """Show STOPPED [chapter 6, The Stopped Bit 5]."""
+        self.layer.finish(now_ns, STOPPED, "left")
+
+    # -- the steps ----------------------------------------------------------------------------
+
+    def next_wake_ns(self, now_ns: int) -> int | None:
+        """Every tick, as long as a direction is selected."""
+        return now_ns + 1 if self.sense else None
+
+    def wants_counts(self, *, turning: bool) -> bool:
+        """At the end of every scan, as long as a direction is selected."""
+        return self.sense != 0
+
+    def on_counts(self, now_ns: int, order: Order) -> None:
+        """Count, and make the steps of the scan that ends here."""
+        counts = self.layer.axis.encoder
+        fresh, self._last_count = counts - self._last_count, counts
+        elapsed_ns, self._scan_began_ns = now_ns - self._scan_began_ns, now_ns
+        self.shown_direction = self.shown_ramp = 0
+        self._divide_by(order.words[3])
+        self._owed += self.sense * fresh * order.words[2] * (self._parts // self._divisor)
+        steps = self._steps_of_scan(elapsed_ns, order.words[6], order.words[7])
+        if steps:
+            self.shown_direction = 1 if steps > 0 else -1
+            self.layer.axis.pulse(now_ns, self.shown_direction, abs(steps))
+            self._owed -= steps * self._parts
+
+    def _divide_by(self, divisor: int) -> None:
+        """Express what is owed in parts of a step that suit a new divisor, exactly."""
+        if divisor != self._divisor:
+            owed = Fraction(self._owed, self._parts)
+            self._divisor, self._parts = divisor, lcm(owed.denominator, divisor)
+            self._owed = owed.numerator * (self._parts // owed.denominator)
+
+    def _steps_of_scan(self, elapsed_ns: int, acceleration: int, deceleration: int) -> int:
+        """Whole steps to make now, CW positive."""
+        owed = _whole(self._owed, self._parts)
+        if acceleration == 0 and deceleration == 0:
+            self._speed_msps = self._phase = 0
+            most = TOP_SPEED_MSPS * elapsed_ns // PICO
+            return max(-most, min(most, owed))
+        self._ramp_speed(owed, elapsed_ns, acceleration, deceleration)
+        if owed:
+            self.shown_direction = 1 if (self._speed_msps or owed) > 0 else -1  # between two steps, too
+        self._phase += self._speed_msps * elapsed_ns
+        steps = _whole(self._phase, PICO)
+        if owed >= 0:
+            steps = max(0, min(steps, owed)) if self._speed_msps >= 0 else steps
+        else:
+            steps = min(0, max(steps, owed)) if self._speed_msps <= 0 else steps
+        self._phase -= steps * PICO
+        if owed == steps:
+            self._phase = 0
+        return steps
+
+    def _ramp_speed(self, owed: int, elapsed_ns: int, acceleration: int, deceleration: int) -> None:
+        """Let the speed approach what the owed steps call for, no faster than the rates allow."""
+        wanted = self._allowed_speed(owed, deceleration)
+        before = self._speed_msps
+        growing = abs(wanted) > abs(before) and wanted * before >= 0
+        rate = acceleration if growing else deceleration
+        if rate == 0:
+            self._speed_msps = wanted
+            return
+        change = rate * MILLI * MILLI * elapsed_ns // 1_000_000_000
+        self._speed_msps = max(before - change, min(before + change, wanted))
+        if 0 < change <= abs(wanted - before):  # else it only keeps up with the encoder
+            self.shown_ramp = 1 if growing else -1
+
+    @staticmethod
+    def _allowed_speed(owed: int, deceleration: int) -> int:
+        """Speed from which the owed steps suffice to stop, signed; the top speed without deceleration."""
+        if deceleration == 0:
+            speed = TOP_SPEED_MSPS if owed else 0
+        else:
+            speed = min(TOP_SPEED_MSPS, isqrt(2 * deceleration * 1000 * abs(owed) * MILLI * MILLI))
+        return speed if owed >= 0 else -speed
+
+
+def _whole(value: int, parts: int) -> int:
+    """Return the whole steps in so many parts, rounded toward zero: what is not a step yet stays owed."""
+    return value // parts if value >= 0 else -(-value // parts)
+
+
+def obey_follower(layer: CommandLayer, now_ns: int, order: Order, previous: Order) -> bool:
+    """Enter the mode on the rise of LSW bit 7; return whether the words were the follower's."""
+    if isinstance(layer.operation, Follower):
+        return order.msw != RESET or bool(order.lsw & FOLLOW)
+    if not layer.firmware.follower:
+        return False
+    risen = order.lsw & FOLLOW and (previous.configures or not previous.lsw & FOLLOW)
+    if not risen or layer.locked:
+        return False
+    if not layer.refused(now_ns, order, FOLLOWER) and not layer.unable(now_ns, Feature.FOLLOWER, order):
+        layer.accept(Follower(layer, now_ns, order))
+    return True

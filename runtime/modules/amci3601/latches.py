@@ -1,0 +1,128 @@
+"""The latched status bits of word 0, and the record of which rule set them.
+
+A real module shows only the bits. This one also keeps the id of the rule
+behind each error bit, so that a user can be told which sentence of the manual
+was broken.
+"""
+
+from __future__ import annotations
+
+from functools import reduce
+from operator import or_
+from typing import NamedTuple
+
+from ....io_images.amci3601 import ERROR_BITS, RULES, StatusMsw
+from ...loop.events import Event, JsonValue
+
+MODE_CONFIG = StatusMsw.MODE_CONFIG.value
+MODULE_OK = StatusMsw.MODULE_OK.value
+CONFIG_ERROR = StatusMsw.CONFIG_ERROR.value
+COMMAND_ERROR = StatusMsw.COMMAND_ERROR.value
+INPUT_ERROR = StatusMsw.INPUT_ERROR.value
+POSITION_INVALID = StatusMsw.POSITION_INVALID.value
+INVALID_PROFILE = StatusMsw.INVALID_PROFILE.value
+HOME_INVALID = StatusMsw.HOME_INVALID.value
+MOVE_COMPLETE = StatusMsw.MOVE_COMPLETE.value
+STOPPED = StatusMsw.STOPPED.value
+HOLD_STATE = StatusMsw.HOLD_STATE.value
+AT_HOME = StatusMsw.AT_HOME.value
+
+RESETTABLE = COMMAND_ERROR | INVALID_PROFILE | HOME_INVALID | INPUT_ERROR
+"""What Reset Errors clears [chapter 4, Reset Errors]."""
+
+CLEARED_BY_A_MOVE = STOPPED | AT_HOME | MOVE_COMPLETE | HOLD_STATE | INPUT_ERROR
+"""What the start of a move clears [chapter 6; reading A-19]."""
+
+COMPLETION = STOPPED | AT_HOME | MOVE_COMPLETE | HOLD_STATE
+
+
+_ERROR_MASKS = tuple(bit.value for bit in StatusMsw if bit & ERROR_BITS)
+
+
+class Fault(NamedTuple):
+    """A rule that is broken.
+
+    Attributes:
+        rule: its id.
+        bits: what is set instead of the row's own bits, where the manual names the rule but not its
+            consequence.
+        alone: without the rows that usually fire together with it.
+    """
+
+    rule: str
+    bits: int | None = None
+    alone: bool = False
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        """The rows that fire."""
+        return (self.rule,) if self.alone else (self.rule, *RULES[self.rule].together_with)
+
+    def bits_of(self, row: str) -> int:
+        """Bits of word 0 that one of the rows sets."""
+        return int(RULES[row].sets) & 0xFFFF if self.bits is None else self.bits
+
+    @property
+    def all_bits(self) -> int:
+        """Bits of word 0 that the rows set together."""
+        return reduce(or_, map(self.bits_of, self.rows))
+
+
+class Latches:
+    """Bits of input word 0 that stay until something clears them.
+
+    Attributes:
+        bits: input word 0 less what shows motion.
+        causes: for each error bit that is set, the id of the rule that set it.
+
+    Args:
+        events: where each rule that fires is written down.
+    """
+
+    def __init__(self, events: list[Event]) -> None:
+        self.bits = MODULE_OK
+        self.causes: dict[int, str] = {}
+        self._events = events
+
+    def fire(self, now_ns: int, rule_id: str, *, bits: int | None = None, alone: bool = False) -> int:
+        """Set the bits of a rule and of those that share its cause; return them all.
+
+        Args:
+            now_ns: the instant.
+            rule_id: a row of the rule table.
+            bits: what to set instead of the row's own bits (for rows whose consequence the
+                manual leaves open).
+            alone: without the rows that usually fire together with it.
+        """
+        fault = Fault(rule_id, bits, alone)
+        for row in fault.rows:
+            self._set(now_ns, row, fault.bits_of(row))
+        return fault.all_bits
+
+    def _set(self, now_ns: int, rule_id: str, bits: int) -> None:
+        rule = RULES[rule_id]
+        for bit in _ERROR_MASKS:
+            if bits & bit and not self.bits & bit:
+                self.causes[bit] = rule_id
+        self.bits |= bits
+        names = [str(bit.name) for bit in StatusMsw if bit & bits]
+        fields: dict[str, JsonValue] = {"bits": names, "section": rule.section}
+        self._events.append(Event(now_ns, "rule", rule_id, rule.text, fields))
+
+    def show(self, now_ns: int, kind: str, name: str, bits: int, text: str) -> int:
+        """Set bits for a reason that is none of the manual's rules, and write it down; return them."""
+        self.bits |= bits
+        names = [str(bit.name) for bit in StatusMsw if bit & bits]
+        self._events.append(Event(now_ns, kind, name, text, {"bits": names}))
+        return bits
+
+    def clear(self, bits: int) -> None:
+        """Clear bits, and forget what set them."""
+        self.bits &= ~bits
+        for bit in _ERROR_MASKS:
+            if bits & bit:
+                self.causes.pop(bit, None)
+
+    def complete(self, bit: int) -> None:
+        """Show how a motion ended: at most one completion bit is set at a time."""
+        self.bits = self.bits & ~COMPLETION | bit

@@ -1,0 +1,301 @@
+"""The simulated 3601 in its slot: time, the 250 µs scan, and the input image.
+
+The module's firmware looks at its words and inputs every 250 µs. Nothing is
+computed at ticks at which nothing can change; two sorts of instants count:
+
+* ticks: multiples of the module's scan at which the output words differ from
+  those acted on last, or an input's level has changed since the tick before;
+* exact instants: the end of a motion, of each of its ramps, and of a scan whose
+  encoder counts somebody acts on.
+
+Between them only the position moves, and that is a formula. So the images do
+not depend on how often `update` is called, and a call costs as much after ten
+milliseconds as after a quarter of one.
+
+    outputs in force  |<---- A ---->|<-------- B -------->|
+    update() at       0             t1                    t2
+    ticks             |  |  |  |  | |  |  |  |  |  |  |  ||
+                                     ^ first tick that sees B; its effect shows at t2
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ....io_images.amci3601 import Firmware, StatusMsw
+from ....io_images.image import Image
+from ....io_images.thousands import split_reported
+from ...kinematics import Segment
+from ...loop.events import Event, JsonValue
+from ...loop.module_fault import Trouble
+from ...machine import Machine
+from .command_layer import CommandLayer
+from .indicators import ASIC_LOST, DIAGNOSTICS_FAILED, UNPOWERED, indicators
+from .options import Options
+from .report import report
+from .step_generator import NEVER, StepGenerator
+
+LIGHTS_IN_TROUBLE = {
+    Trouble.REMOVED: UNPOWERED,
+    Trouble.FATAL_ERROR: DIAGNOSTICS_FAILED,
+    Trouble.ASIC_LOST: ASIC_LOST,
+}
+
+FATAL_CLEARS = (
+    StatusMsw.MODULE_OK
+    | StatusMsw.MOVING_CW
+    | StatusMsw.MOVING_CCW
+    | StatusMsw.ACCELERATING
+    | StatusMsw.DECELERATING
+).value
+"""What a fatal error clears; everything else stays as it was."""
+
+
+class Amci3601:
+    """A simulated AMCI 3601 bolted to a simulated machine; satisfies `runtime.loop.module.Module`.
+
+    Attributes:
+        trouble: the way in which it does not answer, if any; see `inject`.
+        indicators: the lights on its front.
+        events: what happened, in order of time; whoever drives the module empties it.
+
+    Args:
+        firmware: "2.0", "2.1", "2.2", "3.1" or "4.1", or a `Firmware`.
+        machine: what the motor turns and what the inputs are wired to; by default a machine
+            without switches.
+        options: model switches by name, see `Options`.
+        diagnostic_wiring: the step outputs are wired to the encoder inputs.
+
+    Raises:
+        ValueError: an unknown firmware or option.
+    """
+
+    def __init__(
+        self,
+        firmware: str | Firmware = "4.1",
+        machine: Machine | None = None,
+        options: Mapping[str, JsonValue] | None = None,
+        *,
+        diagnostic_wiring: bool = False,
+    ) -> None:
+        self.firmware = Firmware.parse(firmware) if isinstance(firmware, str) else firmware
+        self.machine = Machine() if machine is None else machine
+        self.options = Options.of(options)
+        self.events: list[Event] = []
+        self._tick_ns = 1000 * self.options.input_scan_us
+        self._diagnostic_wiring = diagnostic_wiring
+        self._now_ns = 0
+        self._plc_running = True
+        self._image = Image()
+        self._counting = False
+        self._segment: Segment | None = None
+        self._steps = -1  # of the motion, as reported last
+        self.trouble: Trouble | None = None
+        self.indicators = UNPOWERED
+        self._power_up()
+
+    def _power_up(self) -> None:
+        self.axis = StepGenerator(self.machine, diagnostic_wiring=self._diagnostic_wiring)
+        self.axis.advance(self._now_ns)
+        self.layer = CommandLayer(self.axis, self.firmware, self.options, self.events, self._now_ns)
+        self.layer.running = self._plc_running
+        self._acted_on: bytes | None = None  # the output words that the layer has seen
+        self._tick_due_ns = self._counts_due_ns = NEVER
+        self._due_ns = self._now_ns  # before this instant nothing changes but position and count
+        self._publish()
+
+    # -- the contract -------------------------------------------------------------------------
+
+    def update(self, now_ns: int, outputs: Image) -> Image:
+        """Advance to `now_ns` with `outputs` in force since the last call; return the input image then."""
+        if now_ns >= self._due_ns or outputs.raw.tobytes() != self._acted_on:
+            self._work(now_ns, outputs)
+        elif self._counting:
+            self._report_counts(now_ns)
+        elif self._segment is not None:
+            self._report_travel(now_ns, self._segment)
+        self._now_ns = now_ns
+        return self._image
+
+    def plc_run(self, running: bool) -> None:
+        """Tell whether the PLC is in run mode, from the last `update` on."""
+        if running != self._plc_running:
+            self._plc_running = running
+            self.look_again()
+
+    def power_cycle(self) -> None:
+        """Remove and restore power; the shaft stays where it is and the clock goes on."""
+        self._fall_silent()
+        self.trouble = None
+        self._power_up()
+
+    @property
+    def linked(self) -> bool:
+        """Whether the PLC reaches it; a module that has failed is reached and says so by MODULE_OK."""
+        return self.trouble in (None, Trouble.FATAL_ERROR)
+
+    @property
+    def under_way(self) -> str | None:
+        """The kind of the motion that runs, None while there is none."""
+        return self.layer.under_way
+
+    def inject(self, trouble: Trouble | None) -> None:
+        """Let the module stop answering in some way from the last `update` on; None lets it answer again.
+
+        Raises:
+            ValueError: None after a fatal error, which only `power_cycle` ends.
+        """
+        if trouble is None and self.trouble is Trouble.FATAL_ERROR:
+            raise ValueError("trouble None: a fatal error ends with a power cycle only")
+        if self.trouble is Trouble.REMOVED:
+            self.power_cycle()
+        self.trouble = trouble
+        if trouble in (Trouble.REMOVED, Trouble.FATAL_ERROR):
+            self._fall_silent()
+        self.look_again()
+
+    def _fall_silent(self) -> None:
+        """End the step output at the last `update`."""
+        self.axis.advance(self._now_ns)
+        self.axis.cut(self._now_ns)
+        self.layer.operation = None
+
+    def look_again(self) -> None:
+        """Let the next tick look at inputs and mode, whatever was foreseen: somebody has changed them."""
+        self._tick_due_ns = self._tick_at_or_after(self._now_ns)
+        self._due_ns = 0
+
+    # -- time ---------------------------------------------------------------------------------
+
+    def _work(self, now_ns: int, outputs: Image) -> None:
+        """Bring module and image up to `now_ns`."""
+        if self.trouble in (Trouble.REMOVED, Trouble.FATAL_ERROR):
+            self.axis.advance(now_ns)
+        else:
+            self._go_through(now_ns, outputs)
+        self._publish()
+        self._foresee()
+
+    def _go_through(self, now_ns: int, outputs: Image) -> None:
+        """Go through every instant up to `now_ns` at which something happens.
+
+        A tick at `now_ns` itself belongs to the next call, whose words it sees; a
+        motion's or a scan's end at `now_ns` belongs to this one.
+        """
+        words_due = NEVER
+        if outputs.raw.tobytes() != self._acted_on:
+            words_due = self._tick_at_or_after(self._now_ns)
+        while True:
+            change = self.axis.next_change_ns()
+            tick = min(self._tick_due_ns, words_due)
+            counts = self._counts_due_ns
+            if change <= now_ns and change <= min(tick, counts):
+                self._pass_change(change)
+            elif counts <= now_ns and counts <= tick:
+                self._pass_counts(counts)
+            elif tick < now_ns:
+                self._tick(tick, outputs)
+                words_due = NEVER
+            else:
+                break
+        self.axis.advance(now_ns)
+
+    def _tick(self, tick_ns: int, outputs: Image) -> None:
+        self.axis.advance(tick_ns)
+        if self.layer.running != (self._plc_running and self.trouble is None):
+            self._change_mode(tick_ns)
+        self.layer.tick(tick_ns, tuple(outputs), self.machine.levels(tick_ns))
+        self._acted_on = outputs.raw.tobytes()
+        self._tick_due_ns = self._next_tick(tick_ns)
+        wanted = self.layer.wants_counts(turning=self.machine.turning(tick_ns))
+        self._counts_due_ns = tick_ns + self._tick_ns if wanted else NEVER
+
+    def _change_mode(self, now_ns: int) -> None:
+        if self.layer.running:
+            self.layer.leave_run_mode(now_ns)
+        else:
+            self.layer.enter_run_mode()
+
+    def _pass_change(self, now_ns: int) -> None:
+        """A ramp or the motion ends here; an ended motion gets a tick, since more may be possible now."""
+        if self.axis.advance(now_ns):
+            self.layer.settle(now_ns)
+            self._tick_due_ns = self._tick_at_or_after(now_ns)
+
+    def _pass_counts(self, now_ns: int) -> None:
+        """A scan ends here whose encoder counts are acted on; a new course has its own inputs to expect."""
+        self._counts_due_ns = NEVER
+        self.axis.advance(now_ns)
+        course = self.axis.motion
+        self.layer.counted(now_ns)
+        if self.axis.motion is not course:
+            self._tick_due_ns = now_ns
+
+    def _next_tick(self, tick_ns: int) -> int:
+        """Return the next tick at which inputs will have changed or an operation wants to look."""
+        instant, wake = self.axis.next_input_ns(), self.layer.next_wake_ns(tick_ns)
+        if wake is not None:
+            instant = min(instant, wake)
+        return NEVER if instant == NEVER else max(self._tick_at_or_after(instant), tick_ns + self._tick_ns)
+
+    def _tick_at_or_after(self, instant_ns: int) -> int:
+        return -(-instant_ns // self._tick_ns) * self._tick_ns
+
+    def _foresee(self) -> None:
+        """Note until when nothing but the position can change."""
+        due_ns = min(self._tick_due_ns + 1, self._counts_due_ns, self.axis.next_change_ns())
+        self._due_ns = due_ns if self.trouble is None else 0
+        live = not self.layer.in_configuration_mode
+        self._counting = live and self.axis.counting
+        self._segment = self.axis.segment if live else None
+        if self.machine.events:
+            self.events.extend(self.machine.events)
+            self.machine.events.clear()
+
+    # -- the input image ----------------------------------------------------------------------
+
+    def _publish(self) -> None:
+        """Write the whole input image, as far as the PLC still sees the module, and set the lights."""
+        if self.trouble is None:
+            self._report()
+        elif self.trouble is Trouble.REMOVED:
+            self._image.clear()
+        elif self.trouble is Trouble.FATAL_ERROR:
+            self._image[0] = self._image[0] & ~FATAL_CLEARS
+        self._set_lights()
+
+    def _set_lights(self) -> None:
+        layer, trouble = self.layer, self.trouble
+        lights = LIGHTS_IN_TROUBLE.get(trouble) if trouble is not None else None
+        if lights is None:
+            moving = layer.operation is not None
+            lights = indicators(layer.latches.bits, moving=moving, linked=trouble is None)
+        if lights != self.indicators:
+            self.indicators = lights
+            fields: dict[str, JsonValue] = {
+                "module": lights.module.value,
+                "axis_ok": lights.axis_ok.value,
+                "axis_error": lights.axis_error.value,
+            }
+            text = f"Axis OK {lights.axis_ok.value}, Axis Err {lights.axis_error.value}"
+            self.events.append(Event(self.axis.now_ns, "indicator", "lights", text, fields))
+
+    def _report(self) -> None:
+        report(self.layer, self._image.words)
+        self._steps = -1
+
+    def _report_travel(self, now_ns: int, segment: Segment) -> None:
+        """Nothing but the position can have changed: the step count of the present segment."""
+        steps = segment.steps_at(now_ns)
+        if steps != self._steps:
+            self._steps = steps
+            words, motion = self._image.words, self.axis.motion
+            assert motion is not None
+            words[2], words[3] = split_reported(motion.origin + motion.direction * steps)
+
+    def _report_counts(self, now_ns: int) -> None:
+        """Nothing but position and encoder count can have changed."""
+        self.axis.advance(now_ns)
+        words = self._image.words
+        words[2], words[3] = split_reported(self.axis.position)
+        words[4], words[5] = split_reported(self.axis.encoder)

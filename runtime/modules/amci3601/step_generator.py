@@ -1,0 +1,311 @@
+"""The simulated axis: steps made in closed form, and a machine that they move.
+
+The generator holds at most one motion (a piecewise polynomial of time) and
+never loops over steps: it tells when the next thing happens that somebody has
+to act on, and where the axis is at any instant.
+
+The machine keeps its own, true position. It is brought up to date whenever the
+generator is advanced, so that switches and encoder follow the shaft and not
+the module's count.
+"""
+
+from __future__ import annotations
+
+from ....io_images.amci3601 import Configuration
+from ...kinematics import FOREVER, PICO, Motion, Profile, Rate, Segment, Shape, stopping_distance
+from ...kinematics import blend as plan_blend
+from ...kinematics import change_speed as plan_speed_change
+from ...kinematics import move as plan_move
+from ...kinematics import register as plan_register
+from ...kinematics import run as plan_run
+from ...kinematics import single_step as plan_single_step
+from ...kinematics import stop as plan_stop
+from ...machine import Machine
+from .axis import BlendProgram
+from .capabilities import Capabilities
+
+NEVER = FOREVER
+"""An instant that does not come (ns)."""
+
+
+class StepGenerator:
+    """An `Axis` whose steps are computed and whose motor turns a `Machine`.
+
+    Args:
+        machine: what the motor is coupled to.
+        diagnostic_wiring: the step outputs are wired to the encoder inputs
+            [chapter 1, Diagnostic Feedback Wiring].
+    """
+
+    capabilities = Capabilities()
+
+    def __init__(self, machine: Machine, *, diagnostic_wiring: bool = False) -> None:
+        self.machine = machine
+        self.position = 0
+        self.motion: Motion | None = None
+        self.segment: Segment | None = None
+        self._diagnostic_wiring = diagnostic_wiring
+        self._configuration: Configuration | None = None
+        self._start_sps = 1
+        self._steps_made = 0  # of the present motion, as far as the machine knows
+        self.now_ns = 0
+        self._encoder_offset = 0
+        self._encoder_held = 0
+        self._watched_steps: int | None = None
+        self._watched_counts: tuple[int, int] | None = None
+        self._marker_watched = False
+        self.marker_seen = False
+
+    # -- what it is doing ---------------------------------------------------------------------
+
+    @property
+    def moving(self) -> bool:
+        """Whether a motion is under way."""
+        return self.motion is not None
+
+    @property
+    def direction(self) -> int:
+        """+1 CW, -1 CCW while moving, else 0."""
+        return 0 if self.motion is None else self.motion.direction
+
+    @property
+    def ramp(self) -> int:
+        """+1 accelerating, -1 decelerating, 0 constant speed or at rest."""
+        return 0 if self.segment is None else self.segment.ramp
+
+    @property
+    def counting(self) -> bool:
+        """Whether the encoder words of the image are live."""
+        return self._configuration is not None and (
+            self._configuration.quadrature_encoder or self._configuration.diagnostic_feedback
+        )
+
+    @property
+    def encoder(self) -> int:
+        """Encoder or diagnostic count now; 0 where neither is configured (reading A-89)."""
+        return self._source_counts() + self._encoder_offset if self.counting else 0
+
+    def _source_counts(self) -> int:
+        if (
+            self._configuration is not None
+            and self._configuration.diagnostic_feedback
+            and self._diagnostic_wiring
+        ):
+            return self.position
+        return self.machine.encoder_counts(self.now_ns)
+
+    # -- time ---------------------------------------------------------------------------------
+
+    def advance(self, now_ns: int) -> bool:
+        """Bring count, machine and segment up to `now_ns`; return whether the motion ended by then."""
+        self._look_for_markers(now_ns)
+        self.now_ns = now_ns
+        motion = self.motion
+        if motion is None:
+            return False
+        steps = motion.steps_at(now_ns)
+        self._count(motion, steps)
+        if motion.end_ns is not None and now_ns >= motion.end_ns:
+            self._end(now_ns)
+            return True
+        self.segment = motion.segment_at(now_ns)
+        return False
+
+    def _count(self, motion: Motion, steps: int) -> None:
+        fresh = steps - self._steps_made
+        if fresh:
+            if self._marker_watched:
+                ahead = self.machine.steps_to_marker(motion.direction)
+                self.marker_seen = self.marker_seen or (ahead is not None and ahead <= fresh)
+            self.machine.follow(motion.direction, fresh, self.now_ns)
+            self._steps_made = steps
+            self.position = motion.origin + motion.direction * steps
+
+    def _look_for_markers(self, now_ns: int) -> None:
+        """Notice marker pulses that come by hand; those of the shaft are noticed as it turns."""
+        if self._marker_watched and not self.marker_seen:
+            pulse_ns = self.machine.next_marker_ns(self.now_ns)
+            self.marker_seen = pulse_ns is not None and pulse_ns <= now_ns
+
+    def _end(self, now_ns: int) -> None:
+        self.motion = None
+        self.segment = None
+        self._steps_made = 0
+        self._watched_steps = self._watched_counts = None
+        self._marker_watched = False
+        self.machine.rest(now_ns)
+
+    def next_change_ns(self) -> int:
+        """Instant of the next change of the ramp state or of the motion's end; NEVER if there is none."""
+        return NEVER if self.segment is None else self.segment.until_ns
+
+    def next_input_ns(self) -> int:
+        """Instant at which an input's level changes next, or something happens that is watched for."""
+        now_ns, machine = self.now_ns, self.machine
+        instants = [machine.next_change_ns(now_ns)]
+        if self.motion is not None:
+            direction = self.motion.direction
+            instants.append(self._when_made(machine.steps_to_switch(direction)))
+            if self._watched_steps is not None:
+                instants.append(self._when_made(self._watched_steps - self._steps_made))
+            if self._watched_counts is not None:
+                instants += self._when_counted(*self._watched_counts)
+            if self._marker_watched:
+                instants.append(self._when_made(machine.steps_to_marker(direction)))
+                instants.append(machine.next_marker_ns(now_ns))
+        return min((instant for instant in instants if instant is not None), default=NEVER)
+
+    def _when_made(self, steps: int | None) -> int | None:
+        """Instant at which `steps` more steps are made."""
+        if steps is None or self.motion is None or steps <= 0:
+            return None
+        return self.motion.instant_of(self._steps_made + steps)
+
+    def _when_counted(self, counts: int, direction: int) -> list[int | None]:
+        """Instants at which the encoder has come to `counts`, or at which to look again."""
+        source = counts - self._encoder_offset
+        if (self._source_counts() - source) * direction >= 0:
+            return []
+        if self.machine.turning(self.now_ns):
+            return [self.now_ns + 1]  # by hand and by the shaft at once: look at every tick
+        assert self.motion is not None
+        sense = self.motion.direction
+        return [self._when_made(self.machine.steps_to_counts(sense, source, self.now_ns))]
+
+    def watch_steps(self, steps: int) -> None:
+        """Ask for a tick when the motion has made `steps` steps."""
+        self._watched_steps = steps
+
+    def watch_counts(self, counts: int, direction: int) -> None:
+        """Ask for a tick when the encoder has come to `counts`, or past it in `direction`."""
+        self._watched_counts = counts, direction
+
+    def watch_marker(self) -> None:
+        """Ask for a tick at the next marker pulse, and forget those that have been."""
+        self._marker_watched = True
+        self.marker_seen = False
+
+    # -- commands -----------------------------------------------------------------------------
+
+    def configure(self, configuration: Configuration | None) -> None:
+        """Take over an accepted configuration; the encoder goes on from its last count."""
+        self._encoder_held = self.encoder if self.counting else self._encoder_held
+        self._configuration = configuration
+        if configuration is not None:
+            self._start_sps = configuration.starting_speed
+        self._encoder_offset = self._encoder_held - self._source_counts()
+
+    def move(self, now_ns: int, distance: int, profile: Profile) -> None:
+        """Start a move over `distance` steps (signed, not 0)."""
+        self._begin(plan_move(now_ns, self.position, distance, profile))
+
+    def step_slowly(self, now_ns: int, direction: int, speed_sps: int) -> None:
+        """Start a motion of a single step at `speed_sps`."""
+        self._begin(plan_single_step(now_ns, self.position, direction, speed_sps))
+
+    def pulse(self, now_ns: int, direction: int, steps: int = 1) -> None:
+        """Output step pulses at once."""
+        self.machine.follow(direction, steps, now_ns)
+        self.position += direction * steps
+        self.machine.rest(now_ns)
+
+    def run(self, now_ns: int, direction: int, profile: Profile, registration: int | None = None) -> None:
+        """Start a motion that lasts until it is stopped; what `register` will ask for makes no difference."""
+        self._begin(plan_run(now_ns, self.position, direction, profile))
+
+    def _begin(self, motion: Motion) -> None:
+        self.machine.depart(motion.start_ns)
+        self.motion = motion
+        self._steps_made = 0
+        self.segment = motion.segment_at(motion.start_ns)
+
+    def home(self, now_ns: int, direction: int, profile: Profile) -> None:
+        """The generator makes steps only; whoever commands it finds home."""
+        raise NotImplementedError
+
+    def change_speed(self, now_ns: int, profile: Profile) -> None:
+        """Ramp from the present speed to the profile's."""
+        if self.motion is not None:
+            self._replace(
+                now_ns,
+                plan_speed_change(
+                    self.motion,
+                    now_ns,
+                    profile.speed_sps,
+                    profile.acceleration_spmss,
+                    profile.deceleration_spmss,
+                    profile.shape,
+                ),
+            )
+
+    def register(self, now_ns: int, steps: int, deceleration_spmss: Rate, shape: Shape) -> None:
+        """End the motion after exactly `steps` more whole steps, deceleration included."""
+        if self.motion is not None:
+            start, speed = self._start_sps, self.motion.speed_at(now_ns)
+            least = -(-stopping_distance(speed, start, deceleration_spmss, shape) // PICO)
+            enough = max(steps, least)  # rounding of the ramp's time never costs the move
+            self._replace(
+                now_ns, plan_register(self.motion, now_ns, enough, start, deceleration_spmss, shape)
+            )
+
+    def blend(self, now_ns: int, direction: int, program: BlendProgram) -> None:
+        """Start a blend move over all segments of a stored program."""
+        self._begin(
+            plan_blend(
+                now_ns,
+                self.position,
+                direction,
+                self._start_sps,
+                program.segments,
+                program.final_deceleration,
+                program.final_shape,
+            )
+        )
+
+    def stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> None:
+        """Begin a controlled stop on a whole step.
+
+        A motion on its last ramp goes on with it, unless another ends sooner; any other begins to
+        brake now, even if that takes more steps than it had left (reading A-111).
+        """
+        if self.motion is None:
+            return
+        stopped = plan_stop(self.motion, now_ns, self._start_sps, deceleration_spmss, shape)
+        by_itself = self.motion.final_steps
+        assert stopped.final_steps is not None
+        if by_itself is None or stopped.final_steps < by_itself or not self.motion.on_last_ramp(now_ns):
+            self._replace(now_ns, stopped)
+
+    def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> int:
+        """Steps that a controlled stop beginning now would still make."""
+        if self.motion is None:
+            return 0
+        stopped = plan_stop(self.motion, now_ns, self._start_sps, deceleration_spmss, shape)
+        assert stopped.final_steps is not None
+        return stopped.final_steps - self._steps_made
+
+    def _replace(self, now_ns: int, motion: Motion) -> None:
+        """Go on with another plan of the same motion, whose step count continues."""
+        self.motion = motion
+        if motion.end_ns is not None and now_ns >= motion.end_ns:
+            self._end(now_ns)
+        else:
+            self.segment = motion.segment_at(now_ns)
+
+    def cut(self, now_ns: int) -> None:
+        """End the step output at once; steps already made stay counted."""
+        if self.motion is not None:
+            self._end(now_ns)
+
+    def preset_position(self, value: int) -> None:
+        """Let the present position be `value`; the encoder or diagnostic count is not touched."""
+        count = self.encoder
+        self.position = value
+        self.preset_encoder(count)
+
+    def preset_encoder(self, value: int) -> None:
+        """Let the present encoder count be `value`."""
+        self._encoder_offset = value - self._source_counts()
+
+    def reset_errors(self) -> None:
+        """There are none."""
