@@ -1,8 +1,32 @@
-"""Logic: rungs, in Python or as text, and plain functions of the scan.
+"""Ladder logic: rungs in Python or as text, checked, compiled, interpreted, drawn and debugged.
 
-A program is declared tags and routines (`Program`); a scan loop gets it as a
-callable and knows nothing of where it came from. A plain Python function of one
-argument, the scan, is logic just as well.
+A program is declared tags and routines (`Program`). A scan loop calls it like any function of the scan,
+which is logic just as well. The files, from the bottom up; each imports only from lines above its own:
+
+| file | does |
+|---|---|
+| `errors`, `arithmetic`, `types` | messages and faults; how Logix computes; data types |
+| `tree`, `operators`, `scanner`, `expressions` | the tree, its operators; expressions from text |
+| `tags`, `memory` | declared tags to leaves; a program's values |
+| `operands`, `regions` | resolved operands; stretches of memory as bytes |
+| `tagref`, `spec`, `operand_checks` | Python operands; one instruction, its uses; what a use accepts |
+| `resolver`, `lowered`, `fault_log`, `view` | resolving addresses; a program ready to run, its faults, its tags |
+| `interpreter/`, `engine`, `compiler/` | the two back ends: rungs, power, values; one running program |
+| `instructions/` | what each instruction does in both back ends: one file per family, one row each |
+| `text`, `addon`, `front` | rungs from text; add-on instructions; rungs from Python |
+| `lowering`, `checks`, `logic` | tree to lowered program; checks of the whole; `Program` |
+| `rungreader`, `rungfile`, `steps`, `program` | `.rung` files; `.steps` files; any program from a file |
+| `debug/`, `draw/` | breakpoints, forces, why, cross reference; rungs as characters and SVG |
+
+To add an instruction:
+
+1. In the file of its family in `instructions/`, write its row, the functions that the row names, and the
+   name in `__all__`. `spec.Spec` says what the functions get and return.
+2. In `tests/manual/test_ladder_semantics_*.py`, add a row with the manual's page.
+3. In `docs/ladder.md`, add its name to the list; a test compares the list with the rows.
+
+A use of operands that no instruction has yet is one more member of `spec.Use`, with its row in
+`operand_checks.OPERAND_CHECKS`.
 """
 
 from .checks import REPEATED_COILS, REPEATED_TIMERS
