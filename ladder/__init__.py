@@ -6,7 +6,7 @@ which is logic just as well. The files, from the bottom up; each imports only fr
 | file | does |
 |---|---|
 | `errors`, `arithmetic`, `types` | messages and faults; how Logix computes; data types |
-| `tree`, `operators`, `scanner`, `expressions` | the tree, its operators; expressions from text |
+| `tree`, `operators`, `scanner`, `expressions` | the tree and its operators; expressions from text |
 | `tags`, `memory` | declared tags to leaves; a program's values |
 | `operands`, `regions` | resolved operands; stretches of memory as bytes |
 | `tagref`, `spec`, `operand_checks` | Python operands; one instruction, its uses; what a use accepts |
