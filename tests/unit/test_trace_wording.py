@@ -95,6 +95,15 @@ def test_scans_are_folded_over_all_slots_and_counted() -> None:
     assert texts(scan(0, {}), scan(1, {13: 1})) == ["... 1 scan in which only the encoder count changed"]
 
 
+def test_what_was_folded_earlier_is_not_told_again() -> None:
+    assert texts(scan(0, {}), scan(1, {13: 1}), scan(2, {8: 1, 13: 1}), scan(3, {8: 1, 11: 1, 13: 1}))[
+        ::2
+    ] == [
+        "... 1 scan in which only the encoder count changed",
+        "... 1 scan in which only the position changed",
+    ]
+
+
 def test_a_change_of_the_echo_in_configuration_mode_is_not_folded() -> None:
     assert texts(scan(0, {8: 0xC000}), scan(1, {8: 0xC000, 10: 1}))[1:] == ["another configuration echoed"]
 
