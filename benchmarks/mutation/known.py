@@ -98,6 +98,13 @@ EQUIVALENT = (
         "64",
         "no tag is wider than the computation whose result it takes",
     ),
+    Equivalent(
+        "runtime/controllers/pmc006/pins.py",
+        "Switch.next_change",
+        "direction > 0",
+        "direction >= 0",
+        A_DIRECTION,
+    ),
     Equivalent("traces/export/vcd.py", "_lines", "True", "False", "both have a row for each value"),
     Equivalent("traces/packed.py", "PackedScans.__init__", "1", "2", "how well it compresses shows nowhere"),
     Equivalent(f"{LAYER}/configuring.py", "", "1", "2", "bit 0 is live, and no latch has it"),

@@ -7,6 +7,7 @@ from math import cos, pi, sin
 import pytest
 from bench006 import MS, Bench006
 from scanrack.io_images.pmc006.status import Status1, Status2
+from scanrack.runtime.controllers.pmc006.line import Pmc006
 from scanrack.runtime.controllers.pmc006.pins import Pin, Switch
 from scanrack.runtime.controllers.pmc006.ramps import Speeds, plan_move, plan_run, plan_slowing
 
@@ -91,6 +92,29 @@ def test_4_3_8_slowing_ends_on_a_whole_step_after_the_ramp() -> None:
     assert slowing.final_steps is not None
     assert 0 <= slowing.final_steps - running.travel_at(2 * 10**9) / 1e12 - ramp < 1
     assert slowing.speed_at((slowing.end_ns or 0) - 1000) == pytest.approx(700_000, rel=1e-3)
+
+
+@pytest.mark.parametrize("at_ns", [1_500_000_000, 1_500_000_001, 1_777_123_457, 2_345_678_901])
+def test_4_3_8_slowing_ends_when_a_whole_step_is_made(at_ns: int) -> None:
+    running = plan_run(0, 0, 1, Speeds(600, 5000, 600, 3, 3))
+    slowing = plan_slowing(running, at_ns, 700, 3)
+    assert slowing.end_ns is not None
+    # the last ns at 700 steps/s: within 2 ns' way of the step, 1.4e-6
+    assert slowing.travel_at(slowing.end_ns - 1) / 1e12 == pytest.approx(slowing.final_steps, abs=2e-6)
+    assert slowing.travel_at(slowing.end_ns - 1_000_000) / 1e12 < (slowing.final_steps or 0) - 0.6
+
+
+def test_4_3_4_the_position_is_a_signed_number_of_32_bits() -> None:
+    """[4.1.4]"""
+    axis = Bench006().controller.axis
+    for position, steps, after in ((2**31 - 1, 1, -(2**31)), (-(2**31), -1, 2**31 - 1), (0, 7, 7)):
+        axis.position = position
+        axis.physical += steps
+        assert axis.position == after
+
+
+def test_4_1_2_a_controller_from_the_factory_is_at_255() -> None:
+    assert Pmc006().controller.address == 0xFF
 
 
 def test_4_3_1_a_move_counts_and_busy_tells_of_it() -> None:

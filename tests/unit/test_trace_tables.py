@@ -5,11 +5,13 @@ from __future__ import annotations
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
 from made_traces import A3601, idle, record
 from scanrack.traces import flags, limits
 from scanrack.traces.compare.before import rules_in
-from scanrack.traces.plot.axis import STEPS_NS
+from scanrack.traces.plot.axis import STEPS_NS, label
+from scanrack.traces.plot.pack import whole
 from scanrack.traces.reader import open_trace
 
 S = 1_000_000_000
@@ -37,6 +39,25 @@ def test_ticks_stand_at_round_times() -> None:
         whole = next((unit for unit in (S, MINUTE, HOUR, DAY) if step <= unit), None)
         assert (whole % step if whole else step % DAY) == 0
     assert {S // 1000, 30 * S, 30 * MINUTE, DAY, 100 * DAY} <= set(STEPS_NS)
+
+
+@pytest.mark.parametrize(
+    ("time_ns", "step_ns", "said"),
+    [
+        (1_230_000_000, 10_000_000, "1.23"),
+        (1_000_000_000, 1_000_000_000, "1"),
+        (1_000_000_001, 1, "1.000000001"),
+        (1_200_000_000, 200_000_000, "1.2"),
+    ],
+)
+def test_a_tick_has_as_many_decimals_as_its_distance_needs(time_ns: int, step_ns: int, said: str) -> None:
+    assert label(time_ns, step_ns, "s") == said
+
+
+def test_values_of_a_chart_are_cut_to_32_bits_and_none_is_taken_for_a_missing_one() -> None:
+    most = 2**31 - 1
+    values = np.array([most, -most, 3e9, -3e9, np.inf, np.nan, 0.5, 1.5])
+    assert whole(values).tolist() == [most, -most, most, -most, most, -most - 1, 0, 2]
 
 
 def test_the_rules_told_of_a_scan_are_its_own_and_of_these_slots(tmp_path: Path) -> None:
