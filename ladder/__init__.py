@@ -10,7 +10,7 @@ which is logic just as well. The files, from the bottom up; each imports only fr
 | `tags`, `memory` | declared tags to leaves; a program's values |
 | `operands`, `regions` | resolved operands; stretches of memory as bytes |
 | `tagref`, `spec`, `operand_checks` | Python operands; one instruction, its uses; what a use accepts |
-| `resolver`, `lowered`, `fault_log`, `view` | addresses to operands; a program ready to run; its faults, its tags |
+| `resolver`, `lowered`, `fault_log`, `view` | addresses to operands; a program ready to run; faults; tags |
 | `interpreter/`, `engine`, `compiler/` | the two back ends: rungs, power, values; one running program |
 | `instructions/` | what each instruction does in both back ends: one file per family, one row each |
 | `text`, `addon`, `front` | rungs from text; add-on instructions; rungs from Python |

@@ -63,7 +63,7 @@ ROUTINES = (LOGIC, OTHERWISE, PRESCAN)
 """Routines that a definition may have; Logic it must have."""
 
 ENABLES = ("EnableIn", "EnableOut")
-"""Members of every instance: the rung in front of the call, and behind it."""
+"""Members of every instance: the rung before the call, and after it."""
 
 REFUSED = ("JSR", "SBR", "RET")
 """Instructions that do not stand in a definition: it knows no routines but its own [1756-PM010]."""
@@ -73,9 +73,9 @@ class Way(Enum):
     """How a parameter goes between a call and its instance."""
 
     INPUT = "INPUT"
-    """By value, in front of the routine."""
+    """By value, before the routine runs."""
     OUTPUT = "OUTPUT"
-    """By value, behind the routine."""
+    """By value, after the routine has run."""
     INOUT = "INOUT"
     """By reference: the routine works on the caller's tag itself."""
     LOCAL = "LOCAL"
@@ -92,7 +92,7 @@ class Parameter:
         way: how it goes between call and instance.
         dims: length per dimension, none for a single value.
         required: whether the call names what it stands for; an INOUT always is.
-        comment: what is said of it.
+        comment: its comment.
     """
 
     name: str
@@ -111,7 +111,7 @@ class AddOn:
         name: its name.
         parameters: parameters and local tags, in order.
         routines: Logic, EnableInFalse, Prescan.
-        comment: what is said of it.
+        comment: its comment.
 
     Raises:
         LadderError: it has no Logic, a name is taken or means nothing, or an instruction has no place in it.
@@ -187,7 +187,7 @@ class AddOn:
         return Structure(self.name, tuple(own))
 
     def routine(self, name: str) -> Routine | None:
-        """Return the routine of that name, in any case; None if there is none."""
+        """Return the routine of that name, in any case; None without one."""
         return next((each for each in self.routines if each.name.upper() == name.upper()), None)
 
 
@@ -201,7 +201,7 @@ def _is_flag(address: Address) -> bool:
 
 
 def _addresses(instruction: Instruction) -> Iterator[Address]:
-    """Yield the addresses of tags that an instruction uses; labels are none."""
+    """Yield the addresses of tags that an instruction uses; labels are not tags."""
     for use, operand in zip(_uses(instruction), instruction.operands, strict=False):
         if use not in (Use.LABEL, Use.MODE):
             yield from addresses_in(operand)
@@ -238,11 +238,11 @@ def expand(definition: AddOn, call: Instruction) -> Expansion:
         call: its call, with as many operands as it takes.
 
     Raises:
-        LadderError: an operand is none that its parameter takes.
+        LadderError: a parameter does not take its operand.
     """
     instance = call.operands[0]
     if not isinstance(instance, Address):
-        raise LadderError(f"{instance} is no instance of {definition.name}")
+        raise LadderError(f"{instance} is not an instance of {definition.name}")
     arguments = dict(zip((each.name for each in definition.required), call.operands[1:], strict=True))
     meanings = {name.upper(): member_of(instance, name) for name in ENABLES}
     inputs, outputs = [], []
@@ -255,7 +255,7 @@ def expand(definition: AddOn, call: Instruction) -> Expansion:
             inputs.append(_copy(each, argument, here))
             continue
         if not isinstance(argument, Address):
-            raise LadderError(f"{each.name} of {definition.name} needs a tag; {argument} is none")
+            raise LadderError(f"{each.name} of {definition.name} needs a tag, not {argument}")
         if each.way is Way.OUTPUT:
             outputs.append(_copy(each, here, argument))
         else:
@@ -288,7 +288,7 @@ def _contact(parameter: Parameter, source: Operand) -> Instruction:
     if isinstance(source, Address):
         return Instruction("XIC", (source,))
     if str(source) not in ("0", "1"):
-        raise LadderError(f"{parameter.name} needs a bit, 0 or 1; {source} is none")
+        raise LadderError(f"{parameter.name} needs a bit, 0 or 1, not {source}")
     return Instruction("NOP" if str(source) == "1" else "AFI")
 
 

@@ -72,7 +72,7 @@ def remainder(a: int, b: int) -> int:
 
 
 def real_remainder(a: float, b: float) -> float:
-    """The same for REAL values; NaN if there is none.
+    """The same for REAL values; NaN where it is undefined.
 
     >>> real_remainder(-7.5, 2.0)
     -1.5

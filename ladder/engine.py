@@ -18,7 +18,7 @@ from .memory import Memory, Value
 from .view import Tags
 
 STEP_MS = 10
-"""Time from scan to scan in `step`, unless it is told."""
+"""Default time from scan to scan in `step`, ms."""
 
 
 class Engine:

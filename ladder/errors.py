@@ -14,7 +14,7 @@ class RungTextError(LadderError):
     """Rung text with an error; names file, rung, line, column and what was expected.
 
     Attributes:
-        file: the file, "" if there is none.
+        file: the file, "" without one.
         line: line in the file, from 1.
         column: column in that line, from 1.
         rung: number of the rung in its routine, None outside of rungs.
@@ -36,7 +36,7 @@ class Problem:
 
     Attributes:
         where: routine and rung, or the tag.
-        rung: the rung as text, "" if it is no rung.
+        rung: the rung as text, "" if it is not a rung.
         text: what is wrong, with the value and what is allowed.
         remedy: what helps.
     """

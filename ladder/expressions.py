@@ -254,7 +254,7 @@ def parse_address(text: str) -> Address:
     'Local:1:I.Data[0].14'
 
     Raises:
-        RungTextError: it is no address.
+        RungTextError: it is not an address.
     """
     parser = ExpressionParser(text, file="", line=1, rung=None)
     address = parser.address()
@@ -267,7 +267,7 @@ def parse_expression(text: str) -> Operand:
     """Read an expression, a number or an address.
 
     Raises:
-        RungTextError: it is none.
+        RungTextError: it is not an expression.
     """
     parser = ExpressionParser(text, file="", line=1, rung=None)
     operand = parser.whole_expression()

@@ -38,7 +38,7 @@ class FaultLog:
         self._any = memory.layout.leaf("S:MINOR")
 
     def new_scan(self, now_ns: int) -> None:
-        """Start a scan: every instruction may be told of again."""
+        """Start a scan: each instruction may record one minor fault again."""
         self.now_ns = now_ns
         self._jumps = 0
         if self._told:

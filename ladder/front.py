@@ -45,10 +45,10 @@ class RungMaker:
 
         Args:
             elements: tags, instructions, lists as branches; or one str of rung text.
-            comment: what is said of it.
+            comment: its comment.
 
         Raises:
-            LadderError: something is no part of a rung; file and line, and a remedy.
+            LadderError: something is not part of a rung; file and line, and a remedy.
         """
         caller = sys._getframe(1)
         origin = Origin(caller.f_code.co_filename, caller.f_lineno)
@@ -93,7 +93,7 @@ def _element(given: object) -> Element:
     if isinstance(given, str):
         return Instruction("XIC", (operand_of(given),))
     what = f"the expression {given}" if isinstance(given, Expression) else repr(given)
-    raise LadderError(f"{what} is no part of a rung; write a tag, an instruction, or a list as a branch")
+    raise LadderError(f"{what} is not part of a rung; write a tag, an instruction, or a list as a branch")
 
 
 def make(name: str, *given: object) -> Instruction:

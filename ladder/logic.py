@@ -42,7 +42,7 @@ MOST_BYTES = 1 << 25
 class Program:
     """Tags and routines; callable as the logic of a rack.
 
-    It is built when it is first used: then every mistake is told at once, and nothing can be
+    It is built when it is first used: then one error lists all mistakes, and nothing can be
     added any more. Calling it runs it compiled, on memory that `tags` shows.
 
     Attributes:
@@ -92,13 +92,13 @@ class Program:
             kind: their type; for instances, the add-on instruction.
             dims: length per dimension, for arrays.
             initial: what they start with; None = zero.
-            comment: what is said of them.
+            comment: their comment.
 
         Returns:
             The tag, or a tuple of them, for use in rungs.
 
         Raises:
-            LadderError: a name is taken or is none, or the dimensions are not allowed.
+            LadderError: a name is taken or not allowed, or the dimensions are not allowed.
         """
         if isinstance(kind, AddOn):
             self.use(kind)
@@ -123,12 +123,12 @@ class Program:
         """Add a declaration.
 
         Raises:
-            LadderError: its name is taken or is none, or its dimensions are not allowed.
+            LadderError: its name is taken or not allowed, or its dimensions are not allowed.
         """
         self._refuse_if_built()
         name = declaration.name
         if not name.isidentifier() or not name.isascii():
-            raise LadderError(f"{name!r} is no name of a tag: letters, digits and _ are allowed")
+            raise LadderError(f"{name!r} is not a tag name: letters, digits and _ are allowed")
         if name.upper() in self._names:
             raise LadderError(f"tag {name} is declared twice; names do not depend on case")
         dims = declaration.dims if isinstance(declaration, Tag) else ()
@@ -176,7 +176,7 @@ class Program:
 
     def _refuse_name(self, name: str) -> None:
         if not name.isidentifier():
-            raise LadderError(f"{name!r} is no name of a routine: write it as a function with a name")
+            raise LadderError(f"{name!r} is not a routine name: write a function with a name")
         taken = [each.name for each in self.routines] + list(self.functions)
         if name.upper() in map(str.upper, taken):
             raise LadderError(f"there are two routines {name}")
@@ -272,7 +272,7 @@ class Program:
         """Return the rung text of a routine.
 
         Raises:
-            LadderError: there is none of that name.
+            LadderError: that name is unknown.
         """
         for each in self.routines:
             if each.name.upper() == routine.upper():

@@ -15,7 +15,7 @@ from .tree import Operand, Origin
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """Operands of JSR: whom, with what, and where the answers go.
+    """Operands of JSR: the routine, the values in, the tags for the values out.
 
     Attributes:
         routine: name in capitals.
@@ -57,13 +57,13 @@ class AddOnCall:
     Attributes:
         name: the add-on.
         instance: the instance's tag.
-        enable_in: told whether the rung is true in front of the call.
-        enable_out: tells whether it is behind it.
+        enable_in: bit that holds the rung before the call.
+        enable_out: bit that holds the rung after the call.
         inputs: what copies the arguments in, each run as a rung of its own.
         outputs: what copies the results out.
         logic: the routine for a true rung, in capitals.
-        otherwise: the one for a false rung, None if there is none.
-        prescan: the one that runs in prescan, None if there is none.
+        otherwise: the one for a false rung, None without one.
+        prescan: the one that runs in prescan, None without one.
     """
 
     name: str
@@ -136,7 +136,7 @@ class LoweredRoutine:
     Attributes:
         name: its name.
         lines: its rungs.
-        labels: number of the rung that a label stands in front of, by label in capitals.
+        labels: number of the rung that a label begins, by label in capitals.
         parameters: what SBR takes, None without SBR.
     """
 
@@ -158,7 +158,7 @@ class Lowered:
         functions: routines in Python, by name in capitals.
         sites: every instruction, for messages.
         presets: initial values of PRE and ACC from the rungs, by path.
-        flags: whether a rung uses S:V, S:Z, S:N or S:C; otherwise nobody keeps them.
+        flags: whether a rung uses S:V, S:Z, S:N or S:C; otherwise they are not kept.
         override: whether there is an MCR.
     """
 

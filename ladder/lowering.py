@@ -189,7 +189,7 @@ class Lowering:
     def _operand(self, use: Use, operand: Operand) -> Any:
         if use in (Use.LABEL, Use.MODE):
             if not isinstance(operand, Address) or operand.steps:
-                raise OperandError(f"{operand} is no name", "write a name")
+                raise OperandError(f"{operand} is not a name", "write a name")
             return operand.name.upper()
         resolved = self.resolver.operand(operand)
         self._note_flags(operand)
@@ -214,10 +214,12 @@ class Lowering:
                 continue
             if not isinstance(operand, Number) or not isinstance(operand.value, int):
                 raise OperandError(
-                    f"{name} {operand} is no whole number", f"write a number, or MOV to .{name}"
+                    f"{name} {operand} is not a whole number", f"write a number, or MOV to .{name}"
                 )
             if not DINT.lowest <= operand.value <= DINT.highest:
-                raise OperandError(f"{name} {operand} is no DINT", f"write a number up to {DINT.highest:,}")
+                raise OperandError(
+                    f"{name} {operand} is not a DINT", f"write a number up to {DINT.highest:,}"
+                )
             place = structure.member(name)
             if place.fixed_index is None or place.leaf.dims:
                 raise OperandError(

@@ -1,7 +1,7 @@
-"""A program's memory: one cell per leaf, shared by the compiled program and whoever looks at it.
+"""A program's memory: one cell per leaf, shared by the compiled program and its readers.
 
 A cell is a cell of a Python closure: the compiled program reads and writes it as a
-variable, everybody else through `cell_contents`. An array is one list that stays
+variable, all others through `cell_contents`. An array is one list that stays
 the same list; an image is the eight words of the rack.
 """
 
@@ -134,13 +134,13 @@ class Memory:
 
     def _load_array(self, path: str, kind: DataType, dims: tuple[int, ...], at: int, value: Any) -> None:
         if isinstance(value, str) or not isinstance(value, Sequence) or len(value) > dims[0]:
-            raise ValueError(f"{path}: {value!r} is no list of up to {dims[0]} values")
+            raise ValueError(f"{path}: {value!r} is not a list of up to {dims[0]} values")
         for number, each in enumerate(value):
             self.load(path, kind, dims[1:], at * dims[0] + number, each)
 
     def _load_structure(self, path: str, kind: Structure, at: int, value: Any) -> None:
         if not isinstance(value, Mapping):
-            raise ValueError(f"{path}: {value!r} is no dict of members of {kind.name}")
+            raise ValueError(f"{path}: {value!r} is not a dict of members of {kind.name}")
         for name, each in value.items():
             member = kind.member(name)
             if member is None:
@@ -178,13 +178,13 @@ def checked(name: str, kind: Elementary, value: object) -> Value:
     if kind.is_bool:
         if value in (0, 1) and isinstance(value, int):
             return bool(value)
-        raise ValueError(f"{name}: {value!r} is no BOOL: allowed are False and True")
+        raise ValueError(f"{name}: {value!r} is not a BOOL: allowed are False and True")
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise ValueError(f"{name}: {value!r} is no {kind.name}")
+        raise ValueError(f"{name}: {value!r} is not of type {kind.name}")
     if kind.is_real:
         return real(value)
     if isinstance(value, float):
-        raise ValueError(f"{name}: {value!r} is no {kind.name}: a whole number is needed")
+        raise ValueError(f"{name}: {value!r} is not of type {kind.name}: a whole number is needed")
     if not kind.lowest <= value <= kind.highest:
         raise ValueError(f"{name}: {value} is out of range: allowed are {kind.lowest} to {kind.highest}")
     return value

@@ -25,7 +25,7 @@ class Place:
         indices: one per dimension of the leaf.
         bit: the bit meant, None for the whole value.
         text: the address as written.
-        array: dimensions of the array of which it is an element, none if it is no element.
+        array: dimensions of the array of which it is an element, none if it is not an element.
     """
 
     leaf: Leaf
@@ -66,7 +66,7 @@ class Group:
         dims: dimensions that are left.
         layout: the memory it is in.
         text: the address as written.
-        array: dimensions of the array of which it is an element, none if it is no element.
+        array: dimensions of the array of which it is an element, none if it is not an element.
     """
 
     type: DataType

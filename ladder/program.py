@@ -29,7 +29,7 @@ DEFAULT_FUNCTION = "logic"
 """The function that is called once per scan, if the address names no other."""
 
 LADDER_NAME = "program"
-"""The ladder program that is run, if there is no such function."""
+"""The ladder program that is run instead, if the file has no such function."""
 
 
 class Form(StrEnum):
@@ -91,7 +91,7 @@ def program_form(path: PurePath) -> Form:
     """Return what `load_program` does with a file.
 
     Raises:
-        ProgramError: nothing: this is no program.
+        ProgramError: it is not a program.
     """
     if path.suffix not in FORMS:
         raise ProgramError(f"{path}: a program is a .py, a .rung or a .steps file")
@@ -188,7 +188,7 @@ def _check_text(path: Path, data: bytes) -> None:
     try:
         importlib.util.decode_source(data)
     except (SyntaxError, UnicodeDecodeError) as error:
-        raise ProgramError(f"{path}: the program is no text in UTF-8: {error}") from None
+        raise ProgramError(f"{path}: the program is not UTF-8 text: {error}") from None
 
 
 def _execute(path: Path, data: bytes) -> ModuleType:

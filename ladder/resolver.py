@@ -1,4 +1,4 @@
-"""Addresses to places in memory: who is meant, of which type, and is there such an element.
+"""Resolve addresses: tag, type, bounds.
 
 | address | means |
 |---|---|
@@ -168,7 +168,7 @@ class Resolver:
         parts = "Data[0] to Data[7], Data0 to Data7"
         if not output:
             parts += ", ModuleOK, ConfigError, ConfigMode and Fault"
-        raise AddressError(f"{shown} is no part of a module", f"there are {parts}, and bits of words")
+        raise AddressError(f"{shown} is not part of a module", f"there are {parts}, and bits of words")
 
     def _module(self, slot: int, output: bool, shown: Address) -> Group:
         self._layout.image(slot, output=output)
@@ -187,12 +187,12 @@ class Resolver:
             return self._local(alias.slot, names[0] == "O", steps[1:], shown)
         if not names or names[0] not in MEANINGS:
             parts = f"parts of {alias.name} are status, command, config, I and O"
-            raise AddressError(f"{shown} is no part of a module", parts)
+            raise AddressError(f"{shown} is not part of a module", parts)
         output, bits = MEANINGS[names[0]]
         if len(names) < 2 or len(steps) > 2 or names[1] not in bits:
             close = difflib.get_close_matches(names[1] if len(names) > 1 else "", bits, n=1)
             hint = f"did you mean {close[0]}" if close else f"bits are {', '.join(bits)}"
-            raise AddressError(f"{shown} is no bit of {alias.name}.{names[0].lower()}", hint)
+            raise AddressError(f"{shown} is not a bit of {alias.name}.{names[0].lower()}", hint)
         word, bit = bits[names[1]]
         leaf = self._layout.image(alias.slot, output=output)
         return Place(leaf, (constant(word),), constant(bit), str(shown))
@@ -218,7 +218,7 @@ class Resolver:
     def _subscript(self, here: Group, step: SubscriptStep | WordStep) -> Group:
         given: tuple[Operand, ...] = (number(step.index),) if isinstance(step, WordStep) else step.indices
         if len(given) != len(here.dims):
-            what = f"has {len(here.dims)} dimensions" if here.dims else "is no array"
+            what = f"has {len(here.dims)} dimensions" if here.dims else "is not an array"
             text = f"{here.path} {what}, {len(given)} subscripts are given"
             raise AddressError(text, "give one per dimension")
         indices = tuple(self._index(each, here.path) for each in given)
@@ -232,7 +232,9 @@ class Resolver:
     def _index(self, operand: Operand, path: str) -> Resolved:
         resolved = self.operand(operand)
         if not is_integer(resolved):
-            raise AddressError(f"subscript {operand} of {path} is no integer", "use an integer tag or number")
+            raise AddressError(
+                f"subscript {operand} of {path} is not an integer", "use an integer tag or number"
+            )
         return resolved
 
     def _member(self, here: Group, name: str) -> Group:

@@ -8,11 +8,11 @@
     SLOT axis : 1
     ALIAS Go : Local:1:I.Data[1].2
     ROUTINE Main
-    // said of the rung below
+    // a comment on the rung below
     [XIC(Go),XIC(Run)]XIO(axis.status.INPUT_ERROR)OTE(Run);
     END
 
-Add-on instructions stand in front of the tags that are their instances, see `addon`. The first
+Add-on instructions stand before the tags that are their instances, see `addon`. The first
 routine is the main one unless PROGRAM says `MAIN name`. A rung ends with
 its semicolon and may take several lines; `//` starts a comment.
 """

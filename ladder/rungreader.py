@@ -43,7 +43,7 @@ def load_library(name: str) -> Library:
     """Read a library that comes with scanrack.
 
     Raises:
-        LadderError: there is none of that name.
+        LadderError: that name is unknown.
     """
     if name.lower() not in LIBRARIES:
         raise LadderError(f"there is no library {name}; there are {', '.join(LIBRARIES)}")

@@ -17,7 +17,7 @@ class Scanner:
         text: what is read.
         file: where it is from, for messages.
         line: number of its first line.
-        rung: number of the rung, None if it is no rung.
+        rung: number of the rung, None if it is not a rung.
     """
 
     def __init__(self, text: str, *, file: str, line: int, rung: int | None) -> None:

@@ -141,7 +141,7 @@ def operand_of(given: object) -> Operand:
     if isinstance(given, Expression):
         return given.operand
     if isinstance(given, bool) or not isinstance(given, (int, float, str)):
-        raise LadderError(f"{given!r} is no operand; write a tag, a number or an address as text")
+        raise LadderError(f"{given!r} is not an operand; write a tag, a number or an address as text")
     return parse_expression(given) if isinstance(given, str) else number(given)
 
 

@@ -26,7 +26,7 @@ class Tag:
         type: its type.
         dims: length per dimension, none for a single value.
         initial: what it starts with: a value, a list per dimension, a dict of members; None = zero.
-        comment: what is said of it.
+        comment: its comment.
     """
 
     name: str

@@ -59,11 +59,11 @@ def parse_rung(
         file: where it is from, for messages.
         line: its first line there.
         rung: its number in its routine.
-        comment: what is said of it.
-        specs: the instructions that there are, by name in capitals.
+        comment: its comment.
+        specs: the known instructions, by name in capitals.
 
     Raises:
-        RungTextError: it is no rung; where, and what was expected.
+        RungTextError: it is not a rung; where, and what was expected.
     """
     parser = RungParser(text, file=file, line=line, rung=rung, specs=specs)
     series = parser.series()
@@ -80,8 +80,8 @@ class RungParser(ExpressionParser):
         text: what is read.
         file: where it is from, for messages.
         line: number of its first line.
-        rung: number of the rung, None if it is no rung.
-        specs: the instructions that there are, by name in capitals.
+        rung: number of the rung, None if it is not a rung.
+        specs: the known instructions, by name in capitals.
     """
 
     def __init__(

@@ -254,7 +254,7 @@ class Rung:
 
     Attributes:
         series: its instructions and branches from left to right.
-        comment: what is said of it.
+        comment: its comment.
         origin: where it was written; no part of its identity.
     """
 

@@ -60,7 +60,7 @@ class Elementary:
 
     @property
     def zero(self) -> bool | int | float:
-        """Value of a tag that nobody has written."""
+        """Initial value of a tag without one of its own."""
         return False if self.is_bool else 0.0 if self.is_real else 0
 
 
@@ -104,7 +104,7 @@ class Structure:
     hidden: tuple[Member, ...] = field(default=())
 
     def member(self, name: str) -> Member | None:
-        """Return the member of that name in any case, None if there is none."""
+        """Return the member of that name in any case, None without one."""
         wanted = name.upper()
         return next((member for member in self.members if member.name.upper() == wanted), None)
 
@@ -112,7 +112,7 @@ class Structure:
 DataType = Elementary | Structure
 
 HIDDEN = "~"
-"""What the path of a hidden member has in front of its name."""
+"""Prefix of a hidden member's name in its path."""
 
 
 def _status(*names: str) -> tuple[Member, ...]:

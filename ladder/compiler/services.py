@@ -79,7 +79,7 @@ class Services:
         return math.remainder(a, b)
 
     def real_result(self, site: int, value: float, *operands: float) -> float:
-        """Round a REAL result; tell if it is none though the operands are."""
+        """Round a REAL result; record a fault if it is not finite though its operands are."""
         result = math.real(value)
         if not math.finite(result) and all(map(math.finite, operands)):
             self._fault_log.overflow(site)

@@ -95,7 +95,7 @@ class Values:
     # --- writing
 
     def assign(self, place: Place, text: str) -> None:
-        """Write a line that sets a place that is no bit."""
+        """Write a line that sets a place that is not a bit."""
         self.writer.assigned(place.leaf)
         self.writer.line(f"{self.whole(place)} = {text}")
 

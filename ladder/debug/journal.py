@@ -134,7 +134,7 @@ class Journal:
         return engine
 
     def last_change(self, read: Callable[[WatchedEngine], Any]) -> int | None:
-        """Return the last scan behind which a value was another than in front of it, None if there is none.
+        """Return the last scan behind which a value was another than in front of it, None without one.
 
         Args:
             read: reads the value.

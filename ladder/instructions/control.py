@@ -27,12 +27,12 @@ def _write_jmp(rungs: RungWriter, label: str) -> None:
 def _resolve_jsr(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[Call]:
     name = given[0]
     if not isinstance(name, Address) or name.steps:
-        raise OperandError(f"{name} is no routine", "write the routine's name")
+        raise OperandError(f"{name} is not a routine", "write the routine's name")
     count = 0
     if len(given) > 1:
         number = given[1]
         if not isinstance(number, Number) or number.value not in range(len(given) - 1):
-            raise OperandError(f"{number} is no number of inputs", f"allowed are 0 to {len(given) - 2}")
+            raise OperandError(f"{number} is not the number of inputs", f"allowed are 0 to {len(given) - 2}")
         count = int(number.value)
     inputs = tuple(map(resolver.value, given[2 : 2 + count]))
     return (Call(name.name.upper(), inputs, tuple(map(resolver.target, given[2 + count :]))),)

@@ -141,7 +141,7 @@ def test_wrong_signatures(write, tmp_path, text, told):
 @pytest.mark.parametrize("data", [b"def logic(scan): pass  # \xff\n", b"# coding: nonsense\n", b"x = 1\0\n"])
 def test_what_is_no_text(write, tmp_path, data):
     path = write("line.py", data)
-    told = re.escape(str(path)) + r"(:1)?: the program (is no text in UTF-8|has a syntax error): "
+    told = re.escape(str(path)) + r"(:1)?: the program (is not UTF-8 text|has a syntax error): "
     assert re.match(told, refusal("line.py", tmp_path))
 
 

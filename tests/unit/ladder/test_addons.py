@@ -218,8 +218,8 @@ def test_in_python_it_is_called_like_any_instruction():
     ("rung", "message"),
     [
         ("Counting(N,1,1,Result,Noted[0]);", "N is a DINT, an instance of Counting is needed"),
-        ("Counting(Count,1,1,5,Noted[0]);", "Total of Counting needs a tag; 5 is none"),
-        ("Counting(Count,1,2,Result,Noted[0]);", "Quick needs a bit, 0 or 1; 2 is none"),
+        ("Counting(Count,1,1,5,Noted[0]);", "Total of Counting needs a tag, not 5"),
+        ("Counting(Count,1,2,Result,Noted[0]);", "Quick needs a bit, 0 or 1, not 2"),
         ("Counting(Count,1,N,Result,Noted[0]);", "XIC(N): N is a DINT, a bit is needed"),
         ("Counting(Count,1,1,Result,Noted[3]);", "index 3 is outside"),
         (f"{USUAL}\n{USUAL}", "Count is called in routine Main, rung 0 already"),

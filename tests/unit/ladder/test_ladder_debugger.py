@@ -270,7 +270,7 @@ def test_bits_of_a_word_are_forced_one_by_one(filling):
         ("W", 1, "W is not one value"),
         ("W[I]", 1, r"W\[I\] is not one value with a fixed place"),
         ("axis.command.HOLD_MOVE", 1, "is an image: force it at the CPU"),
-        ("Run", 2, "2 is no BOOL"),
+        ("Run", 2, "2 is not a BOOL"),
         ("I", 2**31, "out of range"),
     ],
 )

@@ -151,7 +151,7 @@ def test_declarations_that_go_too_far(line, expected):
 
 
 def test_presets_are_dints():
-    with pytest.raises(BuildError, match="PRE 2147483648 is no DINT"):
+    with pytest.raises(BuildError, match="PRE 2147483648 is not a DINT"):
         program_of(TAGS, "TON(T,2147483648,0);").build()
 
 

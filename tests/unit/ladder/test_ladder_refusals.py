@@ -32,7 +32,7 @@ SLOT axis : 1"""
         ("XIC(N.32)OTE(Run);", "N has no bit 32", "0 to 31"),
         ("TON(C,?,?);", "C is a COUNTER, a TIMER is needed", "declare the tag as TIMER"),
         ("XIC(T.XX)OTE(Run);", "TIMER has no member XX", "members are EN, TT, DN, PRE, ACC"),
-        ("XIC(axis.status.MOVING)OTE(Run);", "no bit of axis.status", "did you mean MOVING_CW"),
+        ("XIC(axis.status.MOVING)OTE(Run);", "not a bit of axis.status", "did you mean MOVING_CW"),
         (
             "XIC(Go)OTE(axis.status.MOVE_COMPLETE);",
             "is an input and written by the module",
@@ -47,7 +47,7 @@ SLOT axis : 1"""
         ("AND(Level,1,N);", "Level is a REAL, an integer is needed", "DINT"),
         ("BTD(N,0,N,32,1);", "destination bit 32 is out of range", "0 to 31"),
         ("CMP(N+1)OTE(Run);", "a comparison is needed", "a>b"),
-        ("TON(T,1.5,0);", "PRE 1.5 is no whole number", "MOV to .PRE"),
+        ("TON(T,1.5,0);", "PRE 1.5 is not a whole number", "MOV to .PRE"),
         ("MOV(?,N);", "? stands where a value is needed", "write the tag"),
     ],
 )
@@ -151,7 +151,7 @@ def test_names_and_initial_values():
     program.declare("Run", BOOL)
     with pytest.raises(LadderError, match="declared twice"):
         program.declare("RUN", DINT)
-    with pytest.raises(LadderError, match="no name of a tag"):
+    with pytest.raises(LadderError, match="not a tag name"):
         program.declare("2nd", DINT)
     with pytest.raises(LadderError, match="dimensions"):
         program.declare("Cube", DINT, 2, 2, 2, 2)
@@ -220,8 +220,8 @@ def test_a_slash_behind_a_data_file_means_a_bit_unless_it_divides(text):
         (lambda: make("MOV", 1), "MOV takes 2 operands, 1 are given"),
         (lambda: make("MOV", 1, "N", 2), "MOV takes 2 operands, 3 are given"),
         (lambda: make("XIC"), "XIC takes 1 operands, 0 are given"),
-        (lambda: make("MOV", True, "N"), "True is no operand"),
-        (lambda: make("MOV", None, "N"), "None is no operand"),
+        (lambda: make("MOV", True, "N"), "True is not an operand"),
+        (lambda: make("MOV", None, "N"), "None is not an operand"),
         (lambda: make("MVO", 1, "N"), "there is no instruction MVO"),
     ],
 )
