@@ -103,7 +103,8 @@ class Spec:
         kind: when it acts.
         operands: the use of each operand.
         run: executes it, see `interpreter.Interpreter`.
-        write: writes it as Python, see `compiler.rungs.RungWriter`.
+        write: writes it as Python, see `compiler.rungs.RungWriter`; None for an instruction that the compiled
+            program leaves to `run`: right for rare and slow ones that do not jump, call or leave a routine.
         prescan: what prescan does, called like `run` without power; None if it does nothing.
         check: raises OperandError for resolved operands that do not go together; None if all do.
         resolve: resolves the operands itself, see `lowering.Lowering`; None to resolve each by its use.
@@ -118,7 +119,7 @@ class Spec:
     kind: Kind
     operands: tuple[Use, ...] = ()
     run: Callable[..., Any] = field(kw_only=True)
-    write: Callable[..., Any] = field(kw_only=True)
+    write: Callable[..., Any] | None = field(default=None, kw_only=True)
     prescan: Callable[..., None] | None = field(default=None, kw_only=True)
     check: Callable[..., None] | None = field(default=None, kw_only=True)
     resolve: Callable[..., tuple[Any, ...]] | None = field(default=None, kw_only=True)

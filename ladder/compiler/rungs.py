@@ -81,31 +81,40 @@ class RungWriter:
     def _act(self, node: Node) -> None:
         assert isinstance(node, Step)
         self.values.site = node.site
-        node.spec.write(self, *node.operands)
+        self._write(node)
 
     def _step(self, step: Step, power: str, *, needed: bool) -> str:
         self.values.site = step.site
-        spec = step.spec
-        if spec.decides:
-            return str(spec.write(self, power, *step.operands))
-        if spec.kind is Kind.INPUT:
+        if step.spec.decides:
+            return self._write(step, power)
+        if step.kind is Kind.INPUT:
             return self._input(step, power)
         if needed:
             power = self.kept(power)
-        if spec.kind is Kind.OUTPUT:
+        if step.kind is Kind.OUTPUT:
             self._outputs((step,), power)
         else:
-            spec.write(self, power, *step.operands)
+            self._write(step, power)
         return power
+
+    def _write(self, step: Step, *power: str) -> str:
+        """Write an instruction, or a call of the interpreter if it has no text of its own."""
+        if step.spec.write is not None:
+            return step.spec.write(self, *power, *step.operands) or ""
+        call = f"interpret({', '.join([str(step.site), *power])})"
+        if step.kind is Kind.INPUT or step.spec.decides:
+            return self.values.keep(call)
+        self.writer.line(call)
+        return ""
 
     def _input(self, step: Step, power: str) -> str:
         if _is_inline(step):
-            return both(power, step.spec.write(self, *step.operands))
+            return both(power, self._write(step))
         if power == "True":
-            return self.kept(step.spec.write(self, *step.operands))
+            return self.kept(self._write(step))
         result = self.values.keep("False")
         with self.writer.block(f"if {power}:"):
-            self.writer.line(f"{result} = {step.spec.write(self, *step.operands)}")
+            self.writer.line(f"{result} = {self._write(step)}")
         return result
 
     def either(self, power: str, when_true: Callable[[], None], when_false: Callable[[], None]) -> None:
@@ -129,7 +138,8 @@ def _is_inline(node: Node, *, safe: bool = False) -> bool:
     """Whether a node is an input that is one expression; `safe`: one that can't fault either."""
     if isinstance(node, Parallel):
         return all(_is_inline(each, safe=safe) for leg in node.legs for each in leg)
-    if node.kind is not Kind.INPUT or node.spec.decides or not node.spec.inline(*node.operands):
+    spec = node.spec
+    if spec.kind is not Kind.INPUT or spec.decides or spec.write is None or not spec.inline(*node.operands):
         return False
     operands = [each for each in node.operands if not isinstance(each, str)]
     return not any(map(_calculates, operands)) and not (safe and any(map(can_fault, operands)))

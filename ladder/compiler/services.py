@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from .. import arithmetic as math
-from ..lowered import Lowered, steps_of
+from ..lowered import Lowered, Step, steps_of
 from ..memory import Value
 from ..regions import copy, region_of
 from ..spec import Use
@@ -23,6 +23,12 @@ class Services:
         self._engine = engine
         self._fault_log = engine.fault_log
         self._memory = engine.memory
+        self._interpreted = _interpreted(engine.lowered)
+
+    def interpret(self, site: int, power: bool = True) -> bool:
+        """Execute an instruction that has no Python text; return the power behind it."""
+        self._engine.interpreter.now_ns = self._engine.now_ns
+        return self._engine.interpreter.execute(self._interpreted[site], power)
 
     def subscript(self, index: int, length: int, site: int, tag: str) -> int:
         """Return an index that is in range; stop the scan if it is not."""
@@ -131,6 +137,17 @@ class Services:
         return self.narrow(site, int(value), 64, bits)
 
 
+def _interpreted(lowered: Lowered) -> dict[int, Step]:
+    """Return the instructions that have no Python text, by site."""
+    return {step.site: step for step in _all_steps(lowered) if step.spec.write is None}
+
+
+def _all_steps(lowered: Lowered) -> Iterator[Step]:
+    for routine in lowered.routines.values():
+        for line in routine.lines:
+            yield from steps_of(line.nodes)
+
+
 def services(engine: Engine, regions: Regions) -> dict[str, Any]:
     """Return the names that the compiled program knows.
 
@@ -164,9 +181,7 @@ def regions_of(lowered: Lowered) -> Regions:
     """Return the regions that instructions copy or fill, by site and operand."""
     return {
         (step.site, number): region_of(operand, lowered.layout)
-        for routine in lowered.routines.values()
-        for line in routine.lines
-        for step in steps_of(line.nodes)
+        for step in _all_steps(lowered)
         for number, (use, operand) in enumerate(zip(step.spec.operands, step.operands, strict=False))
         if use in (Use.SOURCE, Use.DESTINATION)
     }

@@ -100,6 +100,10 @@ class Interpreter(Values):
         return any(behind)
 
     def _step(self, step: Step, power: bool) -> bool:
+        return self.execute(step, power)
+
+    def execute(self, step: Step, power: bool) -> bool:
+        """Execute an instruction; return the power behind it."""
         self.site = step.site
         spec = step.spec
         if spec.decides:

@@ -1,11 +1,12 @@
 """The rows of the instruction set: complete, in one order, and the same in Python, text and docs."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 import scanrack.ladder
-from scanrack.ladder import LadderError, instructions
+from scanrack.ladder import BOOL, COUNTER, DINT, TIMER, LadderError, LadderFault, Program, instructions
 from scanrack.ladder.instructions import BY_NAME, FAMILIES, SPECS
 from scanrack.ladder.operand_checks import OPERAND_CHECKS
 from scanrack.ladder.spec import Kind, Spec, Use
@@ -58,3 +59,49 @@ def test_a_condition_and_a_coil_as_rows():
     assert repr(scanrack.ladder.TON) == "<instruction TON(TIMER, PRESET, PRESET)>"
     with pytest.raises(LadderError, match="OTE takes 1 operands, 2 are given"):
         scanrack.ladder.OTE("A", "B")
+
+
+MIXED = (
+    "XIC(A)[XIC(B),GRT(N,3)]ONS(S)OTE(C)ADD(N,1,N);",
+    "XIO(C)[EQU(N,2),LIM(4,N,6)]TON(T,30,0)XIC(T.DN)OTL(D)COP(N,M[0],2);",
+    "MUL(N,70000,M[1])DIV(M[1],N,M[N])CTU(K,2,0);",
+)
+TAGS = {"A": BOOL, "B": BOOL, "C": BOOL, "D": BOOL, "S": BOOL, "N": DINT, "T": TIMER, "K": COUNTER}
+
+
+def _mixed():
+    program = Program("mixed")
+    for name, kind in TAGS.items():
+        program.declare(name, kind)
+    program.declare("M", DINT, 4)
+
+    @program.routine
+    def main(rung):
+        for each in MIXED:
+            rung(each)
+
+    return program
+
+
+def test_an_instruction_without_text_of_its_own_is_interpreted_in_the_compiled_program(monkeypatch):
+    """Every instruction of the rungs loses its writer; `TON` shows that the time is handed over."""
+    plain = _mixed().compile()
+    for name, spec in list(BY_NAME.items()):
+        monkeypatch.setitem(BY_NAME, name, replace(spec, write=None))
+    program = _mixed()
+    assert "interpret(" in program.source()
+    assert "+ 1" not in program.source()
+    interpreted = program.compile()
+    for number in range(24):
+        for engine in (plain, interpreted):
+            engine.tags["A"] = number % 3 != 0
+            engine.tags["B"] = number % 4 == 1
+            try:
+                engine.step(10)
+            except LadderFault:
+                assert engine.tags["N"] > 3  # M has four elements
+        assert plain.memory.snapshot() == interpreted.memory.snapshot(), number
+        assert list(map(str, plain.minor_faults)) == list(map(str, interpreted.minor_faults))
+    assert plain.minor_faults
+    assert plain.tags["D"]
+    assert plain.tags["N"] > 3  # the subscript has gone out of range
