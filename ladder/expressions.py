@@ -29,7 +29,10 @@ from .tree import (
 )
 
 NAME = re.compile(r"[A-Za-z_]\w*")
-_BASE = re.compile(r"[Ll]ocal:\d{1,5}:[IiOo]|[Ss]:[A-Za-z]+|[A-Za-z_]\w*")
+TAG_BASE = r"[Ll]ocal:\d{1,5}:[IiOo]|[Ss]:[A-Za-z]+|[A-Za-z_]\w*"
+"""Names that an address begins with, as a regular expression."""
+
+_BASE = re.compile(TAG_BASE)
 _FILE = re.compile(r":(\d+)")
 _SLOT_FILE = re.compile(r"[IiOo]:\d{1,5}(?!\d)")
 _WORD = re.compile(r"\.(\d+)")

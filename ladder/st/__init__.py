@@ -1,0 +1,5 @@
+"""Structured text: its grammar, and the parser that makes statements of the tree (`ladder.statements`)."""
+
+from .parser import parse_statements
+
+__all__ = ["parse_statements"]
