@@ -50,7 +50,7 @@ class _Written:
 
 @dataclass(frozen=True, slots=True)
 class Assignment(_Written):
-    """`target := value;`
+    """`target := value;`.
 
     Attributes:
         target: what is set.
@@ -418,7 +418,9 @@ def _changed(
         operands = tuple(map(change, called.operands))
         return replace(statement, instruction=Instruction(called.name, operands))
     if isinstance(statement, If):
-        arms = tuple(replace(arm, condition=change(arm.condition), body=inner(arm.body)) for arm in statement.arms)
+        arms = tuple(
+            replace(arm, condition=change(arm.condition), body=inner(arm.body)) for arm in statement.arms
+        )
         return replace(statement, arms=arms, otherwise=_inner(statement.otherwise, inner))
     if isinstance(statement, Case):
         return replace(

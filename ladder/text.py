@@ -18,6 +18,7 @@ from collections.abc import Mapping
 
 from .expressions import NAME, ExpressionParser
 from .instructions import BY_NAME
+from .quoting import unquoted
 from .spec import BYTE_ORDERS, Spec, Use
 from .tree import (
     BRANCHES,
@@ -36,7 +37,7 @@ from .tree import (
 
 _PLAIN = re.compile(r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*\s*(?=[,)])")
 _MODE = re.compile(r"REVERSE|WORD|HIGH/?LOW|[012]", re.IGNORECASE)
-_STRING = re.compile(r"'([^'\n]*)'")
+_STRING = re.compile(r"'((?:[^'$\n]|\$[^\n])*)'")
 _NUMBERED = {"0": BYTE_ORDERS[0], "1": BYTE_ORDERS[1], "2": BYTE_ORDERS[2], "HIGHLOW": BYTE_ORDERS[2]}
 
 
@@ -167,6 +168,13 @@ class RungParser(ExpressionParser):
             return Unknown()
         string = _STRING.match(self.text, self.at)
         if string:
-            self._move_to(string.end())
-            return Characters(string.group(1))
+            return self._characters(string)
         return self.whole_expression()
+
+    def _characters(self, literal: re.Match[str]) -> Characters:
+        try:
+            value = unquoted(literal.group(1))
+        except ValueError as error:
+            self.fail("escapes of characters", str(error))
+        self._move_to(literal.end())
+        return Characters(value)

@@ -1,7 +1,7 @@
 """The one tree that every front end builds and every back end runs.
 
-A program is tags plus routines; a routine is rungs; a rung is a series; a series
-is instructions and branches; a branch is legs, each a series. Operands are
+A program is tags plus routines; a routine is rungs, or statements of structured text (`statements`); a
+rung is a series; a series is instructions and branches; a branch is legs, each a series. Operands are
 addresses, numbers, strings and, in CPT, CMP and subscripts, expressions. `str()`
 of any node is its rung text.
 """
@@ -10,6 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from .quoting import quoted
+
+if TYPE_CHECKING:
+    from .statements import Block
 
 # --- operands
 
@@ -44,12 +50,12 @@ def number(value: int | float) -> Number:
 
 @dataclass(frozen=True, slots=True)
 class Characters:
-    """A string in single quotes."""
+    """A string; its text is in single quotes, see `quoting`."""
 
     value: str
 
     def __str__(self) -> str:
-        return f"'{self.value}'"
+        return quoted(self.value)
 
 
 @dataclass(frozen=True, slots=True)
@@ -268,11 +274,19 @@ class Rung:
 
 @dataclass(frozen=True, slots=True)
 class Routine:
-    """A routine of rungs."""
+    """A routine of rungs or of statements.
+
+    Attributes:
+        name: its name.
+        rungs: its rungs, none in a routine of statements.
+        comment: what is said of it.
+        statements: its structured text, see `statements`; None in a routine of rungs.
+    """
 
     name: str
     rungs: tuple[Rung, ...]
     comment: str = ""
+    statements: Block | None = None
 
 
 def instructions_of(series: Series) -> Iterator[Instruction]:

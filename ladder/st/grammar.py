@@ -145,7 +145,5 @@ OPERANDS = frozenset(("NUMBER", "STRING", "BASE", "LPAR", "NOT", "MINUS"))
 PARTS = frozenset(("MEMBER", "BIT", "COMPUTED", "LSQB", "LPAR"))
 """Terminals that go on with a name, which a message leaves out beside others."""
 
-STATEMENTS = frozenset(
-    ("IF", "CASE", "FOR", "WHILE", "REPEAT", "EXIT", "RETURN", "REGION", "SEMI", "BASE")
-)
+STATEMENTS = frozenset(("IF", "CASE", "FOR", "WHILE", "REPEAT", "EXIT", "RETURN", "REGION", "SEMI", "BASE"))
 """Terminals that a message calls a statement."""

@@ -1,0 +1,54 @@
+"""Characters of string literals: `$` begins an escape, as Logix has it.
+
+| text | characters |
+|---|---|
+| `$$`, `$'`, `$"` | the sign itself |
+| `$L` | line feed, 0A |
+| `$N` | new line, 0D 0A |
+| `$P` | form feed, 0C |
+| `$R` | carriage return, 0D |
+| `$T` | tabulator, 09 |
+| `$` and two hexadecimal digits | the character of that code |
+"""
+
+from __future__ import annotations
+
+import re
+
+_ESCAPE = re.compile(r"\$(\$|'|\"|[LNPRTlnprt]|[0-9A-Fa-f]{2})?")
+_NAMED = {"$": "$", "'": "'", '"': '"', "L": "\n", "N": "\r\n", "P": "\f", "R": "\r", "T": "\t"}
+_SPECIAL = re.compile(r"[$'\x00-\x1f\x7f]")
+
+
+def unquoted(text: str) -> str:
+    r"""Return the characters that the text of a string literal, without its quotes, stands for.
+
+    >>> unquoted("It$'s 5$$$0A")
+    "It's 5$\n"
+
+    Raises:
+        ValueError: a `$` begins no escape; which.
+    """
+    return _ESCAPE.sub(_character, text)
+
+
+def _character(found: re.Match[str]) -> str:
+    name = found.group(1)
+    if name is None:
+        rest = found.string[found.start() : found.start() + 3]
+        raise ValueError(f"{rest} is not an escape: $$, $', $L, $N, $P, $R, $T and two digits as in $0D are")
+    return _NAMED.get(name.upper()) or chr(int(name, 16))
+
+
+def quoted(value: str) -> str:
+    r"""Return the string literal for characters.
+
+    >>> print(quoted("It's 5$\n"))
+    'It$'s 5$$$0A'
+    """
+    return f"'{_SPECIAL.sub(_escape, value)}'"
+
+
+def _escape(found: re.Match[str]) -> str:
+    sign = found.group()
+    return f"${sign}" if sign in "$'" else f"${ord(sign):02X}"

@@ -1,0 +1,458 @@
+"""Structured text to statements of the tree; statements to text is `str()` of them.
+
+Comments are cut out first and given to statements by where they stand: one that begins behind a statement
+on its line belongs to it, any other to the statement that follows, or, behind the last statement of a
+block, to an empty one. lark parses what is left; expressions become operands while it parses, so that
+their depth costs no calls.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any, NoReturn
+
+from lark import Lark, Token, Transformer, Tree
+from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken, VisitError
+
+from ..errors import RungTextError
+from ..expressions import parse_expression
+from ..instructions import BY_NAME
+from ..operators import FUNCTION_NAMES
+from ..quoting import unquoted
+from ..spec import BYTE_ORDERS, Spec, Use
+from ..statements import (
+    BLOCKS,
+    Arm,
+    Assignment,
+    Block,
+    Case,
+    Choice,
+    Empty,
+    Exit,
+    For,
+    If,
+    Invocation,
+    Range,
+    Region,
+    Repeat,
+    Return,
+    Statement,
+    While,
+    too_deep,
+)
+from ..tree import (
+    LEVELS,
+    Address,
+    BitStep,
+    Characters,
+    Instruction,
+    MemberStep,
+    Number,
+    Operand,
+    Operation,
+    Origin,
+    SubscriptStep,
+    levels_of,
+)
+from .grammar import GRAMMAR, OPERANDS, OPERATORS, PARTS, STATEMENTS, TERMS
+
+_SKIPPED = re.compile(
+    r"'(?:[^'$\n]|\$[^\n])*'|#(?:end)?region\b[^\n]*"
+    r"|(?P<line>//[^\n]*)|(?P<block>\(\*.*?\*\)|/\*.*?\*/)|(?P<open>\(\*|/\*)",
+    re.DOTALL | re.IGNORECASE,
+)
+"""Comments, and what may contain their signs without being one."""
+
+
+def parse_statements(
+    text: str, *, file: str = "", line: int = 1, specs: Mapping[str, Spec] = BY_NAME
+) -> Block:
+    """Read structured text.
+
+    >>> print(parse_statements("if Run & (Level<5) then Valve:=1; end_if;")[0])
+    IF Run AND Level<5 THEN
+        Valve := 1;
+    END_IF;
+
+    Args:
+        text: the statements.
+        file: where it is from, for messages.
+        line: number of its first line there.
+        specs: the instructions that there are, by name in capitals.
+
+    Raises:
+        RungTextError: it is not structured text; where, and what was expected.
+    """
+    return _Reader(text, file, line, specs).block()
+
+
+@dataclass(frozen=True, slots=True)
+class _Comment:
+    """A comment: where it begins, and what it says."""
+
+    start: int
+    text: str
+
+
+class _Misplaced(Exception):  # noqa: N818 - becomes a RungTextError where file and line are known
+    """Something at a token that the grammar allows and the language does not."""
+
+    def __init__(self, token: Token, expected: str, found: str | None = None) -> None:
+        self.token, self.expected, self.found = token, expected, found
+
+
+class _Expressions(Transformer[Token, Any]):
+    """Makes operands of expressions while they are parsed. A number is a token until it is used."""
+
+    def operation(self, children: list[Any]) -> Operand:
+        """Two operands and an operator."""
+        left, operator, right = children
+        name = "AND" if operator == "&" else str(operator).upper()
+        return Operation(name, (_value(left), _value(right)))
+
+    def negation(self, children: list[Any]) -> Operand:
+        """Minus; of a number it makes a negative number."""
+        operand = children[1]
+        if isinstance(operand, Token):
+            positive = _number(operand)
+            return Number(-positive.value, f"-{positive.text}")
+        return Operation("NEG", (operand,))
+
+    def inversion(self, children: list[Any]) -> Operand:
+        """NOT."""
+        return Operation("NOT", (_value(children[1]),))
+
+    def group(self, children: list[Any]) -> Operand:
+        """Parentheses."""
+        return _value(children[0])
+
+    def function(self, children: list[Any]) -> Operand:
+        """A function of one operand."""
+        name = FUNCTION_NAMES.get(children[0].upper())
+        if name is None:
+            raise _Misplaced(children[0], f"a function ({', '.join(sorted(FUNCTION_NAMES))})")
+        return Operation(name, (_value(children[1]),))
+
+    def string(self, children: list[Any]) -> Operand:
+        """A string."""
+        try:
+            return Characters(unquoted(children[0][1:-1]))
+        except ValueError as error:
+            raise _Misplaced(children[0], "escapes of characters", str(error)) from None
+
+    def address(self, children: list[Any]) -> Address:
+        """A tag with steps."""
+        return Address(str(children[0]), tuple(children[1:]))
+
+    def member(self, children: list[Any]) -> MemberStep:
+        """`.name`."""
+        return MemberStep(children[0].lstrip(". \t\n"))
+
+    def bit(self, children: list[Any]) -> BitStep:
+        """`.5`."""
+        return BitStep(_number(children[0].update(value=children[0][1:])))
+
+    def computed_bit(self, children: list[Any]) -> BitStep:
+        """`.[n]`."""
+        return BitStep(_value(children[1]))
+
+    def subscript(self, children: list[Any]) -> SubscriptStep:
+        """`[i,j]`."""
+        return SubscriptStep(tuple(map(_value, children)))
+
+    def range(self, children: list[Any]) -> Range:
+        """Labels of a choice."""
+        return Range(children[0], children[-1])
+
+    def label(self, children: list[Any]) -> Number:
+        """A number with its sign."""
+        literal = _number(children[-1])
+        return literal if len(children) == 1 else Number(-literal.value, f"-{literal.text}")
+
+
+def _value(child: Any) -> Any:
+    return _number(child) if isinstance(child, Token) else child
+
+
+def _number(token: Token) -> Number:
+    text = token if "#" in token else token.replace("_", "")
+    try:
+        literal = parse_expression(f"0{text}" if text.startswith(".") else str(text))
+    except RungTextError as error:
+        raise _Misplaced(token, error.expected) from None
+    assert isinstance(literal, Number)
+    return literal
+
+
+@cache
+def _parser() -> Lark:
+    return Lark(
+        GRAMMAR,
+        parser="lalr",
+        lexer="basic",
+        transformer=_Expressions(),
+        propagate_positions=True,
+        maybe_placeholders=False,
+    )
+
+
+class _Reader:
+    """Reads one text. Trees of lark have children of any kind: tokens, operands, and trees of statements."""
+
+    def __init__(self, text: str, file: str, line: int, specs: Mapping[str, Spec]) -> None:
+        self._file, self._line, self._specs = file, line, specs
+        self._comments: list[_Comment] = []
+        self._whole = text
+        self._text = _SKIPPED.sub(self._blank, text)
+        self._comments.reverse()
+
+    def _blank(self, found: re.Match[str]) -> str:
+        """Note a comment and return white space as long as it; other matches stay."""
+        if found.lastgroup is None:
+            return found.group()
+        if found.lastgroup == "open":
+            mark = "*)" if found.group() == "(*" else "*/"
+            self._fail(found.start(), f"{mark} at the end of the comment", "the end of the text")
+        inside = found.group()[2:] if found.lastgroup == "line" else found.group()[2:-2]
+        text = "\n".join(line.strip() for line in inside.strip().splitlines())
+        self._comments.append(_Comment(found.start(), text))
+        return re.sub(r"[^\n]", " ", found.group())
+
+    def block(self) -> Block:
+        """Return the statements of the text."""
+        try:
+            tree = _parser().parse(self._text)
+            self._refuse_depth(tree)
+            block = self._block(tree.children[0], len(self._text))
+        except VisitError as error:
+            if not isinstance(error.orig_exc, _Misplaced):
+                raise
+            self._misplaced(error.orig_exc)
+        except _Misplaced as error:
+            self._misplaced(error)
+        except UnexpectedInput as error:
+            self._unexpected(error)
+        deep = too_deep(block)
+        if deep:
+            self._fail(0, "fewer", deep)
+        return block
+
+    def _refuse_depth(self, tree: Any) -> None:
+        """Refuse blocks that stand too deep in one another for functions that call themselves."""
+        todo = [(tree, 0)]
+        while todo:
+            node, depth = todo.pop()
+            if depth > BLOCKS + 1:
+                what = f"at most {BLOCKS} statements in one another"
+                self._fail(_start(node), what, "another one")
+            deeper = depth + (node.data == "block")
+            todo += [(each, deeper) for each in node.children if isinstance(each, Tree)]
+
+    # --- statements
+
+    def _block(self, tree: Any, end: int) -> Block:
+        """Return a block and, behind its last statement, the comments up to `end`."""
+        found = tuple(map(self._statement, tree.children))
+        rest = self._comments_before(end)
+        return (*found, Empty(comment=rest)) if rest else found
+
+    def _statement(self, tree: Any) -> Statement:
+        start = _start(tree)
+        comment = self._comments_before(start)
+        made = _MAKERS[tree.data](self, tree)
+        behind = self._comment_behind(tree.meta.end_pos)
+        line, origin = self._place(start)
+        return replace(made, comment="\n".join(filter(None, (comment, behind))), line=line, origin=origin)
+
+    def _assignment(self, tree: Any) -> Statement:
+        operator = next(
+            number for number, each in enumerate(tree.children) if _is(each, "ASSIGN", "NON_RETENTIVE")
+        )
+        base, *steps = tree.children[:operator]
+        target = self._checked(Address(str(base), tuple(steps)), base)
+        value = self._checked(_value(tree.children[operator + 1]), base)
+        return Assignment(target, value, retentive=_is(tree.children[operator], "ASSIGN"))
+
+    def _invocation(self, tree: Any) -> Statement:
+        name, *given = tree.children[:-1]
+        spec = self._specs.get(name.upper())
+        if spec is None:
+            self._fail(name.start_pos, f"an instruction; there is no {name}")
+        most = len(spec.operands)
+        least = most - spec.optional - spec.variadic
+        if len(given) < least or (len(given) > most and not spec.variadic):
+            wanted = str(most) if least == most else f"{least} to {most}"
+            self._fail(name.start_pos, f"{wanted} operands of {spec.name}", str(len(given)))
+        uses = [*spec.operands, *[Use.PARAMETERS] * len(given)]
+        operands = [self._argument(use, _value(each), name) for use, each in zip(uses, given, strict=False)]
+        return Invocation(Instruction(spec.name, tuple(operands)))
+
+    def _argument(self, use: Use, operand: Operand, name: Token) -> Operand:
+        if use is Use.MODE:
+            mode = str(operand).upper()
+            mode = {**dict(zip("012", BYTE_ORDERS, strict=True)), "HIGHLOW": BYTE_ORDERS[2]}.get(mode, mode)
+            if mode not in BYTE_ORDERS:
+                self._fail(name.start_pos, f"one of {', '.join(BYTE_ORDERS)}", mode)
+            return Address(mode)
+        return self._checked(operand, name)
+
+    def _if(self, tree: Any) -> Statement:
+        arms: list[Arm] = []
+        otherwise = None
+        children = tree.children
+        for number, each in enumerate(children):
+            if _is(each, "IF", "ELSIF"):
+                condition = self._checked(_value(children[number + 1]), each)
+                body = self._block(children[number + 3], children[number + 4].start_pos)
+                arms.append(Arm(condition, body, *self._place(each.start_pos)))
+            elif _is(each, "ELSE"):
+                otherwise = self._block(children[number + 1], children[number + 2].start_pos)
+        return If(tuple(arms), otherwise)
+
+    def _case(self, tree: Any) -> Statement:
+        children = tree.children
+        selector = self._checked(_value(children[1]), children[0])
+        choices: list[Choice] = []
+        otherwise = None
+        for each, following in zip(children[3:], children[4:], strict=False):
+            if isinstance(each, Tree) and each.data == "choice":
+                end = following.start_pos if isinstance(following, Token) else None
+                choices.append(self._choice(each, end))
+            elif _is(each, "ELSE"):
+                end_case = next(mark for mark in children if _is(mark, "END_CASE"))
+                otherwise = self._block(following, end_case.start_pos)
+        return Case(selector, tuple(choices), otherwise)
+
+    def _choice(self, tree: Any, end: int | None) -> Choice:
+        """Return a choice; comments behind the block of any but the last belong to the one that follows."""
+        colon = next(each for each in tree.children if _is(each, "COLON"))
+        comment = self._comments_before(colon.start_pos)
+        labels = tuple(each for each in tree.children if isinstance(each, Range))
+        body = tree.children[-1]
+        block = tuple(map(self._statement, body.children)) if end is None else self._block(body, end)
+        return Choice(labels, () if block == (Empty(),) else block, comment)
+
+    def _for(self, tree: Any) -> Statement:
+        keywords = {each.type: number for number, each in enumerate(tree.children) if isinstance(each, Token)}
+        children, mark = tree.children, tree.children[0]
+
+        def operand(keyword: str) -> Any:
+            return self._checked(_value(children[keywords[keyword] + 1]), mark)
+
+        base, *steps = children[1 : keywords["ASSIGN"]]
+        count = self._checked(Address(str(base), tuple(steps)), base)
+        first, last = operand("ASSIGN"), operand("TO")
+        step = operand("BY") if "BY" in keywords else None
+        body = self._block(children[keywords["DO"] + 1], children[keywords["END_FOR"]].start_pos)
+        return For(count, first, last, step, body)
+
+    def _while(self, tree: Any) -> Statement:
+        mark, condition, _do, body, end, _semi = tree.children
+        return While(self._checked(_value(condition), mark), self._block(body, end.start_pos))
+
+    def _repeat(self, tree: Any) -> Statement:
+        _mark, body, until, condition, *_end = tree.children
+        block = self._block(body, until.start_pos)
+        line, _origin = self._place(until.start_pos)
+        return Repeat(block, self._checked(_value(condition), until), line)
+
+    def _region(self, tree: Any) -> Statement:
+        head, body, end = tree.children
+        return Region(head[len("#region") :].strip(), self._block(body, end.start_pos))
+
+    # --- places, comments, refusals
+
+    def _checked(self, operand: Any, mark: Token) -> Any:
+        """Return an operand that is not nested too deep."""
+        if levels_of(operand) > LEVELS:
+            self._fail(
+                mark.start_pos,
+                f"at most {LEVELS} levels of operators and subscripts",
+                "more: compute it in parts",
+            )
+        return operand
+
+    def _place(self, at: int) -> tuple[int, Origin]:
+        line = self._whole.count("\n", 0, at)
+        return line + 1, Origin(self._file, self._line + line)
+
+    def _comments_before(self, end: int) -> str:
+        found = []
+        while self._comments and self._comments[-1].start < end:
+            found.append(self._comments.pop().text)
+        return "\n".join(found)
+
+    def _comment_behind(self, end: int) -> str:
+        """Return the comments that begin behind a statement on its line."""
+        found = []
+        while self._comments:
+            between = self._text[end : self._comments[-1].start]
+            if between.strip() or "\n" in between:
+                break
+            found.append(self._comments.pop().text)
+        return "\n".join(found)
+
+    def _misplaced(self, error: _Misplaced) -> NoReturn:
+        self._fail(error.token.start_pos or 0, error.expected, error.found or str(error.token))
+
+    def _unexpected(self, error: UnexpectedInput) -> NoReturn:
+        if isinstance(error, UnexpectedCharacters):
+            self._fail(error.pos_in_stream, "structured text", self._text[error.pos_in_stream])
+        assert isinstance(error, UnexpectedToken)
+        token = error.token
+        at = len(self._text.rstrip()) if token.type == "$END" else token.start_pos or 0
+        found = "the end of the text" if token.type == "$END" else str(token)
+        self._fail(at, _expected(error.accepts or error.expected), found)
+
+    def _fail(self, at: int, expected: str, found: str | None = None) -> NoReturn:
+        before = self._whole[:at]
+        column = at - (before.rfind("\n") + 1) + 1
+        line = self._line + before.count("\n")
+        if found is None:
+            shown = re.match(r"\w+|.", self._whole[at:])
+            found = shown.group() if shown else "the end of the text"
+        raise RungTextError(expected, found, file=self._file, line=line, column=column, rung=None)
+
+
+def _is(node: object, *types: str) -> bool:
+    return isinstance(node, Token) and node.type in types
+
+
+def _start(tree: Any) -> int:
+    return int(getattr(tree.meta, "start_pos", 0))
+
+
+def _expected(terminals: Iterable[str]) -> str:
+    """Say which terminals a place allows."""
+    names = set(terminals)
+    words: list[str] = []
+    for word, group, sign in (
+        ("an operator", OPERATORS, "OR"),
+        ("a statement", STATEMENTS, "IF"),
+        ("an expression", OPERANDS, "NOT"),
+    ):
+        if sign in names:
+            names -= group
+            words.append(word)
+    if words or names - PARTS:
+        names -= PARTS
+    listed = sorted(dict.fromkeys(TERMS.get(name, name) for name in names))
+    return " or ".join(words + listed)
+
+
+_MAKERS: Mapping[str, Callable[[_Reader, Any], Statement]] = {
+    "assignment": _Reader._assignment,
+    "invocation": _Reader._invocation,
+    "if_": _Reader._if,
+    "case": _Reader._case,
+    "for_": _Reader._for,
+    "while_": _Reader._while,
+    "repeat": _Reader._repeat,
+    "region": _Reader._region,
+    "exit": lambda _reader, _tree: Exit(),
+    "return_": lambda _reader, _tree: Return(),
+    "empty": lambda _reader, _tree: Empty(),
+}
