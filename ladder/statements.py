@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from .tree import Address, Instruction, Number, Operand, Origin, levels_of
+from .tree import Address, Block, Instruction, Number, Operand, Origin, Statement, comment_lines
 
 INDENT = "    "
 
@@ -21,35 +21,8 @@ LOOPS = 12
 """Loops that may stand in one another; Python takes 20, and few programs have more than three."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Written:
-    """What every statement has.
-
-    Attributes:
-        comment: what is said of it.
-        line: its line in its routine, from 1; 0 for one that was never text. No part of its identity.
-        origin: where it was written; no part of its identity.
-    """
-
-    comment: str = ""
-    line: int = field(default=0, compare=False)
-    origin: Origin = field(default=Origin(), compare=False)
-
-    @property
-    def head(self) -> str:
-        """Its text without the blocks in it, on one line."""
-        raise NotImplementedError
-
-    def lines(self) -> Iterator[str]:
-        """Yield its lines, without its comment."""
-        yield self.head
-
-    def __str__(self) -> str:
-        return "\n".join(_with_comment(self))
-
-
 @dataclass(frozen=True, slots=True)
-class Assignment(_Written):
+class Assignment(Statement):
     """`target := value;`.
 
     Attributes:
@@ -64,54 +37,54 @@ class Assignment(_Written):
 
     @property
     def head(self) -> str:
-        """See `_Written`."""
+        """See `Statement`."""
         return f"{self.target} {':=' if self.retentive else '[:=]'} {self.value};"
 
 
 @dataclass(frozen=True, slots=True)
-class Invocation(_Written):
+class Invocation(Statement):
     """An instruction as a statement: `TONR(Fill);`."""
 
     instruction: Instruction
 
     @property
     def head(self) -> str:
-        """See `_Written`."""
+        """See `Statement`."""
         return f"{self.instruction};"
 
 
 @dataclass(frozen=True, slots=True)
-class Exit(_Written):
+class Exit(Statement):
     """`EXIT;`: leaves the innermost loop."""
 
     @property
     def head(self) -> str:
-        """See `_Written`."""
+        """See `Statement`."""
         return "EXIT;"
 
 
 @dataclass(frozen=True, slots=True)
-class Return(_Written):
+class Return(Statement):
     """`RETURN;`: leaves the routine."""
 
     @property
     def head(self) -> str:
-        """See `_Written`."""
+        """See `Statement`."""
         return "RETURN;"
 
 
 @dataclass(frozen=True, slots=True)
-class Empty(_Written):
+class Empty(Statement):
     """`;`: nothing, or a comment behind the last statement of a block."""
 
     @property
     def head(self) -> str:
-        """See `_Written`."""
+        """See `Statement`."""
         return ";"
 
 
 @dataclass(frozen=True, slots=True)
-class If(_Written):
+class If(Statement):
     """IF, ELSIF, ELSE.
 
     Attributes:
@@ -124,11 +97,11 @@ class If(_Written):
 
     @property
     def head(self) -> str:
-        """See `_Written`."""
+        """See `Statement`."""
         return f"IF {self.arms[0].condition} THEN"
 
     def lines(self) -> Iterator[str]:
-        """See `_Written`."""
+        """See `Statement`."""
         for number, arm in enumerate(self.arms):
             yield f"{'ELSIF' if number else 'IF'} {arm.condition} THEN"
             yield from _indented(arm.body)
@@ -145,7 +118,7 @@ class Arm:
     Attributes:
         condition: the condition of IF or ELSIF.
         body: what is executed if it is true.
-        line: line of its keyword in the routine, see `_Written`.
+        line: line of its keyword in the routine, see `Statement`.
         origin: where it was written.
     """
 
@@ -182,13 +155,13 @@ class Choice:
 
     def lines(self, *, last: bool) -> Iterator[str]:
         """Yield its lines."""
-        yield from _comment(self.comment)
+        yield from comment_lines(self.comment)
         yield f"{', '.join(map(str, self.labels))}:"
         yield from _indented(self.body or (Empty(),), closed=last)
 
 
 @dataclass(frozen=True, slots=True)
-class Case(_Written):
+class Case(Statement):
     """CASE: the first choice that has the value of the selector is executed.
 
     Attributes:
@@ -203,11 +176,11 @@ class Case(_Written):
 
     @property
     def head(self) -> str:
-        """See `_Written`."""
+        """See `Statement`."""
         return f"CASE {self.selector} OF"
 
     def lines(self) -> Iterator[str]:
-        """See `_Written`."""
+        """See `Statement`."""
         yield self.head
         for number, choice in enumerate(self.choices, start=1):
             last = number == len(self.choices)
@@ -219,7 +192,7 @@ class Case(_Written):
 
 
 @dataclass(frozen=True, slots=True)
-class For(_Written):
+class For(Statement):
     """FOR: a block per value of a count.
 
     Attributes:
@@ -238,19 +211,19 @@ class For(_Written):
 
     @property
     def head(self) -> str:
-        """See `_Written`."""
+        """See `Statement`."""
         by = "" if self.step is None else f" BY {self.step}"
         return f"FOR {self.count} := {self.first} TO {self.last}{by} DO"
 
     def lines(self) -> Iterator[str]:
-        """See `_Written`."""
+        """See `Statement`."""
         yield self.head
         yield from _indented(self.body)
         yield "END_FOR;"
 
 
 @dataclass(frozen=True, slots=True)
-class While(_Written):
+class While(Statement):
     """WHILE: a block as long as a condition is true in front of it."""
 
     condition: Operand
@@ -258,24 +231,24 @@ class While(_Written):
 
     @property
     def head(self) -> str:
-        """See `_Written`."""
+        """See `Statement`."""
         return f"WHILE {self.condition} DO"
 
     def lines(self) -> Iterator[str]:
-        """See `_Written`."""
+        """See `Statement`."""
         yield self.head
         yield from _indented(self.body)
         yield "END_WHILE;"
 
 
 @dataclass(frozen=True, slots=True)
-class Repeat(_Written):
+class Repeat(Statement):
     """REPEAT: a block until a condition is true behind it.
 
     Attributes:
         body: the block.
         until: the condition.
-        until_line: line of UNTIL in the routine, see `_Written`.
+        until_line: line of UNTIL in the routine, see `Statement`.
     """
 
     body: Block
@@ -284,7 +257,7 @@ class Repeat(_Written):
 
     @property
     def head(self) -> str:
-        """See `_Written`."""
+        """See `Statement`."""
         return "REPEAT"
 
     @property
@@ -293,7 +266,7 @@ class Repeat(_Written):
         return f"UNTIL {self.until}"
 
     def lines(self) -> Iterator[str]:
-        """See `_Written`."""
+        """See `Statement`."""
         yield self.head
         yield from _indented(self.body)
         yield self.tail
@@ -301,7 +274,7 @@ class Repeat(_Written):
 
 
 @dataclass(frozen=True, slots=True)
-class Region(_Written):
+class Region(Statement):
     """`#region name`: statements under a name; it does nothing."""
 
     name: str
@@ -309,18 +282,14 @@ class Region(_Written):
 
     @property
     def head(self) -> str:
-        """See `_Written`."""
+        """See `Statement`."""
         return f"#region {self.name}".rstrip()
 
     def lines(self) -> Iterator[str]:
-        """See `_Written`."""
+        """See `Statement`."""
         yield self.head
         yield from _indented(self.body)
         yield "#endregion"
-
-
-Statement = Assignment | Invocation | Exit | Return | Empty | If | Case | For | While | Repeat | Region
-Block = tuple[Statement, ...]
 
 
 def block_lines(block: Block, *, closed: bool = True) -> Iterator[str]:
@@ -332,9 +301,9 @@ def block_lines(block: Block, *, closed: bool = True) -> Iterator[str]:
     """
     for number, each in enumerate(block, start=1):
         if isinstance(each, Empty) and each.comment and closed and number == len(block):
-            yield from _comment(each.comment)
+            yield from comment_lines(each.comment)
         else:
-            yield from _with_comment(each)
+            yield from each.lines_with_comment()
 
 
 def block_text(block: Block) -> str:
@@ -344,15 +313,6 @@ def block_text(block: Block) -> str:
 
 def _indented(block: Block, *, closed: bool = True) -> Iterator[str]:
     yield from (INDENT + line for line in block_lines(block, closed=closed))
-
-
-def _with_comment(statement: Statement | _Written) -> Iterator[str]:
-    yield from _comment(statement.comment)
-    yield from statement.lines()
-
-
-def _comment(text: str) -> Iterator[str]:
-    yield from (f"// {line}".rstrip() for line in text.split("\n") if text)
 
 
 # --- walks
@@ -464,30 +424,3 @@ def too_deep(block: Block) -> str | None:
             return f"loops stand more than {LOOPS} deep in one another"
         todo += [(each, blocks + 1, loops) for body in inner for each in body]
     return None
-
-
-__all__ = [
-    "Arm",
-    "Assignment",
-    "Block",
-    "Case",
-    "Choice",
-    "Empty",
-    "Exit",
-    "For",
-    "If",
-    "Invocation",
-    "Range",
-    "Region",
-    "Repeat",
-    "Return",
-    "Statement",
-    "While",
-    "block_lines",
-    "block_text",
-    "blocks_in",
-    "operands_in",
-    "statements_in",
-    "too_deep",
-    "with_operands",
-]

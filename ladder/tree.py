@@ -10,12 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from .quoting import quoted
-
-if TYPE_CHECKING:
-    from .statements import Block
 
 # --- operands
 
@@ -208,7 +204,7 @@ def _ends_in_file(node: Operand) -> bool:
     return isinstance(node, Address) and ":" in node.name
 
 
-# --- rungs
+# --- rungs and statements
 
 
 @dataclass(frozen=True, slots=True)
@@ -270,6 +266,46 @@ class Rung:
 
     def __str__(self) -> str:
         return f"{series_text(self.series)};"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Statement:
+    """A statement of structured text; `statements` has the kinds.
+
+    Attributes:
+        comment: what is said of it.
+        line: its line in its routine, from 1; 0 for one that was never text. No part of its identity.
+        origin: where it was written; no part of its identity.
+    """
+
+    comment: str = ""
+    line: int = field(default=0, compare=False)
+    origin: Origin = field(default=Origin(), compare=False)
+
+    @property
+    def head(self) -> str:
+        """Its text without the blocks in it, on one line."""
+        raise NotImplementedError
+
+    def lines(self) -> Iterator[str]:
+        """Yield its lines, without its comment."""
+        yield self.head
+
+    def lines_with_comment(self) -> Iterator[str]:
+        """Yield its comment, then its lines."""
+        yield from comment_lines(self.comment)
+        yield from self.lines()
+
+    def __str__(self) -> str:
+        return "\n".join(self.lines_with_comment())
+
+
+Block = tuple[Statement, ...]
+
+
+def comment_lines(comment: str) -> Iterator[str]:
+    """Yield the lines of a comment, none for an empty one."""
+    yield from (f"// {line}".rstrip() for line in comment.split("\n") if comment)
 
 
 @dataclass(frozen=True, slots=True)

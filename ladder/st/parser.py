@@ -12,7 +12,8 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any, NoReturn
+from itertools import pairwise
+from typing import Any, NoReturn, cast
 
 from lark import Lark, Token, Transformer, Tree
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken, VisitError
@@ -27,7 +28,6 @@ from ..statements import (
     BLOCKS,
     Arm,
     Assignment,
-    Block,
     Case,
     Choice,
     Empty,
@@ -39,7 +39,6 @@ from ..statements import (
     Region,
     Repeat,
     Return,
-    Statement,
     While,
     too_deep,
 )
@@ -47,6 +46,7 @@ from ..tree import (
     LEVELS,
     Address,
     BitStep,
+    Block,
     Characters,
     Instruction,
     MemberStep,
@@ -54,6 +54,7 @@ from ..tree import (
     Operand,
     Operation,
     Origin,
+    Statement,
     SubscriptStep,
     levels_of,
 )
@@ -127,7 +128,7 @@ class _Expressions(Transformer[Token, Any]):
 
     def group(self, children: list[Any]) -> Operand:
         """Parentheses."""
-        return _value(children[0])
+        return cast(Operand, _value(children[0]))
 
     def function(self, children: list[Any]) -> Operand:
         """A function of one operand."""
@@ -297,7 +298,7 @@ class _Reader:
             if mode not in BYTE_ORDERS:
                 self._fail(name.start_pos, f"one of {', '.join(BYTE_ORDERS)}", mode)
             return Address(mode)
-        return self._checked(operand, name)
+        return cast(Operand, self._checked(operand, name))
 
     def _if(self, tree: Any) -> Statement:
         arms: list[Arm] = []
@@ -317,7 +318,7 @@ class _Reader:
         selector = self._checked(_value(children[1]), children[0])
         choices: list[Choice] = []
         otherwise = None
-        for each, following in zip(children[3:], children[4:], strict=False):
+        for each, following in pairwise(children):
             if isinstance(each, Tree) and each.data == "choice":
                 end = following.start_pos if isinstance(following, Token) else None
                 choices.append(self._choice(each, end))
@@ -396,18 +397,20 @@ class _Reader:
         return "\n".join(found)
 
     def _misplaced(self, error: _Misplaced) -> NoReturn:
-        self._fail(error.token.start_pos or 0, error.expected, error.found or str(error.token))
+        self._fail(error.token.start_pos, error.expected, error.found or str(error.token))
 
     def _unexpected(self, error: UnexpectedInput) -> NoReturn:
         if isinstance(error, UnexpectedCharacters):
-            self._fail(error.pos_in_stream, "structured text", self._text[error.pos_in_stream])
+            at: Any = error.pos_in_stream
+            self._fail(at, "structured text", self._text[at])
         assert isinstance(error, UnexpectedToken)
         token = error.token
         at = len(self._text.rstrip()) if token.type == "$END" else token.start_pos or 0
         found = "the end of the text" if token.type == "$END" else str(token)
         self._fail(at, _expected(error.accepts or error.expected), found)
 
-    def _fail(self, at: int, expected: str, found: str | None = None) -> NoReturn:
+    def _fail(self, at: int | None, expected: str, found: str | None = None) -> NoReturn:
+        at = at or 0
         before = self._whole[:at]
         column = at - (before.rfind("\n") + 1) + 1
         line = self._line + before.count("\n")

@@ -1,0 +1,192 @@
+"""Structured text as text: what is read, how it prints, what is refused where, where comments go."""
+
+import pytest
+from scanrack.ladder import RungTextError
+from scanrack.ladder.st import parse_statements
+from scanrack.ladder.statements import Assignment, Case, Empty, If, block_text
+from scanrack.ladder.tree import Address, Number, Operation
+
+A, B, C = map(Address, "ABC")
+
+
+def value(text):
+    return parse_statements(f"X := {text};")[0].value
+
+
+def test_a_text_prints_one_statement_a_line():
+    text = """if Run & (Level<5) or not Word.5 then Valve:=1;;
+    elsif A = 1 then else Name := 'It$'s // $0A'; end_if;
+    #region Timers here
+    case N+1 of 1: X := .5; Y := 1.; 2, 4..6, 16#ff: RES(Fill); cop(D[0],E,3); 3: ; else Z [:=] 1_000;
+    end_case;
+    #endregion
+    for I := 0 to 9 by -2 do exit; end_for;  while Word.[I] do return; end_while;
+    repeat X := sqrt(Y) mod 3; until X >= 1.5e3 end_repeat;
+    Local:1:O.Data[0].14 := S:FS; SWPB(A, high/low, B); JSR(Sub,1,A,B); EXIT; RETURN;"""
+    expected = """IF Run AND Level<5 OR NOT Word.5 THEN
+    Valve := 1;
+    ;
+ELSIF A=1 THEN
+ELSE
+    Name := 'It$'s // $0A';
+END_IF;
+#region Timers here
+    CASE N+1 OF
+        1:
+            X := 0.5;
+            Y := 1.;
+        2, 4..6, 16#FF:
+            RES(Fill);
+            COP(D[0],E,3);
+        3:
+            ;
+    ELSE
+        Z [:=] 1000;
+    END_CASE;
+#endregion
+FOR I := 0 TO 9 BY -2 DO
+    EXIT;
+END_FOR;
+WHILE Word.[I] DO
+    RETURN;
+END_WHILE;
+REPEAT
+    X := SQR(Y) MOD 3;
+UNTIL X>=1.5e3
+END_REPEAT;
+Local:1:O.Data[0].14 := S:FS;
+SWPB(A,HIGH/LOW,B);
+JSR(Sub,1,A,B);
+EXIT;
+RETURN;"""
+    block = parse_statements(text)
+    assert block_text(block) == expected
+    assert parse_statements(expected) == block
+
+
+@pytest.mark.parametrize(
+    ("text", "same"),
+    [
+        ("A OR B AND C", "A OR (B AND C)"),
+        ("A OR B XOR C", "A OR (B XOR C)"),
+        ("A XOR B & C", "A XOR (B AND C)"),
+        ("A AND B = C", "A AND (B = C)"),
+        ("A = B < C", "A = (B < C)"),
+        ("A < B + C", "A < (B + C)"),
+        ("A + B * C", "A + (B * C)"),
+        ("A - B - C", "(A - B) - C"),
+        ("A / B MOD C", "(A / B) MOD C"),
+        ("NOT A = B", "(NOT A) = B"),
+        ("NOT A * B", "(NOT A) * B"),
+        ("-A ** B", "-(A ** B)"),
+        ("-2 ** B", "-(2 ** B)"),
+        ("A ** B ** C", "(A ** B) ** C"),
+        ("A * -B", "A * (-B)"),
+        ("NOT -A", "NOT (-A)"),
+        ("ABS(A) ** 2", "(ABS(A)) ** 2"),
+    ],
+)
+def test_operators_bind_as_the_manual_has_it(text, same):
+    """1756-PM007, order of execution."""
+    assert value(text) == value(same)
+
+
+def test_a_number_takes_its_sign_and_an_expression_gets_one():
+    assert value("-5") == Number(-5, "-5")
+    assert value("-(5)") == Operation("NEG", (Number(5, "5"),))
+    assert str(value("-(5)")) == "-(5)"
+
+
+@pytest.mark.parametrize(
+    ("text", "number"),
+    [
+        ("16#8000_0001", -0x7FFF_FFFF),
+        ("8#17", 15),
+        ("2#1010_1010", 0xAA),
+        ("1_000", 1000),
+        ("1.5e3", 1500.0),
+        (".5", 0.5),
+        ("2.", 2.0),
+        ("1e-2", 0.01),
+    ],
+)
+def test_literals(text, number):
+    assert value(text).value == number
+    assert value(str(value(text))) == value(text)
+
+
+def test_comments_stay_with_their_statements():
+    text = """// above
+    A := 1; // behind
+    (* two
+       lines *)
+    IF A THEN /* in it */ B := 1;
+    // last
+    END_IF; // after
+    CASE A OF
+    // of the first
+    1: B := 2;
+    // of the second
+    2: B := 3; // behind that
+    END_CASE;
+    B := 'no // comment (* here *)';
+    // end"""
+    block = parse_statements(text)
+    first, choice, cases, string, end = block
+    assert first.comment == "above\nbehind"
+    assert choice.comment == "two\nlines\nafter"
+    assert isinstance(choice, If)
+    assert [each.comment for each in choice.arms[0].body] == ["in it", "last"]
+    assert choice.arms[0].body[1] == Empty(comment="last")
+    assert isinstance(cases, Case)
+    assert [each.comment for each in cases.choices] == ["of the first", "of the second"]
+    assert cases.choices[1].body[0].comment == "behind that"
+    assert isinstance(string, Assignment)
+    assert end == Empty(comment="end")
+    assert parse_statements(block_text(block)) == block
+
+
+def test_statements_know_their_lines():
+    block = parse_statements(
+        "A := 1;\n\nIF A THEN\n  B := 2;\nELSIF B THEN\n ;\nEND_IF;", file="f.st", line=10
+    )
+    assert (block[0].line, block[0].origin.line) == (1, 10)
+    choice = block[1]
+    assert isinstance(choice, If)
+    assert [arm.line for arm in choice.arms] == [3, 5]
+    assert choice.arms[0].body[0].origin.line == 13
+    assert choice.origin.file == "f.st"
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "column", "expected"),
+    [
+        ("X := ;", 1, 6, "an expression"),
+        ("X = 1;", 1, 3, ":= or [:=]"),
+        ("\n  X := 1", 2, 9, "an operator or ;"),
+        ("IF A THEN", 1, 10, "END_IF"),
+        ("IF A THEN END_IF", 1, 17, ";"),
+        ("END_IF;", 1, 1, "a statement or the end"),
+        ("foo(1);", 1, 1, "an instruction; there is no foo"),
+        ("X := foo(1);", 1, 6, "a function"),
+        ("X := (1;", 1, 8, "an operator or )"),
+        ("X := 'a$q';", 1, 6, "escapes"),
+        ("X := 'a\n';", 1, 6, "structured text"),
+        ("X := 16#;", 1, 8, "structured text"),
+        ("X := 99999999999999999999;", 1, 6, "a number of at most 64 bits"),
+        ("(* A := 1;", 1, 1, "*) at the end of the comment"),
+        ("CASE A OF b: END_CASE;", 1, 11, "a number"),
+        ("RES();", 1, 1, "1 operands of RES"),
+        ("SWPB(A,5,B);", 1, 1, "one of REVERSE"),
+        ("IF A THEN\n" * 40 + "END_IF;" * 40, 34, 1, "at most 32 statements in one another"),
+        ("WHILE A DO\n" * 14 + "END_WHILE;" * 14, 1, 1, "fewer"),
+        (f"X := {'(NOT ' * 5000}A{')' * 5000};", 1, 1, "at most 100 levels"),
+        (f"X := A{'+A' * 5000};", 1, 1, "at most 100 levels"),
+    ],
+    ids=lambda each: str(each)[:20],
+)
+def test_refusals_name_line_and_column(text, line, column, expected):
+    with pytest.raises(RungTextError) as refused:
+        parse_statements(text)
+    assert (refused.value.line, refused.value.column) == (line, column)
+    assert expected in refused.value.expected
