@@ -21,7 +21,8 @@ which is logic just as well. The files, from the bottom up; each imports only fr
 To add an instruction:
 
 1. In the file of its family in `instructions/`, write its row, the functions that the row names, and the
-   name in `__all__`. `spec.Spec` says what the functions get and return.
+   name in `__all__`. `spec.Spec` says what the functions get and return. A rare instruction needs no
+   `write`: the compiled program then calls its `run`.
 2. In `tests/manual/test_ladder_semantics_*.py`, add a row with the manual's page.
 3. In `docs/ladder.md`, add its name to the list; a test compares the list with the rows.
 
