@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
+from typing_extensions import override
+
 from ..compiler import Scanner
 from ..engine import Engine
 from ..errors import Site
@@ -140,16 +142,16 @@ class WatchedInterpreter(Interpreter):
         self._routines: list[str] = []
         self._silent = 0
 
+    @override
     def scan(self, now_ns: int) -> None:
-        """See `Interpreter.scan`."""
         self.truths.clear()
         self.running.clear()
         self._routines.clear()
         self._silent = 0
         super().scan(now_ns)
 
+    @override
     def prescan(self, name: str | None = None) -> None:
-        """See `Interpreter.prescan`."""
         outer, self.prescanning = self.prescanning, True
         try:
             super().prescan(name)

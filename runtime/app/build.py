@@ -10,7 +10,7 @@ from ..config.rackspec import RackSpec, SlotSpec
 from ..loop.cpu import Cpu
 from ..loop.exchange import EndOfScan, EveryRpi, Exchange
 from ..loop.incidents import Exposed, Happening, KeySwitch
-from ..loop.listener import ScanListener
+from ..loop.listeners import ScanListener
 from ..loop.module import Module
 from ..loop.pace import Pacer, Watchdog
 from ..loop.rack import Card, Rack

@@ -18,7 +18,7 @@ from ...io_images.image import IMAGE_BYTES, Image
 from ..loop.cpu import Cpu
 from ..loop.events import Event
 from ..loop.exchange import Exchange
-from ..loop.listener import ScanListener
+from ..loop.listeners import ScanListener
 from ..loop.pace import Watchdog
 from ..loop.phases import IDLE_PHASES
 from ..loop.rack import SLOT_BYTES, Rack

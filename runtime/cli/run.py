@@ -20,7 +20,7 @@ from ..config.rackspec import RackSpec
 from ..controllers.pcl601.line import Pcl601
 from ..loop.cpu import Cpu
 from ..loop.faults import Cause, CpuFault
-from ..loop.listener import ScanListener
+from ..loop.listeners import ScanListener
 from ..loop.pace import FreeRun, Pacer, RealTime, interrupted_by, wall_ns
 from ..loop.rack import Rack
 from ..loop.realtime import Outcome, frozen_collector, real_time

@@ -15,7 +15,7 @@ from typing import NoReturn, Self
 
 from .exchange import EndOfScan, Exchange
 from .faults import Cause, CpuFault, Fault, codes_passed, place_of, words_of
-from .listener import ScanListener
+from .listeners import ScanListener
 from .pace import FreeRun, Pacer, Watchdog, WatchdogExpired, stopping_on_interrupt
 from .phases import IDLE_PHASES, PHASES, RECORDED, ScanPhases, cause_of
 from .rack import Rack
@@ -110,7 +110,7 @@ class Cpu(ScanPhases):
 
     def add_listener(self, listener: ScanListener) -> None:
         """Tell a further listener, from the next scan on."""
-        self._audience.add(listener)
+        self._listeners.add(listener)
 
     def run(self, scans: int | None = None) -> None:
         """Run scans in virtual time (or as the pacer says), until they are done or `stop` is called.
@@ -166,7 +166,7 @@ class Cpu(ScanPhases):
             Exception: what a listener raised that could not be closed; the others are closed.
         """
         self._closed = True
-        self._audience.close()
+        self._listeners.close()
 
     def __enter__(self) -> Self:
         return self
@@ -230,7 +230,7 @@ class Cpu(ScanPhases):
             self.scan, self.now_ns, cause, place_of(error, below=ScanPhases.logic.__code__), text
         )
         if cause is Cause.LISTENER:
-            self._audience.dismiss_present()
+            self._listeners.dismiss_present()
         failure = CpuFault(self.fault)
         last_words = self._tell_fault if passed & RECORDED else self._record_fault
         for step in (self._drop_outputs, last_words, self.close):
@@ -250,10 +250,10 @@ class Cpu(ScanPhases):
         """Tell of the scan that was not finished, and why."""
         self._tell_news()
         self._tell_fault()
-        self._audience.scan(self.scan, self.now_ns, self._scan_flags | ScanFlag.FAULT)
+        self._listeners.scan(self.scan, self.now_ns, self._scan_flags | ScanFlag.FAULT)
 
     def _tell_fault(self) -> None:
         """Tell why there is no further scan."""
         if self.fault is not None:
-            self._audience.module_events(self.scan, self.rack.slots.values())
-            self._audience.event(self.scan, self.now_ns, "/faults", self.fault.fields)
+            self._listeners.module_events(self.scan, self.rack.slots.values())
+            self._listeners.event(self.scan, self.now_ns, "/faults", self.fault.fields)

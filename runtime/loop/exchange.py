@@ -26,6 +26,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol, TypeAlias
 
+from typing_extensions import override
+
 from ...io_images.image import IMAGE_BYTES, Image
 from .rack import SLOT_BYTES, Rack
 
@@ -61,13 +63,13 @@ Line: TypeAlias = tuple[Callable[[int, Image], Image], Image, memoryview]
 """One module's end of the backplane: its `update`, the outputs in force there, where its inputs go."""
 
 
-class EndOfScan:
+class EndOfScan(Exchange):
     """Inputs at the beginning of the scan, outputs at its end, as a MicroLogix does it."""
 
     __slots__ = ("_lines", "_memory", "_rack", "_sent")
 
+    @override
     def attach(self, rack: Rack) -> None:
-        """See `Exchange.attach`."""
         self._rack, self._memory = rack, rack.memory
         self._sent = bytearray(len(rack.memory))
         self._lines = _lines(rack, self._sent)
@@ -81,16 +83,17 @@ class EndOfScan:
         """Send all outputs; they are in force from the scan's own instant on."""
         self._sent[:] = self._memory
 
+    @override
     def start(self) -> None:
-        """See `Exchange.start`: with the end of this scan."""
+        """Tell the modules with the end of this scan."""
         _tell_modules(self._rack, True)
 
+    @override
     def stop(self) -> None:
-        """See `Exchange.stop`."""
         _tell_modules(self._rack, False)
 
 
-class EveryRpi:
+class EveryRpi(Exchange):
     """An exchange every RPI, independent of the scan, as a CompactLogix does it.
 
     Exchanges happen at 0, rpi, 2 * rpi, ...; every module is advanced at every one of them.
@@ -109,8 +112,9 @@ class EveryRpi:
             raise ValueError(f"RPI of {rpi_ns} ns is not allowed: it must be at least 1 ns")
         self.rpi_ns = rpi_ns
 
+    @override
     def attach(self, rack: Rack) -> None:
-        """See `Exchange.attach`; the first exchange is at 0."""
+        """Take the slots; the first exchange is at 0."""
         self._rack, self._memory = rack, rack.memory
         self._waiting = bytearray(len(rack.memory))
         self._sent = bytearray(len(rack.memory))
@@ -128,12 +132,13 @@ class EveryRpi:
         """Hand all outputs over for the next exchange."""
         self._waiting[:] = self._memory
 
+    @override
     def start(self) -> None:
-        """See `Exchange.start`: with the next exchange, which carries the outputs."""
+        """Tell the modules with the next exchange, which carries the outputs."""
         self._starting = True
 
+    @override
     def stop(self) -> None:
-        """See `Exchange.stop`."""
         self._starting = False
         _tell_modules(self._rack, False)
 

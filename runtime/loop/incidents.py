@@ -15,10 +15,13 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol, runtime_checkable
 
+from typing_extensions import override
+
 from ...io_images.image import WORDS, Image
 from .cpu import Cpu
 from .events import Event, JsonValue
 from .exchange import RPI_NS
+from .listeners import ScanListener
 from .module import Module
 from .module_fault import Trouble
 from .scan import CpuMode
@@ -126,7 +129,7 @@ class Fallible(Module, Protocol):
     """A module that can be made to stop answering."""
 
     def inject(self, trouble: Trouble | None) -> None:
-        """See `Amci3601.inject`."""
+        """Put the module into a trouble, or end it with None."""
         ...
 
 
@@ -135,11 +138,11 @@ class OnALine(Module, Protocol):
     """A module with a controller at the far end of a line."""
 
     def disturb(self, what: Happening, *, begins: bool, lasts: bool) -> None:
-        """See `Adapter.disturb`."""
+        """Begin or end a disturbance of the line; one that does not last affects one reply."""
         ...
 
 
-class Exposed:
+class Exposed(Module):
     """A module with incidents coming; satisfies `runtime.loop.module.Module`.
 
     Args:
@@ -180,8 +183,8 @@ class Exposed:
         """Whether the PLC reaches the module."""
         return getattr(self.module, "linked", True)
 
+    @override
     def update(self, now_ns: int, outputs: Image) -> Image:
-        """See `Module.update`."""
         self._tear(outputs)
         while self._acts and self._acts[0][0] <= now_ns:
             at_ns, incident, begins = self._acts.pop(0)
@@ -189,12 +192,12 @@ class Exposed:
             self._act(at_ns, incident, begins=begins)
         return self._advance(now_ns, outputs)
 
+    @override
     def plc_run(self, running: bool) -> None:
-        """See `Module.plc_run`."""
         self.module.plc_run(running)
 
+    @override
     def power_cycle(self) -> None:
-        """See `Module.power_cycle`."""
         self.module.power_cycle()
 
     def _tear(self, outputs: Image) -> None:
@@ -270,7 +273,7 @@ def _acts(incident: Incident) -> Iterable[tuple[int, Incident, bool]]:
         yield incident.at_ns + incident.for_ns, incident, False
 
 
-class KeySwitch:
+class KeySwitch(ScanListener):
     """A listener that turns the CPU's key to program and back, at the end of the scan in which it is due."""
 
     def __init__(self, cpu: Cpu, incidents: Iterable[Incident]) -> None:
@@ -282,13 +285,15 @@ class KeySwitch:
                 turns.append((each.at_ns + each.for_ns, CpuMode.RUN))
         self._turns = sorted(turns)
 
+    @override
     def event(self, scan: int, now_ns: int, topic: str, fields: object) -> None:
-        """See `ScanListener.event`; nothing of it matters here."""
+        """Ignore events."""
 
+    @override
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """See `ScanListener.scan`."""
         while self._turns and self._turns[0][0] <= now_ns:
             self._cpu.mode = self._turns.pop(0)[1]
 
+    @override
     def close(self) -> None:
-        """See `ScanListener.close`."""
+        pass

@@ -1,24 +1,57 @@
-"""Those who listen to a CPU, told in their order, and closed in it."""
+"""Listeners of the scan loop: the recorder, a display, a user's own probe."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
+from typing import Protocol
 
 from .events import JsonValue
-from .listener import ScanListener
 from .rack import Slot
 
 TOPIC_OF_KIND = {"stimulus": "/stimuli", "indicator": "/indicators"}
-"""Where events of a kind are told; others go to "/events"."""
+"""Topics of the kinds of events; all others go to "/events"."""
 
 
-class Audience:
+class ScanListener(Protocol):
+    """A listener of the scan loop. Within a scan it receives the events first, then the scan.
+
+    The images are in the rack's memory block (`Rack.memory`). A listener gets that
+    block when it is made; while `scan` runs, the block holds the scan's images.
+    """
+
+    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
+        """Take an event: anything that is not an image.
+
+        Args:
+            scan: number of the scan in which the event became known.
+            now_ns: when it happened; times never decrease within a topic.
+            topic: "/events", "/stimuli", "/indicators", "/forces", "/cpu" or "/faults".
+            fields: its values by name.
+        """
+        ...
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Take a finished scan; its input and output images are in the rack's memory.
+
+        Args:
+            scan: number of the scan, from 0.
+            now_ns: virtual time of its input latch.
+            flags: what the CPU was doing, see `runtime.loop.cpu.ScanFlag`.
+        """
+        ...
+
+    def close(self) -> None:
+        """Finish. Called exactly once; nothing follows."""
+        ...
+
+
+class Listeners:
     """The listeners of a CPU.
 
     Attributes:
-        listeners: who is told, in this order.
-        speaking_to: the listener told last; if that raised, it is the one to blame.
+        listeners: those that receive events and scans, in order.
+        speaking_to: the listener called last; if that call raised, this listener is to blame.
     """
 
     __slots__ = ("_to_close", "listeners", "speaking_to")
@@ -29,28 +62,28 @@ class Audience:
         self._to_close = list(self.listeners)
 
     def add(self, listener: ScanListener) -> None:
-        """Tell a further listener from now on."""
+        """Add a listener."""
         self.listeners.append(listener)
         self._to_close.append(listener)
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Tell that a scan is done."""
+        """Pass on a finished scan."""
         for listener in self.listeners:
             self.speaking_to = listener
             listener.scan(scan, now_ns, flags)
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        """Tell something that is not an image."""
+        """Pass on an event."""
         for listener in self.listeners:
             self.speaking_to = listener
             listener.event(scan, now_ns, topic, fields)
 
     def module_events(self, scan: int, slots: Iterable[Slot]) -> None:
-        """Tell what the modules have to tell, in order of time, and empty their lists."""
-        told = [(slot.number, event) for slot in slots for event in slot.module.events]
+        """Pass on the modules' events in order of time, and empty the modules' lists."""
+        found = [(slot.number, event) for slot in slots for event in slot.module.events]
         for slot in slots:
             slot.module.events.clear()
-        for number, event in sorted(told, key=lambda entry: entry[1].at_ns):
+        for number, event in sorted(found, key=lambda entry: entry[1].at_ns):
             topic = TOPIC_OF_KIND.get(event.kind, "/events")
             own: dict[str, JsonValue] = {
                 "slot": number,
@@ -61,12 +94,12 @@ class Audience:
             self.event(scan, event.at_ns, topic, {**event.fields, **own})
 
     def dismiss_present(self) -> None:
-        """Tell nothing further to the listener told last; it is still closed at the end."""
+        """Pass nothing more to the listener called last; it is still closed at the end."""
         if self.speaking_to is not None:
             self.listeners.remove(self.speaking_to)
 
     def close(self) -> None:
-        """Close all listeners in order, each once, even if one of them raises; what it raised follows."""
+        """Close every listener once, in order, even if one of them raises; then raise what it raised."""
         with ExitStack() as stack:
             while self._to_close:
                 stack.callback(self._to_close.pop().close)

@@ -23,6 +23,8 @@ from contextlib import contextmanager
 from types import CodeType, FrameType
 from typing import Any, NoReturn, Protocol
 
+from typing_extensions import override
+
 WATCHDOG_NS = 500_000_000
 """Default watchdog, as a CompactLogix main task has it."""
 
@@ -64,7 +66,7 @@ class Pacer(Protocol):
         ...
 
 
-class FreeRun:
+class FreeRun(Pacer):
     """No pacing: the next scan begins as soon as the one before is done."""
 
     free = True
@@ -74,15 +76,16 @@ class FreeRun:
     def __init__(self) -> None:
         self.late: list[int] = []
 
+    @override
     def begin(self, period_ns: int) -> None:
-        """See `Pacer.begin`."""
+        pass
 
     def wait(self) -> bool:
         """Do not wait."""
         return False
 
 
-class RealTime:
+class RealTime(Pacer):
     """Scans begin in step with the wall clock: scan n of a run at its start + n * period.
 
     A scan that comes late does not shift the ones after it: they follow without
@@ -104,14 +107,14 @@ class RealTime:
         self._period_ns = 0
         self._due_ns: int | None = None
 
+    @override
     def begin(self, period_ns: int) -> None:
-        """See `Pacer.begin`."""
         self._period_ns = period_ns
         self._spin_ns = min(period_ns // SPIN_SHARE, SPIN_MAX_NS) if self._spin else 0
         self._due_ns = None
 
+    @override
     def wait(self) -> bool:
-        """See `Pacer.wait`."""
         now_ns = time.monotonic_ns()
         due_ns = now_ns if self._due_ns is None else self._due_ns
         self._due_ns = due_ns + self._period_ns

@@ -23,8 +23,7 @@ from .events import JsonValue
 from .exchange import Exchange
 from .faults import Cause
 from .forces import Forces
-from .listener import ScanListener
-from .listeners import Audience
+from .listeners import Listeners, ScanListener
 from .pace import Pacer, Watchdog
 from .rack import Rack
 from .scan import CpuMode, Logic, Scan, ScanFlag
@@ -74,7 +73,7 @@ class ScanPhases(ABC):
         self.forces = Forces(rack, self._ask_for_attention)
         self._exchange = exchange
         self._exchange.attach(rack)
-        self._audience = Audience(listeners)
+        self._listeners = Listeners(listeners)
         self._watchdog = watchdog
         self._modules = tuple(slot.module for slot in rack.slots.values())
         self._modules_run = True
@@ -110,9 +109,9 @@ class ScanPhases(ABC):
         view = self._view
         for module in self._modules:
             if module.events:
-                self._audience.module_events(view.number, self.rack.slots.values())
+                self._listeners.module_events(view.number, self.rack.slots.values())
                 break
-        self._audience.scan(view.number, view.now_ns, self._scan_flags)
+        self._listeners.scan(view.number, view.now_ns, self._scan_flags)
 
     def housekeeping(self) -> None:
         """Let requests take effect, and move on to the next scan."""
@@ -149,7 +148,7 @@ class ScanPhases(ABC):
     def _tell_news(self) -> None:
         """Tell the listeners what has taken effect with this scan."""
         for topic, fields in self._news.items():
-            self._audience.event(self._view.number, self._view.now_ns, topic, fields)
+            self._listeners.event(self._view.number, self._view.now_ns, topic, fields)
         self._news.clear()
 
     def _prepare(self, mode: CpuMode) -> None:

@@ -15,7 +15,7 @@ from mcap.reader import make_reader
 from mcap.records import Attachment as AttachmentRecord
 from mcap.records import Channel, Chunk, Header, Metadata, Schema
 from mcap.stream_reader import StreamReader
-from scanrack.runtime.loop.listener import ScanListener
+from scanrack.runtime.loop.listeners import ScanListener
 from scanrack.traces.layout import SlotInfo
 from scanrack.traces.reader import Scan, open_trace
 from scanrack.traces.recorder import Attachment, ScanRecorder

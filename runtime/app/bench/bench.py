@@ -9,7 +9,7 @@ from typing import Any, Protocol, Self, runtime_checkable
 from ...config.quantities import parse_duration
 from ...config.rackspec import RackSpec
 from ...loop.addresses import parse_address
-from ...loop.listener import ScanListener
+from ...loop.listeners import ScanListener
 from ...loop.pace import Watchdog
 from ...loop.rack import Rack, Slots
 from ...loop.scan import CpuMode, Logic

@@ -8,7 +8,7 @@ from pathlib import Path
 from ....ladder import Program
 from ....ladder.debug import Debugger
 from ...cli.run import recorder_for
-from ...loop.listener import ScanListener
+from ...loop.listeners import ScanListener
 from ...loop.rack import Rack
 from ..loading import Job, load_job
 from . import Bench

@@ -6,12 +6,15 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
+from typing_extensions import override
+
 from ....io_images.amci3601.bits import InputBit
 from ....io_images.image import Image
 from ...config.machine_tables import input_name
 from ...config.rackspec import RackSpec, SlotSpec
 from ...loop.events import JsonValue
 from ...loop.incidents import TROUBLES, Exposed, Happening, Incident
+from ...loop.listeners import ScanListener
 from ...loop.rack import Slot
 from ...machine import Machine, MachineSpec, Switch
 
@@ -61,7 +64,7 @@ def _fed_by_bench(machine: MachineSpec) -> list[Switch]:
     return [switch for switch in machine.switches if switch.input not in told]
 
 
-class DriveScript:
+class DriveScript(ScanListener):
     """A listener that writes down what a module is told.
 
     Attributes:
@@ -86,8 +89,9 @@ class DriveScript:
         self._before: tuple[list[int], int] = (list(Image()), 0)
         self._scans = 0
 
+    @override
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        """See `ScanListener.event`; nothing of it matters here."""
+        """Ignore events."""
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Begin a new request where something is new."""
@@ -112,8 +116,8 @@ class DriveScript:
             self._lines[-1]["for_ms"] = _number(self._scans * self._scan_ms)
             self._scans = 0
 
+    @override
     def close(self) -> None:
-        """See `ScanListener.close`."""
         self._end()
 
     def text(self) -> str:

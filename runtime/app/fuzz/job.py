@@ -22,7 +22,7 @@ from ...cli.fuzz_summary import report
 from ...cli.run import recorder_for
 from ...config.machine_tables import input_name
 from ...config.rackspec import RackSpec, SlotSpec
-from ...loop.listener import ScanListener
+from ...loop.listeners import ScanListener
 from ...loop.rack import Rack
 from ...loop.scan import Logic
 from ..attachments import forget_imported

@@ -10,12 +10,14 @@ from io import TextIOBase
 from pathlib import Path
 from typing import Any
 
+from typing_extensions import override
+
 from ....io_images.amci3601 import RULES, StatusMsw
 from ...config.rackspec import RackSpec
 from ...loop.cpu import Cpu, ScanFlag
 from ...loop.events import JsonValue
 from ...loop.faults import Cause, CpuFault, Fault
-from ...loop.listener import ScanListener
+from ...loop.listeners import ScanListener
 from ...loop.pace import wall_ns
 from ...loop.rack import Rack
 from ...loop.scan import Logic
@@ -120,8 +122,8 @@ class _Counted(TextIOBase):
         super().__init__()
         self.lines = 0
 
+    @override
     def writable(self) -> bool:
-        """See `io.IOBase.writable`."""
         return True
 
     def write(self, text: str, /) -> int:
@@ -147,7 +149,7 @@ class _Asked:
         self.broken = False
 
 
-class _Watcher:
+class _Watcher(ScanListener):
     """A listener that looks at every scan and stops the CPU when an invariant is broken.
 
     Args:
@@ -223,8 +225,9 @@ class _Watcher:
         broken = self.told(NO_FAULT, "The program does not fault the CPU", f"{fault.text} [{fault.where}]")
         return replace(broken, cause=HANGS if fault.cause is Cause.WATCHDOG else Path(fault.where).name)
 
+    @override
     def close(self) -> None:
-        """See `ScanListener.close`."""
+        pass
 
 
 def _leading(rules: Sequence[str]) -> str:
@@ -337,8 +340,8 @@ class _Run:
             InvariantError: an invariant raised.
         """
         watcher = self._watcher
-        audience = [*listeners(self._spec, self._rack), watcher]
-        watcher.cpu = cpu = build_cpu(self._spec, self._timed, self._rack, listeners=audience)
+        listening = [*listeners(self._spec, self._rack), watcher]
+        watcher.cpu = cpu = build_cpu(self._spec, self._timed, self._rack, listeners=listening)
         start_ns = wall_ns()
         try:
             with self._kept_quiet(aloud=aloud):

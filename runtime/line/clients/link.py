@@ -9,6 +9,7 @@ from threading import Event
 from typing import Protocol
 
 import serial
+from typing_extensions import override
 
 from ..hosts import join_address
 from ..serialport import PORT_ERRORS, reason, settings
@@ -129,7 +130,7 @@ def drain(link: Link, quiet_s: float) -> bytes:
     return dropped
 
 
-class SerialLink:
+class SerialLink(Link):
     """A serial port of this machine.
 
     Args:
@@ -152,39 +153,40 @@ class SerialLink:
         except PORT_ERRORS as error:
             raise LinkError(f"{path} can't be opened: {reason(error)}") from error
 
+    @override
     def follow(self, line_format: LineFormat) -> None:
-        """See `Link.follow`; what has been sent has left."""
+        """Change the format; bytes already sent have left."""
         try:
             self._port.apply_settings(settings(self._path, line_format))
         except PORT_ERRORS as error:
             raise LinkError(f"{self._path} can't be set to {line_format}: {error}") from error
 
+    @override
     def send(self, data: bytes) -> None:
-        """See `Link.send`."""
         try:
             self._port.write(data)
             self._port.flush()
         except PORT_ERRORS as error:
             raise LinkError(f"{self._path} is gone: {reason(error)}") from error
 
+    @override
     def receive(self, count: int, seconds: float) -> bytes:
-        """See `Link.receive`."""
         try:
             self._port.timeout = seconds
             return bytes(self._port.read(count))
         except PORT_ERRORS as error:
             raise LinkError(f"{self._path} is gone: {reason(error)}") from error
 
+    @override
     def pause(self, seconds: float) -> None:
-        """See `Link.pause`."""
         Event().wait(seconds)
 
+    @override
     def close(self) -> None:
-        """See `Link.close`."""
         self._port.close()
 
 
-class TcpLink:
+class TcpLink(Link):
     """A TCP connection that carries the same bytes.
 
     Args:
@@ -204,19 +206,21 @@ class TcpLink:
             raise LinkError(f"{self._name} can't be reached: {error.strerror or error}") from error
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
+    @override
     def follow(self, line_format: LineFormat) -> None:
-        """See `Link.follow`; the format is set at the far end."""
+        """Do nothing: the far end sets the format."""
 
+    @override
     def send(self, data: bytes) -> None:
-        """See `Link.send`."""
         try:
             self._socket.settimeout(2.0)
             self._socket.sendall(data)
         except OSError as error:
             raise LinkError(f"{self._name} is gone: {error}") from error
 
+    @override
     def receive(self, count: int, seconds: float) -> bytes:
-        """See `Link.receive`; the time counts from the latest bytes."""
+        """Return `count` bytes, or fewer when nothing has come for `seconds`."""
         data = b""
         self._socket.settimeout(seconds)
         while len(data) < count:
@@ -231,10 +235,10 @@ class TcpLink:
             data += came
         return data
 
+    @override
     def pause(self, seconds: float) -> None:
-        """See `Link.pause`."""
         Event().wait(seconds)
 
+    @override
     def close(self) -> None:
-        """See `Link.close`."""
         self._socket.close()

@@ -12,6 +12,8 @@ from __future__ import annotations
 from struct import Struct
 from typing import Protocol
 
+from typing_extensions import override
+
 from ..rtu import crc, frame
 from .link import (
     ANSWER_S,
@@ -92,7 +94,7 @@ class ModbusLine(Protocol):
         ...
 
 
-class RtuLine:
+class RtuLine(ModbusLine):
     """Modbus RTU over a link.
 
     Args:
@@ -105,8 +107,8 @@ class RtuLine:
         self._answer_s = checked_answer_s(answer_s)
         self._quiet_s = SILENCE_S
 
+    @override
     def ask(self, unit: int, pdu: bytes) -> bytes:
-        """See `ModbusLine.ask`."""
         drain(self._link, self._quiet_s)
         self._quiet_s = self._answer_s + LATE_S
         self._link.send(frame(unit, pdu))
@@ -115,8 +117,8 @@ class RtuLine:
             self._quiet_s = SILENCE_S
         return check_answer(pdu, answer)
 
+    @override
     def pause(self, seconds: float) -> None:
-        """See `ModbusLine.pause`."""
         self._link.pause(seconds)
 
     def _received(self, unit: int, pdu: bytes) -> bytes:
@@ -134,7 +136,7 @@ class RtuLine:
         return received[1:-2]
 
 
-class TcpLine:
+class TcpLine(ModbusLine):
     """Modbus TCP over a link; answers to earlier questions are told by their transaction, and passed over.
 
     Args:
@@ -147,8 +149,8 @@ class TcpLine:
         self._answer_s = checked_answer_s(answer_s)
         self._transaction = 0
 
+    @override
     def ask(self, unit: int, pdu: bytes) -> bytes:
-        """See `ModbusLine.ask`."""
         self._transaction = (self._transaction + 1) & 0xFFFF
         self._link.send(_HEADER.pack(self._transaction, 0, len(pdu) + 1, unit) + pdu)
         while True:
@@ -162,6 +164,6 @@ class TcpLine:
             if (transaction, from_unit) == (self._transaction, unit):
                 return check_answer(pdu, answer)
 
+    @override
     def pause(self, seconds: float) -> None:
-        """See `ModbusLine.pause`."""
         self._link.pause(seconds)

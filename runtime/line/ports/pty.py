@@ -5,13 +5,15 @@ from __future__ import annotations
 import os
 import select
 
+from typing_extensions import override
+
 from ..wire import LineFormat
-from .port import Traffic
+from .port import Port, Traffic
 
 CHUNK = 4096
 
 
-class PtyPort:
+class PtyPort(Port):
     """A pseudo-terminal in raw mode.
 
     Programs may open and close its path as often as they like: its other end is kept open here,
@@ -34,16 +36,17 @@ class PtyPort:
         self.name = os.ttyname(self._kept)
         self.traffic = Traffic()
 
+    @override
     def wait(self, seconds: float) -> bytes:
-        """See `Port.wait`."""
         if not select.select([self._own], [], [], seconds)[0]:
             return b""
         data = os.read(self._own, CHUNK)
         self.traffic.received += len(data)
         return data
 
+    @override
     def send(self, data: bytes) -> None:
-        """See `Port.send`; a reader that does not read loses what does not fit."""
+        """Send what fits; drop the rest if the reader does not read."""
         try:
             self.traffic.sent += os.write(self._own, data)
         except BlockingIOError:
@@ -52,7 +55,7 @@ class PtyPort:
     def follow(self, line_format: LineFormat) -> None:
         """Do nothing: a pseudo-terminal has no line format."""
 
+    @override
     def close(self) -> None:
-        """See `Port.close`."""
         os.close(self._own)
         os.close(self._kept)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import socket
 
+from typing_extensions import override
+
 from ..wire import LineFormat
-from .port import Traffic
+from .port import Port, Traffic
 from .sockets import Listener
 
 
-class RawTcpPort:
+class RawTcpPort(Port):
     """The bytes of the line over TCP: RTU frames, or ASCII once the unit speaks that.
 
     Several clients may connect, but there is one line behind them: the one that was heard last gets
@@ -33,8 +35,8 @@ class RawTcpPort:
         self.name = self._listener.name
         self.traffic = Traffic()
 
+    @override
     def wait(self, seconds: float) -> bytes:
-        """See `Port.wait`."""
         for connection, data in self._listener.wait(seconds):
             if data:
                 self._heard = connection
@@ -42,14 +44,14 @@ class RawTcpPort:
                 return data
         return b""
 
+    @override
     def send(self, data: bytes) -> None:
-        """See `Port.send`."""
         if self._heard is not None and self._listener.send(self._heard, data):
             self.traffic.sent += len(data)
 
     def follow(self, line_format: LineFormat) -> None:
         """Do nothing: TCP has no line format."""
 
+    @override
     def close(self) -> None:
-        """See `Port.close`."""
         self._listener.close()

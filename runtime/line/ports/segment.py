@@ -13,13 +13,15 @@ from __future__ import annotations
 
 from collections import deque
 
+from typing_extensions import override
+
 from ..wire import Device, LineFormat
 
 QUIET_CHARACTERS = 5
 """Silence after a unit has spoken, in characters: more than the 3.5 that end a Modbus frame."""
 
 
-class Segment:
+class Segment(Device):
     """A line with several units, as one device.
 
     Attributes:
@@ -50,15 +52,16 @@ class Segment:
             times.append(self._free_ns)
         return min(times, default=None)
 
+    @override
     def receive(self, now_ns: int, data: bytes) -> None:
-        """See `Device.receive`."""
         if now_ns < self._free_ns or self._waiting:
             self._waiting.append(data)
         else:
             self._tell(now_ns, data)
 
+    @override
     def advance(self, now_ns: int) -> bytes:
-        """See `Device.advance`; return what the units have put on the line."""
+        """Return what the units have put on the line."""
         said = b""
         while (wake_ns := self.next_wake_ns) is not None and wake_ns <= now_ns:
             said += self._step(wake_ns)

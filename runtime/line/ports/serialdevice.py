@@ -6,16 +6,17 @@ from collections.abc import Callable
 from threading import Event
 
 import serial
+from typing_extensions import override
 
 from ..serialport import PORT_ERRORS, reason, settings
 from ..wire import LineFormat
-from .port import PortError, Traffic
+from .port import Port, PortError, Traffic
 
 RETRY_S = 0.5
 """How often a lost port is tried again."""
 
 
-class SerialPort:
+class SerialPort(Port):
     """A serial port of this machine.
 
     Attributes:
@@ -51,8 +52,9 @@ class SerialPort:
         """Whether it is there."""
         return self._port is not None
 
+    @override
     def wait(self, seconds: float) -> bytes:
-        """See `Port.wait`; while the port is lost, it is tried again."""
+        """Return received bytes; while the port is lost, try to reopen it."""
         if self._port is None:
             Event().wait(min(seconds, RETRY_S))
             self._reopen()
@@ -67,8 +69,8 @@ class SerialPort:
         self.traffic.received += len(data)
         return bytes(data)
 
+    @override
     def send(self, data: bytes) -> None:
-        """See `Port.send`."""
         if self._port is None:
             return
         try:
@@ -79,8 +81,8 @@ class SerialPort:
             return
         self.traffic.sent += len(data)
 
+    @override
     def follow(self, line_format: LineFormat) -> None:
-        """See `Port.follow`."""
         if line_format == self._format:
             return
         self._format = line_format
@@ -90,8 +92,8 @@ class SerialPort:
         except PORT_ERRORS:
             self._lose()
 
+    @override
     def close(self) -> None:
-        """See `Port.close`."""
         if self._port is not None:
             self._port.close()
 

@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Protocol
 
+from typing_extensions import override
+
 from ...loop.pace import Clock, stopping_on_interrupt
 from ..wire import Device
 from .modbustcp import AnswerPdu, ModbusTcpPort
@@ -39,7 +41,7 @@ class LineListener(Protocol):
         ...
 
 
-class LineServer:
+class LineServer(Server):
     """A device at a port that carries the bytes of its serial line.
 
     Args:
@@ -57,8 +59,8 @@ class LineServer:
         self._clock = clock
         self._listener = listener
 
+    @override
     def step(self, longest_s: float) -> None:
-        """See `Server.step`."""
         data = self._port.wait(self._clock.seconds_until(self._device.next_wake_ns, longest_s))
         now_ns = self._clock.now_ns()
         said = self._device.advance(now_ns)
@@ -70,8 +72,8 @@ class LineServer:
         self._tell(now_ns, data, said)
         self._port.follow(self._device.line_format)
 
+    @override
     def close(self) -> None:
-        """See `Server.close`."""
         self._port.close()
 
     def _tell(self, now_ns: int, heard: bytes, said: bytes) -> None:
@@ -82,7 +84,7 @@ class LineServer:
                 self._listener.said(now_ns, said)
 
 
-class PduServer:
+class PduServer(Server):
     """A device at a Modbus TCP port: requests do not pass its serial line, but its time runs.
 
     Args:
@@ -107,13 +109,13 @@ class PduServer:
         self._port = port
         self._clock = clock
 
+    @override
     def step(self, longest_s: float) -> None:
-        """See `Server.step`."""
         self._port.serve(self._clock.seconds_until(self._device.next_wake_ns, longest_s), self._answer)
         self._device.advance(self._clock.now_ns())
 
+    @override
     def close(self) -> None:
-        """See `Server.close`."""
         self._port.close()
 
     def _answer(self, unit: int, pdu: bytes) -> bytes | None:
