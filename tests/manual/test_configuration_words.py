@@ -180,3 +180,22 @@ def test_what_input_words_4_and_5_count():
         inputs_used=0b01_0100, diagnostic_feedback=True, step_and_direction=True, starting_speed=1
     )
     assert [each.encoder_counted for each in (plain, encoder, feedback)] == [False, True, True]
+
+
+@pytest.mark.parametrize("lsw", [0, ALL_INPUTS])
+@pytest.mark.parametrize(
+    ("bits", "option"),
+    [
+        ((6,), "backplane_proximity"),
+        ((8,), "quadrature_encoder"),
+        ((9,), "diagnostic_feedback"),
+        ((8, 12), "marker_home"),
+    ],
+)
+def test_each_option_is_read_from_the_msw(bits, option, lsw):
+    """Marker homing asks for an encoder; the LSW has bits of its own."""
+    msw = VALID_MSW | sum(1 << bit for bit in bits)
+    configuration = Configuration.from_image(Image(words(msw, lsw)))
+    assert getattr(configuration, option)
+    assert configuration.to_image() == Image(words(msw, lsw))
+    assert not getattr(Configuration.from_image(Image(words(VALID_MSW, lsw))), option)

@@ -67,3 +67,32 @@ def test_every_instruction_but_text_takes_2_to_7_bytes() -> None:
     """Section 3 of the manual, with the size of a text as the exception that it can't be otherwise."""
     assert {row.size for row in INSTRUCTIONS} <= set(range(2, 8))
     assert parse_program(f'TEXT "{"x" * 20}"\nEND').size == 2 + 20 + 2
+
+
+@pytest.mark.parametrize(
+    ("name", "low", "high"),
+    [
+        ("ACCEL", 100, 9_999_999),
+        ("BASE", 1, 5000),
+        ("MAX", 1, 50_000),
+        ("WAIT", 1, 65_535),
+        ("ENCDELAY", 0, 65_535),
+        ("ENCRATIO", 1, 255),
+        ("ENCRETRIES", 0, 255),
+        ("ENCWINDOW", 0, 255),
+        ("OOTFCOUNT", 0, 255),
+        ("APOSLO", 0, 65_535),
+        ("ASPEEDLO", 1, 50_000),
+    ],
+)
+def test_each_number_has_the_range_of_its_register(name: str, low: int, high: int) -> None:
+    for value in (low, high):
+        assert parse_program(f"{name} {value}\nEND\n").steps[0].values == (value,)
+    for value in (low - 1, high + 1):
+        with pytest.raises(ProgramError, match=f" is {low} to {high}$"):
+            parse_program(f"{name} {value}\nEND\n")
+
+
+@pytest.mark.parametrize("text", ["DIR CW", "CURRENT OFF", "THUMB ON", "ENC ON", "IOTF OFF", "REPEAT"])
+def test_one_of_two_words_takes_no_byte_beside_the_instruction_s_two(text: str) -> None:
+    assert parse_program(f"{text}\nEND\n").steps[0].instruction.size == 2

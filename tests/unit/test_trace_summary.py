@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zlib
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from made_traces import record
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
-from mcap.records import Channel, Chunk, ChunkIndex, Footer, Schema, SummaryOffset
+from mcap.records import Channel, Chunk, ChunkIndex, Footer, Schema, Statistics, SummaryOffset
 from scanrack.traces.arrays import read_columns
 from scanrack.traces.finding import find_records
 from scanrack.traces.reader import open_trace
@@ -97,6 +98,35 @@ def test_each_chunk_index_leads_to_its_chunk_and_to_its_message_indexes(path: Pa
         ]
         assert sorted(index.message_index_offsets.values())[0] == following[0].offset
         assert index.message_index_length == following[0].end - following[0].offset
+
+
+def statistics_of(path: Path) -> Statistics:
+    with path.open("rb") as file:
+        [span] = [span for span in found(path) if span.opcode == Opcode.STATISTICS]
+        return read_record(file, span, Statistics.read)
+
+
+def test_the_statistics_count_what_is_there(tmp_path: Path) -> None:
+    event = "/stimuli", {"name": "HOME"}
+    path = record(tmp_path / "run.mcap", WORDS, events={3: event, 77: event}, chunk_scans=20)
+    counts = statistics_of(path)
+    with path.open("rb") as file:
+        messages = [(channel.id, message) for _, channel, message in make_reader(file).iter_messages()]
+    times = [message.log_time for _, message in messages]
+    assert counts.message_count == len(messages) == SCANS + 2
+    assert counts.channel_message_counts == Counter(channel for channel, _ in messages)
+    assert (counts.message_start_time, counts.message_end_time) == (min(times), max(times))
+    spans = Counter(span.opcode for span in found(path) if span.offset < footer_of(path).summary_start)
+    assert (counts.chunk_count, counts.attachment_count, counts.metadata_count) == (
+        spans[Opcode.CHUNK],
+        spans[Opcode.ATTACHMENT],
+        spans[Opcode.METADATA],
+    )
+
+
+def test_the_statistics_of_a_single_scan_at_0(tmp_path: Path) -> None:
+    counts = statistics_of(record(tmp_path / "run.mcap", WORDS[:1]))
+    assert (counts.message_count, counts.message_start_time, counts.message_end_time) == (1, 0, 0)
 
 
 def with_chunk(path: Path, data: bytes) -> None:
