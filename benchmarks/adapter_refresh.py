@@ -32,9 +32,9 @@ from scanrack.io_images.thousands import join_reported, split_thousands
 from scanrack.runtime.config.rackspec import SlotSpec
 from scanrack.runtime.line import pcl601_frames as pcl601
 from scanrack.runtime.line import pmc006_frames as pmc006
-from scanrack.runtime.line.master import Manners
-from scanrack.runtime.modules.adapters.pcl601.driver import MANNERS as PCL601_MANNERS
-from scanrack.runtime.modules.adapters.pmc006.driver import MANNERS as PMC006_MANNERS
+from scanrack.runtime.line.master import LineTiming
+from scanrack.runtime.modules.adapters.pcl601.driver import LINE_TIMING as PCL601_MANNERS
+from scanrack.runtime.modules.adapters.pmc006.driver import LINE_TIMING as PMC006_MANNERS
 
 CONFIGURE = (0x843C, 63, 1, 0)
 STROKE = 2000
@@ -47,7 +47,7 @@ class Kind:
     module: str
     controller: str
     options: dict[str, Any]
-    manners: Manners
+    line_timing: LineTiming
     question: bytes
 
 
@@ -103,18 +103,18 @@ class Run:
         self.module = slot.open()
         self.start = perf_counter()
         line = self.module.controller.line
-        send, take, manners = line.send, line.take, self.kind.manners
+        send, take, line_timing = line.send, line.take, self.kind.line_timing
 
         def asks(data: bytes, line_format: Any) -> None:
             if data == self.kind.question:
                 self.asked_s.append(perf_counter())
                 self.wire_s.append(self.said_s)
-            self.said_s += (manners.line_format.span_ns(len(data)) + manners.gap_ns) / 1e9
+            self.said_s += (line_timing.line_format.span_ns(len(data)) + line_timing.gap_ns) / 1e9
             send(data, line_format)
 
         def hears() -> bytes:
             data = take()
-            self.said_s += manners.line_format.span_ns(len(data)) / 1e9
+            self.said_s += line_timing.line_format.span_ns(len(data)) / 1e9
             return data
 
         line.send, line.take = asks, hears  # type: ignore[method-assign]

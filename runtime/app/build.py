@@ -9,7 +9,7 @@ from ..config.quantities import exact_ns
 from ..config.rackspec import RackSpec, SlotSpec
 from ..loop.cpu import Cpu
 from ..loop.exchange import EndOfScan, EveryRpi, Exchange
-from ..loop.incidents import Exposed, Happening, KeySwitch
+from ..loop.incidents import Exposed, FaultKind, KeySwitch
 from ..loop.listeners import ScanListener
 from ..loop.module import Module
 from ..loop.pace import Pacer, Watchdog
@@ -84,7 +84,7 @@ def build_cpu(
     )
     for force in spec.force:
         cpu.forces.set(force.address, force.value)
-    turns = [each for each in spec.incidents if each.what is Happening.PROGRAM_MODE]
+    turns = [each for each in spec.incidents if each.what is FaultKind.PROGRAM_MODE]
     if turns:
         cpu.add_listener(KeySwitch(cpu, turns))
     return cpu

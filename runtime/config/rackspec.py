@@ -23,7 +23,7 @@ from ...io_images.amci3601.firmware import KNOWN, Firmware
 from ..loop.addresses import allowed, parse_address
 from ..loop.events import JsonValue
 from ..loop.forces import check_value
-from ..loop.incidents import ON_THE_LINE, Happening, Incident
+from ..loop.incidents import ON_THE_LINE, FaultKind, Incident
 from ..loop.module import Module
 from ..machine import MachineSpec
 from ..modules.registry import CATALOG, check_controller
@@ -180,12 +180,12 @@ class ForceSpec(Table):
 
 
 def _happening(value: object) -> object:
-    if isinstance(value, Happening):
+    if isinstance(value, FaultKind):
         return value
-    names = [each.value for each in Happening]
+    names = [each.value for each in FaultKind]
     if value not in names:
         raise PydanticCustomError("name", "{hint}", {"hint": allowed(value, names)})
-    return Happening(value)
+    return FaultKind(value)
 
 
 class IncidentSpec(Table):
@@ -203,7 +203,7 @@ class IncidentSpec(Table):
 
     at_ms: Milliseconds | None = None
     at_s: Seconds | None = None
-    what: Annotated[Happening, PlainValidator(_happening)]
+    what: Annotated[FaultKind, PlainValidator(_happening)]
     slot: int | None = None
     for_ms: Milliseconds | None = None
     for_s: Seconds | None = None
@@ -216,7 +216,7 @@ class IncidentSpec(Table):
             ValueError: times or words are missing or contradict each other.
         """
         lasting = self.for_ms is not None or self.for_s is not None
-        slot = 0 if self.what is Happening.PROGRAM_MODE else self.slot or only_slot
+        slot = 0 if self.what is FaultKind.PROGRAM_MODE else self.slot or only_slot
         return Incident(self.ns("at"), self.what, slot, self.ns("for") if lasting else 0, self.late_words)
 
     @model_validator(mode="after")
@@ -314,7 +314,7 @@ class RackSpec(Table):
         numbers = [slot.number for slot in self.slot]
         for index, each in enumerate(self.incident):
             path: KeyPath = ("incident", index, "slot")
-            if each.what is Happening.PROGRAM_MODE:
+            if each.what is FaultKind.PROGRAM_MODE:
                 if each.slot is not None:
                     raise MisplacedError(path, each.slot, "the key is the CPU's: leave the slot out")
             elif each.slot is None and len(numbers) > 1:

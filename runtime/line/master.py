@@ -81,7 +81,7 @@ Script = Generator[Step, Reply | None, None]
 
 
 @dataclass(frozen=True, slots=True)
-class Manners:
+class LineTiming:
     """How a line is used.
 
     Attributes:
@@ -108,12 +108,12 @@ class Master:
         manners: how the line is used.
     """
 
-    def __init__(self, manners: Manners) -> None:
+    def __init__(self, line_timing: LineTiming) -> None:
         self.now_ns = 0
         self.published = False
         self.failures = 0
-        self.line_format = manners.line_format
-        self._manners = manners
+        self.line_format = line_timing.line_format
+        self._manners = line_timing
         self._script: Script | None = None
         self._request: Request | None = None
         self._sent = False
@@ -169,12 +169,12 @@ class Master:
         return b""
 
     def _send(self, request: Request) -> bytes:
-        manners = self._manners
-        self.line_format = request.line_format or manners.line_format
+        line_timing = self._manners
+        self.line_format = request.line_format or line_timing.line_format
         end_ns = self.now_ns + self.line_format.span_ns(len(request.frame))
         self._sent = True
-        self._quiet_from_ns = end_ns + manners.gap_ns
-        self._deadline_ns = end_ns + manners.patience_ns + self.line_format.span_ns(request.size)
+        self._quiet_from_ns = end_ns + line_timing.gap_ns
+        self._deadline_ns = end_ns + line_timing.patience_ns + self.line_format.span_ns(request.size)
         return request.frame
 
     def _resume(self, reply: Reply | None) -> None:

@@ -23,11 +23,11 @@ from .events import Event, JsonValue
 from .exchange import RPI_NS
 from .listeners import ScanListener
 from .module import Module
-from .module_fault import Trouble
+from .module_fault import ModuleFault
 from .scan import CpuMode
 
 
-class Happening(Enum):
+class FaultKind(Enum):
     """What may happen."""
 
     POWER_CYCLE = "power-cycle"
@@ -55,41 +55,41 @@ class Happening(Enum):
 
 
 TROUBLES = {
-    Happening.LINK_LOST: Trouble.LINK_LOST,
-    Happening.REMOVED: Trouble.REMOVED,
-    Happening.FATAL_ERROR: Trouble.FATAL_ERROR,
-    Happening.ASIC_LOST: Trouble.ASIC_LOST,
+    FaultKind.LINK_LOST: ModuleFault.LINK_LOST,
+    FaultKind.REMOVED: ModuleFault.REMOVED,
+    FaultKind.FATAL_ERROR: ModuleFault.FATAL_ERROR,
+    FaultKind.ASIC_LOST: ModuleFault.ASIC_LOST,
 }
 """Happenings that last, as a module knows them."""
 
 ON_THE_LINE = frozenset(
     {
-        Happening.LINE_DOWN,
-        Happening.REPLIES_LOST,
-        Happening.REPLIES_DAMAGED,
-        Happening.CONTROLLER_POWER_CYCLE,
+        FaultKind.LINE_DOWN,
+        FaultKind.REPLIES_LOST,
+        FaultKind.REPLIES_DAMAGED,
+        FaultKind.CONTROLLER_POWER_CYCLE,
     }
 )
 """Happenings between an adapter and its controller."""
 
-LASTING = TROUBLES.keys() | ON_THE_LINE - {Happening.CONTROLLER_POWER_CYCLE}
+LASTING = TROUBLES.keys() | ON_THE_LINE - {FaultKind.CONTROLLER_POWER_CYCLE}
 """Happenings to a module that may have an end."""
 
-WORST_FIRST = (Happening.REMOVED, Happening.FATAL_ERROR, Happening.ASIC_LOST, Happening.LINK_LOST)
+WORST_FIRST = (FaultKind.REMOVED, FaultKind.FATAL_ERROR, FaultKind.ASIC_LOST, FaultKind.LINK_LOST)
 """Of several troubles at a time, a module is in the first."""
 
 _BEGUN = {
-    Happening.POWER_CYCLE: "The module's power goes and comes back.",
-    Happening.LINK_LOST: "The link to the module is lost.",
-    Happening.REMOVED: "The module is taken out.",
-    Happening.FATAL_ERROR: "The module fails.",
-    Happening.ASIC_LOST: "The module's backplane interface fails.",
+    FaultKind.POWER_CYCLE: "The module's power goes and comes back.",
+    FaultKind.LINK_LOST: "The link to the module is lost.",
+    FaultKind.REMOVED: "The module is taken out.",
+    FaultKind.FATAL_ERROR: "The module fails.",
+    FaultKind.ASIC_LOST: "The module's backplane interface fails.",
 }
 _BEGUN_ON_THE_LINE = {
-    Happening.LINE_DOWN: "The line to the controller is open.",
-    Happening.REPLIES_LOST: "A reply of the controller is lost.",
-    Happening.REPLIES_DAMAGED: "A reply of the controller is damaged.",
-    Happening.CONTROLLER_POWER_CYCLE: "The controller's power goes and comes back.",
+    FaultKind.LINE_DOWN: "The line to the controller is open.",
+    FaultKind.REPLIES_LOST: "A reply of the controller is lost.",
+    FaultKind.REPLIES_DAMAGED: "A reply of the controller is damaged.",
+    FaultKind.CONTROLLER_POWER_CYCLE: "The controller's power goes and comes back.",
 }
 _OVER = "The module answers again."
 _OVER_ON_THE_LINE = "The line is as it should be."
@@ -109,7 +109,7 @@ class Incident:
     """
 
     at_ns: int
-    what: Happening
+    what: FaultKind
     slot: int = 1
     for_ns: int = 0
     late_words: tuple[int, ...] = ()
@@ -120,7 +120,7 @@ class Incident:
                 raise ValueError(f"{field} of {value} is not allowed: 0 or more")
         if not set(self.late_words) <= set(range(WORDS)):
             raise ValueError(f"late_words {list(self.late_words)} are not allowed: 0 to {WORDS - 1}")
-        if bool(self.late_words) is not (self.what is Happening.TORN_UPDATE):
+        if bool(self.late_words) is not (self.what is FaultKind.TORN_UPDATE):
             raise ValueError("late_words and torn-update go together: name the words that come late")
 
 
@@ -128,7 +128,7 @@ class Incident:
 class Fallible(Module, Protocol):
     """A module that can be made to stop answering."""
 
-    def inject(self, trouble: Trouble | None) -> None:
+    def inject(self, trouble: ModuleFault | None) -> None:
         """Put the module into a trouble, or end it with None."""
         ...
 
@@ -137,7 +137,7 @@ class Fallible(Module, Protocol):
 class OnALine(Module, Protocol):
     """A module with a controller at the far end of a line."""
 
-    def disturb(self, what: Happening, *, begins: bool, lasts: bool) -> None:
+    def disturb(self, what: FaultKind, *, begins: bool, lasts: bool) -> None:
         """Begin or end a disturbance of the line; one that does not last affects one reply."""
         ...
 
@@ -160,13 +160,13 @@ class Exposed(Module):
         for each in ordered:
             if not _can_happen(each.what, module):
                 raise ValueError(f"incident {each.what.value}: it can't happen to {type(module).__name__}")
-        self._tears = [each for each in ordered if each.what is Happening.TORN_UPDATE]
+        self._tears = [each for each in ordered if each.what is FaultKind.TORN_UPDATE]
         self._acts = sorted(
-            (act for each in ordered if each.what is not Happening.TORN_UPDATE for act in _acts(each)),
+            (act for each in ordered if each.what is not FaultKind.TORN_UPDATE for act in _acts(each)),
             key=lambda act: act[0],
         )
-        self._troubles: set[Happening] = set()
-        self._current: Happening | None = None
+        self._troubles: set[FaultKind] = set()
+        self._current: FaultKind | None = None
         self._now_ns = 0
         self._before = Image()
         self._late_ns = 0
@@ -234,10 +234,10 @@ class Exposed(Module):
             text = _BEGUN[what] if begins else _OVER
         self.events.append(Event(at_ns, "stimulus", what.value, text, {"begins": begins}))
 
-    def _trouble(self, what: Happening, *, begins: bool) -> None:
+    def _trouble(self, what: FaultKind, *, begins: bool) -> None:
         """Let a trouble of the module begin or end."""
-        if what is Happening.POWER_CYCLE:
-            self._troubles.discard(Happening.FATAL_ERROR)
+        if what is FaultKind.POWER_CYCLE:
+            self._troubles.discard(FaultKind.FATAL_ERROR)
             self.module.power_cycle()
             self._current = None
         elif begins:
@@ -251,16 +251,16 @@ class Exposed(Module):
         worst = next((each for each in WORST_FIRST if each in self._troubles), None)
         if worst is self._current or not isinstance(self.module, Fallible):
             return
-        if worst is Happening.REMOVED:
-            self._troubles.discard(Happening.FATAL_ERROR)  # without power it is forgotten
-        elif self._current is Happening.FATAL_ERROR:
+        if worst is FaultKind.REMOVED:
+            self._troubles.discard(FaultKind.FATAL_ERROR)  # without power it is forgotten
+        elif self._current is FaultKind.FATAL_ERROR:
             self.module.power_cycle()
-        if worst is not None or self._current is not Happening.FATAL_ERROR:
+        if worst is not None or self._current is not FaultKind.FATAL_ERROR:
             self.module.inject(TROUBLES[worst] if worst else None)
         self._current = worst
 
 
-def _can_happen(what: Happening, module: Module) -> bool:
+def _can_happen(what: FaultKind, module: Module) -> bool:
     if what in ON_THE_LINE:
         return isinstance(module, OnALine)
     return what not in TROUBLES or isinstance(module, Fallible)

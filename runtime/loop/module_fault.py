@@ -18,7 +18,7 @@ from __future__ import annotations
 from enum import Enum
 
 
-class Trouble(Enum):
+class ModuleFault(Enum):
     """A way in which a module stops answering."""
 
     LINK_LOST = "link-lost"

@@ -17,7 +17,7 @@ from blocks3601 import (
     SYNCHRONIZED,
     BlocksBench,
 )
-from scanrack.runtime.modules.amci3601 import Trouble
+from scanrack.runtime.modules.amci3601 import ModuleFault
 
 BOTH = pytest.mark.parametrize("interpreted", [False, True], ids=["compiled", "interpreted"])
 REFUSED, PARAMETER, NO_POSITION = 64, 128, 256
@@ -322,7 +322,7 @@ def test_parameters_that_would_not_fit_into_the_words(name, inputs):
 def test_a_module_that_is_lost_ends_what_was_under_way():
     """Pulled out of the rack, it reads as zeros; back in, it has to be configured again."""
     bench = BlocksBench.ready().go("Move", Position=90_000).run(400)
-    bench.module.inject(Trouble.REMOVED)
+    bench.module.inject(ModuleFault.REMOVED)
     bench.until("Move", "Error", scans=5)
     assert (bench.state, bench.tags["Move.ErrorID"] & LOST) == (DISABLED, LOST)
 

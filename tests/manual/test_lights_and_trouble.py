@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from bench3601 import CONFIGURATION, HOLD, IMMEDIATE_STOP, MANUAL_CW, Bench
-from scanrack.runtime.modules.amci3601 import Indicators, Light, Trouble
+from scanrack.runtime.modules.amci3601 import Indicators, Light, ModuleFault
 
 OFF, SOLID, BLINKING, ALTERNATING = Light.OFF, Light.SOLID, Light.BLINKING, Light.ALTERNATING
 
@@ -78,7 +78,7 @@ def test_lights_are_told_as_events_when_they_change():
 def test_a_lost_link_freezes_the_image_and_stops_the_motion():
     bench = Bench.ready().relative(10_000).run(500)
     before = bench.words
-    bench.module.inject(Trouble.LINK_LOST)
+    bench.module.inject(ModuleFault.LINK_LOST)
     bench.run(100)
     assert bench.words == before
     assert lights(bench) == (SOLID, SOLID)
@@ -93,7 +93,7 @@ def test_a_lost_link_freezes_the_image_and_stops_the_motion():
 
 def test_a_removed_module_reads_zeros_and_powers_up_when_it_is_put_back():
     bench = Bench.ready().relative(10_000).run(500)
-    bench.module.inject(Trouble.REMOVED)
+    bench.module.inject(ModuleFault.REMOVED)
     bench.run(100)
     assert bench.words == [0] * 8
     assert bench.module.indicators == Indicators(OFF, OFF, OFF)
@@ -106,7 +106,7 @@ def test_a_removed_module_reads_zeros_and_powers_up_when_it_is_put_back():
 @pytest.mark.rules("MOK-01", "STS-M14", "LED-02")
 def test_a_fatal_error_clears_module_ok_until_power_is_cycled():
     bench = Bench.ready().relative(10_000).run(500)
-    bench.module.inject(Trouble.FATAL_ERROR)
+    bench.module.inject(ModuleFault.FATAL_ERROR)
     bench.run(100)
     assert bench.bits == set()
     assert bench.position == 2_100
@@ -122,7 +122,7 @@ def test_a_fatal_error_clears_module_ok_until_power_is_cycled():
 @pytest.mark.rules("LED-03")
 def test_a_lost_backplane_chip_blinks_both_lights():
     bench = Bench.ready()
-    bench.module.inject(Trouble.ASIC_LOST)
+    bench.module.inject(ModuleFault.ASIC_LOST)
     bench.run(1)
     assert lights(bench) == (BLINKING, BLINKING)
     bench.module.inject(None)

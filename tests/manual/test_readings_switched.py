@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from bench3601 import CAPTURE, ENCODER, HOLD, RELATIVE, RESUME, Bench, configuration
-from scanrack.runtime.modules.amci3601 import Options
+from scanrack.runtime.modules.amci3601 import Amci3601Options
 
 ROOT = Path(__file__).parents[2]
 
@@ -19,8 +19,8 @@ ROOT = Path(__file__).parents[2]
 def test_every_switch_stands_in_the_table_of_readings():
     page = (ROOT / "docs" / "readings.md").read_text(encoding="utf-8")
     table = page[page.index("## Switches") : page.index("## Timing")]
-    named = set(re.findall(r"`(\w+)`", table)) & {field.name for field in fields(Options)}
-    assert named == {field.name for field in fields(Options)}
+    named = set(re.findall(r"`(\w+)`", table)) & {field.name for field in fields(Amci3601Options)}
+    assert named == {field.name for field in fields(Amci3601Options)}
 
 
 @pytest.mark.parametrize(("chosen", "position"), [(True, 1), (False, 0)])

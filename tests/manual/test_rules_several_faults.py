@@ -33,7 +33,7 @@ from refusals3601 import ERRORS
 from scanrack.io_images.amci3601 import RULES
 from scanrack.io_images.amci3601.rules.rule import bit_names
 from scanrack.runtime.modules.amci3601 import refusals
-from scanrack.runtime.modules.amci3601.refusals import Refusal, Refusals
+from scanrack.runtime.modules.amci3601.refusals import RefusalRule, Refusals
 
 CW_LIMIT_USED = 0x0010
 ENCODER_MOVE, FOLLOW, STORE = 0x0004, 0x0080, 0x0400
@@ -94,7 +94,7 @@ WAYS = {
     refusals.speed_words_given: Way({5: 1}),
     refusals.follower_rates_illegal: Way({6: 2001}),
 }
-SEVERAL = Refusal("CMD-02", lambda layer, order: order.many_bits)
+SEVERAL = RefusalRule("CMD-02", lambda layer, order: order.many_bits)
 """Any other command bit beside the command's own; Hold's own rule sets Command Error, too."""
 
 COMMANDS: dict[str, tuple[int, int, tuple[int, ...], Refusals]] = {
@@ -123,11 +123,11 @@ IMPOSSIBLE = [
 ]
 
 
-def ways_of(name: str, row: Refusal) -> Way:
+def ways_of(name: str, row: RefusalRule) -> Way:
     return Way(set_bits={0: HOLD}) if row is SEVERAL else WAYS[row.broken]
 
 
-def agree(name: str, one: Refusal, other: Refusal) -> bool:
+def agree(name: str, one: RefusalRule, other: RefusalRule) -> bool:
     """Whether both rules can be broken at once."""
     ways = ways_of(name, one), ways_of(name, other)
     scenes = {way.scene for way in ways}
@@ -173,7 +173,7 @@ def scene(name: str, scenes: set[str]) -> Bench:
     return bench
 
 
-def bits_of(row: Refusal) -> set[str]:
+def bits_of(row: RefusalRule) -> set[str]:
     """Bits that the rule table gives for a row and those that share its cause."""
     if row.bits is not None:
         return set(bit_names(row.bits))
@@ -206,7 +206,7 @@ def test_every_row_of_every_command_is_broken_here():
     tables = {
         value
         for name, value in vars(refusals).items()
-        if name.isupper() and isinstance(value, tuple) and value and isinstance(value[0], Refusal)
+        if name.isupper() and isinstance(value, tuple) and value and isinstance(value[0], RefusalRule)
     }
     assert {row.broken for table in tables for row in table} == rows
 

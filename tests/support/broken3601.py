@@ -25,10 +25,10 @@ from scanrack.runtime.modules.amci3601 import blending, commands, configuring, m
 from scanrack.runtime.modules.amci3601 import command_words as order
 from scanrack.runtime.modules.amci3601.blending import BlendProgramming, BlendRun
 from scanrack.runtime.modules.amci3601.command_layer import CAPTURE, ESTOP, EXTERNAL, CommandLayer
-from scanrack.runtime.modules.amci3601.command_words import Order
+from scanrack.runtime.modules.amci3601.command_words import CommandWords
 from scanrack.runtime.modules.amci3601.commands import COMMANDS
 from scanrack.runtime.modules.amci3601.encoder_move import EncoderMove
-from scanrack.runtime.modules.amci3601.follower import Follower
+from scanrack.runtime.modules.amci3601.follower import EncoderFollower
 from scanrack.runtime.modules.amci3601.homing import Homing
 from scanrack.runtime.modules.amci3601.latches import (
     COMMAND_ERROR,
@@ -125,7 +125,7 @@ def missing_edge_check(right):
     """A command bit that stays set starts its command anew whenever any word changes."""
 
     def wrong(self, now_ns, given, previous):
-        right(self, now_ns, given, Order((0, *previous.words[1:])))
+        right(self, now_ns, given, CommandWords((0, *previous.words[1:])))
 
     return wrong
 
@@ -135,7 +135,7 @@ def edge_of_the_whole_word(right):
     """A command is seen only if the command word was zero before, not when its own bit rises."""
 
     def wrong(self, now_ns, given, previous):
-        right(self, now_ns, given, Order((0x7FFF, *previous.words[1:])) if previous.msw else previous)
+        right(self, now_ns, given, CommandWords((0x7FFF, *previous.words[1:])) if previous.msw else previous)
 
     return wrong
 
@@ -158,7 +158,7 @@ def edge_after_program_mode(right):
 
     def wrong(self):
         right(self)
-        self._order = Order((0, *self._order.words[1:]))
+        self._order = CommandWords((0, *self._order.words[1:]))
 
     return wrong
 
@@ -212,7 +212,7 @@ def reset_overlooks_the_lsw(right):
 
     def wrong(self, now_ns, given):
         if self.locked and given.msw == 0x0800:
-            given = Order((given.words[0], 0, *given.words[2:]))
+            given = CommandWords((given.words[0], 0, *given.words[2:]))
         right(self, now_ns, given)
 
     return wrong
@@ -234,7 +234,7 @@ def lowest_of_two_bits(right):
 
     def wrong(self, now_ns, given):
         lowest = given.msw & -given.msw
-        right(self, now_ns, Order((lowest, *given.words[1:])))
+        right(self, now_ns, CommandWords((lowest, *given.words[1:])))
 
     return wrong
 
@@ -307,7 +307,7 @@ def starting_speed_itself(right):
     return judged(refusals.slower_than_start, too_slow)(right)
 
 
-@mistake(Order, "profile", "moves")
+@mistake(CommandWords, "profile", "moves")
 def rates_swapped(right):
     """Acceleration and deceleration are taken for each other."""
 
@@ -648,7 +648,7 @@ def blend_in_one_direction(right):
 # ---- encoder follower
 
 
-@mistake(Follower, "_divide_by", "follower")
+@mistake(EncoderFollower, "_divide_by", "follower")
 def fraction_lost(right):
     """The follower forgets the fraction of a step at every tick."""
 
@@ -659,7 +659,7 @@ def fraction_lost(right):
     return wrong
 
 
-@mistake(Follower, "on_order", "follower")
+@mistake(EncoderFollower, "on_order", "follower")
 def follower_in_one_sense(right):
     """The follower goes with the encoder when it should go against it."""
 
@@ -670,7 +670,7 @@ def follower_in_one_sense(right):
     return wrong
 
 
-@mistake(Follower, "on_end", "follower")
+@mistake(EncoderFollower, "on_end", "follower")
 def follower_ends_silently(right):
     """Leaving the follower mode does not set Stopped."""
     return lambda self, now_ns: self.layer.finish(now_ns, 0, "left")

@@ -231,7 +231,7 @@ def complete_wherever_it_stands(right):
 @mistake(RowCapabilities, "lacking_for", "states")
 def nothing_refused(right):
     """What the controller can't do is sent to it."""
-    return lambda self, wish: None
+    return lambda self, request: None
 
 
 @mistake(RowCapabilities, "lacking_for_configuration", "states", "PMC006")

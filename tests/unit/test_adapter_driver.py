@@ -6,17 +6,17 @@ from collections.abc import Iterable
 from typing import Any
 
 import pytest
-from scanrack.runtime.line.master import Manners
+from scanrack.runtime.line.master import LineTiming
 from scanrack.runtime.line.wire import LineFormat
 from scanrack.runtime.modules.adapters.driver import BIAS, REBIAS_BELOW, Driver, State, Talk
-from scanrack.runtime.modules.adapters.task import Kind, Task
+from scanrack.runtime.modules.adapters.task import Task, TaskKind
 
 
 class Noted(Driver[int]):
     """A driver without a line: it notes what it is asked for, and is busy for so many looks."""
 
     def __init__(self, busy_looks: int = 0, positions: Iterable[int] = ()) -> None:
-        super().__init__(Manners(LineFormat(9600), 0, 0))
+        super().__init__(LineTiming(LineFormat(9600), 0, 0))
         self.asked: list[str] = []
         self.looks = busy_looks
         self.positions = iter(positions)
@@ -64,17 +64,19 @@ def test_a_stop_waits_for_standstill_before_the_position_is_read() -> None:
 
 def test_what_is_left_behind_a_mark_is_counted_from_standstill() -> None:
     driver = Noted(busy_looks=2, positions=[1000, 1030])
-    task = Task(Kind.SLEW, 1, 500, False, steps=100)
+    task = Task(TaskKind.SLEW, 1, 500, False, steps=100)
     done(driver.stop_and_index(task))
     assert driver.asked == ["position", "slow down", "status", "status", "status", "position"]
     assert task.stopping
-    assert task.following == Task(Kind.INDEX, 1, 500, False, steps=70)  # 30 of 100 steps went into the stop
+    assert task.following == Task(
+        TaskKind.INDEX, 1, 500, False, steps=70
+    )  # 30 of 100 steps went into the stop
 
 
 @pytest.mark.parametrize("steps", [29, 30])
 def test_nothing_is_left_behind_a_mark_when_the_stop_has_used_it_up(steps: int) -> None:
     driver = Noted(positions=[1000, 970])
-    task = Task(Kind.SLEW, -1, 500, False, steps=steps)
+    task = Task(TaskKind.SLEW, -1, 500, False, steps=steps)
     done(driver.stop_and_index(task))
     assert task.following is None
 
@@ -119,7 +121,7 @@ def test_what_rests_has_not_strayed() -> None:
 
 def test_a_lost_link_forgets_every_motion_that_was_to_follow() -> None:
     driver = Noted()
-    index = Task(Kind.INDEX, 1, 500, False, steps=70)
+    index = Task(TaskKind.INDEX, 1, 500, False, steps=70)
     driver.task, driver.cut = index, True
     driver.tasks += [index, index]
     driver._forget_wishes()

@@ -1,9 +1,9 @@
-"""What `Options` refuses, and in which words."""
+"""What `Amci3601Options` refuses, and in which words."""
 
 from __future__ import annotations
 
 import pytest
-from scanrack.runtime.modules.amci3601 import Amci3601, Options
+from scanrack.runtime.modules.amci3601 import Amci3601, Amci3601Options
 
 
 @pytest.mark.parametrize(
@@ -33,8 +33,8 @@ def test_refusals_name_the_switch_its_value_and_what_is_allowed(given, message):
 )
 def test_the_ends_of_the_ranges_are_allowed(given):
     (name,) = given
-    assert getattr(Options.of(given), name) == given[name]
+    assert getattr(Amci3601Options.of(given), name) == given[name]
 
 
 def test_no_options_are_the_defaults():
-    assert Options.of(None) == Options.of({}) == Options() == Amci3601().options
+    assert Amci3601Options.of(None) == Amci3601Options.of({}) == Amci3601Options() == Amci3601().options

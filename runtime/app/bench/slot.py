@@ -9,7 +9,7 @@ from ....io_images.amci3601 import StatusView, status_names
 from ....io_images.amci3601.bits import InputBit
 from ....io_images.image import Image
 from ...config.machine_tables import INPUT_NAMES
-from ...loop.incidents import TROUBLES, Happening
+from ...loop.incidents import TROUBLES, FaultKind
 from ...loop.rack import Slot
 
 
@@ -91,7 +91,7 @@ class SlotBench:
             raise ValueError(f"there is no trouble {how!r}: allowed are {', '.join(names)}")
         if not hasattr(self._device, "inject"):
             raise ValueError(f"slot {self.number}: this module can't be made to fail")
-        if how is None and self._device.trouble is TROUBLES[Happening.FATAL_ERROR]:
+        if how is None and self._device.trouble is TROUBLES[FaultKind.FATAL_ERROR]:
             self._device.power_cycle()
         else:
             self._device.inject(None if how is None else names[how])

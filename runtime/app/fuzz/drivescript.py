@@ -13,7 +13,7 @@ from ....io_images.image import Image
 from ...config.machine_tables import input_name
 from ...config.rackspec import RackSpec, SlotSpec
 from ...loop.events import JsonValue
-from ...loop.incidents import TROUBLES, Exposed, Happening, Incident
+from ...loop.incidents import TROUBLES, Exposed, FaultKind, Incident
 from ...loop.listeners import ScanListener
 from ...loop.rack import Slot
 from ...machine import Machine, MachineSpec, Switch
@@ -25,7 +25,7 @@ BENCH_TICK_NS = 250_000
 TARGETS = ("amci3601", "pcl601-adapter", "pmc006-adapter")
 """Modules for which there is a bench."""
 
-REPLIES = {Happening.REPLIES_LOST: "drop_next", Happening.REPLIES_DAMAGED: "corrupt_next"}
+REPLIES = {FaultKind.REPLIES_LOST: "drop_next", FaultKind.REPLIES_DAMAGED: "corrupt_next"}
 """What the bench calls it when one reply is lost or damaged."""
 
 
@@ -40,7 +40,7 @@ def obstacle(spec: RackSpec, slot: SlotSpec) -> str | None:
         (any(each.what in TROUBLES for each in told), "lost links"),
         (any(each.what in REPLIES and each.for_ns for each in told), "replies that are lost for a time"),
         (
-            spec.controller != "micrologix" or any(each.what is Happening.TORN_UPDATE for each in told),
+            spec.controller != "micrologix" or any(each.what is FaultKind.TORN_UPDATE for each in told),
             "updates that do not wait for the scan's end",
         ),
         (bool(spec.scan_ns % BENCH_TICK_NS), "a scan that is no multiple of 0.25 ms"),
@@ -145,19 +145,19 @@ def _acts(incidents: tuple[Incident, ...], slot: int, scan_ns: int) -> dict[int,
     for each in incidents:
         at = -(-each.at_ns // scan_ns)
         end = -(-(each.at_ns + each.for_ns) // scan_ns)
-        if each.what is Happening.PROGRAM_MODE:
+        if each.what is FaultKind.PROGRAM_MODE:
             acts.setdefault(at, {})["plc_mode"] = "program"
             if each.for_ns:
                 acts.setdefault(end, {})["plc_mode"] = "run"
         elif each.slot != slot:
             continue
-        elif each.what is Happening.POWER_CYCLE:
+        elif each.what is FaultKind.POWER_CYCLE:
             acts.setdefault(at, {})["power_cycle"] = True
-        elif each.what is Happening.CONTROLLER_POWER_CYCLE:
+        elif each.what is FaultKind.CONTROLLER_POWER_CYCLE:
             acts.setdefault(at, {})["device"] = "power_cycle"
         elif each.what in REPLIES:
             acts.setdefault(at, {})["link"] = {REPLIES[each.what]: 1}
-        elif each.what is Happening.LINE_DOWN:
+        elif each.what is FaultKind.LINE_DOWN:
             acts.setdefault(at, {})["link"] = "down"
             if each.for_ns:
                 acts.setdefault(end, {})["link"] = "up"

@@ -16,7 +16,7 @@ from ....io_images.amci3601.firmware import Firmware
 from ....io_images.image import WORDS
 from ...config.machine_tables import input_name
 from ...config.rackspec import IncidentSpec, RackSpec, SlotSpec
-from ...loop.incidents import Happening, Incident
+from ...loop.incidents import FaultKind, Incident
 from ...machine import MachineSpec, Slip, TimelineEntry
 
 
@@ -167,7 +167,7 @@ class Scenario:
         have = [slot.number for slot in spec.slot]
         parts: Sequence[Press | Incident | Shift | Lost] = (
             *self.presses,
-            *(each for each in self.incidents if each.what is not Happening.PROGRAM_MODE),
+            *(each for each in self.incidents if each.what is not FaultKind.PROGRAM_MODE),
             *self.shifts,
             *self.lost,
         )
@@ -219,7 +219,7 @@ def _press(given: Mapping[str, Any]) -> Press:
 
 
 def _incident(given: Mapping[str, Any]) -> Incident:
-    what, words = Happening(given["what"]), tuple(given.get("late_words", ()))
+    what, words = FaultKind(given["what"]), tuple(given.get("late_words", ()))
     if any(type(word) is not int or not 0 <= word < WORDS for word in words):
         raise ValueError(f"scenario: late_words = {list(words)!r:.40}: words are 0 to {WORDS - 1}")
     return Incident(**{**_whole(given, "what", "late_words"), "what": what, "late_words": words})

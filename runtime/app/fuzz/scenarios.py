@@ -13,7 +13,7 @@ from ....io_images.amci3601.bits import InputBit
 from ....io_images.amci3601.firmware import KNOWN, Firmware
 from ....io_images.image import WORDS
 from ...config.rackspec import RackSpec, SlotSpec
-from ...loop.incidents import Happening, Incident
+from ...loop.incidents import FaultKind, Incident
 from ...machine import MachineSpec
 from .scenario import Lost, Press, Scenario, Shift
 
@@ -170,26 +170,26 @@ def _firmware(spec: RackSpec) -> st.SearchStrategy[tuple[tuple[int, str], ...]]:
 def _incidents(kind: Kind, spec: RackSpec, times: st.SearchStrategy[int]) -> st.SearchStrategy[Incident]:
     slots = st.sampled_from([slot.number for slot in spec.slot])
     if kind is Kind.LINK:
-        lost = st.sampled_from((Happening.LINK_LOST, Happening.REMOVED, Happening.FATAL_ERROR))
+        lost = st.sampled_from((FaultKind.LINK_LOST, FaultKind.REMOVED, FaultKind.FATAL_ERROR))
         return st.builds(Incident, times, lost, st.sampled_from(_modules_3601(spec)), _durations())
     if kind is Kind.POWER:
-        return st.builds(Incident, times, st.just(Happening.POWER_CYCLE), slots)
+        return st.builds(Incident, times, st.just(FaultKind.POWER_CYCLE), slots)
     if kind is Kind.MODE:
-        return st.builds(Incident, times, st.just(Happening.PROGRAM_MODE), st.just(0), _durations())
+        return st.builds(Incident, times, st.just(FaultKind.PROGRAM_MODE), st.just(0), _durations())
     if kind is Kind.LINE:
         return _on_the_line(st.sampled_from(_adapters(spec)), times)
     late = st.sets(st.integers(0, WORDS - 1), min_size=1).map(lambda words: tuple(sorted(words)))
-    return st.builds(Incident, times, st.just(Happening.TORN_UPDATE), slots, st.just(0), late)
+    return st.builds(Incident, times, st.just(FaultKind.TORN_UPDATE), slots, st.just(0), late)
 
 
 def _on_the_line(slots: st.SearchStrategy[int], times: st.SearchStrategy[int]) -> st.SearchStrategy[Incident]:
     """A reply that is lost or damaged, several in a row, an open line, or a controller without power."""
-    replies = st.sampled_from((Happening.REPLIES_LOST, Happening.REPLIES_DAMAGED))
-    lasting = st.sampled_from((Happening.LINE_DOWN, Happening.REPLIES_LOST, Happening.REPLIES_DAMAGED))
+    replies = st.sampled_from((FaultKind.REPLIES_LOST, FaultKind.REPLIES_DAMAGED))
+    lasting = st.sampled_from((FaultKind.LINE_DOWN, FaultKind.REPLIES_LOST, FaultKind.REPLIES_DAMAGED))
     return st.one_of(
         st.builds(Incident, times, replies, slots),
         st.builds(Incident, times, lasting, slots, _durations()),
-        st.builds(Incident, times, st.just(Happening.CONTROLLER_POWER_CYCLE), slots),
+        st.builds(Incident, times, st.just(FaultKind.CONTROLLER_POWER_CYCLE), slots),
     )
 
 

@@ -5,21 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ...config.machine_tables import input_name
-from ...loop.incidents import Happening, Incident
+from ...loop.incidents import FaultKind, Incident
 from .scenario import Press, Scenario
 
 HAPPENS = {
-    Happening.POWER_CYCLE: "the power of slot {slot} goes and comes back",
-    Happening.LINK_LOST: "the link to slot {slot} is lost",
-    Happening.REMOVED: "the module in slot {slot} is taken out",
-    Happening.FATAL_ERROR: "the module in slot {slot} fails",
-    Happening.ASIC_LOST: "the backplane interface of slot {slot} fails",
-    Happening.TORN_UPDATE: "the next change of slot {slot}'s outputs is torn: {words} late",
-    Happening.PROGRAM_MODE: "the CPU's key is turned to program",
-    Happening.LINE_DOWN: "the line to the controller of slot {slot} is open",
-    Happening.REPLIES_LOST: "{replies} of the controller of slot {slot} got lost",
-    Happening.REPLIES_DAMAGED: "{replies} of the controller of slot {slot} got damaged",
-    Happening.CONTROLLER_POWER_CYCLE: "the power of the controller of slot {slot} goes and comes back",
+    FaultKind.POWER_CYCLE: "the power of slot {slot} goes and comes back",
+    FaultKind.LINK_LOST: "the link to slot {slot} is lost",
+    FaultKind.REMOVED: "the module in slot {slot} is taken out",
+    FaultKind.FATAL_ERROR: "the module in slot {slot} fails",
+    FaultKind.ASIC_LOST: "the backplane interface of slot {slot} fails",
+    FaultKind.TORN_UPDATE: "the next change of slot {slot}'s outputs is torn: {words} late",
+    FaultKind.PROGRAM_MODE: "the CPU's key is turned to program",
+    FaultKind.LINE_DOWN: "the line to the controller of slot {slot} is open",
+    FaultKind.REPLIES_LOST: "{replies} of the controller of slot {slot} got lost",
+    FaultKind.REPLIES_DAMAGED: "{replies} of the controller of slot {slot} got damaged",
+    FaultKind.CONTROLLER_POWER_CYCLE: "the power of the controller of slot {slot} goes and comes back",
 }
 """What happens, as a sentence."""
 

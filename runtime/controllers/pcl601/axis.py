@@ -13,10 +13,10 @@ from collections.abc import Callable
 from ....io_images.pcl601 import Error, Register
 from ....io_images.pcl601.terminals import HARD_LIMITS, SOFT_LIMITS
 from ...kinematics import Motion, go_on, move, run
+from .activities import HOMING, SLOWED_ONCE, AxisActivity
 from .autocorrect import Autocorrect
 from .fly import OutputOnFly
 from .jog import JogInputs
-from .kinds import HOMING, SLOWED_ONCE, Kind
 from .motor import Motor
 from .pins import Pins
 from .speeds import Speeds
@@ -26,7 +26,7 @@ MSPS = 1000
 """Speeds of a motion are in 1e-3 step/s."""
 
 
-class Axis:
+class Pcl601Axis:
     """One axis.
 
     Attributes:
@@ -52,7 +52,7 @@ class Axis:
         report: Callable[[Error], None],
         retries_failed: Callable[[], None],
     ) -> None:
-        self.kind: Kind | None = None
+        self.kind: AxisActivity | None = None
         self.direction = 1
         self.fly = OutputOnFly()
         self.jog = JogInputs(pins, motor)
@@ -85,7 +85,7 @@ class Axis:
         self._face(direction)
         if self._at_limit(HARD_LIMITS, direction):
             return
-        self._begin(Kind.INDEX, direction, move(now_ns, 0, distance, self.speeds.profile()))
+        self._begin(AxisActivity.INDEX, direction, move(now_ns, 0, distance, self.speeds.profile()))
         self._motor.begin_index()
         self.fly.begin(self._values, direction)
         if self._values[Register.ENCODER_AUTOCORRECT]:
@@ -93,23 +93,23 @@ class Axis:
 
     def slew(self, now_ns: int) -> None:
         """Begin to slew in the direction of the direction register."""
-        self._endless(now_ns, Kind.SLEW)
+        self._endless(now_ns, AxisActivity.SLEW)
         values = self._values
         self._registration = values[Register.STEPS] if values[Register.INDEX_ON_FLY] else 0
 
-    def home(self, now_ns: int, kind: Kind) -> None:
+    def home(self, now_ns: int, kind: AxisActivity) -> None:
         """Begin to home, `HOME_0` or `HOME_1`, in the direction of the direction register."""
         self._endless(now_ns, kind)
 
     def stop_hard(self) -> None:
         """End whatever it is doing, at once."""
-        if self.kind is Kind.JOG:
+        if self.kind is AxisActivity.JOG:
             self.jog.wait_for_release()
         self._end()
 
     def stop_soft(self, now_ns: int) -> None:
         """Slow down to base speed; what then follows depends on the kind."""
-        if self.kind is Kind.JOG:
+        if self.kind is AxisActivity.JOG:
             self.jog.wait_for_release()
         elif self.kind in SLOWED_ONCE and not self._slowed:
             self._slow(now_ns)
@@ -134,13 +134,13 @@ class Axis:
 
     def _turn(self, steps: int) -> None:
         self._values[Register.ENCODER_POSITION] += self._motor.turn(self.direction, steps)
-        if self.kind is not Kind.CORRECTION:  # the register keeps the commanded position
+        if self.kind is not AxisActivity.CORRECTION:  # the register keeps the commanded position
             self._values[Register.POSITION] += self.direction * steps
 
     def next_event_ns(self) -> int | None:
         """Return the instant at which `settle` must look again, None if there is none."""
         times = [self.fly.until_ns]
-        if self.kind is Kind.SETTLING:
+        if self.kind is AxisActivity.SETTLING:
             times.append(self._timer_ns)
         elif self._motion is not None:
             times.append(self._motion.end_ns)
@@ -155,7 +155,7 @@ class Axis:
             steps.append(self._made + self._motor.steps_to(edge))
         if self.fly.next_position is not None:
             steps.append(self._made + abs(self.fly.next_position - self._values[Register.POSITION]))
-        if self.kind is Kind.SLEW and self._made == 0:
+        if self.kind is AxisActivity.SLEW and self._made == 0:
             steps.append(1)  # a mark that is there from the start counts from the first step
         if self._halt_steps is not None:
             steps.append(self._halt_steps)
@@ -167,7 +167,7 @@ class Axis:
             return True
         if self.kind is None:
             return self._jog_from_rest(now_ns)
-        if self.kind is Kind.SETTLING:
+        if self.kind is AxisActivity.SETTLING:
             return self._check_encoder(now_ns)
         if self._is_over(now_ns):
             self._finish(now_ns)
@@ -188,11 +188,11 @@ class Axis:
     def _watch(self, now_ns: int) -> bool:
         """Look at the inputs that this kind of motion heeds."""
         kind = self.kind
-        if kind is Kind.JOG:
+        if kind is AxisActivity.JOG:
             return self._jog_on(now_ns)
         if kind in HOMING and self._watch_home(now_ns):
             return True
-        if kind is Kind.SLEW and not self._slowed and self._mark_seen():
+        if kind is AxisActivity.SLEW and not self._slowed and self._mark_seen():
             self._register(now_ns)
             return True
         if kind in SLOWED_ONCE and not self._slowed and self._at_limit(SOFT_LIMITS, self.direction):
@@ -202,13 +202,13 @@ class Axis:
 
     def _watch_home(self, now_ns: int) -> bool:
         active = self._pins.grounded("home", self._motor.position)
-        if self.kind is Kind.HOME_0 and active:
+        if self.kind is AxisActivity.HOME_0 and active:
             self._end()
             return True
-        if self.kind is Kind.HOME_1 and active:
-            self._stop(now_ns, Kind.HOME_1_STOP)
+        if self.kind is AxisActivity.HOME_1 and active:
+            self._stop(now_ns, AxisActivity.HOME_1_STOP)
             return True
-        if self.kind is Kind.HOME_1_BACK:
+        if self.kind is AxisActivity.HOME_1_BACK:
             if not active and self._left_home:
                 self._end()
                 return True
@@ -222,7 +222,7 @@ class Axis:
     def _register(self, now_ns: int) -> None:
         """Go so many steps on from the mark, ramp included; if it does not fit it is cut short."""
         motion = self._running
-        self.kind = Kind.REGISTERED
+        self.kind = AxisActivity.REGISTERED
         try:
             self._motion = go_on(motion, now_ns, self._registration, self.speeds.profile())
         except ValueError:
@@ -232,14 +232,14 @@ class Axis:
     def _slow(self, now_ns: int) -> None:
         """Ramp down to base speed, and do what the kind of motion does then."""
         self._slowed = True
-        if self.kind is Kind.SLEW:
-            self._stop(now_ns, Kind.STOPPING)
+        if self.kind is AxisActivity.SLEW:
+            self._stop(now_ns, AxisActivity.STOPPING)
         elif self.kind in HOMING:
             self._motion = self.speeds.change(self._running, now_ns, self.speeds.base_sps)
         elif self._halt_steps is None:
             self._motion = self.speeds.creep(self._running, now_ns)
 
-    def _stop(self, now_ns: int, kind: Kind) -> None:
+    def _stop(self, now_ns: int, kind: AxisActivity) -> None:
         """Ramp down to base speed and stop; at base speed, stop here."""
         self.kind = kind
         if self._running.speed_at(now_ns) <= self.speeds.base_sps * MSPS:
@@ -248,16 +248,16 @@ class Axis:
             self._motion = self.speeds.stop(self._running, now_ns)
 
     def _hit_hard_limit(self, now_ns: int) -> None:
-        if self.kind is Kind.CORRECTION:
+        if self.kind is AxisActivity.CORRECTION:
             self._settle_from(now_ns)
         else:
             self._end()
 
     def _finish(self, now_ns: int) -> None:
         """Do what follows the end of a motion."""
-        if self.kind is Kind.HOME_1_STOP:
+        if self.kind is AxisActivity.HOME_1_STOP:
             back = run(now_ns, 0, -self.direction, self.speeds.at_base())
-            self._begin(Kind.HOME_1_BACK, -self.direction, back)
+            self._begin(AxisActivity.HOME_1_BACK, -self.direction, back)
         elif self._correct is not None:
             self._settle_from(now_ns)
         else:
@@ -271,7 +271,7 @@ class Axis:
         self._end()
         if correct is not None:
             self._correct, delay_ns = correct, correct.delay_ns
-            self.kind = Kind.SETTLING
+            self.kind = AxisActivity.SETTLING
             self._timer_ns = now_ns + delay_ns
 
     def _check_encoder(self, now_ns: int) -> bool:
@@ -298,7 +298,7 @@ class Axis:
         if steps == 0 or self._at_limit(HARD_LIMITS, direction):
             self._settle_from(now_ns)
             return
-        self._begin(Kind.CORRECTION, direction, move(now_ns, 0, steps, self.speeds.at_base()))
+        self._begin(AxisActivity.CORRECTION, direction, move(now_ns, 0, steps, self.speeds.at_base()))
         self._correct = correct
 
     # jog
@@ -311,13 +311,13 @@ class Axis:
             self._report(Error.MOTOR)
             return False
         self._face(direction)
-        self._begin(Kind.JOG, direction, run(now_ns, 0, direction, self.speeds.at_base()))
+        self._begin(AxisActivity.JOG, direction, run(now_ns, 0, direction, self.speeds.at_base()))
         self._jog_sps = self.speeds.base_sps
         return True
 
     def _jog_on(self, now_ns: int) -> bool:
         if self.jog.wanted() != self.direction:
-            self._stop(now_ns, Kind.STOPPING)
+            self._stop(now_ns, AxisActivity.STOPPING)
             return True
         speed_sps = self.speeds.jog_sps if self.jog.fast else self.speeds.base_sps
         if speed_sps == self._jog_sps:
@@ -328,12 +328,12 @@ class Axis:
 
     # parts
 
-    def _endless(self, now_ns: int, kind: Kind) -> None:
+    def _endless(self, now_ns: int, kind: AxisActivity) -> None:
         direction = 1 if self._values[Register.DIRECTION] else -1
         if not self._at_limit(HARD_LIMITS, direction):
             self._begin(kind, direction, run(now_ns, 0, direction, self.speeds.profile()))
 
-    def _begin(self, kind: Kind, direction: int, motion: Motion) -> None:
+    def _begin(self, kind: AxisActivity, direction: int, motion: Motion) -> None:
         self._clear()
         self.kind, self.direction, self._motion = kind, direction, motion
 

@@ -12,9 +12,9 @@ from enum import Enum, auto
 
 from ....io_images.pcl601 import NEEDS_IDLE, NO_ERROR, POSITION_LIMIT, ROWS, Code, Error, Register
 from ....io_images.pcl601.terminals import ON_FLY_OUTPUT, RETRIES_OUTPUT
-from .axis import Axis
+from .activities import AxisActivity
+from .axis import Pcl601Axis
 from .inputs import Inputs
-from .kinds import Kind
 from .motor import EncoderModel, Motor
 from .pins import Pins
 from .program_axis import ProgramAxis
@@ -62,7 +62,7 @@ class Controller:
         self.pins = Pins()
         self.motor = Motor(encoder)
         self.inputs = Inputs(self.pins, self.motor, wiring or Wiring(), self.values, self.report)
-        self.axis = Axis(self.values, self.pins, self.motor, self.report, self._retries_failed)
+        self.axis = Pcl601Axis(self.values, self.pins, self.motor, self.report, self._retries_failed)
         self.protocol = Protocol.MODBUS
         self.outputs = 0
         self.errors = NO_ERROR
@@ -251,8 +251,8 @@ class Controller:
     def _code_table(self) -> dict[Code, Callable[[], bool]]:
         return {
             Code.GO: self._go,
-            Code.HOME_TYPE_0: lambda: self._seek(lambda: self.axis.home(self._now_ns, Kind.HOME_0)),
-            Code.HOME_TYPE_1: lambda: self._seek(lambda: self.axis.home(self._now_ns, Kind.HOME_1)),
+            Code.HOME_TYPE_0: lambda: self._seek(lambda: self.axis.home(self._now_ns, AxisActivity.HOME_0)),
+            Code.HOME_TYPE_1: lambda: self._seek(lambda: self.axis.home(self._now_ns, AxisActivity.HOME_1)),
             Code.GO_SLEW: lambda: self._seek(lambda: self.axis.slew(self._now_ns)),
             Code.STOP_MOTION: _always(self.stop_everything),
             Code.STOP_SOFT: _always(lambda: self.axis.stop_soft(self._now_ns)),

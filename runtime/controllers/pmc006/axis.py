@@ -68,7 +68,7 @@ class ExtStop:
         return bool(self._pins.levels & self.pin) == rising
 
 
-class Axis:
+class Pmc006Axis:
     """The motor, at rest at physical position 0.
 
     Attributes:

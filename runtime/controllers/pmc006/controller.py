@@ -14,10 +14,10 @@ from ....io_images.pmc006.frame import FACTORY_ADDRESS, STATE_ERROR, UNKNOWN_ERR
 from ....io_images.pmc006.instructions import ATTENUATION_PERCENT, BY_CODE, BY_NAME, Instruction, Kind
 from ....io_images.pmc006.program import UserProgram
 from ....io_images.pmc006.status import GPIO_EFFECTIVE, Gpio, Level, Status1, Status2
-from .axis import Axis, Doing
+from .axis import Doing, Pmc006Axis
 from .interpreter import Interpreter
 from .memory import Memory
-from .options import Options
+from .options import Pmc006Switches
 from .pins import Pin, Pins, Switch
 
 SUPPLY_LIMIT_V = 9.0
@@ -51,19 +51,19 @@ class Controller:
 
     def __init__(
         self,
-        options: Options | None = None,
+        options: Pmc006Switches | None = None,
         address: int = FACTORY_ADDRESS,
         program: UserProgram | None = None,
     ) -> None:
         if address != FACTORY_ADDRESS and not BY_NAME["device_address"].allows(address):
             raise ValueError(f"address {address}: allowed is 1 to 120, or the factory's {FACTORY_ADDRESS}")
-        self.options = options or Options()
+        self.options = options or Pmc006Switches()
         self.memory = Memory()
         self.memory.preset("device_address", address)
         if program is not None:
             self.memory.lines = program.lines
         self.pins: Pins = Pins()
-        self.axis: Axis = Axis(self.memory, self.pins)
+        self.axis: Pmc006Axis = Pmc006Axis(self.memory, self.pins)
         self.interpreter: Interpreter = Interpreter(self)
         self.pins.on_change = self._on_pins
         self.gpio = Gpio.GPIO8

@@ -8,7 +8,7 @@ from ....io_images.pmc006.instructions import INT32_MAX
 
 
 @dataclass(frozen=True, slots=True)
-class Options:
+class Pmc006Switches:
     """Versions of the hardware, and readings of the manual that can be switched.
 
     Attributes:

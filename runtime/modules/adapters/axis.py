@@ -17,7 +17,7 @@ from ..amci3601 import Capabilities
 from ..amci3601.axis import BlendProgram
 from .capabilities import RowCapabilities
 from .driver import Driver
-from .task import Drive, Kind, Task
+from .task import Drive, Task, TaskKind
 
 
 class LinkedAxis(Generic[Drive]):
@@ -46,7 +46,7 @@ class LinkedAxis(Generic[Drive]):
         """Return what a profile becomes."""
         raise NotImplementedError
 
-    def task_for(self, kind: Kind, direction: int, profile: Profile, steps: int = 0) -> Task[Drive]:
+    def task_for(self, kind: TaskKind, direction: int, profile: Profile, steps: int = 0) -> Task[Drive]:
         """Return a motion."""
         drive = self.drive_for(profile)
         return Task(kind, direction, drive, profile.has_ramps, steps)
@@ -126,7 +126,7 @@ class LinkedAxis(Generic[Drive]):
     def move(self, now_ns: int, distance: int, profile: Profile) -> None:
         """Start a move over `distance` steps (signed, not 0)."""
         direction = 1 if distance > 0 else -1
-        self._driver.tasks.append(self.task_for(Kind.INDEX, direction, profile, abs(distance)))
+        self._driver.tasks.append(self.task_for(TaskKind.INDEX, direction, profile, abs(distance)))
 
     def step_slowly(self, now_ns: int, direction: int, speed_sps: int) -> None:
         """Start a motion of a single step at `speed_sps`."""
@@ -135,23 +135,23 @@ class LinkedAxis(Generic[Drive]):
     def pulse(self, now_ns: int, direction: int, steps: int = 1) -> None:
         """Index by so many steps behind the command layer's back."""
         start_sps = 1 if self.configuration is None else self.configuration.starting_speed
-        task = self.task_for(Kind.INDEX, direction, Profile(start_sps, start_sps, 1, 1), steps)
+        task = self.task_for(TaskKind.INDEX, direction, Profile(start_sps, start_sps, 1, 1), steps)
         task.shown = False
         self._driver.tasks.append(task)
 
     def run(self, now_ns: int, direction: int, profile: Profile, registration: int | None = None) -> None:
         """Start a motion that lasts until it is stopped."""
-        self._driver.tasks.append(self.task_for(Kind.SLEW, direction, profile, registration or 0))
+        self._driver.tasks.append(self.task_for(TaskKind.SLEW, direction, profile, registration or 0))
 
     def home(self, now_ns: int, direction: int, profile: Profile) -> None:
         """Search for the home switch, by the controller's own routine."""
-        self._driver.tasks.append(self.task_for(Kind.HOME, direction, profile))
+        self._driver.tasks.append(self.task_for(TaskKind.HOME, direction, profile))
 
     def change_speed(self, now_ns: int, profile: Profile) -> None:
         """Stop, and start again at the new speed."""
         task = self.task
         if task is not None:
-            task.following = self.task_for(Kind.SLEW, task.direction, profile, task.steps)
+            task.following = self.task_for(TaskKind.SLEW, task.direction, profile, task.steps)
             task.stopping = True
 
     def register(self, now_ns: int, steps: int, deceleration_spmss: Rate, shape: Shape) -> None:
@@ -168,7 +168,7 @@ class LinkedAxis(Generic[Drive]):
         for at, (length, speed, rate, shape) in reversed(list(enumerate(program.segments))):
             down = program.final_deceleration if at == last else rate
             profile = Profile(start_sps, speed, rate, down, shape)
-            task = self.task_for(Kind.INDEX, direction, profile, length)
+            task = self.task_for(TaskKind.INDEX, direction, profile, length)
             task.following, following = following, task
         assert following is not None
         self._driver.tasks.append(following)

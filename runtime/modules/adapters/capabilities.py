@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from ....io_images.amci3601 import Configuration, StatusMsw
-from ..amci3601 import Capabilities, Feature, Inability, Wish
+from ..amci3601 import Capabilities, Feature, Refusal, Request
 
 CONFIG_ERROR = StatusMsw.CONFIG_ERROR.value
 FUNCTION = StatusMsw.COMMAND_ERROR.value
@@ -28,11 +28,11 @@ RAMPED = frozenset({Feature.MOVE, Feature.MANUAL, Feature.REGISTRATION, Feature.
 TIMED = RAMPED | {Feature.BLEND_SEGMENT, Feature.ENCODER_MOVE}
 """What has a speed."""
 
-Options = TypeVar("Options")
+AdapterOptions = TypeVar("AdapterOptions")
 
 
 @dataclass(frozen=True, slots=True)
-class ConfigurationRow(Generic[Options]):
+class ConfigurationRow(Generic[AdapterOptions]):
     """Why a configuration is refused.
 
     Attributes:
@@ -42,12 +42,12 @@ class ConfigurationRow(Generic[Options]):
     """
 
     name: str
-    applies: Callable[[Configuration, Options], bool]
+    applies: Callable[[Configuration, AdapterOptions], bool]
     reason: str
 
 
 @dataclass(frozen=True, slots=True)
-class CommandRow(Generic[Options]):
+class CommandRow(Generic[AdapterOptions]):
     """Why a command is refused.
 
     Attributes:
@@ -60,13 +60,13 @@ class CommandRow(Generic[Options]):
 
     features: frozenset[Feature]
     name: str
-    applies: Callable[[Wish, Options], bool]
+    applies: Callable[[Request, AdapterOptions], bool]
     bits: int
     reason: str
 
 
 @dataclass(frozen=True, slots=True)
-class SubstitutionRow(Generic[Options]):
+class SubstitutionRow(Generic[AdapterOptions]):
     """What is done otherwise than a 3601 does it.
 
     Attributes:
@@ -76,11 +76,11 @@ class SubstitutionRow(Generic[Options]):
     """
 
     name: str
-    applies: Callable[[Wish, Options], bool]
+    applies: Callable[[Request, AdapterOptions], bool]
     how: str
 
 
-class RowCapabilities(Capabilities, Generic[Options]):
+class RowCapabilities(Capabilities, Generic[AdapterOptions]):
     """Rows, read.
 
     Attributes:
@@ -95,49 +95,49 @@ class RowCapabilities(Capabilities, Generic[Options]):
 
     def __init__(
         self,
-        configuration_rows: Sequence[ConfigurationRow[Options]],
-        command_rows: Sequence[CommandRow[Options]],
-        substitution_rows: Sequence[SubstitutionRow[Options]],
-        options: Options,
+        configuration_rows: Sequence[ConfigurationRow[AdapterOptions]],
+        command_rows: Sequence[CommandRow[AdapterOptions]],
+        substitution_rows: Sequence[SubstitutionRow[AdapterOptions]],
+        options: AdapterOptions,
     ) -> None:
-        self.news: list[SubstitutionRow[Options]] = []
+        self.news: list[SubstitutionRow[AdapterOptions]] = []
         self._configuration_rows = configuration_rows
         self._command_rows = command_rows
         self._untold = list(substitution_rows)
         self._options = options
 
-    def lacking_for_configuration(self, configuration: Configuration) -> Inability | None:
+    def lacking_for_configuration(self, configuration: Configuration) -> Refusal | None:
         """Return why a configuration is refused, None if it is not."""
         for row in self._configuration_rows:
             if row.applies(configuration, self._options):
-                return Inability(row.name, CONFIG_ERROR, row.reason)
+                return Refusal(row.name, CONFIG_ERROR, row.reason)
         return None
 
-    def lacking_for(self, wish: Wish) -> Inability | None:
+    def lacking_for(self, request: Request) -> Refusal | None:
         """Return why a command is refused, None if it is not; then it is noted what is done otherwise."""
         for row in self._command_rows:
-            if wish.feature in row.features and row.applies(wish, self._options):
-                return Inability(row.name, row.bits, row.reason)
-        if wish.feature in RAMPED:
-            self._note_substitutions(wish)
+            if request.feature in row.features and row.applies(request, self._options):
+                return Refusal(row.name, row.bits, row.reason)
+        if request.feature in RAMPED:
+            self._note_substitutions(request)
         return None
 
-    def _note_substitutions(self, wish: Wish) -> None:
-        fresh = [row for row in self._untold if row.applies(wish, self._options)]
+    def _note_substitutions(self, request: Request) -> None:
+        fresh = [row for row in self._untold if row.applies(request, self._options)]
         self._untold = [row for row in self._untold if row not in fresh]
         self.news += fresh
 
 
-def always(wish: Wish, options: object) -> bool:
+def always(request: Request, options: object) -> bool:
     """A function that is missing altogether."""
     return True
 
 
-def speed_of(wish: Wish) -> int:
+def speed_of(request: Request) -> int:
     """Return the programmed speed, steps/s."""
-    return wish.order.parameters.speed or 0
+    return request.order.parameters.speed or 0
 
 
-def has_ramps(wish: Wish) -> bool:
+def has_ramps(request: Request) -> bool:
     """Whether the programmed speed is above the starting speed."""
-    return speed_of(wish) > wish.configuration.starting_speed
+    return speed_of(request) > request.configuration.starting_speed

@@ -18,8 +18,8 @@ from collections.abc import Callable, Generator
 from enum import Enum
 from typing import Generic
 
-from ...line.master import PUBLISH, Manners, Master, Pause, Reply, Request, Script, Step
-from .task import Drive, Kind, Task
+from ...line.master import PUBLISH, LineTiming, Master, Pause, Reply, Request, Script, Step
+from .task import Drive, Task, TaskKind
 
 BIAS = 1_000_000
 REBIAS_BELOW = 500_000
@@ -74,8 +74,8 @@ class Driver(Generic[Drive]):
         manners: how the line is used.
     """
 
-    def __init__(self, manners: Manners) -> None:
-        self.master = Master(manners)
+    def __init__(self, line_timing: LineTiming) -> None:
+        self.master = Master(line_timing)
         self.state = State.ABSENT
         self.position = 0
         self.busy = False
@@ -351,7 +351,7 @@ class Driver(Generic[Drive]):
             if task.stopping and not slowed:
                 slowed = True
                 yield from self.slow_down(task)
-                if task.kind is Kind.INDEX:
+                if task.kind is TaskKind.INDEX:
                     return
             elif task.marked and not marked:
                 marked = True
@@ -387,7 +387,7 @@ class Driver(Generic[Drive]):
         left = task.steps - abs(self.position - mark)
         if left > 0:
             drive = self.drive_over(task.drive, left)
-            task.following = Task(Kind.INDEX, task.direction, drive, task.ramps_up, left)
+            task.following = Task(TaskKind.INDEX, task.direction, drive, task.ramps_up, left)
 
     def drive_over(self, drive: Drive, steps: int) -> Drive:
         """Return the speeds and ramps of a motion for an index over so many steps."""
@@ -403,7 +403,7 @@ class Driver(Generic[Drive]):
 
     def conclude(self, task: Task[Drive], began_at: int) -> Talk:
         """The controller stands still: show why, before the motion counts as over."""
-        if task.kind is Kind.INDEX and not task.stopping:
+        if task.kind is TaskKind.INDEX and not task.stopping:
             self.stopped_short = self.position != began_at + task.direction * task.steps
         yield PUBLISH
         if not self._cut_meanwhile():

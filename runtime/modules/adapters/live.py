@@ -29,13 +29,13 @@ from .module import Adapter
 from .pcl601.axis import Pcl601Axis
 from .pcl601.driver import LINE_FORMAT as PCL601_FORMAT
 from .pcl601.driver import Pcl601Driver
-from .pcl601.options import Options as Pcl601Options
+from .pcl601.options import Pcl601Options
 from .pcl601.units import Drive as Pcl601Drive
 from .plant import Plant
 from .pmc006.axis import Pmc006Axis
 from .pmc006.driver import LINE_FORMAT as PMC006_FORMAT
 from .pmc006.driver import Pmc006Driver
-from .pmc006.options import Options as Pmc006Options
+from .pmc006.options import Pmc006Options
 from .task import Drive
 
 STOP_S = 0.5

@@ -16,8 +16,8 @@ from typing import Generic
 from ....io_images.amci3601 import Firmware, StatusMsw
 from ....io_images.image import Image, signed_word
 from ...loop.events import Event
-from ...loop.incidents import Happening
-from ..amci3601 import CommandLayer, Inability, Options
+from ...loop.incidents import FaultKind
+from ..amci3601 import Amci3601Options, CommandLayer, Refusal
 from ..amci3601.report import report
 from .axis import LinkedAxis
 from .driver import Driver, State
@@ -88,7 +88,9 @@ class Adapter(Generic[Drive]):
     def _begin_anew(self) -> None:
         """Start the command layer as after power-up: nothing is configured, nothing remembered."""
         self.axis = self.new_axis()
-        self.layer = CommandLayer(self.axis, Firmware.parse("4.1"), Options(), self.events, self._now_ns)
+        self.layer = CommandLayer(
+            self.axis, Firmware.parse("4.1"), Amci3601Options(), self.events, self._now_ns
+        )
         self.layer.running = self._plc_running
         self._acted_on: bytes | None = None
         self._tick_due_ns = NEVER
@@ -134,7 +136,7 @@ class Adapter(Generic[Drive]):
         """Remove and restore the controller's power only."""
         self.controller.power_cycle(self._now_ns)
 
-    def disturb(self, what: Happening, *, begins: bool, lasts: bool) -> None:
+    def disturb(self, what: FaultKind, *, begins: bool, lasts: bool) -> None:
         """Let something happen between adapter and controller, or be over, from the last `update` on.
 
         Args:
@@ -144,11 +146,11 @@ class Adapter(Generic[Drive]):
         """
         line = self.controller.line
         replies = (ENDLESS if lasts else 1) if begins else 0
-        if what is Happening.CONTROLLER_POWER_CYCLE:
+        if what is FaultKind.CONTROLLER_POWER_CYCLE:
             self.cycle_device()
-        elif what is Happening.REPLIES_LOST:
+        elif what is FaultKind.REPLIES_LOST:
             line.faults.drop_next = replies
-        elif what is Happening.REPLIES_DAMAGED:
+        elif what is FaultKind.REPLIES_DAMAGED:
             line.faults.corrupt_next = replies
         elif begins:
             line.take_down()
@@ -250,7 +252,7 @@ class Adapter(Generic[Drive]):
 
     def _end_of_range(self, now_ns: int) -> None:
         reason = "the controller's counter has come to the end of its range"
-        self.layer.refuse(now_ns, Inability("counter range", INVALID_PROFILE | COMMAND_ERROR, reason))
+        self.layer.refuse(now_ns, Refusal("counter range", INVALID_PROFILE | COMMAND_ERROR, reason))
         if self.layer.operation is not None:
             self.layer.operation.on_many_bits(now_ns)
 

@@ -11,7 +11,7 @@ from ...kinematics import Motion
 Drive = TypeVar("Drive")
 
 
-class Kind(Enum):
+class TaskKind(Enum):
     """What a motion is to a controller."""
 
     INDEX = "so many steps"
@@ -36,7 +36,7 @@ class Task(Generic[Drive]):
         model: what the controller is thought to be doing; None before its start.
     """
 
-    kind: Kind
+    kind: TaskKind
     direction: int
     drive: Drive
     ramps_up: bool
@@ -50,4 +50,4 @@ class Task(Generic[Drive]):
     @property
     def registers(self) -> bool:
         """Whether it is a slew that ends so many steps after its mark."""
-        return self.kind is Kind.SLEW and self.steps > 0
+        return self.kind is TaskKind.SLEW and self.steps > 0

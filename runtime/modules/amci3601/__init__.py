@@ -4,27 +4,27 @@
 works over any `Axis`; `StepGenerator` is the simulated one.
 """
 
-from ...loop.module_fault import Trouble
+from ...loop.module_fault import ModuleFault
 from .axis import Axis
-from .capabilities import AxisHoming, Capabilities, Feature, Inability, Wish
+from .capabilities import AxisHoming, Capabilities, Feature, Refusal, Request
 from .command_layer import CommandLayer
 from .indicators import Indicators, Light
 from .module import Amci3601
-from .options import Options
+from .options import Amci3601Options
 from .step_generator import StepGenerator
 
 __all__ = [
     "Amci3601",
+    "Amci3601Options",
     "Axis",
     "AxisHoming",
     "Capabilities",
     "CommandLayer",
     "Feature",
-    "Inability",
     "Indicators",
     "Light",
-    "Options",
+    "ModuleFault",
+    "Refusal",
+    "Request",
     "StepGenerator",
-    "Trouble",
-    "Wish",
 ]

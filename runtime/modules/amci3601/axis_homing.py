@@ -5,21 +5,21 @@ What it leaves to the command layer is in `homing`; which of these an axis calls
 
 from __future__ import annotations
 
-from .capabilities import AxisHoming, Inability
-from .command_words import Order
+from .capabilities import AxisHoming, Refusal
+from .command_words import CommandWords
 from .homing import HOME, Homing, Phase
 from .latches import HOME_INVALID, INPUT_ERROR, POSITION_INVALID
 from .operation import CW_LIMIT, limit_of
 
 NO_HOME = HOME_INVALID | INPUT_ERROR | POSITION_INVALID
-HOME_BEFORE_PROXIMITY = Inability(
+HOME_BEFORE_PROXIMITY = Refusal(
     "home before proximity",
     NO_HOME,
     "the home switch was met before the home proximity, and has stopped the axis without a ramp",
 )
 """What a 3601 would pass over [chapter 4, Find Home]."""
 
-STOPPED_ELSEWHERE = Inability(
+STOPPED_ELSEWHERE = Refusal(
     "stopped elsewhere", NO_HOME, "the axis has stopped in a search for home, and not at the home switch"
 )
 
@@ -87,7 +87,7 @@ class HomingOntoSwitch(Homing):
         """Let the axis search."""
         self.layer.axis.home(now_ns, self.direction, self.profile)
 
-    def on_tick(self, now_ns: int, order: Order) -> None:
+    def on_tick(self, now_ns: int, order: CommandWords) -> None:
         """Look at the opposite limit, and whether the switch has been met when the axis stands still."""
         layer = self.layer
         if layer.risen & CW_LIMIT:
@@ -135,7 +135,7 @@ class HomingSlowedByProximity(Homing):
     def _at_switch(self) -> bool:
         return bool(self.layer.active & HOME)
 
-    def _give_up(self, now_ns: int, reason: Inability) -> None:
+    def _give_up(self, now_ns: int, reason: Refusal) -> None:
         self.layer.refuse(now_ns, reason)
         self.layer.finish(now_ns, 0, "found no home")
 

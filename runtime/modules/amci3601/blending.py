@@ -15,7 +15,7 @@ from ....io_images.thousands import PARAMETER_MAX, is_legal_pair, join_thousands
 from ...kinematics import MILLI, PICO, BlendLeg, Shape, check_blend, ramp_distance
 from .axis import BlendProgram
 from .capabilities import Feature
-from .command_words import Order
+from .command_words import CommandWords
 from .latches import COMMAND_ERROR, INVALID_PROFILE, STOPPED, Fault
 from .operation import Operation
 
@@ -54,7 +54,7 @@ class BlendProgramming:
         self.final_deceleration = 1
         self.final_shape = Shape.CONSTANT
 
-    def read(self, now_ns: int, order: Order) -> None:
+    def read(self, now_ns: int, order: CommandWords) -> None:
         """Read the next block and acknowledge it; a faulty one spoils the profile (reading A-57)."""
         self.acknowledged = True
         self.blocks += 1
@@ -76,7 +76,7 @@ class BlendProgramming:
 
     # -- the first block ----------------------------------------------------------------------
 
-    def _read_header(self, now_ns: int, order: Order) -> None:
+    def _read_header(self, now_ns: int, order: CommandWords) -> None:
         self.wanted = order.words[2]
         if not SEGMENTS_MIN <= self.wanted <= SEGMENTS_MAX:
             self._spoil(now_ns, "PRF-04")
@@ -100,7 +100,7 @@ class BlendProgramming:
 
     # -- segment blocks -----------------------------------------------------------------------
 
-    def _read_segment(self, now_ns: int, order: Order) -> None:
+    def _read_segment(self, now_ns: int, order: CommandWords) -> None:
         faults = self._segment_faults(order)
         if faults:
             self.good = False
@@ -116,7 +116,7 @@ class BlendProgramming:
         if not self._fits():
             self._spoil(now_ns, "PRF-05")
 
-    def _segment_faults(self, order: Order) -> list[Fault]:
+    def _segment_faults(self, order: CommandWords) -> list[Fault]:
         """Return every rule that the block breaks on its own (reading A-110)."""
         speed = order.parameters.speed
         length_msw, length_lsw = order.words[2], order.words[3]
@@ -193,7 +193,7 @@ class BlendRun(Operation):
 
 
 def obey_programming(
-    layer: CommandLayer, now_ns: int, order: Order, previous: Order, *, reads: bool = True
+    layer: CommandLayer, now_ns: int, order: CommandWords, previous: CommandWords, *, reads: bool = True
 ) -> None:
     """Follow the handshake bits of the command LSW [chapter 5, blend routine steps 1 to 6].
 
@@ -222,7 +222,7 @@ def obey_programming(
         _begin(layer, now_ns, order)
 
 
-def _begin(layer: CommandLayer, now_ns: int, order: Order) -> None:
+def _begin(layer: CommandLayer, now_ns: int, order: CommandWords) -> None:
     """The first block: programming starts unless a motion is under way."""
     if isinstance(layer.operation, BlendRun):
         layer.blend = None

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from ....io_images.amci3601 import Configuration, HomingKind
-from .command_words import Order
+from .command_words import CommandWords
 
 
 class Feature(Enum):
@@ -31,7 +31,7 @@ class Feature(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
+class Request:
     """Something asked of an axis that the 3601's own rules allow.
 
     Attributes:
@@ -43,14 +43,14 @@ class Wish:
     """
 
     feature: Feature
-    order: Order
+    order: CommandWords
     configuration: Configuration
     distance: int = 0
     minimum_registration: int = 0
 
 
 @dataclass(frozen=True, slots=True)
-class Inability:
+class Refusal:
     """A refusal.
 
     Attributes:
@@ -90,10 +90,10 @@ class Capabilities:
         """Return what `Axis.home` does in a search of that kind."""
         return self.homing
 
-    def lacking_for_configuration(self, configuration: Configuration) -> Inability | None:
+    def lacking_for_configuration(self, configuration: Configuration) -> Refusal | None:
         """Return why a configuration that the 3601 accepts is refused, None if it is not."""
         return None
 
-    def lacking_for(self, wish: Wish) -> Inability | None:
+    def lacking_for(self, request: Request) -> Refusal | None:
         """Return why a command that the 3601 accepts is refused, None if it is not."""
         return None

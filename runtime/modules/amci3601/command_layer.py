@@ -26,10 +26,10 @@ from ...loop.events import Event, JsonValue
 from . import configuring, refusals
 from .axis import Axis, BlendProgram
 from .blending import BlendProgramming, obey_programming
-from .capabilities import Feature, Inability, Wish
-from .command_words import COMMAND_BITS, Order
+from .capabilities import Feature, Refusal, Request
+from .command_words import COMMAND_BITS, CommandWords
 from .commands import COMMANDS, obey_store_minimum
-from .follower import Follower, obey_follower
+from .follower import EncoderFollower, obey_follower
 from .latches import (
     CLEARED_BY_A_MOVE,
     COMMAND_ERROR,
@@ -42,7 +42,7 @@ from .latches import (
     Latches,
 )
 from .operation import CCW_LIMIT, CW_LIMIT, EITHER_LIMIT, Limits, Operation, limit_in
-from .options import Options
+from .options import Amci3601Options
 from .profile_move import Held
 
 CAPTURE = InputBit.CAPTURE.value
@@ -53,7 +53,7 @@ RESET = CommandMsw.RESET_ERRORS.value
 HOLD_OR_STOP = (CommandMsw.HOLD_MOVE | CommandMsw.IMMEDIATE_STOP).value
 HOLD_OR_RESUME = (CommandMsw.HOLD_MOVE.value, CommandMsw.RESUME_MOVE.value)
 
-NO_ORDER = Order((0,) * 8)
+NO_ORDER = CommandWords((0,) * 8)
 
 
 class CommandLayer:
@@ -79,7 +79,7 @@ class CommandLayer:
     """
 
     def __init__(
-        self, axis: Axis, firmware: Firmware, options: Options, events: list[Event], now_ns: int = 0
+        self, axis: Axis, firmware: Firmware, options: Amci3601Options, events: list[Event], now_ns: int = 0
     ) -> None:
         self.axis = axis
         self.firmware = firmware
@@ -194,7 +194,7 @@ class CommandLayer:
 
     def overlook(self, words: tuple[int, ...]) -> None:
         """Take note of words without acting on them: what is set in them makes no edge later."""
-        self.order = Order(words)
+        self.order = CommandWords(words)
 
     # -- inputs -------------------------------------------------------------------------------
 
@@ -262,7 +262,7 @@ class CommandLayer:
 
     def _obey(self, now_ns: int, words: tuple[int, ...]) -> None:
         previous = self.order
-        self.order = order = previous if previous.words == words else Order(words)
+        self.order = order = previous if previous.words == words else CommandWords(words)
         if order.configures:
             configuring.obey_mode_bit(self, now_ns, order, previous)
             return
@@ -273,12 +273,12 @@ class CommandLayer:
         if order is not previous:
             self._obey_new_words(now_ns, order, previous)
 
-    def _obey_new_words(self, now_ns: int, order: Order, previous: Order) -> None:
+    def _obey_new_words(self, now_ns: int, order: CommandWords, previous: CommandWords) -> None:
         edges = order.msw & ~previous.msw & COMMAND_BITS
         following = False
         if not self._stops(order, edges):
             following = obey_follower(self, now_ns, order, previous)
-            reads = not following and not isinstance(self.operation, Follower)
+            reads = not following and not isinstance(self.operation, EncoderFollower)
             obey_programming(self, now_ns, order, previous, reads=reads)
             if reads:
                 obey_store_minimum(self, now_ns, order, previous)
@@ -289,15 +289,17 @@ class CommandLayer:
         if self.operation is not None and not self.operation.over:
             self.operation.on_order(now_ns, order)
 
-    def _stops(self, order: Order, edges: int) -> bool:
+    def _stops(self, order: CommandWords, edges: int) -> bool:
         """Whether this holds or stops a motion, which no bit of the LSW prevents (reading A-30).
 
         In follower mode there is nothing that either could stop [chapter 6, Command Error 34].
         """
         stop = edges & HOLD_OR_STOP
-        return bool(stop) and order.msw == stop and self.busy and not isinstance(self.operation, Follower)
+        return (
+            bool(stop) and order.msw == stop and self.busy and not isinstance(self.operation, EncoderFollower)
+        )
 
-    def _command(self, now_ns: int, order: Order, edges: int) -> None:
+    def _command(self, now_ns: int, order: CommandWords, edges: int) -> None:
         """A command bit has risen: refuse or carry it out [chapter 4, general notes 1 to 3]."""
         if self.locked:
             if order.msw == RESET and order.lsw == 0:
@@ -310,7 +312,7 @@ class CommandLayer:
                 self._forfeit()
             COMMANDS[order.msw](self, now_ns, order)
 
-    def _refuse_several(self, now_ns: int, order: Order, edges: int) -> None:
+    def _refuse_several(self, now_ns: int, order: CommandWords, edges: int) -> None:
         """Several command bits are set: that, and what each new command breaks by itself (A-110)."""
         faults = [Fault("CMD-02")]
         for bit in (1 << at for at in range(edges.bit_length()) if edges >> at & 1):
@@ -320,7 +322,7 @@ class CommandLayer:
         if self.operation is not None:
             self.operation.on_many_bits(now_ns)
 
-    def refused(self, now_ns: int, order: Order, reasons: refusals.Refusals | None = None) -> bool:
+    def refused(self, now_ns: int, order: CommandWords, reasons: refusals.Refusals | None = None) -> bool:
         """Fire every broken rule, and return whether there is one.
 
         Args:
@@ -332,22 +334,22 @@ class CommandLayer:
         self.fire_all(now_ns, faults)
         return bool(faults)
 
-    def _faults(self, order: Order, reasons: refusals.Refusals) -> list[Fault]:
+    def _faults(self, order: CommandWords, reasons: refusals.Refusals) -> list[Fault]:
         return [reason.fault for reason in reasons if reason.broken(self, order)]
 
-    def unable(self, now_ns: int, feature: Feature, order: Order, distance: int = 0) -> bool:
+    def unable(self, now_ns: int, feature: Feature, order: CommandWords, distance: int = 0) -> bool:
         """Refuse what the axis can't do, and return True; to be asked after the manual's own rules."""
         if self.configuration is None:
             return False
-        wish = Wish(feature, order, self.configuration, distance, self.minimum_registration)
-        inability = self.axis.capabilities.lacking_for(wish)
-        if inability is not None:
-            self.refuse(now_ns, inability)
-        return inability is not None
+        request = Request(feature, order, self.configuration, distance, self.minimum_registration)
+        refusal = self.axis.capabilities.lacking_for(request)
+        if refusal is not None:
+            self.refuse(now_ns, refusal)
+        return refusal is not None
 
-    def refuse(self, now_ns: int, inability: Inability) -> None:
+    def refuse(self, now_ns: int, refusal: Refusal) -> None:
         """Show what the axis can't do."""
-        shown = self.latches.show(now_ns, "refusal", inability.name, inability.bits, inability.reason)
+        shown = self.latches.show(now_ns, "refusal", refusal.name, refusal.bits, refusal.reason)
         self._suffer(shown)
 
     def fire(self, now_ns: int, rule_id: str, *, bits: int | None = None, alone: bool = False) -> None:

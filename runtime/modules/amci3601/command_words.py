@@ -14,7 +14,7 @@ COMMAND_BITS = 0x7FFF
 """Bits of output word 0 that are commands."""
 
 
-class Order:
+class CommandWords:
     """What the logic wrote: eight words, decoded as far as every command needs.
 
     Attributes:
@@ -45,9 +45,9 @@ class Order:
         bits = self.msw & COMMAND_BITS
         return bool(bits & (bits - 1))
 
-    def single(self, bit: int) -> Order:
+    def single(self, bit: int) -> CommandWords:
         """Return the order that these words are if `bit` is the only command bit in them."""
-        return Order((bit, *self.words[1:]))
+        return CommandWords((bit, *self.words[1:]))
 
     @property
     def target_words(self) -> tuple[int, int]:

@@ -14,7 +14,7 @@ from . import refusals
 from .axis_homing import HOMINGS
 from .blending import RUN_CW, BlendRun
 from .capabilities import Feature
-from .command_words import COMMAND_BITS, Order
+from .command_words import COMMAND_BITS, CommandWords
 from .encoder_move import EncoderMove
 from .latches import COMMAND_ERROR, HOME_INVALID, POSITION_INVALID, RESETTABLE
 from .manual_move import MANUAL_BIT, ManualMove, OneShot
@@ -25,13 +25,13 @@ from .registration_move import RegistrationMove
 if TYPE_CHECKING:
     from .command_layer import CommandLayer
 
-Handler = Callable[["CommandLayer", int, Order], None]
+Handler = Callable[["CommandLayer", int, CommandWords], None]
 
 STORE_MIN_REG = CommandLsw.STORE_MIN_REG.value
 FIND_HOME_CW = CommandMsw.FIND_HOME_CW.value
 
 
-def absolute(layer: CommandLayer, now_ns: int, order: Order) -> None:
+def absolute(layer: CommandLayer, now_ns: int, order: CommandWords) -> None:
     """Move to the target position, or with the encoder bit until the encoder has reached it."""
     if layer.refused(now_ns, order):
         return
@@ -43,7 +43,7 @@ def absolute(layer: CommandLayer, now_ns: int, order: Order) -> None:
         _start_profile_move(layer, now_ns, order, "absolute", target)
 
 
-def relative(layer: CommandLayer, now_ns: int, order: Order) -> None:
+def relative(layer: CommandLayer, now_ns: int, order: CommandWords) -> None:
     """Move by the target's number of steps, or with the encoder bit of encoder counts."""
     if layer.refused(now_ns, order):
         return
@@ -55,14 +55,16 @@ def relative(layer: CommandLayer, now_ns: int, order: Order) -> None:
         _start_profile_move(layer, now_ns, order, "relative", layer.axis.position + distance)
 
 
-def resume(layer: CommandLayer, now_ns: int, order: Order) -> None:
+def resume(layer: CommandLayer, now_ns: int, order: CommandWords) -> None:
     """Go on to the target of the held move, at the speed and rates of these words."""
     held = layer.held
     if not layer.refused(now_ns, order) and held is not None:
         _start_profile_move(layer, now_ns, order, held.name, held.target)
 
 
-def _start_profile_move(layer: CommandLayer, now_ns: int, order: Order, name: str, target: int) -> None:
+def _start_profile_move(
+    layer: CommandLayer, now_ns: int, order: CommandWords, name: str, target: int
+) -> None:
     if layer.unable(now_ns, Feature.MOVE, order, target - layer.axis.position):
         return
     move = ProfileMove(layer, now_ns, name, target, order.profile(layer.start_sps))
@@ -70,7 +72,7 @@ def _start_profile_move(layer: CommandLayer, now_ns: int, order: Order, name: st
     move.start(now_ns)
 
 
-def _start_encoder_move(layer: CommandLayer, now_ns: int, order: Order, target: int, way: int) -> None:
+def _start_encoder_move(layer: CommandLayer, now_ns: int, order: CommandWords, target: int, way: int) -> None:
     if layer.unable(now_ns, Feature.ENCODER_MOVE, order):
         return
     move = EncoderMove(layer, now_ns, target, 1 if way >= 0 else -1, order.profile(layer.start_sps))
@@ -78,7 +80,7 @@ def _start_encoder_move(layer: CommandLayer, now_ns: int, order: Order, target: 
     move.start(now_ns)
 
 
-def manual(layer: CommandLayer, now_ns: int, order: Order) -> None:
+def manual(layer: CommandLayer, now_ns: int, order: CommandWords) -> None:
     """Move as long as the bit is set; with a target, end so many steps after the registration input."""
     direction = 1 if order.msw & MANUAL_BIT[1] else -1
     move: ManualMove | OneShot
@@ -98,7 +100,7 @@ def manual(layer: CommandLayer, now_ns: int, order: Order) -> None:
     move.start(now_ns)
 
 
-def find_home(layer: CommandLayer, now_ns: int, order: Order) -> None:
+def find_home(layer: CommandLayer, now_ns: int, order: CommandWords) -> None:
     """Search for home in the direction of the bit."""
     if layer.refused(now_ns, order) or layer.unable(now_ns, Feature.HOME, order):
         return
@@ -111,7 +113,7 @@ def find_home(layer: CommandLayer, now_ns: int, order: Order) -> None:
     homing.start(now_ns)
 
 
-def run_blend(layer: CommandLayer, now_ns: int, order: Order) -> None:
+def run_blend(layer: CommandLayer, now_ns: int, order: CommandWords) -> None:
     """Run the stored blend profile in the direction of the bit."""
     program = layer.blend
     if layer.refused(now_ns, order) or program is None:
@@ -121,7 +123,7 @@ def run_blend(layer: CommandLayer, now_ns: int, order: Order) -> None:
     run.start(now_ns)
 
 
-def hold(layer: CommandLayer, now_ns: int, order: Order) -> None:
+def hold(layer: CommandLayer, now_ns: int, order: CommandWords) -> None:
     """Hold the running move; the other words may hold anything [chapter 4, Hold Move]."""
     if layer.operation is None:
         layer.fire(now_ns, "CMD-07")  # nothing to hold (reading A-24)
@@ -129,14 +131,14 @@ def hold(layer: CommandLayer, now_ns: int, order: Order) -> None:
         layer.operation.on_hold(now_ns)
 
 
-def immediate_stop(layer: CommandLayer, now_ns: int, order: Order) -> None:
+def immediate_stop(layer: CommandLayer, now_ns: int, order: CommandWords) -> None:
     """Cut the steps; without motion no status bit changes [chapter 4, Immediate Stop]."""
     if layer.busy:
         layer.latches.fire(now_ns, "POS-02", alone=True)
         layer.cut(now_ns)
 
 
-def preset_position(layer: CommandLayer, now_ns: int, order: Order) -> None:
+def preset_position(layer: CommandLayer, now_ns: int, order: CommandWords) -> None:
     """Let the position, and the diagnostic count if there is one, be the target; it becomes valid."""
     if layer.refused(now_ns, order):
         return
@@ -148,7 +150,7 @@ def preset_position(layer: CommandLayer, now_ns: int, order: Order) -> None:
     layer.latches.clear(POSITION_INVALID)
 
 
-def preset_encoder(layer: CommandLayer, now_ns: int, order: Order) -> None:
+def preset_encoder(layer: CommandLayer, now_ns: int, order: CommandWords) -> None:
     """Let the encoder count be the target; the validity of the position is not touched."""
     if layer.refused(now_ns, order):
         return
@@ -158,19 +160,19 @@ def preset_encoder(layer: CommandLayer, now_ns: int, order: Order) -> None:
         layer.axis.preset_encoder(value)
 
 
-def reset_errors(layer: CommandLayer, now_ns: int, order: Order) -> None:
+def reset_errors(layer: CommandLayer, now_ns: int, order: CommandWords) -> None:
     """Clear the errors that can be recovered from; a running motion is not affected."""
     if not layer.refused(now_ns, order):
         layer.latches.clear(RESETTABLE)
         layer.axis.reset_errors()
 
 
-def reserved(layer: CommandLayer, now_ns: int, order: Order) -> None:
+def reserved(layer: CommandLayer, now_ns: int, order: CommandWords) -> None:
     """A bit that is no command (reading A-32)."""
     layer.fire(now_ns, "LSW-03", bits=COMMAND_ERROR)
 
 
-def obey_store_minimum(layer: CommandLayer, now_ns: int, order: Order, previous: Order) -> None:
+def obey_store_minimum(layer: CommandLayer, now_ns: int, order: CommandWords, previous: CommandWords) -> None:
     """Store the minimum registration distance on the rise of LSW bit 10; beside a command it is refused.
 
     That error locks the command out, too. Several bits that come on are looked at first (reading A-93).

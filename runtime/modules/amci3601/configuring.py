@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from ....io_images.amci3601 import Configuration, StatusMsw, check
 from ....io_images.image import Image
-from .command_words import Order
+from .command_words import CommandWords
 from .latches import COMMAND_ERROR, CONFIG_ERROR, MODE_CONFIG, MODULE_OK, POSITION_INVALID, STOPPED
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ STATUS_BELOW_LIVE_BITS = StatusMsw.CONFIG_ERROR.value - 1
 """Bits 0 to 12 of input word 0."""
 
 
-def obey_mode_bit(layer: CommandLayer, now_ns: int, order: Order, previous: Order) -> None:
+def obey_mode_bit(layer: CommandLayer, now_ns: int, order: CommandWords, previous: CommandWords) -> None:
     """The mode bit is set: enter configuration mode as soon as the axis is idle [note 2], then validate."""
     fresh = order is not previous
     if not layer.in_configuration_mode:
@@ -28,7 +28,7 @@ def obey_mode_bit(layer: CommandLayer, now_ns: int, order: Order, previous: Orde
         _validate(layer, now_ns, order)
 
 
-def _axis_free(layer: CommandLayer, now_ns: int, previous: Order) -> bool:
+def _axis_free(layer: CommandLayer, now_ns: int, previous: CommandWords) -> bool:
     """Whether no move runs; otherwise the asking is an error, and the bits of a move count as released."""
     if layer.operation is not None:
         layer.operation.on_release(now_ns)
@@ -47,7 +47,7 @@ def _enter(layer: CommandLayer) -> None:
     layer.latches.bits |= MODE_CONFIG
 
 
-def _validate(layer: CommandLayer, now_ns: int, order: Order) -> None:
+def _validate(layer: CommandLayer, now_ns: int, order: CommandWords) -> None:
     """Accept or reject the words, every time they change (reading A-08)."""
     broken = check(order.words, layer.firmware)
     if broken:
@@ -67,13 +67,13 @@ def _validate(layer: CommandLayer, now_ns: int, order: Order) -> None:
     layer.axis.configure(layer.configuration)
 
 
-def _within_capabilities(layer: CommandLayer, now_ns: int, order: Order) -> Configuration | None:
+def _within_capabilities(layer: CommandLayer, now_ns: int, order: CommandWords) -> Configuration | None:
     """Return the configuration of legal words, None if the axis can't do what it asks for."""
     configuration = Configuration.from_image(Image(order.words), layer.firmware)
-    inability = layer.axis.capabilities.lacking_for_configuration(configuration)
-    if inability is None:
+    refusal = layer.axis.capabilities.lacking_for_configuration(configuration)
+    if refusal is None:
         return configuration
-    layer.refuse(now_ns, inability)
+    layer.refuse(now_ns, refusal)
     return None
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 
 from ...kinematics import Profile
-from .command_words import Order
+from .command_words import CommandWords
 from .latches import STOPPED
 from .operation import Operation
 from .refusals import ENCODER_MOVE
@@ -46,7 +46,7 @@ class EncoderMove(Operation):
             axis.run(now_ns, self.direction, self.profile)
             axis.watch_counts(self.target, self.direction)
 
-    def on_tick(self, now_ns: int, order: Order) -> None:
+    def on_tick(self, now_ns: int, order: CommandWords) -> None:
         """Compare the count, as long as the encoder bit stays set (reading A-52).
 
         In the words that request configuration mode the bit is another one; the move completes.
@@ -57,7 +57,7 @@ class EncoderMove(Operation):
         """A count that somebody gives by hand acts in the scan that it falls into."""
         return turning and not self.stopping
 
-    def on_counts(self, now_ns: int, order: Order) -> None:
+    def on_counts(self, now_ns: int, order: CommandWords) -> None:
         """Compare the count."""
         reached = (self.layer.axis.encoder - self.target) * self.direction >= 0
         if reached and (order.configures or order.lsw & ENCODER_MOVE):

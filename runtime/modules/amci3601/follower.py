@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, ClassVar
 from ....io_images.amci3601 import CommandLsw, CommandMsw
 from ...kinematics import MILLI, PICO
 from .capabilities import Feature
-from .command_words import Order
+from .command_words import CommandWords
 from .latches import STOPPED
 from .manual_move import MANUAL_BIT
 from .operation import Limits, Operation
@@ -33,13 +33,13 @@ TOP_SPEED_MSPS = 1_000_000 * MILLI
 """Maximum output frequency: 1 MHz [chapter 1, Stepper Outputs]."""
 
 
-class Follower(Operation):
+class EncoderFollower(Operation):
     """The encoder follower mode, from the rise of LSW bit 7 until it is left."""
 
     name: ClassVar[str] = "follower"
     limits: ClassVar[Limits] = Limits.EITHER
 
-    def __init__(self, layer: CommandLayer, now_ns: int, order: Order) -> None:
+    def __init__(self, layer: CommandLayer, now_ns: int, order: CommandWords) -> None:
         super().__init__(layer, now_ns)
         self.sense = 0  # +1 manual CW, -1 manual CCW, 0 neither
         self.left = False
@@ -57,7 +57,7 @@ class Follower(Operation):
 
     # -- the words ----------------------------------------------------------------------------
 
-    def on_order(self, now_ns: int, order: Order) -> None:
+    def on_order(self, now_ns: int, order: CommandWords) -> None:
         """Check the words; any fault ends the mode (reading A-65)."""
         if self.left:
             return
@@ -101,7 +101,7 @@ class Follower(Operation):
         """At the end of every scan, as long as a direction is selected."""
         return self.sense != 0
 
-    def on_counts(self, now_ns: int, order: Order) -> None:
+    def on_counts(self, now_ns: int, order: CommandWords) -> None:
         """Count, and make the steps of the scan that ends here."""
         counts = self.layer.axis.encoder
         fresh, self._last_count = counts - self._last_count, counts
@@ -172,9 +172,9 @@ def _whole(value: int, parts: int) -> int:
     return value // parts if value >= 0 else -(-value // parts)
 
 
-def obey_follower(layer: CommandLayer, now_ns: int, order: Order, previous: Order) -> bool:
+def obey_follower(layer: CommandLayer, now_ns: int, order: CommandWords, previous: CommandWords) -> bool:
     """Enter the mode on the rise of LSW bit 7; return whether the words were the follower's."""
-    if isinstance(layer.operation, Follower):
+    if isinstance(layer.operation, EncoderFollower):
         return order.msw != RESET or bool(order.lsw & FOLLOW)
     if not layer.firmware.follower:
         return False
@@ -182,5 +182,5 @@ def obey_follower(layer: CommandLayer, now_ns: int, order: Order, previous: Orde
     if not risen or layer.locked:
         return False
     if not layer.refused(now_ns, order, FOLLOWER) and not layer.unable(now_ns, Feature.FOLLOWER, order):
-        layer.accept(Follower(layer, now_ns, order))
+        layer.accept(EncoderFollower(layer, now_ns, order))
     return True

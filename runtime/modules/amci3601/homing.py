@@ -37,7 +37,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from ....io_images.amci3601 import HomingKind, InputBit
 from ...kinematics import Profile
-from .command_words import Order
+from .command_words import CommandWords
 from .latches import AT_HOME, POSITION_INVALID
 from .operation import Limits, Operation, limit_in, limit_of
 
@@ -183,7 +183,7 @@ class Homing(Operation):
 
     # -- ticks --------------------------------------------------------------------------------
 
-    def on_tick(self, now_ns: int, order: Order) -> None:
+    def on_tick(self, now_ns: int, order: CommandWords) -> None:
         """Look at limits and signals, and go on to the next phase where one is due."""
         home_risen = bool(self.layer.active & HOME) and not self._home_before
         self._home_before = bool(self.layer.active & HOME)

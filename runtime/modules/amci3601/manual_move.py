@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 from ....io_images.amci3601 import CommandMsw
 from ...kinematics import Profile
 from .capabilities import Feature
-from .command_words import Order
+from .command_words import CommandWords
 from .latches import STOPPED
 from .operation import Limits, Operation
 from .refusals import speed_or_rates_out_of_range
@@ -28,7 +28,7 @@ class ManualMove(Operation):
     name: ClassVar[str] = "manual"
     limits: ClassVar[Limits] = Limits.SAME_DIRECTION
 
-    def __init__(self, layer: CommandLayer, now_ns: int, direction: int, order: Order) -> None:
+    def __init__(self, layer: CommandLayer, now_ns: int, direction: int, order: CommandWords) -> None:
         super().__init__(layer, now_ns)
         self.direction = direction
         self.profile: Profile = order.profile(layer.start_sps)
@@ -46,7 +46,7 @@ class ManualMove(Operation):
         else:
             self.layer.axis.run(now_ns, self.direction, self.profile)
 
-    def on_order(self, now_ns: int, order: Order) -> None:
+    def on_order(self, now_ns: int, order: CommandWords) -> None:
         """Obey the released bit first, then look at target and speed."""
         if self.stopping:
             return
@@ -57,7 +57,7 @@ class ManualMove(Operation):
         elif not self.layer.locked:
             self._watch_words(now_ns, order)
 
-    def _watch_words(self, now_ns: int, order: Order) -> None:
+    def _watch_words(self, now_ns: int, order: CommandWords) -> None:
         if order.target_words != self.target_words and self.layer.firmware.registration:
             self.target_words = order.target_words
             self._fault(now_ns, "CMD-25")
@@ -65,7 +65,7 @@ class ManualMove(Operation):
             self.speed_words = order.speed_words
             self._change_speed(now_ns, order)
 
-    def _change_speed(self, now_ns: int, order: Order) -> None:
+    def _change_speed(self, now_ns: int, order: CommandWords) -> None:
         if self.constant:
             self.layer.fire(now_ns, "CMD-13")
             self.stopping = True
@@ -145,7 +145,7 @@ class OneShot(Operation):
         """Once after the pulse, whose step may have operated a switch."""
         return now_ns + 1 if now_ns == self.started_ns else None
 
-    def on_order(self, now_ns: int, order: Order) -> None:
+    def on_order(self, now_ns: int, order: CommandWords) -> None:
         """Look for the release of the bit."""
         self.released = not order.msw & MANUAL_BIT[self.direction]
 

@@ -27,18 +27,18 @@ from ....io_images.image import Image
 from ....io_images.thousands import split_reported
 from ...kinematics import Segment
 from ...loop.events import Event, JsonValue
-from ...loop.module_fault import Trouble
+from ...loop.module_fault import ModuleFault
 from ...machine import Machine
 from .command_layer import CommandLayer
 from .indicators import ASIC_LOST, DIAGNOSTICS_FAILED, UNPOWERED, indicators
-from .options import Options
+from .options import Amci3601Options
 from .report import report
 from .step_generator import NEVER, StepGenerator
 
 LIGHTS_IN_TROUBLE = {
-    Trouble.REMOVED: UNPOWERED,
-    Trouble.FATAL_ERROR: DIAGNOSTICS_FAILED,
-    Trouble.ASIC_LOST: ASIC_LOST,
+    ModuleFault.REMOVED: UNPOWERED,
+    ModuleFault.FATAL_ERROR: DIAGNOSTICS_FAILED,
+    ModuleFault.ASIC_LOST: ASIC_LOST,
 }
 
 FATAL_CLEARS = (
@@ -63,7 +63,7 @@ class Amci3601:
         firmware: "2.0", "2.1", "2.2", "3.1" or "4.1", or a `Firmware`.
         machine: what the motor turns and what the inputs are wired to; by default a machine
             without switches.
-        options: model switches by name, see `Options`.
+        options: model switches by name, see `Amci3601Options`.
         diagnostic_wiring: the step outputs are wired to the encoder inputs.
 
     Raises:
@@ -80,7 +80,7 @@ class Amci3601:
     ) -> None:
         self.firmware = Firmware.parse(firmware) if isinstance(firmware, str) else firmware
         self.machine = Machine() if machine is None else machine
-        self.options = Options.of(options)
+        self.options = Amci3601Options.of(options)
         self.events: list[Event] = []
         self._tick_ns = 1000 * self.options.input_scan_us
         self._diagnostic_wiring = diagnostic_wiring
@@ -90,7 +90,7 @@ class Amci3601:
         self._counting = False
         self._segment: Segment | None = None
         self._steps = -1  # of the motion, as reported last
-        self.trouble: Trouble | None = None
+        self.trouble: ModuleFault | None = None
         self.indicators = UNPOWERED
         self._power_up()
 
@@ -132,25 +132,25 @@ class Amci3601:
     @property
     def linked(self) -> bool:
         """Whether the PLC reaches it; a module that has failed is reached and says so by MODULE_OK."""
-        return self.trouble in (None, Trouble.FATAL_ERROR)
+        return self.trouble in (None, ModuleFault.FATAL_ERROR)
 
     @property
     def under_way(self) -> str | None:
         """The kind of the motion that runs, None while there is none."""
         return self.layer.under_way
 
-    def inject(self, trouble: Trouble | None) -> None:
+    def inject(self, trouble: ModuleFault | None) -> None:
         """Let the module stop answering in some way from the last `update` on; None lets it answer again.
 
         Raises:
             ValueError: None after a fatal error, which only `power_cycle` ends.
         """
-        if trouble is None and self.trouble is Trouble.FATAL_ERROR:
+        if trouble is None and self.trouble is ModuleFault.FATAL_ERROR:
             raise ValueError("trouble None: a fatal error ends with a power cycle only")
-        if self.trouble is Trouble.REMOVED:
+        if self.trouble is ModuleFault.REMOVED:
             self.power_cycle()
         self.trouble = trouble
-        if trouble in (Trouble.REMOVED, Trouble.FATAL_ERROR):
+        if trouble in (ModuleFault.REMOVED, ModuleFault.FATAL_ERROR):
             self._fall_silent()
         self.look_again()
 
@@ -169,7 +169,7 @@ class Amci3601:
 
     def _work(self, now_ns: int, outputs: Image) -> None:
         """Bring module and image up to `now_ns`."""
-        if self.trouble in (Trouble.REMOVED, Trouble.FATAL_ERROR):
+        if self.trouble in (ModuleFault.REMOVED, ModuleFault.FATAL_ERROR):
             self.axis.advance(now_ns)
         else:
             self._go_through(now_ns, outputs)
@@ -258,9 +258,9 @@ class Amci3601:
         """Write the whole input image, as far as the PLC still sees the module, and set the lights."""
         if self.trouble is None:
             self._report()
-        elif self.trouble is Trouble.REMOVED:
+        elif self.trouble is ModuleFault.REMOVED:
             self._image.clear()
-        elif self.trouble is Trouble.FATAL_ERROR:
+        elif self.trouble is ModuleFault.FATAL_ERROR:
             self._image[0] = self._image[0] & ~FATAL_CLEARS
         self._set_lights()
 

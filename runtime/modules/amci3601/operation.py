@@ -11,7 +11,7 @@ from enum import Enum
 from typing import TYPE_CHECKING, ClassVar
 
 from ....io_images.amci3601 import InputBit
-from .command_words import Order
+from .command_words import CommandWords
 
 if TYPE_CHECKING:
     from .command_layer import CommandLayer
@@ -85,13 +85,13 @@ class Operation:
     def on_external(self, now_ns: int) -> None:
         """The external input is active; ignored unless the operation obeys it."""
 
-    def on_order(self, now_ns: int, order: Order) -> None:
+    def on_order(self, now_ns: int, order: CommandWords) -> None:
         """The output image has changed while this operation runs."""
 
-    def on_tick(self, now_ns: int, order: Order) -> None:
+    def on_tick(self, now_ns: int, order: CommandWords) -> None:
         """A tick: look at what is checked by level while this operation runs."""
 
-    def on_counts(self, now_ns: int, order: Order) -> None:
+    def on_counts(self, now_ns: int, order: CommandWords) -> None:
         """A scan ends: act on what the encoder has counted in it, under the words of that scan."""
 
     def on_release(self, now_ns: int) -> None:

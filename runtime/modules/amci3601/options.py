@@ -15,7 +15,7 @@ from ...loop.events import JsonValue
 
 
 @dataclass(frozen=True, slots=True)
-class Options:
+class Amci3601Options:
     """Model switches of the simulated 3601, by the names used in rack files and by `scanrack drive`.
 
     Attributes:
@@ -70,7 +70,7 @@ class Options:
             )
 
     @classmethod
-    def of(cls, given: Mapping[str, JsonValue] | None) -> Options:
+    def of(cls, given: Mapping[str, JsonValue] | None) -> Amci3601Options:
         """Make options from names and values.
 
         Raises:

@@ -13,7 +13,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar
 
 from .capabilities import Feature
-from .command_words import Order
+from .command_words import CommandWords
 from .manual_move import MANUAL_BIT, ManualMove
 from .refusals import speed_or_rates_out_of_range
 
@@ -26,7 +26,7 @@ class RegistrationMove(ManualMove):
 
     name: ClassVar[str] = "registration"
 
-    def __init__(self, layer: CommandLayer, now_ns: int, direction: int, order: Order) -> None:
+    def __init__(self, layer: CommandLayer, now_ns: int, direction: int, order: CommandWords) -> None:
         super().__init__(layer, now_ns, direction, order)
         distance = order.parameters.target
         assert distance is not None
@@ -39,7 +39,7 @@ class RegistrationMove(ManualMove):
         self.layer.axis.run(now_ns, self.direction, self.profile, self.distance)
         self.layer.axis.watch_steps(self.layer.minimum_registration + 1)
 
-    def on_order(self, now_ns: int, order: Order) -> None:
+    def on_order(self, now_ns: int, order: CommandWords) -> None:
         """Compare the words; a changed target counts even in the image that releases the bit.
 
         Below the minimum distance the released bit is ignored, so that changes of speed go on to count.
@@ -53,7 +53,7 @@ class RegistrationMove(ManualMove):
             if order.msw & MANUAL_BIT[self.direction] or self._below_minimum:
                 self._change_speed(now_ns, order)
 
-    def _change_speed(self, now_ns: int, order: Order) -> None:
+    def _change_speed(self, now_ns: int, order: CommandWords) -> None:
         """Only a lower speed at unchanged rates is allowed [chapter 6, Command Errors 27 and 28]."""
         speed = order.parameters.speed
         if speed is not None and speed > self.profile.speed_sps:
@@ -69,7 +69,7 @@ class RegistrationMove(ManualMove):
             self.profile = replace(self.profile, speed_sps=speed)  # shape and rates stay
             self.layer.axis.change_speed(now_ns, self.profile)
 
-    def on_tick(self, now_ns: int, order: Order) -> None:
+    def on_tick(self, now_ns: int, order: CommandWords) -> None:
         """Look at the level of the registration input, once the minimum distance is exceeded."""
         released = order.configures or not order.msw & MANUAL_BIT[self.direction]
         if released or self.layer.external_active:

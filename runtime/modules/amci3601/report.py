@@ -7,7 +7,7 @@ from ....io_images.image import signed_word
 from ....io_images.thousands import split_reported
 from .blending import BlendRun
 from .command_layer import CommandLayer
-from .follower import Follower
+from .follower import EncoderFollower
 from .latches import CONFIG_ERROR, MODE_CONFIG, MODULE_OK
 
 MOVING_CW = StatusMsw.MOVING_CW.value
@@ -60,7 +60,7 @@ def _status_lsw(layer: CommandLayer) -> int:
         bits |= HOME_PROX_ECHO  # a plain echo, homing or not (reading A-96)
     if isinstance(layer.operation, BlendRun):
         bits |= BLEND_RUNNING
-    elif isinstance(layer.operation, Follower):
+    elif isinstance(layer.operation, EncoderFollower):
         bits |= ENC_FOLLOWER
     if layer.blending is not None and layer.blending.acknowledged:
         bits |= BLEND_ACK

@@ -11,7 +11,7 @@ from scanrack.runtime.app.fuzz import Broken, Found, Press, Scenario
 from scanrack.runtime.app.fuzz.folder_lock import locked
 from scanrack.runtime.app.fuzz.state import CampaignError, State, read_state, write_state
 from scanrack.runtime.cli import build
-from scanrack.runtime.loop.incidents import Happening, Incident
+from scanrack.runtime.loop.incidents import FaultKind, Incident
 from typer.testing import CliRunner
 
 PROGRAM = "def logic(scan):\n    pass\n"
@@ -38,7 +38,7 @@ def state(tmp_path):
     scenario = Scenario(
         ((1, "3.1"),),
         (Press(1, InputBit.HOME, True, 2_000_000, 2_000_000),),
-        (Incident(2_000_000, Happening.TORN_UPDATE, 1, 0, (1, 2)),),
+        (Incident(2_000_000, FaultKind.TORN_UPDATE, 1, 0, (1, 2)),),
     )
     broken = Broken(
         "name", "It holds.", 3, 6_000_000, "it is false", ("slot 1: idle",), ("a [CMD-01]",), "CMD-01"

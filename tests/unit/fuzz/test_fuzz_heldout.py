@@ -19,7 +19,7 @@ from scanrack.runtime.app.fuzz import STANDARD, Bench, Press, Scenario, never, s
 from scanrack.runtime.app.fuzz.scenario import Lost, Shift
 from scanrack.runtime.app.fuzz.scenarios import Kind, possible_kinds, scenarios
 from scanrack.runtime.config.rackspec import RackSpec
-from scanrack.runtime.loop.incidents import Happening, Incident
+from scanrack.runtime.loop.incidents import FaultKind, Incident
 
 MS = 1_000_000
 USED = InputBit.EXTERNAL | InputBit.HOME | InputBit.ESTOP | InputBit.CW_LIMIT | InputBit.CCW_LIMIT
@@ -146,8 +146,8 @@ def test_of_a_base_of_eleven_parts_two_are_left():
             button(InputBit.CCW_LIMIT, 200),
         ),
         incidents=(
-            Incident(30 * MS, Happening.PROGRAM_MODE, 0, 10 * MS),
-            Incident(60 * MS, Happening.POWER_CYCLE, 1),
+            Incident(30 * MS, FaultKind.PROGRAM_MODE, 0, 10 * MS),
+            Incident(60 * MS, FaultKind.POWER_CYCLE, 1),
         ),
         shifts=(Shift(1, 10),),
         lost=(Lost(1, 500, 5),),

@@ -14,7 +14,7 @@ from scanrack.runtime.app.fuzz.scenario import Lost, Shift
 from scanrack.runtime.app.fuzz.scenarios import Kind, kinds_for, scenarios
 from scanrack.runtime.app.fuzz.words import told
 from scanrack.runtime.config.rackfile import load_rack_file
-from scanrack.runtime.loop.incidents import ON_THE_LINE, Happening, Incident
+from scanrack.runtime.loop.incidents import ON_THE_LINE, FaultKind, Incident
 from scanrack.runtime.machine import Slip, Switch, TimelineEntry
 
 MS = 1_000_000
@@ -74,7 +74,7 @@ def test_shifts_and_losses_go_to_their_slot(spec):
 
 
 def test_incidents_come_after_those_of_the_rack_file(spec):
-    incident = Incident(3 * MS, Happening.TORN_UPDATE, 4, 0, (2, 3))
+    incident = Incident(3 * MS, FaultKind.TORN_UPDATE, 4, 0, (2, 3))
     assert Scenario(incidents=(incident,)).laid_over(spec).incidents == (incident,)
 
 

@@ -12,7 +12,7 @@ from scanrack.runtime.app.fuzz.drivescript import DriveScript, obstacle
 from scanrack.runtime.app.fuzz.scenario import Shift
 from scanrack.runtime.cli import build
 from scanrack.runtime.config.rackspec import RackSpec
-from scanrack.runtime.loop.incidents import Happening, Incident
+from scanrack.runtime.loop.incidents import FaultKind, Incident
 from typer.testing import CliRunner
 
 MS = 1_000_000
@@ -86,14 +86,14 @@ def recorded(module, scenario):
 
 
 PRESSED = Scenario(presses=(Press(1, InputBit.ESTOP, True, 400 * MS, 20 * MS),))
-WITHOUT_POWER = Scenario(incidents=(Incident(500 * MS, Happening.POWER_CYCLE),))
-STOPPED = Scenario(incidents=(Incident(480 * MS, Happening.PROGRAM_MODE, 0, 100 * MS),))
+WITHOUT_POWER = Scenario(incidents=(Incident(500 * MS, FaultKind.POWER_CYCLE),))
+STOPPED = Scenario(incidents=(Incident(480 * MS, FaultKind.PROGRAM_MODE, 0, 100 * MS),))
 FAILS = Scenario(presses=(Press(1, InputBit.CW_LIMIT, True, 480 * MS, 20 * MS),))
 NEARER = Scenario(shifts=(Shift(1, -200),))
-OPEN = Scenario(incidents=(Incident(500 * MS, Happening.LINE_DOWN, 1, 200 * MS),))
-LOST = Scenario(incidents=(Incident(480 * MS, Happening.REPLIES_LOST),))
-DAMAGED = Scenario(incidents=(Incident(480 * MS, Happening.REPLIES_DAMAGED),))
-FORGETS = Scenario(incidents=(Incident(500 * MS, Happening.CONTROLLER_POWER_CYCLE),))
+OPEN = Scenario(incidents=(Incident(500 * MS, FaultKind.LINE_DOWN, 1, 200 * MS),))
+LOST = Scenario(incidents=(Incident(480 * MS, FaultKind.REPLIES_LOST),))
+DAMAGED = Scenario(incidents=(Incident(480 * MS, FaultKind.REPLIES_DAMAGED),))
+FORGETS = Scenario(incidents=(Incident(500 * MS, FaultKind.CONTROLLER_POWER_CYCLE),))
 
 
 @pytest.mark.parametrize(
@@ -116,9 +116,9 @@ def test_the_script_shows_the_images_of_the_run(module, scenario):
 @pytest.mark.parametrize(
     ("incident", "says"),
     [
-        (Incident(0, Happening.LINK_LOST, 1, MS), "lost links"),
-        (Incident(0, Happening.REPLIES_LOST, 1, MS), "replies that are lost for a time"),
-        (Incident(0, Happening.TORN_UPDATE, 1, 0, (1,)), "updates that do not wait for the scan's end"),
+        (Incident(0, FaultKind.LINK_LOST, 1, MS), "lost links"),
+        (Incident(0, FaultKind.REPLIES_LOST, 1, MS), "replies that are lost for a time"),
+        (Incident(0, FaultKind.TORN_UPDATE, 1, 0, (1,)), "updates that do not wait for the scan's end"),
     ],
 )
 def test_what_the_bench_can_not_do_is_told(incident, says):

@@ -7,10 +7,10 @@ from ....kinematics import Profile, Rate, Shape
 from ....kinematics import stop as plan_stop
 from ..axis import LinkedAxis
 from ..driver import State
-from ..task import Kind
+from ..task import TaskKind
 from .capabilities import Pcl601Capabilities, polls_mark
 from .driver import BOTH_SIDES, Pcl601Driver
-from .options import Options
+from .options import Pcl601Options
 from .units import Drive, drive_for
 
 WIRED_INPUTS = {
@@ -40,7 +40,7 @@ class Pcl601Axis(LinkedAxis[Drive]):
         options: what is substituted, and how it is wired.
     """
 
-    def __init__(self, driver: Pcl601Driver, options: Options) -> None:
+    def __init__(self, driver: Pcl601Driver, options: Pcl601Options) -> None:
         super().__init__(driver, Pcl601Capabilities(options))
         self.driver = driver
         self._options = options
@@ -96,7 +96,7 @@ class Pcl601Axis(LinkedAxis[Drive]):
     def change_speed(self, now_ns: int, profile: Profile) -> None:
         """Stop, and start again at the new speed; in a search for home the proximity slows down."""
         task = self.task
-        if task is not None and task.kind is Kind.HOME:
+        if task is not None and task.kind is TaskKind.HOME:
             task.marked = True
         else:
             super().change_speed(now_ns, profile)

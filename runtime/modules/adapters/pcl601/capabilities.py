@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from .....io_images.amci3601 import Configuration, HomingKind, InputBit
 from ....kinematics import MILLI, PICO, Shape, stopping_distance
-from ...amci3601 import AxisHoming, Feature, Wish
+from ...amci3601 import AxisHoming, Feature, Request
 from ..capabilities import (
     BLOCK,
     FUNCTION,
@@ -21,7 +21,7 @@ from ..capabilities import (
     has_ramps,
     speed_of,
 )
-from .options import Options
+from .options import Pcl601Options
 from .units import BASE_MAX, SPEED_MAX, STEPS_MAX, drive_for
 
 EITHER_LIMIT = (InputBit.CW_LIMIT | InputBit.CCW_LIMIT).value
@@ -34,7 +34,7 @@ def _used_low(configuration: Configuration, mask: int) -> bool:
     return bool(configuration.inputs_used & ~configuration.active_high & mask)
 
 
-CONFIGURATION_ROWS: tuple[ConfigurationRow[Options], ...] = (
+CONFIGURATION_ROWS: tuple[ConfigurationRow[Pcl601Options], ...] = (
     ConfigurationRow(
         "starting speed",
         lambda it, _: it.starting_speed > BASE_MAX,
@@ -79,58 +79,58 @@ CONFIGURATION_ROWS: tuple[ConfigurationRow[Options], ...] = (
 )
 
 
-def _too_fast(wish: Wish, options: Options) -> bool:
-    return speed_of(wish) > SPEED_MAX
+def _too_fast(request: Request, options: Pcl601Options) -> bool:
+    return speed_of(request) > SPEED_MAX
 
 
-def _one_step_per_second(wish: Wish, options: Options) -> bool:
+def _one_step_per_second(request: Request, options: Pcl601Options) -> bool:
     """Whether the speed is 1 step/s; the base speed has to be below it."""
-    return speed_of(wish) == 1
+    return speed_of(request) == 1
 
 
-def _rates_differ(wish: Wish, options: Options) -> bool:
-    given = wish.order.parameters
-    return has_ramps(wish) and given.acceleration != given.deceleration
+def _rates_differ(request: Request, options: Pcl601Options) -> bool:
+    given = request.order.parameters
+    return has_ramps(request) and given.acceleration != given.deceleration
 
 
-def _too_far(wish: Wish, options: Options) -> bool:
-    return abs(wish.distance) > STEPS_MAX
+def _too_far(request: Request, options: Pcl601Options) -> bool:
+    return abs(request.distance) > STEPS_MAX
 
 
-def hears_external(configuration: Configuration, options: Options) -> bool:
+def hears_external(configuration: Configuration, options: Pcl601Options) -> bool:
     """Whether input 2, from which the steps of a registration move count, is fed by the external input."""
     used_high = configuration.inputs_used & configuration.active_high
     return options.registration == "default" and bool(used_high & InputBit.EXTERNAL.value)
 
 
-def counts_too_early(configuration: Configuration, minimum: int, options: Options) -> bool:
+def counts_too_early(configuration: Configuration, minimum: int, options: Pcl601Options) -> bool:
     """Whether the controller would count from an input that comes below the minimum distance, too."""
     return minimum > 0 and hears_external(configuration, options)
 
 
-def polls_mark(configuration: Configuration, minimum: int, options: Options) -> bool:
+def polls_mark(configuration: Configuration, minimum: int, options: Pcl601Options) -> bool:
     """Whether the steps of a registration move count from a mark that is polled."""
     return options.registration == "polled" or counts_too_early(configuration, minimum, options)
 
 
-def _too_short_to_stop(wish: Wish, options: Options) -> bool:
-    target = wish.order.parameters.target or 0
-    drive = drive_for(wish.order.profile(wish.configuration.starting_speed))
+def _too_short_to_stop(request: Request, options: Pcl601Options) -> bool:
+    target = request.order.parameters.target or 0
+    drive = drive_for(request.order.profile(request.configuration.starting_speed))
     stop = stopping_distance(MILLI * drive.speed_sps, drive.base_sps, drive.rate_spmss, drive.profile.shape)
-    polled = polls_mark(wish.configuration, wish.minimum_registration, options)
+    polled = polls_mark(request.configuration, request.minimum_registration, options)
     late = PICO * drive.speed_sps * LATE_S if polled else 0
     return target * PICO < stop + late
 
 
-def _no_restart(wish: Wish, options: Options) -> bool:
+def _no_restart(request: Request, options: Pcl601Options) -> bool:
     return options.respeed != "restart"
 
 
-COMMAND_ROWS: tuple[CommandRow[Options], ...] = (
+COMMAND_ROWS: tuple[CommandRow[Pcl601Options], ...] = (
     CommandRow(
         frozenset({Feature.ENCODER_MOVE}),
         "encoder move",
-        lambda wish, options: options.encoder_move != "polled",
+        lambda request, options: options.encoder_move != "polled",
         PROFILE,
         "the PCL601 can't end a move by its encoder; option encoder_move = polled stops when it is read",
     ),
@@ -144,7 +144,7 @@ COMMAND_ROWS: tuple[CommandRow[Options], ...] = (
     CommandRow(
         frozenset({Feature.BLEND}),
         "blend move",
-        lambda wish, options: options.blend != "segmented",
+        lambda request, options: options.blend != "segmented",
         BLOCK,
         "the PCL601 can't change speed in motion; option blend = segmented stops in between",
     ),
@@ -172,7 +172,7 @@ COMMAND_ROWS: tuple[CommandRow[Options], ...] = (
     CommandRow(
         RAMPED,
         "different rates",
-        lambda wish, options: options.strict and _rates_differ(wish, options),
+        lambda request, options: options.strict and _rates_differ(request, options),
         PROFILE,
         "the PCL601 has one rate for both ramps, and option strict rejects the lower one for both",
     ),
@@ -193,7 +193,7 @@ COMMAND_ROWS: tuple[CommandRow[Options], ...] = (
 )
 
 
-SUBSTITUTION_ROWS: tuple[SubstitutionRow[Options], ...] = (
+SUBSTITUTION_ROWS: tuple[SubstitutionRow[Pcl601Options], ...] = (
     SubstitutionRow(
         "different rates",
         _rates_differ,
@@ -201,14 +201,14 @@ SUBSTITUTION_ROWS: tuple[SubstitutionRow[Options], ...] = (
     ),
     SubstitutionRow(
         "S-curve",
-        lambda wish, _: has_ramps(wish) and wish.order.shape is not Shape.CONSTANT,
+        lambda request, _: has_ramps(request) and request.order.shape is not Shape.CONSTANT,
         "the PCL601 has no S-curve: the ramp has a constant rate, and takes as long",
     ),
     SubstitutionRow(
         "minimum registration distance",
-        lambda wish, options: (
-            wish.feature is Feature.REGISTRATION
-            and counts_too_early(wish.configuration, wish.minimum_registration, options)
+        lambda request, options: (
+            request.feature is Feature.REGISTRATION
+            and counts_too_early(request.configuration, request.minimum_registration, options)
         ),
         "input 2 would count from the external input at once: the move stops when the input counts, "
         "and goes on by the steps that are left; option registration = jumper does without the stop",
@@ -216,14 +216,14 @@ SUBSTITUTION_ROWS: tuple[SubstitutionRow[Options], ...] = (
 )
 
 
-class Pcl601Capabilities(RowCapabilities[Options]):
+class Pcl601Capabilities(RowCapabilities[Pcl601Options]):
     """The rows above.
 
     Args:
         options: of the adapter.
     """
 
-    def __init__(self, options: Options) -> None:
+    def __init__(self, options: Pcl601Options) -> None:
         super().__init__(CONFIGURATION_ROWS, COMMAND_ROWS, SUBSTITUTION_ROWS, options)
         self.shared_limit = options.limit_sense != "inputs"
 

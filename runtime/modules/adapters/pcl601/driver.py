@@ -14,23 +14,23 @@ from ....kinematics import Shape, change_speed, creep, move, register, run
 from ....kinematics import stop as plan_stop
 from ....line import pcl601_ascii as ascii
 from ....line import pcl601_frames as frames
-from ....line.master import PUBLISH, Manners, Reply, Request, Step
+from ....line.master import PUBLISH, LineTiming, Reply, Request, Step
 from ....line.wire import LineFormat
 from ..driver import BIAS, Driver, LinkLost, Talk
-from ..task import Kind, Task
+from ..task import Task, TaskKind
 from .errors import COMMAND_ERROR, ERRORS
-from .options import Options
+from .options import Pcl601Options
 from .units import Drive
 
 LINE_FORMAT = LineFormat(38_400, "E")
-MANNERS = Manners(LINE_FORMAT, gap_ns=1_010_000, patience_ns=50_000_000)
+LINE_TIMING = LineTiming(LINE_FORMAT, gap_ns=1_010_000, patience_ns=50_000_000)
 """3.5 characters and a little; replies are waited for 50 ms [adapters, timeouts]."""
 
 COUNTER_END = 8_000_000
-ROOM = {Kind.SLEW: 0, Kind.HOME: COUNTER_END // 2}
+ROOM = {TaskKind.SLEW: 0, TaskKind.HOME: COUNTER_END // 2}
 """Steps up to the end of the counter's range that a motion without a target begins with, at least."""
 
-STARTS = {Kind.INDEX: Code.GO, Kind.SLEW: Code.GO_SLEW, Kind.HOME: Code.HOME_TYPE_1}
+STARTS = {TaskKind.INDEX: Code.GO, TaskKind.SLEW: Code.GO_SLEW, TaskKind.HOME: Code.HOME_TYPE_1}
 
 MARK_OUTPUT = 7
 """Wired to input 2: it sets the mark of a registration move."""
@@ -38,7 +38,7 @@ MARK_OUTPUT = 7
 PROXIMITY_OUTPUT = 6
 """By option proximity wired to both soft limits: it slows a search for home down."""
 
-MARKS = {Kind.SLEW: MARK_OUTPUT, Kind.HOME: PROXIMITY_OUTPUT}
+MARKS = {TaskKind.SLEW: MARK_OUTPUT, TaskKind.HOME: PROXIMITY_OUTPUT}
 """The output that is the mark of a motion."""
 
 FUNCTIONS_OFF = (0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0)
@@ -70,8 +70,8 @@ class Pcl601Driver(Driver[Drive]):
         unit: its address.
     """
 
-    def __init__(self, options: Options, unit: int = 1) -> None:
-        super().__init__(MANNERS)
+    def __init__(self, options: Pcl601Options, unit: int = 1) -> None:
+        super().__init__(LINE_TIMING)
         self.unit = unit
         self.encoder = self.inputs = 0
         self.errors = NO_ERROR
@@ -232,7 +232,7 @@ class Pcl601Driver(Driver[Drive]):
         An index of a step is over before it is looked at, and tells nothing of a limit that was on before.
         """
         task, unheard_of = self.task, self.limit_side == 0
-        if task is not None and task.model is not None and (unheard_of or task.kind is not Kind.INDEX):
+        if task is not None and task.model is not None and (unheard_of or task.kind is not TaskKind.INDEX):
             yield from self.read_status()
             self.limit_side = self._side_by(task)
         elif unheard_of:
@@ -281,7 +281,7 @@ class Pcl601Driver(Driver[Drive]):
             yield from self.conclude(task, began_at)
 
     def _start_of(self, task: Task[Drive]) -> Code:
-        if task.kind is Kind.HOME and self.has_proximity:
+        if task.kind is TaskKind.HOME and self.has_proximity:
             return Code.HOME_TYPE_0
         return STARTS[task.kind]
 
@@ -292,7 +292,7 @@ class Pcl601Driver(Driver[Drive]):
 
     def _make_room(self, task: Task[Drive]) -> Talk:
         """Keep the counter within its range; a slew goes to its end, and makes room only there."""
-        steps = task.steps if task.kind is Kind.INDEX else ROOM[task.kind]
+        steps = task.steps if task.kind is TaskKind.INDEX else ROOM[task.kind]
         if abs(self.position + task.direction * steps) > COUNTER_END:
             yield from self.rebase(-task.direction * BIAS)
 
@@ -302,7 +302,7 @@ class Pcl601Driver(Driver[Drive]):
         yield from self._write(Register.INDEX_ON_FLY, int(registers))
         direction = int(task.direction > 0)
         speeds = (*frames.low_high(drive.accel_sps2), drive.base_sps, drive.speed_sps, drive.speed_sps)
-        if task.kind is Kind.INDEX or registers:
+        if task.kind is TaskKind.INDEX or registers:
             self._written.pop(Register.ACCEL, None)
             yield from self._write(Register.STEPS, *frames.low_high(task.steps), *speeds, direction)
         else:
@@ -312,26 +312,26 @@ class Pcl601Driver(Driver[Drive]):
     def model(self, task: Task[Drive]) -> None:
         """Note what the controller is now thought to do."""
         now_ns, profile = self.master.now_ns, task.drive.profile
-        if task.kind is Kind.INDEX:
+        if task.kind is TaskKind.INDEX:
             task.model = move(now_ns, 0, task.direction * task.steps, profile)
         else:
             task.model = run(now_ns, 0, task.direction, profile)
 
     def watch(self, task: Task[Drive]) -> Talk:
         """Notice that a slew has come to the end of the counter's range."""
-        if task.kind is Kind.SLEW and not task.stopping and abs(self.position) > COUNTER_END:
+        if task.kind is TaskKind.SLEW and not task.stopping and abs(self.position) > COUNTER_END:
             self.out_of_range = True
         yield from ()
 
     def set_mark(self, task: Task[Drive]) -> Talk:
         """Set the mark from which a registration move's steps count, or a search for home slows down."""
-        if task.kind is Kind.SLEW and self.polls_marks:
+        if task.kind is TaskKind.SLEW and self.polls_marks:
             yield from self.stop_and_index(task)
             return
         if task.model is not None and task.model.end_ns is None:
             drive, now_ns = task.drive, self.master.now_ns
             base_sps, rate = drive.base_sps, drive.rate_spmss
-            if task.kind is Kind.HOME:
+            if task.kind is TaskKind.HOME:
                 task.model = change_speed(task.model, now_ns, base_sps, rate, rate, Shape.CONSTANT)
             else:
                 task.model = register(task.model, now_ns, task.steps, base_sps, rate, Shape.CONSTANT)
@@ -345,7 +345,7 @@ class Pcl601Driver(Driver[Drive]):
         drive, now_ns, model = task.drive, self.master.now_ns, task.model
         assert model is not None
         halt = plan_stop(model, now_ns, drive.base_sps, drive.rate_spmss, Shape.CONSTANT)
-        if task.kind is not Kind.INDEX:
+        if task.kind is not TaskKind.INDEX:
             task.model = halt
             return
         task.model = creep(model, now_ns, drive.base_sps, drive.rate_spmss, Shape.CONSTANT)
@@ -361,7 +361,7 @@ class Pcl601Driver(Driver[Drive]):
     def _tidy(self, task: Task[Drive], began_at: int) -> Talk:
         """Take the mark away; a limit that has ended a slew, or let no search begin, lies where it went."""
         yield from self._take_marks_away()
-        ended = task.kind is Kind.SLEW and not (task.stopping or task.marked)
-        blocked = task.kind is Kind.HOME and self.position == began_at
+        ended = task.kind is TaskKind.SLEW and not (task.stopping or task.marked)
+        blocked = task.kind is TaskKind.HOME and self.position == began_at
         if self.limit_side and (ended or blocked):
             self.limit_side = task.direction

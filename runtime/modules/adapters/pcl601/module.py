@@ -9,7 +9,7 @@ from ....machine import Machine
 from ..module import Adapter
 from .axis import Pcl601Axis
 from .driver import Pcl601Driver
-from .options import Options
+from .options import Pcl601Options
 from .simulated import SimulatedPcl601
 from .units import Drive
 
@@ -31,7 +31,7 @@ class Pcl601Adapter(Adapter[Drive]):
     def __init__(
         self, machine: Machine | None = None, options: Mapping[str, JsonValue] | None = None
     ) -> None:
-        self.options = Options.of(options)
+        self.options = Pcl601Options.of(options)
         super().__init__(SimulatedPcl601(Machine() if machine is None else machine, self.options))
 
     def new_driver(self) -> Pcl601Driver:

@@ -23,7 +23,7 @@ CHOICES: dict[str, tuple[str | bool, ...]] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Options:
+class Pcl601Options:
     """What is substituted and how the controller is wired.
 
     Attributes:
@@ -62,7 +62,7 @@ class Options:
         check_choices(self, CHOICES)
 
     @classmethod
-    def of(cls, given: Mapping[str, JsonValue] | None) -> Options:
+    def of(cls, given: Mapping[str, JsonValue] | None) -> Pcl601Options:
         """Make options from names and values.
 
         Raises:

@@ -24,7 +24,7 @@ from ....machine import Machine, Switch
 from ..plant import Plant, switches_of
 from .capabilities import hears_external
 from .driver import MARK_OUTPUT, PROXIMITY_OUTPUT
-from .options import Options
+from .options import Pcl601Options
 
 WIRING: dict[InputBit, tuple[str, ...]] = {
     InputBit.HOME: ("home", "in6"),
@@ -102,7 +102,7 @@ class SimulatedPcl601(Plant):
         ValueError: the machine slips or jams, which this controller's simulation has no notion of.
     """
 
-    def __init__(self, machine: Machine, options: Options) -> None:
+    def __init__(self, machine: Machine, options: Pcl601Options) -> None:
         self.device = Pcl601()
         self._options = options
         self._wiring = WIRING | (LIMITS_ON_INPUTS if options.limit_sense == "inputs" else {})

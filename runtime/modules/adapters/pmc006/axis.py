@@ -8,10 +8,10 @@ from ....controllers.pmc006.ramps import Speeds
 from ....kinematics import Profile, Rate, Shape
 from ..axis import LinkedAxis
 from ..driver import State
-from ..task import Kind, Task
+from ..task import Task, TaskKind
 from .capabilities import FSET_INPUTS, SHARED, Pmc006Capabilities
 from .driver import Pmc006Driver
-from .options import Options
+from .options import Pmc006Options
 from .units import fitted, speeds_for
 
 CW_LIMIT = InputBit.CW_LIMIT.value
@@ -26,7 +26,7 @@ class Pmc006Axis(LinkedAxis[Speeds]):
         options: what is substituted, and how it is wired.
     """
 
-    def __init__(self, driver: Pmc006Driver, options: Options) -> None:
+    def __init__(self, driver: Pmc006Driver, options: Pmc006Options) -> None:
         super().__init__(driver, Pmc006Capabilities(options))
         self.driver = driver
         self._nearest = options.accel_rounding == "nearest"
@@ -35,10 +35,10 @@ class Pmc006Axis(LinkedAxis[Speeds]):
         """Return what a profile becomes."""
         return speeds_for(profile, nearest=self._nearest)
 
-    def task_for(self, kind: Kind, direction: int, profile: Profile, steps: int = 0) -> Task[Speeds]:
+    def task_for(self, kind: TaskKind, direction: int, profile: Profile, steps: int = 0) -> Task[Speeds]:
         """Return a motion; an index no faster than its ramps allow."""
         task = super().task_for(kind, direction, profile, steps)
-        if kind is Kind.INDEX:
+        if kind is TaskKind.INDEX:
             task.drive = fitted(task.drive, steps)
         return task
 
@@ -60,7 +60,7 @@ class Pmc006Axis(LinkedAxis[Speeds]):
 
     def _missed(self, levels: int) -> int:
         """Return limits that have stopped the motion and are not active any more."""
-        if self.task is None or self.task.kind is Kind.HOME or self.configuration is None:
+        if self.task is None or self.task.kind is TaskKind.HOME or self.configuration is None:
             return 0
         flags = self.driver.flags
         latched = (CCW_LIMIT if flags & Status1.EXT1 else 0) | (CW_LIMIT if flags & Status1.EXT2 else 0)

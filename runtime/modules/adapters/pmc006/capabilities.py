@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from .....io_images.amci3601 import CommandMsw, Configuration, InputBit
 from ....controllers.pmc006.ramps import ramp_steps
-from ...amci3601 import AxisHoming, Feature, Wish
+from ...amci3601 import AxisHoming, Feature, Request
 from ..capabilities import (
     BLOCK,
     FUNCTION,
@@ -22,7 +22,7 @@ from ..capabilities import (
     has_ramps,
     speed_of,
 )
-from .options import Options
+from .options import Pmc006Options
 from .units import RATE_MIN, SPEED_MAX, START_MAX, START_MIN, speeds_for
 
 FSET_INPUTS = (InputBit.CAPTURE, InputBit.EXTERNAL, InputBit.ESTOP)
@@ -42,12 +42,12 @@ def _uses(configuration: Configuration, bit: InputBit) -> bool:
     return bool(configuration.inputs_used & bit.value)
 
 
-def _levels_of_ext1_differ(it: Configuration, options: Options) -> bool:
+def _levels_of_ext1_differ(it: Configuration, options: Pmc006Options) -> bool:
     both = it.inputs_used & SHARED == SHARED
     return both and it.active_high & SHARED not in (0, SHARED)
 
 
-CONFIGURATION_ROWS: tuple[ConfigurationRow[Options], ...] = (
+CONFIGURATION_ROWS: tuple[ConfigurationRow[Pmc006Options], ...] = (
     ConfigurationRow(
         "home_stroke",
         lambda it, options: options.home_stroke is None,
@@ -97,29 +97,29 @@ CONFIGURATION_ROWS: tuple[ConfigurationRow[Options], ...] = (
 )
 
 
-def _out_of_speed(wish: Wish, options: Options) -> bool:
-    return speed_of(wish) > SPEED_MAX
+def _out_of_speed(request: Request, options: Pmc006Options) -> bool:
+    return speed_of(request) > SPEED_MAX
 
 
-def _too_slow(wish: Wish, options: Options) -> bool:
-    return 0 < speed_of(wish) < START_MIN
+def _too_slow(request: Request, options: Pmc006Options) -> bool:
+    return 0 < speed_of(request) < START_MIN
 
 
-def _rate_too_low(wish: Wish, options: Options) -> bool:
-    given = wish.order.parameters
+def _rate_too_low(request: Request, options: Pmc006Options) -> bool:
+    given = request.order.parameters
     gentler = options.accel_rounding == "gentler"
-    return gentler and has_ramps(wish) and min(given.acceleration, given.deceleration) < RATE_MIN
+    return gentler and has_ramps(request) and min(given.acceleration, given.deceleration) < RATE_MIN
 
 
-def _too_short_to_stop(wish: Wish, options: Options) -> bool:
+def _too_short_to_stop(request: Request, options: Pmc006Options) -> bool:
     """Whether the steps of a registration are less than a poll and the ramp down take."""
     nearest = options.accel_rounding == "nearest"
-    speeds = speeds_for(wish.order.profile(wish.configuration.starting_speed), nearest=nearest)
+    speeds = speeds_for(request.order.profile(request.configuration.starting_speed), nearest=nearest)
     ramp = ramp_steps(speeds.stop_sps, speeds.max_sps, speeds.deceleration)
-    return (wish.order.parameters.target or 0) < ramp + speeds.max_sps * POLL_S
+    return (request.order.parameters.target or 0) < ramp + speeds.max_sps * POLL_S
 
 
-COMMAND_ROWS: tuple[CommandRow[Options], ...] = (
+COMMAND_ROWS: tuple[CommandRow[Pmc006Options], ...] = (
     CommandRow(
         frozenset({Feature.ENCODER_MOVE}),
         "encoder move",
@@ -144,35 +144,35 @@ COMMAND_ROWS: tuple[CommandRow[Options], ...] = (
     CommandRow(
         frozenset({Feature.BLEND}),
         "blend move",
-        lambda wish, options: options.blend != "segmented",
+        lambda request, options: options.blend != "segmented",
         BLOCK,
         "the PMC006 can't change speed in motion; option blend = segmented stops in between",
     ),
     CommandRow(
         frozenset({Feature.REGISTRATION}),
         "registration move",
-        lambda wish, options: options.registration != "polled",
+        lambda request, options: options.registration != "polled",
         PROFILE,
         "the PMC006 can't count steps from an input; option registration = polled stops in between",
     ),
     CommandRow(
         frozenset({Feature.SPEED_CHANGE}),
         "speed change",
-        lambda wish, options: options.respeed != "restart",
+        lambda request, options: options.respeed != "restart",
         PROFILE,
         "the PMC006 can't change speed in motion; option respeed = restart stops in between",
     ),
     CommandRow(
         frozenset({Feature.HOLD}),
         "hold",
-        lambda wish, options: options.hold != "immediate",
+        lambda request, options: options.hold != "immediate",
         FUNCTION,
         "the PMC006 can't slow down in a move; option hold = immediate stops without a ramp",
     ),
     CommandRow(
         frozenset({Feature.HOME}),
         "find home CW",
-        lambda wish, _: bool(wish.order.msw & FIND_HOME_CW),
+        lambda request, _: bool(request.order.msw & FIND_HOME_CW),
         HOMING,
         "the PMC006 searches for home backward only, which is CCW",
     ),
@@ -193,10 +193,10 @@ COMMAND_ROWS: tuple[CommandRow[Options], ...] = (
     CommandRow(
         frozenset({Feature.BLEND_SEGMENT}),
         "acceleration",
-        lambda wish, options: (
+        lambda request, options: (
             options.accel_rounding == "gentler"
-            and has_ramps(wish)
-            and wish.order.parameters.acceleration < RATE_MIN
+            and has_ramps(request)
+            and request.order.parameters.acceleration < RATE_MIN
         ),
         PROFILE,
         RATE_TOO_LOW,
@@ -204,8 +204,8 @@ COMMAND_ROWS: tuple[CommandRow[Options], ...] = (
     CommandRow(
         frozenset({Feature.BLEND}),
         "final deceleration",
-        lambda wish, options: (
-            options.accel_rounding == "gentler" and 0 < wish.order.words[5] & 0x3FFF < RATE_MIN
+        lambda request, options: (
+            options.accel_rounding == "gentler" and 0 < request.order.words[5] & 0x3FFF < RATE_MIN
         ),
         PROFILE,
         RATE_TOO_LOW,
@@ -227,23 +227,23 @@ COMMAND_ROWS: tuple[CommandRow[Options], ...] = (
     CommandRow(
         RAMPED,
         "ramps",
-        lambda wish, options: options.strict and has_ramps(wish),
+        lambda request, options: options.strict and has_ramps(request),
         PROFILE,
         "the PMC006 has eight S-shaped ramps, and option strict rejects the nearest gentler one",
     ),
 )
 
 
-SUBSTITUTION_ROWS: tuple[SubstitutionRow[Options], ...] = (
+SUBSTITUTION_ROWS: tuple[SubstitutionRow[Pmc006Options], ...] = (
     SubstitutionRow(
         "ramps",
-        lambda wish, options: has_ramps(wish) and options.accel_rounding == "gentler",
+        lambda request, options: has_ramps(request) and options.accel_rounding == "gentler",
         "the PMC006 has eight S-shaped ramps: the nearest one that is not steeper is taken, for each",
     ),
 )
 
 
-class Pmc006Capabilities(RowCapabilities[Options]):
+class Pmc006Capabilities(RowCapabilities[Pmc006Options]):
     """The rows above.
 
     Args:
@@ -253,5 +253,5 @@ class Pmc006Capabilities(RowCapabilities[Options]):
     homing = AxisHoming.MEETS_SWITCH
     home_is_ccw_limit = True
 
-    def __init__(self, options: Options) -> None:
+    def __init__(self, options: Pmc006Options) -> None:
         super().__init__(CONFIGURATION_ROWS, COMMAND_ROWS, SUBSTITUTION_ROWS, options)

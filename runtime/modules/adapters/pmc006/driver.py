@@ -14,15 +14,15 @@ from .....io_images.pmc006.frame import BAUD
 from .....io_images.pmc006.status import Level, Status1, Status2
 from ....controllers.pmc006.ramps import Speeds, plan_move, plan_run, plan_slowing
 from ....line import pmc006_frames as frames
-from ....line.master import Manners, Reply, Request
+from ....line.master import LineTiming, Reply, Request
 from ....line.wire import LineFormat
 from ..driver import BIAS, NEAR_ZERO, Driver, Talk
-from ..task import Kind, Task
-from .options import Options
+from ..task import Task, TaskKind
+from .options import Pmc006Options
 from .units import START_MIN, fitted
 
 LINE_FORMAT = LineFormat(BAUD)
-MANNERS = Manners(LINE_FORMAT, gap_ns=0, patience_ns=100_000_000)
+LINE_TIMING = LineTiming(LINE_FORMAT, gap_ns=0, patience_ns=100_000_000)
 
 EXT1_STOP, EXT2_STOP = 1, 2
 """Bits of instructions f and J."""
@@ -55,8 +55,8 @@ class Pmc006Driver(Driver[Speeds]):
         unit: its address.
     """
 
-    def __init__(self, options: Options, unit: int) -> None:
-        super().__init__(MANNERS)
+    def __init__(self, options: Pmc006Options, unit: int) -> None:
+        super().__init__(LINE_TIMING)
         self.unit = unit
         self.clear_stops = False
         self.levels = Level.EXT1 | Level.EXT2 | Level.FSET
@@ -194,7 +194,7 @@ class Pmc006Driver(Driver[Speeds]):
         yield from self._set_speeds(task)
         began_at = self.position
         if not (self.cut or task.stopping):
-            self._zeroing = task.kind is Kind.HOME
+            self._zeroing = task.kind is TaskKind.HOME
             yield from self.start(task, self._request_for(task))
             yield from self.accompany(task)
         if not self.cut:
@@ -205,9 +205,9 @@ class Pmc006Driver(Driver[Speeds]):
     def _stops_for(self, task: Task[Speeds]) -> int:
         """Return the external stops that may end a motion: not one that it leaves."""
         ahead, behind = (EXT2_STOP, EXT1_STOP) if task.direction > 0 else (EXT1_STOP, EXT2_STOP)
-        if task.kind is Kind.SLEW:
+        if task.kind is TaskKind.SLEW:
             return self._limits & ahead
-        limits = self._limits & EXT2_STOP if task.kind is Kind.HOME else self._limits
+        limits = self._limits & EXT2_STOP if task.kind is TaskKind.HOME else self._limits
         return limits & ~behind if self.is_active(behind) else limits
 
     def _arm(self, stops: int) -> Talk:
@@ -218,16 +218,16 @@ class Pmc006Driver(Driver[Speeds]):
     def _set_speeds(self, task: Task[Speeds]) -> Talk:
         drive = task.drive
         yield from self._set(start_speed=drive.start_sps, stop_speed=drive.stop_sps)
-        speed = "zero_back_speed" if task.kind is Kind.HOME else "max_speed"
+        speed = "zero_back_speed" if task.kind is TaskKind.HOME else "max_speed"
         yield from self._set(**{speed: drive.max_sps})
         yield from self._set(accel_coefficient=drive.acceleration, decel_coefficient=drive.deceleration)
-        if task.kind is not Kind.HOME:
+        if task.kind is not TaskKind.HOME:
             yield from self._set(direction=int(task.direction > 0))
 
     def _request_for(self, task: Task[Speeds]) -> Request:
-        if task.kind is Kind.INDEX:
+        if task.kind is TaskKind.INDEX:
             return frames.instruction(self.unit, "step", task.steps)
-        if task.kind is Kind.HOME:
+        if task.kind is TaskKind.HOME:
             return frames.instruction(self.unit, "zero_back", self._home_stroke)
         return frames.instruction(self.unit, "speed_mode", 1)
 
@@ -239,14 +239,14 @@ class Pmc006Driver(Driver[Speeds]):
     def model(self, task: Task[Speeds]) -> None:
         """Note what the controller is now thought to do."""
         now_ns, drive = self.master.now_ns, task.drive
-        if task.kind is Kind.INDEX:
+        if task.kind is TaskKind.INDEX:
             task.model = plan_move(now_ns, 0, task.direction * task.steps, drive)
         else:
             task.model = plan_run(now_ns, 0, task.direction, drive)
 
     def slow_down(self, task: Task[Speeds]) -> Talk:
         """Leave speed mode; anything else is stopped without a ramp."""
-        if task.kind is not Kind.SLEW:
+        if task.kind is not TaskKind.SLEW:
             yield from self.stop_and_look()
             return
         yield from self._do("speed_mode", 0)
@@ -264,12 +264,12 @@ class Pmc006Driver(Driver[Speeds]):
 
     def watch(self, task: Task[Speeds]) -> Talk:
         """Arm a limit again once it has been left."""
-        if task.kind is not Kind.SLEW:
+        if task.kind is not TaskKind.SLEW:
             yield from self._set(ext_stop_enable=self._stops_for(task))
 
     def _find_zero(self, task: Task[Speeds]) -> Talk:
         """At the home switch the counter goes to B; elsewhere it says where the search has ended."""
-        if task.kind is not Kind.HOME:
+        if task.kind is not TaskKind.HOME:
             return
         self._zeroing = False
         if self.is_active(EXT1_STOP):

@@ -10,7 +10,7 @@ from ....machine import Machine
 from ..module import Adapter
 from .axis import Pmc006Axis
 from .driver import Pmc006Driver
-from .options import Options
+from .options import Pmc006Options
 from .simulated import UNIT, SimulatedPmc006
 
 
@@ -31,7 +31,7 @@ class Pmc006Adapter(Adapter[Speeds]):
     def __init__(
         self, machine: Machine | None = None, options: Mapping[str, JsonValue] | None = None
     ) -> None:
-        self.options = Options.of(options)
+        self.options = Pmc006Options.of(options)
         super().__init__(SimulatedPmc006(Machine() if machine is None else machine))
 
     def new_driver(self) -> Pmc006Driver:

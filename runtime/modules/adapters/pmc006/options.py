@@ -32,7 +32,7 @@ def check_range(name: str, value: object, row: Instruction) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Options:
+class Pmc006Options:
     """What is substituted and how the controller is wired.
 
     Attributes:
@@ -70,7 +70,7 @@ class Options:
         check_range("peak_current", self.peak_current, BY_NAME["peak_current"])
 
     @classmethod
-    def of(cls, given: Mapping[str, JsonValue] | None) -> Options:
+    def of(cls, given: Mapping[str, JsonValue] | None) -> Pmc006Options:
         """Make options from names and values.
 
         Raises:

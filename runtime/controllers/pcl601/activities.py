@@ -19,7 +19,7 @@ from __future__ import annotations
 from enum import Enum, auto
 
 
-class Kind(Enum):
+class AxisActivity(Enum):
     """What the axis is doing; see above."""
 
     INDEX = auto()
@@ -35,6 +35,10 @@ class Kind(Enum):
     CORRECTION = auto()
 
 
-HOMING = frozenset({Kind.HOME_0, Kind.HOME_1, Kind.HOME_1_STOP, Kind.HOME_1_BACK})
-SLOWED_ONCE = frozenset({Kind.INDEX, Kind.REGISTERED, Kind.SLEW, Kind.HOME_0, Kind.HOME_1})
-"""Kinds that a soft limit or a soft stop slows down."""
+HOMING = frozenset(
+    {AxisActivity.HOME_0, AxisActivity.HOME_1, AxisActivity.HOME_1_STOP, AxisActivity.HOME_1_BACK}
+)
+SLOWED_ONCE = frozenset(
+    {AxisActivity.INDEX, AxisActivity.REGISTERED, AxisActivity.SLEW, AxisActivity.HOME_0, AxisActivity.HOME_1}
+)
+"""Activities that a soft limit or a soft stop slows down."""
