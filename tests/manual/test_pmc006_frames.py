@@ -108,3 +108,20 @@ def test_9600_baud_an_exchange_takes_two_frames_of_eight_characters() -> None:
     assert len(bench.bus.heard) == 7
     bench.bus.run_until(2 * end_ns)
     assert len(bench.bus.heard) == 8
+
+
+@pytest.mark.parametrize(
+    ("second", "third", "data"),
+    [(-1, 0, 0), (256, 0, 0), (0, -1, 0), (0, 256, 0), (0, 0, -(2**31) - 1), (0, 0, 2**32)],
+)
+def test_4_1_what_is_no_byte_and_no_32_bits_is_in_no_frame(second: int, third: int, data: int) -> None:
+    with pytest.raises(ValueError, match="allowed"):
+        encode(second, third, data)
+
+
+@pytest.mark.parametrize(
+    ("data", "octets"),
+    [(-(2**31), "00 00 00 80"), (-1, "ff ff ff ff"), (2**31 - 1, "ff ff ff 7f"), (2**32 - 1, "ff ff ff ff")],
+)
+def test_4_1_4_data_go_low_byte_first(data: int, octets: str) -> None:
+    assert encode(255, 255, data)[3:7].hex(" ") == octets

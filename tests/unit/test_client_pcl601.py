@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from faultyline import BusLink, Fault, FaultyDevice, dropped, served_on_pty
 from scanrack.io_images.pcl601 import Code, Error
+from scanrack.io_images.pcl601.registers import firmware_text
 from scanrack.runtime.cli import build
 from scanrack.runtime.controllers.pcl601.line import PORT_TIMING, Pcl601
 from scanrack.runtime.controllers.pcl601.motor import EncoderModel
@@ -226,6 +227,20 @@ def test_an_answer_may_take_longer() -> None:
 def test_the_firmware_is_text() -> None:
     client, _ = client_of(Pcl601())
     assert client.firmware == "1.00"  # Appendix 6
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0x31303030, "1000"),
+        (0x322E3100, "2.1"),
+        (0x01020304, "01020304h"),
+        (0, "00000000h"),
+        (0xFFFE3030, "FFFE3030h"),
+    ],
+)
+def test_a_firmware_that_is_no_text_is_a_number(value: int, text: str) -> None:
+    assert firmware_text(value) == text
 
 
 @pytest.mark.parametrize("fault", Fault)
