@@ -10,7 +10,6 @@ from itertools import pairwise
 from ...io_images.amci3601 import InputBit
 from ...traces.compare import Tolerance
 from ...traces.replay import Follower, Image, Recording
-from ..cli.progress import shown_progress
 from ..config.rackspec import RackSpec
 from ..loop.faults import CpuFault
 from ..loop.rack import Card, Rack
@@ -18,6 +17,7 @@ from ..loop.scan import CpuMode, Logic
 from .build import build_playback, build_rack
 from .levels import recorded_levels
 from .playback import RecordedInputs, Score, Stimulus, recorded_outputs, stimulated
+from .running import Observer, unobserved
 
 
 class Into(StrEnum):
@@ -68,7 +68,7 @@ class Replay:
         self._images: list[Image] = [(slot, direction) for slot in slots for direction in directions]
         self.notes = list(_assumptions(into, self._score))
 
-    def run(self, allowed: Tolerance, *, to_the_end: bool, quiet: bool) -> Follower:
+    def run(self, allowed: Tolerance, *, to_the_end: bool, observed: Observer = unobserved) -> Follower:
         """Play it, until it differs or to the end; return who has followed it.
 
         A program that raises or does not come back ends it, too, and is noted.
@@ -77,7 +77,7 @@ class Replay:
         cpu = build_playback(self._spec, self._score, self._logic, self.rack, listeners=[follower])
         if not to_the_end:
             follower.stop = cpu.stop
-        with cpu.stopping_on_ctrl_c(), cpu, shown_progress(cpu, self._score.numbers[-1], quiet=quiet):
+        with cpu.stopping_on_ctrl_c(), cpu, observed(cpu, self._score.numbers[-1]):
             try:
                 cpu.play()
             except CpuFault as error:

@@ -11,10 +11,9 @@ from ...io_images.pcl601 import MAP, Register
 from ...io_images.pcl601.program import Program
 from ...io_images.pmc006.frame import FACTORY_ADDRESS
 from ...io_images.pmc006.program import UserProgram, assemble
-from ..cli.pclt import read_program
 from ..controllers.pcl601.line import Pcl601
 from ..controllers.pcl601.pinstates import connect
-from ..controllers.pcl601.program import load
+from ..controllers.pcl601.program import load, read_program
 from ..controllers.pcl601.stored import ProgramRunner
 from ..controllers.pcl601.wiring import Wiring
 from ..controllers.pmc006.controller import Controller

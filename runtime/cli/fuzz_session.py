@@ -22,13 +22,14 @@ from ..app.fuzz.confirming import Confirmation
 from ..app.fuzz.executors import executor_of
 from ..app.fuzz.folder_lock import locked
 from ..app.fuzz.job import Setup, bench_of, hand_over
+from ..app.fuzz.report import mended
 from ..app.fuzz.run import NO_FAULT, Bench, Broken
 from ..app.fuzz.state import RECORDING, State, read_state, write_state
 from ..app.fuzz.steady import Uses
 from ..app.fuzz.working import Apart, Work
 from ..app.loading import Job
 from ..loop.pace import interrupted_by, wall_ns
-from .fuzz_summary import failure, held, mended, summary
+from .fuzz_summary import failure, held, summary
 from .status import DONE, INTERRUPTED, NO
 from .terminal import say, visible
 

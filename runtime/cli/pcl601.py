@@ -13,6 +13,7 @@ from ...io_images.pcl601 import Code
 from ...io_images.pcl601.errors import CAUSES
 from ..controllers.pcl601.controller import Protocol
 from ..controllers.pcl601.line import FORMATS
+from ..controllers.pcl601.program import read_program
 from ..line.clients.link import Link
 from ..line.clients.modbus import RtuLine, TcpLine
 from ..line.clients.pcl601 import READABLE, Pcl601Client
@@ -32,7 +33,6 @@ from .link_commands import (
     told_faults,
     travel,
 )
-from .pclt import read_program
 from .terminal import say
 from .trace_options import QuietOption
 

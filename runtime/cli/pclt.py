@@ -8,7 +8,8 @@ from typing import Annotated
 
 import typer
 
-from ...io_images.pcl601.program import CAPACITY_BYTES, Program, ProgramError, format_step, parse_program
+from ...io_images.pcl601.program import CAPACITY_BYTES, Program, format_step
+from ..controllers.pcl601.program import read_program
 from .terminal import say
 from .trace_options import told_mistakes
 
@@ -16,22 +17,6 @@ app = typer.Typer(
     help="Stored programs of the PCL601: check and list them; see docs/pcl601-programs.md.",
     no_args_is_help=True,
 )
-
-
-def read_program(file: Path) -> Program:
-    """Read a program in the text format.
-
-    Raises:
-        ValueError: it is none, or can't be read; the message names file, line and column.
-    """
-    try:
-        return parse_program(file.read_text(encoding="utf-8"))
-    except ProgramError as error:
-        raise ValueError(f"{file}: {error}") from error
-    except OSError as error:
-        raise ValueError(f"{file}: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise ValueError(f"{file}: it is no text: byte {error.start} is not UTF-8") from error
 
 
 def listing(program: Program) -> str:

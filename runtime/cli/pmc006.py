@@ -12,9 +12,9 @@ import typer
 
 from ...io_images.pmc006.program import UserProgram, assemble
 from ...io_images.pmc006.status import Level
-from ..controllers.pmc006.line import LINE_FORMAT
 from ..line.clients.link import Link
 from ..line.clients.pmc006 import BY_ZERO, READABLE, SETTABLE, Pmc006Client
+from ..line.pmc006_frames import LINE_FORMAT
 from .link_commands import (
     TIMEOUT_S,
     NameArgument,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -16,6 +17,7 @@ from ..app.replaying import Into, Replay, Stimuli, check_slots, with_stimuli
 from ..config.rackspec import RackSpec
 from ..loop.scan import Logic
 from .compare import JsonOption, ToleranceCountsOption, ToleranceTimeOption, tell, tolerance
+from .progress import shown_progress
 from .terminal import say
 from .trace_options import QuietOption, tell_notes, told_mistakes
 
@@ -83,7 +85,9 @@ def _replay_command(
             chosen = stimuli or (Stimuli.RECORDED if into is Into.RACK else Stimuli.MACHINE)
             slots = check_slots(recording, spec, slot)
             replay = Replay(recording, with_stimuli(spec, recording, chosen), logic, into, slots)
-            follower = replay.run(allowed, to_the_end=to_the_end, quiet=quiet)
+            follower = replay.run(
+                allowed, to_the_end=to_the_end, observed=partial(shown_progress, quiet=quiet)
+            )
         if follower.stopped:
             total = len(recording.scans)
             replay.notes.append(f"stopped after {follower.scans:,} of {total:,} scans; --to-the-end goes on")

@@ -2,28 +2,20 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack, nullcontext
+from contextlib import ExitStack
+from functools import partial
 from os.path import realpath
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from ...traces.layout import SlotInfo
-from ...traces.recorder import ScanRecorder
-from ..app.attachments import attachment, imported, made_by, program_name, unit_programs
-from ..app.build import build_cpu, build_rack
-from ..app.hints import Hints
 from ..app.loading import DEFAULT_RUN, Job, load_job, scans_to_run
-from ..app.rack_units import UnitsBeside, units_of
+from ..app.running import JobRun
 from ..config.rackspec import RackSpec
-from ..controllers.pcl601.line import Pcl601
-from ..loop.cpu import Cpu
 from ..loop.faults import Cause, CpuFault
-from ..loop.listeners import ScanListener
 from ..loop.pace import FreeRun, Pacer, RealTime, interrupted_by, wall_ns
-from ..loop.rack import Rack
-from ..loop.realtime import Outcome, frozen_collector, real_time
+from ..loop.realtime import Outcome, real_time
 from .progress import shown_progress
 from .status import BAD_INPUT, CANNOT_WRITE, DONE, INTERRUPTED, NO
 from .summary import Tally, summary
@@ -61,13 +53,27 @@ def run_job(
         if realtime is not None:
             outcomes = ports.enter_context(real_time())  # before there are ports: their threads inherit it
             _tell_of_real_time(outcomes, quiet=quiet)
+        pacer = FreeRun() if realtime is None else realtime
+        tally = Tally()
         try:
-            units = units_of(job.spec.unit, job.folder)
-            rack = build_rack(job.spec, ports if live else None)
+            run = JobRun(
+                job,
+                ports,
+                trace=trace,
+                live=live,
+                pacer=pacer,
+                listeners=[tally],
+                warn=_quiet if quiet else _warn,
+            )
         except ValueError as error:
             return _complain(str(error), BAD_INPUT)
-        pacer = FreeRun() if realtime is None else realtime
-        return _run_rack(job, rack, units, scans, trace, pacer, quiet=quiet, summarised=summarised)
+        except OSError as error:
+            return _complain(f"the trace can't be written: {_reason(error)}", CANNOT_WRITE)
+        start_ns = wall_ns()
+        status = _run(run, scans, quiet=quiet)
+        if summarised and not quiet:
+            say(_summary(run, tally, wall_ns() - start_ns, pacer, trace))
+        return status
 
 
 def _tell_of_real_time(outcomes: list[Outcome], *, quiet: bool) -> None:
@@ -77,35 +83,17 @@ def _tell_of_real_time(outcomes: list[Outcome], *, quiet: bool) -> None:
             say(f"scanrack: {outcome}", err=True)
 
 
-def _run_rack(
-    job: Job,
-    rack: Rack,
-    units: dict[int, Pcl601],
-    scans: int | None,
-    trace: Path | None,
-    pacer: Pacer,
-    *,
-    quiet: bool,
-    summarised: bool,
-) -> int:
-    tally = Tally()
-    hints = Hints(rack, job.spec, lambda says: None if quiet else say(f"scanrack: {says}", err=True))
-    listeners: list[ScanListener] = [tally, hints]
-    try:
-        if trace is not None:
-            listeners.append(recorder_for(job, rack, trace))
-        if units:
-            listeners.append(UnitsBeside(units, trace))
-    except OSError as error:
-        return _complain(f"the trace can't be written: {_reason(error)}", CANNOT_WRITE)
-    cpu = build_cpu(job.spec, job.logic, rack, listeners=listeners, pacer=pacer)
-    with nullcontext() if pacer.free else frozen_collector():
-        start_ns = wall_ns()
-        status = _run(cpu, scans, quiet=quiet)
-    if summarised and not quiet:
-        tally.end(rack)
-        say(summary(tally, cpu.period_ns, wall_ns() - start_ns, pacer, trace, hints.sentences()))
-    return status
+def _warn(hint: str) -> None:
+    say(f"scanrack: {hint}", err=True)
+
+
+def _quiet(_hint: str) -> None:
+    """Say nothing."""
+
+
+def _summary(run: JobRun, tally: Tally, took_ns: int, pacer: Pacer, trace: Path | None) -> str:
+    tally.end(run.rack)
+    return summary(tally, run.cpu.period_ns, took_ns, pacer, trace, run.hints.sentences())
 
 
 def check_ports(spec: RackSpec, *, realtime: bool, live: bool) -> None:
@@ -125,32 +113,6 @@ def check_ports(spec: RackSpec, *, realtime: bool, live: bool) -> None:
                 f"slot {slot.number}: port {slot.port} moves a real motor; {NO_SAFETY_SYSTEM}. "
                 "If that is done, give --live"
             )
-
-
-def recorder_for(job: Job, rack: Rack, trace: Path) -> ScanRecorder:
-    """Return the recorder of a run: with its files, and all that decides what comes out of it.
-
-    Raises:
-        OSError: the trace can't be written.
-    """
-    spec = job.spec
-    return ScanRecorder(
-        trace,
-        rack.memory,
-        [SlotInfo(slot.number, slot.catalog, slot.firmware) for slot in rack.slots.values()],
-        scan_period_ns=spec.scan_ns,
-        seed=spec.seed,
-        program=attachment(job.program, program_name(job)),
-        rack_file=attachment(job.rack_file, job.rack_file.name) if job.rack_file != job.program else None,
-        attachments=[*imported(job), *unit_programs(job)],
-        metadata={
-            **made_by(job),
-            "name": spec.name,
-            "logic": job.logic_name,
-            "controller": spec.controller,
-            **({"rpi_ns": str(spec.rpi_ns)} if spec.controller == "compactlogix" else {}),
-        },
-    )
 
 
 def trace_path(job: Job, record: Path | None, no_record: bool) -> Path | None:
@@ -176,11 +138,11 @@ def _own_path(job: Job) -> Path:
     return Path(f"{job.rack_file.stem}.mcap")
 
 
-def _run(cpu: Cpu, scans: int | None, *, quiet: bool) -> int:
-    """Run the CPU to its end, whatever that is; return the exit status."""
+def _run(run: JobRun, scans: int | None, *, quiet: bool) -> int:
+    """Run to the end, whatever that is; return the exit status."""
+    cpu = run.cpu
     try:
-        with cpu.stopping_on_ctrl_c(), cpu, shown_progress(cpu, scans, quiet=quiet):
-            cpu.run(scans)
+        run.run(scans, observed=partial(shown_progress, quiet=quiet))
     except CpuFault as error:
         return _complain_of_fault(error)
     except OSError as error:

@@ -19,11 +19,10 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from ...io_images.pcl601 import Code
-from ...io_images.pcl601.program import Program, ProgramError, parse_program
 from ..controllers.pcl601.line import Pcl601
 from ..controllers.pcl601.pins import Pins
 from ..controllers.pcl601.pinstates import connect
-from ..controllers.pcl601.program import load
+from ..controllers.pcl601.program import load, read_program
 from ..controllers.pcl601.wiring import Wiring
 from .machine_tables import Table
 
@@ -63,7 +62,7 @@ class UnitSpec(Table):
         for name, state in self.pins.items():
             connect(unit.controller.pins, name, state)
         if self.program is not None:
-            load(unit.controller, _program(folder / self.program))
+            load(unit.controller, read_program(folder / self.program))
             unit.power_cycle(0)
         for wanted, code in ((self.ascii, Code.SWITCH_TO_ASCII), (self.start, Code.RUN_PROGRAM)):
             if wanted:
@@ -78,12 +77,3 @@ class UnitSpec(Table):
         if self.start and self.program is None:
             raise ValueError("start needs a program")
         return self
-
-
-def _program(file: Path) -> Program:
-    try:
-        return parse_program(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ValueError(f"{file}: {error.strerror}") from error
-    except (ProgramError, UnicodeDecodeError) as error:
-        raise ValueError(f"{file}: {error}") from error

@@ -14,6 +14,10 @@ from pymodbus.framer import FramerRTU
 
 from ...io_images.pcl601 import ROWS, Code, Register
 from .master import Reply, Request, Verdict
+from .wire import LineFormat
+
+LINE_FORMAT = LineFormat(38_400, "E")
+"""Fixed; the manual's "no start bit, no stop bit" is 11 bits in its own arithmetic."""
 
 READ_REGISTERS, READ_INPUTS, WRITE_COIL, WRITE_REGISTER = 0x03, 0x04, 0x05, 0x06
 WRITE_REGISTERS, REPORT_ID = 0x10, 0x11

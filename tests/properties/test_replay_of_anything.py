@@ -100,5 +100,5 @@ def test_a_recording_replayed_is_the_recording(
     for into in (Into.MODULE, Into.PROGRAM, Into.RACK) if not begin else (Into.PROGRAM,):
         logic = None if into is Into.MODULE else logic_of(choices)
         replay = Replay(recording, spec, logic, into, [1])
-        found = replay.run(EXACT, to_the_end=False, quiet=True).comparison()
+        found = replay.run(EXACT, to_the_end=False).comparison()
         assert found.same, (into, found.first)

@@ -7,10 +7,11 @@ from scanrack.io_images.pmc006.instructions import BY_NAME
 from scanrack.io_images.pmc006.program import assemble
 from scanrack.io_images.pmc006.status import Status1, Status2
 from scanrack.runtime.controllers.pmc006.controller import Controller
-from scanrack.runtime.controllers.pmc006.line import LINE_FORMAT, Pmc006
+from scanrack.runtime.controllers.pmc006.line import Pmc006
 from scanrack.runtime.controllers.pmc006.options import Pmc006Switches
 from scanrack.runtime.controllers.pmc006.pins import Pin, Switch
 from scanrack.runtime.kinematics import FOREVER
+from scanrack.runtime.line.pmc006_frames import LINE_FORMAT
 from scanrack.runtime.line.wire import SerialBus
 
 MS = 1_000_000

@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 from scanrack.runtime.app.build import build_cpu, build_rack
 from scanrack.runtime.app.loading import load_job
+from scanrack.runtime.app.recording import recorder_for
 from scanrack.runtime.cli import build
-from scanrack.runtime.cli.run import recorder_for
 from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.scan import CpuMode
 from scanrack.traces.reader import open_trace

@@ -7,8 +7,8 @@ import subprocess
 import sys
 
 import pytest
+from scanrack.runtime.app import recording
 from scanrack.runtime.cli import build
-from scanrack.runtime.cli import run as run_module
 from scanrack.runtime.loop.cpu import ScanFlag
 from scanrack.traces.output import TraceFull
 from scanrack.traces.reader import open_trace
@@ -226,7 +226,7 @@ class FillingDisk(ScanRecorder):
 
 
 def test_a_disk_that_fills(folder, monkeypatch):
-    monkeypatch.setattr(run_module, "ScanRecorder", FillingDisk)
+    monkeypatch.setattr(recording, "ScanRecorder", FillingDisk)
     done = scanrack("line.toml")
     assert done.exit_code == 3
     assert done.stderr == (
@@ -245,7 +245,7 @@ class FullAtTheEnd(ScanRecorder):
 
 
 def test_a_disk_that_is_full_at_the_end(folder, monkeypatch):
-    monkeypatch.setattr(run_module, "ScanRecorder", FullAtTheEnd)
+    monkeypatch.setattr(recording, "ScanRecorder", FullAtTheEnd)
     done = scanrack("line.toml")
     assert done.exit_code == 3
     assert done.stderr == "scanrack: the trace can't be finished: line.mcap: the disk is full\n"

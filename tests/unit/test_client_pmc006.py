@@ -10,7 +10,7 @@ from scanrack.io_images.pmc006.instructions import BY_CODE, BY_NAME, Kind
 from scanrack.io_images.pmc006.status import Status1, Status2
 from scanrack.runtime.cli import build
 from scanrack.runtime.controllers.pmc006.controller import Controller
-from scanrack.runtime.controllers.pmc006.line import LINE_FORMAT, Pmc006
+from scanrack.runtime.controllers.pmc006.line import Pmc006
 from scanrack.runtime.controllers.pmc006.pins import Pin, Switch
 from scanrack.runtime.line.clients.link import (
     BadAnswerError,
@@ -22,6 +22,7 @@ from scanrack.runtime.line.clients.link import (
 )
 from scanrack.runtime.line.clients.pmc006 import BY_ZERO, SETTABLE, Pmc006Client
 from scanrack.runtime.line.clients.watching import LostSightError
+from scanrack.runtime.line.pmc006_frames import LINE_FORMAT
 from typer.testing import CliRunner, Result
 
 STEP = 0x73

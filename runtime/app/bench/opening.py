@@ -7,10 +7,10 @@ from pathlib import Path
 
 from ....ladder import Program
 from ....ladder.debug import Debugger
-from ...cli.run import recorder_for
 from ...loop.listeners import ScanListener
 from ...loop.rack import Rack
 from ..loading import Job, load_job
+from ..recording import recorder_for
 from . import Bench
 
 

@@ -18,8 +18,6 @@ from ....ladder import Program
 from ....ladder.program import load_program
 from ....traces.plot import Mark, save_page
 from ....traces.reader import open_trace
-from ...cli.fuzz_summary import report
-from ...cli.run import recorder_for
 from ...config.machine_tables import input_name
 from ...config.rackspec import RackSpec, SlotSpec
 from ...loop.listeners import ScanListener
@@ -27,9 +25,11 @@ from ...loop.rack import Rack
 from ...loop.scan import Logic
 from ..attachments import forget_imported
 from ..loading import Job, load_job
+from ..recording import recorder_for
 from . import STANDARD, Bench, Found, Invariant, InvariantError, Scenario, load_invariants
 from .drivescript import DriveScript, obstacle
 from .rackdoc import rack_text
+from .report import report
 from .scenarios import Kind
 
 RESERVE = 100

@@ -9,6 +9,7 @@ a line ends with CR and is answered at once.
 from __future__ import annotations
 
 from ....io_images.pcl601 import Register
+from ...line import pcl601_ascii, pcl601_frames
 from ...line.rtu import Framer, Timing, frame
 from ...line.wire import LineFormat
 from .controller import Controller, Protocol
@@ -18,15 +19,14 @@ from .motor import EncoderModel
 from .stored import ProgramRunner
 from .wiring import Wiring
 
-BAUD = 38_400
-FORMATS = {Protocol.MODBUS: LineFormat(BAUD, "E"), Protocol.ASCII: LineFormat(BAUD, "N")}
-"""Fixed speed; the manual's "no start bit, no stop bit" is 11 bits in its own arithmetic."""
+FORMATS = {Protocol.MODBUS: pcl601_frames.LINE_FORMAT, Protocol.ASCII: pcl601_ascii.LINE_FORMAT}
+"""Speed and characters of each protocol."""
 
 BROADCAST = 0
 WRITING = frozenset({0x05, 0x06, 0x0F, 0x10})
 """Functions that change something; the only ones that may be broadcast."""
 
-_BIT_NS = 1_000_000_000 / BAUD
+_BIT_NS = 1_000_000_000 / pcl601_frames.LINE_FORMAT.baud
 SERIAL_TIMING = Timing(gap_ns=round(3.5 * 11 * _BIT_NS), pause_ns=round(1.5 * 11 * _BIT_NS))
 """3.5 t_char ends a frame, 1.5 t_char within one spoils it [Message Framing]."""
 

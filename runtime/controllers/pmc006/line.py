@@ -8,12 +8,10 @@ is dropped, so that a stub of a frame cannot swallow the beginning of the next.
 
 from __future__ import annotations
 
-from ....io_images.pmc006.frame import BAUD, Framer, reply
+from ....io_images.pmc006.frame import Framer, reply
 from ...kinematics import FOREVER
-from ...line.wire import LineFormat
+from ...line.pmc006_frames import LINE_FORMAT
 from .controller import Controller
-
-LINE_FORMAT = LineFormat(BAUD)
 
 RECEIVE_TIMEOUT_NS = 50_000_000
 """Silence after which an unfinished frame is dropped (reading: the manual gives no figure [4.1])."""

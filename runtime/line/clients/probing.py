@@ -13,13 +13,10 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 from ....io_images.pmc006.frame import FACTORY_ADDRESS
-from ...controllers.pcl601.controller import Protocol
-from ...controllers.pcl601.line import FORMATS
-from ...controllers.pmc006.line import LINE_FORMAT
 from .. import pcl601_ascii as ascii
+from .. import pcl601_frames as rtu
+from .. import pmc006_frames as pmc006
 from ..master import Reply, Request
-from ..pcl601_frames import report_id
-from ..pmc006_frames import reading
 from ..wire import LineFormat
 from .link import SILENCE_S, Link, drain
 
@@ -100,18 +97,18 @@ def answer_to(link: Link, request: Request) -> bool:
 
 
 def _rtu(opened: Opened, units: Iterable[int], asked: Asked) -> Iterator[Found]:
-    line_format = FORMATS[Protocol.MODBUS]
-    for unit in _answering(opened, line_format, "Modbus RTU", units, report_id, asked):
+    line_format = rtu.LINE_FORMAT
+    for unit in _answering(opened, line_format, "Modbus RTU", units, rtu.report_id, asked):
         yield Found("PCL601", unit, "Modbus RTU", line_format)
 
 
 def _pmc006(opened: Opened, sites: Iterable[int], asked: Asked) -> Iterator[Found]:
-    for site in _answering(opened, LINE_FORMAT, "PMC006", sites, _ask_status, asked):
-        yield Found("PMC006", site, "its own frames", LINE_FORMAT)
+    for site in _answering(opened, pmc006.LINE_FORMAT, "PMC006", sites, _ask_status, asked):
+        yield Found("PMC006", site, "its own frames", pmc006.LINE_FORMAT)
 
 
 def _ask_status(site: int) -> Request:
-    return reading(site, "read_status1")
+    return pmc006.reading(site, "read_status1")
 
 
 def _answering(
@@ -135,7 +132,7 @@ def _answering(
 
 def _ascii(opened: Opened, chosen: tuple[int, ...] | None, asked: Asked) -> Iterator[Found]:
     """Ask whoever is in ASCII for its address; several units answer at once, and are not understood."""
-    line_format = FORMATS[Protocol.ASCII]
+    line_format = ascii.LINE_FORMAT
     link = opened(line_format)
     try:
         asked("AA ASCII", 0)

@@ -1,10 +1,28 @@
-"""A program into a unit's memory, as if it had been saved earlier."""
+"""From a file with a program into a unit's memory, as if it had been saved earlier."""
 
 from __future__ import annotations
 
-from .....io_images.pcl601.program import Program
+from pathlib import Path
+
+from .....io_images.pcl601.program import Program, ProgramError, parse_program
 from ..controller import Controller
 from .machine import ProgramMachine
+
+
+def read_program(file: Path) -> Program:
+    """Read a program in the text format.
+
+    Raises:
+        ValueError: it is none, or can't be read; the message names file, line and column.
+    """
+    try:
+        return parse_program(file.read_text(encoding="utf-8"))
+    except ProgramError as error:
+        raise ValueError(f"{file}: {error}") from error
+    except OSError as error:
+        raise ValueError(f"{file}: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{file}: it is no text: byte {error.start} is not UTF-8") from error
 
 
 def load(controller: Controller, program: Program) -> None:

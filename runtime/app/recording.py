@@ -1,0 +1,37 @@
+"""The recorder of a run: with its files, and with all that decides the outcome."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ...traces.layout import SlotInfo
+from ...traces.recorder import ScanRecorder
+from ..loop.rack import Rack
+from .attachments import attachment, imported, made_by, program_name, unit_programs
+from .loading import Job
+
+
+def recorder_for(job: Job, rack: Rack, trace: Path) -> ScanRecorder:
+    """Return the recorder of a run.
+
+    Raises:
+        OSError: the trace can't be written.
+    """
+    spec = job.spec
+    return ScanRecorder(
+        trace,
+        rack.memory,
+        [SlotInfo(slot.number, slot.catalog, slot.firmware) for slot in rack.slots.values()],
+        scan_period_ns=spec.scan_ns,
+        seed=spec.seed,
+        program=attachment(job.program, program_name(job)),
+        rack_file=attachment(job.rack_file, job.rack_file.name) if job.rack_file != job.program else None,
+        attachments=[*imported(job), *unit_programs(job)],
+        metadata={
+            **made_by(job),
+            "name": spec.name,
+            "logic": job.logic_name,
+            "controller": spec.controller,
+            **({"rpi_ns": str(spec.rpi_ns)} if spec.controller == "compactlogix" else {}),
+        },
+    )
