@@ -17,7 +17,6 @@ from .axis import Pcl601Axis
 from .inputs import Inputs
 from .motor import EncoderModel, Motor
 from .pins import Pins
-from .program_axis import ProgramAxis
 from .stored import ProgramRunner
 from .values import Values
 from .wiring import Wiring
@@ -73,7 +72,6 @@ class Controller:
         self._sent = bytearray()
         self._now_ns = 0
         self._due_ns: int | None = None
-        self._program_axis = ProgramAxis(self)
         self._codes = self._code_table()
 
     # power and time
@@ -125,7 +123,7 @@ class Controller:
         due_ns = self.runner.next_wake_ns if self.runner is not None else None
         if self.runner is None or due_ns is None or due_ns > now_ns:
             return False
-        self.runner.advance(now_ns, self._program_axis)
+        self.runner.advance(now_ns, self)
         return True
 
     def _next_event_ns(self) -> int | None:
@@ -220,9 +218,15 @@ class Controller:
         elif register is Register.ABS_TARGET:
             self._aim = Aim.POSITION
 
-    def set_outputs(self, outputs: int, mask: int = 0xFF) -> None:
+    def set_outputs(self, outputs: int, mask: int = 0xFF) -> bool:
         """Set the outputs that the mask names."""
         self.outputs = self.outputs & ~mask | outputs & mask
+        return True
+
+    def set_analog(self, *, speed: bool | None = None, position: bool | None = None) -> bool:
+        """Enable or disable analog functions; None leaves one as it is."""
+        self.values.set_analog(speed=speed, position=position)
+        return True
 
     def do(self, code: int) -> bool:
         """Carry out a command code, 1 to 15; 0 does nothing."""
@@ -233,6 +237,13 @@ class Controller:
         if code in NEEDS_IDLE and self.busy:
             return self.refuse(Error.BUSY)
         return self._codes[Code(code)]()
+
+    def command(self, code: int) -> bool:
+        """Carry out a command code of the stored program, which its own hard stop does not end."""
+        if code == Code.STOP_MOTION:
+            self.axis.stop_hard()
+            return True
+        return self.do(code)
 
     def stop_everything(self) -> None:
         """Stop motion, hard, and the stored program, as code 5 and `.` do."""
@@ -329,6 +340,18 @@ class Controller:
         return True
 
     # inputs
+
+    def inputs_raw(self) -> int:
+        """Return the input register as levels: bit 0 is input 1."""
+        return self.inputs.raw()
+
+    def move_thumbwheel(self) -> bool:
+        """Read the thumbwheel and index by it."""
+        return (steps := self.inputs.thumbwheel()) is not None and self.move(steps)
+
+    def move_to_analog(self) -> bool:
+        """Read input 1 and index to that position."""
+        return (position := self.inputs.analog_position()) is not None and self.move_to(position)
 
     def _max_speed_from_analog(self) -> bool:
         return (speed := self.inputs.analog_speed()) is not None and self.write(Register.MAX_SPEED, speed)

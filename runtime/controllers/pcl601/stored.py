@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from ....io_images.pcl601.registers import Register
+from ....io_images.pcl601 import Error, Register
 
 
 class Axis601(Protocol):
@@ -35,7 +35,7 @@ class Axis601(Protocol):
         """Whether motion is in progress, encoder delay and correction included."""
         ...
 
-    def set_parameter(self, register: Register, value: int) -> bool:
+    def write(self, register: Register, value: int) -> bool:
         """Set a register by name (32-bit ones as one signed value), with the rule of its motion lock.
 
         ACCEL, BASE, MAX, JOG, SETPOS, DIR, CURRENT, ENC*, OOTF*, IOTF, REGINDEX (steps), ASPEEDLO ...
@@ -83,8 +83,8 @@ class Axis601(Protocol):
         """TEXT: send, with CR after it; in Modbus mode nothing is sent and the mode error is set."""
         ...
 
-    def fail(self, error: int) -> None:
-        """Set an error bit: 4096 for RETURN without GOTO or an instruction that is none."""
+    def report(self, error: Error) -> None:
+        """Set an error bit: MEMORY_COMMAND for RETURN without GOTO or an instruction that is none."""
         ...
 
 

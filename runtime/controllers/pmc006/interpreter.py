@@ -15,21 +15,43 @@ stops the motor then, too, and the program goes on at the key's line.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from ....io_images.pmc006.program import UserInstruction
-from ....io_images.pmc006.status import Gpio, Status1
+from ....io_images.pmc006.status import Gpio, Level, Status1
 from ...kinematics import FOREVER
-from .pins import Pin
-
-if TYPE_CHECKING:
-    from .controller import Controller
+from .axis import Pmc006Axis
+from .memory import Memory
+from .pins import Pin, Pins
 
 INSTRUCTION_NS = 1_000_000
 """Time of a user instruction (reading)."""
 
 RESET_PIN, PAUSE_PIN = Pin.FSET, Pin.GPI2
 """GPI1 and GPI2 of the manual [5.1.2.7], as this hardware has them (reading)."""
+
+
+class Host(Protocol):
+    """The controller as its user program sees it."""
+
+    memory: Memory
+    pins: Pins
+    axis: Pmc006Axis
+    gpio: Gpio
+    now_ns: int
+
+    @property
+    def levels(self) -> Level:
+        """The pins, as instruction x reads them."""
+        ...
+
+    def execute(self, code: int, data: int) -> int:
+        """Carry out an instruction of the line."""
+        ...
+
+    def abort(self) -> None:
+        """End any motion at once."""
+        ...
 
 
 class Interpreter:
@@ -41,10 +63,11 @@ class Interpreter:
         equal: the flag that CMP sets.
         running: whether the program has been started and is not over.
         paused: whether PAUSE_EN's key holds it.
+        host: the controller.
     """
 
-    def __init__(self, controller: Controller) -> None:
-        self._controller = controller
+    def __init__(self, host: Host) -> None:
+        self.host = host
         self._due_ns = 0
         self.stop()
 
@@ -86,9 +109,9 @@ class Interpreter:
 
     def on_pins(self, fallen: int) -> None:
         """React to pins that have gone low: the keys bound by RESET_EN and PAUSE_EN."""
-        now_ns = self._controller.now_ns
+        now_ns = self.host.now_ns
         if fallen & RESET_PIN and self._reset_line is not None:
-            self._controller.abort()
+            self.host.abort()
             self.running = True
             self.line = self._reset_line
             self._due_ns = now_ns + INSTRUCTION_NS
@@ -97,23 +120,23 @@ class Interpreter:
             self._due_ns = max(self._due_ns, now_ns)
 
     def _line(self) -> UserInstruction | None:
-        lines = self._controller.memory.lines
+        lines = self.host.memory.lines
         return lines[self.line] if self.line < len(lines) else None
 
     # -- conditions --------------------------------------------------------------------------
 
     def _holds(self, line: UserInstruction) -> bool:
-        return WAITED_FOR[line.option](self._controller) == bool(line.data)
+        return WAITED_FOR[line.option](self) == bool(line.data)
 
     def compare(self, line: UserInstruction) -> None:
         """Set the flag that JEQ and JNE look at."""
-        self.equal = COMPARED[line.option](self._controller) == line.data
+        self.equal = COMPARED[line.option](self) == line.data
 
     # -- effects -----------------------------------------------------------------------------
 
     def send(self, char: str, data: int) -> None:
         """Carry out an instruction of the line; what the controller refuses is passed over."""
-        self._controller.execute(ord(char), data)
+        self.host.execute(ord(char), data)
 
     def count(self) -> None:
         """Add 1 to the counter."""
@@ -141,8 +164,8 @@ class Interpreter:
     def put_out(self, line: UserInstruction) -> None:
         """Set the level of an output; only port 1 is there (reading)."""
         if line.option == 1:
-            gpio = self._controller.gpio
-            self._controller.gpio = gpio | Gpio.GPIO8 if line.data else gpio & ~Gpio.GPIO8
+            gpio = self.host.gpio
+            self.host.gpio = gpio | Gpio.GPIO8 if line.data else gpio & ~Gpio.GPIO8
 
     def bind_reset(self, line: UserInstruction) -> None:
         """Bind GPI1, or let it go."""
@@ -178,16 +201,16 @@ EFFECTS: dict[str, Callable[[Interpreter, UserInstruction], None]] = {
 """What a user instruction does [5.1.1]."""
 
 
-def _level(pin: Pin) -> Callable[[Controller], bool]:
-    return lambda controller: bool(controller.pins.levels & pin)
+def _level(pin: Pin) -> Callable[[Interpreter], bool]:
+    return lambda program: bool(program.host.pins.levels & pin)
 
 
-def _flag(flag: Status1) -> Callable[[Controller], bool]:
-    return lambda controller: bool(controller.axis.flags & flag)
+def _flag(flag: Status1) -> Callable[[Interpreter], bool]:
+    return lambda program: bool(program.host.axis.flags & flag)
 
 
-WAITED_FOR: dict[int, Callable[[Controller], bool]] = {
-    1: lambda controller: not controller.axis.moving,
+WAITED_FOR: dict[int, Callable[[Interpreter], bool]] = {
+    1: lambda program: not program.host.axis.moving,
     2: _level(Pin.EXT1),
     3: _level(Pin.EXT2),
     4: _level(RESET_PIN),
@@ -198,12 +221,12 @@ WAITED_FOR: dict[int, Callable[[Controller], bool]] = {
 """What the options of WAIT stand for (reading, `program.WAIT_OPTIONS`)."""
 
 
-COMPARED: dict[int, Callable[[Controller], int]] = {
-    1: lambda controller: controller.interpreter.counter,
+COMPARED: dict[int, Callable[[Interpreter], int]] = {
+    1: lambda program: program.counter,
     2: _level(Pin.EXT1),
     3: _level(Pin.EXT2),
     4: _flag(Status1.EXT1),
     5: _flag(Status1.EXT2),
-    6: lambda controller: int(controller.levels),
+    6: lambda program: int(program.host.levels),
 }
 """What the options of CMP stand for (reading, `program.CMP_OPTIONS`)."""

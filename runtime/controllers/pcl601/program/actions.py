@@ -51,7 +51,7 @@ COMMANDS: Mapping[str, int] = {
 
 
 def _parameter(register: Register) -> Action:
-    return lambda axis, step: axis.set_parameter(register, int(step.values[0]))
+    return lambda axis, step: axis.write(register, int(step.values[0]))
 
 
 def _command(code: int) -> Action:

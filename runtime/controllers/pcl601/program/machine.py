@@ -14,15 +14,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+from .....io_images.pcl601 import Error
 from .....io_images.pcl601.program import Program, Step
 from ..stored import Axis601
 from .actions import ACTIONS
 
 INSTRUCTION_NS = 1_000_000
 """Time of one instruction, ns."""
-
-BUSY_ERROR = 1024
-MEMORY_ERROR = 4096
 
 
 class ProgramMachine:
@@ -80,7 +78,7 @@ class ProgramMachine:
     def _carry_out(self, step: Step, axis: Axis601) -> bool:
         """Do a step and go to the one that follows it; return whether there is one."""
         if step.instruction.needs_idle and axis.busy:
-            axis.fail(BUSY_ERROR)
+            axis.report(Error.BUSY)
             return False
         if step.name in _FLOW:
             return _FLOW[step.name](self, step, axis)
@@ -123,7 +121,7 @@ class ProgramMachine:
 
     def _return_from(self, _step: Step, axis: Axis601) -> bool:
         if self._return is None:
-            axis.fail(MEMORY_ERROR)
+            axis.report(Error.MEMORY_COMMAND)
             return False
         self.line = self._return
         return True
