@@ -68,7 +68,7 @@ KINDS = (
 @contextmanager
 def served(controller: str) -> Iterator[str]:
     """Serve a controller in another process; yield the path of its pseudo-terminal."""
-    words = [sys.executable, "-m", "scanrack.runtime.cli", "serve", controller, "--pty", "--quiet"]
+    words = [sys.executable, "-m", "scanrack", "serve", controller, "--pty", "--quiet"]
     process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
     try:
         assert process.stdout is not None

@@ -105,7 +105,7 @@ def main() -> int:
 
 def compare(reads: int, rounds: int) -> tuple[list[float], list[float]]:
     """Return the rates of the PCL601 and of pymodbus's server, round by round."""
-    with served("-m", "scanrack.runtime.cli", "serve", "pcl601", "--tcp", "0", "--quiet") as ours:
+    with served("-m", "scanrack", "serve", "pcl601", "--tcp", "0", "--quiet") as ours:
         expected = read(ours)
         registers = json.dumps(registers_of(expected))
         with served("-c", PYMODBUS_SERVER, registers, str(free_port())) as theirs:

@@ -1,6 +1,6 @@
 """What must hold of the feeder, whatever happens around it: `scanrack fuzz feeder.toml -i must_hold.py`."""
 
-from scanrack.runtime.app.fuzz import always, never, within
+from scanrack import always, never, within
 
 
 @never

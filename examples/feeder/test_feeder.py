@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from scanrack.runtime.cli import open_bench
+from scanrack import open_bench
 
 RACK = Path(__file__).with_name("feeder.toml")
 

@@ -3,7 +3,7 @@
 The same line as examples/three_stations, and the same images in every scan.
 """
 
-from scanrack.io_images.amci3601 import Configuration, InputBit, Move, MoveKind, PresetPosition
+from scanrack import Configuration, InputBit, Move, MoveKind, PresetPosition
 from scanrack.ladder import ADD, BOOL, CLR, COP, DINT, FLL, INT, MOD, MUL, ONS, OTE, Program
 
 CONFIGURATION = Configuration(

@@ -9,8 +9,7 @@ import difflib
 import sys
 from contextlib import suppress
 from importlib import import_module
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import typer
 from typer.core import TyperGroup
@@ -21,10 +20,7 @@ from .status import BAD_INPUT, INTERRUPTED, PIPE_CLOSED
 from .streams import OutputLost, guarded_output
 from .terminal import say
 
-if TYPE_CHECKING:
-    from ..app.bench import Bench
-
-__all__ = ["build", "main", "open_bench"]
+__all__ = ["build", "main"]
 
 
 class Entry(NamedTuple):
@@ -119,7 +115,6 @@ def _application(group: type[TyperGroup]) -> typer.Typer:
         "Run your logic scan by scan against a simulated AMCI 3601 bolted to a simulated machine; "
         "every scan is recorded.",
         no_args_is_help=True,
-        add_completion=False,
         pretty_exceptions_enable=False,
         rich_markup_mode=None,
     )
@@ -151,10 +146,3 @@ def _run() -> None:
         says = error.strerror or str(error)
         say(f"scanrack: {error.filename}: {says}" if error.filename else f"scanrack: {says}", err=True)
         sys.exit(BAD_INPUT)
-
-
-def open_bench(rack: str | Path, record: str | Path | None = None, *, watched: bool = False) -> Bench:
-    """Put a rack with its program onto a bench; see `benching.open_bench`."""
-    from ..app.bench import opening as benching
-
-    return benching.open_bench(rack, record, watched=watched)

@@ -43,7 +43,7 @@ LONG_MOVE = (2, 0, 60, 0, 2, 0, 50, 50)
 @contextmanager
 def served(*arguments: str) -> Iterator[tuple[str, subprocess.Popen[str]]]:
     """Serve a controller in a process of its own; yield where it is."""
-    words = [sys.executable, "-m", "scanrack.runtime.cli", "serve", *arguments, "--quiet"]
+    words = [sys.executable, "-m", "scanrack", "serve", *arguments, "--quiet"]
     process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     try:
@@ -348,7 +348,7 @@ def running(folder: Path, path: str, logic: str) -> Iterator[subprocess.Popen[st
     """Run a rack in a process of its own; yield it when the axis has moved."""
     rack = rack_file(folder, f'port = "{path}"')
     (folder / "logic.py").write_text(logic)
-    words = [sys.executable, "-m", "scanrack.runtime.cli", "run", rack, "--realtime", "--live", "--no-record"]
+    words = [sys.executable, "-m", "scanrack", "run", rack, "--realtime", "--live", "--no-record"]
     process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert process.stdout is not None
     try:

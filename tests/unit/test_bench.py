@@ -4,8 +4,9 @@ import doctest
 from pathlib import Path
 
 import pytest
+from scanrack import open_bench
 from scanrack.runtime.app.bench import NotReachedError
-from scanrack.runtime.cli import build, open_bench
+from scanrack.runtime.cli import build
 from scanrack.runtime.loop.faults import CpuFault
 from typer.testing import CliRunner
 

@@ -251,7 +251,7 @@ def test_a_rerun_in_a_process_of_its_own_uses_the_files_of_the_trace(folder: Pat
     """Not those of the current folder, which have changed."""
     trace = record(folder)
     (folder / "speeds.py").write_text("SPEED = 700\n")
-    command = [sys.executable, "-m", "scanrack.runtime.cli", "rerun", str(trace), "--trust"]
+    command = [sys.executable, "-m", "scanrack", "rerun", str(trace), "--trust"]
     result = subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder)
     assert (result.returncode, result.stderr) == (0, ""), result.stdout
 

@@ -145,7 +145,7 @@ def test_a_trace_holds_what_decided_it(folder):
 def test_two_processes_write_the_same_bytes(folder):
     for name, seed in (("one.mcap", "1"), ("two.mcap", "2")):
         subprocess.run(
-            [sys.executable, "-m", "scanrack.runtime.cli", "run", "line.toml", "--record", name, "--quiet"],
+            [sys.executable, "-m", "scanrack", "run", "line.toml", "--record", name, "--quiet"],
             env={**os.environ, "PYTHONHASHSEED": seed},
             cwd=folder,
             timeout=120,

@@ -31,7 +31,7 @@ READ_POSITION = BY_NAME["read_position"].code
 @contextmanager
 def serving(*arguments: str) -> Iterator[str]:
     """Serve; yield where. It is ended by the signal of Ctrl-C, and has to end without a word."""
-    words = [sys.executable, "-m", "scanrack.runtime.cli", "serve", *arguments]
+    words = [sys.executable, "-m", "scanrack", "serve", *arguments]
     process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         assert process.stdout is not None

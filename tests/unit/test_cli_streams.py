@@ -17,7 +17,7 @@ number = 1
 module = "amci3601"
 """
 RUNGS = "PROGRAM line\nTAG Lamp : BOOL\nROUTINE Main\n" + "XIC(Lamp)OTL(Lamp);\n" * 1500 + "END\n"
-SCANRACK = f"{sys.executable} -m scanrack.runtime.cli"
+SCANRACK = f"{sys.executable} -m scanrack"
 
 
 @pytest.fixture(scope="module")

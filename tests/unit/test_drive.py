@@ -168,7 +168,7 @@ def test_two_processes_answer_byte_for_byte_the_same():
             {"inputs": {"estop": 1}, "for_ms": 10, "changes": True},
         )
     )
-    command = [sys.executable, "-m", "scanrack.runtime.cli", "drive", "amci3601"]
+    command = [sys.executable, "-m", "scanrack", "drive", "amci3601"]
     runs = [
         subprocess.run(command, input=lines, capture_output=True, text=True, check=True) for _ in range(2)
     ]

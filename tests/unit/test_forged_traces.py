@@ -324,7 +324,7 @@ def test_the_users_own_program_does_not_find_modules_of_the_trace(place: Path) -
 @pytest.mark.parametrize("name", ["sitecustomize.py", "helper.pyc"])
 def test_a_process_of_its_own_runs_none_either(place: Path, name: str) -> None:
     forge(place, FORGERIES[name])
-    command = [sys.executable, "-m", "scanrack.runtime.cli", "fuzz", "forged.mcap", "--runs", "2", "-j", "2"]
+    command = [sys.executable, "-m", "scanrack", "fuzz", "forged.mcap", "--runs", "2", "-j", "2"]
     result = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
     assert result.returncode == 2, result.stderr
     assert not (place.parent / "canary").exists()

@@ -1,6 +1,7 @@
 """Mistakes that people make in their first program: each gets a message of ours, at their own line."""
 
 import pytest
+from scanrack import open_bench
 from scanrack.io_images.amci3601 import (
     Acceleration,
     BlendHeader,
@@ -15,7 +16,7 @@ from scanrack.io_images.amci3601 import (
     RunBlend,
 )
 from scanrack.io_images.image import Image
-from scanrack.runtime.cli import build, open_bench
+from scanrack.runtime.cli import build
 from scanrack.runtime.loop.cpu import CpuFault
 from scanrack.runtime.loop.faults import Cause
 from typer.testing import CliRunner

@@ -6,9 +6,10 @@ import sys
 
 import pytest
 from made_traces import idle, record
+from scanrack import open_bench
 from scanrack.ladder.program import load_program
 from scanrack.runtime.app.fuzz.invariants import InvariantError, load_invariants
-from scanrack.runtime.cli import build, open_bench
+from scanrack.runtime.cli import build
 from scanrack.runtime.config.rackfile import load_rack_file
 from scanrack.traces.export import write_csv, write_parquet, write_vcd
 from scanrack.traces.line import LineRecorder, UnitColumns

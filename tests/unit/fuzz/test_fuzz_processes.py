@@ -53,7 +53,7 @@ def folder(tmp_path):
 
 def started(folder, *words, cwd=None):
     """Start a campaign in a process of its own."""
-    command = [sys.executable, "-m", "scanrack.runtime.cli", "fuzz", str(folder / "line.toml"), *words]
+    command = [sys.executable, "-m", "scanrack", "fuzz", str(folder / "line.toml"), *words]
     return subprocess.Popen(
         command, cwd=cwd or folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )

@@ -71,7 +71,7 @@ def campaign(processes, scheduler, tmp_path):
     (tmp_path / "helper.py").write_text("count = 0\n", encoding="utf-8")
     (tmp_path / "line.toml").write_text(RACK, encoding="utf-8")
     words = ("--dask", scheduler.address, "--only", "power", "--jobs", "2", "--out", "out")
-    return lambda *more: processes("-m", "scanrack.runtime.cli", "fuzz", "line.toml", *words, *more)
+    return lambda *more: processes("-m", "scanrack", "fuzz", "line.toml", *words, *more)
 
 
 def test_a_worker_with_two_threads_does_every_task_in_a_process_of_its_own(

@@ -114,7 +114,7 @@ def test_what_only_one_hash_seed_breaks_is_no_failure_but_said(rack):
     asked = [sys.executable, "-c", f"{NAMES}print(list(names))"]
     order = subprocess.run(asked, env=environment, capture_output=True, text=True, check=True).stdout
     file = rack(f"ORDER = {order}{SETS}")
-    command = [sys.executable, "-m", "scanrack.runtime.cli", *words(file)]
+    command = [sys.executable, "-m", "scanrack", *words(file)]
     result = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     assert result.returncode == 2, result.stdout
     assert "it broke no-fault in one run and not in another" in result.stderr

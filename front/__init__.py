@@ -1,0 +1,142 @@
+"""scanrack: a PLC rack in software for stepper controllers.
+
+These are the names that a program, a test or a notebook needs. Each is imported when it is first used, so
+`import scanrack` costs nothing. Everything else stands in the rooms: `scanrack.io_images`,
+`scanrack.ladder`, `scanrack.runtime` and `scanrack.traces`.
+
+>>> from scanrack import Move, MoveKind
+>>> list(Move(MoveKind.RELATIVE, 4000, speed=5000, acceleration=20, deceleration=10).to_image())
+[2, 0, 4, 0, 5, 0, 20, 10]
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .io_images import Image, strategies
+    from .io_images.amci3601 import (
+        Acceleration,
+        Configuration,
+        Direction,
+        FindHome,
+        Firmware,
+        Hold,
+        Idle,
+        Manual,
+        Move,
+        MoveKind,
+        PresetPosition,
+        ResetErrors,
+        StatusView,
+    )
+    from .io_images.amci3601.bits import InputBit
+    from .ladder import Program, read_program
+    from .runtime.app.bench.opening import open_bench
+    from .runtime.app.fuzz import always, never, within
+    from .runtime.config.rackspec import RackSpec
+    from .runtime.loop.cpu import Cpu
+    from .runtime.loop.rack import Rack
+    from .runtime.loop.scan import Scan
+    from .runtime.modules.amci3601 import Amci3601
+    from .traces.arrays import read_columns
+    from .traces.compare import compare
+    from .traces.query import query
+    from .traces.reader import open_trace
+
+    __version__: str
+
+__all__ = [
+    "Acceleration",
+    "Amci3601",
+    "Configuration",
+    "Cpu",
+    "Direction",
+    "FindHome",
+    "Firmware",
+    "Hold",
+    "Idle",
+    "Image",
+    "InputBit",
+    "Manual",
+    "Move",
+    "MoveKind",
+    "PresetPosition",
+    "Program",
+    "Rack",
+    "RackSpec",
+    "ResetErrors",
+    "Scan",
+    "StatusView",
+    "__version__",
+    "always",
+    "compare",
+    "never",
+    "open_bench",
+    "open_trace",
+    "query",
+    "read_columns",
+    "read_program",
+    "strategies",
+    "within",
+]
+
+_HOMES = {
+    "io_images": ("Image",),
+    "io_images.amci3601": (
+        "Acceleration",
+        "Configuration",
+        "Direction",
+        "FindHome",
+        "Firmware",
+        "Hold",
+        "Idle",
+        "Manual",
+        "Move",
+        "MoveKind",
+        "PresetPosition",
+        "ResetErrors",
+        "StatusView",
+    ),
+    "io_images.amci3601.bits": ("InputBit",),
+    "ladder": ("Program", "read_program"),
+    "runtime.app.bench.opening": ("open_bench",),
+    "runtime.app.fuzz": ("always", "never", "within"),
+    "runtime.config.rackspec": ("RackSpec",),
+    "runtime.loop.cpu": ("Cpu",),
+    "runtime.loop.rack": ("Rack",),
+    "runtime.loop.scan": ("Scan",),
+    "runtime.modules.amci3601": ("Amci3601",),
+    "traces.arrays": ("read_columns",),
+    "traces.compare": ("compare",),
+    "traces.query": ("query",),
+    "traces.reader": ("open_trace",),
+}
+"""The module that defines each name."""
+
+
+def __getattr__(name: str) -> object:
+    found = _find(name)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
+
+def _find(name: str) -> object:
+    if name == "__version__":
+        return import_module("importlib.metadata").version(__name__)
+    if name == "strategies":
+        return import_module(".io_images.strategies", __name__)
+    for module, names in _HOMES.items():
+        if name in names:
+            return getattr(import_module(f".{module}", __name__), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}; {_nearest(name)}")
+
+
+def _nearest(name: str) -> str:
+    close = import_module("difflib").get_close_matches(name, __all__, n=1)
+    return f"did you mean {close[0]}?" if close else f"its names are {', '.join(__all__)}"

@@ -1,5 +1,0 @@
-"""`python -m scanrack.runtime.cli`, the same as the `scanrack` command."""
-
-from . import main
-
-main()
