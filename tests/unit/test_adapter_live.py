@@ -53,6 +53,37 @@ def served(*arguments: str) -> Iterator[tuple[str, subprocess.Popen[str]]]:
         process.communicate()
 
 
+Process = subprocess.Popen[str]
+PTY, TCP = ("--pty",), ("--tcp", "0", "--rtu-over-tcp")
+
+
+@pytest.fixture(scope="module")
+def behind_a_pty() -> Iterator[tuple[str, Process]]:
+    """A PCL601 for all tests: an adapter that opens its port configures it anew."""
+    with served("pcl601", *PTY) as shared:
+        yield shared
+
+
+@pytest.fixture(scope="module")
+def behind_tcp() -> Iterator[tuple[str, Process]]:
+    """Another one, over TCP."""
+    with served("pcl601", *TCP) as (place, process):
+        yield f"tcp:{place}", process
+
+
+@pytest.fixture
+def path(behind_a_pty: tuple[str, Process]) -> str:
+    """The pseudo-terminal of the shared PCL601."""
+    return behind_a_pty[0]
+
+
+@pytest.fixture(params=["behind_a_pty", "behind_tcp"], ids=["pty", "tcp"])
+def shared(request: pytest.FixtureRequest) -> tuple[str, Process]:
+    """The port of a shared PCL601, either way, and its process."""
+    shared: tuple[str, Process] = request.getfixturevalue(request.param)
+    return shared
+
+
 class Live:
     """A live adapter, looked at every 2 ms of real time, for so long at most."""
 
@@ -110,18 +141,17 @@ def test_over_tcp_it_is_the_same() -> None:
 
 
 @pytest.mark.parametrize("words", [SLEW, LONG_MOVE], ids=["manual", "relative"])
-def test_closing_stops_a_motion(words: tuple[int, ...]) -> None:
+def test_closing_stops_a_motion(path: str, words: tuple[int, ...]) -> None:
     """The controller is asked by another client afterwards: it stands still, far from any target."""
-    with served("pcl601", "--pty") as (path, _):
-        module = opened("pcl601-adapter", path)
-        live = Live(module)
-        live.prepare()
+    module = opened("pcl601-adapter", path)
+    live = Live(module)
+    live.prepare()
+    live.give(*words, until="MOVING_CW")
+    while live.position < 200:
         live.give(*words, until="MOVING_CW")
-        while live.position < 200:
-            live.give(*words, until="MOVING_CW")
-        module.close()
-        assert not moves(path)
-        assert 1_000_000 < position_at(path) < 1_010_000
+    module.close()
+    assert not moves(path)
+    assert 1_000_000 < position_at(path) < 1_010_000
 
 
 def test_a_port_that_goes_and_comes_back_is_a_lost_link(tmp_path: Path) -> None:
@@ -145,46 +175,43 @@ def test_a_port_that_goes_and_comes_back_is_a_lost_link(tmp_path: Path) -> None:
         module.close()
 
 
-@pytest.mark.parametrize("over", [("--pty",), ("--tcp", "0", "--rtu-over-tcp")], ids=["pty", "tcp"])
-def test_a_controller_that_was_left_in_ascii_is_fetched_back(over: tuple[str, ...]) -> None:
+def test_a_controller_that_was_left_in_ascii_is_fetched_back(shared: tuple[str, Process]) -> None:
     """Command code 11 is AA ASCII [Command Codes]; a line without parity carries both languages."""
-    with served("pcl601", *over) as (place, _):
-        port = place if over == ("--pty",) else f"tcp:{place}"
-        link = open_port(port, LINE_FORMAT)
-        link.send(write_command(1, Code.SWITCH_TO_ASCII).frame)
-        assert len(link.receive(8, 1.0)) == 8
-        link.close()
-        module = opened("pcl601-adapter", port)
-        live = Live(module)
-        live.prepare()
-        live.give(*MOVE, until="MOVE_COMPLETE")
-        assert live.position == 2000
-        said = [event.text for event in module.events if event.kind == "adapter"]
-        assert said == ["the controller was in AA ASCII, and is sent back to Modbus"]
-        module.close()
+    port, _ = shared
+    link = open_port(port, LINE_FORMAT)
+    link.send(write_command(1, Code.SWITCH_TO_ASCII).frame)
+    assert len(link.receive(8, 1.0)) == 8
+    link.close()
+    module = opened("pcl601-adapter", port)
+    live = Live(module)
+    live.prepare()
+    live.give(*MOVE, until="MOVE_COMPLETE")
+    assert live.position == 2000
+    said = [event.text for event in module.events if event.kind == "adapter"]
+    assert said == ["the controller was in AA ASCII, and is sent back to Modbus"]
+    module.close()
 
 
-@pytest.mark.parametrize("over", [("--pty",), ("--tcp", "0", "--rtu-over-tcp")], ids=["pty", "tcp"])
 def test_a_controller_that_was_silent_in_a_manual_move_is_stopped_when_it_answers(
-    over: tuple[str, ...],
+    shared: tuple[str, Process],
 ) -> None:
     """What was asked in vain is answered late, and counts for nothing."""
-    with served("pcl601", *over) as (place, process):
-        module = opened("pcl601-adapter", place if over == ("--pty",) else f"tcp:{place}")
-        live = Live(module)
-        live.prepare()
-        live.give(*SLEW, until="MOVING_CW")
-        process.send_signal(signal.SIGSTOP)
-        assert live.give(*SLEW, without="MODULE_OK") == {"POSITION_INVALID"}
-        process.send_signal(signal.SIGCONT)
-        bits = live.give(*SLEW, until="MODULE_OK")
-        assert bits == {"MODULE_OK", "POSITION_INVALID", "STOPPED"}
-        assert "link restored" in [each.name for each in module.events]
-        stood = live.position
-        for _ in range(100):
-            live.give(*SLEW, until="MODULE_OK")
-        assert (live.position, module.driver.busy) == (stood, False)
-        module.close()
+    port, process = shared
+    module = opened("pcl601-adapter", port)
+    live = Live(module)
+    live.prepare()
+    live.give(*SLEW, until="MOVING_CW")
+    process.send_signal(signal.SIGSTOP)
+    assert live.give(*SLEW, without="MODULE_OK") == {"POSITION_INVALID"}
+    process.send_signal(signal.SIGCONT)
+    bits = live.give(*SLEW, until="MODULE_OK")
+    assert bits == {"MODULE_OK", "POSITION_INVALID", "STOPPED"}
+    assert "link restored" in [each.name for each in module.events]
+    stood = live.position
+    for _ in range(100):
+        live.give(*SLEW, until="MODULE_OK")
+    assert (live.position, module.driver.busy) == (stood, False)
+    module.close()
 
 
 RACK = """
@@ -304,15 +331,14 @@ def test_a_line_follows_the_format_of_what_is_sent(monkeypatch: pytest.MonkeyPat
     assert done == ["E", "E", stop, "N", b"@%\r", "E", stop]
 
 
-def test_a_run_in_real_time_moves_the_controller_of_another_process(tmp_path: Path) -> None:
+def test_a_run_in_real_time_moves_the_controller_of_another_process(path: str, tmp_path: Path) -> None:
     """The logic makes one move over 2000 steps; the counter began at B = 1,000,000."""
-    with served("pcl601", "--pty") as (path, _):
-        rack = rack_file(tmp_path, f'port = "{path}"')
-        trace = str(tmp_path / "live.mcap")
-        arguments = ["run", rack, "--realtime", "--live", "--for", "2 s", "--record", trace]
-        result = CliRunner().invoke(build(), arguments)
-        assert result.exit_code == 0, result.stderr
-        position = CliRunner().invoke(build(), ["pcl601", "--port", path, "read", "position"])
+    rack = rack_file(tmp_path, f'port = "{path}"')
+    trace = str(tmp_path / "live.mcap")
+    arguments = ["run", rack, "--realtime", "--live", "--for", "2 s", "--record", trace]
+    result = CliRunner().invoke(build(), arguments)
+    assert result.exit_code == 0, result.stderr
+    position = CliRunner().invoke(build(), ["pcl601", "--port", path, "read", "position"])
     assert position.stdout == "1002000\n"
     again = CliRunner().invoke(build(), ["rerun", trace, "--trust"])
     assert again.exit_code == 2
@@ -360,46 +386,48 @@ def running(folder: Path, path: str, logic: str) -> Iterator[subprocess.Popen[st
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_run_that_is_asked_to_end_stops_the_motor(tmp_path: Path, number: signal.Signals) -> None:
-    with served("pcl601", "--pty") as (path, _), running(tmp_path, path, SLEWING) as process:
+def test_a_run_that_is_asked_to_end_stops_the_motor(
+    path: str, tmp_path: Path, number: signal.Signals
+) -> None:
+    with running(tmp_path, path, SLEWING) as process:
         process.send_signal(number)
         assert process.wait(5) == 130
         assert position_at(path) > 1_000_000
         assert not moves(path)
 
 
-def test_a_program_that_raises_stops_the_motor(tmp_path: Path) -> None:
-    with served("pcl601", "--pty") as (path, _), running(tmp_path, path, FAULTING) as process:
+def test_a_program_that_raises_stops_the_motor(path: str, tmp_path: Path) -> None:
+    with running(tmp_path, path, FAULTING) as process:
         assert process.wait(5) == 1
         assert position_at(path) > 1_000_000
         assert not moves(path)
 
 
-def test_killed_in_a_manual_move_the_axis_goes_on_until_the_next_configuration(tmp_path: Path) -> None:
+def test_killed_in_a_manual_move_the_axis_goes_on_until_the_next_configuration(
+    path: str, tmp_path: Path
+) -> None:
     """No controller has a watchdog: what the page says of a process that dies."""
-    with served("pcl601", "--pty") as (path, _):
-        with running(tmp_path, path, SLEWING) as process:
-            process.kill()
-            process.wait(5)
-            assert moves(path)
-        module = opened("pcl601-adapter", path)
-        live = Live(module)
-        live.give(until="MODULE_OK")
-        live.give(*CONFIGURE, without="CONFIG_ERROR")
-        module.close()
-        assert not moves(path)
+    with running(tmp_path, path, SLEWING) as process:
+        process.kill()
+        process.wait(5)
+        assert moves(path)
+    module = opened("pcl601-adapter", path)
+    live = Live(module)
+    live.give(until="MODULE_OK")
+    live.give(*CONFIGURE, without="CONFIG_ERROR")
+    module.close()
+    assert not moves(path)
 
 
-def test_a_scan_that_comes_late_takes_no_reply_for_missing() -> None:
+def test_a_scan_that_comes_late_takes_no_reply_for_missing(path: str) -> None:
     """A tenth of a second is more than the patience for a reply, 50 ms; a busy machine may exceed it, too."""
     late = 8
-    with served("pcl601", "--pty") as (path, _):
-        module = opened("pcl601-adapter", path)
-        live = Live(module)
-        live.prepare()
-        failures = module.driver.master.failures
-        for _ in range(late):
-            Event().wait(0.1)
-            assert live.give(until="MODULE_OK") == {"MODULE_OK"}
-        assert module.driver.master.failures - failures < late // 2
-        module.close()
+    module = opened("pcl601-adapter", path)
+    live = Live(module)
+    live.prepare()
+    failures = module.driver.master.failures
+    for _ in range(late):
+        Event().wait(0.1)
+        assert live.give(until="MODULE_OK") == {"MODULE_OK"}
+    assert module.driver.master.failures - failures < late // 2
+    module.close()
