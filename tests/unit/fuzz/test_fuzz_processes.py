@@ -12,7 +12,9 @@ from pathlib import Path
 
 import pytest
 from scanrack.runtime.app.fuzz.state import State, read_state
+from scanrack.runtime.cli import build
 from scanrack.runtime.cli.fuzz_session import noting_ctrl_c
+from typer.testing import CliRunner
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes in /proc")
 
@@ -116,7 +118,7 @@ def test_ctrl_c_that_somebody_swallows_is_known_nevertheless():
 
 
 @pytest.mark.parametrize(("number", "name"), [(signal.SIGINT, "Ctrl-C"), (signal.SIGTERM, "SIGTERM")])
-def test_ctrl_c_ends_a_campaign_and_the_same_command_goes_on(folder, number, name):
+def test_ctrl_c_ends_a_campaign_and_the_same_command_goes_on(folder, number, name, monkeypatch):
     out = folder / "out"
     words = ("--out", str(out), "--jobs", "2", "--only", "power")
     campaign = started(folder, *words, "--time", "1 h")
@@ -127,9 +129,12 @@ def test_ctrl_c_ends_a_campaign_and_the_same_command_goes_on(folder, number, nam
     assert (status, stderr) == (130, f"scanrack: stopped by {name}; the same command goes on from here\n")
     wait_until(lambda: not any(map(is_alive, workers)))
     before = state_in(out)
-    status, stdout, _stderr = finished(started(folder, *words, "--runs", "5", "--jobs", "1"))
-    assert status == 0
-    assert f"in all        {before.runs + 5:,} runs" in stdout
+    monkeypatch.chdir(folder)
+    again = CliRunner().invoke(
+        build(), ["fuzz", str(folder / "line.toml"), *words, "--runs", "5", "--jobs", "1"]
+    )
+    assert again.exit_code == 0
+    assert f"in all        {before.runs + 5:,} runs" in again.stdout
     assert state_in(out).tasks == before.tasks + 1
 
 
