@@ -10,7 +10,15 @@ from decimal import Decimal
 from fractions import Fraction
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainValidator, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    PlainValidator,
+    model_validator,
+)
 from pydantic_core import PydanticCustomError
 
 from ...io_images.amci3601.bits import InputBit
@@ -58,7 +66,7 @@ def _times_of(value: object) -> object:
     return None if value == "always" else value
 
 
-InputName = Annotated[InputBit, PlainValidator(input_of)]
+InputName = Annotated[InputBit, PlainValidator(input_of), PlainSerializer(input_name)]
 Ratio = Annotated[Fraction, PlainValidator(_fraction_of)]
 
 

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol, runtime_checkable
 
+from pydantic import ConfigDict, StrictInt
 from typing_extensions import override
 
 from ...io_images.image import WORDS, Image
@@ -108,11 +109,13 @@ class Incident:
         late_words: of a torn update: which of the eight output words come late.
     """
 
-    at_ns: int
+    __pydantic_config__ = ConfigDict(extra="forbid")
+
+    at_ns: StrictInt
     what: FaultKind
-    slot: int = 1
-    for_ns: int = 0
-    late_words: tuple[int, ...] = ()
+    slot: StrictInt = 1
+    for_ns: StrictInt = 0
+    late_words: tuple[StrictInt, ...] = ()
 
     def __post_init__(self) -> None:
         for field, value in (("at_ns", self.at_ns), ("for_ns", self.for_ns)):

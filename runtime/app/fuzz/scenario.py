@@ -7,17 +7,43 @@ each part of it can be left out, which is what shrinking does.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from decimal import Decimal
-from typing import Any
+from typing import Annotated, Any
 
-from ....io_images.amci3601.bits import InputBit
+from pydantic import (
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    StrictBool,
+    StrictInt,
+    TypeAdapter,
+    ValidationError,
+)
+
 from ....io_images.amci3601.firmware import Firmware
-from ....io_images.image import WORDS
-from ...config.machine_tables import input_name
+from ...config.machine_tables import InputName
 from ...config.rackspec import IncidentSpec, RackSpec, SlotSpec
 from ...loop.incidents import FaultKind, Incident
 from ...machine import MachineSpec, Slip, TimelineEntry
+
+Time = Annotated[StrictInt, Field(ge=0)]
+NO_MORE_KEYS = ConfigDict(extra="forbid")
+
+
+def _versions(given: object) -> object:
+    """Return pairs of slot and version of what JSON has as an object."""
+    if not isinstance(given, Mapping):
+        return given
+    return tuple((int(slot), str(Firmware.parse(str(version)))) for slot, version in given.items())
+
+
+def _object(versions: tuple[tuple[int, str], ...]) -> dict[str, str]:
+    return {str(slot): version for slot, version in versions}
+
+
+Versions = Annotated[tuple[tuple[int, str], ...], BeforeValidator(_versions), PlainSerializer(_object)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,11 +58,13 @@ class Press:
         for_ns: how long.
     """
 
-    slot: int
-    input: InputBit
-    energised: bool
-    at_ns: int
-    for_ns: int
+    __pydantic_config__ = NO_MORE_KEYS
+
+    slot: StrictInt
+    input: InputName
+    energised: StrictBool
+    at_ns: Time
+    for_ns: Time
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,8 +76,10 @@ class Shift:
         steps: by how much all of them are moved.
     """
 
-    slot: int
-    steps: int
+    __pydantic_config__ = NO_MORE_KEYS
+
+    slot: StrictInt
+    steps: StrictInt
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,9 +92,11 @@ class Lost:
         steps: how many, 1 or more.
     """
 
-    slot: int
-    at: int
-    steps: int
+    __pydantic_config__ = NO_MORE_KEYS
+
+    slot: StrictInt
+    at: StrictInt
+    steps: StrictInt
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +111,9 @@ class Scenario:
         lost: steps that are lost.
     """
 
-    firmware: tuple[tuple[int, str], ...] = ()
+    __pydantic_config__ = NO_MORE_KEYS
+
+    firmware: Versions = ()
     presses: tuple[Press, ...] = ()
     incidents: tuple[Incident, ...] = ()
     shifts: tuple[Shift, ...] = ()
@@ -106,57 +140,20 @@ class Scenario:
 
     def to_json(self) -> dict[str, Any]:
         """Return the scenario as JSON can hold it; `from_json` is the way back."""
-        return {
-            "firmware": {str(slot): version for slot, version in self.firmware},
-            "presses": [
-                {
-                    "slot": each.slot,
-                    "input": input_name(each.input),
-                    "energised": each.energised,
-                    "at_ns": each.at_ns,
-                    "for_ns": each.for_ns,
-                }
-                for each in self.presses
-            ],
-            "incidents": [
-                {
-                    "at_ns": each.at_ns,
-                    "what": each.what.value,
-                    "slot": each.slot,
-                    "for_ns": each.for_ns,
-                    "late_words": list(each.late_words),
-                }
-                for each in self.incidents
-            ],
-            "shifts": [{"slot": each.slot, "steps": each.steps} for each in self.shifts],
-            "lost": [{"slot": each.slot, "at": each.at, "steps": each.steps} for each in self.lost],
-        }
+        written: dict[str, Any] = _SCENARIO.dump_python(self, mode="json")
+        return written
 
     @classmethod
-    def from_json(cls, given: Mapping[str, Any]) -> Scenario:
+    def from_json(cls, given: object) -> Scenario:
         """Return the scenario that `to_json` wrote.
 
         Raises:
             ValueError: it is none; the message names the key.
         """
-        known = ("firmware", "presses", "incidents", "shifts", "lost")
-        if not isinstance(given, Mapping):
-            raise ValueError(f"a scenario is an object with {', '.join(known)}, not {given!r:.40}")
-        unknown = sorted(set(given) - set(known))
-        if unknown:
-            raise ValueError(f"scenario: unknown key {unknown[0]}; allowed are {', '.join(known)}")
         try:
-            return cls(
-                tuple((int(slot), _version(text)) for slot, text in given.get("firmware", {}).items()),
-                tuple(_press(each) for each in given.get("presses", ())),
-                tuple(_incident(each) for each in given.get("incidents", ())),
-                tuple(Shift(**_whole(each)) for each in given.get("shifts", ())),
-                tuple(Lost(**_whole(each)) for each in given.get("lost", ())),
-            )
-        except KeyError as error:
-            raise ValueError(f"scenario: key {error} is missing") from None
-        except (TypeError, AttributeError) as error:
-            raise ValueError(f"scenario: {error}") from None
+            return _SCENARIO.validate_python(given)
+        except ValidationError as error:
+            raise ValueError(f"scenario: {first_mistake(error)}") from None
 
     def check(self, spec: RackSpec) -> None:
         """Refuse a scenario that does not belong to a rack.
@@ -196,33 +193,18 @@ class Scenario:
         return sum(map(len, parts))
 
 
-def _version(given: object) -> str:
-    return str(Firmware.parse(str(given)))
+_SCENARIO = TypeAdapter(Scenario)
 
 
-def _whole(given: Mapping[str, Any], *others: str) -> Mapping[str, Any]:
-    """Return a part whose values are whole numbers, 0 or more where they are times; but for `others`."""
-    for key, value in given.items():
-        if key not in others and (type(value) is not int or (key.endswith("_ns") and value < 0)):
-            raise ValueError(f"scenario: {key} = {value!r:.40}: a whole number is needed")
-    return given
-
-
-def _press(given: Mapping[str, Any]) -> Press:
-    name = str(given["input"]).upper()
-    if name not in InputBit.__members__:
-        inputs = ", ".join(map(input_name, InputBit))
-        raise ValueError(f"scenario: there is no input {given['input']!r}; allowed are {inputs}")
-    if type(given.get("energised")) is not bool:
-        raise ValueError(f"scenario: energised = {given.get('energised')!r:.40}: true or false is needed")
-    return Press(**{**_whole(given, "input", "energised"), "input": InputBit[name]})
-
-
-def _incident(given: Mapping[str, Any]) -> Incident:
-    what, words = FaultKind(given["what"]), tuple(given.get("late_words", ()))
-    if any(type(word) is not int or not 0 <= word < WORDS for word in words):
-        raise ValueError(f"scenario: late_words = {list(words)!r:.40}: words are 0 to {WORDS - 1}")
-    return Incident(**{**_whole(given, "what", "late_words"), "what": what, "late_words": words})
+def first_mistake(error: ValidationError) -> str:
+    """Return the first mistake: key, value, what is wrong."""
+    first = error.errors(include_url=False)[0]
+    problem = str(first.get("ctx", {}).get("error", first["msg"]))
+    key = ".".join(map(str, first["loc"]))
+    if first["type"] == "unexpected_keyword_argument" and len(first["loc"]) == 1:
+        return f"unknown key {key}; allowed are {', '.join(each.name for each in fields(Scenario))}"
+    given = "" if first["type"] == "missing" else f" = {first['input']!r:.40}"
+    return f"{key}{given}: {problem}" if key else problem
 
 
 def _incident_spec(incident: Incident) -> IncidentSpec:

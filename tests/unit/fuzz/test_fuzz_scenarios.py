@@ -135,6 +135,15 @@ def test_torn_updates_belong_to_a_controller_that_does_not_wait(spec):
         ({"press": []}, "unknown key press; allowed are firmware, presses"),
         ({"presses": [{"slot": 1}]}, "input"),
         ({"incidents": [{"at_ns": 0, "what": "flood"}]}, "flood"),
+        (
+            {"incidents": [{"at_ns": 0, "what": "torn-update", "late_words": [9]}]},
+            r"late_words \[9\] are not allowed: 0 to 7",
+        ),
+        ({"firmware": {"1": "9.9"}}, "unknown 3601 firmware '9.9'"),
+        ({"shifts": [{"slot": True, "steps": 2}]}, r"shifts\.0\.slot = True: .* valid integer"),
+        ({"shifts": [{"slot": 1}]}, r"^scenario: shifts\.0\.steps: Field required$"),
+        ({"lost": [{"slot": 1, "at": 0, "steps": 1, "times": 2}]}, r"lost\.0\.times = 2: "),
+        (5, "^scenario: Input should be a dictionary"),
     ],
 )
 def test_json_that_is_no_scenario_is_refused(given, says):
