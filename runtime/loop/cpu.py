@@ -14,10 +14,10 @@ from types import TracebackType
 from typing import NoReturn, Self
 
 from .exchange import EndOfScan, Exchange
-from .faults import Cause, CpuFault, Fault, codes_passed, place_of, words_of
+from .faults import Cause, CpuFault, Fault, place_of, words_of
 from .listeners import ScanListener
 from .pace import FreeRun, Pacer, Watchdog, WatchdogExpired, stopping_on_interrupt
-from .phases import IDLE_PHASES, PHASES, RECORDED, ScanPhases, cause_of
+from .phases import IDLE_PHASES, PHASES, Phase, ScanPhases
 from .rack import Rack
 from .scan import CpuMode, Logic, Scan, ScanFlag, mode_name
 
@@ -131,8 +131,6 @@ class Cpu(ScanPhases):
             try:
                 self._scanning = True
                 self._loop(repeat(None) if scans is None else repeat(None, scans))
-            except (Exception, SystemExit, WatchdogExpired) as error:
-                self._fail(error)
             finally:
                 self._scanning = False
 
@@ -177,11 +175,15 @@ class Cpu(ScanPhases):
         self.close()
 
     def _loop(self, turns: Iterable[None]) -> None:
-        for _ in turns:
-            for phase in self._phases:
-                phase()
-            if self.stop_requested:
-                break
+        phase: Phase = self.input_latch
+        try:
+            for _ in turns:
+                for phase in self._phases:
+                    phase()
+                if self.stop_requested:
+                    break
+        except (Exception, SystemExit, WatchdogExpired) as error:
+            self._fail(error, phase)
 
     def _ask_for_attention(self) -> None:
         self._attention = True
@@ -221,18 +223,16 @@ class Cpu(ScanPhases):
         if self._closed:
             raise ValueError("the CPU is closed: no further scans")
 
-    def _fail(self, error: BaseException) -> NoReturn:
-        """Stop in order after `error`: outputs, modules, listeners; then raise it as a `CpuFault`."""
-        passed = codes_passed(error)
-        cause = Cause.WATCHDOG if isinstance(error, WatchdogExpired) else cause_of(passed)
+    def _fail(self, error: BaseException, phase: Phase) -> NoReturn:
+        """Stop in order after `error` in `phase`: outputs, modules, listeners; raise it as a `CpuFault`."""
+        cause = Cause.WATCHDOG if isinstance(error, WatchdogExpired) else self._blame[phase]
         text = str(error) if cause is Cause.WATCHDOG else words_of(error)
-        self.fault = Fault(
-            self.scan, self.now_ns, cause, place_of(error, below=ScanPhases.logic.__code__), text
-        )
+        self.fault = Fault(self.scan, self.now_ns, cause, place_of(error), text)
         if cause is Cause.LISTENER:
             self._listeners.dismiss_present()
         failure = CpuFault(self.fault)
-        last_words = self._tell_fault if passed & RECORDED else self._record_fault
+        recorded = phase in (self.record, self.housekeeping)  # the scan is, at least in part
+        last_words = self._tell_fault if recorded else self._record_fault
         for step in (self._drop_outputs, last_words, self.close):
             try:
                 step()

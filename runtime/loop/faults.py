@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from types import CodeType
 
 from .events import JsonValue
 
@@ -80,26 +79,16 @@ def words_of(error: BaseException) -> str:
     return f"{type(error).__name__}: {text}" if text else type(error).__name__
 
 
-def codes_passed(error: BaseException) -> set[CodeType]:
-    """Return the functions that an exception has passed through."""
-    return {frame.f_code for frame, _ in traceback.walk_tb(error.__traceback__)}
-
-
-def place_of(error: BaseException, below: CodeType) -> str:
+def place_of(error: BaseException) -> str:
     """Return file:line of the user's innermost code that an exception came from.
 
     The user's is what is neither ours nor installed and comes from a file (the constructor of a
-    dataclass comes from "<string>"); if there is no such code below `below`, it is the innermost
-    code of all.
+    dataclass comes from "<string>"); without such code it is the innermost code of all.
 
     Args:
         error: an exception that was raised.
-        below: the function of ours that calls the user's code.
     """
     steps = [(frame.f_code, line) for frame, line in traceback.walk_tb(error.__traceback__)]
-    passed = [code for code, _ in steps]
-    if below in passed:
-        steps = steps[passed.index(below) + 1 :] or steps
     theirs = [step for step in steps if is_the_users(step[0].co_filename)]
     code, line = (theirs or steps)[-1]
     return f"{code.co_filename}:{line}"

@@ -16,8 +16,7 @@ time: what it does happens at its instant.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping, Set
-from types import CodeType
+from collections.abc import Callable, Iterable, Mapping
 
 from .events import JsonValue
 from .exchange import Exchange
@@ -38,6 +37,8 @@ PHASES = (
     "housekeeping",
 )
 """The phases of a scan in order; each is a method of the CPU."""
+
+Phase = Callable[[], None]
 
 IDLE_PHASES = {
     CpuMode.PROGRAM: frozenset({"logic", "output_forces", "output_latch"}),
@@ -81,7 +82,8 @@ class ScanPhases(ABC):
         self._flags = self._scan_flags = 0
         self._news: dict[str, Mapping[str, JsonValue]] = {}
         self._attention = False
-        self._phases: tuple[Callable[[], None], ...] = ()
+        self._phases: tuple[Phase, ...] = ()
+        self._blame: Mapping[Phase, Cause] = {}
 
     def input_latch(self) -> None:
         """Bring the modules up to now and take their inputs."""
@@ -152,24 +154,27 @@ class ScanPhases(ABC):
         self._news.clear()
 
     def _prepare(self, mode: CpuMode) -> None:
-        """List the phases that have something to do in the next scan."""
+        """List the phases that have something to do in the next scan, and the cause of an error in each."""
         idle = IDLE_PHASES[mode]
         logic_runs = "logic" not in idle
         first = logic_runs and self._view.first
         starting = mode is CpuMode.RUN and not self._modules_run
         forced_in, forced_out = self.forces.on_inputs, logic_runs and self.forces.on_outputs
-        plan: tuple[tuple[bool, Callable[[], None]], ...] = (
-            (not self.pacer.free, self._pace),
-            (True, self.input_latch),
-            (forced_in or forced_out, self.input_forces),
-            (logic_runs, self._timed_logic if self._watchdog.timed else self.logic),
-            (forced_out, self.output_forces),
-            ("output_latch" not in idle, self._first_output_latch if starting else self.output_latch),
-            (bool(self._news), self._tell_news),
-            (True, self.record),
-            (True, self.housekeeping),
+        call_logic = self._timed_logic if self._watchdog.timed else self.logic
+        send = self._first_output_latch if starting else self.output_latch
+        plan: tuple[tuple[bool, Phase, Cause], ...] = (
+            (not self.pacer.free, self._pace, Cause.MODULE),
+            (True, self.input_latch, Cause.MODULE),
+            (forced_in or forced_out, self.input_forces, Cause.MODULE),
+            (logic_runs, call_logic, Cause.PROGRAM),
+            (forced_out, self.output_forces, Cause.MODULE),
+            ("output_latch" not in idle, send, Cause.MODULE),
+            (bool(self._news), self._tell_news, Cause.LISTENER),
+            (True, self.record, Cause.LISTENER),
+            (True, self.housekeeping, Cause.MODULE),
         )
-        self._phases = tuple(phase for needed, phase in plan if needed)
+        self._phases = tuple(phase for needed, phase, _ in plan if needed)
+        self._blame = {phase: cause for needed, phase, cause in plan if needed}
         self._flags = self._scan_flags = _flags(mode, first, forced_in, forced_out)
         if first or starting or self._news or mode is CpuMode.SINGLE_SCAN:
             self._attention = True
@@ -182,16 +187,3 @@ def _flags(mode: CpuMode, first: bool, forced_in: bool, forced_out: bool) -> int
         | forced_in * ScanFlag.INPUT_FORCES.value
         | forced_out * ScanFlag.OUTPUT_FORCES.value
     )
-
-
-RECORDED = frozenset({ScanPhases.record.__code__, ScanPhases.housekeeping.__code__})
-"""An error that came through one of these came after the scan was recorded, at least in part."""
-
-_LISTENERS_CALLED = frozenset({ScanPhases.record.__code__, ScanPhases._tell_news.__code__})
-
-
-def cause_of(passed: Set[CodeType]) -> Cause:
-    """Return who is to blame for an error that has passed through these functions."""
-    if ScanPhases.logic.__code__ in passed:
-        return Cause.PROGRAM
-    return Cause.LISTENER if passed & _LISTENERS_CALLED else Cause.MODULE

@@ -6,6 +6,7 @@ import pytest
 from scanrack.runtime.loop.cpu import Cpu, CpuFault, CpuMode, ScanFlag
 from scanrack.runtime.loop.events import Event
 from scanrack.runtime.loop.faults import Cause
+from scanrack.runtime.loop.listeners import ScanListener
 
 MS = 1_000_000
 
@@ -38,6 +39,28 @@ def test_logic_that_raises(rack, module, diary):
         f"scan 2 (t = 0.004 s): the program raised ArithmeticError: the sum is wrong [{fault.where}]"
     )
     assert isinstance(caught.value.__cause__, ArithmeticError)
+
+
+def test_blame_follows_the_phase_that_ran(rack):
+    """A listener calls the program anew, which raises then: the phase was that of the listeners."""
+    calls = []
+
+    def logic(scan):
+        calls.append(scan)
+        if len(calls) > 1:
+            raise ArithmeticError("called twice")
+
+    class Again(ScanListener):
+        def event(self, scan, now_ns, topic, fields):
+            """Ignore events."""
+
+        def scan(self, scan, now_ns, flags):
+            cpu.logic()
+
+    cpu = Cpu(rack, logic, 2 * MS, listeners=[Again()])
+    with pytest.raises(CpuFault) as caught:
+        cpu.run(1)
+    assert caught.value.fault.cause is Cause.LISTENER
 
 
 def test_the_order_of_a_fault(rack, module, diary, log):
