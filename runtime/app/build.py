@@ -9,7 +9,9 @@ from ..config.quantities import exact_ns
 from ..config.rackspec import RackSpec, SlotSpec
 from ..loop.cpu import Cpu
 from ..loop.exchange import EndOfScan, EveryRpi, Exchange
-from ..loop.incidents import Exposed, FaultKind, KeySwitch
+from ..loop.exposed import Exposed
+from ..loop.incidents import FaultKind
+from ..loop.key_switch import KeySwitch
 from ..loop.listeners import ScanListener
 from ..loop.module import Module
 from ..loop.pace import Pacer, Watchdog

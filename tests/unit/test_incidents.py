@@ -8,7 +8,8 @@ from scanrack.io_images.image import Image
 from scanrack.runtime.app.build import build_cpu, build_rack
 from scanrack.runtime.config.rackfile import RackFileError, load_rack_file
 from scanrack.runtime.config.rackspec import RackSpec
-from scanrack.runtime.loop.incidents import Exposed, FaultKind, Incident
+from scanrack.runtime.loop.exposed import Exposed
+from scanrack.runtime.loop.incidents import FaultKind, Incident
 from scanrack.runtime.modules.amci3601 import Amci3601
 
 MS = 1_000_000

@@ -13,7 +13,8 @@ from ....io_images.image import Image
 from ...config.machine_tables import input_name
 from ...config.rackspec import RackSpec, SlotSpec
 from ...loop.events import JsonValue
-from ...loop.incidents import TROUBLES, Exposed, FaultKind, Incident
+from ...loop.exposed import Exposed
+from ...loop.incidents import TROUBLES, FaultKind, Incident
 from ...loop.listeners import ScanListener
 from ...loop.rack import Slot
 from ...machine import Machine, MachineSpec, Switch

@@ -1,0 +1,183 @@
+"""A module exposed to incidents: its power goes, it stops answering, an update comes in two parts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Protocol, runtime_checkable
+
+from typing_extensions import override
+
+from ...io_images.image import Image
+from .events import Event, JsonValue
+from .exchange import RPI_NS
+from .incidents import LASTING, ON_THE_LINE, TROUBLES, FaultKind, Incident
+from .module import Module
+from .module_fault import ModuleFault
+
+WORST_FIRST = (FaultKind.REMOVED, FaultKind.FATAL_ERROR, FaultKind.ASIC_LOST, FaultKind.LINK_LOST)
+"""Of several troubles at a time, a module is in the first."""
+
+_BEGUN = {
+    FaultKind.POWER_CYCLE: "The module's power goes and comes back.",
+    FaultKind.LINK_LOST: "The link to the module is lost.",
+    FaultKind.REMOVED: "The module is taken out.",
+    FaultKind.FATAL_ERROR: "The module fails.",
+    FaultKind.ASIC_LOST: "The module's backplane interface fails.",
+}
+_BEGUN_ON_THE_LINE = {
+    FaultKind.LINE_DOWN: "The line to the controller is open.",
+    FaultKind.REPLIES_LOST: "A reply of the controller is lost.",
+    FaultKind.REPLIES_DAMAGED: "A reply of the controller is damaged.",
+    FaultKind.CONTROLLER_POWER_CYCLE: "The controller's power goes and comes back.",
+}
+_OVER = "The module answers again."
+_OVER_ON_THE_LINE = "The line is as it should be."
+
+
+@runtime_checkable
+class Fallible(Module, Protocol):
+    """A module that can be made to stop answering."""
+
+    def inject(self, trouble: ModuleFault | None) -> None:
+        """Put the module into a trouble, or end it with None."""
+        ...
+
+
+@runtime_checkable
+class OnALine(Module, Protocol):
+    """A module with a controller at the far end of a line."""
+
+    def disturb(self, what: FaultKind, *, begins: bool, lasts: bool) -> None:
+        """Begin or end a disturbance of the line; one that does not last affects one reply."""
+        ...
+
+
+class Exposed(Module):
+    """A module with incidents coming; satisfies `runtime.loop.module.Module`.
+
+    Args:
+        module: the module.
+        incidents: what happens to it, in any order.
+
+    Raises:
+        ValueError: the module can't be made to stop answering.
+    """
+
+    def __init__(self, module: Module, incidents: Iterable[Incident]) -> None:
+        self.module = module
+        self.events = module.events
+        ordered = sorted(incidents, key=lambda each: each.at_ns)
+        for each in ordered:
+            if not _can_happen(each.what, module):
+                raise ValueError(f"incident {each.what.value}: it can't happen to {type(module).__name__}")
+        self._tears = [each for each in ordered if each.what is FaultKind.TORN_UPDATE]
+        self._acts = sorted(
+            (act for each in ordered if each.what is not FaultKind.TORN_UPDATE for act in _acts(each)),
+            key=lambda act: act[0],
+        )
+        self._troubles: set[FaultKind] = set()
+        self._current: FaultKind | None = None
+        self._now_ns = 0
+        self._before = Image()
+        self._late_ns = 0
+        self._torn = Image()
+
+    @property
+    def under_way(self) -> str | None:
+        """The kind of the motion that runs, None while there is none."""
+        kind: str | None = getattr(self.module, "under_way", None)
+        return kind
+
+    @property
+    def linked(self) -> bool:
+        """Whether the PLC reaches the module."""
+        return getattr(self.module, "linked", True)
+
+    @override
+    def update(self, now_ns: int, outputs: Image) -> Image:
+        self._tear(outputs)
+        while self._acts and self._acts[0][0] <= now_ns:
+            at_ns, incident, begins = self._acts.pop(0)
+            self._advance(at_ns, outputs)
+            self._act(at_ns, incident, begins=begins)
+        return self._advance(now_ns, outputs)
+
+    @override
+    def plc_run(self, running: bool) -> None:
+        self.module.plc_run(running)
+
+    @override
+    def power_cycle(self) -> None:
+        self.module.power_cycle()
+
+    def _tear(self, outputs: Image) -> None:
+        """Keep words back, if these outputs are the first new ones since a torn update is due."""
+        if outputs == self._before:
+            return
+        if self._tears and self._tears[0].at_ns <= self._now_ns:
+            tear = self._tears.pop(0)
+            self._torn.load(outputs)
+            for index in tear.late_words:
+                self._torn[index] = self._before[index]
+            self._late_ns = self._now_ns + (tear.for_ns or RPI_NS)
+            fields: dict[str, JsonValue] = {"late_words": list(tear.late_words)}
+            late = ", ".join(map(str, tear.late_words))
+            text = f"Output words {late} come one update late."
+            self.events.append(Event(self._now_ns, "stimulus", tear.what.value, text, fields))
+        self._before.load(outputs)
+
+    def _advance(self, now_ns: int, outputs: Image) -> Image:
+        if self._now_ns < self._late_ns < now_ns:
+            self.module.update(self._late_ns, self._torn)
+            self._now_ns = self._late_ns
+        torn = self._now_ns < self._late_ns
+        self._now_ns = now_ns
+        return self.module.update(now_ns, self._torn if torn else outputs)
+
+    def _act(self, at_ns: int, incident: Incident, *, begins: bool) -> None:
+        what = incident.what
+        if isinstance(self.module, OnALine) and what in ON_THE_LINE:
+            self.module.disturb(what, begins=begins, lasts=bool(incident.for_ns))
+            text = _BEGUN_ON_THE_LINE[what] if begins else _OVER_ON_THE_LINE
+        else:
+            self._trouble(what, begins=begins)
+            text = _BEGUN[what] if begins else _OVER
+        self.events.append(Event(at_ns, "stimulus", what.value, text, {"begins": begins}))
+
+    def _trouble(self, what: FaultKind, *, begins: bool) -> None:
+        """Let a trouble of the module begin or end."""
+        if what is FaultKind.POWER_CYCLE:
+            self._troubles.discard(FaultKind.FATAL_ERROR)
+            self.module.power_cycle()
+            self._current = None
+        elif begins:
+            self._troubles.add(what)
+        else:
+            self._troubles.discard(what)
+        self._settle()
+
+    def _settle(self) -> None:
+        """Put the module into the worst of the troubles that last."""
+        worst = next((each for each in WORST_FIRST if each in self._troubles), None)
+        if worst is self._current or not isinstance(self.module, Fallible):
+            return
+        if worst is FaultKind.REMOVED:
+            self._troubles.discard(FaultKind.FATAL_ERROR)  # without power it is forgotten
+        elif self._current is FaultKind.FATAL_ERROR:
+            self.module.power_cycle()
+        if worst is not None or self._current is not FaultKind.FATAL_ERROR:
+            self.module.inject(TROUBLES[worst] if worst else None)
+        self._current = worst
+
+
+def _can_happen(what: FaultKind, module: Module) -> bool:
+    if what in ON_THE_LINE:
+        return isinstance(module, OnALine)
+    return what not in TROUBLES or isinstance(module, Fallible)
+
+
+def _acts(incident: Incident) -> Iterable[tuple[int, Incident, bool]]:
+    """Return begin and end of an incident."""
+    yield incident.at_ns, incident, True
+    if incident.for_ns and incident.what in LASTING:
+        yield incident.at_ns + incident.for_ns, incident, False

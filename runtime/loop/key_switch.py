@@ -1,0 +1,38 @@
+"""The CPU's key, turned to program and back by incidents."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from typing_extensions import override
+
+from .cpu import Cpu
+from .incidents import Incident
+from .listeners import ScanListener
+from .scan import CpuMode
+
+
+class KeySwitch(ScanListener):
+    """A listener that turns the CPU's key to program and back, at the end of the scan in which it is due."""
+
+    def __init__(self, cpu: Cpu, incidents: Iterable[Incident]) -> None:
+        self._cpu = cpu
+        turns = []
+        for each in incidents:
+            turns.append((each.at_ns, CpuMode.PROGRAM))
+            if each.for_ns:
+                turns.append((each.at_ns + each.for_ns, CpuMode.RUN))
+        self._turns = sorted(turns)
+
+    @override
+    def event(self, scan: int, now_ns: int, topic: str, fields: object) -> None:
+        """Ignore events."""
+
+    @override
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        while self._turns and self._turns[0][0] <= now_ns:
+            self._cpu.mode = self._turns.pop(0)[1]
+
+    @override
+    def close(self) -> None:
+        pass
