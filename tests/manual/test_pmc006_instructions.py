@@ -182,7 +182,7 @@ def test_switches_of_the_model() -> None:
     bench = Bench006(i_signed=True, max_microstep=256, device_id=77, firmware=0x20000)
     assert (bench.ask("i", -5), bench.position) == (0, -5)
     assert (bench.ask("m", 256), bench.ask("P"), bench.ask("R")) == (256, 77, 0x20000)
-    with pytest.raises(ValueError, match="max_microstep 100: allowed are 128 and 256"):
+    with pytest.raises(ValueError, match="option max_microstep: 100 is not allowed: 128, 256"):
         Bench006(max_microstep=100)
     with pytest.raises(ValueError, match="address 121"):
         Bench006(121)

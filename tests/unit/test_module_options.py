@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import pytest
+from scanrack.runtime.controllers.pmc006.options import Pmc006Switches
+from scanrack.runtime.modules.adapters.pcl601.options import Pcl601Options
+from scanrack.runtime.modules.adapters.pmc006.options import Pmc006Options
 from scanrack.runtime.modules.amci3601 import Amci3601, Amci3601Options
 
 
@@ -38,3 +41,23 @@ def test_the_ends_of_the_ranges_are_allowed(given):
 
 def test_no_options_are_the_defaults():
     assert Amci3601Options.of(None) == Amci3601Options.of({}) == Amci3601Options() == Amci3601().options
+
+
+@pytest.mark.parametrize(
+    ("options", "given", "message"),
+    [
+        (Pcl601Options, {"blend": "x"}, "option blend: 'x' is not allowed: refuse, segmented"),
+        (Pcl601Options, {"strict": 1}, "option strict: 1 is not true or false"),
+        (
+            Pcl601Options,
+            {"blent": 1},
+            r"option blent: the PCL601 adapter has no such option; did you mean blend\?",
+        ),
+        (Pmc006Options, {"home_stroke": 0}, "option home_stroke: 0 is not allowed: 1 to 2147483647 steps"),
+        (Pmc006Switches, {"max_microstep": 64}, "option max_microstep: 64 is not allowed: 128, 256"),
+        (Pmc006Switches, {"device_id": -1}, "option device_id: -1 is out of range: 0 to 2147483647"),
+    ],
+)
+def test_adapters_and_controllers_refuse_in_the_same_words(options, given, message):
+    with pytest.raises(ValueError, match=f"^{message}$"):
+        options.of(given)

@@ -70,8 +70,8 @@ MISTAKES = {
         'firmware = "4.1"',
         'firmwear = "4.1"',
         15,
-        "slot.firmwear: unknown key; did you mean firmware? Allowed are number, module, firmware, options, "
-        "machine, wiring",
+        "slot.firmwear: unknown key; did you mean firmware? Allowed are number, module, firmware, needs_firmware, "
+        "options, machine, wiring, port, address",
     ),
     "unknown key of a machine": (
         "slips = [{ at = 100, steps = 5 }]",

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field
 
 from ....io_images.pmc006.instructions import INT32_MAX
+from ...loop.options import Options
+
+Number = Annotated[int, Field(ge=0, le=INT32_MAX)]
 
 
-@dataclass(frozen=True, slots=True)
-class Pmc006Switches:
+class Pmc006Switches(Options):
     """Versions of the hardware, and readings of the manual that can be switched.
 
     Attributes:
@@ -19,21 +23,14 @@ class Pmc006Switches:
         closed_loop: the closed-loop type E, which notices a stalled motor [2.3].
         device_id: what instruction P reads.
         firmware: what instruction R reads.
-
-    Raises:
-        ValueError: a value that is not allowed.
     """
 
-    step_ack_value: int = 0
-    i_signed: bool = False
-    max_microstep: int = 128
-    closed_loop: bool = False
-    device_id: int = 0
-    firmware: int = 0x0001_0000
+    owner: ClassVar[str] = "simulated PMC006"
+    noun: ClassVar[str] = "switch"
 
-    def __post_init__(self) -> None:
-        if self.max_microstep not in (128, 256):
-            raise ValueError(f"max_microstep {self.max_microstep}: allowed are 128 and 256")
-        for name in ("step_ack_value", "device_id", "firmware"):
-            if not 0 <= getattr(self, name) <= INT32_MAX:
-                raise ValueError(f"{name} {getattr(self, name)}: allowed is 0 to {INT32_MAX}")
+    step_ack_value: Number = 0
+    i_signed: bool = False
+    max_microstep: Literal[128, 256] = 128
+    closed_loop: bool = False
+    device_id: Number = 0
+    firmware: Number = 0x0001_0000

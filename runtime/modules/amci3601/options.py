@@ -7,15 +7,14 @@ turn out to behave the other way.
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from typing import Annotated, ClassVar
 
-from ...loop.events import JsonValue
+from pydantic import Field
+
+from ...loop.options import Options
 
 
-@dataclass(frozen=True, slots=True)
-class Amci3601Options:
+class Amci3601Options(Options):
     """Model switches of the simulated 3601, by the names used in rack files and by `scanrack drive`.
 
     Attributes:
@@ -41,12 +40,12 @@ class Amci3601Options:
             below bit 13 but POSITION_INVALID (A-102).
         home_reversal_dwell_ms: pause at each reversal of a home-switch homing, in ms, 0 and more
             (A-72b).
-
-    Raises:
-        ValueError: a number out of range, with what is allowed.
     """
 
-    input_scan_us: int = 250
+    owner: ClassVar[str] = "simulated 3601"
+    noun: ClassVar[str] = "switch"
+
+    input_scan_us: Annotated[int, Field(ge=50, le=250_000)] = 250
     stopped_after_config: bool = False
     mirror_rejected_config: bool = False
     report_unused_inputs: bool = False
@@ -59,31 +58,4 @@ class Amci3601Options:
     invalid_after_program_mode: bool = True
     stopped_after_program_mode: bool = True
     clear_status_after_config: bool = True
-    home_reversal_dwell_ms: int = 0
-
-    def __post_init__(self) -> None:
-        if not 50 <= self.input_scan_us <= 250_000:
-            raise ValueError(f"option input_scan_us: {self.input_scan_us} is out of range: 50 to 250000")
-        if self.home_reversal_dwell_ms < 0:
-            raise ValueError(
-                f"option home_reversal_dwell_ms: {self.home_reversal_dwell_ms} is out of range: 0 and more"
-            )
-
-    @classmethod
-    def of(cls, given: Mapping[str, JsonValue] | None) -> Amci3601Options:
-        """Make options from names and values.
-
-        Raises:
-            ValueError: an unknown name, or a value of another type, with what is allowed.
-        """
-        defaults = {field.name: field.default for field in fields(cls)}
-        for name, value in (given or {}).items():
-            if name not in defaults:
-                near = difflib.get_close_matches(name, defaults, n=1)
-                hint = f"; did you mean {near[0]}?" if near else f"; allowed are {', '.join(defaults)}"
-                raise ValueError(f"option {name}: the simulated 3601 has no such switch{hint}")
-            kind = type(defaults[name])
-            if type(value) is not kind:
-                wanted = "true or false" if kind is bool else "a whole number"
-                raise ValueError(f"option {name}: {value!r} is not {wanted}")
-        return cls(**(given or {}))  # type: ignore[arg-type]  # checked name by name above
+    home_reversal_dwell_ms: Annotated[int, Field(ge=0)] = 0

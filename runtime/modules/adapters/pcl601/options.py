@@ -2,28 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from typing import ClassVar, Literal
 
-from ....loop.events import JsonValue
-from ..options import check_choices, check_names
-
-CHOICES: dict[str, tuple[str | bool, ...]] = {
-    "strict": (False, True),
-    "blend": ("refuse", "segmented"),
-    "capture": ("polled", "reject"),
-    "diagnostic": ("reject", "mirror"),
-    "limit_sense": ("hard_limits", "inputs"),
-    "proximity": ("reject", "jumper"),
-    "registration": ("default", "jumper", "polled"),
-    "encoder_move": ("refuse", "polled"),
-    "respeed": ("refuse", "restart"),
-    "takeover": (False, True),
-}
+from ....loop.options import Options
 
 
-@dataclass(frozen=True, slots=True)
-class Pcl601Options:
+class Pcl601Options(Options):
     """What is substituted and how the controller is wired.
 
     Attributes:
@@ -42,31 +26,17 @@ class Pcl601Options:
         respeed: "restart" changes the speed of a manual move by stopping in between; else refused.
         takeover: a controller that was found running a program of its own does not start it again at
             power-up: its autorun flag, which is non-volatile, is cleared.
-
-    Raises:
-        ValueError: a value that is not allowed.
     """
 
+    owner: ClassVar[str] = "PCL601 adapter"
+
     strict: bool = False
-    blend: str = "refuse"
-    capture: str = "polled"
-    diagnostic: str = "reject"
-    limit_sense: str = "hard_limits"
-    proximity: str = "reject"
-    registration: str = "default"
-    encoder_move: str = "refuse"
-    respeed: str = "refuse"
+    blend: Literal["refuse", "segmented"] = "refuse"
+    capture: Literal["polled", "reject"] = "polled"
+    diagnostic: Literal["reject", "mirror"] = "reject"
+    limit_sense: Literal["hard_limits", "inputs"] = "hard_limits"
+    proximity: Literal["reject", "jumper"] = "reject"
+    registration: Literal["default", "jumper", "polled"] = "default"
+    encoder_move: Literal["refuse", "polled"] = "refuse"
+    respeed: Literal["refuse", "restart"] = "refuse"
     takeover: bool = False
-
-    def __post_init__(self) -> None:
-        check_choices(self, CHOICES)
-
-    @classmethod
-    def of(cls, given: Mapping[str, JsonValue] | None) -> Pcl601Options:
-        """Make options from names and values.
-
-        Raises:
-            ValueError: an unknown name, or a value that is not allowed.
-        """
-        check_names(cls, given or {}, "PCL601 adapter")
-        return cls(**(given or {}))  # type: ignore[arg-type]  # checked in __post_init__

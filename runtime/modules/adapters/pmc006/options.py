@@ -2,37 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import BeforeValidator
 
 from .....io_images.pmc006.instructions import BY_NAME, Instruction
-from ....loop.events import JsonValue
-from ..options import check_choices, check_names
-
-CHOICES: dict[str, tuple[str | bool, ...]] = {
-    "strict": (False, True),
-    "blend": ("refuse", "segmented"),
-    "capture": ("reject", "fset"),
-    "registration": ("refuse", "polled"),
-    "accel_rounding": ("gentler", "nearest"),
-    "hold": ("refuse", "immediate"),
-    "respeed": ("refuse", "restart"),
-    "diagnostic": ("reject", "mirror"),
-}
+from ....loop.options import Options
 
 
-def check_range(name: str, value: object, row: Instruction) -> None:
-    """Refuse a number that an instruction does not take; None is none.
+def _taken_by(row: Instruction) -> BeforeValidator:
+    """Return a check for numbers that an instruction takes, or None."""
 
-    Raises:
-        ValueError: such a value, with what is allowed.
-    """
-    if value is not None and (type(value) is not int or not row.allows(value)):
-        raise ValueError(f"option {name}: {value!r} is not allowed: {row.allowed} {row.unit}")
+    def check(value: object) -> object:
+        if value is not None and (type(value) is not int or not row.allows(value)):
+            raise ValueError(f"{value!r} is not allowed: {row.allowed} {row.unit}")
+        return value
+
+    return BeforeValidator(check)
 
 
-@dataclass(frozen=True, slots=True)
-class Pmc006Options:
+class Pmc006Options(Options):
     """What is substituted and how the controller is wired.
 
     Attributes:
@@ -48,33 +37,17 @@ class Pmc006Options:
         respeed: "restart" changes the speed of a manual move by stopping in between; else refused.
         peak_current: phase current of the motor, mA; without it the one saved in the controller holds.
         diagnostic: "mirror" copies the position to the diagnostic words, "reject" refuses them.
-
-    Raises:
-        ValueError: a value that is not allowed.
     """
 
-    home_stroke: int | None = None
+    owner: ClassVar[str] = "PMC006 adapter"
+
+    home_stroke: Annotated[int | None, _taken_by(BY_NAME["zero_back"])] = None
     strict: bool = False
-    blend: str = "refuse"
-    capture: str = "reject"
-    registration: str = "refuse"
-    accel_rounding: str = "gentler"
-    hold: str = "refuse"
-    respeed: str = "refuse"
-    peak_current: int | None = None
-    diagnostic: str = "reject"
-
-    def __post_init__(self) -> None:
-        check_choices(self, CHOICES)
-        check_range("home_stroke", self.home_stroke, BY_NAME["zero_back"])
-        check_range("peak_current", self.peak_current, BY_NAME["peak_current"])
-
-    @classmethod
-    def of(cls, given: Mapping[str, JsonValue] | None) -> Pmc006Options:
-        """Make options from names and values.
-
-        Raises:
-            ValueError: an unknown name, or a value that is not allowed.
-        """
-        check_names(cls, given or {}, "PMC006 adapter")
-        return cls(**(given or {}))  # type: ignore[arg-type]  # checked in __post_init__
+    blend: Literal["refuse", "segmented"] = "refuse"
+    capture: Literal["reject", "fset"] = "reject"
+    registration: Literal["refuse", "polled"] = "refuse"
+    accel_rounding: Literal["gentler", "nearest"] = "gentler"
+    hold: Literal["refuse", "immediate"] = "refuse"
+    respeed: Literal["refuse", "restart"] = "refuse"
+    peak_current: Annotated[int | None, _taken_by(BY_NAME["peak_current"])] = None
+    diagnostic: Literal["reject", "mirror"] = "reject"

@@ -1,0 +1,73 @@
+"""Options: values by name, as rack files and requests give them, checked against one declaration each."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from typing import Any, ClassVar, Literal, Self, get_args, get_origin
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails
+
+from .events import JsonValue
+
+
+class Options(BaseModel):
+    """The options of a module or a controller; a subclass declares name, type, range and default of each.
+
+    Attributes:
+        owner: what has these options, as messages call it.
+        noun: what messages call one of them.
+
+    Raises:
+        ValueError: an unknown name, or a value that is not allowed; the message says what is.
+    """
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+    owner: ClassVar[str]
+    noun: ClassVar[str] = "option"
+
+    def __init__(self, **given: Any) -> None:
+        try:
+            super().__init__(**given)
+        except ValidationError as error:
+            raise ValueError(self._mistake(error.errors(include_url=False)[0])) from None
+
+    @classmethod
+    def of(cls, given: Mapping[str, JsonValue] | None) -> Self:
+        """Return options from values by name; None leaves all defaults.
+
+        Raises:
+            ValueError: see the class.
+        """
+        return cls(**(given or {}))
+
+    @classmethod
+    def _mistake(cls, details: ErrorDetails) -> str:
+        name = str(details["loc"][0])
+        if details["type"] == "extra_forbidden":
+            near = difflib.get_close_matches(name, cls.model_fields, n=1)
+            hint = f"did you mean {near[0]}?" if near else f"allowed are {', '.join(cls.model_fields)}"
+            return f"option {name}: the {cls.owner} has no such {cls.noun}; {hint}"
+        cause = details.get("ctx", {}).get("error")
+        return f"option {name}: {cause or _problem(cls.model_fields[name], details)}"
+
+
+def _problem(field: FieldInfo, details: ErrorDetails) -> str:
+    value = details["input"]
+    if get_origin(field.annotation) is Literal:
+        return f"{value!r} is not allowed: {', '.join(map(str, get_args(field.annotation)))}"
+    if details["type"] == "bool_type":
+        return f"{value!r} is not true or false"
+    if details["type"] == "int_type":
+        return f"{value!r} is not a whole number"
+    return f"{value!r} is out of range: {_range(field)}"
+
+
+def _range(field: FieldInfo) -> str:
+    """Return the range of a number, such as "50 to 250000"."""
+    least = next(each.ge for each in field.metadata if hasattr(each, "ge"))
+    most = next((f"to {each.le}" for each in field.metadata if hasattr(each, "le")), "and more")
+    return f"{least} {most}"
