@@ -66,17 +66,24 @@ class Site:
     Attributes:
         program: name of the program.
         routine: name of the routine.
-        rung: number of the rung in it, from 0.
-        instruction: the instruction as text.
+        rung: number of the rung in it, from 0; in structured text of the line, from 1.
+        instruction: the instruction as text, in structured text the statement.
+        unit: "rung" or "line", which `rung` counts.
     """
 
     program: str
     routine: str
     rung: int
     instruction: str
+    unit: str = "rung"
+
+    @property
+    def place(self) -> str:
+        """Where in its routine it stands: `rung 3`, `line 12`."""
+        return f"{self.unit} {self.rung}"
 
     def __str__(self) -> str:
-        return f"program {self.program}, routine {self.routine}, rung {self.rung}, {self.instruction}"
+        return f"program {self.program}, routine {self.routine}, {self.place}, {self.instruction}"
 
 
 class LadderFault(Exception):  # noqa: N818 - what the trade calls it

@@ -71,7 +71,9 @@ class FaultLog:
         self._jumps += 1
         if self._jumps > MOST_JUMPS:
             text = f"watchdog: more than {MOST_JUMPS:,} jumps backwards in one scan"
-            raise LadderFault(self._lowered.sites[site], "JMP", text, WATCHDOG_CODE, WATCHDOG_TYPE)
+            at = self._lowered.sites[site]
+            what = "JMP" if at.unit == "rung" else "loop"
+            raise LadderFault(at, what, text, WATCHDOG_CODE, WATCHDOG_TYPE)
 
     def negative_timer(self, site: int, tag: str, preset: int, accumulated: int) -> NoReturn:
         """Stop the scan: PRE or ACC of a timer is negative."""

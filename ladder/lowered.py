@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from .errors import Site
-from .operands import Group, Place, Resolved
+from .operands import Constant, Group, Place, Resolved
 from .spec import Kind, Spec
 from .tags import Layout
 from .tree import Operand, Origin
@@ -120,7 +120,7 @@ Node = Step | Parallel
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A rung, ready to run."""
+    """A rung, or a statement of structured text without the blocks in it, ready to run."""
 
     number: int
     nodes: tuple[Node, ...]
@@ -130,20 +130,105 @@ class Line:
 
 
 @dataclass(frozen=True, slots=True)
+class Act:
+    """A statement that acts: an assignment, an instruction, EXIT, RETURN."""
+
+    line: Line
+
+
+@dataclass(frozen=True, slots=True)
+class Arms:
+    """IF: the body of the first line that is true.
+
+    Attributes:
+        arms: lines of IF and ELSIF with their bodies.
+        otherwise: the body of ELSE.
+    """
+
+    arms: tuple[tuple[Line, Body], ...]
+    otherwise: Body
+
+
+@dataclass(frozen=True, slots=True)
+class Selection:
+    """CASE: the body of the first choice with the value of the selector.
+
+    Attributes:
+        line: the selector.
+        width: in which selector and labels are compared, see `operands.width_of`.
+        choices: ranges of values with their bodies.
+        otherwise: the body of ELSE.
+    """
+
+    line: Line
+    width: int
+    choices: tuple[tuple[tuple[tuple[Constant, Constant], ...], Body], ...]
+    otherwise: Body
+
+
+@dataclass(frozen=True, slots=True)
+class Loop:
+    """FOR, WHILE or REPEAT.
+
+    Attributes:
+        start: runs once before.
+        test: decides before every pass whether there is one; None = there is.
+        body: runs in every pass.
+        advance: runs after it.
+        until: decides after every pass whether it was the last one; None = it was not.
+    """
+
+    start: Line | None
+    test: Line | None
+    body: Body
+    advance: Line | None
+    until: Line | None
+
+    @property
+    def condition(self) -> Line:
+        """The line that ends it."""
+        line = self.test or self.until
+        assert line is not None
+        return line
+
+    @property
+    def site(self) -> int:
+        """Number of the instruction that a fault names if the loop does not end."""
+        return steps_of(self.condition.nodes)[0].site
+
+
+Body = tuple[Act | Arms | Selection | Loop, ...]
+"""Statements, ready to run."""
+
+
+@dataclass(frozen=True, slots=True)
 class LoweredRoutine:
     """A routine, ready to run.
 
     Attributes:
         name: its name.
-        lines: its rungs.
+        lines: its rungs; of structured text all lines in the order of the text.
         labels: number of the rung that a label begins, by label in capitals.
         parameters: what SBR takes, None without SBR.
+        body: its statements, made of the lines; None in a routine of rungs.
     """
 
     name: str
     lines: tuple[Line, ...]
     labels: Mapping[str, int]
     parameters: tuple[Place, ...] | None
+    body: Body | None = None
+
+    @property
+    def unit(self) -> str:
+        """What its lines are called: rung or line."""
+        return "rung" if self.body is None else "line"
+
+    def numbered(self, number: int) -> Line:
+        """Return the rung of that number, or the first statement in the line of that number."""
+        if self.body is None:
+            return self.lines[number]
+        return next(line for line in self.lines if line.number == number)
 
 
 @dataclass(slots=True)

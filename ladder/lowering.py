@@ -11,12 +11,26 @@ from .errors import LadderError, Problem, Site
 from .instructions import BY_NAME
 from .instructions.addons import ADD_ON_CALL
 from .lowered import AddOnCall, Line, Lowered, LoweredRoutine, Node, Parallel, Step, steps_of
+from .lowering_statements import StatementLowering
 from .operand_checks import OPERAND_CHECKS, WRITTEN, OperandError, described
 from .operands import Constant, Group, Place, Resolved, leaves_in
 from .resolver import AddressError, Resolver
 from .spec import Kind, Spec, Use
 from .tags import Layout
-from .tree import Address, Branch, Instruction, Number, Operand, Routine, Rung, Series, Unknown, too_deep
+from .tree import (
+    Address,
+    Branch,
+    Instruction,
+    Number,
+    Operand,
+    Origin,
+    Routine,
+    Rung,
+    Series,
+    Unknown,
+    addresses_in,
+    too_deep,
+)
 from .types import DINT
 
 _KEPT_FLAGS = frozenset({"S:V", "S:Z", "S:N", "S:C"})
@@ -42,6 +56,7 @@ class Lowering:
         self._where = ""
         self._rung_text = ""
         self._routine = ""
+        self._unit = "rung"
         self._number = 0
 
     def routine(self, routine: Routine) -> None:
@@ -52,6 +67,12 @@ class Lowering:
 
     def _one(self, routine: Routine) -> None:
         self._routine = routine.name
+        self._unit = "rung"
+        if routine.statements is not None:
+            self._unit = "line"
+            lowered = StatementLowering(self).routine(routine.name, routine.statements)
+            self.lowered.routines[routine.name.upper()] = lowered
+            return
         lines = []
         labels: dict[str, int] = {}
         parameters: tuple[Place, ...] | None = None
@@ -82,13 +103,22 @@ class Lowering:
             self.report(f"LBL({label}) does not stand first in its rung", "put it first")
         labels[label] = number
 
+    def at(self, number: int, origin: Origin, text: str) -> None:
+        """Go on with a rung or a line of structured text.
+
+        Args:
+            number: its number in the routine.
+            origin: where it was written.
+            text: its text, for messages.
+        """
+        self._number, self._rung_text = number, text
+        self._where = f"routine {self._routine}, {self._unit} {number}"
+        if origin.file:
+            self._where = f"{origin.file}:{origin.line}: {self._where}"
+
     def _line(self, number: int, rung: Rung) -> Line:
-        self._number = number
-        self._where = f"routine {self._routine}, rung {number}"
-        if rung.origin.file:
-            self._where = f"{rung.origin.file}:{rung.origin.line}: {self._where}"
         deep = too_deep(rung.series)
-        self._rung_text = "" if deep else str(rung)
+        self.at(number, rung.origin, "" if deep else str(rung))
         if deep:
             self.report(deep, "use fewer, or steps in between")
             return Line(number, (), rung.origin, "", rung.comment)
@@ -105,15 +135,20 @@ class Lowering:
         return tuple(
             Parallel(tuple(map(self._series, element.legs)))
             if isinstance(element, Branch)
-            else self._step(element)
+            else self.step(element)
             for element in series
         )
 
-    def _step(self, instruction: Instruction) -> Step:
+    def site(self, text: str) -> int:
+        """Number an instruction of the present rung or line."""
+        self.lowered.sites.append(Site(self.lowered.name, self._routine, self._number, text, self._unit))
+        return len(self.lowered.sites) - 1
+
+    def step(self, instruction: Instruction) -> Step:
+        """Lower an instruction."""
         definition = self._add_ons.get(instruction.name.upper())
         spec = definition.spec if definition else BY_NAME[instruction.name]
-        site = len(self.lowered.sites)
-        self.lowered.sites.append(Site(self.lowered.name, self._routine, self._number, str(instruction)))
+        site = self.site(str(instruction))
         if definition:
             return Step(ADD_ON_CALL, self._add_on(definition, instruction), site)
         try:
@@ -192,20 +227,26 @@ class Lowering:
                 raise OperandError(f"{operand} is not a name", "write a name")
             return operand.name.upper()
         resolved = self.resolver.operand(operand)
-        self._note_flags(operand)
+        self.note_flags(operand)
         check = OPERAND_CHECKS[use]
         if not check.accepts(resolved):
             raise OperandError(f"{operand} is {described(resolved)}, {check.text} is needed", check.remedy)
         if use in WRITTEN and isinstance(resolved, (Place, Group)):
-            self._refuse_input(operand, resolved)
+            self.refuse_input(operand, resolved)
         return resolved
 
-    def _refuse_input(self, operand: Operand, resolved: Place | Group) -> None:
+    def refuse_input(self, operand: Operand, resolved: Place | Group) -> None:
+        """Refuse to write inputs of a module.
+
+        Raises:
+            OperandError: this is one.
+        """
         if any(leaf.slot is not None and not leaf.output for leaf in leaves_in(resolved)):
             raise OperandError(f"{operand} is an input and written by the module", "write a tag of your own")
 
-    def _note_flags(self, operand: Operand) -> None:
-        if isinstance(operand, Address) and operand.name.upper() in _KEPT_FLAGS:
+    def note_flags(self, operand: Operand) -> None:
+        """Keep the status flags if an operand names one."""
+        if any(each.name.upper() in _KEPT_FLAGS for each in addresses_in(operand)):
             self.lowered.flags = True
 
     def _presets(self, structure: Group, given: tuple[Operand, ...]) -> None:
@@ -245,7 +286,7 @@ class Lowering:
             raise OperandError(
                 f"{operand} is {described(resolved)}, a tag is needed", "name the tag to write"
             )
-        self._refuse_input(operand, resolved)
+        self.refuse_input(operand, resolved)
         return resolved
 
 

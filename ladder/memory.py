@@ -128,7 +128,7 @@ class Memory:
         elif isinstance(kind, Elementary):
             self.write(self.layout.leaf(path), at, checked(path, kind, value))
         elif kind is STRING and isinstance(value, str):
-            self._set_text(path, at, value)
+            self._load_text(path, at, value)
         else:
             self._load_structure(path, kind, at, value)
 
@@ -157,12 +157,18 @@ class Memory:
         codes = [int(self.read(data, at * room + number)) & 0xFF for number in range(count)]
         return bytes(codes)
 
-    def _set_text(self, path: str, at: int, value: str) -> None:
-        data = self.layout.leaf(f"{path}.DATA")
-        room = data.dims[-1]
+    def _load_text(self, path: str, at: int, value: str) -> None:
+        room = self.layout.leaf(f"{path}.DATA").dims[-1]
         codes = value.encode("latin-1", errors="replace")
         if len(codes) > room:
             raise ValueError(f"{path}: {len(codes)} characters do not fit, {room} do")
+        self.set_text(path, at, codes)
+
+    def set_text(self, path: str, at: int, value: bytes) -> None:
+        """Set a STRING to characters, as many as fit; the others become 0."""
+        data = self.layout.leaf(f"{path}.DATA")
+        room = data.dims[-1]
+        codes = value[:room]
         self.write(self.layout.leaf(f"{path}.LEN"), at, len(codes))
         for number in range(room):
             code = codes[number] if number < len(codes) else 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from .operands import Calculation, Constant, Group, Place, Quoted, Resolved, is_integer, is_number
+from .operands import Calculation, Constant, Group, Place, Quoted, Resolved, is_integer, is_number, is_truth
 from .operators import BITWISE, RELATIONS
 from .spec import Use
 from .types import CONTROL, COUNTER, STRING, TIMER, Elementary, Structure
@@ -74,6 +74,24 @@ def _is_arithmetic(resolved: Resolved) -> bool:
     if resolved.name in BITWISE:
         return all(is_integer(each) and _is_arithmetic(each) for each in resolved.operands)
     return all(map(_is_arithmetic, resolved.operands))
+
+
+def is_arithmetic(resolved: Resolved) -> bool:
+    """Whether this is an arithmetic expression."""
+    return _is_arithmetic(resolved)
+
+
+def is_logical(resolved: Resolved) -> bool:
+    """Whether this is a condition of structured text: bits, comparisons, 0 and 1, and operators on them."""
+    if isinstance(resolved, Constant):
+        return resolved.type.is_integer and resolved.value in (0, 1)
+    if not isinstance(resolved, Calculation):
+        return is_truth(resolved)
+    if resolved.name not in RELATIONS:
+        return is_truth(resolved) and all(map(is_logical, resolved.operands))
+    if any(map(is_truth, resolved.operands)):
+        return all(map(is_logical, resolved.operands))
+    return all(map(_is_arithmetic, resolved.operands)) or all(map(is_string, resolved.operands))
 
 
 def _is_condition(resolved: Resolved) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from .operators import BITWISE, RELATIONS
 from .tags import Layout, Leaf
 from .types import BOOL, DINT, LINT, REAL, DataType, Elementary, fields_of
 
@@ -127,6 +128,15 @@ def is_number(resolved: Resolved) -> bool:
     if isinstance(resolved, (Constant, Place)):
         return not resolved.type.is_bool
     return isinstance(resolved, Calculation) and all(map(is_number, resolved.operands))
+
+
+def is_truth(resolved: Resolved) -> bool:
+    """Whether this is true or false: a bit, a comparison, or AND, OR, XOR, NOT of such."""
+    if isinstance(resolved, Place):
+        return resolved.type.is_bool
+    if not isinstance(resolved, Calculation):
+        return False
+    return resolved.name in RELATIONS or (resolved.name in BITWISE and any(map(is_truth, resolved.operands)))
 
 
 def types_in(resolved: Resolved) -> set[Elementary]:

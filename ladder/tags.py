@@ -208,6 +208,7 @@ RESERVED = frozenset(
         "copy",
         "fill",
         "text",
+        "set_text",
         "python",
         "answer",
         "real",

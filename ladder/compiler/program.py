@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from ..lowered import Line, Lowered, LoweredRoutine
 from .rungs import RungWriter
+from .statements import StatementWriter
 from .writer import INDENT, Writer
 
 
@@ -68,7 +69,9 @@ def _routine(
     rungs = RungWriter(writer, functions)
     if is_main and lowered.override:
         rungs.set_override("False")
-    if routine.labels:
+    if routine.body is not None:
+        StatementWriter(rungs).body(routine.body)
+    elif routine.labels:
         _with_labels(writer, rungs, routine)
     else:
         for line in routine.lines:

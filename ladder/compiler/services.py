@@ -121,6 +121,10 @@ class Services:
         """Return the characters of a STRING."""
         return self._memory.text(path, at)
 
+    def set_text(self, path: str, at: int, value: bytes) -> None:
+        """Set a STRING to characters."""
+        self._memory.set_text(path, at, value)
+
     def python(self, name: str, inputs: Sequence[Value]) -> Sequence[Value]:
         """Call a routine in Python."""
         return self._engine.call_python(name, inputs)

@@ -6,7 +6,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ..arithmetic import real
-from ..operands import Calculation, Constant, Group, Place, Quoted, Resolved, width_of
+from ..operands import (
+    Calculation,
+    Constant,
+    Group,
+    Place,
+    Quoted,
+    Resolved,
+    can_fault,
+    is_truth,
+    width_of,
+)
 from ..operators import BITWISE, RELATIONS
 from ..types import DINT, LINT, REAL, Elementary
 from .writer import Writer
@@ -310,18 +320,27 @@ class Values:
         if isinstance(operand, Quoted):
             return repr(operand.value.encode("latin-1", errors="replace"))
         assert isinstance(operand, Group)
+        return f"text({operand.path!r}, {self.first(operand)})"
+
+    def first(self, operand: Group) -> str:
+        """Return text for the index of a STRING among those of its array, 0 for a single one."""
         dims = operand.layout.leaf(f"{operand.path}.LEN").dims
-        return f"text({operand.path!r}, {self.flat(operand.indices, dims, operand.text)})"
+        return self.flat(operand.indices, dims, operand.text)
 
     def condition(self, condition: Resolved) -> str:
-        """Return text for the condition of CMP; every relation is computed."""
+        """Return text for a condition; every part of it is computed, or has no effect."""
+        if isinstance(condition, Place):
+            return self.read(condition)
+        if isinstance(condition, Constant):
+            return str(bool(condition.value))
         assert isinstance(condition, Calculation)
-        if condition.name in RELATIONS:
+        if condition.name in RELATIONS and not any(map(is_truth, condition.operands)):
             return self.comparison(condition.name, *condition.operands)
-        texts = [self.keep(self.condition(each)) for each in condition.operands]
+        texts = [self.condition(each) for each in condition.operands if is_plain(condition)]
+        texts = texts or [self.keep(self.condition(each)) for each in condition.operands]
         if condition.name == "NOT":
             return f"(not {texts[0]})"
-        sign = {"AND": "and", "OR": "or", "XOR": "!="}[condition.name]
+        sign = {"AND": "and", "OR": "or", "XOR": "!="}.get(condition.name) or PYTHON_RELATION[condition.name]
         return f"({texts[0]} {sign} {texts[1]})"
 
     def filled(self, operand: Resolved, bits: int) -> str:
@@ -330,6 +349,15 @@ class Values:
         assert isinstance(operand, (Place, Constant))
         own = operand.type.bits
         return f"({term.text} & {(1 << own) - 1})" if own < bits else term.text
+
+
+def is_plain(condition: Resolved) -> bool:
+    """Whether a condition is one expression whose parts have no effect and can't fault."""
+    if can_fault(condition):
+        return False
+    if not isinstance(condition, Calculation):
+        return True
+    return (condition.name in RELATIONS or is_truth(condition)) and all(map(is_plain, condition.operands))
 
 
 def _simple(text: str) -> bool:

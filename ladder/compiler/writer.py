@@ -32,6 +32,7 @@ class Writer:
         self.flags = lowered.flags
         self._depth = 1
         self._temporaries = 0
+        self._lasting = 0
 
     def line(self, text: str) -> None:
         """Write a line."""
@@ -61,6 +62,11 @@ class Writer:
         """Return a name that nothing else has."""
         self._temporaries += 1
         return f"__{self._temporaries}"
+
+    def lasting(self) -> str:
+        """Return a name that nothing else has, in this rung or another."""
+        self._lasting += 1
+        return f"__kept_{self._lasting}"
 
     def next_rung(self) -> None:
         """Temporaries of the rung before are free again."""

@@ -167,11 +167,11 @@ class WatchedInterpreter(Interpreter):
             self._silent = silent
             self._routines.pop()
 
-    def _line(self, line: Line, inputs: Sequence[Value]) -> None:
+    def _line(self, line: Line, inputs: Sequence[Value], *, statement: bool = False) -> bool:
         running = _Running(self._routines[-1], line)
         self.running.append(running)
         try:
-            super()._line(line, inputs)
+            return super()._line(line, inputs, statement=statement)
         finally:
             self.truths[running.routine, line.number] = tuple(running.truth)
             self.running.pop()

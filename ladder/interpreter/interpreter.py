@@ -12,7 +12,7 @@ from typing import NoReturn
 
 from ..errors import LadderFault
 from ..fault_log import FaultLog
-from ..lowered import Line, Lowered, LoweredRoutine, Node, Parallel, Step
+from ..lowered import Act, Arms, Body, Line, Loop, Lowered, LoweredRoutine, Node, Parallel, Selection, Step
 from ..memory import Memory, Value
 from ..operands import Constant, Place, Resolved, place_of
 from ..spec import Kind
@@ -33,11 +33,16 @@ class _Return(Exception):  # noqa: N818
         self.values = values
 
 
+class _Exit(Exception):  # noqa: N818
+    pass
+
+
 class Interpreter(Values):
     """Runs a lowered program on a memory.
 
     Attributes:
         inputs: values that the caller passes to the present routine.
+        selected: value of the CASE that is being decided.
 
     Args:
         lowered: the program.
@@ -49,6 +54,7 @@ class Interpreter(Values):
     def __init__(self, lowered: Lowered, memory: Memory, fault_log: FaultLog, call_python: Caller) -> None:
         super().__init__(lowered, memory, fault_log)
         self.inputs: Sequence[Value] = ()
+        self.selected: Value = 0
         self._call_python = call_python
 
     def scan(self, now_ns: int) -> None:
@@ -74,6 +80,9 @@ class Interpreter(Values):
         return ()
 
     def _lines(self, routine: LoweredRoutine, inputs: Sequence[Value]) -> None:
+        if routine.body is not None:
+            self._body(routine.body, inputs)
+            return
         number = 0
         while number < len(routine.lines):
             try:
@@ -85,10 +94,11 @@ class Interpreter(Values):
                     self.fault_log.jumped_back(jump.site)
                 number = target
 
-    def _line(self, line: Line, inputs: Sequence[Value]) -> None:
-        power = not (self.lowered.override and self.status(OVERRIDE))
+    def _line(self, line: Line, inputs: Sequence[Value], *, statement: bool = False) -> bool:
+        """Run a rung, or a statement, to which MCR does nothing; return the power behind it."""
+        power = statement or not (self.lowered.override and self.status(OVERRIDE))
         self.inputs = inputs
-        self._series(line.nodes, power)
+        return self._series(line.nodes, power)
 
     def _series(self, nodes: tuple[Node, ...], power: bool) -> bool:
         for node in nodes:
@@ -115,6 +125,59 @@ class Interpreter(Values):
             return False
         passed = spec.run(self, *step.operands)
         return bool(passed) if spec.kind is Kind.INPUT else True
+
+    # --- structured text
+
+    def _body(self, body: Body, inputs: Sequence[Value]) -> None:
+        for each in body:
+            if isinstance(each, Act):
+                self._line(each.line, inputs, statement=True)
+            elif isinstance(each, Arms):
+                self._arms(each, inputs)
+            elif isinstance(each, Selection):
+                self._selection(each, inputs)
+            else:
+                self._loop(each, inputs)
+
+    def _inside(self, _head: Line, body: Body, inputs: Sequence[Value]) -> None:
+        """Run a body because of a line."""
+        self._body(body, inputs)
+
+    def _arms(self, arms: Arms, inputs: Sequence[Value]) -> None:
+        for line, body in arms.arms:
+            if self._line(line, inputs, statement=True):
+                self._inside(line, body, inputs)
+                return
+        self._inside(arms.arms[-1][0], arms.otherwise, inputs)
+
+    def _selection(self, selection: Selection, inputs: Sequence[Value]) -> None:
+        self._line(selection.line, inputs, statement=True)
+        value = self.selected
+        for ranges, body in selection.choices:
+            for bounds in ranges:
+                low, high = (self.number(each, selection.width) for each in bounds)
+                if low <= value <= high:
+                    self._inside(selection.line, body, inputs)
+                    return
+        self._inside(selection.line, selection.otherwise, inputs)
+
+    def _loop(self, loop: Loop, inputs: Sequence[Value]) -> None:
+        if loop.start is not None:
+            self._line(loop.start, inputs, statement=True)
+        try:
+            while loop.test is None or self._line(loop.test, inputs, statement=True):
+                self._inside(loop.condition, loop.body, inputs)
+                if loop.advance is not None:
+                    self._line(loop.advance, inputs, statement=True)
+                if loop.until is not None and self._line(loop.until, inputs, statement=True):
+                    return
+                self.fault_log.jumped_back(loop.site)
+        except _Exit:
+            return
+
+    def leave_loop(self) -> NoReturn:
+        """Leave the innermost loop."""
+        raise _Exit
 
     # --- program control
 

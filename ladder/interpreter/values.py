@@ -9,7 +9,7 @@ from .. import arithmetic as math
 from ..fault_log import FaultLog
 from ..lowered import Lowered
 from ..memory import Memory, Value
-from ..operands import Calculation, Constant, Group, Place, Quoted, Resolved, place_of, width_of
+from ..operands import Calculation, Constant, Group, Place, Quoted, Resolved, is_truth, place_of, width_of
 from ..operators import BITWISE, RELATIONS
 from ..regions import region_of
 from ..types import DINT
@@ -165,15 +165,20 @@ class Values:
         if isinstance(operand, Quoted):
             return operand.value.encode("latin-1", errors="replace")
         assert isinstance(operand, Group)
-        first = region_of(operand, self.memory.layout).first(
+        return self.memory.text(operand.path, self.first(operand))
+
+    def first(self, operand: Group) -> int:
+        """Return the index of a STRING among those of its array, 0 for a single one."""
+        return region_of(operand, self.memory.layout).first(
             lambda index, length: self.subscript(index, length, operand.text)
         )
-        return self.memory.text(operand.path, first)
 
     def condition(self, condition: Resolved) -> bool:
-        """Return the value of a condition; every relation in it is computed."""
+        """Return the value of a condition; every part of it is computed."""
+        if isinstance(condition, (Place, Constant)):
+            return bool(self.get(condition) if isinstance(condition, Place) else condition.value)
         assert isinstance(condition, Calculation)
-        if condition.name in RELATIONS:
+        if condition.name in RELATIONS and not any(map(is_truth, condition.operands)):
             return self.compare(condition.name, *condition.operands)
         values = [self.condition(each) for each in condition.operands]
         return _TRUTH[condition.name](*values)
@@ -201,6 +206,7 @@ _RELATIONS: Mapping[str, Callable[[Any, Any], bool]] = {
 }
 
 _TRUTH: Mapping[str, Callable[..., bool]] = {
+    **_RELATIONS,
     "AND": lambda a, b: a and b,
     "OR": lambda a, b: a or b,
     "XOR": lambda a, b: a != b,

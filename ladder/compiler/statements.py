@@ -1,0 +1,127 @@
+"""Structured text as Python: IF is `if`, loops are `while`, a CASE keeps its selector and compares.
+
+A condition that takes lines of its own can't stand in `elif`. An IF with such a condition first finds the
+arm, in lines that nest no deeper with every ELSIF, and then runs it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..lowered import Act, Arms, Body, Line, Loop, Selection, Step
+from ..operands import Constant
+from .rungs import RungWriter
+from .values import is_plain
+
+
+class StatementWriter:
+    """Writes the statements of one routine.
+
+    Args:
+        rungs: writes instructions.
+    """
+
+    def __init__(self, rungs: RungWriter) -> None:
+        self._rungs, self._writer = rungs, rungs.writer
+
+    def body(self, body: Body) -> None:
+        """Write statements."""
+        for each in body:
+            if isinstance(each, Act):
+                self._act(each.line)
+            elif isinstance(each, Arms):
+                self._arms(each)
+            elif isinstance(each, Selection):
+                self._selection(each)
+            else:
+                self._loop(each)
+
+    def _begin(self, line: Line) -> None:
+        self._writer.origin = line.origin.line or 1
+        self._writer.next_rung()
+        if line.comment:
+            self._writer.comment(line.comment)
+        self._writer.comment(f"{line.number}: {line.text}")
+
+    def _act(self, line: Line) -> None:
+        self._begin(line)
+        self._rungs.series(line.nodes, "True", needed=False)
+
+    def _head(self, line: Line) -> str:
+        """Write what a condition or a selector needs; return its text."""
+        self._begin(line)
+        step = _step(line)
+        self._rungs.values.site = step.site
+        return str(step.spec.write(self._rungs, *step.operands))
+
+    def _inside(self, head: str, body: Body) -> None:
+        with self._writer.block(head):
+            self.body(body)
+
+    # --- IF
+
+    def _arms(self, arms: Arms) -> None:
+        lines = [line for line, _ in arms.arms]
+        if all(is_plain(_step(line).operands[0]) for line in lines[1:]):
+            for position, (line, body) in enumerate(arms.arms):
+                self._inside(f"{'elif' if position else 'if'} {self._head(line)}:", body)
+        else:
+            chosen = self._choose(lines)
+            for position, (_, body) in enumerate(arms.arms):
+                self._inside(f"{'elif' if position else 'if'} {chosen} == {position}:", body)
+        if arms.otherwise:
+            self._inside("else:", arms.otherwise)
+
+    def _choose(self, lines: Sequence[Line]) -> str:
+        """Write the conditions one by one; return a variable with the number of the first true one, or -1."""
+        chosen = self._writer.lasting()
+        self._writer.line(f"{chosen} = 0 if {self._head(lines[0])} else -1")
+        for position, line in enumerate(lines[1:], start=1):
+            with self._writer.block(f"if {chosen} < 0:"):
+                text = self._head(line)
+                self._writer.line(f"if {text}: {chosen} = {position}")
+        return chosen
+
+    # --- CASE
+
+    def _selection(self, selection: Selection) -> None:
+        value = self._writer.lasting()
+        self._writer.line(f"{value} = {self._head(selection.line)}")
+        word = "if"
+        for ranges, body in selection.choices:
+            tests = [self._in_range(value, low, high, selection.width) for low, high in ranges]
+            self._inside(f"{word} {' or '.join(tests)}:", body)
+            word = "elif"
+        if selection.otherwise:
+            self._inside("else:" if selection.choices else "if True:", selection.otherwise)
+
+    def _in_range(self, value: str, low: Constant, high: Constant, width: int) -> str:
+        least, most = (self._rungs.values.term(each, width).text for each in (low, high))
+        return f"{value} == {least}" if least == most else f"{least} <= {value} <= {most}"
+
+    # --- loops
+
+    def _loop(self, loop: Loop) -> None:
+        if loop.start is not None:
+            self._act(loop.start)
+        plain = loop.test is not None and is_plain(_step(loop.test).operands[0])
+        head = self._head(loop.test) if plain and loop.test else "True"
+        with self._writer.block(f"while {head}:"):
+            if loop.test and not plain:
+                self._leave(f"not ({self._head(loop.test)})")
+            self.body(loop.body)
+            if loop.advance is not None:
+                self._act(loop.advance)
+            if loop.until is not None:
+                self._leave(self._head(loop.until))
+            self._writer.line(f"jumped_back({loop.site})")
+
+    def _leave(self, condition: str) -> None:
+        with self._writer.block(f"if {condition}:"):
+            self._writer.line("break")
+
+
+def _step(line: Line) -> Step:
+    (step,) = line.nodes
+    assert isinstance(step, Step)
+    return step

@@ -1,0 +1,102 @@
+"""Statements of structured text as instructions: what a line of it does.
+
+They are not in `FAMILIES`: no rung names them. `lowering_statements` makes steps of them.
+"""
+
+from __future__ import annotations
+
+from ..compiler.rungs import RungWriter
+from ..interpreter import Interpreter
+from ..operands import Group, Place, Resolved, width_of
+from ..spec import Spec, Use, action, condition
+from .compute import CPT
+
+__all__ = ["CASE", "CONDITION", "EXIT", "RETURN", "assignment"]
+
+# --- bits
+
+
+def _set(machine: Interpreter, target: Place, value: Resolved) -> None:
+    machine.put(target, machine.condition(value))
+
+
+def _write_set(rungs: RungWriter, target: Place, value: Resolved) -> None:
+    text = rungs.values.condition(value)
+    if target.bit is not None or target.leaf.dims:
+        text = rungs.kept(text)
+    rungs.values.set_bit(target, text)
+
+
+# --- strings
+
+
+def _set_text(machine: Interpreter, target: Group, value: Resolved) -> None:
+    text = machine.text(value)
+    machine.memory.set_text(target.path, machine.first(target), text)
+
+
+def _write_set_text(rungs: RungWriter, target: Group, value: Resolved) -> None:
+    text = rungs.values.keep(rungs.values.characters(value))
+    rungs.values.writer.line(f"set_text({target.path!r}, {rungs.values.first(target)}, {text})")
+
+
+# --- the selector of CASE, compared in the width that it and the labels have together
+
+
+def _select(machine: Interpreter, selector: Resolved, *labels: Resolved) -> bool:
+    machine.selected = machine.number(selector, width_of(selector, *labels))
+    return True
+
+
+def _write_select(rungs: RungWriter, selector: Resolved, *labels: Resolved) -> str:
+    return rungs.values.term(selector, width_of(selector, *labels)).text
+
+
+# --- the rows
+
+
+def assignment(target: Place | Group, *, retentive: bool) -> Spec:
+    """Return the row of an assignment to a bit, a number or a STRING; `[:=]` clears it in prescan."""
+    kind = "text" if isinstance(target, Group) else "bit" if target.type.is_bool else "number"
+    return _ASSIGNMENTS[kind, retentive]
+
+
+def _clear(machine: Interpreter, target: Place, _value: Resolved) -> None:
+    machine.put(target, target.type.zero)
+
+
+def _clear_text(machine: Interpreter, target: Group, _value: Resolved) -> None:
+    machine.memory.set_text(target.path, machine.first(target), b"")
+
+
+_ASSIGNMENTS = {
+    (kind, retentive): action(
+        ":=" if retentive else "[:=]", *uses, run=run, write=write, prescan=None if retentive else clear
+    )
+    for kind, uses, run, write, clear in (
+        ("bit", (Use.LATCH, Use.CONDITION), _set, _write_set, _clear),
+        ("number", (Use.TARGET, Use.EXPRESSION), CPT.run, CPT.write, _clear),
+        ("text", (Use.TARGET, Use.TEXT_OR_NUMBER), _set_text, _write_set_text, _clear_text),
+    )
+    for retentive in (True, False)
+}
+
+CONDITION = condition(
+    "IF",
+    Use.CONDITION,
+    run=lambda machine, expression: machine.condition(expression),
+    write=lambda rungs, expression: rungs.values.condition(expression),
+)
+"""IF, ELSIF, WHILE, UNTIL, and the test of FOR."""
+
+CASE = condition("CASE", Use.EXPRESSION, Use.PARAMETERS, run=_select, write=_write_select)
+EXIT = action(
+    "EXIT",
+    run=lambda machine: machine.leave_loop(),
+    write=lambda rungs: rungs.writer.line("break"),
+)
+RETURN = action(
+    "RETURN",
+    run=lambda machine: machine.leave(()),
+    write=lambda rungs: rungs.writer.line("return ()"),
+)
