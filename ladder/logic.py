@@ -49,7 +49,7 @@ class Program:
         name: its name.
         main: the routine that a scan calls; the first one, unless named.
         declarations: tags and aliases, in order.
-        routines: routines of rungs, in order.
+        routines: routines of rungs and of structured text, in order.
         functions: routines in Python, by name.
         add_ons: the add-on instructions that it uses, by name in capitals.
         allowed: what it is allowed, see `checks.ALLOWANCES`.
@@ -158,7 +158,7 @@ class Program:
         return function
 
     def add_routine(self, routine: Routine) -> None:
-        """Add a routine of rungs.
+        """Add a routine of rungs or of structured text.
 
         Raises:
             LadderError: there is one of that name.
@@ -166,6 +166,22 @@ class Program:
         self._refuse_if_built()
         self._refuse_name(routine.name)
         self.routines.append(routine)
+
+    def statements(self, name: str, text: str) -> None:
+        """Add a routine of structured text.
+
+        Args:
+            name: its name.
+            text: its statements.
+
+        Raises:
+            RungTextError: it is not structured text; line, column and what was expected.
+            LadderError: there is a routine of that name.
+        """
+        from .st import parse_statements  # lark takes time to import, and most programs have none
+
+        block = parse_statements(text, specs=specs_of(self.add_ons))
+        self.add_routine(Routine(name, (), statements=block))
 
     def function(self, function: Callable[..., Any]) -> Callable[..., Any]:
         """Add a routine in Python: `f(tags, *inputs)`, with a keyword `jsr` if it calls routines itself."""
@@ -269,12 +285,16 @@ class Program:
         return source_of(self.build())
 
     def text(self, routine: str) -> str:
-        """Return the rung text of a routine.
+        """Return the text of a routine.
 
         Raises:
             LadderError: that name is unknown.
         """
         for each in self.routines:
             if each.name.upper() == routine.upper():
-                return "\n".join(map(str, each.rungs))
+                return (
+                    "\n".join(map(str, each.rungs))
+                    if each.statements is None
+                    else block_text(each.statements)
+                )
         raise LadderError(f"there is no routine {routine} in program {self.name}")

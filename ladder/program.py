@@ -1,7 +1,8 @@
 """Programs from files: `path[:function]` to the function, its source and its fingerprint.
 
 A file is Python that defines `logic`, a function of the scan, or `program`, a ladder program; or
-it is a `.rung` file, a ladder program as text; or a `.steps` file, a list of steps.
+it is a `.rung` file, a ladder program as text; a `.st` file, structured text; or a `.steps` file, a list
+of steps.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from typing import Any
 
 from .errors import LadderError
 from .logic import Program as Ladder
-from .rungfile import SUFFIX, parse_program
+from .rungfile import STRUCTURED_SUFFIX, SUFFIX, parse_program, parse_structured
 from .steps import SUFFIX as STEPS_SUFFIX
 from .steps import StepsError, parse_steps
 
@@ -42,7 +43,12 @@ class Form(StrEnum):
     """It is parsed."""
 
 
-FORMS = {".py": Form.PYTHON, SUFFIX: Form.DATA, STEPS_SUFFIX: Form.DATA}
+FORMS = {
+    ".py": Form.PYTHON,
+    SUFFIX: Form.DATA,
+    STRUCTURED_SUFFIX: Form.DATA,
+    STEPS_SUFFIX: Form.DATA,
+}
 """By the suffix of a program. `load_program` refuses any other, so nothing else is ever executed."""
 
 
@@ -94,7 +100,7 @@ def program_form(path: PurePath) -> Form:
         ProgramError: it is not a program.
     """
     if path.suffix not in FORMS:
-        raise ProgramError(f"{path}: a program is a .py, a .rung or a .steps file")
+        raise ProgramError(f"{path}: a program is a .py, a .rung, a .st or a .steps file")
     return FORMS[path.suffix]
 
 
@@ -115,7 +121,7 @@ def load_program(address: str, folder: Path | str = Path()) -> Program:
     folder = Path(folder)
     path = folder / split_address(address)[0]
     if program_form(path) is Form.DATA:
-        return _load_rungs(path) if path.suffix == SUFFIX else _load_steps(path)
+        return _load_steps(path) if path.suffix == STEPS_SUFFIX else _load_rungs(path)
     return load_function(address, folder, default=DEFAULT_FUNCTION, arguments=("scan",))
 
 
@@ -146,11 +152,15 @@ def load_function(address: str, folder: Path | str, *, default: str, arguments: 
 
 
 def _load_rungs(path: Path) -> Program:
-    """Load a ladder program from its text."""
+    """Load a ladder program, or one of structured text, from its text."""
     data = _read(path)
     _check_text(path, data)
     try:
-        program = parse_program(data.decode("utf-8"), file=str(path))
+        text = data.decode("utf-8")
+        if path.suffix == STRUCTURED_SUFFIX:
+            program = parse_structured(text, path.stem, file=str(path))
+        else:
+            program = parse_program(text, file=str(path))
     except LadderError as error:
         raise ProgramError(str(error)) from error
     _build(path, program)

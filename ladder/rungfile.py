@@ -14,7 +14,10 @@
 
 Add-on instructions stand before the tags that are their instances, see `addon`. The first
 routine is the main one unless PROGRAM says `MAIN name`. A rung ends with
-its semicolon and may take several lines; `//` starts a comment.
+its semicolon and may take several lines; `//` starts a comment. `ROUTINE Fill ST` is a routine of structured
+text up to a line END.
+
+A `.st` file has the lines before the first ROUTINE, of which none is needed, and then statements.
 """
 
 from __future__ import annotations
@@ -27,12 +30,16 @@ from .addon import AddOn
 from .errors import LadderError
 from .logic import Program
 from .rungreader import LIBRARIES, Reader, load_library
+from .statements import block_lines
 from .tags import SlotAlias, Tag
 from .tree import Routine
 from .types import TYPES, DataType, Elementary, Member
 
 SUFFIX = ".rung"
 """How the name of a program file ends."""
+
+STRUCTURED_SUFFIX = ".st"
+"""How the name of a file of structured text ends."""
 
 
 def read_program(path: Path | str) -> Program:
@@ -44,7 +51,10 @@ def read_program(path: Path | str) -> Program:
         OSError: the file can't be read.
     """
     file = Path(path)
-    return parse_program(file.read_text(encoding="utf-8"), file=str(file))
+    text = file.read_text(encoding="utf-8")
+    if file.suffix == STRUCTURED_SUFFIX:
+        return parse_structured(text, file.stem, file=str(file))
+    return parse_program(text, file=str(file))
 
 
 def parse_program(text: str, *, file: str = "") -> Program:
@@ -52,13 +62,40 @@ def parse_program(text: str, *, file: str = "") -> Program:
     return Reader(text, file).program()
 
 
+def parse_structured(text: str, name: str, *, file: str = "") -> Program:
+    """Read a program from structured text, see `read_program`.
+
+    Args:
+        text: declarations, then statements.
+        name: name of the program, unless the text has a line PROGRAM.
+        file: where it is from, for messages.
+    """
+    return Reader(text, file).structured(name)
+
+
 def write_program(program: Program, path: Path | str) -> None:
-    """Write a program to a file.
+    """Write a program to a file; one whose name ends in `.st` takes structured text only.
 
     Raises:
-        LadderError: it has routines in Python, which are no text.
+        LadderError: it has routines in Python, which are no text, or such a file can't hold it.
     """
-    Path(path).write_text(program_text(program), encoding="utf-8")
+    flat = Path(path).suffix == STRUCTURED_SUFFIX
+    Path(path).write_text(structured_text(program) if flat else program_text(program), encoding="utf-8")
+
+
+def structured_text(program: Program) -> str:
+    """Return a program as structured text that reads as the same program.
+
+    Raises:
+        LadderError: it is more than one routine of structured text.
+    """
+    statements = [routine.statements for routine in program.routines]
+    if len(statements) != 1 or statements[0] is None or program.functions or program.allowed:
+        raise LadderError(
+            f"program {program.name} is not one routine of structured text; write it to a {SUFFIX} file"
+        )
+    lines = [f"PROGRAM {program.name}", "", *_types(program), *_declarations(program), ""]
+    return "\n".join([*lines, *block_lines(statements[0])]) + "\n"
 
 
 def program_text(program: Program) -> str:
@@ -79,6 +116,11 @@ def program_text(program: Program) -> str:
 
 
 def _routine_text(routine: Routine) -> Iterator[str]:
+    if routine.statements is not None:
+        yield f"ROUTINE {routine.name} ST"
+        yield from block_lines(routine.statements)
+        yield "END"
+        return
     yield f"ROUTINE {routine.name}"
     for rung in routine.rungs:
         yield from (f"// {line}" for line in rung.comment.splitlines())

@@ -16,7 +16,7 @@ from .expressions import parse_address
 from .logic import Program
 from .tags import Alias, SlotAlias, Tag
 from .text import parse_rung
-from .tree import Routine, Rung
+from .tree import Block, Routine, Rung
 from .types import TYPES, DataType, Elementary, Member, Structure
 
 LIBRARIES = ("axis3601",)
@@ -67,11 +67,23 @@ _PARAMETER = re.compile(
     re.IGNORECASE,
 )
 _END_INSTRUCTION = re.compile(r"END\s+INSTRUCTION", re.IGNORECASE)
-_ROUTINE = re.compile(rf"ROUTINE\s+({_NAME})", re.IGNORECASE)
+_ROUTINE = re.compile(rf"ROUTINE\s+({_NAME})(\s+ST)?", re.IGNORECASE)
+_DECLARES = re.compile(r"(?:USE|TYPE|INSTRUCTION|TAG|SLOT|ALIAS)\s+[A-Za-z_]", re.IGNORECASE)
+"""The beginning of a line that declares something, as no statement begins."""
+
+_COMMENTS = re.compile(r"(?:\s+|//[^\n]*|\(\*.*?\*\)|/\*.*?\*/)*", re.DOTALL)
+"""White space and comments of structured text."""
+
+MAIN = "Main"
+"""Name of the routine of a file of structured text."""
+
 _MEMBER = re.compile(rf"({_NAME})\s*:\s*({_NAME})\s*(?:\[([\d,\s]+)\])?")
 
 _DIGITS = 9
 """Characters that the length of a dimension may take."""
+
+_CODE = re.compile(r"""(?:'(?:[^'$]|\$.)*'|"(?:[^"\\]|\\.)*"|(?!//).)*""")
+"""A line up to its comment."""
 
 _MARK = "\0"
 """What a number with a radix begins with while JSON has it as a string."""
@@ -112,6 +124,35 @@ class Reader:
             self._declaration(program)
         return program
 
+    def structured(self, name: str) -> Program:
+        """Read a file of structured text: lines of a program file before its first routine, then statements.
+
+        Args:
+            name: name of the program, unless the file has a line PROGRAM.
+        """
+        start = self._skip_comments(0)
+        head = _PROGRAM.fullmatch(self._line_at(start))
+        program = Program(head.group(1) if head else re.sub(r"\W", "_", name))
+        if head:
+            start = self._at = start + 1
+        while _DECLARES.match(self._line_at(self._skip_comments(start))):
+            self._at = self._skip_comments(start)
+            self._declaration(program)
+            start = self._at
+        # blank lines in place of the declarations: a statement's line is its line in the file
+        self._lines[:start] = [""] * start
+        program.add_routine(Routine(MAIN, (), statements=self._statements(0, len(self._lines))))
+        return program
+
+    def _line_at(self, number: int) -> str:
+        return _without_comment(self._lines[number]) if number < len(self._lines) else ""
+
+    def _skip_comments(self, number: int) -> int:
+        """Return the number of the first line from `number` on that is not blank and not in a comment."""
+        rest = "\n".join(self._lines[number:])
+        found = _COMMENTS.match(rest)
+        return number + (rest.count("\n", 0, found.end()) if found else 0)
+
     def _peek(self) -> str | None:
         """Return the next line that says something, without its comment."""
         while self._at < len(self._lines):
@@ -151,8 +192,7 @@ class Reader:
         elif found := _ALIAS.fullmatch(line):
             program.add(Alias(found.group(1), parse_address(found.group(2)), comment))
         elif found := _ROUTINE.fullmatch(line):
-            self._at += 1
-            program.add_routine(Routine(found.group(1), tuple(self._rungs())))
+            program.add_routine(self._routine(found))
             return
         else:
             self._fail("USE, TYPE, INSTRUCTION, TAG, SLOT, ALIAS or ROUTINE")
@@ -193,8 +233,7 @@ class Reader:
             if found := _ROUTINE.fullmatch(line):
                 if found.group(1).upper() not in map(str.upper, ROUTINES):
                     self._fail(f"one of the routines {', '.join(ROUTINES)}", found.group(1))
-                self._at += 1
-                routines.append(Routine(found.group(1), tuple(self._rungs())))
+                routines.append(self._routine(found))
             else:
                 parameters.append(self._parameter(line))
         if line is None:
@@ -247,6 +286,28 @@ class Reader:
             return _patterns(json.loads(_RADIX.sub(_quoted, text)), kind)
         except (ValueError, RecursionError):
             self._fail("an initial value in JSON after :=, integers also as 16#843C", text)
+
+    def _routine(self, head: re.Match[str]) -> Routine:
+        """Read a routine of rungs or of structured text."""
+        self._at += 1
+        if not head.group(2):
+            return Routine(head.group(1), tuple(self._rungs()))
+        start = self._at
+        while (
+            _without_comment(self._lines[self._at] if self._at < len(self._lines) else "END").upper() != "END"
+        ):
+            self._at += 1
+        if self._at == len(self._lines):
+            self._fail("END of the routine")
+        self._at += 1
+        return Routine(head.group(1), (), statements=self._statements(start, self._at - 1))
+
+    def _statements(self, start: int, end: int) -> Block:
+        """Read structured text from a line up to another."""
+        from .st import parse_statements  # lark takes time to import, and most programs have none
+
+        text = "\n".join(self._lines[start:end])
+        return parse_statements(text, file=self._file, line=start + 1, specs=self._specs)
 
     def _rungs(self) -> Iterator[Rung]:
         """Yield the rungs up to END."""
@@ -303,13 +364,9 @@ class Reader:
 
 def _cut_comment(line: str) -> str:
     """Cut off `//` and what follows, unless it stands in quotes."""
-    quoted = ""
-    for at, mark in enumerate(line):
-        if mark in "'\"" and quoted in ("", mark):
-            quoted = "" if quoted else mark
-        elif not quoted and line.startswith("//", at):
-            return line[:at]
-    return line
+    code = _CODE.match(line)
+    assert code is not None, "it may match nothing"
+    return code.group()
 
 
 def _without_comment(line: str) -> str:

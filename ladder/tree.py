@@ -324,6 +324,11 @@ class Routine:
     comment: str = ""
     statements: Block | None = None
 
+    @property
+    def text(self) -> str:
+        """Rungs without their comments, or statements."""
+        return "\n".join(map(str, self.rungs if self.statements is None else self.statements))
+
 
 def instructions_of(series: Series) -> Iterator[Instruction]:
     """Yield the instructions of a series in the order in which they execute."""

@@ -52,6 +52,7 @@ class StatementWriter:
         self._begin(line)
         step = _step(line)
         self._rungs.values.site = step.site
+        assert step.spec.write is not None
         return str(step.spec.write(self._rungs, *step.operands))
 
     def _inside(self, head: str, body: Body) -> None:

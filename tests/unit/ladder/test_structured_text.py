@@ -1,7 +1,9 @@
 """Structured text as text: what is read, how it prints, what is refused where, where comments go."""
 
 import pytest
-from scanrack.ladder import RungTextError
+from scanrack.ladder import DINT, LadderError, Program, RungTextError, read_program, write_program
+from scanrack.ladder.program import ProgramError, load_program
+from scanrack.ladder.rungfile import parse_program, program_text
 from scanrack.ladder.st import parse_statements
 from scanrack.ladder.statements import Assignment, Case, Empty, If, block_text
 from scanrack.ladder.tree import Address, Number, Operation
@@ -190,3 +192,82 @@ def test_refusals_name_line_and_column(text, line, column, expected):
         parse_statements(text)
     assert (refused.value.line, refused.value.column) == (line, column)
     assert expected in refused.value.expected
+
+
+FILE = """(* a header
+   of two lines *)
+PROGRAM line   // its name
+TAG Go : BOOL
+// of the tag
+TAG N : DINT := 5  // so many
+
+// of the first statement
+IF Go THEN
+    N := N + 1;
+END_IF;
+"""
+
+
+def test_a_file_of_structured_text_declares_its_tags_first(tmp_path):
+    path = tmp_path / "some name.st"
+    path.write_text(FILE)
+    program = read_program(path)
+    program.tags.Go = True
+    program.step()
+    assert program.tags.N == 6
+    (routine,) = program.routines
+    first = routine.statements[0]
+    assert (first.line, first.origin.line, first.comment) == (9, 9, "of the first statement")
+    write_program(program, path)
+    again = read_program(path)
+    assert again.routines == program.routines
+    assert again.declarations == program.declarations
+    assert load_program(str(path)).name == "line"
+
+
+def test_a_file_of_statements_alone_is_a_program(tmp_path):
+    path = tmp_path / "3-axes.st"
+    path.write_text("Local:1:O.Data[0].3 := S:FS;")
+    assert read_program(path).name == "3_axes"
+    path.write_text("X := 1;")
+    with pytest.raises(ProgramError, match=r"3-axes\.st:1: routine Main, line 1: there is no tag X"):
+        load_program(str(path))
+
+
+def test_a_program_file_has_routines_of_both_kinds(tmp_path):
+    text = """PROGRAM both
+
+TAG A : BOOL
+TAG N : DINT
+
+ROUTINE Main
+XIC(A)JSR(Sub,1,2,N);
+END
+
+ROUTINE Sub ST
+// take it
+SBR(N);
+N := N*10; // and grow
+RET(N);
+END
+"""
+    program = parse_program(text)
+    for engine in (program.compile(), program.interpret()):
+        engine.tags["A"] = True
+        engine.step()
+        assert engine.tags["N"] == 20
+    again = parse_program(program_text(program))
+    assert again.routines == program.routines
+    assert program.text("Sub") == "// take it\nSBR(N);\n// and grow\nN := N*10;\nRET(N);"
+    with pytest.raises(LadderError, match="is not one routine of structured text"):
+        write_program(program, tmp_path / "both.st")
+    with pytest.raises(RungTextError, match="expected END of the routine"):
+        parse_program("PROGRAM p\nROUTINE Main ST\n;")
+
+
+def test_a_routine_of_structured_text_from_python():
+    program = Program("p")
+    program.declare("N", DINT)
+    program.statements("Main", "N := 7;")
+    program.step()
+    assert program.tags.N == 7
