@@ -292,9 +292,5 @@ class Program:
         """
         for each in self.routines:
             if each.name.upper() == routine.upper():
-                return (
-                    "\n".join(map(str, each.rungs))
-                    if each.statements is None
-                    else block_text(each.statements)
-                )
+                return each.text
         raise LadderError(f"there is no routine {routine} in program {self.name}")
