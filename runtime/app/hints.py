@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 from ...io_images.amci3601 import ALL_INPUTS, CommandLsw, CommandMsw, InputBit, StatusMsw
 from ...traces.layout import SPEAK_3601
-from ..config.machine_tables import input_name
 from ..config.rackspec import RackSpec
 from ..loop.events import JsonValue
 from ..loop.rack import Rack, Slot
 from ..machine import MachineSpec
+from ..machine.spec import input_name
 
 STARTED_BY_AN_EDGE = (
     CommandMsw.ABSOLUTE_MOVE,

@@ -1,73 +1,28 @@
 """The machine as a rack file describes it: tables that become a `MachineSpec`.
 
-Names and meanings are those of `runtime.machine.spec`; times are written in
-milliseconds (`at_ms`) or seconds (`at_s`), inputs by their names in lower case.
+Names, types and meanings are those of `runtime.machine.spec`. Only parts with times have
+tables of their own: a file gives milliseconds (`at_ms`) or seconds (`at_s`).
 """
 
 from __future__ import annotations
 
-from decimal import Decimal
-from fractions import Fraction
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import (
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    PlainSerializer,
-    PlainValidator,
-    model_validator,
-)
+from pydantic import BaseModel, ConfigDict, Field, PlainValidator, model_validator
 from pydantic_core import PydanticCustomError
 
-from ...io_images.amci3601.bits import InputBit
-from ..loop.addresses import allowed
-from ..machine.spec import EncoderSpec, Jam, MachineSpec, Slip, Station, Switch, TimelineEntry, press
-from .quantities import Milliseconds, Number, Seconds, decimal_of, exact_ns
-
-
-def input_name(bit: InputBit) -> str:
-    """Return the name of an input as files and requests write it.
-
-    >>> input_name(InputBit.CW_LIMIT)
-    'cw_limit'
-    """
-    return str(bit.name).lower()
-
-
-INPUT_NAMES = {input_name(bit): bit for bit in InputBit}
-"""The inputs by name: capture, external, home, estop, cw_limit, ccw_limit."""
-
-
-def input_of(value: object) -> InputBit:
-    """Return an input by its name.
-
-    >>> input_of("cw_limit")
-    <InputBit.CW_LIMIT: 16>
-
-    Raises:
-        PydanticCustomError: there is no such input.
-    """
-    bit = INPUT_NAMES.get(str(value).lower())
-    if bit is None:
-        raise PydanticCustomError("name", "{hint}", {"hint": allowed(value, INPUT_NAMES)})
-    return bit
-
-
-def _fraction_of(value: object) -> Fraction:
-    try:
-        return Fraction(value) if isinstance(value, str) else Fraction(decimal_of(value))
-    except (ValueError, ZeroDivisionError):
-        raise PydanticCustomError("allowed", 'a number, or a fraction such as "4/3"') from None
-
-
-def _times_of(value: object) -> object:
-    return None if value == "always" else value
-
-
-InputName = Annotated[InputBit, PlainValidator(input_of), PlainSerializer(input_name)]
-Ratio = Annotated[Fraction, PlainValidator(_fraction_of)]
+from ..machine.spec import (
+    EncoderSpec,
+    InputName,
+    Jam,
+    MachineSpec,
+    Slip,
+    Station,
+    Switch,
+    TimelineEntry,
+    press,
+)
+from .quantities import Milliseconds, Seconds, exact_ns
 
 
 class Table(BaseModel):
@@ -89,7 +44,7 @@ class Table(BaseModel):
 
 
 class Part(Table):
-    """A table that describes a part of the machine; what the part refuses is refused here."""
+    """A table that spells times its own way; what the part refuses is refused here."""
 
     def parts(self) -> tuple[Any, ...]:
         """Return what the table describes."""
@@ -99,19 +54,6 @@ class Part(Table):
     def _is_possible(self) -> Self:
         self.parts()
         return self
-
-
-class SwitchTable(Part):
-    """A switch; without `first` or `last` its range is open-ended."""
-
-    input: InputName
-    first: int | None = None
-    last: int | None = None
-    normally_closed: bool = False
-
-    def parts(self) -> tuple[Switch]:
-        """See `Part.parts`."""
-        return (Switch(self.input, self.first, self.last, self.normally_closed),)
 
 
 def _energised_of(value: object) -> bool | Literal["wired"]:
@@ -142,44 +84,6 @@ class TimelineTable(Part):
         return press(self.ns("at"), self.input, self.ns("for"), normally_closed=not self.energised)
 
 
-class EncoderTable(Part):
-    """The encoder; `counts_per_step` is a number or a fraction such as "4/3"."""
-
-    counts_per_step: Ratio
-    direction: int = 1
-    marker_every: int | None = None
-    marker_at: int = 0
-
-    def parts(self) -> tuple[EncoderSpec]:
-        """See `Part.parts`."""
-        return (EncoderSpec(self.counts_per_step, self.direction, self.marker_every, self.marker_at),)
-
-
-class SlipTable(Part):
-    """A place where steps are lost; `times = "always"` has no end."""
-
-    at: int
-    steps: int
-    direction: int = 0
-    times: Annotated[int | None, BeforeValidator(_times_of)] = 1
-    chance: Number = Decimal(1)
-
-    def parts(self) -> tuple[Slip]:
-        """See `Part.parts`."""
-        return (Slip(self.at, self.steps, self.direction, self.times, Fraction(self.chance)),)
-
-
-class JamTable(Part):
-    """A position that can't be passed."""
-
-    at: int
-    direction: int
-
-    def parts(self) -> tuple[Jam]:
-        """See `Part.parts`."""
-        return (Jam(self.at, self.direction),)
-
-
 class StationTable(Part):
     """A station that says when it is done."""
 
@@ -198,11 +102,11 @@ class StationTable(Part):
 class MachineTable(Table):
     """All of a machine."""
 
-    switches: Annotated[tuple[SwitchTable, ...], Field(strict=False)] = ()
+    switches: Annotated[tuple[Switch, ...], Field(strict=False)] = ()
     timeline: Annotated[tuple[TimelineTable, ...], Field(strict=False)] = ()
-    encoder: EncoderTable | None = None
-    slips: Annotated[tuple[SlipTable, ...], Field(strict=False)] = ()
-    jams: Annotated[tuple[JamTable, ...], Field(strict=False)] = ()
+    encoder: EncoderSpec | None = None
+    slips: Annotated[tuple[Slip, ...], Field(strict=False)] = ()
+    jams: Annotated[tuple[Jam, ...], Field(strict=False)] = ()
     stations: Annotated[tuple[StationTable, ...], Field(strict=False)] = ()
 
     def spec(self) -> MachineSpec:
@@ -212,10 +116,10 @@ class MachineTable(Table):
             ValueError: the parts do not go together.
         """
         return MachineSpec(
-            switches=tuple(part for table in self.switches for part in table.parts()),
+            switches=self.switches,
             timeline=tuple(part for table in self.timeline for part in table.parts()),
-            encoder=self.encoder.parts()[0] if self.encoder else None,
-            slips=tuple(part for table in self.slips for part in table.parts()),
-            jams=tuple(part for table in self.jams for part in table.parts()),
+            encoder=self.encoder,
+            slips=self.slips,
+            jams=self.jams,
             stations=tuple(part for table in self.stations for part in table.parts()),
         )

@@ -9,7 +9,7 @@ import json
 import re
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
@@ -18,15 +18,8 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from ..loop.addresses import allowed
-from .machine_tables import (
-    EncoderTable,
-    JamTable,
-    MachineTable,
-    SlipTable,
-    StationTable,
-    SwitchTable,
-    TimelineTable,
-)
+from ..machine import EncoderSpec, Jam, Slip, Switch
+from .machine_tables import MachineTable, StationTable, TimelineTable
 from .rackspec import ForceSpec, IncidentSpec, MisplacedError, RackSpec, SlotSpec
 from .serial_units import UnitSpec
 from .tomllines import KeyLines, KeyPath
@@ -153,7 +146,7 @@ def _mistake(details: ErrorDetails) -> _Mistake:
     path: KeyPath = details["loc"]
     kind, value = details["type"], details["input"]
     cause = details.get("ctx", {}).get("error")
-    if kind == "extra_forbidden":
+    if kind in ("extra_forbidden", "unexpected_keyword_argument"):
         return _Mistake(path, "", f"unknown key; {allowed(path[-1], _keys_at(path[:-1]))}")
     if kind == "missing":
         return _Mistake(path, "", "this key is missing")
@@ -180,30 +173,34 @@ _ALLOWED = {
     "tuple_type": "an array",
     "too_short": "an array of {min_length} or more",
     "model_type": "a table",
+    "dataclass_type": "a table",
     "literal_error": "{expected}",
     "greater_than_equal": "{ge} or more",
 }
 """By kind of error: what is allowed; other kinds say it themselves."""
 
-_MODELS: Mapping[tuple[str, ...], type[BaseModel]] = {
+_MODELS: Mapping[tuple[str, ...], type[BaseModel] | type[Switch | EncoderSpec | Slip | Jam]] = {
     (): RackSpec,
     ("slot",): SlotSpec,
     ("force",): ForceSpec,
     ("incident",): IncidentSpec,
     ("unit",): UnitSpec,
     ("slot", "machine"): MachineTable,
-    ("slot", "machine", "switches"): SwitchTable,
+    ("slot", "machine", "switches"): Switch,
     ("slot", "machine", "timeline"): TimelineTable,
-    ("slot", "machine", "encoder"): EncoderTable,
-    ("slot", "machine", "slips"): SlipTable,
-    ("slot", "machine", "jams"): JamTable,
+    ("slot", "machine", "encoder"): EncoderSpec,
+    ("slot", "machine", "slips"): Slip,
+    ("slot", "machine", "jams"): Jam,
     ("slot", "machine", "stations"): StationTable,
 }
 """By table, without the indexes of arrays: the keys there are."""
 
 
 def _keys_at(path: KeyPath) -> Iterable[str]:
-    return _MODELS[tuple(part for part in path if isinstance(part, str))].model_fields
+    described = _MODELS[tuple(part for part in path if isinstance(part, str))]
+    if issubclass(described, BaseModel):
+        return described.model_fields
+    return [field.name for field in fields(described)]
 
 
 def _named_key(message: str, table: object) -> KeyPath:

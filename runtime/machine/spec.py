@@ -2,17 +2,85 @@
 
 Positions are true shaft positions in motor steps, 0 where the machine stands
 when the rack powers up, CW positive. Times are ns since power-up. Everything
-here is data; `machine.Machine` is what it does. Whatever can't be built is
-refused with a ValueError that names field, value and what is allowed.
+here is data; `machine.Machine` is what it does. A part that can't be built is
+refused with a ValueError that names field, value and what is allowed. A rack file
+describes the parts by the same names; the field types say how it writes them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from decimal import Decimal
 from fractions import Fraction
+from typing import Annotated
+
+from pydantic import BeforeValidator, ConfigDict, PlainSerializer, PlainValidator, StrictBool, StrictInt
+from pydantic_core import PydanticCustomError
 
 from ...io_images.amci3601.bits import InputBit
+from ..loop.addresses import allowed
+
+
+def input_name(bit: InputBit) -> str:
+    """Return the name of an input as files and requests write it.
+
+    >>> input_name(InputBit.CW_LIMIT)
+    'cw_limit'
+    """
+    return str(bit.name).lower()
+
+
+INPUT_NAMES = {input_name(bit): bit for bit in InputBit}
+"""The inputs by name: capture, external, home, estop, cw_limit, ccw_limit."""
+
+
+def input_of(value: object) -> InputBit:
+    """Return an input by its name.
+
+    >>> input_of("cw_limit")
+    <InputBit.CW_LIMIT: 16>
+
+    Raises:
+        PydanticCustomError: there is no such input.
+    """
+    bit = INPUT_NAMES.get(str(value).lower())
+    if bit is None:
+        raise PydanticCustomError("name", "{hint}", {"hint": allowed(value, INPUT_NAMES)})
+    return bit
+
+
+def _number(value: object) -> Fraction:
+    if isinstance(value, int | float | Decimal) and not isinstance(value, bool):
+        try:
+            return Fraction(str(value))  # of a float its shortest decimal reading
+        except ValueError:
+            pass
+    raise PydanticCustomError("allowed", "a number")
+
+
+def _ratio(value: object) -> Fraction:
+    try:
+        return Fraction(value) if isinstance(value, str) else _number(value)
+    except (ValueError, ZeroDivisionError):
+        raise PydanticCustomError("allowed", 'a number, or a fraction such as "4/3"') from None
+
+
+def _times(value: object) -> object:
+    return None if value == "always" else value
+
+
+InputName = Annotated[InputBit, PlainValidator(input_of), PlainSerializer(input_name)]
+"""An input; in a file its name in lower case."""
+
+Ratio = Annotated[Fraction, PlainValidator(_ratio)]
+"""A ratio; in a file a number, or a fraction such as "4/3"."""
+
+Chance = Annotated[float | Fraction, PlainValidator(_number)]
+Times = Annotated[StrictInt | None, BeforeValidator(_times)]
+"""A number of times; None, in a file "always", has no end."""
+
+NO_MORE_KEYS = ConfigDict(extra="forbid")
 
 
 def refusal(owner: object, field: str, value: object, allowed: str) -> ValueError:
@@ -53,10 +121,12 @@ class Switch:
         normally_closed: the input is energised outside the range instead of inside.
     """
 
-    input: InputBit
-    first: int | None
-    last: int | None
-    normally_closed: bool = False
+    __pydantic_config__ = NO_MORE_KEYS
+
+    input: InputName
+    first: StrictInt | None = None
+    last: StrictInt | None = None
+    normally_closed: StrictBool = False
 
     def __post_init__(self) -> None:
         _check_input(self, self.input)
@@ -139,10 +209,12 @@ class EncoderSpec:
         marker_at: a count at which the Z line lies (the others are `marker_every` apart).
     """
 
-    counts_per_step: Fraction
-    direction: int = 1
-    marker_every: int | None = None
-    marker_at: int = 0
+    __pydantic_config__ = NO_MORE_KEYS
+
+    counts_per_step: Ratio
+    direction: StrictInt = 1
+    marker_every: StrictInt | None = None
+    marker_at: StrictInt = 0
 
     def __post_init__(self) -> None:
         ratio: object = self.counts_per_step
@@ -171,11 +243,13 @@ class Slip:
         chance: 0 to 1, how likely it is each time the motor sets out from there.
     """
 
-    at: int
-    steps: int
-    direction: int = 0
-    times: int | None = 1
-    chance: float | Fraction = 1.0
+    __pydantic_config__ = NO_MORE_KEYS
+
+    at: StrictInt
+    steps: StrictInt
+    direction: StrictInt = 0
+    times: Times = 1
+    chance: Chance = 1.0
 
     def __post_init__(self) -> None:
         _check_whole(self, "at")
@@ -197,8 +271,10 @@ class Jam:
         direction: +1 or -1.
     """
 
-    at: int
-    direction: int
+    __pydantic_config__ = NO_MORE_KEYS
+
+    at: StrictInt
+    direction: StrictInt
 
     def __post_init__(self) -> None:
         _check_whole(self, "at")

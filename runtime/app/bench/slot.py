@@ -8,9 +8,9 @@ from typing import Any
 from ....io_images.amci3601 import StatusView, status_names
 from ....io_images.amci3601.bits import InputBit
 from ....io_images.image import Image
-from ...config.machine_tables import INPUT_NAMES
 from ...loop.incidents import TROUBLES, FaultKind
 from ...loop.rack import Slot
+from ...machine.spec import INPUT_NAMES
 
 
 class SlotBench:

@@ -10,7 +10,6 @@ from typing_extensions import override
 
 from ....io_images.amci3601.bits import InputBit
 from ....io_images.image import Image
-from ...config.machine_tables import input_name
 from ...config.rackspec import RackSpec, SlotSpec
 from ...loop.events import JsonValue
 from ...loop.exposed import Exposed
@@ -18,6 +17,7 @@ from ...loop.incidents import TROUBLES, FaultKind, Incident
 from ...loop.listeners import ScanListener
 from ...loop.rack import Slot
 from ...machine import Machine, MachineSpec, Switch
+from ...machine.spec import input_name
 
 BENCH_TICK_NS = 250_000
 """The bench exchanges images at multiples of the module's 250 µs."""

@@ -18,11 +18,11 @@ from ....ladder import Program
 from ....ladder.program import load_program
 from ....traces.plot import Mark, save_page
 from ....traces.reader import open_trace
-from ...config.machine_tables import input_name
 from ...config.rackspec import RackSpec, SlotSpec
 from ...loop.listeners import ScanListener
 from ...loop.rack import Rack
 from ...loop.scan import Logic
+from ...machine.spec import input_name
 from ..attachments import forget_imported
 from ..loading import Job, load_job
 from ..recording import recorder_for

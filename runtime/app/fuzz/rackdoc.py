@@ -11,10 +11,10 @@ from typing import Any
 
 import tomli_w
 
-from ...config.machine_tables import input_name
 from ...config.rackspec import RackSpec
 from ...loop.incidents import Incident
 from ...machine import TimelineEntry
+from ...machine.spec import input_name
 from .scenario import Scenario, entries_of
 
 Table = dict[str, Any]

@@ -23,10 +23,10 @@ from pydantic import (
 )
 
 from ....io_images.amci3601.firmware import Firmware
-from ...config.machine_tables import InputName
 from ...config.rackspec import IncidentSpec, RackSpec, SlotSpec
 from ...loop.incidents import FaultKind, Incident
 from ...machine import MachineSpec, Slip, TimelineEntry
+from ...machine.spec import InputName
 
 Time = Annotated[StrictInt, Field(ge=0)]
 NO_MORE_KEYS = ConfigDict(extra="forbid")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ...config.machine_tables import input_name
 from ...loop.incidents import FaultKind, Incident
+from ...machine.spec import input_name
 from .scenario import Press, Scenario
 
 HAPPENS = {
