@@ -31,30 +31,30 @@ NO_COUNTS = "an encoder move by no counts is complete at once, without a directi
 A_DIRECTION = "a motion's direction is +1 or -1"
 
 EQUIVALENT = (
-    Equivalent(f"{LAYER}/command_layer.py", "", "0", "1", BEFORE_CONFIGURATION),
-    Equivalent(f"{LAYER}/command_layer.py", "", "8", "9", BEFORE_CONFIGURATION),
+    Equivalent(f"{LAYER}/state.py", "", "0", "1", BEFORE_CONFIGURATION),
+    Equivalent(f"{LAYER}/state.py", "", "8", "9", BEFORE_CONFIGURATION),
     Equivalent(
         f"{LAYER}/command_layer.py",
         "CommandLayer.next_wake_ns",
-        "waiting and self.running",
+        "waiting and self.state.running",
         "waiting",
         "a tick more changes nothing",
     ),
     Equivalent(
         f"{LAYER}/command_layer.py",
         "CommandLayer.next_wake_ns",
-        "self.order.configures and not self.in_configuration_mode",
-        "(self.order.configures or not self.in_configuration_mode)",
+        "self.state.command.configures and not self.state.in_configuration_mode",
+        "(self.state.command.configures or not self.state.in_configuration_mode)",
         "a tick more changes nothing",
     ),
     Equivalent(
         f"{LAYER}/command_layer.py", "CommandLayer.next_wake_ns", "1", "2", "ticks are 250,000 ns apart"
     ),
     Equivalent(
-        f"{LAYER}/command_layer.py",
-        "CommandLayer._leaves_home",
-        "self.axis.direction > 0",
-        "self.axis.direction >= 0",
+        f"{LAYER}/inputs.py",
+        "InputWatch._leaves_home",
+        "axis.direction > 0",
+        "axis.direction >= 0",
         A_DIRECTION,
     ),
     Equivalent(f"{LAYER}/commands.py", "_start_encoder_move", "way >= 0", "way > 0", NO_COUNTS),
@@ -62,16 +62,16 @@ EQUIVALENT = (
     Equivalent(
         f"{LAYER}/commands.py",
         "resume",
-        "not layer.refused(now_ns, order) and held is not None",
-        "not layer.refused(now_ns, order)",
+        "not refused(host, now_ns, command) and held is not None",
+        "not refused(host, now_ns, command)",
         "without a held move it is refused",
     ),
     Equivalent(
         f"{LAYER}/refusals.py",
         "manual_parameters_illegal",
         "speed is None\n        or not (speed == 0 or speed_in_range(speed))\n"
-        "        or not target_in_range(order.parameters.target)",
-        "(not (speed == 0 or speed_in_range(speed)) or not target_in_range(order.parameters.target))",
+        "        or not target_in_range(command.parameters.target)",
+        "(not (speed == 0 or speed_in_range(speed)) or not target_in_range(command.parameters.target))",
         "None is in no range",
     ),
     Equivalent(

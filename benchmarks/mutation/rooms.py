@@ -57,7 +57,10 @@ COMMAND_LAYER = (
     "axis_homing",
     "follower",
     "operation",
-    "order",
+    "command_words",
+    "state",
+    "inputs",
+    "blend_session",
     "report",
 )
 

@@ -175,10 +175,8 @@ def scene(name: str, scenes: set[str]) -> Bench:
 
 def bits_of(row: RefusalRule) -> set[str]:
     """Bits that the rule table gives for a row and those that share its cause."""
-    if row.bits is not None:
-        return set(bit_names(row.bits))
     rules = (row.rule,) if row.alone else (row.rule, *RULES[row.rule].together_with)
-    return {name for rule in rules for name in bit_names(RULES[rule].sets)}
+    return {name for rule in rules for name in bit_names(RULES[rule].if_broken or RULES[rule].sets)}
 
 
 @pytest.mark.rules("CMD-02", "CMD-03", "CMD-04", "CMD-05", "CMD-06", "PRF-01", "PRF-02", "HOM-01", "HOM-02")

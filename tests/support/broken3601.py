@@ -21,15 +21,17 @@ from scanrack.io_images.amci3601 import CommandMsw, Parameters
 from scanrack.io_images.image import Image
 from scanrack.io_images.thousands import split_reported
 from scanrack.runtime.kinematics import Shape
-from scanrack.runtime.modules.amci3601 import blending, commands, configuring, module, refusals
+from scanrack.runtime.modules.amci3601 import blending, commands, configuring, module, refusals, report
 from scanrack.runtime.modules.amci3601 import command_words as order
-from scanrack.runtime.modules.amci3601.blending import BlendProgramming, BlendRun
-from scanrack.runtime.modules.amci3601.command_layer import CAPTURE, ESTOP, EXTERNAL, CommandLayer
+from scanrack.runtime.modules.amci3601.blend_session import BlendSession
+from scanrack.runtime.modules.amci3601.blending import BlendRun
+from scanrack.runtime.modules.amci3601.command_layer import CommandLayer
 from scanrack.runtime.modules.amci3601.command_words import CommandWords
 from scanrack.runtime.modules.amci3601.commands import COMMANDS
 from scanrack.runtime.modules.amci3601.encoder_move import EncoderMove
 from scanrack.runtime.modules.amci3601.follower import EncoderFollower
 from scanrack.runtime.modules.amci3601.homing import Homing
+from scanrack.runtime.modules.amci3601.inputs import CAPTURE, ESTOP, InputWatch
 from scanrack.runtime.modules.amci3601.latches import (
     COMMAND_ERROR,
     CONFIG_ERROR,
@@ -43,8 +45,9 @@ from scanrack.runtime.modules.amci3601.latches import (
 from scanrack.runtime.modules.amci3601.manual_move import ManualMove, OneShot
 from scanrack.runtime.modules.amci3601.module import Amci3601
 from scanrack.runtime.modules.amci3601.operation import CCW_LIMIT, CW_LIMIT, Limits
-from scanrack.runtime.modules.amci3601.profile_move import Held, ProfileMove
+from scanrack.runtime.modules.amci3601.profile_move import ProfileMove
 from scanrack.runtime.modules.amci3601.registration_move import RegistrationMove
+from scanrack.runtime.modules.amci3601.state import EXTERNAL, Held, ModuleState
 from scanrack.runtime.modules.amci3601.step_generator import StepGenerator
 
 BLEND_ACK = 0x0200
@@ -101,11 +104,11 @@ def judged(check: refusals.Check, instead: refusals.Check) -> Callable[[Any], An
     """Return what lets every refusal that asks one question ask another one."""
 
     def of(right):
-        def wrong(self, given, reasons):
+        def wrong(host, given, reasons):
             rows = tuple(
                 reason._replace(broken=instead) if reason.broken is check else reason for reason in reasons
             )
-            return right(self, given, rows)
+            return right(host, given, rows)
 
         return wrong
 
@@ -140,13 +143,13 @@ def edge_of_the_whole_word(right):
     return wrong
 
 
-@mistake(CommandLayer, "_sample", "states")
+@mistake(InputWatch, "sample", "states")
 def capture_by_level(right):
     """The position is captured as long as the capture input is active, not when it becomes so."""
 
     def wrong(self, levels):
         right(self, levels)
-        if self.active & CAPTURE and not self.in_configuration_mode:
+        if self.state.active & CAPTURE and not self.state.in_configuration_mode:
             self._capture()
 
     return wrong
@@ -158,12 +161,12 @@ def edge_after_program_mode(right):
 
     def wrong(self):
         right(self)
-        self._order = CommandWords((0, *self._order.words[1:]))
+        self.state.command = CommandWords((0, *self.state.command.words[1:]))
 
     return wrong
 
 
-@mistake(OneShot, "on_order", "manual")
+@mistake(OneShot, "on_words", "manual")
 def one_shot_never_ends(right):
     """A one-shot manual move is not over when its bit is released."""
 
@@ -182,13 +185,13 @@ def error_clears_itself(right):
 
     def wrong(self, now_ns, words):
         right(self, now_ns, words)
-        if words[0] == 0 and self.latches.causes.get(COMMAND_ERROR):
-            self.latches.clear(COMMAND_ERROR)
+        if words[0] == 0 and self.state.latches.causes.get(COMMAND_ERROR):
+            self.state.latches.clear(COMMAND_ERROR)
 
     return wrong
 
 
-@mistake(CommandLayer, "locked", "moves")
+@mistake(ModuleState, "locked", "moves")
 def error_does_not_lock(right):
     """With a command error set, the next command is carried out."""
     return property(lambda self: bool(self.latches.bits & 0x0200))
@@ -211,7 +214,7 @@ def reset_overlooks_the_lsw(right):
     """Reset Errors is accepted with a command LSW that is not zero."""
 
     def wrong(self, now_ns, given):
-        if self.locked and given.msw == 0x0800:
+        if self.state.locked and given.msw == 0x0800:
             given = CommandWords((given.words[0], 0, *given.words[2:]))
         right(self, now_ns, given)
 
@@ -222,8 +225,8 @@ def reset_overlooks_the_lsw(right):
 def partner_bit_forgotten(right):
     """A rule sets its own bit only: a command error comes without its invalid profile."""
 
-    def wrong(self, now_ns, rule_id, *, bits=None, alone=False):
-        return right(self, now_ns, rule_id, bits=bits, alone=True)
+    def wrong(self, now_ns, rule_id, *, alone=False):
+        return right(self, now_ns, rule_id, alone=True)
 
     return wrong
 
@@ -244,7 +247,7 @@ def hold_in_a_blend_is_not_forgiven(right):
     """The command error of a Hold during a blend move stays when the move is complete."""
 
     def wrong(self, now_ns):
-        self.layer.complete(now_ns)
+        self.host.complete(now_ns)
 
     return wrong
 
@@ -297,12 +300,12 @@ def rate_of_zero(right):
     return lambda rate: 0 <= rate <= 2000
 
 
-@mistake(CommandLayer, "_faults", "moves")
+@mistake(refusals, "faults_of", "moves")
 def starting_speed_itself(right):
     """A programmed speed equal to the starting speed is refused."""
 
     def too_slow(layer, given):
-        return given.parameters.speed is not None and given.parameters.speed <= layer.start_sps
+        return given.parameters.speed is not None and given.parameters.speed <= layer.state.start_sps
 
     return judged(refusals.slower_than_start, too_slow)(right)
 
@@ -329,12 +332,12 @@ def s_curve_ignored(right):
 # ---- limits and inputs
 
 
-@mistake(CommandLayer, "_end_limit", "manual")
+@mistake(InputWatch, "_end_limit", "manual")
 def limit_ignored_in_one_direction(right):
     """The CCW end limit stops nothing."""
 
     def wrong(self, now_ns):
-        if self.active & CW_LIMIT:
+        if self.state.active & CW_LIMIT:
             right(self, now_ns)
 
     return wrong
@@ -352,66 +355,68 @@ def limit_behind_overlooked(right):
     return Limits.SAME_DIRECTION
 
 
-@mistake(CommandLayer, "_faults", "moves")
+@mistake(refusals, "faults_of", "moves")
 def start_on_a_limit(right):
     """A move starts although an end limit is active."""
     return overlooked(refusals.any_limit_active)(right)
 
 
-@mistake(CommandLayer, "_emergency_stop", "moves")
+@mistake(InputWatch, "_emergency_stop", "moves")
 def estop_keeps_the_position(right):
     """After an emergency stop of a motion the position is still valid."""
 
     def wrong(self, now_ns):
-        valid = not self.latches.bits & POSITION_INVALID
+        valid = not self.state.latches.bits & POSITION_INVALID
         right(self, now_ns)
         if valid:
-            self.latches.clear(POSITION_INVALID)
+            self.state.latches.clear(POSITION_INVALID)
 
     return wrong
 
 
-@mistake(CommandLayer, "_watch_inputs", "moves")
+@mistake(InputWatch, "obey", "moves")
 def estop_decelerates(right):
     """The emergency stop makes a ramp instead of cutting the steps."""
 
     def wrong(self, now_ns):
-        if self.active & ESTOP and self.axis.moving:
-            self.axis.stop(now_ns, 2000, Shape.CONSTANT)
+        if self.state.active & ESTOP and self.host.axis.moving:
+            self.host.axis.stop(now_ns, 2000, Shape.CONSTANT)
         else:
             right(self, now_ns)
 
     return wrong
 
 
-@mistake(CommandLayer, "_active", "states")
+@mistake(InputWatch, "_active", "states")
 def active_low_ignored(right):
     """Every input is active when it is energised, whatever the configuration says."""
 
     def wrong(self, levels):
-        return 0 if self.configuration is None else levels & self.configuration.inputs_used
+        configuration = self.state.configuration
+        return 0 if configuration is None else levels & configuration.inputs_used
 
     return wrong
 
 
-@mistake(CommandLayer, "_active", "states")
+@mistake(InputWatch, "_active", "states")
 def unused_input_counts(right):
     """An input that is not configured to be used acts all the same."""
 
     def wrong(self, levels):
-        if self.configuration is None:
+        configuration = self.state.configuration
+        if configuration is None:
             return 0
-        return right(self, levels) | levels & ~self.configuration.inputs_used & (EXTERNAL | ESTOP)
+        return right(self, levels) | levels & ~configuration.inputs_used & (EXTERNAL | ESTOP)
 
     return wrong
 
 
-@mistake(CommandLayer, "_capture", "encoder")
+@mistake(InputWatch, "_capture", "encoder")
 def wrong_value_captured(right):
     """With an encoder the position is captured instead of the encoder value."""
 
     def wrong(self):
-        self.captured = self.axis.position
+        self.state.captured = self.host.axis.position
 
     return wrong
 
@@ -431,7 +436,7 @@ def second_move_accepted(right):
     return property(lambda self: False)
 
 
-@mistake(CommandLayer, "_faults", "moves")
+@mistake(refusals, "faults_of", "moves")
 def absolute_without_a_position(right):
     """An absolute move starts although the position is not valid."""
     return overlooked(refusals.position_invalid)(right)
@@ -444,7 +449,7 @@ def hold_cuts(right):
     def wrong(self, now_ns):
         if not self.holding:
             self.holding = True
-            self.layer.axis.cut(now_ns)
+            self.axis.cut(now_ns)
 
     return wrong
 
@@ -454,9 +459,9 @@ def resume_starts_over(right):
     """Resume makes the whole distance again, not the rest of it."""
 
     def wrong(layer, now_ns, given):
-        held = layer.held
+        held = layer.state.held
         if held is not None:
-            layer.held = Held(held.target + 1000, held.name)
+            layer.state.held = Held(held.target + 1000, held.name)
         right(layer, now_ns, given)
 
     return wrong
@@ -473,9 +478,9 @@ def complete_while_moving(right):
     """Move Complete of the last move stays set while the next one runs."""
 
     def wrong(self, operation):
-        complete = self.latches.bits & MOVE_COMPLETE
+        complete = self.state.latches.bits & MOVE_COMPLETE
         right(self, operation)
-        self.latches.bits |= complete
+        self.state.latches.bits |= complete
 
     return wrong
 
@@ -496,7 +501,7 @@ def motion_outlives_run_mode(right):
     """A move goes on when the PLC leaves run mode."""
 
     def wrong(self, now_ns):
-        self.running = False
+        self.state.running = False
 
     return wrong
 
@@ -512,7 +517,7 @@ def one_shot_of_ten(right):
     """A one-shot manual move makes ten steps."""
 
     def wrong(self, now_ns):
-        self.layer.axis.pulse(now_ns, self.direction, 10)
+        self.axis.pulse(now_ns, self.direction, 10)
 
     return wrong
 
@@ -522,7 +527,7 @@ def encoder_move_never_arrives(right):
     """An encoder move does not look at what the encoder has counted, only at the external input."""
 
     def wrong(self, now_ns):
-        if self.layer.external_active:
+        if self.state.external_active:
             right(self, now_ns)
 
     return wrong
@@ -536,9 +541,9 @@ def minimum_distance_ignored(right):
     """The registration input counts before the minimum distance has been made."""
 
     def wrong(self, now_ns):
-        stored, self.layer.minimum_registration = self.layer.minimum_registration, 0
+        stored, self.state.minimum_registration = self.state.minimum_registration, 0
         right(self, now_ns)
-        self.layer.minimum_registration = stored
+        self.state.minimum_registration = stored
 
     return wrong
 
@@ -567,9 +572,9 @@ def home_is_not_zero(right):
     """At home the position is made valid, but not zero."""
 
     def wrong(self, now_ns):
-        position = self.layer.axis.position
+        position = self.axis.position
         right(self, now_ns)
-        self.layer.axis.preset_position(position)
+        self.axis.preset_position(position)
 
     return wrong
 
@@ -580,7 +585,7 @@ def home_at_full_speed(right):
 
     def wrong(self, now_ns):
         if self._signal:
-            self.layer.axis.cut(now_ns)
+            self.axis.cut(now_ns)
             self.found = True
 
     return wrong
@@ -597,7 +602,7 @@ def no_dwell_at_the_limit(right):
     return wrong
 
 
-@mistake(CommandLayer, "_faults", "homing")
+@mistake(refusals, "faults_of", "homing")
 def home_without_a_limit(right):
     """Find Home goes in a direction that has no end limit."""
     return overlooked(refusals.direction_without_limit)(right)
@@ -619,7 +624,7 @@ def handshake_a_scan_late(right):
     return wrong
 
 
-@mistake(BlendProgramming, "program", "blend")
+@mistake(BlendSession, "program", "blend")
 def missing_block_overlooked(right):
     """A blend profile is stored without its last segment."""
 
@@ -640,7 +645,7 @@ def blend_in_one_direction(right):
     """A blend move runs clockwise, whichever way it is commanded."""
 
     def wrong(self, now_ns):
-        self.layer.axis.blend(now_ns, 1, self.program)
+        self.axis.blend(now_ns, 1, self.program)
 
     return wrong
 
@@ -659,7 +664,7 @@ def fraction_lost(right):
     return wrong
 
 
-@mistake(EncoderFollower, "on_order", "follower")
+@mistake(EncoderFollower, "on_words", "follower")
 def follower_in_one_sense(right):
     """The follower goes with the encoder when it should go against it."""
 
@@ -673,7 +678,7 @@ def follower_in_one_sense(right):
 @mistake(EncoderFollower, "on_end", "follower")
 def follower_ends_silently(right):
     """Leaving the follower mode does not set Stopped."""
-    return lambda self, now_ns: self.layer.finish(now_ns, 0, "left")
+    return lambda self, now_ns: self.host.finish(now_ns, 0, "left")
 
 
 # ---- configuration, versions, images
@@ -714,7 +719,7 @@ def memory_over_a_power_cycle(right):
     return lambda self: None
 
 
-@mistake(CommandLayer, "_faults", "registration")
+@mistake(refusals, "faults_of", "registration")
 def registration_before_its_time(right):
     """Firmware without registration moves takes a manual move with a target for a plain one."""
     return overlooked(refusals.target_given_to_old_firmware)(right)
@@ -745,14 +750,15 @@ def image_a_scan_late(right):
     return wrong
 
 
-@mistake(CommandLayer, "proximity", "homing")
+@mistake(report, "_status_lsw", "homing")
 def echo_while_homing_only(right):
     """The backplane proximity bit is echoed only while the axis homes."""
 
-    def wrong(self):
-        return isinstance(self.operation, Homing) and right.fget(self)
+    def wrong(layer):
+        bits = right(layer)
+        return bits if isinstance(layer.operation, Homing) else bits & ~report.HOME_PROX_ECHO
 
-    return property(wrong)
+    return wrong
 
 
 @mistake(CommandLayer, "finish", "moves")
@@ -762,20 +768,20 @@ def stopped_after_a_hold(right):
     def wrong(self, now_ns, completion, how):
         right(self, now_ns, completion, how)
         if completion == HOLD_STATE:
-            self.latches.bits |= STOPPED
+            self.state.latches.bits |= STOPPED
 
     return wrong
 
 
-@mistake(CommandLayer, "_end_limit", "manual")
+@mistake(InputWatch, "_end_limit", "manual")
 def limits_taken_for_each_other(right):
     """The CW and the CCW end limit are taken for each other by a motion that one of them stops."""
 
     def wrong(self, now_ns):
-        kept = self.active
+        kept = self.state.active
         swapped = (CCW_LIMIT if kept & CW_LIMIT else 0) | (CW_LIMIT if kept & CCW_LIMIT else 0)
-        self.active = kept & ~(CW_LIMIT | CCW_LIMIT) | swapped
+        self.state.active = kept & ~(CW_LIMIT | CCW_LIMIT) | swapped
         right(self, now_ns)
-        self.active = kept
+        self.state.active = kept
 
     return wrong

@@ -161,7 +161,7 @@ def position_trusted_after_a_loss(right):
 
     def returned(self, now_ns):
         right(self, now_ns)
-        self.layer.latches.clear(1 << 10)
+        self.layer.state.latches.clear(1 << 10)
 
     return returned
 

@@ -66,7 +66,7 @@ ROWS: tuple[Rule, ...] = (
     Rule("FOL-02", "chapter 4, Encoder Follower Function",
          "The follower takes the multiplier from word 2, the divisor from word 3, both 1 to 32,767, zero in "
          "words 4 and 5, and rates of 0 to 2000 from words 6 and 7.",
-         firmware_from=FW_4_1, reading=("A-103",)),
+         if_broken=COMMAND_ERROR, firmware_from=FW_4_1, reading=("A-103",)),
     Rule("FOL-01", "chapter 4, Encoder Follower Function",
          "Bit 7 of the command LSW selects encoder follower mode, and bit 7 of the status LSW confirms it.",
          ENC_FOLLOWER, firmware_from=FW_4_1),

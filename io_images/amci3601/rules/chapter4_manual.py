@@ -94,7 +94,7 @@ ROWS: tuple[Rule, ...] = (
     Rule("PST-01", "chapter 4, Preset Current Position",
          "Preset Position sets the current position to the target position words; it is not accepted during "
          "a motion.",
-         reading=("A-82",)),
+         if_broken=COMMAND_ERROR, reading=("A-82",)),
     Rule("DFB-02", "chapter 4, Preset Current Position",
          "Preset Position sets the diagnostic feedback count, too."),
     Rule("PST-05", "chapter 4, Preset Current Position",
@@ -108,7 +108,7 @@ ROWS: tuple[Rule, ...] = (
     Rule("PST-06", "chapter 4, Preset Encoder Position",
          "Preset Encoder sets the encoder value to the target position words and leaves the position alone; "
          "it is not accepted during a motion.",
-         reading=("A-82",)),
+         if_broken=COMMAND_ERROR, reading=("A-82",)),
     Rule("PST-07", "chapter 4, Preset Encoder Position",
          "Preset Encoder needs a module that is configured to use an encoder.",
          COMMAND_ERROR, reading=("A-70",)),
@@ -118,7 +118,7 @@ ROWS: tuple[Rule, ...] = (
          NONE, COMMAND_ERROR | INVALID_PROFILE | HOME_INVALID | INPUT_ERROR, reading=("A-85", "A-87")),
     Rule("RST-02", "chapter 4, Reset Errors",
          "The lower command word (output word 1) must be zero when Reset Errors is given.",
-         untestable_because=NOT_SAID, reading=("A-31", "A-92")),
+         if_broken=COMMAND_ERROR, untestable_because=NOT_SAID, reading=("A-31", "A-92")),
     Rule("RST-03", "chapter 4, Reset Errors",
          "With a command error, nothing but Reset Errors is accepted; a running move is not affected."),
     # General Command Mode Operation Notes

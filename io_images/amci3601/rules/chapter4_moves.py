@@ -93,7 +93,7 @@ ROWS: tuple[Rule, ...] = (
          COMMAND_ERROR, firmware_from=FW_4_1),
     Rule("HLD-11", "chapter 4, Hold Move",
          "After a hold by the external input, the input has to be off before another move can run.",
-         reading=("A-47",)),
+         if_broken=COMMAND_ERROR, reading=("A-47",)),
     # Resume Move
     Rule("RSM-01", "chapter 4, Resume Move",
          "Resume, as the first command after a hold, continues the move from where it was stopped to its "

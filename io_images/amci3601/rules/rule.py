@@ -71,6 +71,8 @@ class Rule:
         sets: status bits that are set when the rule fires; of MOVING_CW and MOVING_CCW, and of
             ACCELERATING and DECELERATING, the one that applies. A row of a chapter 6 list sets the
             bit of its list and no other.
+        if_broken: status bits that the simulated module sets instead of `sets` when a command breaks
+            the rule: the manual names the rule and not its consequence, or other bits are set already.
         clears: status bits that are cleared when the rule fires.
         list_of: the bit whose list in chapter 6 this row stands in, if any.
         together_with: ids of rows elsewhere that fire whenever this one does.
@@ -92,6 +94,7 @@ class Rule:
     firmware_until: Firmware | None = None
     untestable_because: str = ""
     reading: tuple[str, ...] = ()
+    if_broken: StatusBits = NONE
 
     @property
     def clause(self) -> str:

@@ -135,7 +135,7 @@ def always(request: Request, options: object) -> bool:
 
 def speed_of(request: Request) -> int:
     """Return the programmed speed, steps/s."""
-    return request.order.parameters.speed or 0
+    return request.command.parameters.speed or 0
 
 
 def has_ramps(request: Request) -> bool:

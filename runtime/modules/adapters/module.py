@@ -91,7 +91,7 @@ class Adapter(Generic[Drive]):
         self.layer = CommandLayer(
             self.axis, Firmware.parse("4.1"), Amci3601Options(), self.events, self._now_ns
         )
-        self.layer.running = self._plc_running
+        self.layer.state.running = self._plc_running
         self._acted_on: bytes | None = None
         self._tick_due_ns = NEVER
 
@@ -186,9 +186,9 @@ class Adapter(Generic[Drive]):
         if self.driver.state is State.ABSENT:
             self._pass_over(now_ns, outputs)
             return
-        if self.layer.running != self._plc_running:
+        if self.layer.state.running != self._plc_running:
             self._change_mode(now_ns)
-        words = tuple(outputs) if self.axis.settled else self.layer.order.words
+        words = tuple(outputs) if self.axis.settled else self.layer.state.command.words
         if self._locked_out:
             self._locked_out = bool(words[0] & COMMAND_BITS) and words[0] >= 0
             if self._locked_out:
@@ -201,8 +201,8 @@ class Adapter(Generic[Drive]):
         wake_ns = self.layer.next_wake_ns(now_ns)
         if wake_ns is not None:
             self._tick_due_ns = max(_tick_at_or_after(wake_ns), now_ns + 1)
-        if self.layer.configuration is not None:
-            self.controller.rewire(now_ns, self.layer.configuration)
+        if self.layer.state.configuration is not None:
+            self.controller.rewire(now_ns, self.layer.state.configuration)
 
     def _pass_over(self, now_ns: int, outputs: Image) -> None:
         """Without the controller: what moved has an unknown position, and words make no edges later."""
@@ -210,12 +210,12 @@ class Adapter(Generic[Drive]):
         if self.layer.operation is not None:
             self.layer.cut(now_ns)
             self.driver.cut = False
-        if self.layer.configuration is not None:
-            self.layer.held = None
+        if self.layer.state.configuration is not None:
+            self.layer.state.held = None
             self.layer.overlook(tuple(outputs))
 
     def _change_mode(self, now_ns: int) -> None:
-        if self.layer.running:
+        if self.layer.state.running:
             self.layer.leave_run_mode(now_ns)
         else:
             self.layer.enter_run_mode()
@@ -245,7 +245,7 @@ class Adapter(Generic[Drive]):
 
     def _return(self, now_ns: int) -> None:
         """The link is back: nothing that was shown is still known to be true."""
-        self.layer.latches.clear(CLEARED_BY_RETURN)
+        self.layer.state.latches.clear(CLEARED_BY_RETURN)
         text = "the controller answers again; what it did meanwhile is not known"
         self._show(now_ns, "link restored", POSITION_INVALID | STOPPED, text)
         self._locked_out = True
@@ -271,7 +271,7 @@ class Adapter(Generic[Drive]):
         substitutions.clear()
 
     def _show(self, now_ns: int, name: str, bits: int, text: str) -> None:
-        self.layer.latches.show(now_ns, "adapter", name, bits, text)
+        self.layer.state.latches.show(now_ns, "adapter", name, bits, text)
 
     def _note(self, now_ns: int, name: str, text: str) -> None:
         self.events.append(Event(now_ns, "adapter", name, text))
@@ -281,10 +281,10 @@ class Adapter(Generic[Drive]):
     def _publish(self) -> None:
         layer, words = self.layer, self._image.words
         if self.driver.state is State.ABSENT:
-            mode = layer.latches.bits & MODE_CONFIG if self._asks_for_configuration else 0
+            mode = layer.state.latches.bits & MODE_CONFIG if self._asks_for_configuration else 0
             words[0] = signed_word(POSITION_INVALID | mode)
             words[1] = 0
-        elif layer.in_configuration_mode and self.driver.setup:
+        elif layer.state.in_configuration_mode and self.driver.setup:
             words[0] = signed_word(MODE_CONFIG | MODULE_OK | CONFIG_ERROR)
         else:
             report(layer, words)

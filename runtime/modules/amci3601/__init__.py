@@ -11,6 +11,7 @@ from .command_layer import CommandLayer
 from .indicators import Indicators, Light
 from .module import Amci3601
 from .options import Amci3601Options
+from .state import ModuleState
 from .step_generator import StepGenerator
 
 __all__ = [
@@ -24,6 +25,7 @@ __all__ = [
     "Indicators",
     "Light",
     "ModuleFault",
+    "ModuleState",
     "Refusal",
     "Request",
     "StepGenerator",

@@ -27,7 +27,7 @@ STOPPED_ELSEWHERE = Refusal(
 class HomingByAxis(Homing):
     """A search by an axis that finds the home switch itself: it stops on leaving the switch.
 
-    What is left to the command layer: a switch that is on at the start is left at
+    What is left to the command host: a switch that is on at the start is left at
     starting speed first, and an end limit turns the search round after its dwell.
     A limit on the switch, or so near that the ramp down has met it: the switch is
     left, and met again at starting speed.
@@ -35,15 +35,15 @@ class HomingByAxis(Homing):
 
     def _begin_seek(self, now_ns: int) -> None:
         self.phase = Phase.SEEK
-        self.layer.axis.home(now_ns, self.direction, self.profile)
+        self.axis.home(now_ns, self.direction, self.profile)
 
     def _back(self, now_ns: int) -> None:
         self.phase = Phase.BACK
         self._signal_was_on = self._signal
         if self._searches_behind:
-            self.layer.axis.home(now_ns, -self.direction, self.profile)
+            self.axis.home(now_ns, -self.direction, self.profile)
         else:
-            self.layer.axis.run(now_ns, -self.direction, self._slow_profile)
+            self.axis.run(now_ns, -self.direction, self._slow_profile)
 
     @property
     def _searches_behind(self) -> bool:
@@ -53,26 +53,26 @@ class HomingByAxis(Homing):
     def _creep(self, now_ns: int) -> None:
         if self.reversed:
             self.phase = Phase.CREEP
-            self.layer.axis.home(now_ns, self.direction, self._slow_profile)
+            self.axis.home(now_ns, self.direction, self._slow_profile)
         else:
             self._begin_seek(now_ns)
 
     def _seek(self, now_ns: int) -> None:
-        self.found = not self.layer.axis.moving
+        self.found = not self.axis.moving
 
     def _look_behind(self, now_ns: int) -> None:
         if self._searches_behind:
-            self.found = not self.layer.axis.moving
+            self.found = not self.axis.moving
         else:
             super()._look_behind(now_ns)
 
     def _approach(self, now_ns: int, home_risen: bool) -> None:
-        self.found = not self.layer.axis.moving
+        self.found = not self.axis.moving
 
     def _met_a_limit(self, now_ns: int) -> bool:
         """A limit that has stopped the axis on the very edge of the switch does so at home."""
         on_the_edge = self.phase is Phase.CREEP and self._signal
-        if on_the_edge and self.layer.active & limit_of(self.direction):
+        if on_the_edge and self.state.active & limit_of(self.direction):
             return False
         return super()._met_a_limit(now_ns)
 
@@ -85,17 +85,17 @@ class HomingOntoSwitch(Homing):
 
     def start(self, now_ns: int) -> None:
         """Let the axis search."""
-        self.layer.axis.home(now_ns, self.direction, self.profile)
+        self.axis.home(now_ns, self.direction, self.profile)
 
-    def on_tick(self, now_ns: int, order: CommandWords) -> None:
+    def on_tick(self, now_ns: int, command: CommandWords) -> None:
         """Look at the opposite limit, and whether the switch has been met when the axis stands still."""
-        layer = self.layer
-        if layer.risen & CW_LIMIT:
-            layer.abort_homing(now_ns, "HOM-05")
-        elif not layer.axis.moving:
-            self.found = bool(layer.active & HOME)
+        host = self.host
+        if host.state.risen & CW_LIMIT:
+            host.abort_homing(now_ns, "HOM-05")
+        elif not host.axis.moving:
+            self.found = bool(host.state.active & HOME)
             if not self.found:
-                layer.abort_homing(now_ns, "HOM-05")
+                host.abort_homing(now_ns, "HOM-05")
 
 
 class HomingSlowedByProximity(Homing):
@@ -106,14 +106,14 @@ class HomingSlowedByProximity(Homing):
 
     def _begin_seek(self, now_ns: int) -> None:
         self.phase = Phase.SEEK
-        self.layer.axis.home(now_ns, self.direction, self.profile)
+        self.axis.home(now_ns, self.direction, self.profile)
 
     def _creep(self, now_ns: int) -> None:
         self.phase = Phase.CREEP
-        self.layer.axis.home(now_ns, self.direction, self._slow_profile)
+        self.axis.home(now_ns, self.direction, self._slow_profile)
 
     def _seek(self, now_ns: int) -> None:
-        if self.layer.axis.moving:
+        if self.axis.moving:
             super()._seek(now_ns)
         else:
             self._give_up(now_ns, HOME_BEFORE_PROXIMITY if self._at_switch else STOPPED_ELSEWHERE)
@@ -125,7 +125,7 @@ class HomingSlowedByProximity(Homing):
         self._seek(now_ns)
 
     def _take_home(self, now_ns: int, home_risen: bool) -> None:
-        if self.layer.axis.moving:
+        if self.axis.moving:
             return
         self.found = self._at_switch
         if not self.found:
@@ -133,11 +133,11 @@ class HomingSlowedByProximity(Homing):
 
     @property
     def _at_switch(self) -> bool:
-        return bool(self.layer.active & HOME)
+        return bool(self.state.active & HOME)
 
     def _give_up(self, now_ns: int, reason: Refusal) -> None:
-        self.layer.refuse(now_ns, reason)
-        self.layer.finish(now_ns, 0, "found no home")
+        self.host.refuse(now_ns, reason)
+        self.host.finish(now_ns, 0, "found no home")
 
 
 HOMINGS: dict[AxisHoming, type[Homing]] = {

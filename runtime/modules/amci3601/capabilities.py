@@ -43,7 +43,7 @@ class Request:
     """
 
     feature: Feature
-    order: CommandWords
+    command: CommandWords
     configuration: Configuration
     distance: int = 0
     minimum_registration: int = 0

@@ -7,16 +7,13 @@ so without a working encoder it goes on for ever.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from ...kinematics import Profile
 from .command_words import CommandWords
 from .latches import STOPPED
-from .operation import Operation
+from .operation import Host, Operation
 from .refusals import ENCODER_MOVE
-
-if TYPE_CHECKING:
-    from .command_layer import CommandLayer
 
 
 class EncoderMove(Operation):
@@ -24,10 +21,8 @@ class EncoderMove(Operation):
 
     name: ClassVar[str] = "encoder"
 
-    def __init__(
-        self, layer: CommandLayer, now_ns: int, target: int, direction: int, profile: Profile
-    ) -> None:
-        super().__init__(layer, now_ns)
+    def __init__(self, host: Host, now_ns: int, target: int, direction: int, profile: Profile) -> None:
+        super().__init__(host, now_ns)
         self.target = target
         self.direction = direction
         self.profile = profile
@@ -36,41 +31,41 @@ class EncoderMove(Operation):
 
     def start(self, now_ns: int) -> None:
         """Set the axis going; with the external input active, for a single step."""
-        axis = self.layer.axis
+        axis = self.axis
         if axis.encoder == self.target:
             return
-        if self.layer.external_active:
+        if self.state.external_active:
             self.stopping = self.stopped_by_input = True
             axis.step_slowly(now_ns, self.direction, self.profile.start_sps)
         else:
             axis.run(now_ns, self.direction, self.profile)
             axis.watch_counts(self.target, self.direction)
 
-    def on_tick(self, now_ns: int, order: CommandWords) -> None:
+    def on_tick(self, now_ns: int, command: CommandWords) -> None:
         """Compare the count, as long as the encoder bit stays set (reading A-52).
 
         In the words that request configuration mode the bit is another one; the move completes.
         """
-        self.on_counts(now_ns, order)
+        self.on_counts(now_ns, command)
 
     def wants_counts(self, *, turning: bool) -> bool:
         """A count that somebody gives by hand acts in the scan that it falls into."""
         return turning and not self.stopping
 
-    def on_counts(self, now_ns: int, order: CommandWords) -> None:
+    def on_counts(self, now_ns: int, command: CommandWords) -> None:
         """Compare the count."""
-        reached = (self.layer.axis.encoder - self.target) * self.direction >= 0
-        if reached and (order.configures or order.lsw & ENCODER_MOVE):
+        reached = (self.axis.encoder - self.target) * self.direction >= 0
+        if reached and (command.configures or command.lsw & ENCODER_MOVE):
             self._stop(now_ns)
 
     def _stop(self, now_ns: int) -> None:
         if not self.stopping:
             self.stopping = True
-            self.layer.axis.stop(now_ns, self.profile.deceleration_spmss, self.profile.shape)
+            self.axis.stop(now_ns, self.profile.deceleration_spmss, self.profile.shape)
 
     def on_hold(self, now_ns: int) -> None:
         """Hold has no influence on the motion [chapter 4; reading A-23]."""
-        if self.layer.options.hold_error_in_encoder_move:
+        if self.host.options.hold_error_in_encoder_move:
             super().on_hold(now_ns)
 
     def on_external(self, now_ns: int) -> None:
@@ -81,6 +76,6 @@ class EncoderMove(Operation):
     def on_end(self, now_ns: int) -> None:
         """Show MOVE_COMPLETE, or STOPPED if the external input ended the move."""
         if self.stopped_by_input:
-            self.layer.finish(now_ns, STOPPED, "stopped by the external input")
+            self.host.finish(now_ns, STOPPED, "stopped by the external input")
         else:
-            self.layer.complete(now_ns)
+            self.host.complete(now_ns)

@@ -13,19 +13,16 @@ from __future__ import annotations
 
 from fractions import Fraction
 from math import isqrt, lcm
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
-from ....io_images.amci3601 import CommandLsw, CommandMsw
+from ....io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw
 from ...kinematics import MILLI, PICO
 from .capabilities import Feature
 from .command_words import CommandWords
 from .latches import STOPPED
 from .manual_move import MANUAL_BIT
-from .operation import Limits, Operation
-from .refusals import FOLLOWER, FOLLOWER_WORDS, MANUAL_BITS
-
-if TYPE_CHECKING:
-    from .command_layer import CommandLayer
+from .operation import Host, Limits, Operation
+from .refusals import FOLLOWER, FOLLOWER_WORDS, MANUAL_BITS, refused
 
 FOLLOW = CommandLsw.ENC_FOLLOWER.value
 RESET = CommandMsw.RESET_ERRORS.value
@@ -38,12 +35,13 @@ class EncoderFollower(Operation):
 
     name: ClassVar[str] = "follower"
     limits: ClassVar[Limits] = Limits.EITHER
+    status_lsw: ClassVar[int] = StatusLsw.ENC_FOLLOWER.value
 
-    def __init__(self, layer: CommandLayer, now_ns: int, order: CommandWords) -> None:
-        super().__init__(layer, now_ns)
+    def __init__(self, host: Host, now_ns: int, command: CommandWords) -> None:
+        super().__init__(host, now_ns)
         self.sense = 0  # +1 manual CW, -1 manual CCW, 0 neither
         self.left = False
-        self._last_count = layer.axis.encoder
+        self._last_count = host.axis.encoder
         self._owed = 0  # in parts of a step, CW positive
         self._parts = self._divisor = 1  # parts in a step, a multiple of the divisor
         self._speed_msps = 0  # signed
@@ -57,26 +55,26 @@ class EncoderFollower(Operation):
 
     # -- the words ----------------------------------------------------------------------------
 
-    def on_order(self, now_ns: int, order: CommandWords) -> None:
+    def on_words(self, now_ns: int, command: CommandWords) -> None:
         """Check the words; any fault ends the mode (reading A-65)."""
         if self.left:
             return
-        if not order.lsw & FOLLOW:
-            if order.msw & MANUAL_BITS:
-                self.layer.fire(now_ns, "CMD-35")
-            elif order.msw != RESET and order.msw:
-                self.layer.fire(now_ns, "CMD-34")  # such as Hold with a command LSW of 0
+        if not command.lsw & FOLLOW:
+            if command.msw & MANUAL_BITS:
+                self.host.fire(now_ns, "CMD-35")
+            elif command.msw != RESET and command.msw:
+                self.host.fire(now_ns, "CMD-34")  # such as Hold with a command LSW of 0
             self.left = True
             return
-        sense = 1 if order.msw & MANUAL_BIT[1] else -1 if order.msw & MANUAL_BIT[-1] else 0
-        self.left = self.layer.refused(now_ns, order, FOLLOWER_WORDS)
+        sense = 1 if command.msw & MANUAL_BIT[1] else -1 if command.msw & MANUAL_BIT[-1] else 0
+        self.left = refused(self.host, now_ns, command, FOLLOWER_WORDS)
         if not self.left and sense * self.sense < 0:
-            self.layer.fire(now_ns, "CMD-33")
+            self.host.fire(now_ns, "CMD-33")
             self.left = True
         if self.left:
             return
         if sense and not self.sense:  # what was counted without a direction is not followed
-            self._last_count = self.layer.axis.encoder
+            self._last_count = self.axis.encoder
             self._scan_began_ns = now_ns
         elif self.sense and not sense:
             self._owed = self._speed_msps = self._phase = 0
@@ -89,7 +87,7 @@ class EncoderFollower(Operation):
 
     def on_end(self, now_ns: int) -> None:
         """Show STOPPED [chapter 6, The Stopped Bit 5]."""
-        self.layer.finish(now_ns, STOPPED, "left")
+        self.host.finish(now_ns, STOPPED, "left")
 
     # -- the steps ----------------------------------------------------------------------------
 
@@ -101,18 +99,18 @@ class EncoderFollower(Operation):
         """At the end of every scan, as long as a direction is selected."""
         return self.sense != 0
 
-    def on_counts(self, now_ns: int, order: CommandWords) -> None:
+    def on_counts(self, now_ns: int, command: CommandWords) -> None:
         """Count, and make the steps of the scan that ends here."""
-        counts = self.layer.axis.encoder
+        counts = self.axis.encoder
         fresh, self._last_count = counts - self._last_count, counts
         elapsed_ns, self._scan_began_ns = now_ns - self._scan_began_ns, now_ns
         self.shown_direction = self.shown_ramp = 0
-        self._divide_by(order.words[3])
-        self._owed += self.sense * fresh * order.words[2] * (self._parts // self._divisor)
-        steps = self._steps_of_scan(elapsed_ns, order.words[6], order.words[7])
+        self._divide_by(command.words[3])
+        self._owed += self.sense * fresh * command.words[2] * (self._parts // self._divisor)
+        steps = self._steps_of_scan(elapsed_ns, command.words[6], command.words[7])
         if steps:
             self.shown_direction = 1 if steps > 0 else -1
-            self.layer.axis.pulse(now_ns, self.shown_direction, abs(steps))
+            self.axis.pulse(now_ns, self.shown_direction, abs(steps))
             self._owed -= steps * self._parts
 
     def _divide_by(self, divisor: int) -> None:
@@ -172,15 +170,15 @@ def _whole(value: int, parts: int) -> int:
     return value // parts if value >= 0 else -(-value // parts)
 
 
-def obey_follower(layer: CommandLayer, now_ns: int, order: CommandWords, previous: CommandWords) -> bool:
+def obey_follower(host: Host, now_ns: int, command: CommandWords, previous: CommandWords) -> bool:
     """Enter the mode on the rise of LSW bit 7; return whether the words were the follower's."""
-    if isinstance(layer.operation, EncoderFollower):
-        return order.msw != RESET or bool(order.lsw & FOLLOW)
-    if not layer.firmware.follower:
+    if isinstance(host.operation, EncoderFollower):
+        return command.msw != RESET or bool(command.lsw & FOLLOW)
+    if not host.firmware.follower:
         return False
-    risen = order.lsw & FOLLOW and (previous.configures or not previous.lsw & FOLLOW)
-    if not risen or layer.locked:
+    risen = command.lsw & FOLLOW and (previous.configures or not previous.lsw & FOLLOW)
+    if not risen or host.state.locked:
         return False
-    if not layer.refused(now_ns, order, FOLLOWER) and not layer.unable(now_ns, Feature.FOLLOWER, order):
-        layer.accept(EncoderFollower(layer, now_ns, order))
+    if not refused(host, now_ns, command, FOLLOWER) and not host.unable(now_ns, Feature.FOLLOWER, command):
+        host.accept(EncoderFollower(host, now_ns, command))
     return True

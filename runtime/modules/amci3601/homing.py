@@ -33,16 +33,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from enum import Enum
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from ....io_images.amci3601 import HomingKind, InputBit
 from ...kinematics import Profile
 from .command_words import CommandWords
 from .latches import AT_HOME, POSITION_INVALID
-from .operation import Limits, Operation, limit_in, limit_of
-
-if TYPE_CHECKING:
-    from .command_layer import CommandLayer
+from .operation import Host, Limits, Operation, limit_in, limit_of
 
 HOME = InputBit.HOME.value
 DWELL_NS = 2_000_000_000
@@ -74,10 +71,10 @@ class Homing(Operation):
     name: ClassVar[str] = "home"
     limits: ClassVar[Limits] = Limits.OWN
 
-    def __init__(self, layer: CommandLayer, now_ns: int, direction: int, profile: Profile) -> None:
-        super().__init__(layer, now_ns)
-        assert layer.configuration is not None
-        self.kind = layer.configuration.homing
+    def __init__(self, host: Host, now_ns: int, direction: int, profile: Profile) -> None:
+        super().__init__(host, now_ns)
+        assert host.state.configuration is not None
+        self.kind = host.state.configuration.homing
         self.direction = direction
         self.profile = profile
         self.phase = Phase.SEEK
@@ -86,7 +83,7 @@ class Homing(Operation):
         self._dwell_until_ns = 0
         self._after_dwell: Callable[[int], None] = self._back
         self._signal_was_on = False
-        self._home_before = bool(layer.active & HOME)
+        self._home_before = bool(host.state.active & HOME)
 
     # -- what it looks at ---------------------------------------------------------------------
 
@@ -107,13 +104,13 @@ class Homing(Operation):
     def _signal(self) -> bool:
         """The home switch, or the backplane bit where that is the proximity."""
         if self.kind in (HomingKind.HOME_SWITCH, HomingKind.MARKER_HOME_SWITCH):
-            return bool(self.layer.active & HOME)
-        return self.layer.proximity
+            return bool(self.state.active & HOME)
+        return self.state.proximity
 
     @property
     def _on_at_start(self) -> bool:
         """With backplane proximity the home switch counts, too [chapter 4, Find Home note 2]."""
-        return self._signal or bool(self.layer.active & HOME)
+        return self._signal or bool(self.state.active & HOME)
 
     @property
     def _slow_profile(self) -> Profile:
@@ -124,10 +121,10 @@ class Homing(Operation):
 
     def start(self, now_ns: int) -> None:
         """Begin with the phase that the inputs call for."""
-        if limit_in(self.layer, self.direction):
+        if limit_in(self.host, self.direction):
             self._dwell(now_ns)
-        elif self._on_at_start and limit_in(self.layer, -self.direction):
-            self.layer.abort_homing(now_ns, "HOM-05")
+        elif self._on_at_start and limit_in(self.host, -self.direction):
+            self.host.abort_homing(now_ns, "HOM-05")
         elif self._on_at_start:
             self._back(now_ns)
         else:
@@ -135,11 +132,11 @@ class Homing(Operation):
 
     def _begin_seek(self, now_ns: int) -> None:
         self.phase = Phase.SEEK
-        self.layer.axis.run(now_ns, self.direction, self.profile)
+        self.axis.run(now_ns, self.direction, self.profile)
 
     def _dwell(self, now_ns: int) -> None:
         """An end limit has been met: stand still for two seconds, then turn round."""
-        self.layer.axis.cut(now_ns)
+        self.axis.cut(now_ns)
         self.reversed = True
         self._wait(now_ns, DWELL_NS, self._back)
 
@@ -153,40 +150,40 @@ class Homing(Operation):
     def _back(self, now_ns: int) -> None:
         self.phase = Phase.BACK
         self._signal_was_on = self._signal
-        self.layer.axis.run(now_ns, -self.direction, self.profile)
+        self.axis.run(now_ns, -self.direction, self.profile)
 
     def _creep(self, now_ns: int) -> None:
         self.phase = Phase.CREEP
-        self.layer.axis.run(now_ns, self.direction, self._slow_profile)
+        self.axis.run(now_ns, self.direction, self._slow_profile)
         if self._signal:  # the stop before came to it again
             self._final(now_ns)
 
     def _final(self, now_ns: int) -> None:
         """The proximity has been seen: slow down, and take the next home edge or marker."""
-        self.layer.axis.change_speed(now_ns, self._slow_profile)
+        self.axis.change_speed(now_ns, self._slow_profile)
         self.phase = Phase.FINAL
         if self._with_marker:
-            self.layer.axis.watch_marker()
+            self.axis.watch_marker()
 
     def _stop(self, now_ns: int, then: Phase) -> None:
         """Ramp down; the tick after the end of the ramp turns round, and shows it until then."""
         self.phase = then
-        self.shown_direction = self.layer.axis.direction
+        self.shown_direction = self.axis.direction
         self.shown_ramp = -1 if self.profile.has_ramps else 0
-        self.layer.axis.stop(now_ns, self.profile.deceleration_spmss, self.profile.shape)
+        self.axis.stop(now_ns, self.profile.deceleration_spmss, self.profile.shape)
 
     def next_wake_ns(self, now_ns: int) -> int | None:
         """The end of a dwell, and the tick after a ramp that took no time."""
-        if self.phase in TURNING and not self.layer.axis.moving:
+        if self.phase in TURNING and not self.axis.moving:
             return now_ns + 1
         return self._dwell_until_ns if self.phase is Phase.DWELL else None
 
     # -- ticks --------------------------------------------------------------------------------
 
-    def on_tick(self, now_ns: int, order: CommandWords) -> None:
+    def on_tick(self, now_ns: int, command: CommandWords) -> None:
         """Look at limits and signals, and go on to the next phase where one is due."""
-        home_risen = bool(self.layer.active & HOME) and not self._home_before
-        self._home_before = bool(self.layer.active & HOME)
+        home_risen = bool(self.state.active & HOME) and not self._home_before
+        self._home_before = bool(self.state.active & HOME)
         if now_ns == self.started_ns:
             return  # what has changed before the start counts as it is at the start
         if not self._is_home(home_risen) and self._met_a_limit(now_ns):
@@ -201,7 +198,7 @@ class Homing(Operation):
             self._approach(now_ns, home_risen)
         elif self.phase is Phase.DWELL and now_ns >= self._dwell_until_ns:
             self._turn_round(now_ns, self._after_dwell)
-        elif self.phase in TURNING and not self.layer.axis.moving:
+        elif self.phase in TURNING and not self.axis.moving:
             self._after_ramp(now_ns)
 
     def _seek(self, now_ns: int) -> None:
@@ -225,7 +222,7 @@ class Homing(Operation):
         "It is possible to home the 3601 module off of an end limit switch" [chapter 4, general note 5].
         """
         if self.phase is Phase.FINAL:
-            return self.layer.axis.marker_seen if self._with_marker else home_risen
+            return self.axis.marker_seen if self._with_marker else home_risen
         return self.phase is Phase.CREEP and self._alone and home_risen
 
     def _approach(self, now_ns: int, home_risen: bool) -> None:
@@ -236,13 +233,13 @@ class Homing(Operation):
 
     def _take_home(self, now_ns: int, home_risen: bool) -> None:
         if self._is_home(home_risen):
-            self.layer.axis.cut(now_ns)
+            self.axis.cut(now_ns)
             self.found = True
 
     def _after_ramp(self, now_ns: int) -> None:
         """Turn round, at once unless a pause is chosen (reading A-72b)."""
         turn = self._back if self.phase is Phase.STOP_BEFORE_BACK else self._creep
-        pause_ns = self.layer.options.home_reversal_dwell_ms * 1_000_000
+        pause_ns = self.host.options.home_reversal_dwell_ms * 1_000_000
         if pause_ns and self._alone:
             self._wait(now_ns, pause_ns, turn)
         else:
@@ -257,25 +254,25 @@ class Homing(Operation):
 
     def _met_a_limit(self, now_ns: int) -> bool:
         """Deal with end limits, as the table above has it; return whether one was met."""
-        layer = self.layer
+        host = self.host
         if self.phase is Phase.DWELL and self.reversed:
             return False  # what is active then is looked at when the axis turns round
-        if self.phase in SEARCHING and not self.reversed and layer.active & limit_of(self.direction):
+        if self.phase in SEARCHING and not self.reversed and host.state.active & limit_of(self.direction):
             self._dwell(now_ns)
             return True
-        same = layer.active & limit_of(self.direction) if self.phase in SEARCHING else 0
-        opposite = (layer.active if self.reversed else layer.risen) & limit_of(-self.direction)
+        same = host.state.active & limit_of(self.direction) if self.phase in SEARCHING else 0
+        opposite = (host.state.active if self.reversed else host.state.risen) & limit_of(-self.direction)
         if same or opposite:
-            layer.abort_homing(now_ns, "HOM-04" if self.reversed else "HOM-05")
+            host.abort_homing(now_ns, "HOM-04" if self.reversed else "HOM-05")
         return bool(same or opposite)
 
     # -- what comes in between ----------------------------------------------------------------
 
     def on_end(self, now_ns: int) -> None:
         """Home: position, encoder and captured value are zero and valid, all in one update."""
-        layer = self.layer
-        layer.axis.preset_position(0)
-        layer.axis.preset_encoder(0)
-        layer.captured = 0
-        layer.latches.clear(POSITION_INVALID)
-        layer.finish(now_ns, AT_HOME, "home")
+        host = self.host
+        host.axis.preset_position(0)
+        host.axis.preset_encoder(0)
+        host.state.captured = 0
+        host.state.latches.clear(POSITION_INVALID)
+        host.finish(now_ns, AT_HOME, "home")

@@ -1,8 +1,8 @@
 """The latched status bits of word 0, and the record of which rule set them.
 
 A real module shows only the bits. This one also keeps the id of the rule
-behind each error bit, so that a user can be told which sentence of the manual
-was broken.
+behind each error bit, so that a user sees which sentence of the manual was
+broken.
 """
 
 from __future__ import annotations
@@ -44,13 +44,10 @@ class Fault(NamedTuple):
 
     Attributes:
         rule: its id.
-        bits: what is set instead of the row's own bits, where the manual names the rule but not its
-            consequence.
         alone: without the rows that usually fire together with it.
     """
 
     rule: str
-    bits: int | None = None
     alone: bool = False
 
     @property
@@ -58,14 +55,16 @@ class Fault(NamedTuple):
         """The rows that fire."""
         return (self.rule,) if self.alone else (self.rule, *RULES[self.rule].together_with)
 
-    def bits_of(self, row: str) -> int:
-        """Bits of word 0 that one of the rows sets."""
-        return int(RULES[row].sets) & 0xFFFF if self.bits is None else self.bits
-
     @property
     def all_bits(self) -> int:
         """Bits of word 0 that the rows set together."""
-        return reduce(or_, map(self.bits_of, self.rows))
+        return reduce(or_, map(bits_of, self.rows))
+
+
+def bits_of(row: str) -> int:
+    """Return the bits of word 0 that a broken rule sets."""
+    rule = RULES[row]
+    return (rule.if_broken or rule.sets) & 0xFFFF
 
 
 class Latches:
@@ -84,20 +83,22 @@ class Latches:
         self.causes: dict[int, str] = {}
         self._events = events
 
-    def fire(self, now_ns: int, rule_id: str, *, bits: int | None = None, alone: bool = False) -> int:
+    def fire(self, now_ns: int, rule_id: str, *, alone: bool = False) -> int:
         """Set the bits of a rule and of those that share its cause; return them all.
 
         Args:
             now_ns: the instant.
             rule_id: a row of the rule table.
-            bits: what to set instead of the row's own bits (for rows whose consequence the
-                manual leaves open).
             alone: without the rows that usually fire together with it.
         """
-        fault = Fault(rule_id, bits, alone)
+        fault = Fault(rule_id, alone)
         for row in fault.rows:
-            self._set(now_ns, row, fault.bits_of(row))
+            self._set(now_ns, row, bits_of(row))
         return fault.all_bits
+
+    def note(self, now_ns: int, rule_id: str) -> None:
+        """Write down a rule whose effect an option has switched off."""
+        self._set(now_ns, rule_id, 0)
 
     def _set(self, now_ns: int, rule_id: str, bits: int) -> None:
         rule = RULES[rule_id]

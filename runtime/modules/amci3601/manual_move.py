@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from ....io_images.amci3601 import CommandMsw
 from ...kinematics import Profile
 from .capabilities import Feature
 from .command_words import CommandWords
 from .latches import STOPPED
-from .operation import Limits, Operation
+from .operation import Host, Limits, Operation
 from .refusals import speed_or_rates_out_of_range
-
-if TYPE_CHECKING:
-    from .command_layer import CommandLayer
 
 MANUAL_BIT = {1: CommandMsw.MANUAL_CW.value, -1: CommandMsw.MANUAL_CCW.value}
 
@@ -28,70 +25,70 @@ class ManualMove(Operation):
     name: ClassVar[str] = "manual"
     limits: ClassVar[Limits] = Limits.SAME_DIRECTION
 
-    def __init__(self, layer: CommandLayer, now_ns: int, direction: int, order: CommandWords) -> None:
-        super().__init__(layer, now_ns)
+    def __init__(self, host: Host, now_ns: int, direction: int, command: CommandWords) -> None:
+        super().__init__(host, now_ns)
         self.direction = direction
-        self.profile: Profile = order.profile(layer.start_sps)
+        self.profile: Profile = command.profile(host.state.start_sps)
         self.constant = self.profile.speed_sps <= self.profile.start_sps
-        self.target_words = order.target_words
-        self.speed_words = order.speed_words
+        self.target_words = command.target_words
+        self.speed_words = command.speed_words
         self.stopping = False
 
     def start(self, now_ns: int) -> None:
         """Set the axis going; with the external input active, for a single step [chapter 6]."""
-        if self.layer.external_active:
+        if self.state.external_active:
             self.stopping = True
             speed = min(self.profile.speed_sps, self.profile.start_sps)
-            self.layer.axis.step_slowly(now_ns, self.direction, speed)
+            self.axis.step_slowly(now_ns, self.direction, speed)
         else:
-            self.layer.axis.run(now_ns, self.direction, self.profile)
+            self.axis.run(now_ns, self.direction, self.profile)
 
-    def on_order(self, now_ns: int, order: CommandWords) -> None:
+    def on_words(self, now_ns: int, command: CommandWords) -> None:
         """Obey the released bit first, then look at target and speed."""
         if self.stopping:
             return
-        if not order.msw & MANUAL_BIT[self.direction]:
-            if self.layer.firmware.registration is False and not any(order.words):
-                self.layer.fire(now_ns, "CMD-14")
+        if not command.msw & MANUAL_BIT[self.direction]:
+            if self.host.firmware.registration is False and not any(command.words):
+                self.host.fire(now_ns, "CMD-14")
             self._stop(now_ns)
-        elif not self.layer.locked:
-            self._watch_words(now_ns, order)
+        elif not self.state.locked:
+            self._watch_words(now_ns, command)
 
-    def _watch_words(self, now_ns: int, order: CommandWords) -> None:
-        if order.target_words != self.target_words and self.layer.firmware.registration:
-            self.target_words = order.target_words
+    def _watch_words(self, now_ns: int, command: CommandWords) -> None:
+        if command.target_words != self.target_words and self.host.firmware.registration:
+            self.target_words = command.target_words
             self._fault(now_ns, "CMD-25")
-        elif order.speed_words != self.speed_words:
-            self.speed_words = order.speed_words
-            self._change_speed(now_ns, order)
+        elif command.speed_words != self.speed_words:
+            self.speed_words = command.speed_words
+            self._change_speed(now_ns, command)
 
-    def _change_speed(self, now_ns: int, order: CommandWords) -> None:
+    def _change_speed(self, now_ns: int, command: CommandWords) -> None:
         if self.constant:
-            self.layer.fire(now_ns, "CMD-13")
+            self.host.fire(now_ns, "CMD-13")
             self.stopping = True
-            self.layer.axis.cut(now_ns)  # at or below the starting speed there is no ramp (reading A-42)
-        elif speed_or_rates_out_of_range(self.layer, order):
-            self.layer.fire(now_ns, "CMD-15")
+            self.axis.cut(now_ns)  # at or below the starting speed there is no ramp (reading A-42)
+        elif speed_or_rates_out_of_range(self.host, command):
+            self.host.fire(now_ns, "CMD-15")
             self._stop(now_ns)
-        elif self.layer.unable(now_ns, Feature.SPEED_CHANGE, order):
+        elif self.host.unable(now_ns, Feature.SPEED_CHANGE, command):
             self._stop(now_ns)
         else:
-            self.profile = order.profile(self.layer.start_sps)
-            self.layer.axis.change_speed(now_ns, self.profile)
+            self.profile = command.profile(self.state.start_sps)
+            self.axis.change_speed(now_ns, self.profile)
 
     def _fault(self, now_ns: int, rule_id: str) -> None:
         """The words of a registration move are at fault: the stop begins at once (reading A-56)."""
-        self.layer.fire(now_ns, rule_id)
-        if self.layer.options.registration_fault_cuts:
+        self.host.fire(now_ns, rule_id)
+        if self.host.options.registration_fault_cuts:
             self.stopping = True
-            self.layer.axis.cut(now_ns)
+            self.axis.cut(now_ns)
         else:
             self._stop(now_ns)
 
     def _stop(self, now_ns: int) -> None:
         if not self.stopping:
             self.stopping = True
-            self.layer.axis.stop(now_ns, max(1, self.profile.deceleration_spmss), self.profile.shape)
+            self.axis.stop(now_ns, max(1, self.profile.deceleration_spmss), self.profile.shape)
 
     def on_hold(self, now_ns: int) -> None:
         """Hold is an error here, and stops the motion [chapter 4, Hold Move; reading A-26]."""
@@ -112,7 +109,7 @@ class ManualMove(Operation):
 
     def on_end(self, now_ns: int) -> None:
         """Show STOPPED [chapter 6, The Stopped Bit 1]."""
-        self.layer.finish(now_ns, STOPPED, "stopped")
+        self.host.finish(now_ns, STOPPED, "stopped")
 
 
 class OneShot(Operation):
@@ -121,15 +118,15 @@ class OneShot(Operation):
     name: ClassVar[str] = "one-shot manual"
     limits: ClassVar[Limits] = Limits.OWN
 
-    def __init__(self, layer: CommandLayer, now_ns: int, direction: int) -> None:
-        super().__init__(layer, now_ns)
+    def __init__(self, host: Host, now_ns: int, direction: int) -> None:
+        super().__init__(host, now_ns)
         self.direction = direction
         self.shown_direction = direction
         self.released = False
 
     def start(self, now_ns: int) -> None:
         """Output the pulse."""
-        self.layer.axis.pulse(now_ns, self.direction)
+        self.axis.pulse(now_ns, self.direction)
 
     @property
     def busy(self) -> bool:
@@ -145,9 +142,9 @@ class OneShot(Operation):
         """Once after the pulse, whose step may have operated a switch."""
         return now_ns + 1 if now_ns == self.started_ns else None
 
-    def on_order(self, now_ns: int, order: CommandWords) -> None:
+    def on_words(self, now_ns: int, command: CommandWords) -> None:
         """Look for the release of the bit."""
-        self.released = not order.msw & MANUAL_BIT[self.direction]
+        self.released = not command.msw & MANUAL_BIT[self.direction]
 
     def on_release(self, now_ns: int) -> None:
         """The bit counts as reset."""
@@ -155,4 +152,4 @@ class OneShot(Operation):
 
     def on_end(self, now_ns: int) -> None:
         """Show nothing: STOPPED is not set after a one-shot [chapter 4, Manual Move]."""
-        self.layer.finish(now_ns, 0, "made its pulse")
+        self.host.finish(now_ns, 0, "made its pulse")

@@ -98,7 +98,7 @@ class Amci3601:
         self.axis = StepGenerator(self.machine, diagnostic_wiring=self._diagnostic_wiring)
         self.axis.advance(self._now_ns)
         self.layer = CommandLayer(self.axis, self.firmware, self.options, self.events, self._now_ns)
-        self.layer.running = self._plc_running
+        self.layer.state.running = self._plc_running
         self._acted_on: bytes | None = None  # the output words that the layer has seen
         self._tick_due_ns = self._counts_due_ns = NEVER
         self._due_ns = self._now_ns  # before this instant nothing changes but position and count
@@ -202,7 +202,7 @@ class Amci3601:
 
     def _tick(self, tick_ns: int, outputs: Image) -> None:
         self.axis.advance(tick_ns)
-        if self.layer.running != (self._plc_running and self.trouble is None):
+        if self.layer.state.running != (self._plc_running and self.trouble is None):
             self._change_mode(tick_ns)
         self.layer.tick(tick_ns, tuple(outputs), self.machine.levels(tick_ns))
         self._acted_on = outputs.raw.tobytes()
@@ -211,7 +211,7 @@ class Amci3601:
         self._counts_due_ns = tick_ns + self._tick_ns if wanted else NEVER
 
     def _change_mode(self, now_ns: int) -> None:
-        if self.layer.running:
+        if self.layer.state.running:
             self.layer.leave_run_mode(now_ns)
         else:
             self.layer.enter_run_mode()
@@ -245,7 +245,7 @@ class Amci3601:
         """Note until when nothing but the position can change."""
         due_ns = min(self._tick_due_ns + 1, self._counts_due_ns, self.axis.next_change_ns())
         self._due_ns = due_ns if self.trouble is None else 0
-        live = not self.layer.in_configuration_mode
+        live = not self.layer.state.in_configuration_mode
         self._counting = live and self.axis.counting
         self._segment = self.axis.segment if live else None
         if self.machine.events:
@@ -269,7 +269,7 @@ class Amci3601:
         lights = LIGHTS_IN_TROUBLE.get(trouble) if trouble is not None else None
         if lights is None:
             moving = layer.operation is not None
-            lights = indicators(layer.latches.bits, moving=moving, linked=trouble is None)
+            lights = indicators(layer.state.latches.bits, moving=moving, linked=trouble is None)
         if lights != self.indicators:
             self.indicators = lights
             fields: dict[str, JsonValue] = {

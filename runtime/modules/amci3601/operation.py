@@ -1,20 +1,26 @@
-"""What a motion does when something comes in between: the base of all operations.
+"""What a motion does when something interferes: the base of all operations, and their host.
 
 An operation is one motion from its acceptance to its end. Each kind answers
 the same few questions in its own file, which together are the manual's tables
 of what Hold, the external input and the end limits do to which move.
+
+Operations know the `Host` below and the state; the command layer, which is the
+host, knows operations.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from enum import Enum
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar, Protocol
 
-from ....io_images.amci3601 import InputBit
+from ....io_images.amci3601 import Firmware, InputBit
+from .axis import Axis
+from .capabilities import Feature, Refusal
 from .command_words import CommandWords
-
-if TYPE_CHECKING:
-    from .command_layer import CommandLayer
+from .latches import Fault
+from .options import Amci3601Options
+from .state import ModuleState
 
 CW_LIMIT = InputBit.CW_LIMIT.value
 CCW_LIMIT = InputBit.CCW_LIMIT.value
@@ -34,11 +40,74 @@ def limit_of(direction: int) -> int:
     return CW_LIMIT if direction > 0 else CCW_LIMIT
 
 
-def limit_in(layer: CommandLayer, direction: int) -> bool:
+def limit_in(host: Host, direction: int) -> bool:
     """Whether the end limit in a direction is active, as far as that is known."""
-    if layer.axis.capabilities.shared_limit and layer.active & EITHER_LIMIT == EITHER_LIMIT:
+    if host.axis.capabilities.shared_limit and host.state.active & EITHER_LIMIT == EITHER_LIMIT:
         return False
-    return bool(layer.active & limit_of(direction))
+    return bool(host.state.active & limit_of(direction))
+
+
+class Host(Protocol):
+    """What runs operations.
+
+    Attributes:
+        axis: makes the steps.
+        firmware: decides which functions exist.
+        options: switches of the model.
+        state: the module's memory.
+        operation: the motion that runs.
+    """
+
+    axis: Axis
+    firmware: Firmware
+    options: Amci3601Options
+    state: ModuleState
+    operation: Operation | None
+
+    @property
+    def busy(self) -> bool:
+        """Whether a move is under way that a new one has to wait for."""
+        ...
+
+    def fire(self, now_ns: int, rule_id: str, *, alone: bool = False) -> None:
+        """Set the bits of a broken rule."""
+        ...
+
+    def fire_all(self, now_ns: int, faults: Iterable[Fault]) -> None:
+        """Set the bits of all rules that one command breaks (reading A-110)."""
+        ...
+
+    def refuse(self, now_ns: int, refusal: Refusal) -> None:
+        """Show what the axis can't do."""
+        ...
+
+    def unable(self, now_ns: int, feature: Feature, command: CommandWords, distance: int = 0) -> bool:
+        """Refuse what the axis can't do, and return True; ask after the manual's own rules."""
+        ...
+
+    def accept(self, operation: Operation) -> None:
+        """Make `operation` the one that runs."""
+        ...
+
+    def complete(self, now_ns: int) -> None:
+        """End the running operation successfully, unless an error arose meanwhile (reading A-27)."""
+        ...
+
+    def finish(self, now_ns: int, completion: int, how: str) -> None:
+        """End the running operation with a completion bit, or 0."""
+        ...
+
+    def cut(self, now_ns: int, *, stopped: bool = True) -> None:
+        """End any motion without a ramp."""
+        ...
+
+    def abort_homing(self, now_ns: int, rule_id: str) -> None:
+        """End a search for home that end limits have stopped."""
+        ...
+
+    def settle(self, now_ns: int) -> None:
+        """Finish an operation that has come to its end."""
+        ...
 
 
 class Operation:
@@ -47,6 +116,7 @@ class Operation:
     Attributes:
         name: what people call it.
         limits: which end limits stop it.
+        status_lsw: bits of status word LSW that show as long as it runs.
         busy: whether a new move has to wait for it.
         shown_direction: direction of the motion bits while the axis runs no motion of its own.
         shown_ramp: the same for the ramp bits.
@@ -54,11 +124,14 @@ class Operation:
 
     name: ClassVar[str] = ""
     limits: ClassVar[Limits] = Limits.EITHER
+    status_lsw: ClassVar[int] = 0
 
-    def __init__(self, layer: CommandLayer, now_ns: int) -> None:
-        self.layer = layer
+    def __init__(self, host: Host, now_ns: int) -> None:
+        self.host = host
+        self.axis = host.axis
+        self.state = host.state
         self.started_ns = now_ns
-        self.started_at = layer.axis.position
+        self.started_at = self.axis.position
         self.shown_direction = 0
         self.shown_ramp = 0
 
@@ -70,11 +143,11 @@ class Operation:
     @property
     def over(self) -> bool:
         """Whether the motion has come to its end."""
-        return not self.layer.axis.moving
+        return not self.axis.moving
 
     def on_hold(self, now_ns: int) -> None:
         """Hold was commanded; refused unless the operation can be held [chapter 6, Command Error 7]."""
-        self.layer.fire(now_ns, "CMD-07")
+        self.host.fire(now_ns, "CMD-07")
 
     def on_forfeit(self) -> None:
         """A command or an error has come: what is being held can't be resumed any more."""
@@ -85,13 +158,13 @@ class Operation:
     def on_external(self, now_ns: int) -> None:
         """The external input is active; ignored unless the operation obeys it."""
 
-    def on_order(self, now_ns: int, order: CommandWords) -> None:
+    def on_words(self, now_ns: int, command: CommandWords) -> None:
         """The output image has changed while this operation runs."""
 
-    def on_tick(self, now_ns: int, order: CommandWords) -> None:
+    def on_tick(self, now_ns: int, command: CommandWords) -> None:
         """A tick: look at what is checked by level while this operation runs."""
 
-    def on_counts(self, now_ns: int, order: CommandWords) -> None:
+    def on_counts(self, now_ns: int, command: CommandWords) -> None:
         """A scan ends: act on what the encoder has counted in it, under the words of that scan."""
 
     def on_release(self, now_ns: int) -> None:
@@ -105,7 +178,7 @@ class Operation:
         """Return whether `on_counts` is wanted at the end of the scan that begins now.
 
         Args:
-            turning: somebody turns the encoder by hand in it.
+            turning: the encoder is turned by hand in it.
         """
         return False
 

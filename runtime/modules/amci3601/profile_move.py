@@ -2,31 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
-
 from ...kinematics import Profile
 from .capabilities import Feature
 from .latches import HOLD_STATE
-from .operation import Operation
-
-if TYPE_CHECKING:
-    from .command_layer import CommandLayer
-
-
-@dataclass(frozen=True, slots=True)
-class Held:
-    """What Resume needs: the target of the held move, in steps as the module counts them."""
-
-    target: int
-    name: str
+from .operation import Host, Operation
+from .state import Held
 
 
 class ProfileMove(Operation):
     """A move to `target` at a profile; ends in MOVE_COMPLETE, or in HOLD_STATE if it was held."""
 
-    def __init__(self, layer: CommandLayer, now_ns: int, name: str, target: int, profile: Profile) -> None:
-        super().__init__(layer, now_ns)
+    def __init__(self, host: Host, now_ns: int, name: str, target: int, profile: Profile) -> None:
+        super().__init__(host, now_ns)
         self.name = name  # type: ignore[misc]  # two commands share the class
         self.target = target
         self.profile = profile
@@ -37,18 +24,18 @@ class ProfileMove(Operation):
 
     def start(self, now_ns: int) -> None:
         """Set the axis going; with the external input active, for a single step [chapter 4]."""
-        distance = self.target - self.layer.axis.position
+        distance = self.target - self.axis.position
         if distance == 0:
             return
-        if self.layer.external_active:
+        if self.state.external_active:
             self.holding = self.by_external = self.single_step = True
-            self.layer.axis.step_slowly(now_ns, 1 if distance > 0 else -1, self.profile.start_sps)
+            self.axis.step_slowly(now_ns, 1 if distance > 0 else -1, self.profile.start_sps)
         else:
-            self.layer.axis.move(now_ns, distance, self.profile)
+            self.axis.move(now_ns, distance, self.profile)
 
     def on_hold(self, now_ns: int) -> None:
         """Ramp down into the hold state; nothing further once the axis is stopping."""
-        if not self.layer.unable(now_ns, Feature.HOLD, self.layer.order):
+        if not self.host.unable(now_ns, Feature.HOLD, self.state.command):
             self._hold(now_ns)
 
     def on_forfeit(self) -> None:
@@ -62,7 +49,7 @@ class ProfileMove(Operation):
         self.by_external = self.by_external or self.holding != before
 
     def _hold(self, now_ns: int) -> None:
-        axis, profile = self.layer.axis, self.profile
+        axis, profile = self.axis, self.profile
         if self.holding or axis.ramp < 0:
             return  # it is stopping already
         left = abs(self.target - axis.position)
@@ -73,9 +60,9 @@ class ProfileMove(Operation):
 
     def on_end(self, now_ns: int) -> None:
         """Show MOVE_COMPLETE, or HOLD_STATE with the rest of the way kept for Resume."""
-        if self.holding and (self.single_step or self.layer.axis.position != self.target):
-            self.layer.finish(now_ns, HOLD_STATE, "held")
-            self.layer.held = Held(self.target, self.name) if self.resumable else None
-            self.layer.held_by_external = self.by_external
+        if self.holding and (self.single_step or self.axis.position != self.target):
+            self.host.finish(now_ns, HOLD_STATE, "held")
+            held = Held(self.target, self.name) if self.resumable else None
+            self.state.hold(held, by_external=self.by_external)
         else:
-            self.layer.complete(now_ns)
+            self.host.complete(now_ns)

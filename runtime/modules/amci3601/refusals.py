@@ -11,7 +11,7 @@ A-17].
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from ....io_images.amci3601 import (
     CommandLsw,
@@ -23,34 +23,29 @@ from ....io_images.amci3601 import (
 )
 from ...kinematics import MILLI, PICO, stopping_distance
 from .command_words import COMMAND_BITS, S_CURVE, CommandWords
-from .latches import COMMAND_ERROR, POSITION_INVALID, Fault
-from .operation import CW_LIMIT, EITHER_LIMIT, limit_in, limit_of
+from .latches import POSITION_INVALID, Fault
+from .operation import CW_LIMIT, EITHER_LIMIT, Host, limit_in, limit_of
 
-if TYPE_CHECKING:
-    from .command_layer import CommandLayer
-
-Check = Callable[["CommandLayer", CommandWords], bool]
+Check = Callable[[Host, CommandWords], bool]
 
 
 class RefusalRule(NamedTuple):
     """One reason to refuse a command.
 
     Attributes:
-        rule: the rule of the manual that is broken.
-        broken: tells whether it is.
-        bits: what is set, where the manual names the rule but not its consequence.
+        rule: the rule of the manual; what it sets stands in its row of `RULES`.
+        broken: whether a command breaks it.
         alone: the rule fires without the rows that usually share its cause.
     """
 
     rule: str
     broken: Check
-    bits: int | None = None
     alone: bool = False
 
     @property
     def fault(self) -> Fault:
         """What fires if it is broken."""
-        return Fault(self.rule, self.bits, self.alone)
+        return Fault(self.rule, self.alone)
 
 
 Refusals = tuple[RefusalRule, ...]
@@ -63,19 +58,23 @@ OTHER_THAN_MANUAL = COMMAND_BITS & ~MANUAL_BITS
 MANUAL_CW = CommandMsw.MANUAL_CW.value
 
 
-def busy(layer: CommandLayer, order: CommandWords) -> bool:
+def busy(host: Host, command: CommandWords) -> bool:
     """Whether the previous move is still under way."""
-    return layer.busy
+    return host.busy
 
 
-def external_still_on(layer: CommandLayer, order: CommandWords) -> bool:
+def external_still_on(host: Host, command: CommandWords) -> bool:
     """Whether the external input that has held a move is still on, and that forbids a new one (A-47)."""
-    return layer.held_by_external and layer.external_active and not layer.options.one_step_under_external
+    return (
+        host.state.held_by_external
+        and host.state.external_active
+        and not host.options.one_step_under_external
+    )
 
 
-def speed_or_rates_out_of_range(layer: CommandLayer, order: CommandWords) -> bool:
+def speed_or_rates_out_of_range(host: Host, command: CommandWords) -> bool:
     """Whether speed, acceleration or deceleration is outside its range."""
-    given = order.parameters
+    given = command.parameters
     return not (
         speed_in_range(given.speed)
         and rate_in_range(given.acceleration)
@@ -83,190 +82,190 @@ def speed_or_rates_out_of_range(layer: CommandLayer, order: CommandWords) -> boo
     )
 
 
-def parameters_out_of_range(layer: CommandLayer, order: CommandWords) -> bool:
+def parameters_out_of_range(host: Host, command: CommandWords) -> bool:
     """Whether target, speed, acceleration or deceleration is outside its range."""
-    return not target_in_range(order.parameters.target) or speed_or_rates_out_of_range(layer, order)
+    return not target_in_range(command.parameters.target) or speed_or_rates_out_of_range(host, command)
 
 
-def slower_than_start(layer: CommandLayer, order: CommandWords) -> bool:
+def slower_than_start(host: Host, command: CommandWords) -> bool:
     """Whether the programmed speed is below the starting speed."""
-    return order.parameters.speed is not None and order.parameters.speed < layer.start_sps
+    return command.parameters.speed is not None and command.parameters.speed < host.state.start_sps
 
 
-def position_invalid(layer: CommandLayer, order: CommandWords) -> bool:
+def position_invalid(host: Host, command: CommandWords) -> bool:
     """Whether the current position is not valid."""
-    return bool(layer.latches.bits & POSITION_INVALID)
+    return bool(host.state.latches.bits & POSITION_INVALID)
 
 
-def estop_active(layer: CommandLayer, order: CommandWords) -> bool:
+def estop_active(host: Host, command: CommandWords) -> bool:
     """Whether the emergency stop input is active."""
-    return bool(layer.active & ESTOP)
+    return bool(host.state.active & ESTOP)
 
 
-def any_limit_active(layer: CommandLayer, order: CommandWords) -> bool:
+def any_limit_active(host: Host, command: CommandWords) -> bool:
     """Whether either end limit is active while the axis is at rest, so that no move can begin (A-17).
 
-    What limits do to a move under way is that move's matter. A limit that is also the home switch
+    A move under way deals with limits itself. A limit that is also the home switch
     counts only where it is in the way.
     """
-    if layer.busy:
+    if host.busy:
         return False
-    if layer.axis.capabilities.home_is_ccw_limit and heads_cw(layer, order):
-        return bool(layer.active & CW_LIMIT)
-    return bool(layer.active & EITHER_LIMIT)
+    if host.axis.capabilities.home_is_ccw_limit and heads_cw(host, command):
+        return bool(host.state.active & CW_LIMIT)
+    return bool(host.state.active & EITHER_LIMIT)
 
 
-def heads_cw(layer: CommandLayer, order: CommandWords) -> bool:
+def heads_cw(host: Host, command: CommandWords) -> bool:
     """Whether an absolute or relative move, or a resumed one, goes CW."""
-    target = order.parameters.target or 0
-    if order.msw & CommandMsw.ABSOLUTE_MOVE.value:
-        return target > layer.axis.position
-    if order.msw & CommandMsw.RESUME_MOVE.value:
-        return layer.held is not None and layer.held.target > layer.axis.position
+    target = command.parameters.target or 0
+    if command.msw & CommandMsw.ABSOLUTE_MOVE.value:
+        return target > host.axis.position
+    if command.msw & CommandMsw.RESUME_MOVE.value:
+        return host.state.held is not None and host.state.held.target > host.axis.position
     return target > 0
 
 
-def same_limit_active(layer: CommandLayer, order: CommandWords) -> bool:
+def same_limit_active(host: Host, command: CommandWords) -> bool:
     """Whether the end limit in the direction of a manual command is active, as far as that is known."""
-    return limit_in(layer, 1 if order.msw & MANUAL_CW else -1)
+    return limit_in(host, 1 if command.msw & MANUAL_CW else -1)
 
 
-def not_held(layer: CommandLayer, order: CommandWords) -> bool:
+def not_held(host: Host, command: CommandWords) -> bool:
     """Whether there is nothing that Resume could go on with."""
-    return layer.held is None
+    return host.state.held is None
 
 
-def target_given_to_old_firmware(layer: CommandLayer, order: CommandWords) -> bool:
+def target_given_to_old_firmware(host: Host, command: CommandWords) -> bool:
     """Whether a manual move carries target data that this firmware has no use for."""
-    return not layer.firmware.registration and order.target_words != (0, 0)
+    return not host.firmware.registration and command.target_words != (0, 0)
 
 
-def manual_parameters_illegal(layer: CommandLayer, order: CommandWords) -> bool:
+def manual_parameters_illegal(host: Host, command: CommandWords) -> bool:
     """Whether a manual speed is no value, or rates that will be used are out of range.
 
     Speed 0 is a one-shot; up to the starting speed the rates are not looked at
     (readings A-44, A-81).
     """
-    speed = order.parameters.speed
+    speed = command.parameters.speed
     if (
         speed is None
         or not (speed == 0 or speed_in_range(speed))
-        or not target_in_range(order.parameters.target)
+        or not target_in_range(command.parameters.target)
     ):
         return True
-    return speed > layer.start_sps and speed_or_rates_out_of_range(layer, order)
+    return speed > host.state.start_sps and speed_or_rates_out_of_range(host, command)
 
 
-def lsw_not_zero(layer: CommandLayer, order: CommandWords) -> bool:
+def lsw_not_zero(host: Host, command: CommandWords) -> bool:
     """Whether the command LSW is not zero."""
-    return order.lsw != 0
+    return command.lsw != 0
 
 
-def profile_words_given(layer: CommandLayer, order: CommandWords) -> bool:
+def profile_words_given(host: Host, command: CommandWords) -> bool:
     """Whether speed, acceleration or deceleration words carry data."""
-    return any(order.words[4:])
+    return any(command.words[4:])
 
 
-def target_illegal(layer: CommandLayer, order: CommandWords) -> bool:
+def target_illegal(host: Host, command: CommandWords) -> bool:
     """Whether the target words are no value or out of range."""
-    return not target_in_range(order.parameters.target)
+    return not target_in_range(command.parameters.target)
 
 
-def no_encoder(layer: CommandLayer, order: CommandWords) -> bool:
+def no_encoder(host: Host, command: CommandWords) -> bool:
     """Whether no quadrature encoder is configured."""
-    return layer.configuration is None or not layer.configuration.quadrature_encoder
+    return host.state.configuration is None or not host.state.configuration.quadrature_encoder
 
 
-def target_not_zero(layer: CommandLayer, order: CommandWords) -> bool:
+def target_not_zero(host: Host, command: CommandWords) -> bool:
     """Whether the target words carry data."""
-    return order.target_words != (0, 0)
+    return command.target_words != (0, 0)
 
 
-def target_negative(layer: CommandLayer, order: CommandWords) -> bool:
+def target_negative(host: Host, command: CommandWords) -> bool:
     """Whether the target is negative; words of opposite signs are no value at all."""
-    target = order.parameters.target
+    target = command.parameters.target
     return target is not None and target < 0
 
 
-def too_short_to_stop(layer: CommandLayer, order: CommandWords) -> bool:
+def too_short_to_stop(host: Host, command: CommandWords) -> bool:
     """Whether a registration distance is less than the deceleration needs, as far as both are values."""
     target, speed, deceleration = (
-        order.parameters.target,
-        order.parameters.speed,
-        order.parameters.deceleration,
+        command.parameters.target,
+        command.parameters.speed,
+        command.parameters.deceleration,
     )
-    if target is None or speed is None or speed <= layer.start_sps or not rate_in_range(deceleration):
+    if target is None or speed is None or speed <= host.state.start_sps or not rate_in_range(deceleration):
         return False
-    return target * PICO < stopping_distance(MILLI * speed, layer.start_sps, deceleration, order.shape)
+    return target * PICO < stopping_distance(MILLI * speed, host.state.start_sps, deceleration, command.shape)
 
 
-def external_active(layer: CommandLayer, order: CommandWords) -> bool:
+def external_active(host: Host, command: CommandWords) -> bool:
     """Whether the external input is active."""
-    return layer.external_active
+    return host.state.external_active
 
 
-def registration_parameters_illegal(layer: CommandLayer, order: CommandWords) -> bool:
+def registration_parameters_illegal(host: Host, command: CommandWords) -> bool:
     """Whether a registration move's words are out of range; it has no one-shot."""
-    return not order.parameters.speed or manual_parameters_illegal(layer, order)
+    return not command.parameters.speed or manual_parameters_illegal(host, command)
 
 
-def s_curve_selected(layer: CommandLayer, order: CommandWords) -> bool:
+def s_curve_selected(host: Host, command: CommandWords) -> bool:
     """Whether an S-curve is selected."""
-    return bool(order.lsw & S_CURVE)
+    return bool(command.lsw & S_CURVE)
 
 
-def direction_without_limit(layer: CommandLayer, order: CommandWords) -> bool:
+def direction_without_limit(host: Host, command: CommandWords) -> bool:
     """Whether the end limit in the direction of a Find Home is not configured."""
-    limit = limit_of(1 if order.msw & FIND_HOME_CW else -1)
-    return layer.configuration is None or not layer.configuration.inputs_used & limit
+    limit = limit_of(1 if command.msw & FIND_HOME_CW else -1)
+    return host.state.configuration is None or not host.state.configuration.inputs_used & limit
 
 
-def data_given(layer: CommandLayer, order: CommandWords) -> bool:
+def data_given(host: Host, command: CommandWords) -> bool:
     """Whether target, speed or rate words carry data."""
-    return any(order.words[2:])
+    return any(command.words[2:])
 
 
-def not_programmed(layer: CommandLayer, order: CommandWords) -> bool:
+def not_programmed(host: Host, command: CommandWords) -> bool:
     """Whether no blend profile is stored."""
-    return layer.blend is None
+    return host.state.blend is None
 
 
-def command_or_rates_given(layer: CommandLayer, order: CommandWords) -> bool:
+def command_or_rates_given(host: Host, command: CommandWords) -> bool:
     """Whether a command bit is set or words 4 to 7 carry data."""
-    return bool(order.msw) or any(order.words[4:])
+    return bool(command.msw) or any(command.words[4:])
 
 
-def distance_illegal(layer: CommandLayer, order: CommandWords) -> bool:
+def distance_illegal(host: Host, command: CommandWords) -> bool:
     """Whether a minimum registration distance is no value, negative or out of range."""
-    return not target_in_range(order.parameters.target) or target_negative(layer, order)
+    return not target_in_range(command.parameters.target) or target_negative(host, command)
 
 
-def several_commands(layer: CommandLayer, order: CommandWords) -> bool:
+def several_commands(host: Host, command: CommandWords) -> bool:
     """Whether more than one command bit is set."""
-    return order.many_bits
+    return command.many_bits
 
 
-def other_than_manual(layer: CommandLayer, order: CommandWords) -> bool:
+def other_than_manual(host: Host, command: CommandWords) -> bool:
     """Whether a command bit is set that is none of the two manual moves."""
-    return bool(order.msw & OTHER_THAN_MANUAL)
+    return bool(command.msw & OTHER_THAN_MANUAL)
 
 
-def ratio_illegal(layer: CommandLayer, order: CommandWords) -> bool:
+def ratio_illegal(host: Host, command: CommandWords) -> bool:
     """Whether multiplier or divisor is outside 1 to 32,767, the greatest signed word."""
-    return order.words[2] < 1 or order.words[3] < 1
+    return command.words[2] < 1 or command.words[3] < 1
 
 
-def speed_words_given(layer: CommandLayer, order: CommandWords) -> bool:
+def speed_words_given(host: Host, command: CommandWords) -> bool:
     """Whether the programmed speed words carry data."""
-    return order.speed_words != (0, 0)
+    return command.speed_words != (0, 0)
 
 
-def follower_rates_illegal(layer: CommandLayer, order: CommandWords) -> bool:
+def follower_rates_illegal(host: Host, command: CommandWords) -> bool:
     """Whether a rate of the follower is outside 0 to 2000; 0 is no limit."""
-    return not all(rate == 0 or rate_in_range(rate) for rate in order.words[6:8])
+    return not all(rate == 0 or rate_in_range(rate) for rate in command.words[6:8])
 
 
-STILL_HELD = RefusalRule("HLD-11", external_still_on, bits=COMMAND_ERROR)
+STILL_HELD = RefusalRule("HLD-11", external_still_on)
 
 PROFILE_START: Refusals = (
     RefusalRule("CMD-03", busy),
@@ -314,14 +313,14 @@ REGISTRATION: Refusals = (
 )
 
 STORE_MINIMUM: Refusals = (
-    RefusalRule("REG-10", command_or_rates_given, bits=COMMAND_ERROR),
-    RefusalRule("REG-10", busy, bits=COMMAND_ERROR),
+    RefusalRule("REG-10", command_or_rates_given),
+    RefusalRule("REG-10", busy),
     RefusalRule("CMD-20", distance_illegal),
 )
 
 RUN_BLEND: Refusals = (
     RefusalRule("CMD-03", busy),
-    RefusalRule("IOM-20", lsw_not_zero, bits=COMMAND_ERROR),
+    RefusalRule("IOM-20", lsw_not_zero),
     RefusalRule("CMD-17", data_given),
     RefusalRule("CMD-16", not_programmed),
     *BLOCKED_BY_INPUTS,
@@ -345,21 +344,21 @@ MANUAL: Refusals = (
 )
 
 PRESET_POSITION: Refusals = (
-    RefusalRule("PST-01", busy, bits=COMMAND_ERROR),
-    RefusalRule("PST-08", lsw_not_zero, bits=COMMAND_ERROR),
+    RefusalRule("PST-01", busy),
+    RefusalRule("PST-08", lsw_not_zero),
     RefusalRule("CMD-09", profile_words_given),
     RefusalRule("CMD-04", target_illegal, alone=True),
 )
 
 PRESET_ENCODER: Refusals = (
-    RefusalRule("PST-06", busy, bits=COMMAND_ERROR),
-    RefusalRule("PST-08", lsw_not_zero, bits=COMMAND_ERROR),
+    RefusalRule("PST-06", busy),
+    RefusalRule("PST-08", lsw_not_zero),
     RefusalRule("CMD-11", no_encoder),
     RefusalRule("CMD-09", profile_words_given),
     RefusalRule("CMD-04", target_illegal, alone=True),
 )
 
-RESET_ERRORS: Refusals = (RefusalRule("RST-02", lsw_not_zero, bits=COMMAND_ERROR),)
+RESET_ERRORS: Refusals = (RefusalRule("RST-02", lsw_not_zero),)
 
 FOLLOWER_WORDS: Refusals = (
     RefusalRule("CMD-29", no_encoder),
@@ -368,7 +367,7 @@ FOLLOWER_WORDS: Refusals = (
     RefusalRule("CMD-31", ratio_illegal),
     RefusalRule("CMD-32", speed_words_given),
     RefusalRule("CMD-36", s_curve_selected),
-    RefusalRule("FOL-02", follower_rates_illegal, bits=COMMAND_ERROR),  # no outcome is stated (A-103)
+    RefusalRule("FOL-02", follower_rates_illegal),  # no outcome is stated (A-103)
 )
 """What is looked at as long as encoder follower mode is on."""
 
@@ -387,17 +386,36 @@ _OF_BIT: dict[int, Refusals] = {
 """Commands whose rules depend on nothing else; Hold and Immediate Stop are never refused by their words."""
 
 
-def refusals_of(layer: CommandLayer, order: CommandWords) -> Refusals:
+def refused(host: Host, now_ns: int, command: CommandWords, reasons: Refusals | None = None) -> bool:
+    """Fire every broken rule, and return whether there is one.
+
+    Args:
+        host: the command layer.
+        now_ns: the instant.
+        command: the words.
+        reasons: the rules to look at; None = those of the single command bit.
+    """
+    faults = faults_of(host, command, refusals_of(host, command) if reasons is None else reasons)
+    host.fire_all(now_ns, faults)
+    return bool(faults)
+
+
+def faults_of(host: Host, command: CommandWords, reasons: Refusals) -> list[Fault]:
+    """Return the rules that a command breaks."""
+    return [reason.fault for reason in reasons if reason.broken(host, command)]
+
+
+def refusals_of(host: Host, command: CommandWords) -> Refusals:
     """Return the rules that an order with a single command bit can break."""
-    if order.msw & CommandMsw.ABSOLUTE_MOVE.value:
-        return ENCODER_ABSOLUTE if order.lsw & ENCODER_MOVE else ABSOLUTE
-    if order.msw & CommandMsw.RELATIVE_MOVE.value:
-        return ENCODER_RELATIVE if order.lsw & ENCODER_MOVE else RELATIVE
-    if order.msw & MANUAL_BITS:
-        return REGISTRATION if registers(layer, order) else MANUAL
-    return _OF_BIT.get(order.msw, ())
+    if command.msw & CommandMsw.ABSOLUTE_MOVE.value:
+        return ENCODER_ABSOLUTE if command.lsw & ENCODER_MOVE else ABSOLUTE
+    if command.msw & CommandMsw.RELATIVE_MOVE.value:
+        return ENCODER_RELATIVE if command.lsw & ENCODER_MOVE else RELATIVE
+    if command.msw & MANUAL_BITS:
+        return REGISTRATION if registers(host, command) else MANUAL
+    return _OF_BIT.get(command.msw, ())
 
 
-def registers(layer: CommandLayer, order: CommandWords) -> bool:
+def registers(host: Host, command: CommandWords) -> bool:
     """Whether a manual move is a registration move: it has a target, and the firmware knows them."""
-    return layer.firmware.registration and target_not_zero(layer, order)
+    return host.firmware.registration and target_not_zero(host, command)

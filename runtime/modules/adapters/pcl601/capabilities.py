@@ -89,7 +89,7 @@ def _one_step_per_second(request: Request, options: Pcl601Options) -> bool:
 
 
 def _rates_differ(request: Request, options: Pcl601Options) -> bool:
-    given = request.order.parameters
+    given = request.command.parameters
     return has_ramps(request) and given.acceleration != given.deceleration
 
 
@@ -114,8 +114,8 @@ def polls_mark(configuration: Configuration, minimum: int, options: Pcl601Option
 
 
 def _too_short_to_stop(request: Request, options: Pcl601Options) -> bool:
-    target = request.order.parameters.target or 0
-    drive = drive_for(request.order.profile(request.configuration.starting_speed))
+    target = request.command.parameters.target or 0
+    drive = drive_for(request.command.profile(request.configuration.starting_speed))
     stop = stopping_distance(MILLI * drive.speed_sps, drive.base_sps, drive.rate_spmss, drive.profile.shape)
     polled = polls_mark(request.configuration, request.minimum_registration, options)
     late = PICO * drive.speed_sps * LATE_S if polled else 0
@@ -201,7 +201,7 @@ SUBSTITUTION_ROWS: tuple[SubstitutionRow[Pcl601Options], ...] = (
     ),
     SubstitutionRow(
         "S-curve",
-        lambda request, _: has_ramps(request) and request.order.shape is not Shape.CONSTANT,
+        lambda request, _: has_ramps(request) and request.command.shape is not Shape.CONSTANT,
         "the PCL601 has no S-curve: the ramp has a constant rate, and takes as long",
     ),
     SubstitutionRow(

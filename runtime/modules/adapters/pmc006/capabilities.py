@@ -106,7 +106,7 @@ def _too_slow(request: Request, options: Pmc006Options) -> bool:
 
 
 def _rate_too_low(request: Request, options: Pmc006Options) -> bool:
-    given = request.order.parameters
+    given = request.command.parameters
     gentler = options.accel_rounding == "gentler"
     return gentler and has_ramps(request) and min(given.acceleration, given.deceleration) < RATE_MIN
 
@@ -114,9 +114,9 @@ def _rate_too_low(request: Request, options: Pmc006Options) -> bool:
 def _too_short_to_stop(request: Request, options: Pmc006Options) -> bool:
     """Whether the steps of a registration are less than a poll and the ramp down take."""
     nearest = options.accel_rounding == "nearest"
-    speeds = speeds_for(request.order.profile(request.configuration.starting_speed), nearest=nearest)
+    speeds = speeds_for(request.command.profile(request.configuration.starting_speed), nearest=nearest)
     ramp = ramp_steps(speeds.stop_sps, speeds.max_sps, speeds.deceleration)
-    return (request.order.parameters.target or 0) < ramp + speeds.max_sps * POLL_S
+    return (request.command.parameters.target or 0) < ramp + speeds.max_sps * POLL_S
 
 
 COMMAND_ROWS: tuple[CommandRow[Pmc006Options], ...] = (
@@ -172,7 +172,7 @@ COMMAND_ROWS: tuple[CommandRow[Pmc006Options], ...] = (
     CommandRow(
         frozenset({Feature.HOME}),
         "find home CW",
-        lambda request, _: bool(request.order.msw & FIND_HOME_CW),
+        lambda request, _: bool(request.command.msw & FIND_HOME_CW),
         HOMING,
         "the PMC006 searches for home backward only, which is CCW",
     ),
@@ -196,7 +196,7 @@ COMMAND_ROWS: tuple[CommandRow[Pmc006Options], ...] = (
         lambda request, options: (
             options.accel_rounding == "gentler"
             and has_ramps(request)
-            and request.order.parameters.acceleration < RATE_MIN
+            and request.command.parameters.acceleration < RATE_MIN
         ),
         PROFILE,
         RATE_TOO_LOW,
@@ -205,7 +205,7 @@ COMMAND_ROWS: tuple[CommandRow[Pmc006Options], ...] = (
         frozenset({Feature.BLEND}),
         "final deceleration",
         lambda request, options: (
-            options.accel_rounding == "gentler" and 0 < request.order.words[5] & 0x3FFF < RATE_MIN
+            options.accel_rounding == "gentler" and 0 < request.command.words[5] & 0x3FFF < RATE_MIN
         ),
         PROFILE,
         RATE_TOO_LOW,

@@ -1,0 +1,61 @@
+"""A blend profile while its blocks arrive [chapter 5, Blend Move Programming]."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from ....io_images.thousands import PARAMETER_MAX
+from ...kinematics import MILLI, PICO, BlendLeg, Shape, check_blend, ramp_distance
+from .axis import BlendProgram
+
+
+@dataclass(slots=True)
+class BlendSession:
+    """One session of the handshake, from the first block to the fall of the program bit.
+
+    Attributes:
+        acknowledged: BLEND_ACK is shown.
+        good: no block was faulty so far.
+        blocks: how many have come, the header among them.
+        wanted: segments that the header announces.
+        types: acceleration type of each segment, from the header.
+        segments: those that have come.
+        final_deceleration: of the ramp at the end, steps/ms/s.
+        final_shape: its acceleration type.
+    """
+
+    acknowledged: bool = False
+    good: bool = True
+    blocks: int = 0
+    wanted: int = 0
+    types: list[Shape] = field(default_factory=list)
+    segments: list[BlendLeg] = field(default_factory=list)
+    final_deceleration: int = 1
+    final_shape: Shape = Shape.CONSTANT
+
+    @property
+    def complete(self) -> bool:
+        """Whether all segments have come."""
+        return len(self.segments) >= self.wanted
+
+    def program(self) -> BlendProgram | None:
+        """Return the profile if all of its blocks have come and were good, else None."""
+        if not self.good or not self.complete:
+            return None
+        return BlendProgram(tuple(self.segments), self.final_deceleration, self.final_shape)
+
+    def too_long_with(self, length: int) -> bool:
+        """Whether the lengths so far and one more exceed what all segments may have together."""
+        return sum(segment[0] for segment in self.segments) + length > PARAMETER_MAX
+
+    def fits(self, start_sps: int) -> bool:
+        """Whether the newest segment contains its ramp, and the last one also the final ramp (A-58)."""
+        if len(self.segments) == self.wanted:
+            try:
+                check_blend(start_sps, self.segments, self.final_deceleration, self.final_shape)
+            except ValueError:
+                return False
+            return True
+        length, speed, rate, shape = self.segments[-1]
+        before = self.segments[-2][1] if len(self.segments) > 1 else start_sps
+        return ramp_distance(MILLI * before, MILLI * speed, rate, shape) <= length * PICO
