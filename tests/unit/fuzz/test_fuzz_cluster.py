@@ -9,7 +9,7 @@ from scanrack.runtime.app.fuzz.executors import executor_of
 from scanrack.runtime.app.fuzz.job import Setup
 from scanrack.runtime.app.fuzz.scenarios import Kind
 from scanrack.runtime.app.fuzz.state import State
-from scanrack.runtime.app.fuzz.working import Apart, Work
+from scanrack.runtime.app.fuzz.working import Work
 
 distributed = pytest.importorskip("distributed", reason="the extra 'cluster' is not installed")
 
@@ -48,7 +48,8 @@ def test_a_campaign_outlives_a_worker(tmp_path, cluster):
             killed.append(workers[0])
             os.kill(workers[0], signal.SIGKILL)
 
-    work = Apart(Work(Setup(str(rack), (), ("no-command-error",), 100, frozenset({Kind.LINK}), tmp_path)))
+    # in the worker itself, which has one thread; test_fuzz_scheduler proves `Apart`
+    work = Work(Setup(str(rack), (), ("no-command-error",), 100, frozenset({Kind.LINK}), tmp_path))
     executor = executor_of(2, cluster.scheduler_address)
     campaign(work, state, executor, examples=12, tasks=TASKS, jobs=2, news=news)
     assert killed
