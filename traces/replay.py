@@ -10,7 +10,7 @@ What answers knows nothing of traces: it is run scan by scan by who has it, and 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,8 +18,7 @@ import numpy as np
 from ..io_images.image import IMAGE_BYTES
 from .arrays import column_chunks
 from .columns import Columns
-from .compare import EXACT, Comparison, Tolerance, compare_columns
-from .compare.reading import same_columns
+from .compare import EXACT, Comparison, Tolerance, compare_parts
 from .event_text import describe
 from .layout import SLOT_BYTES, SlotInfo
 from .packed import CHUNK_SCANS, PackedScans, memory_blocks
@@ -169,39 +168,18 @@ class Follower:
         self._heads.clear()
         self._blocks.clear()
 
-    def _first_chunk(self) -> int:
-        """Return the first chunk to be compared: those before it are the same, and so is the first itself.
-
-        With a tolerance it is the first of all: what is early or late may be in any other chunk.
-        """
-        last = len(self._replayed) // CHUNK_SCANS
-        if not self._tolerance.exact:
-            return 0
-        return max(0, next((number for number in range(last) if not self._chunk_is_same(number)), last) - 1)
-
-    def _chunk_is_same(self, number: int) -> bool:
-        slots = self._recording.slots
-        chunks = self._recording.scans.chunk(number), self._replayed.chunk(number)
-        if same_columns(*chunks):
-            return True
-        found = compare_columns((slots, chunks[0]), (slots, chunks[1]), only=frozenset(self._images))
-        return found.same
-
     def comparison(self) -> Comparison:
         """Return what came of it, the recording first, the replay second.
 
         A replay that was not stopped here and is not at its end is the shorter of the two.
         """
         self._pack()
-        first = self._first_chunk()
-        before = CHUNK_SCANS * first
-        slots, recorded = self._recording.slots, self._recording.scans.columns(first)
-        found = compare_columns(
-            (slots, recorded.rows(0, self.scans - before) if self.stopped else recorded),
-            (slots, self._replayed.columns(first)),
+        slots, recorded = self._recording.slots, self._recording.scans.chunks()
+        found = compare_parts(
+            (slots, _first_scans(recorded, self.scans) if self.stopped else recorded),
+            (slots, self._replayed.chunks()),
             self._tolerance,
             only=frozenset(self._images),
-            before=before,
         )
         if found.first is None:
             return found
@@ -216,3 +194,12 @@ class Follower:
             for fired, scan in ((rules, found.first.scan), (self._rules, found.first.scan_b))
         )
         return replace(found, first=replace(found.first, rules_a=rules_a, rules_b=rules_b))
+
+
+def _first_scans(chunks: Iterator[Columns], count: int) -> Iterator[Columns]:
+    """Yield so many scans of the first chunks."""
+    for columns in chunks:
+        yield columns.rows(0, count)
+        count -= len(columns.scan)
+        if count <= 0:
+            return

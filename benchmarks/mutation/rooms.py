@@ -121,6 +121,7 @@ ROOMS: dict[str, Room] = {
         (
             "tests/peers/test_export_read_back.py",
             "tests/peers/test_trace_stock_reader.py",
+            "tests/properties/test_compare_in_blocks.py",
             "tests/properties/test_compare_mutated.py",
             "tests/properties/test_query_columns.py",
             "tests/properties/test_trace_fuzz.py",

@@ -32,32 +32,56 @@ def recorded_levels(recording: Recording) -> Iterator[Stimulus]:
 
 
 def _levels_of(recording: Recording, slot: int) -> Iterator[Stimulus]:
-    columns = recording.columns
-    words, times = columns.words, columns.time_ns
-    first = recording.place(slot) // 2
-    outputs, inputs = words[:, first : first + WORDS], words[:, first + WORDS : first + 2 * WORDS]
-    shown = in_command_mode(inputs)
-    if not shown.any():
-        return
-    active = inputs[:, 1].view(np.uint16) & np.uint16(ALL_INPUTS)
-    energised = active ^ _active_high(outputs) ^ np.uint16(ALL_INPUTS)
-    rows = np.flatnonzero(shown)
-    changed = rows[1:][energised[rows][1:] != energised[rows][:-1]]
-    before = int(energised[rows[0]])
-    for bit in InputBit:
-        yield Stimulus(int(times[0]), slot, bit, bool(before & bit.value))
-    for row in changed.tolist():
-        now = int(energised[row])
-        at_ns = int(times[row - 1] + times[row]) // 2
+    first_ns = recording.times[0]
+    before: int | None = None
+    for at_ns, levels in _shown(recording, recording.place(slot) // 2):
         for bit in InputBit:
-            if (before ^ now) & bit.value:
-                yield Stimulus(at_ns, slot, bit, bool(now & bit.value))
-        before = now
+            if before is None:
+                yield Stimulus(first_ns, slot, bit, bool(levels & bit.value))
+            elif (before ^ levels) & bit.value:
+                yield Stimulus(at_ns, slot, bit, bool(levels & bit.value))
+        before = levels
 
 
-def _active_high(outputs: NDArray[np.int16]) -> NDArray[np.uint16]:
-    """Return for each scan which inputs are active when energised: as configured last, all at first."""
+def _shown(recording: Recording, place: int) -> Iterator[tuple[int, int]]:
+    """Yield the levels that a slot shows first, and those that it shows after every change.
+
+    Args:
+        recording: the recording, read chunk by chunk.
+        place: the first column of the slot's output words.
+
+    Yields:
+        When the levels came about, ns, and which inputs are energised.
+    """
+    outputs, inputs = slice(place, place + WORDS), slice(place + WORDS, place + 2 * WORDS)
+    before, configured, last_ns = _NOTHING, _ALL_HIGH, recording.times[0]
+    for columns in recording.scans.chunks():
+        if not len(columns.scan):
+            return
+        high = _active_high(columns.words[:, outputs], configured)
+        shown = columns.words[:, inputs]
+        levels = (shown[:, 1].view(np.uint16) & _ALL_HIGH) ^ high ^ _ALL_HIGH
+        rows = np.flatnonzero(in_command_mode(shown))
+        changed = rows[np.diff(levels[rows].astype(np.int32), prepend=before) != 0]
+        times = np.concatenate(([last_ns], columns.time_ns))
+        for row in changed.tolist():
+            yield int(times[row] + times[row + 1]) // 2, int(levels[row])
+        before = int(levels[rows[-1]]) if len(rows) else before
+        configured, last_ns = high[-1], int(times[-1])
+
+
+_ALL_HIGH = np.uint16(ALL_INPUTS)
+_NOTHING = -1  # no levels
+
+
+def _active_high(outputs: NDArray[np.int16], before: np.uint16) -> NDArray[np.uint16]:
+    """Return for each scan which inputs are active when energised: as configured last.
+
+    Args:
+        outputs: the slot's output image in each scan.
+        before: what was configured before them.
+    """
     configured = ~in_command_mode(outputs)
     last = np.maximum.accumulate(np.where(configured, np.arange(len(outputs)), -1))
-    levels = outputs[last, 1].view(np.uint16) & np.uint16(ALL_INPUTS)
-    return np.where(last < 0, np.uint16(ALL_INPUTS), levels)
+    levels = outputs[last, 1].view(np.uint16) & _ALL_HIGH
+    return np.where(last < 0, before, levels)

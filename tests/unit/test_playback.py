@@ -12,6 +12,7 @@ from scanrack.runtime.app.playback import RecordedInputs, Score, Stimulus, recor
 from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
 from scanrack.runtime.loop.scan import Scan
 from scanrack.runtime.machine import MachineSpec, Station, Switch, TimelineEntry
+from scanrack.traces import packed
 from scanrack.traces.columns import Columns
 from scanrack.traces.layout import SlotInfo
 from scanrack.traces.packed import PackedScans
@@ -93,9 +94,13 @@ def test_recorded_stimuli_take_the_place_of_timeline_and_stations() -> None:
     assert (bare.switches, len(bare.timeline)) == ((), 1)
 
 
+@pytest.mark.parametrize("chunk", [1, 2, 3, 4096])
 @pytest.mark.parametrize(("levels", "energised"), [(0x3F, True), (0x3B, False)])
-def test_levels_are_what_the_status_bits_show_by_the_active_level(levels: int, energised: bool) -> None:
+def test_levels_are_what_the_status_bits_show_by_the_active_level(
+    levels: int, energised: bool, chunk: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Home active from the fourth scan on; energised if it is configured active high [chapter 3]."""
+    monkeypatch.setattr(packed, "CHUNK_SCANS", chunk)
     words = np.zeros((6, 16), np.int16)
     words[0, :2] = -0x8000, levels  # a configuration; the module's own mode follows a scan later
     words[1, 8] = -0x8000

@@ -11,7 +11,7 @@ shows has to be shown by the other within the tolerance; see `bytime.tolerantly`
 """
 
 from .alignment import SAME_CLOCK, Clock, align, realign
-from .comparison import Comparison, compare, compare_columns
+from .comparison import Comparison, compare, compare_columns, compare_parts
 from .differing import Detail, Extent, First
 from .report import report
 from .tolerance import EXACT, Tolerance
@@ -28,6 +28,7 @@ __all__ = [
     "align",
     "compare",
     "compare_columns",
+    "compare_parts",
     "realign",
     "report",
 ]

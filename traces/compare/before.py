@@ -16,13 +16,13 @@ from .differing import Side
 SCANS_BEFORE = 5
 """How many scans in which something changed are told."""
 
-_LOOKED_AT = 4096
+LOOKED_AT = 4096
 """How far back these are looked for, scans."""
 
 
 def changes_before(side: Side, slots: Sequence[SlotInfo], row: int) -> tuple[Row, ...]:
     """Return what changed in the last scans before a row, and in it."""
-    begin = max(0, row - _LOOKED_AT)
+    begin = max(0, row - LOOKED_AT)
     words, flags = side.columns.words[begin : row + 1], side.columns.flags[begin : row + 1]
     changed = (words[1:] != words[:-1]).any(axis=1) | (flags[1:] != flags[:-1])
     rows = begin + 1 + np.flatnonzero(changed)

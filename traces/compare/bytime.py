@@ -8,20 +8,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..columns import Columns
-from .alignment import Clock
-from .differing import Differing, Side, by_image
+from .blocks import TimedBlock
+from .differing import Differing, by_image
 from .fields import TIME, Field, Kind
-from .pairing import Rows, Windows, by_time, occurs, over_windows
+from .pairing import Rows, Windows, occurs, over_windows
 from .tolerance import Tolerance
 
 Array = NDArray[Any]
 
 
-def tolerantly(
-    fields: Sequence[Field], one: Side, other: Side, tolerance: Tolerance, clock: Clock
-) -> tuple[list[Differing], int, int]:
-    """Compare two traces by time: what one shows, the other shows within the tolerance.
+def tolerantly(fields: Sequence[Field], block: TimedBlock, tolerance: Tolerance) -> list[Differing]:
+    """Compare a block of two traces by time: what one shows, the other shows within the tolerance.
 
     A word, or the level of a bit, has to be there at some time within the tolerance; a count may
     lie between those that are. So an edge may be early or late by the tolerance, and a position
@@ -29,44 +26,21 @@ def tolerantly(
 
     Args:
         fields: what is compared.
-        one: the first trace.
-        other: the second.
+        block: the scans of either trace.
         tolerance: what may differ.
-        clock: turns times of the second trace into times of the first.
-
-    Returns:
-        What differs, and how many scans of either trace are outside the time of the other.
-
-    Raises:
-        ValueError: time goes back from one scan of a trace to the next.
     """
-    times = _ascending(one.columns), clock(_ascending(other.columns))
-    there = by_time(times[0], times[1], tolerance.time_ns, since_ns=_since(other, times[1]))
-    back = by_time(times[1], times[0], tolerance.time_ns, since_ns=_since(one, times[0]))
+    one, other = block.one, block.other
     found = []
     for image, parts in by_image([field for field in fields if field is not TIME]):
         images = one.images(image), other.images(image)
-        ahead, behind = _otherwise(images[0], images[1], there), _otherwise(images[1], images[0], back)
+        ahead = _otherwise(images[0], images[1], block.there)
+        behind = _otherwise(images[1], images[0], block.back)
         for field in parts:
             a = _missing(field, ahead, images[1], tolerance)
             b = _missing(field, behind, images[0], tolerance)
             if len(a.a) or len(b.a):
                 found.append(_merged(field, a, b))
-    return found, len(times[0]) - len(there.rows), len(times[1]) - len(back.rows)
-
-
-def _ascending(columns: Columns) -> NDArray[np.int64]:
-    """Return the times of the scans, once they are known to ascend."""
-    back = np.flatnonzero(np.diff(columns.time_ns) < 0)
-    if len(back):
-        scan = columns.scan[back[0] + 1]
-        raise ValueError(f"time goes back in scan {scan}: such a trace can't be compared by time")
-    return columns.time_ns
-
-
-def _since(side: Side, times: NDArray[np.int64]) -> int | None:
-    """Return when a trace begins that does not begin with the first scan, None for one that does."""
-    return int(times[0]) if len(times) and side.columns.scan[0] else None
+    return found
 
 
 class _Question(NamedTuple):
@@ -105,7 +79,7 @@ def _missing(field: Field, asked: _Question, other: Array, tolerance: Tolerance)
     Args:
         field: the field.
         asked: the scans.
-        other: the images of the other trace, all of them.
+        other: the images of the other trace, all of them that the windows reach.
         tolerance: what may differ.
     """
     wanted = field.key(asked.own)

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from ..columns import SLOT_WORDS, Columns
+from ..arrays import column_chunks
+from ..columns import Columns
 from ..layout import SlotInfo
 from ..reader import Trace
 from .alignment import SAME_CLOCK, Clock
-from .before import changes_before, rules_in
+from .before import rules_in
+from .blocks import BLOCK_SCANS, blocks_by_number, blocks_by_time
 from .bytime import tolerantly
-from .differing import Differing, Extent, First, Side, exactly
+from .differing import Extent, First
+from .exactly import exactly
 from .fields import all_fields
-from .pairing import by_number
-from .reading import Progress, read_all, read_from_where_they_part, slot_places
+from .findings import Findings
+from .reading import Progress, read_parts
+from .streaming import Stream, keyed_by_number, keyed_by_time
 from .tolerance import EXACT, Tolerance
 
 
@@ -77,9 +79,8 @@ def compare(
     """Compare two traces.
 
     Without a tolerance scans are paired by number and every bit and their times count; with one
-    they are paired by time, see `bytime.tolerantly`. What is held in memory of both takes 20 bytes
-    per scan and 32 per scan and slot: all of it with a tolerance, otherwise what follows the first
-    chunk that differs.
+    they are paired by time, see `bytime.tolerantly`. Both are read block by block, so memory stays
+    flat however long they are; a block holds the scans within the tolerance as well.
 
     Args:
         one: the first trace.
@@ -92,19 +93,12 @@ def compare(
     Raises:
         TraceError: one of the files is damaged beyond what can be left out.
     """
-    left_out = 0
-    numbers = [[slot.number for slot in trace.head.slots] for trace in (one, other)]
-    if tolerance.exact and clock == SAME_CLOCK and numbers[0] == numbers[1]:
-        a, b, left_out = read_from_where_they_part(one, other, progress)
-    else:
-        a, b = read_all(one, progress), read_all(other, lambda scans: None)
-    found = compare_columns(
-        (one.head.slots, a),
-        (other.head.slots, b),
+    found = compare_parts(
+        (one.head.slots, read_parts(one, progress)),
+        (other.head.slots, column_chunks(other)),
         tolerance,
         clock=clock,
         heads=_heads(one, other),
-        before=left_out,
     )
     if found.first is None:
         return found
@@ -123,11 +117,23 @@ def compare_columns(
     tolerance: Tolerance = EXACT,
     *,
     clock: Clock = SAME_CLOCK,
+    only: frozenset[tuple[int | None, str]] | None = None,
+) -> Comparison:
+    """Compare scans that are in memory, see `compare_parts`."""
+    return compare_parts((one[0], [one[1]]), (other[0], [other[1]]), tolerance, clock=clock, only=only)
+
+
+def compare_parts(
+    one: tuple[Sequence[SlotInfo], Iterable[Columns]],
+    other: tuple[Sequence[SlotInfo], Iterable[Columns]],
+    tolerance: Tolerance = EXACT,
+    *,
+    clock: Clock = SAME_CLOCK,
     heads: tuple[tuple[str, str, str], ...] = (),
     only: frozenset[tuple[int | None, str]] | None = None,
-    before: int = 0,
+    block_scans: int = BLOCK_SCANS,
 ) -> Comparison:
-    """Compare scans that are in memory, see `compare`.
+    """Compare scans that come part by part, see `compare`.
 
     Args:
         one: slots and scans of the first trace.
@@ -137,72 +143,45 @@ def compare_columns(
         heads: metadata that differ, for the result.
         only: which images are compared: slot and direction; all if left out. (None, "cpu") stands
             for flags and times.
-        before: how many scans there were before these, which are the same.
+        block_scans: how many scans are compared at once, 1 or more. The result does not depend on it.
+
+    Raises:
+        ValueError: time goes back from one scan of a trace to the next, and they are paired by time.
     """
     numbers = [{slot.number for slot in slots} for slots, _ in (one, other)]
-    common = [slot for slot in one[0] if slot.number in numbers[1]]
-    a, b = (_side(slots, columns, numbers[0] & numbers[1]) for slots, columns in (one, other))
+    both = numbers[0] & numbers[1]
+    common = [slot for slot in one[0] if slot.number in both]
     fields = [field for field in all_fields(common) if only is None or (field.slot, field.direction) in only]
-    if tolerance.exact and clock == SAME_CLOCK:
-        pairs = by_number(a.columns.scan, b.columns.scan)
-        only_a, only_b = pairs.only_a, pairs.only_b
-        found = list(exactly(fields, a, b, pairs))
+    by_number = tolerance.exact and clock == SAME_CLOCK
+    keyed = (
+        [keyed_by_number(parts) for _, parts in (one, other)]
+        if by_number
+        else [keyed_by_time(one[1], SAME_CLOCK), keyed_by_time(other[1], clock)]
+    )
+    a, b = Stream(one[0], both, keyed[0]), Stream(other[0], both, keyed[1])
+    found = Findings(common)
+    if by_number:
+        for numbered in blocks_by_number(a, b, block_scans):
+            paired = len(numbered.pairs.a), len(numbered.pairs.b)
+            found.add(numbered.one, numbered.other, exactly(fields, numbered), paired)
     else:
-        found, only_a, only_b = tolerantly(fields, a, b, tolerance, clock)
+        for timed in blocks_by_time(a, b, tolerance.time_ns, block_scans):
+            set_against = len(timed.there.rows), len(timed.back.rows)
+            found.add(timed.one, timed.other, tolerantly(fields, timed, tolerance), set_against)
     return Comparison(
-        first=_first(found, a, b, common),
-        extents=_extents(found, a, b),
-        scans_a=before + len(a.columns.scan),
-        scans_b=before + len(b.columns.scan),
-        only_a=only_a,
-        only_b=only_b,
-        differing=_rows_in(found, len(a.columns.scan)),
+        first=found.first,
+        extents=found.extents,
+        scans_a=a.scans,
+        scans_b=b.scans,
+        only_a=a.scans - found.compared[0],
+        only_b=b.scans - found.compared[1],
+        differing=found.differing,
         slots_only_a=tuple(sorted(numbers[0] - numbers[1])),
         slots_only_b=tuple(sorted(numbers[1] - numbers[0])),
         heads=heads,
         tolerance=tolerance,
         aligned=clock != SAME_CLOCK,
     )
-
-
-def _rows_in(found: Sequence[Differing], rows: int) -> int:
-    """Return in how many rows anything differs."""
-    anything = np.zeros(rows, bool)
-    for each in found:
-        anything[each.a] = True
-    return int(np.count_nonzero(anything))
-
-
-def _side(slots: Sequence[SlotInfo], columns: Columns, common: set[int]) -> Side:
-    """Return a trace with the slots that both have."""
-    places = slot_places(slots)
-    if len(common) == len(places):
-        return Side(columns, places)
-    wanted = [slot for slot in slots if slot.number in common]
-    words = [columns.words[:, places[slot.number] : places[slot.number] + SLOT_WORDS] for slot in wanted]
-    none = np.zeros((len(columns.scan), 0), np.int16)
-    return Side(columns._replace(words=np.hstack([none, *words])), slot_places(wanted))
-
-
-def _first(found: Sequence[Differing], a: Side, b: Side, slots: Sequence[SlotInfo]) -> First | None:
-    if not found:
-        return None
-    row, row_b = min((int(each.a[0]), int(each.b[0])) for each in found)
-    details = [each.detail(a, b, row) for each in found]
-    return First(
-        int(a.columns.scan[row]),
-        int(a.columns.time_ns[row]),
-        int(b.columns.scan[row_b]),
-        int(b.columns.time_ns[row_b]),
-        tuple(detail for detail in details if detail is not None),
-        changes_before(a, slots, row),
-        changes_before(b, slots, row_b),
-    )
-
-
-def _extents(found: Sequence[Differing], a: Side, b: Side) -> tuple[Extent, ...]:
-    extents = [extent for each in found for extent in each.extents(a, b)]
-    return tuple(sorted(extents, key=lambda extent: extent.first))
 
 
 def _heads(one: Trace, other: Trace) -> tuple[tuple[str, str, str], ...]:

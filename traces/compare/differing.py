@@ -14,7 +14,7 @@ from ...io_images.image import WORDS
 from ..changes import Row
 from ..columns import Columns
 from .fields import TIME, Field, Kind
-from .pairing import Pairs, Rows
+from .pairing import Rows
 
 Array = NDArray[Any]
 
@@ -154,36 +154,11 @@ class Differing(NamedTuple):
         return Detail(*place_in_image, *words, values[0], values[1])
 
 
-def exactly(fields: Sequence[Field], one: Side, other: Side, pairs: Pairs) -> Iterator[Differing]:
-    """Yield the fields that differ in pairs of scans in which every bit counts."""
-    rows = _unequal(one.columns, other.columns, pairs)
-    a, b = pairs.a[rows], pairs.b[rows]
-    for image, parts in by_image(fields):
-        images = one.images(image, a), other.images(image, b)
-        for field in parts:
-            keys = field.key(images[0]), field.key(images[1])
-            found = np.flatnonzero(keys[0] != keys[1])
-            if len(found):
-                bits = (keys[0] ^ keys[1])[found] if field.kind is Kind.BITS else None
-                yield Differing(field, a[found], b[found], bits)
-
-
 def by_image(fields: Sequence[Field]) -> Iterator[tuple[Field, list[Field]]]:
     """Yield the fields of each image together, after the first of them."""
     for _, group in groupby(fields, lambda field: (field.stem, field is TIME)):
         parts = list(group)
         yield parts[0], parts
-
-
-def _unequal(a: Columns, b: Columns, pairs: Pairs) -> Rows:
-    """Return which pairs differ anywhere."""
-    aligned = len(pairs.a) == len(a.scan) == len(b.scan)
-    if not aligned:
-        a, b = a.at(pairs.a), b.at(pairs.b)
-    unequal = (a.time_ns != b.time_ns) | (a.flags != b.flags)
-    if not np.array_equal(a.words, b.words):
-        unequal |= (a.words != b.words).any(axis=1)
-    return np.flatnonzero(unequal)
 
 
 def _extent(name: str, numbers: NDArray[np.int64], rows: Rows, most: int | None) -> Extent:

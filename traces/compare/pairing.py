@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Rows = NDArray[np.intp]
+Times = NDArray[np.int64]
 
 
 class Pairs(NamedTuple):
@@ -67,16 +68,35 @@ def by_number(a: NDArray[np.int64], b: NDArray[np.int64]) -> Pairs:
     return Pairs(in_a, in_b, len(a) - len(in_a), len(b) - len(in_b))
 
 
-def by_time(
-    own: NDArray[np.int64], other: NDArray[np.int64], tolerance_ns: int, since_ns: int | None = None
-) -> Windows:
+class Ends(NamedTuple):
+    """Between which times the scans of a trace tell what was in force.
+
+    Attributes:
+        first_ns: time of the first scan.
+        last_ns: time of the last scan; or of any later than all windows, if there are more.
+        period_ns: how long the last scan is in force.
+        begun: whether the first scan is the first of all, before which nothing was.
+    """
+
+    first_ns: int
+    last_ns: int
+    period_ns: int
+    begun: bool
+
+    def reach_ns(self, tolerance_ns: int) -> int:
+        """Return the last time at which anything can be compared with the trace."""
+        return self.last_ns + max(self.period_ns, tolerance_ns)
+
+
+def by_time(own: Times, other: Times, tolerance_ns: int, ends: Ends | None) -> Windows:
     """Set the rows of one trace against those of another by time.
 
     A scan is in force until the next one; the last one for as long as scans last on the average.
     Rows beyond the other trace's ends by more than that and the tolerance are left out. What is
     known of the other trace must not end within a row's window: `whole` tells where it does not.
 
-    >>> windows = by_time(np.array([0, 10, 20]), np.array([1, 11, 21]), 2)
+    >>> ends = Ends(first_ns=1, last_ns=21, period_ns=10, begun=True)
+    >>> windows = by_time(np.array([0, 10, 20]), np.array([1, 11, 21]), 2, ends)
     >>> windows.rows.tolist(), windows.held.tolist(), windows.first.tolist(), windows.end.tolist()
     ([0, 1, 2], [0, 0, 1], [0, 0, 1], [1, 2, 3])
     >>> windows.whole.tolist()
@@ -84,27 +104,22 @@ def by_time(
 
     Args:
         own: times of the rows, ns, ascending.
-        other: times of the other trace's rows.
+        other: times of the other trace's rows: all that can be in force within the tolerance.
         tolerance_ns: either way, ns.
-        since_ns: the other trace's first time, if something was before that; None if it began there.
+        ends: those of the other trace; None if it has no scans.
     """
-    if not len(own) or not len(other):
+    if ends is None:
         none = np.zeros(0, np.intp)
         return Windows(none, none, none, none, np.zeros(0, bool))
-    over = other[-1] + mean_period(other)  # the last scan is in force until then
-    rows = np.flatnonzero((own >= other[0] - tolerance_ns) & (own <= max(over, other[-1] + tolerance_ns)))
+    after_start = own >= ends.first_ns - tolerance_ns
+    rows = np.flatnonzero(after_start & (own <= ends.reach_ns(tolerance_ns)))
     times = own[rows]
     early, late = times - tolerance_ns, times + tolerance_ns
     held, first = (np.maximum(_in_force(other, at), 0) for at in (times, early))
-    whole = late < over
-    if since_ns is not None:
-        whole &= early >= since_ns
+    whole = late < ends.last_ns + ends.period_ns
+    if not ends.begun:
+        whole &= early >= ends.first_ns
     return Windows(rows, held, first, _in_force(other, late) + 1, whole)
-
-
-def mean_period(times: NDArray[np.int64]) -> int:
-    """Return the mean time from scan to scan, ns; 0 for fewer than two scans."""
-    return int(times[-1] - times[0]) // (len(times) - 1) if len(times) > 1 else 0
 
 
 def _in_force(times: NDArray[np.int64], at: NDArray[np.int64]) -> Rows:
