@@ -14,6 +14,7 @@ from broken3601 import Mistake
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.runtime.kinematics import Shape
 from scanrack.runtime.line import pcl601_frames as frames601
+from scanrack.runtime.line import pcl601_pdus as pdus601
 from scanrack.runtime.line import pmc006_frames as frames006
 from scanrack.runtime.modules.adapters import driver
 from scanrack.runtime.modules.adapters.axis import LinkedAxis
@@ -51,7 +52,7 @@ def mistake(
 # ---- the line
 
 
-@mistake(frames601, "_is_whole", "line")
+@mistake(frames601, "is_frame", "line")
 def checksum_unread(right):
     """The checksum of a PCL601's reply is not looked at."""
     return lambda frame: True
@@ -266,7 +267,7 @@ def the_steepest_ramp(right):
     return lambda rate_spmss, *, nearest=False: 1
 
 
-@mistake(frames601, "signed_pair", "moves")
+@mistake(pdus601, "signed_pair", "moves")
 def encoder_without_its_sign(right):
     """A negative count is read as a large one."""
     return lambda low, high: low | high << 16

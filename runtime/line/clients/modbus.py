@@ -14,6 +14,7 @@ from typing import Protocol
 
 from typing_extensions import override
 
+from ..pcl601_pdus import COUNTED, EXCEPTION, EXCEPTION_BYTES, answer_bytes, answer_head
 from ..rtu import crc, frame
 from .link import (
     ANSWER_S,
@@ -27,11 +28,6 @@ from .link import (
     drain,
 )
 
-READ_COILS, READ_INPUTS, READ_REGISTERS = 0x01, 0x02, 0x03
-WRITE_COIL, WRITE_REGISTER, WRITE_REGISTERS = 0x05, 0x06, 0x10
-EXCEPTION = 0x80
-EXCEPTION_BYTES = 2
-
 EXCEPTIONS = {
     1: "it does not know the function",
     2: "there is no such register, or it cannot be written",
@@ -40,18 +36,6 @@ EXCEPTIONS = {
 }
 
 _HEADER = Struct(">HHHB")
-
-
-def answer_bytes(pdu: bytes) -> int:
-    """Return how long the PDU of a good answer is.
-
-    >>> answer_bytes(bytes.fromhex("03 00 0c 00 02")), answer_bytes(bytes.fromhex("06 00 00 00 01"))
-    (6, 5)
-    """
-    count = int.from_bytes(pdu[3:5], "big")
-    if pdu[0] in (READ_COILS, READ_INPUTS):
-        return 2 + (count + 7) // 8
-    return 2 + 2 * count if pdu[0] == READ_REGISTERS else 5
 
 
 def check_answer(pdu: bytes, answer: bytes) -> bytes:
@@ -70,11 +54,10 @@ def check_answer(pdu: bytes, answer: bytes) -> bytes:
         raise RefusedError(f"function {pdu[0]:02x} is refused with exception {answer[1]}: {meaning}")
     if answer[:1] != pdu[:1] or len(answer) != answer_bytes(pdu):
         raise BadAnswerError("an answer to something else", answer)
-    reading = pdu[0] in (READ_COILS, READ_INPUTS, READ_REGISTERS)
-    if reading and answer[1] != len(answer) - 2:
-        raise BadAnswerError("an answer with a wrong byte count", answer)
-    if not reading and answer[1:5] != pdu[1:5]:
-        raise BadAnswerError("an answer to another write", answer)
+    reading = pdu[0] in COUNTED
+    if not answer.startswith(answer_head(pdu, unit=0)):
+        what = "an answer with a wrong byte count" if reading else "an answer to another write"
+        raise BadAnswerError(what, answer)
     return answer[2:] if reading else b""
 
 

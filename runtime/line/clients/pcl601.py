@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from struct import pack, unpack
+from struct import unpack
 
 from ....io_images.pcl601 import NEEDS_IDLE, POSITION_LIMIT, ROWS, Code, Error, Register
 from ....io_images.pcl601.errors import CAUSES
 from ....io_images.pcl601.registers import Row, firmware_text, word_of
-from ....io_images.pcl601.terminals import HARD_LIMIT_BIT, INPUT_COUNT, OUTPUT_COUNT
+from ....io_images.pcl601.terminals import HARD_LIMIT_BIT, OUTPUT_COUNT
+from .. import pcl601_pdus as pdus
 from .link import (
     POLL_S,
     TRIES,
@@ -19,15 +20,7 @@ from .link import (
     StoppedError,
     UncertainError,
 )
-from .modbus import (
-    READ_COILS,
-    READ_INPUTS,
-    READ_REGISTERS,
-    WRITE_COIL,
-    WRITE_REGISTER,
-    WRITE_REGISTERS,
-    ModbusLine,
-)
+from .modbus import ModbusLine
 from .watching import stopped_when_lost
 
 READABLE: dict[str, Row] = {row.register.name.lower(): row for row in ROWS.values()}
@@ -70,7 +63,7 @@ class Pcl601Client:
         row = READABLE.get(name)
         if row is None:
             raise ValueError(f"{name} can't be read: can be {', '.join(READABLE)}")
-        words = unpack(f">{row.words}H", self._asked(pack(">BHH", READ_REGISTERS, row.address, row.words)))
+        words = unpack(f">{row.words}H", self._asked(pdus.read_registers(row.register, row.words)))
         value: int = sum(word << 16 * at for at, word in enumerate(words))
         return value - (1 << 32) if row.low < 0 and value >> 31 else value
 
@@ -121,12 +114,12 @@ class Pcl601Client:
     @property
     def inputs(self) -> int:
         """The input bits as function 02 has them, read; bit 0 is input 1, 1 is active."""
-        return int.from_bytes(self._asked(pack(">BHH", READ_INPUTS, 0, INPUT_COUNT)), "little")
+        return int.from_bytes(self._asked(pdus.read_inputs()), "little")
 
     @property
     def outputs(self) -> int:
         """The outputs, read; bit 0 is output 1, 1 is on."""
-        return int.from_bytes(self._asked(pack(">BHH", READ_COILS, 0, OUTPUT_COUNT)), "little")
+        return int.from_bytes(self._asked(pdus.read_outputs()), "little")
 
     def set_output(self, number: int, on: bool) -> None:
         """Switch an output, 1 to 8.
@@ -137,7 +130,7 @@ class Pcl601Client:
         """
         if not 1 <= number <= OUTPUT_COUNT:
             raise ValueError(f"output {number}: allowed is 1 to {OUTPUT_COUNT}")
-        self._asked(pack(">BHH", WRITE_COIL, number - 1, 0xFF00 if on else 0))
+        self._asked(pdus.write_output(number, on))
 
     # -- commands ----------------------------------------------------------------------------
 
@@ -152,7 +145,7 @@ class Pcl601Client:
         if code in NEEDS_IDLE:
             self._start(code)
         else:
-            self._asked(_command(code))
+            self._asked(pdus.command(code))
 
     def start_move(self, steps: int) -> int:
         """Start a move over so many steps, its sign the direction; return where it should end.
@@ -230,7 +223,7 @@ class Pcl601Client:
         Raises:
             LinkError: no good answer.
         """
-        self._asked(_command(Code.STOP_MOTION))
+        self._asked(pdus.command(Code.STOP_MOTION))
 
     # -- inside ------------------------------------------------------------------------------
 
@@ -247,7 +240,7 @@ class Pcl601Client:
     def _sent(self, code: Code, before: int, errors: Error) -> LinkError | None:
         """Write what starts something, once; return why it has not begun, None if it has."""
         try:
-            self._once(_command(code))
+            self._once(pdus.command(code))
         except RefusedError as refusal:
             return refusal
         except (NoAnswerError, BadAnswerError):
@@ -304,16 +297,12 @@ class Pcl601Client:
             raise
 
 
-def _command(code: Code) -> bytes:
-    return pack(">BHH", WRITE_REGISTER, ROWS[Register.COMMAND].address, code)
-
-
 def _write(row: Row, value: int) -> bytes:
     """Return the question that writes a value, both words of it at once."""
     words = [word_of(value, at) for at in range(row.words)]
     if row.words == 1:
-        return pack(">BHH", WRITE_REGISTER, row.address, words[0])
-    return pack(">BHHBHH", WRITE_REGISTERS, row.address, 2, 4, *words)
+        return pdus.write_register(row.register, words[0])
+    return pdus.write_registers(row.register, words)
 
 
 def _told(errors: Error) -> str:

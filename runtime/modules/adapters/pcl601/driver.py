@@ -14,6 +14,7 @@ from ....kinematics import Shape, change_speed, creep, move, register, run
 from ....kinematics import stop as plan_stop
 from ....line import pcl601_ascii as ascii
 from ....line import pcl601_frames as frames
+from ....line import pcl601_pdus as pdus
 from ....line.master import PUBLISH, LineTiming, Reply, Request, Step
 from ....line.wire import LineFormat
 from ..driver import BIAS, Driver, LinkLost, Talk
@@ -190,19 +191,19 @@ class Pcl601Driver(Driver[Drive]):
         """Read encoder, busy and errors; new error bits are complained of."""
         reply = yield from self.insist(frames.read_registers(self.unit, Register.ENCODER_POSITION, 5))
         low, high, _, busy, errors = frames.words_of(reply)
-        self.encoder, self.busy = frames.signed_pair(low, high), bool(busy)
+        self.encoder, self.busy = pdus.signed_pair(low, high), bool(busy)
         fresh, self.errors = Error(errors) & ~self.errors, Error(errors)
         self.complaints += [(bits, CAUSES[error]) for error, bits in ERRORS.items() if error & fresh]
 
     def read_position(self) -> Talk:
         """Read the position register."""
         reply = yield from self.insist(frames.read_registers(self.unit, Register.POSITION, 2))
-        self.note_position(frames.signed_pair(*frames.words_of(reply)))
+        self.note_position(pdus.signed_pair(*frames.words_of(reply)))
 
     def write_position(self, position: int) -> Talk:
         """Write the position register."""
         self._written.pop(Register.POSITION, None)
-        yield from self._write(Register.POSITION, *frames.low_high(position))
+        yield from self._write(Register.POSITION, *pdus.low_high(position))
 
     def read_inputs(self) -> Talk:
         """Read the input register, and find out which limit a hard limit is."""
@@ -301,10 +302,10 @@ class Pcl601Driver(Driver[Drive]):
         registers = task.registers and not self.polls_marks
         yield from self._write(Register.INDEX_ON_FLY, int(registers))
         direction = int(task.direction > 0)
-        speeds = (*frames.low_high(drive.accel_sps2), drive.base_sps, drive.speed_sps, drive.speed_sps)
+        speeds = (*pdus.low_high(drive.accel_sps2), drive.base_sps, drive.speed_sps, drive.speed_sps)
         if task.kind is TaskKind.INDEX or registers:
             self._written.pop(Register.ACCEL, None)
-            yield from self._write(Register.STEPS, *frames.low_high(task.steps), *speeds, direction)
+            yield from self._write(Register.STEPS, *pdus.low_high(task.steps), *speeds, direction)
         else:
             self._written.pop(Register.STEPS, None)
             yield from self._write(Register.ACCEL, *speeds, direction)
