@@ -6,6 +6,7 @@ import pytest
 from adapter_ordeals import KINDS, complaints, ordeals
 from adapter_scripts import scripts
 from adapterbench import AdapterBench, AdapterBench006
+from amounts import amount
 from broken_adapters import MISTAKES
 from hypothesis import HealthCheck, Phase, find, given, settings
 from lockstep_adapters import differs
@@ -23,7 +24,7 @@ SEARCH = settings(
 
 
 @pytest.mark.parametrize("controller", BENCHES)
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=amount(12), deadline=None)
 @given(ordeal=ordeals())
 def test_a_sound_adapter_stands_every_ordeal(controller, ordeal):
     assert complaints(ordeal, BENCHES[controller]) == []

@@ -1,6 +1,7 @@
 """Blocks in any order, for any time: the laws of their outputs, and no command that the 3601 refuses."""
 
 import pytest
+from amounts import amount
 from blocks3601 import ERROR_STOP, BlocksBench
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -29,7 +30,7 @@ LONGEST = 3_000
 
 
 @pytest.mark.parametrize("rpi_ms", [None, 5])
-@settings(max_examples=20)
+@settings(max_examples=amount(20))
 @given(steps=steps)
 def test_laws_of_the_outputs(rpi_ms, steps):
     """One of Busy and the results at most; Active within Busy; an ErrorID with Error; no refused command.

@@ -3,6 +3,7 @@
 import tempfile
 from pathlib import Path
 
+from amounts import amount
 from hypothesis import HealthCheck, given, settings
 from ladder_programs import programs, stimuli
 from scanrack.ladder import LadderFault
@@ -43,7 +44,9 @@ def saved(text):
 
 
 @settings(
-    max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large]
+    max_examples=amount(150),
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )
 @given(programs(), stimuli())
 def test_both_back_ends_in_lockstep(text, scans):
@@ -65,7 +68,9 @@ def test_both_back_ends_in_lockstep(text, scans):
 
 
 @settings(
-    max_examples=50, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large]
+    max_examples=amount(50),
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )
 @given(programs())
 def test_a_program_as_text_reads_as_the_same_program(text):

@@ -9,6 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from amounts import amount
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scanrack.io_images import Image
@@ -66,7 +67,7 @@ def trace(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("replay") / "anything.mcap"
 
 
-@settings(max_examples=60)
+@settings(max_examples=amount(60))
 @given(
     choices=st.lists(st.integers(0, len(WORDS) - 1), min_size=1, max_size=12),
     actions=st.dictionaries(st.integers(0, SCANS - 1), ACTIONS, max_size=8),
