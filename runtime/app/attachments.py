@@ -1,7 +1,7 @@
 """The files that travel with a trace: what a run was made of, on the way in and out again.
 
 rack file and program      by the metadata's `rack_file` and `program_file`, path[:function]
-what the program imports   Python files beside it, by their path from there
+what the program imports   Python files beside it, which stay beside it, by their path from there
 words.json                 the map of words and bits, which a run does not need
 
 What of it may be used is decided in `trust`.
@@ -54,10 +54,11 @@ def imported(job: Job) -> list[Attachment]:
     What a program imports later, while it runs, is not known yet.
     """
     given = [path.resolve() for path in (job.rack_file, job.program)]
+    names = PurePosixPath(job.rack_file.name), PurePosixPath(program_name(job))
     found: dict[str, Path] = {}
-    for own in given:
+    for own, name in zip(given, names, strict=True):
         if own.suffix == PYTHON:
-            found.update(_imported_from(own.parent))
+            found.update((f"{name.parent / place}", path) for _, place, path in _modules_of(own.parent))
     return [attachment(found[name], name) for name in sorted(found) if found[name] not in given]
 
 
@@ -77,12 +78,6 @@ def forget_imported(folder: Path) -> None:
     for name, _place, _path in _modules_of(folder):
         if name.partition(".")[0] != ours:
             del sys.modules[name]
-
-
-def _imported_from(folder: Path) -> Iterator[tuple[str, Path]]:
-    """Yield imported files of modules that lie in a folder, by their path from there."""
-    for _name, place, path in _modules_of(folder):
-        yield place.as_posix(), path
 
 
 def _modules_of(folder: Path) -> Iterator[tuple[str, Path, Path]]:

@@ -269,6 +269,27 @@ def test_a_rack_in_python_with_its_logic_inside_is_rerun(folder: Path) -> None:
     assert (result.exit_code, result.output) == (0, "press.mcap: 30 scans, the same byte for byte\n")
 
 
+def test_what_a_program_imports_stays_beside_it(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rack and program are both called line.py, so the program goes to a folder of its own."""
+    cell, elsewhere = folder / "cell", folder / "elsewhere"
+    for each in (cell, elsewhere):
+        each.mkdir()
+    (cell / "line.py").write_text(
+        "from scanrack.runtime.config.rackspec import RackSpec, SlotSpec\n"
+        "def rack():\n"
+        "    return RackSpec(program='../line.py', slot=[SlotSpec(number=1, module='amci3601')])\n"
+    )
+    assert scanrack("run", "cell/line.py", "--scans", "30", "-q", "--record", "line.mcap").exit_code == 0
+    with open_trace(folder / "line.mcap") as trace:
+        names = {each.name for each in trace.attachments()}
+    assert {"line.py", "program/line.py", "program/speeds.py"} <= names
+    assert "speeds.py" not in names
+    monkeypatch.chdir(elsewhere)
+    command = [sys.executable, "-m", "scanrack", "rerun", str(folder / "line.mcap"), "--trust"]
+    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (result.returncode, result.stderr) == (0, ""), result.stdout
+
+
 def test_rungs_are_rerun_without_further_ado(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (folder / "line.rung").write_text(
         "PROGRAM blink\nTAG T : TIMER := {\"PRE\": 20}\nROUTINE Main\nXIO(T.DN)TON(T,?,?);\n"

@@ -28,13 +28,15 @@ def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, f
         spec: what it says.
         scenario: the scenario.
         scans: how long the run is to be.
-        folder: where the new file will stand; the path of the program starts there.
+        folder: where the new file will stand; the paths of the programs start there.
 
     Raises:
         OSError: the rack file can't be read.
     """
     document: Table = tomllib.loads(rack_file.read_text(encoding="utf-8"), parse_float=Decimal)
-    document["program"] = os.path.relpath(rack_file.parent / str(document["program"]), folder)
+    for table in (document, *document.get("unit", ())):
+        if "program" in table:
+            table["program"] = os.path.relpath(rack_file.parent / str(table["program"]), folder)
     document["run_for_s"] = _seconds(scans * spec.scan_ns)
     document["trace"] = "again.mcap"
     versions = dict(scenario.firmware)

@@ -115,6 +115,19 @@ def test_a_rack_file_with_a_scenario_says_the_same_as_the_objects(spec, rack_fil
     assert read.incidents == laid.incidents
 
 
+def test_programs_are_found_from_the_folder_of_a_failure(tmp_path):
+    """The rack's own and those of the units beside it; one unit has none."""
+    units = '[[unit]]\nprogram = "units/press.pclt"\n[[unit]]\naddress = 2\n'
+    rack_file = tmp_path / "rack.toml"
+    rack_file.write_text(RACK + units, encoding="utf-8")
+    folder = tmp_path / "failures" / "one"
+    text = rack_text(rack_file, load_rack_file(rack_file).spec, Scenario(), 10, folder)
+    document = tomllib.loads(text)
+    assert (folder / document["program"]).resolve() == tmp_path / "line.py"
+    assert (folder / document["unit"][0]["program"]).resolve() == tmp_path / "units" / "press.pclt"
+    assert document["unit"][1] == {"address": 2}
+
+
 @given(data=st.data())
 def test_a_base_is_varied_part_by_part(spec, data):
     base = Scenario(presses=(Press(1, InputBit.ESTOP, True, 0, MS),), lost=(Lost(4, 0, 1),))
