@@ -84,7 +84,7 @@ AND.3: /AND\b|&/i
 MOD.3: /MOD\b/i
 NOT.3: /NOT\b/i
 EQUAL: "="
-UNEQUAL: "<>"
+UNEQUAL.2: "<>"
 RELATION: "<=" | ">=" | "<" | ">"
 PLUS: "+"
 MINUS: "-"

@@ -74,6 +74,7 @@ RETURN;"""
         ("A XOR B & C", "A XOR (B AND C)"),
         ("A AND B = C", "A AND (B = C)"),
         ("A = B < C", "A = (B < C)"),
+        ("A <> B <= C", "A <> (B <= C)"),
         ("A < B + C", "A < (B + C)"),
         ("A + B * C", "A + (B * C)"),
         ("A - B - C", "(A - B) - C"),

@@ -1,0 +1,171 @@
+"""Hypothesis strategies for structured text: every statement and operator, over the tags of rungs."""
+
+from hypothesis import strategies as st
+from ladder_programs import BITS, INTEGERS, READ_BITS, REALS, TAGS
+from ladder_programs import expressions as expressions_of_rungs
+
+DATA_FILES = {"O:1.5": "Local:1:O.Data[5]", "I:1.0/7": "Local:1:I.Data[0].7"}
+"""Addresses of data files, which structured text does not have, and what they mean."""
+
+
+def _in_structured_text(text):
+    for file, image in DATA_FILES.items():
+        text = text.replace(file, image)
+    return text
+
+
+expressions = expressions_of_rungs.map(_in_structured_text)
+bits = st.sampled_from(BITS)
+read_bits = st.sampled_from(READ_BITS).map(_in_structured_text)
+strings = st.sampled_from(("Name", "Text", "Names[1]", "Names[Index]"))
+string_values = st.one_of(strings, st.sampled_from(("'abc'", "''", "'a$'b$$$0D'")))
+relations = st.tuples(expressions, st.sampled_from(("=", "<>", "<", "<=", ">", ">=")), expressions).map(
+    lambda found: f"({found[0]}) {found[1]} ({found[2]})"
+)
+equalities = st.tuples(string_values, st.sampled_from(("=", "<>", "<")), string_values).map(" ".join)
+
+
+def _joined(inner):
+    return st.one_of(
+        st.tuples(inner, st.sampled_from(("AND", "&", "or", "XOR", "=", "<>", "<")), inner).map(
+            lambda found: f"({found[0]}) {found[1]} ({found[2]})"
+        ),
+        inner.map(lambda found: f"NOT ({found})"),
+        inner.map(lambda found: f"({found}) = 0"),
+    )
+
+
+conditions = st.recursive(st.one_of(read_bits, relations, equalities), _joined, max_leaves=4)
+
+_ASSIGN = st.sampled_from((":=", "[:=]"))
+assignments = st.one_of(
+    st.tuples(bits, _ASSIGN, conditions),
+    st.tuples(bits, _ASSIGN, st.sampled_from("01")),
+    st.tuples(st.sampled_from((*INTEGERS, *REALS)).map(_in_structured_text), _ASSIGN, expressions),
+    st.tuples(st.sampled_from(("Index", "Wide")), _ASSIGN, st.sampled_from(("0", "1", "2"))),
+    st.tuples(strings, _ASSIGN, string_values),
+).map(lambda found: f"{' '.join(found)};")
+calls = st.sampled_from(
+    (
+        "COP(Block,Grid,3);",
+        "CPS(Name,Names[Index],1);",
+        "RES(Delay);",
+        "SWPB(Wide,WORD,Other);",
+        "JSR(Sub,1,Wide,Other);",
+        "TND();",
+        "RETURN;",
+        ";",
+        "// a comment",
+    )
+)
+labels = st.tuples(
+    st.sampled_from(("0", "1", "-2", "3..7", "16#FF", "-10..-3", "2.5")),
+    st.sampled_from(("", ", 9", ", 100..200")),
+).map("".join)
+
+
+_KINDS = ("assign", "assign", "call", "if", "case", "for", "while", "repeat", "region")
+
+_LIMIT = "T := T+1; IF T > 40 THEN EXIT; END_IF;"
+"""First in every loop: one that counts far takes as long in the interpreter as a hundred others."""
+
+
+@st.composite
+def blocks(draw, depth=2, *, loop=False):
+    """Statements, `depth` deep in one another."""
+    found = []
+    for _ in range(draw(st.integers(1, 4))):
+        kind = draw(st.sampled_from(_KINDS))
+        if kind == "assign" or (not depth and kind != "call"):
+            found.append(draw(assignments))
+        elif kind == "call":
+            found.append("EXIT;" if loop and draw(st.booleans()) else draw(calls))
+        else:
+            found.append(draw(_COMPOUND[kind](depth - 1, loop)))
+    return "\n".join(found)
+
+
+@st.composite
+def _ifs(draw, depth, loop):
+    text = f"IF {draw(conditions)} THEN\n{draw(blocks(depth, loop=loop))}\n"
+    for _ in range(draw(st.integers(0, 2))):
+        text += f"ELSIF {draw(conditions)} THEN\n{draw(blocks(depth, loop=loop))}\n"
+    if draw(st.booleans()):
+        text += f"ELSE\n{draw(blocks(depth, loop=loop))}\n"
+    return text + "END_IF;"
+
+
+@st.composite
+def _cases(draw, depth, loop):
+    text = f"CASE {draw(expressions)} OF\n"
+    for _ in range(draw(st.integers(0, 3))):
+        text += f"{draw(labels)}:\n{draw(blocks(depth, loop=loop))}\n"
+    if draw(st.booleans()):
+        text += f"ELSE\n{draw(blocks(depth, loop=loop))}\n"
+    return text + "END_CASE;"
+
+
+@st.composite
+def _fors(draw, depth, _loop):
+    count = draw(st.sampled_from(("I", "J", "Index", "Small", "Block[2]", "Block[Index]")))
+    first, last = (
+        draw(st.sampled_from(("0", "2", "Index", "10"))),
+        draw(st.sampled_from(("3", "0", "Index+2", "Wide"))),
+    )
+    by = draw(st.sampled_from(("", " BY 2", " BY -1", " BY Index", " BY 1.5")))
+    body = draw(blocks(depth, loop=True))
+    return f"FOR {count} := {first} TO {last}{by} DO\n{_LIMIT}\n{body}\nEND_FOR;"
+
+
+@st.composite
+def _whiles(draw, depth, _loop):
+    body = draw(blocks(depth, loop=True))
+    return f"WHILE {draw(conditions)} DO\n{_LIMIT}\n{body}\nEND_WHILE;"
+
+
+@st.composite
+def _repeats(draw, depth, _loop):
+    body = draw(blocks(depth, loop=True))
+    return f"REPEAT\n{_LIMIT}\n{body}\nUNTIL {draw(conditions)} END_REPEAT;"
+
+
+@st.composite
+def _regions(draw, depth, loop):
+    return f"#region some name\n{draw(blocks(depth, loop=loop))}\n#endregion"
+
+
+_COMPOUND = {
+    "if": _ifs,
+    "case": _cases,
+    "for": _fors,
+    "while": _whiles,
+    "repeat": _repeats,
+    "region": _regions,
+}
+
+MORE_TAGS = """TAG I : DINT
+TAG J : INT
+TAG T : DINT
+TAG Names : STRING[3]
+"""
+
+
+@st.composite
+def structured(draw):
+    """Text of a program whose routines are structured text."""
+    flags = draw(st.sampled_from(("", "C := S:V AND S:Z;\n")))
+    return "\n".join(
+        [
+            TAGS + MORE_TAGS,
+            "ROUTINE Main ST",
+            "T := 0;",
+            flags + draw(blocks(3)),
+            "END",
+            "ROUTINE Sub ST",
+            "SBR(J);",
+            draw(blocks(1)).replace("JSR(Sub,1,Wide,Other);", "Other := J*3;").replace("RETURN;", "RET(J);"),
+            "RET(Long);",
+            "END",
+            "",
+        ]
+    )
