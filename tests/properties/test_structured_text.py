@@ -10,13 +10,13 @@ from structured_programs import structured
 _SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large]
 
 
-@settings(max_examples=100, deadline=None, suppress_health_check=_SLOW)
+@settings(max_examples=60, deadline=None, suppress_health_check=_SLOW)
 @given(structured(), stimuli())
 def test_both_back_ends_in_lockstep(text, scans):
     check_lockstep(text, scans)
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=_SLOW)
+@settings(max_examples=30, deadline=None, suppress_health_check=_SLOW)
 @given(structured())
 def test_structured_text_prints_as_it_reads(text):
     program = parse_program(text)
