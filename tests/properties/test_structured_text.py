@@ -1,5 +1,6 @@
 """Structured text does the same on both back ends and in the debugger, and prints as it reads."""
 
+from amounts import amount
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from ladder_lockstep import check_debugged, check_lockstep
@@ -10,13 +11,13 @@ from structured_programs import structured
 _SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large]
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=_SLOW)
+@settings(max_examples=amount(60), deadline=None, suppress_health_check=_SLOW)
 @given(structured(), stimuli())
 def test_both_back_ends_in_lockstep(text, scans):
     check_lockstep(text, scans)
 
 
-@settings(max_examples=30, deadline=None, suppress_health_check=_SLOW)
+@settings(max_examples=amount(30), deadline=None, suppress_health_check=_SLOW)
 @given(structured())
 def test_structured_text_prints_as_it_reads(text):
     program = parse_program(text)
@@ -26,7 +27,7 @@ def test_structured_text_prints_as_it_reads(text):
     assert program_text(again) == printed
 
 
-@settings(max_examples=30, deadline=None, suppress_health_check=_SLOW)
+@settings(max_examples=amount(30), deadline=None, suppress_health_check=_SLOW)
 @given(text=structured(), scans=stimuli(), watched=st.booleans())
 def test_a_debugged_program_does_what_the_compiled_one_does(text, scans, watched):
     check_debugged(text, scans, watched=watched)
