@@ -16,10 +16,12 @@ from scanrack.runtime.kinematics import Shape
 from scanrack.runtime.line import pcl601_frames as frames601
 from scanrack.runtime.line import pcl601_pdus as pdus601
 from scanrack.runtime.line import pmc006_frames as frames006
-from scanrack.runtime.modules.adapters import driver
+from scanrack.runtime.modules.adapters import exchanges
 from scanrack.runtime.modules.adapters.axis import LinkedAxis
 from scanrack.runtime.modules.adapters.capabilities import RowCapabilities
-from scanrack.runtime.modules.adapters.driver import Driver, State
+from scanrack.runtime.modules.adapters.driver import Driver
+from scanrack.runtime.modules.adapters.exchanges import State
+from scanrack.runtime.modules.adapters.findings import FindingKind
 from scanrack.runtime.modules.adapters.module import Adapter
 from scanrack.runtime.modules.adapters.pcl601 import axis as axis601
 from scanrack.runtime.modules.adapters.pcl601.axis import Pcl601Axis
@@ -88,7 +90,7 @@ def start_never_looked_after(right):
     return start
 
 
-@mistake(driver, "FAILURES_MAX", "replies_lost")
+@mistake(exchanges, "FAILURES_MAX", "replies_lost")
 def gives_up_at_once(right):
     """A single lost reply counts as a lost controller."""
     return 1
@@ -137,7 +139,9 @@ def left_running_after_a_loss(right):
     def see_again(self):
         ready, self._was_ready = self._was_ready, False
         yield from right(self)
-        self._was_ready = self.returned = ready
+        self._was_ready = ready
+        if ready:
+            self.findings.add(FindingKind.RETURNED)
         self.state = State.READY if ready else State.PRESENT
 
     return see_again

@@ -8,7 +8,9 @@ from typing import Any
 import pytest
 from scanrack.runtime.line.master import LineTiming
 from scanrack.runtime.line.wire import LineFormat
-from scanrack.runtime.modules.adapters.driver import BIAS, REBIAS_BELOW, Driver, State, Talk
+from scanrack.runtime.modules.adapters.driver import REBIAS_BELOW, Driver
+from scanrack.runtime.modules.adapters.exchanges import BIAS, State, Talk
+from scanrack.runtime.modules.adapters.findings import Finding, FindingKind, Findings
 from scanrack.runtime.modules.adapters.task import Task, TaskKind
 
 
@@ -109,14 +111,14 @@ def test_what_moves_untold_has_strayed_when_it_is_ready(state: State, strayed: b
     driver = Noted(busy_looks=int(busy), positions=[] if busy else [BIAS + 7])
     driver.state, driver.position = state, BIAS
     done(driver._look_around())
-    assert driver.strayed is strayed
+    assert driver.findings.take() == [Finding(FindingKind.STRAYED)] * strayed
 
 
 def test_what_rests_has_not_strayed() -> None:
     driver = Noted(positions=[BIAS])
     driver.state, driver.position = State.READY, BIAS
     done(driver._look_around())
-    assert not driver.strayed
+    assert not driver.findings.take()
 
 
 def test_a_lost_link_forgets_every_motion_that_was_to_follow() -> None:
@@ -127,3 +129,19 @@ def test_a_lost_link_forgets_every_motion_that_was_to_follow() -> None:
     driver._forget_wishes()
     assert (driver.task, driver.tasks, driver.cut) == (None, [], False)
     assert driver.asked == ["forget"]
+
+
+def test_findings_are_taken_by_kind_and_once() -> None:
+    findings = Findings()
+    findings.add(FindingKind.STRAYED)
+    findings.complain(1 << 12, "refused")
+    findings.add(FindingKind.STRAYED)
+    findings.complain(0, "too hot")
+    findings.add(FindingKind.POWER_LOST)
+    assert [(each.kind, each.text) for each in findings.take()] == [
+        (FindingKind.POWER_LOST, ""),
+        (FindingKind.COMPLAINT, "refused"),
+        (FindingKind.COMPLAINT, "too hot"),
+        (FindingKind.STRAYED, ""),
+    ]
+    assert not findings.take()

@@ -7,93 +7,30 @@
 
 A start is never repeated blindly: where its answer is lost, the controller is
 looked at. Everything else may be repeated until it is answered.
-
-B, 1,000,000, is where the controller's counter is put: one that has lost its
-power counts from 0 and is noticed by that.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
-from enum import Enum
-from typing import Generic
 
-from ...line.master import PUBLISH, LineTiming, Master, Pause, Reply, Request, Script, Step
+from ...line.master import PUBLISH, LineTiming, Pause, Reply, Request, Script, Step
+from .exchanges import BIAS, Exchanges, LinkLost, PowerLost, State, Talk
+from .findings import FindingKind
 from .task import Drive, Task, TaskKind
 
-BIAS = 1_000_000
 REBIAS_BELOW = 500_000
 PROBE_NS = 250_000_000
-FAILURES_MAX = 3
-SILENCE_NS = 500_000_000
-NEAR_ZERO = 1_000
-NS_PER_S = 1_000_000_000
 
 
-class State(Enum):
-    """How far the adapter has got with the controller."""
-
-    ABSENT = "no good exchange"
-    PRESENT = "it answers, and is not configured"
-    READY = "configured"
-
-
-class LinkLost(Exception):  # noqa: N818  # the state that follows, not a mistake
-    """Three exchanges in a row have failed, or none was good for half a second."""
-
-
-class PowerLost(Exception):  # noqa: N818
-    """The controller's position says that it has been switched off meanwhile."""
-
-
-Talk = Generator[Step, Reply | None, None]
-
-
-class Driver(Generic[Drive]):
-    """A controller as the link knows it, and the script that talks to it.
-
-    Attributes:
-        state: how far it has got.
-        position: of the controller's counter, as read last.
-        busy: whether it moves.
-        task: the motion that runs.
-        tasks: those that are to follow.
-        cut: a hard stop is wanted, or under way.
-        setup: a configuration is wanted, or under way.
-        rebased: what the counter has been moved by so far without motion, steps.
-        lost_power: it was found to have been switched off.
-        returned: it answers again after a loss, and was not switched off.
-        strayed: it has moved without being told.
-        stopped_short: a motion ended before its target.
-        out_of_range: a slew has come to the end of the counter's range.
-        unfit: the controller says that it can't be relied on: MODULE_OK is clear while it does.
-        complaints: bits of input word 0 that the controller gives rise to, each with its reason;
-            whoever has taken them empties the list.
+class Driver(Exchanges[Drive]):
+    """The script that talks to a controller.
 
     Args:
-        manners: how the line is used.
+        line_timing: how the line is used.
     """
 
     def __init__(self, line_timing: LineTiming) -> None:
-        self.master = Master(line_timing)
-        self.state = State.ABSENT
-        self.position = 0
-        self.busy = False
-        self.task: Task[Drive] | None = None
-        self.tasks: list[Task[Drive]] = []
-        self.cut = False
-        self.setup = False
-        self.rebased = 0
-        self.lost_power = self.returned = self.strayed = False
-        self.stopped_short = self.out_of_range = False
-        self.unfit = False
-        self.complaints: list[tuple[int, str]] = []
-        self._was_ready = False
-        self._failed = 0
-        self._good_ns = 0
-        self._read_ns = 0
-        self._top_sps = 0
-        self._rebasing_to: int | None = None
+        super().__init__(line_timing)
         self.master.begin(self._script())
 
     # -- what a controller brings -------------------------------------------------------------
@@ -104,26 +41,6 @@ class Driver(Generic[Drive]):
 
     def configure(self) -> Talk:
         """Bring it into the state in which motions start, its counter at B."""
-        raise NotImplementedError
-
-    def stop(self) -> Talk:
-        """Stop its motion at once, and repeat that until it is answered."""
-        raise NotImplementedError
-
-    def read_status(self) -> Talk:
-        """Read whether it is busy."""
-        raise NotImplementedError
-
-    def read_position(self) -> Talk:
-        """Read its counter, and `note_position`."""
-        raise NotImplementedError
-
-    def read_inputs(self) -> Talk:
-        """Read its inputs."""
-        raise NotImplementedError
-
-    def write_position(self, position: int) -> Talk:
-        """Put its counter somewhere."""
         raise NotImplementedError
 
     def carry_out(self, task: Task[Drive]) -> Talk:
@@ -167,7 +84,8 @@ class Driver(Generic[Drive]):
             except PowerLost:
                 self._forget_wishes()
                 self._was_ready = False
-                self.lost_power = self.cut = True
+                self.findings.add(FindingKind.POWER_LOST)
+                self.cut = True
                 self.state = State.PRESENT
                 yield PUBLISH
 
@@ -199,7 +117,8 @@ class Driver(Generic[Drive]):
             yield from self.halt()
         yield from self.read_all()
         self.state = State.READY if self._was_ready else State.PRESENT
-        self.returned = self._was_ready
+        if self._was_ready:
+            self.findings.add(FindingKind.RETURNED)
         yield PUBLISH
 
     def _turn(self) -> Talk:
@@ -238,7 +157,7 @@ class Driver(Generic[Drive]):
         for read in self.cycle:
             yield from read()
             if self.state is State.READY and (self.busy or self.position != before):
-                self.strayed = True
+                self.findings.add(FindingKind.STRAYED)
                 before = self.position
             if self.cut or self.setup or self.tasks or self.errand() is not None:
                 return
@@ -246,81 +165,7 @@ class Driver(Generic[Drive]):
         if self.state is State.READY and not self.busy and abs(self.position) < REBIAS_BELOW:
             yield from self.rebase(BIAS)
 
-    # -- exchanges ----------------------------------------------------------------------------
-
-    def _good(self) -> None:
-        self._failed = 0
-        self._good_ns = self.master.now_ns
-
-    def ask(self, request: Request) -> Generator[Step, Reply | None, Reply | None]:
-        """Make one exchange; return its reply, None if it failed.
-
-        Raises:
-            LinkLost: it was the third in a row that failed, or the silence has lasted too long.
-        """
-        reply = yield request
-        if reply is not None:
-            self._good()
-            return reply
-        self._failed += 1
-        if self._failed >= FAILURES_MAX or self.master.now_ns - self._good_ns >= SILENCE_NS:
-            raise LinkLost
-        return None
-
-    def insist(self, request: Request) -> Generator[Step, Reply | None, Reply]:
-        """Repeat an exchange that may be repeated until it is answered."""
-        while True:
-            reply = yield from self.ask(request)
-            if reply is not None:
-                return reply
-
-    # -- parts --------------------------------------------------------------------------------
-
-    def read_all(self) -> Talk:
-        """Read status, then the position, which is final if the status was idle, then inputs."""
-        yield from self.read_status()
-        yield from self.read_position()
-        yield from self.read_inputs()
-
-    def note_position(self, position: int) -> None:
-        """Take over a position read.
-
-        Raises:
-            PowerLost: it is near 0, and too far from the one before to have been reached.
-        """
-        self._settle_rebase(position)
-        elapsed_ns, self._read_ns = self.master.now_ns - self._read_ns, self.master.now_ns
-        way = self._top_sps * elapsed_ns // NS_PER_S + NEAR_ZERO
-        before, self.position = self.position, position
-        if self._was_ready and abs(position) <= NEAR_ZERO and abs(position - before) > way:
-            raise PowerLost
-
-    def rebase(self, position: int) -> Talk:
-        """Put the counter elsewhere; the axis stays where it is."""
-        self._rebasing_to = position
-        yield from self.write_position(position)
-        self._settle_rebase(position)
-
-    def _settle_rebase(self, seen: int) -> None:
-        """Find out from the counter whether it was put elsewhere: the answer may have been lost."""
-        goal, self._rebasing_to = self._rebasing_to, None
-        if goal is not None and abs(seen - goal) < abs(seen - self.position):
-            self.rebased += goal - self.position
-            self.position = goal
-
-    def halt(self) -> Talk:
-        """Stop at once, and read where."""
-        yield from self.stop_and_look()
-        self.task = None
-        self.cut = False
-
-    def stop_and_look(self) -> Talk:
-        """Stop at once, wait until it stands still, and read where."""
-        yield from self.stop()
-        self.busy = True
-        while self.busy:
-            yield from self.read_status()
-        yield from self.read_position()
+    # -- motions ------------------------------------------------------------------------------
 
     def start(self, task: Task[Drive], request: Request) -> Talk:
         """Start a motion; where the answer is lost, look before asking again."""
@@ -403,8 +248,9 @@ class Driver(Generic[Drive]):
 
     def conclude(self, task: Task[Drive], began_at: int) -> Talk:
         """The controller stands still: show why, before the motion counts as over."""
-        if task.kind is TaskKind.INDEX and not task.stopping:
-            self.stopped_short = self.position != began_at + task.direction * task.steps
+        target = began_at + task.direction * task.steps
+        if task.kind is TaskKind.INDEX and not task.stopping and self.position != target:
+            self.findings.add(FindingKind.STOPPED_SHORT)
         yield PUBLISH
         if not self._cut_meanwhile():
             self.task = None

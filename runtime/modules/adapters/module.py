@@ -11,6 +11,7 @@ words that come while a hard stop or a configuration is under way wait for it.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Generic
 
 from ....io_images.amci3601 import Firmware, StatusMsw
@@ -20,7 +21,9 @@ from ...loop.incidents import FaultKind
 from ..amci3601 import Amci3601Options, CommandLayer, Refusal
 from ..amci3601.report import report
 from .axis import LinkedAxis
-from .driver import Driver, State
+from .driver import Driver
+from .exchanges import State
+from .findings import Finding, FindingKind
 from .plant import Plant
 from .task import Drive
 
@@ -182,7 +185,8 @@ class Adapter(Generic[Drive]):
 
     def _tick(self, now_ns: int, outputs: Image) -> None:
         """Let the command layer look at words and inputs."""
-        self._take_notice(now_ns)
+        findings = self.driver.findings.take()
+        self._take_notice(now_ns, findings)
         if self.driver.state is State.ABSENT:
             self._pass_over(now_ns, outputs)
             return
@@ -194,7 +198,7 @@ class Adapter(Generic[Drive]):
             if self._locked_out:
                 self.layer.overlook(words)
         self.layer.tick(now_ns, words, self.axis.levels)
-        self._look_at_the_end(now_ns)
+        self._look_at_the_end(now_ns, findings)
         self._tell_of_substitutions(now_ns)
         if self.axis.settled:
             self._acted_on = outputs.raw.tobytes()
@@ -222,26 +226,26 @@ class Adapter(Generic[Drive]):
 
     # -- what the driver has found ------------------------------------------------------------
 
-    def _take_notice(self, now_ns: int) -> None:
-        """Turn what has been found out about the controller into the 3601's bits."""
-        driver = self.driver
-        if driver.lost_power:
-            driver.lost_power = False
-            self._note(now_ns, "power lost", "the controller has lost its power and its configuration")
-            self._begin_anew()
-            self._image.clear()
-        for bits, text in driver.complaints:
-            self._show(now_ns, "controller error", bits, text)
-        driver.complaints.clear()
-        if driver.returned:
-            driver.returned = False
-            self._return(now_ns)
-        if driver.strayed:
-            driver.strayed = False
-            self._show(now_ns, "strayed", POSITION_INVALID, "the axis has moved without being told to")
-        if driver.out_of_range:
-            driver.out_of_range = False
-            self._end_of_range(now_ns)
+    def _take_notice(self, now_ns: int, findings: Iterable[Finding]) -> None:
+        """Turn findings about the controller into the 3601's bits."""
+        for finding in findings:
+            match finding.kind:
+                case FindingKind.POWER_LOST:
+                    self._lose_power(now_ns)
+                case FindingKind.COMPLAINT:
+                    self._show(now_ns, "controller error", finding.bits, finding.text)
+                case FindingKind.RETURNED:
+                    self._return(now_ns)
+                case FindingKind.STRAYED:
+                    text = "the axis has moved without being told to"
+                    self._show(now_ns, "strayed", POSITION_INVALID, text)
+                case FindingKind.OUT_OF_RANGE:
+                    self._end_of_range(now_ns)
+
+    def _lose_power(self, now_ns: int) -> None:
+        self._note(now_ns, "power lost", "the controller has lost its power and its configuration")
+        self._begin_anew()
+        self._image.clear()
 
     def _return(self, now_ns: int) -> None:
         """The link is back: nothing that was shown is still known to be true."""
@@ -256,14 +260,13 @@ class Adapter(Generic[Drive]):
         if self.layer.operation is not None:
             self.layer.operation.on_many_bits(now_ns)
 
-    def _look_at_the_end(self, now_ns: int) -> None:
-        """A move that has ended elsewhere than at its target, and not at a limit that is seen."""
-        if self.driver.stopped_short:
-            self.driver.stopped_short = False
-            if self.layer.operation is not None:
-                text = "the controller has stopped before the target"
-                self._show(now_ns, "stopped short", POSITION_INVALID, text)
-                self.layer.cut(now_ns)
+    def _look_at_the_end(self, now_ns: int, findings: Iterable[Finding]) -> None:
+        """End a move that has stopped short of its target, and not at a limit that is seen."""
+        short = any(finding.kind is FindingKind.STOPPED_SHORT for finding in findings)
+        if short and self.layer.operation is not None:
+            text = "the controller has stopped before the target"
+            self._show(now_ns, "stopped short", POSITION_INVALID, text)
+            self.layer.cut(now_ns)
 
     def _tell_of_substitutions(self, now_ns: int) -> None:
         substitutions = self.axis.substitutions

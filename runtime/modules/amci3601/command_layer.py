@@ -1,20 +1,15 @@
 """The 3601's command layer: modes, edges, refusals, latched errors.
 
-It is called at the ticks of the module's own 250 µs scan at which anything
-relevant may have changed, with the words in force and the inputs as sampled,
-and once more at the exact instant at which a motion ends. A tick does, in this
-order [chapters 3 to 6]:
+The module calls it at the ticks of its own 250 µs scan at which words or inputs
+may have changed, and at the exact instant at which a motion ends. A tick does,
+in this order [chapters 3 to 6]:
 
-1. take over the sampled inputs, capture on an inactive-to-active transition;
-2. unless the PLC is out of run mode, obey the output words: mode bit first,
-   then errors that lock the module, follower and blend bits, the command whose
-   bit has risen, and what the running operation makes of the new words;
-3. look at the inputs that stop motion: emergency stop, end limits, external;
-4. let the running operation look at what it checks by level.
-
-What each motion makes of Hold, limits and the external input is written in
-the operations; why a command is refused in `refusals`; what a bit does in
-`commands`; configuration mode in `configuring`.
+1. sample the inputs, capture on an inactive-to-active transition (`inputs`);
+2. in run mode, obey the output words: the mode bit (`configuring`), errors that
+   lock the module, follower and blend bits, the command whose bit has risen
+   (`commands`, refused by `refusals`), then the running operation's own bits;
+3. obey the inputs that stop motion: emergency stop, end limits, external;
+4. let the running operation check its levels.
 """
 
 from __future__ import annotations
@@ -25,7 +20,7 @@ from typing_extensions import override
 
 from ....io_images.amci3601 import CommandMsw, Firmware
 from ...loop.events import Event, JsonValue
-from . import configuring, refusals
+from . import configuring
 from .axis import Axis
 from .blending import obey_programming
 from .capabilities import Feature, Refusal, Request
@@ -44,6 +39,7 @@ from .latches import (
 )
 from .operation import Host, Operation
 from .options import Amci3601Options
+from .refusals import faults_of_several
 from .state import ModuleState
 
 RESET = CommandMsw.RESET_ERRORS.value
@@ -200,12 +196,7 @@ class CommandLayer(Host):
             COMMANDS[command.msw](self, now_ns, command)
 
     def _refuse_several(self, now_ns: int, command: CommandWords, edges: int) -> None:
-        """Several command bits are set: that, and what each new command breaks by itself (A-110)."""
-        faults = [Fault("CMD-02")]
-        for bit in (1 << at for at in range(edges.bit_length()) if edges >> at & 1):
-            single = command.single(bit)
-            faults += refusals.faults_of(self, single, refusals.refusals_of(self, single))
-        self.fire_all(now_ns, faults)
+        self.fire_all(now_ns, faults_of_several(self, command, edges))
         if self.operation is not None:
             self.operation.on_many_bits(now_ns)
 

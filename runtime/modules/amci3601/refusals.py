@@ -405,6 +405,15 @@ def faults_of(host: Host, command: CommandWords, reasons: Refusals) -> list[Faul
     return [reason.fault for reason in reasons if reason.broken(host, command)]
 
 
+def faults_of_several(host: Host, command: CommandWords, edges: int) -> list[Fault]:
+    """Return what several command bits break: that, and what each new command breaks by itself (A-110)."""
+    faults = [Fault("CMD-02")]
+    for bit in (1 << at for at in range(edges.bit_length()) if edges >> at & 1):
+        single = command.single(bit)
+        faults += faults_of(host, single, refusals_of(host, single))
+    return faults
+
+
 def refusals_of(host: Host, command: CommandWords) -> Refusals:
     """Return the rules that an order with a single command bit can break."""
     if command.msw & CommandMsw.ABSOLUTE_MOVE.value:

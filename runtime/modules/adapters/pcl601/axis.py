@@ -6,7 +6,7 @@ from .....io_images.amci3601 import Configuration, InputBit
 from ....kinematics import Profile, Rate, Shape
 from ....kinematics import stop as plan_stop
 from ..axis import LinkedAxis
-from ..driver import State
+from ..exchanges import State
 from ..task import TaskKind
 from .capabilities import Pcl601Capabilities, polls_mark
 from .driver import BOTH_SIDES, Pcl601Driver

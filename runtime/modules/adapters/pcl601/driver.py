@@ -17,7 +17,9 @@ from ....line import pcl601_frames as frames
 from ....line import pcl601_pdus as pdus
 from ....line.master import PUBLISH, LineTiming, Reply, Request, Step
 from ....line.wire import LineFormat
-from ..driver import BIAS, Driver, LinkLost, Talk
+from ..driver import Driver
+from ..exchanges import BIAS, LinkLost, Talk
+from ..findings import FindingKind
 from ..task import Task, TaskKind
 from .errors import COMMAND_ERROR, ERRORS
 from .options import Pcl601Options
@@ -98,7 +100,7 @@ class Pcl601Driver(Driver[Drive]):
     def rouse(self) -> Talk:
         """Bring it back from AA ASCII, where it hears no Modbus."""
         if (yield ascii.ask_address(self.unit)) is not None:
-            self.complaints.append((0, "the controller was in AA ASCII, and is sent back to Modbus"))
+            self.findings.complain(0, "the controller was in AA ASCII, and is sent back to Modbus")
             yield ascii.back_to_modbus(self.unit)
 
     def forget(self) -> None:
@@ -172,7 +174,7 @@ class Pcl601Driver(Driver[Drive]):
         if self._maybe_on:
             self._disobeyed()
             return False
-        self.complaints.append((0, "a program was running in the controller, and has been stopped"))
+        self.findings.complain(0, "a program was running in the controller, and has been stopped")
         self._disobeys = False
         if self._takes_over:
             yield from self._command(Code.AUTORUN_OFF)
@@ -183,7 +185,7 @@ class Pcl601Driver(Driver[Drive]):
         """Say so, once until it obeys."""
         if not self._disobeys:
             self._disobeys = True
-            self.complaints.append((0, "the controller refuses what is written, and a stop has not helped"))
+            self.findings.complain(0, "the controller refuses what is written, and a stop has not helped")
 
     # -- reading ------------------------------------------------------------------------------
 
@@ -193,7 +195,9 @@ class Pcl601Driver(Driver[Drive]):
         low, high, _, busy, errors = frames.words_of(reply)
         self.encoder, self.busy = pdus.signed_pair(low, high), bool(busy)
         fresh, self.errors = Error(errors) & ~self.errors, Error(errors)
-        self.complaints += [(bits, CAUSES[error]) for error, bits in ERRORS.items() if error & fresh]
+        for error, bits in ERRORS.items():
+            if error & fresh:
+                self.findings.complain(bits, CAUSES[error])
 
     def read_position(self) -> Talk:
         """Read the position register."""
@@ -289,7 +293,7 @@ class Pcl601Driver(Driver[Drive]):
     def note_refusal(self, reply: Reply) -> None:
         """A program runs, or somebody else moves the axis."""
         if reply.refused is not None:
-            self.complaints.append((COMMAND_ERROR, "the controller has refused to start the motion"))
+            self.findings.complain(COMMAND_ERROR, "the controller has refused to start the motion")
 
     def _make_room(self, task: Task[Drive]) -> Talk:
         """Keep the counter within its range; a slew goes to its end, and makes room only there."""
@@ -321,7 +325,7 @@ class Pcl601Driver(Driver[Drive]):
     def watch(self, task: Task[Drive]) -> Talk:
         """Notice that a slew has come to the end of the counter's range."""
         if task.kind is TaskKind.SLEW and not task.stopping and abs(self.position) > COUNTER_END:
-            self.out_of_range = True
+            self.findings.add(FindingKind.OUT_OF_RANGE)
         yield from ()
 
     def set_mark(self, task: Task[Drive]) -> Talk:

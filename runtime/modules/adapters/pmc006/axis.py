@@ -7,7 +7,7 @@ from .....io_images.pmc006.status import Level, Status1
 from ....controllers.pmc006.ramps import Speeds
 from ....kinematics import Profile, Rate, Shape
 from ..axis import LinkedAxis
-from ..driver import State
+from ..exchanges import State
 from ..task import Task, TaskKind
 from .capabilities import FSET_INPUTS, SHARED, Pmc006Capabilities
 from .driver import Pmc006Driver

@@ -16,7 +16,8 @@ from ....controllers.pmc006.ramps import Speeds, plan_move, plan_run, plan_slowi
 from ....line import pmc006_frames as frames
 from ....line.master import LineTiming, Reply, Request
 from ....line.wire import LineFormat
-from ..driver import BIAS, NEAR_ZERO, Driver, Talk
+from ..driver import Driver
+from ..exchanges import BIAS, NEAR_ZERO, Talk
 from ..task import Task, TaskKind
 from .options import Pmc006Options
 from .units import START_MIN, fitted
@@ -142,7 +143,7 @@ class Pmc006Driver(Driver[Speeds]):
     def _note_ailment(self, text: str, bits: int, is_so: bool) -> None:
         """Complain of what has begun."""
         if is_so and not self._ailments.get(text):
-            self.complaints.append((bits, text))
+            self.findings.complain(bits, text)
         self._ailments[text] = is_so
         self.unfit = any(self._ailments.get(each) for each in (LOW_SUPPLY, OVERHEATED))
 
@@ -234,7 +235,7 @@ class Pmc006Driver(Driver[Speeds]):
     def note_refusal(self, reply: Reply) -> None:
         """An external stop is latched or in the way, or somebody else moves the axis."""
         if reply.refused is not None:
-            self.complaints.append((COMMAND_ERROR, "the controller has refused to start the motion"))
+            self.findings.complain(COMMAND_ERROR, "the controller has refused to start the motion")
 
     def model(self, task: Task[Speeds]) -> None:
         """Note what the controller is now thought to do."""
