@@ -16,9 +16,8 @@ from typer.core import TyperGroup
 
 from ..loop.pace import ending_as_interrupt, interrupted_by
 from .limiting import limit_traces
-from .status import BAD_INPUT, INTERRUPTED, PIPE_CLOSED
+from .status import BAD_INPUT, INTERRUPTED, PIPE_CLOSED, complain, reason
 from .streams import OutputLost, guarded_output
-from .terminal import say
 
 __all__ = ["build", "main"]
 
@@ -86,8 +85,7 @@ class Lazy(TyperGroup):
             try:
                 return super().invoke(ctx)
             except KeyboardInterrupt:
-                say(f"scanrack: stopped by {interrupted_by()}", err=True)
-                raise typer.Exit(INTERRUPTED) from None
+                raise typer.Exit(complain(f"stopped by {interrupted_by()}", INTERRUPTED)) from None
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """List the commands without importing them."""
@@ -134,15 +132,13 @@ def main() -> None:
     except OutputLost as lost:
         if lost.status != PIPE_CLOSED:
             with suppress(OSError):  # standard error may be as full
-                say(f"scanrack: standard output can't be written: {lost.error.strerror}", err=True)
+                complain(f"standard output can't be written: {lost.error.strerror}")
         sys.exit(lost.status)
 
 
 def _run() -> None:
-    """Run the command; an error of a file that no command foresaw is told in one line."""
+    """Run the command; report an error of a file that no command foresaw."""
     try:
         build()()
     except OSError as error:
-        says = error.strerror or str(error)
-        say(f"scanrack: {error.filename}: {says}" if error.filename else f"scanrack: {says}", err=True)
-        sys.exit(BAD_INPUT)
+        sys.exit(complain(reason(error), BAD_INPUT))

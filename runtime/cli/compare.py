@@ -12,9 +12,10 @@ import typer
 from ...traces.compare import SAME_CLOCK, Clock, Comparison, Tolerance, align, compare, realign, report
 from ...traces.reader import Trace, open_trace
 from ..config.quantities import parse_time
+from .complaints import reported_mistakes
 from .status import DONE, NO
 from .terminal import on_a_line, say
-from .trace_options import QuietOption, reading, tell_notes, told_mistakes
+from .trace_options import QuietOption, reading, tell_notes
 
 ToleranceTimeOption = Annotated[
     str,
@@ -102,7 +103,7 @@ def _compare_command(
 
     Example: scanrack compare simulated.mcap machine.mcap --tolerance-time 4ms --tolerance-counts 2
     """
-    with told_mistakes():
+    with reported_mistakes():
         allowed = tolerance(tolerance_time, tolerance_counts)
         with open_trace(a) as one, open_trace(b) as other:
             clock = _clock(one, other, align_at, realign_at)

@@ -16,8 +16,8 @@ from serial.tools.list_ports import comports
 from ..app.served_units import addresses_in
 from ..line.clients.probing import Asked, probe, questions
 from ..line.liveport import open_port
-from .link_commands import told_faults
-from .status import NO
+from .link_commands import reported_faults
+from .status import NO, complain
 from .terminal import say
 from .trace_options import QuietOption
 
@@ -34,8 +34,7 @@ def _ports_command() -> None:
         about = [text for text in (each.description, each.manufacturer) if text and text != "n/a"]
         say("  ".join([each.device, *about]))
     if not devices:
-        say("scanrack: there is no serial device", err=True)
-        raise typer.Exit(NO)
+        raise typer.Exit(complain("there is no serial device", NO))
 
 
 @contextmanager
@@ -74,7 +73,7 @@ def _probe_command(
 
     Exit status: 0 something answers, 1 nothing does or the line fails, 2 an address or PORT can't be meant.
     """
-    with told_faults():
+    with reported_faults():
         addresses = addresses_in(address) if address else None
         with shown_questions(questions(addresses), quiet=quiet) as asked:
             answers = probe(partial(open_port, port), addresses, asked)
@@ -82,8 +81,7 @@ def _probe_command(
     for each in found:
         say(each)
     if not found:
-        say(f"scanrack: nobody answers on {port}", err=True)
-        raise typer.Exit(NO)
+        raise typer.Exit(complain(f"nobody answers on {port}", NO))
 
 
 def register(app: typer.Typer) -> None:

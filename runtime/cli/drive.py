@@ -15,8 +15,7 @@ from ..app.drive.image_bench import ImageBench, amci3601_on_bench
 from ..app.drive.pcl601_bench import pcl601_bench
 from ..app.drive.pmc006_bench import pmc006_bench
 from ..app.drive.requests import RequestError, parse
-from .status import BAD_INPUT, DONE
-from .terminal import say
+from .status import BAD_INPUT, DONE, complain
 
 
 class Target(StrEnum):
@@ -80,8 +79,7 @@ def drive(
     Exit status 2 if any request was refused. The protocol is described in docs/drive.md.
     """
     if sys.stdin is None:
-        say("scanrack: there are no requests: standard input is closed", err=True)
-        raise typer.Exit(BAD_INPUT)
+        raise typer.Exit(complain("there are no requests: standard input is closed", BAD_INPUT))
     raise typer.Exit(converse(bench_for(target), sys.stdin, sys.stdout))
 
 

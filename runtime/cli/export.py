@@ -11,6 +11,7 @@ import typer
 
 from ...traces.export import write_csv, write_parquet, write_vcd
 from ...traces.reader import open_trace
+from .complaints import reported_mistakes
 from .terminal import say
 from .trace_options import (
     QuietOption,
@@ -20,7 +21,6 @@ from .trace_options import (
     reading,
     selection,
     tell_notes,
-    told_mistakes,
     writing,
 )
 
@@ -70,7 +70,7 @@ def _export_command(
 
     Exit status: 0 done, 2 the trace or an option can't be used, 3 a file can't be written.
     """
-    with told_mistakes():
+    with reported_mistakes():
         wanted = selection(scans, time)
         targets = {"--csv": csv, "--parquet": parquet, "--vcd": vcd}
         if not any(targets.values()):

@@ -15,9 +15,10 @@ from ..app.fuzz.learning import Learned, learn
 from ..app.fuzz.scenarios import Kind, kinds_for, possible_kinds
 from ..app.loading import Job, load_job, scans_to_run
 from ..config.quantities import parse_duration
+from .complaints import reported_mistakes
 from .fuzz_session import Session
 from .fuzz_summary import failure
-from .status import BAD_INPUT, CANNOT_WRITE, DONE, NO
+from .status import DONE, NO
 from .terminal import say
 
 DEFAULT_CHECKS = ("no-command-error", "no-invalid-profile", "one-motion")
@@ -110,7 +111,7 @@ def _fuzz_command(
     Exit status: 0 everything held, 1 something is broken, 2 a file or an option can't be used, 3 a file
     can't be written, 130 stopped by Ctrl-C; what is known by then is kept.
     """
-    try:
+    with reported_mistakes():
         folder = out or Path(f"{Path(rack.partition(':')[0]).stem}-fuzz")
         learned = learn(Path(rack), folder / "recording", trust=trust) if rack.endswith(".mcap") else None
         rack = rack if learned is None else str(learned.rack)
@@ -140,12 +141,6 @@ def _fuzz_command(
             quiet=quiet,
         )
         status = session.run()
-    except ValueError as error:
-        _complain(str(error))
-        raise typer.Exit(BAD_INPUT) from error
-    except OSError as error:
-        _complain(f"{error.filename}: {error.strerror}" if error.filename else str(error))
-        raise typer.Exit(CANNOT_WRITE) from error
     raise typer.Exit(status)
 
 
@@ -180,10 +175,6 @@ def read_scenario(file: Path, setup: Setup) -> Scenario:
     except ValueError as error:
         raise ValueError(f"{file}: {error}") from None
     return scenario
-
-
-def _complain(text: str) -> None:
-    say(f"scanrack: {text}", err=True)
 
 
 def register(app: typer.Typer) -> None:

@@ -30,7 +30,7 @@ from ..app.fuzz.working import Apart, Work
 from ..app.loading import Job
 from ..loop.pace import interrupted_by, wall_ns
 from .fuzz_summary import failure, held, summary
-from .status import DONE, INTERRUPTED, NO
+from .status import DONE, INTERRUPTED, NO, complain
 from .terminal import say, visible
 
 MOST_RUNS, LEAST_RUNS, SCANS, LINKED_SCANS = 50, 10, 150_000, 15_000
@@ -149,7 +149,7 @@ class Session:
             uses.watching(bench), self.base or Scenario(), state.found, confirm=Confirmation(self.setup)
         )
         if uses.seen:
-            self._complain(f"the program uses {uses}: it may not do the same twice in the same surroundings")
+            complain(f"the program uses {uses}: it may not do the same twice in the same surroundings")
         return found
 
     def _look_again(self, bench: Bench, state: State) -> None:
@@ -162,7 +162,7 @@ class Session:
         """Whether the program can be searched; if not, say why."""
         faults = [each for each in state.found.values() if each.broken.invariant == NO_FAULT]
         if any(not each.scenario.size for each in faults):
-            self._complain("the program faults with nothing random around it: mend that, then search")
+            complain("the program faults with nothing random around it: mend that, then search")
             return False
         return True
 
@@ -178,7 +178,7 @@ class Session:
                 campaign(
                     Work(self.setup) if self.dask is None else Apart(Work(self.setup.from_anywhere())),
                     state,
-                    executor_of(self.jobs, self.dask, self._complain),
+                    executor_of(self.jobs, self.dask, complain),
                     examples=self.examples,
                     tasks=self.tasks,
                     jobs=self.jobs,
@@ -190,7 +190,7 @@ class Session:
             else:
                 interrupted = pressed()
         if interrupted:
-            self._complain(f"stopped by {interrupted_by()}; the same command goes on from here")
+            complain(f"stopped by {interrupted_by()}; the same command goes on from here")
             return INTERRUPTED
         return DONE
 
@@ -226,7 +226,3 @@ class Session:
             bar.update(task, completed=done, description=text)
 
         return show
-
-    @staticmethod
-    def _complain(text: str) -> None:
-        say(f"scanrack: {text}", err=True)

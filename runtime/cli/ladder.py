@@ -18,7 +18,7 @@ from ..app.bench import Bench
 from ..app.bench.opening import open_bench
 from ..app.loading import load_job
 from ..config.quantities import parse_time
-from .status import BAD_INPUT
+from .status import BAD_INPUT, complain
 from .terminal import say
 
 NARROWEST = 40
@@ -133,14 +133,9 @@ def ladder(
                 say(f"Routine {each.name}\n")
                 say(routine_text(each, width or fitting, truths.get(each.name), numbers, captions))
     except LadderError as error:
-        _refuse(f"{file}: {error}")
+        raise typer.Exit(complain(f"{file}: {error}", BAD_INPUT)) from error
     except (ValueError, OSError) as error:
-        _refuse(str(error))
-
-
-def _refuse(text: str) -> None:
-    say(f"scanrack: {text}", err=True)
-    raise typer.Exit(BAD_INPUT)
+        raise typer.Exit(complain(str(error), BAD_INPUT)) from error
 
 
 def register(app: typer.Typer) -> None:

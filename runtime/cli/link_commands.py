@@ -18,11 +18,11 @@ from ..line.clients.watching import LostSightError, try_to_stop
 from ..line.ports import Stop
 from ..line.wire import LineFormat
 from ..loop.pace import interrupted_by, stopping_on_interrupt
+from .complaints import reported_mistakes
 from .serve import socket_address
-from .status import INTERRUPTED, NO
+from .status import INTERRUPTED, NO, complain
 from .tables import Cells
 from .terminal import say
-from .trace_options import told_mistakes
 
 PortOption = Annotated[
     str | None, typer.Option("--port", metavar="DEV", help="Serial port, such as /dev/ttyUSB0 or COM3.")
@@ -120,7 +120,7 @@ def opened_client(
     def opened() -> Link:
         return open_link(place.port, place.tcp, line_format)
 
-    with told_faults():
+    with reported_faults():
         try:
             with closing(opened()) as link:
                 yield client_on(link)
@@ -169,14 +169,13 @@ def travel(client: Mover, steps: int, *, quiet: bool) -> None:
 
 
 @contextmanager
-def told_faults() -> Iterator[None]:
+def reported_faults() -> Iterator[None]:
     """Tell mistakes and faults of the line in one line on standard error, and end."""
-    with told_mistakes():
+    with reported_mistakes():
         try:
             yield
         except LinkError as error:
-            say(f"scanrack: {error}", err=True)
-            raise typer.Exit(NO) from None
+            raise typer.Exit(complain(str(error), NO)) from None
 
 
 @contextmanager
@@ -200,8 +199,7 @@ def stopped_by_interrupt(stop: Callable[[], None]) -> Iterator[Callable[[], None
     except KeyboardInterrupt:
         if not try_to_stop(stop):
             raise LostSightError(interrupted_by(), stopped=False) from None
-        say(f"scanrack: {interrupted_by()}: the motor was stopped", err=True)
-        raise typer.Exit(INTERRUPTED) from None
+        raise typer.Exit(complain(f"{interrupted_by()}: the motor was stopped", INTERRUPTED)) from None
 
 
 @contextmanager

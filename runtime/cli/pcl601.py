@@ -27,10 +27,10 @@ from .link_commands import (
     TimeoutOption,
     ValueArgument,
     opened_client,
+    reported_faults,
     show_state,
     shown_travel,
     stopped_by_interrupt,
-    told_faults,
     travel,
 )
 from .terminal import say
@@ -189,7 +189,7 @@ def write(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The program.", show_default=False)],
 ) -> None:
     """Check a program; writing it into a controller is not documented."""
-    with told_faults():
+    with reported_faults():
         steps = len(read_program(file).steps)
         raise ValueError(f"{file} is a good program of {steps} instructions, but {NO_DOWNLOAD}")
 

@@ -10,8 +10,8 @@ import typer
 
 from ...io_images.pcl601.program import CAPACITY_BYTES, Program, format_step
 from ..controllers.pcl601.program import read_program
+from .complaints import reported_mistakes
 from .terminal import say
-from .trace_options import told_mistakes
 
 app = typer.Typer(
     help="Stored programs of the PCL601: check and list them; see docs/pcl601-programs.md.",
@@ -44,7 +44,7 @@ def check_command(
 
     Exit status: 0 they can; 2 one can't: the message names its line, column and what is allowed.
     """
-    with told_mistakes():
+    with reported_mistakes():
         for file in files:
             say(f"{file}: {summary(read_program(file))}")
 
@@ -59,7 +59,7 @@ def list_command(
 
     Example: scanrack pclt list examples/pcl601/sample1.pclt
     """
-    with told_mistakes():
+    with reported_mistakes():
         say(listing(read_program(file)))
 
 

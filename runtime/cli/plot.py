@@ -9,6 +9,7 @@ import typer
 
 from ...traces.plot import Envelope, read_chart, save_figure, save_page
 from ...traces.reader import open_trace
+from .complaints import reported_mistakes
 from .terminal import say
 from .trace_options import (
     QuietOption,
@@ -18,7 +19,6 @@ from .trace_options import (
     reading,
     selection,
     tell_notes,
-    told_mistakes,
     writing,
 )
 
@@ -58,7 +58,7 @@ def _plot_command(
 
     Exit status: 0 done, 2 the trace or an option can't be used, 3 the file can't be written.
     """
-    with told_mistakes():
+    with reported_mistakes():
         wanted = selection(scans, time)
         target = trace.with_suffix(".html") if out is None else out
         kind = target.suffix.lower()

@@ -25,12 +25,13 @@ from .link_commands import (
     TimeoutOption,
     ValueArgument,
     opened_client,
+    reported_faults,
     show_state,
     shown_travel,
     stopped_by_interrupt,
-    told_faults,
     travel,
 )
+from .status import complain
 from .terminal import say
 from .trace_options import QuietOption
 
@@ -210,14 +211,14 @@ def _listing(file: Path) -> UserProgram:
     except ValueError as error:
         raise ValueError(f"{file}: {error}") from error
     for warning in program.warnings:
-        say(f"scanrack: {file}: {warning}", err=True)
+        complain(f"{file}: {warning}")
     return program
 
 
 @programs.command("check")
 def check(file: FileArgument) -> None:
     """Assemble a listing and print it as a program, line by line."""
-    with told_faults():
+    with reported_faults():
         for number, line in enumerate(_listing(file).lines):
             say(f"{number:3}  {line}")
 
@@ -225,7 +226,7 @@ def check(file: FileArgument) -> None:
 @programs.command("write")
 def write(file: FileArgument) -> None:
     """Check a listing; writing it into a controller is not documented."""
-    with told_faults():
+    with reported_faults():
         lines = len(_listing(file).lines)
         raise ValueError(f"{file} is a good program of {lines} instructions, but {NO_DOWNLOAD}")
 

@@ -11,10 +11,11 @@ from rich.table import Table
 from ...traces.image_text import seconds
 from ...traces.query import Answer, Occurrence, query
 from ...traces.reader import open_trace
+from .complaints import reported_mistakes
 from .show import new_table, print_block
 from .status import DONE, NO
 from .terminal import say
-from .trace_options import QuietOption, reading, tell_notes, told_mistakes
+from .trace_options import QuietOption, reading, tell_notes
 
 _EXAMPLES = """
 
@@ -89,7 +90,7 @@ def _query_command(
     ] = None,
     quiet: QuietOption = False,
 ) -> None:
-    with told_mistakes():
+    with reported_mistakes():
         with open_trace(trace) as opened, reading(opened, quiet=quiet) as progress:
             answer = query(opened, text, show=show or (), progress=progress)
         tell(answer, limit)

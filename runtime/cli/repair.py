@@ -12,9 +12,10 @@ from rich.console import Console
 from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TimeRemainingColumn
 
 from ...traces.repair import Repair, repair
+from .complaints import reported_mistakes
 from .status import DONE, NO
 from .terminal import say
-from .trace_options import QuietOption, check_target, told_mistakes, writing
+from .trace_options import QuietOption, check_target, writing
 
 
 def tell(found: Repair, trace: Path, target: Path) -> None:
@@ -67,7 +68,7 @@ def _repair_command(
     Exit status: 0 it is whole now, or was; 1 it is whole now, but damaged chunks are left out; 2 it can't
     be used; 3 the repaired trace can't be written.
     """
-    with told_mistakes():
+    with reported_mistakes():
         if output is not None:
             check_target(output, trace)
         with _bar(trace, quiet=quiet) as progress, writing(trace if output is None else output):

@@ -17,9 +17,10 @@ from ..app.replaying import Into, Replay, Stimuli, check_slots, with_stimuli
 from ..config.rackspec import RackSpec
 from ..loop.scan import Logic
 from .compare import JsonOption, ToleranceCountsOption, ToleranceTimeOption, tell, tolerance
+from .complaints import reported_mistakes
 from .progress import shown_progress
 from .terminal import say
-from .trace_options import QuietOption, tell_notes, told_mistakes
+from .trace_options import QuietOption, tell_notes
 
 REPLAY = "replay"
 """What the second of the two is called in the report."""
@@ -76,7 +77,7 @@ def _replay_command(
 
     Example: scanrack replay line.mcap --into program --program new.rung
     """
-    with told_mistakes():
+    with reported_mistakes():
         allowed = tolerance(tolerance_time, tolerance_counts)
         with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
             recording = Recording.of(trace)

@@ -14,10 +14,11 @@ from ...traces.compare import compare
 from ...traces.reader import Trace, open_trace
 from ..app.attachments import job_of
 from .compare import JsonOption, tell
+from .complaints import reported_mistakes
 from .run import run_job
 from .status import BAD_INPUT, DONE
 from .terminal import say
-from .trace_options import QuietOption, reading, tell_notes, told_mistakes
+from .trace_options import QuietOption, reading, tell_notes
 
 RERUN = "rerun"
 """What the second of the two is called in the report."""
@@ -42,7 +43,7 @@ def _rerun_command(
 
     Exit status: 0 the same, 1 something differs, 2 a file or option can't be used.
     """
-    with told_mistakes():
+    with reported_mistakes():
         if record is not None and record.exists() and record.samefile(path):
             raise ValueError(f"{record} is the trace itself: choose another file to write to")
         with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:

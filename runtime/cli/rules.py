@@ -12,7 +12,7 @@ import typer
 
 from ...io_images.amci3601 import RULES, Firmware, StatusLsw, StatusMsw, bit_names
 from ...io_images.amci3601.rules import Rule
-from .status import BAD_INPUT
+from .complaints import reported_mistakes
 from .terminal import say
 
 WIDTH = 80
@@ -178,13 +178,10 @@ def _rules_command(
 
     Exit status: 0 printed, 2 an option can't be used.
     """
-    try:
+    with reported_mistakes():
         rules = with_ids(RULES.values(), ids or ())
         rules = rules if bit is None else with_bit(rules, bit)
         rules = rules if firmware is None else of_firmware(rules, firmware)
-    except ValueError as error:
-        say(f"scanrack: {error}", err=True)
-        raise typer.Exit(BAD_INPUT) from error
     say(listing(rules))
 
 

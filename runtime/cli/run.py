@@ -17,7 +17,7 @@ from ..loop.faults import Cause, CpuFault
 from ..loop.pace import FreeRun, Pacer, RealTime, interrupted_by, wall_ns
 from ..loop.realtime import Outcome, real_time
 from .progress import shown_progress
-from .status import BAD_INPUT, CANNOT_WRITE, DONE, INTERRUPTED, NO
+from .status import BAD_INPUT, CANNOT_WRITE, DONE, INTERRUPTED, NO, complain, reason
 from .summary import Tally, summary
 from .terminal import say
 
@@ -66,9 +66,9 @@ def run_job(
                 warn=_quiet if quiet else _warn,
             )
         except ValueError as error:
-            return _complain(str(error), BAD_INPUT)
+            return complain(str(error), BAD_INPUT)
         except OSError as error:
-            return _complain(f"the trace can't be written: {_reason(error)}", CANNOT_WRITE)
+            return complain(f"the trace can't be written: {reason(error)}", CANNOT_WRITE)
         start_ns = wall_ns()
         status = _run(run, scans, quiet=quiet)
         if summarised and not quiet:
@@ -80,11 +80,11 @@ def _tell_of_real_time(outcomes: list[Outcome], *, quiet: bool) -> None:
     """Say what the system has granted and refused; that comes before the first scan."""
     if not quiet:
         for outcome in outcomes:
-            say(f"scanrack: {outcome}", err=True)
+            complain(str(outcome))
 
 
 def _warn(hint: str) -> None:
-    say(f"scanrack: {hint}", err=True)
+    complain(str(hint))
 
 
 def _quiet(_hint: str) -> None:
@@ -146,32 +146,20 @@ def _run(run: JobRun, scans: int | None, *, quiet: bool) -> int:
     except CpuFault as error:
         return _complain_of_fault(error)
     except OSError as error:
-        return _complain(f"the trace can't be finished: {_reason(error)}", CANNOT_WRITE)
+        return complain(f"the trace can't be finished: {reason(error)}", CANNOT_WRITE)
     except KeyboardInterrupt:
-        return _complain(f"stopped by {interrupted_by()} in scan {cpu.scan}", INTERRUPTED)
+        return complain(f"stopped by {interrupted_by()} in scan {cpu.scan}", INTERRUPTED)
     if cpu.stop_requested:
-        return _complain(f"stopped by {interrupted_by()} after {cpu.scan} scans", INTERRUPTED)
+        return complain(f"stopped by {interrupted_by()} after {cpu.scan} scans", INTERRUPTED)
     return DONE
 
 
 def _complain_of_fault(error: CpuFault) -> int:
     cause = error.__cause__
     if error.fault.cause is Cause.LISTENER and isinstance(cause, OSError):
-        return _complain(
-            f"scan {error.fault.scan}: the trace can't be written: {_reason(cause)}", CANNOT_WRITE
-        )
+        return complain(f"scan {error.fault.scan}: the trace can't be written: {reason(cause)}", CANNOT_WRITE)
     notes = getattr(error, "__notes__", [])
-    return _complain("\n".join([f"the CPU has faulted in {error}", *notes]), NO)
-
-
-def _reason(error: OSError) -> str:
-    """Return what is wrong, and with which file, without the number."""
-    return f"{error.filename}: {error.strerror}" if error.strerror and error.filename else str(error)
-
-
-def _complain(message: str, status: int) -> int:
-    say(f"scanrack: {message}", err=True)
-    return status
+    return complain("\n".join([f"the CPU has faulted in {error}", *notes]), NO)
 
 
 def _run_command(
@@ -216,7 +204,7 @@ def _run_command(
         if spin and not realtime:
             raise ValueError("--spin goes with --realtime only: virtual time does not wait")
     except ValueError as error:
-        raise typer.Exit(_complain(str(error), BAD_INPUT)) from error
+        raise typer.Exit(complain(str(error), BAD_INPUT)) from error
     pacer = RealTime(spin=spin) if realtime else None
     raise typer.Exit(run_job(job, count, trace, quiet=quiet, realtime=pacer, live=live))
 

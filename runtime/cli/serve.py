@@ -44,9 +44,11 @@ from ..line.ports import (
 )
 from ..line.wire import Device
 from ..loop.pace import Clock, wall_ns
+from .complaints import reported_mistakes
+from .status import complain
 from .tables import Cells
 from .terminal import say
-from .trace_options import QuietOption, told_mistakes
+from .trace_options import QuietOption
 
 LOOPBACK = "127.0.0.1"
 BROADCAST = 0
@@ -184,7 +186,7 @@ class Typed:
             if line.strip():
                 wire(self._units, line.strip())
         except ValueError as error:
-            say(f"scanrack: {error}", err=True)
+            complain(str(error))
 
 
 def begin(units: list[Unit], *, ascii_mode: bool, start: bool) -> None:
@@ -300,7 +302,7 @@ def _serve_command(
     Exit status: 0 ended by Ctrl-C, 2 an option, a file or a port can't be used, 3 the recording can't
     be written.
     """
-    with told_mistakes():
+    with reported_mistakes():
         clock = Clock(speed)
         usual_ms = PORT_GAP_MS if serial is None else SERIAL_GAP_MS
         gap = usual_ms if gap_ms is None else gap_ms

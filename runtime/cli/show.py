@@ -22,10 +22,11 @@ from ...traces.image_text import seconds
 from ...traces.reader import Trace, TraceEvent, open_trace
 from ...traces.sections import Section
 from ..app.attachments import attached_files, extract
+from .complaints import reported_mistakes
 from .status import DONE
 from .tables import Cells
 from .terminal import on_a_line, say
-from .trace_options import ScanRange, parse_range, told_mistakes
+from .trace_options import ScanRange, parse_range
 
 ALL_SCANS: ScanRange = (0, None)
 
@@ -288,7 +289,7 @@ def _show_command(
     named, and nothing else is printed. Exit status 2 if the file can't be read, 3 if none can be written.
     """
     if folder is not None:
-        with told_mistakes(), open_trace(trace) as opened:
+        with reported_mistakes(), open_trace(trace) as opened:
             for path in extract(attached_files(opened), folder):
                 say(path)
         raise typer.Exit(DONE)
@@ -296,7 +297,7 @@ def _show_command(
         wanted = parse_range(scans)
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--scans") from error
-    with told_mistakes():
+    with reported_mistakes():
         show(trace, every=every, limit=limit, scans=wanted)
 
 

@@ -13,9 +13,23 @@
 
 from __future__ import annotations
 
+from .terminal import say
+
 DONE = 0
 NO = 1
 BAD_INPUT = 2
 CANNOT_WRITE = 3
 INTERRUPTED = 130
 PIPE_CLOSED = 141
+
+
+def complain(text: str, status: int = DONE) -> int:
+    """Print a message of the program's own on standard error; return the exit status that goes with it."""
+    say(f"scanrack: {text}", err=True)
+    return status
+
+
+def reason(error: OSError) -> str:
+    """Return the file and what is wrong with it, without the number of the error."""
+    says = error.strerror or str(error)
+    return f"{error.filename}: {says}" if error.filename else says

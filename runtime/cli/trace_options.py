@@ -1,4 +1,4 @@
-"""What the commands that read traces have in common: which scans, how far, and how a mistake is told."""
+"""What the commands that read traces share: options for scans and times, progress, notes."""
 
 from __future__ import annotations
 
@@ -14,17 +14,12 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from ...traces.reader import Trace
-from ...traces.records import TraceLimitError
 from ...traces.signals import ALL, Selection, count
 from ..config.quantities import parse_time
-from .status import BAD_INPUT, CANNOT_WRITE
 from .terminal import on_a_line, say
 
 ScanRange = tuple[int, int | None]
 """First and last scan, both included; None = to the end."""
-
-RAISED_BY = {"chunk_bytes": "--max-chunk", "records": "--max-records"}
-"""The option that raises each of the limits for reading traces, see traces.limits."""
 
 ScansOption = Annotated[
     str | None,
@@ -112,20 +107,6 @@ def tell_notes(*traces: Trace) -> None:
 
 
 @contextmanager
-def told_mistakes() -> Iterator[None]:
-    """Tell what the user or the disk got wrong in one line on standard error, and end."""
-    try:
-        yield
-    except TraceLimitError as error:
-        _end(f"{error}; 'scanrack {RAISED_BY[error.limit]} N COMMAND ...' raises the limit", BAD_INPUT)
-    except (ValueError, ImportError) as error:
-        _end(str(error), BAD_INPUT)
-    except OSError as error:
-        says = error.strerror or str(error)
-        _end(f"{error.filename}: {says}" if error.filename else says, CANNOT_WRITE)
-
-
-@contextmanager
 def writing(target: Path) -> Iterator[None]:
     """Let an error that is about no file in particular, such as a full disk, name the file written."""
     try:
@@ -144,8 +125,3 @@ def check_target(target: Path, trace: Path) -> None:
     """
     if target.exists() and trace.exists() and target.samefile(trace):
         raise ValueError(f"{target} is the trace itself: choose another file to write to")
-
-
-def _end(says: str, status: int) -> None:
-    say(f"scanrack: {says}", err=True)
-    raise typer.Exit(status)

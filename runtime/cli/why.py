@@ -14,7 +14,7 @@ from ..app.bench.opening import open_bench
 from ..config.quantities import parse_duration
 from ..loop.faults import CpuFault
 from .ladder import load_rungs
-from .status import BAD_INPUT, NO
+from .status import BAD_INPUT, NO, complain
 from .terminal import say
 
 
@@ -68,8 +68,7 @@ def _why_command(
             say(f"the CPU has faulted in {error}", err=True)
         say(f"after {bench.scans:,} scans, {bench.now_s:g} s: {bench.why(tag)}")
     except NotReachedError as error:
-        say(f"scanrack: {error}", err=True)
-        raise typer.Exit(NO) from error
+        raise typer.Exit(complain(str(error), NO)) from error
     except (LadderError, ValueError) as error:
         raise _refused(error) from error
 
@@ -102,10 +101,9 @@ def _xref_command(
 
 
 def _refused(error: Exception) -> typer.Exit:
-    """Tell what is wrong, and what helps."""
+    """Report what is wrong, and what helps; return the end of the command."""
     remedy = f"; {error.remedy}" if isinstance(error, AddressError) else ""
-    say(f"scanrack: {error}{remedy}", err=True)
-    return typer.Exit(BAD_INPUT)
+    return typer.Exit(complain(f"{error}{remedy}", BAD_INPUT))
 
 
 def register(app: typer.Typer) -> None:

@@ -13,9 +13,9 @@ import typer
 from golden_library import INDEX, TEXT, Library, Made, changes, index_of, left_over, load_library, make
 from rich.console import Console
 from rich.progress import track
+from scanrack.runtime.cli.complaints import reported_mistakes
 from scanrack.runtime.cli.status import DONE, NO
 from scanrack.runtime.cli.terminal import say
-from scanrack.runtime.cli.trace_options import told_mistakes
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None)
 
@@ -37,7 +37,7 @@ def golden_command(
 
     Exit status: 0 nothing has changed, 1 something has changed, 2 the scenarios can't be used.
     """
-    with told_mistakes(), tempfile.TemporaryDirectory() as scratch:
+    with reported_mistakes(), tempfile.TemporaryDirectory() as scratch:
         library = load_library(folder)
         console = Console(stderr=True)
         scenarios = track(

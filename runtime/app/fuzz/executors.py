@@ -141,7 +141,7 @@ class OnCluster(Executor):
         self._client.close()
 
 
-Say = Callable[[str], None]
+Say = Callable[[str], object]
 
 NO_WORKER_NS = 5_000_000_000
 """For how long a cluster may be without a worker before it is said."""
