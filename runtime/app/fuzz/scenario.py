@@ -199,12 +199,15 @@ _SCENARIO = TypeAdapter(Scenario)
 def first_mistake(error: ValidationError) -> str:
     """Return the first mistake: key, value, what is wrong."""
     first = error.errors(include_url=False)[0]
-    problem = str(first.get("ctx", {}).get("error", first["msg"]))
-    key = ".".join(map(str, first["loc"]))
-    if first["type"] == "unexpected_keyword_argument" and len(first["loc"]) == 1:
-        return f"unknown key {key}; allowed are {', '.join(each.name for each in fields(Scenario))}"
-    given = "" if first["type"] == "missing" else f" = {first['input']!r:.40}"
-    return f"{key}{given}: {problem}" if key else problem
+    kind, path = first["type"], first["loc"]
+    key, names = ".".join(map(str, path)), ", ".join(each.name for each in fields(Scenario))
+    if not path:
+        return f"an object with {names} is needed, not {first['input']!r:.40}"
+    if kind == "unexpected_keyword_argument" and len(path) == 1:
+        return f"unknown key {key}; allowed are {names}"
+    if kind == "missing":
+        return f"key {key} is missing"
+    return f"{key} = {first['input']!r:.40}: {first.get('ctx', {}).get('error', first['msg'])}"
 
 
 def _incident_spec(incident: Incident) -> IncidentSpec:

@@ -249,10 +249,10 @@ def test_a_program_that_was_late_once_is_not_broken_one_that_always_is(line, whe
         ),
         (
             {"presses": [{"slot": 1, "input": "nix"}]},
-            "presses.0.input = 'nix': allowed are capture, external",
+            "presses.0.input = 'nix': allowed are capture",
         ),
-        ({"presses": [{"slot": 1}]}, "key 'input' is missing"),
-        ([1], "a scenario is an object with firmware, presses"),
+        ({"presses": [{"slot": 1}]}, "key presses.0.input is missing"),
+        ([1], "an object with firmware, presses"),
         ({"firmware": {"4": "3.1"}}, "no slot 4"),
     ],
 )
