@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from .tree import Address, Block, Instruction, Number, Operand, Origin, Statement, comment_lines
+from .tree import Address, Block, Instruction, Number, NumberedLine, Operand, Origin, Statement, comment_lines
 
 INDENT = "    "
 
@@ -100,15 +100,15 @@ class If(Statement):
         """See `Statement`."""
         return f"IF {self.arms[0].condition} THEN"
 
-    def lines(self) -> Iterator[str]:
+    def numbered(self) -> Iterator[NumberedLine]:
         """See `Statement`."""
         for number, arm in enumerate(self.arms):
-            yield f"{'ELSIF' if number else 'IF'} {arm.condition} THEN"
+            yield arm.line, f"{'ELSIF' if number else 'IF'} {arm.condition} THEN"
             yield from _indented(arm.body)
         if self.otherwise is not None:
-            yield "ELSE"
+            yield 0, "ELSE"
             yield from _indented(self.otherwise)
-        yield "END_IF;"
+        yield 0, "END_IF;"
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,10 +153,10 @@ class Choice:
     body: Block
     comment: str = ""
 
-    def lines(self, *, last: bool) -> Iterator[str]:
+    def numbered(self, *, last: bool) -> Iterator[NumberedLine]:
         """Yield its lines."""
         yield from comment_lines(self.comment)
-        yield f"{', '.join(map(str, self.labels))}:"
+        yield 0, f"{', '.join(map(str, self.labels))}:"
         yield from _indented(self.body or (Empty(),), closed=last)
 
 
@@ -179,16 +179,16 @@ class Case(Statement):
         """See `Statement`."""
         return f"CASE {self.selector} OF"
 
-    def lines(self) -> Iterator[str]:
+    def numbered(self) -> Iterator[NumberedLine]:
         """See `Statement`."""
-        yield self.head
+        yield self.line, self.head
         for number, choice in enumerate(self.choices, start=1):
             last = number == len(self.choices)
-            yield from (f"{INDENT}{line}" for line in choice.lines(last=last))
+            yield from ((line, INDENT + text) for line, text in choice.numbered(last=last))
         if self.otherwise is not None:
-            yield "ELSE"
+            yield 0, "ELSE"
             yield from _indented(self.otherwise)
-        yield "END_CASE;"
+        yield 0, "END_CASE;"
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,11 +215,11 @@ class For(Statement):
         by = "" if self.step is None else f" BY {self.step}"
         return f"FOR {self.count} := {self.first} TO {self.last}{by} DO"
 
-    def lines(self) -> Iterator[str]:
+    def numbered(self) -> Iterator[NumberedLine]:
         """See `Statement`."""
-        yield self.head
+        yield self.line, self.head
         yield from _indented(self.body)
-        yield "END_FOR;"
+        yield 0, "END_FOR;"
 
 
 @dataclass(frozen=True, slots=True)
@@ -234,11 +234,11 @@ class While(Statement):
         """See `Statement`."""
         return f"WHILE {self.condition} DO"
 
-    def lines(self) -> Iterator[str]:
+    def numbered(self) -> Iterator[NumberedLine]:
         """See `Statement`."""
-        yield self.head
+        yield self.line, self.head
         yield from _indented(self.body)
-        yield "END_WHILE;"
+        yield 0, "END_WHILE;"
 
 
 @dataclass(frozen=True, slots=True)
@@ -265,12 +265,12 @@ class Repeat(Statement):
         """The line of the condition."""
         return f"UNTIL {self.until}"
 
-    def lines(self) -> Iterator[str]:
+    def numbered(self) -> Iterator[NumberedLine]:
         """See `Statement`."""
-        yield self.head
+        yield self.line, self.head
         yield from _indented(self.body)
-        yield self.tail
-        yield "END_REPEAT;"
+        yield self.until_line, self.tail
+        yield 0, "END_REPEAT;"
 
 
 @dataclass(frozen=True, slots=True)
@@ -285,14 +285,14 @@ class Region(Statement):
         """See `Statement`."""
         return f"#region {self.name}".rstrip()
 
-    def lines(self) -> Iterator[str]:
+    def numbered(self) -> Iterator[NumberedLine]:
         """See `Statement`."""
-        yield self.head
+        yield self.line, self.head
         yield from _indented(self.body)
-        yield "#endregion"
+        yield 0, "#endregion"
 
 
-def block_lines(block: Block, *, closed: bool = True) -> Iterator[str]:
+def numbered_lines(block: Block, *, closed: bool = True) -> Iterator[NumberedLine]:
     """Yield the lines of a block, comments included.
 
     Args:
@@ -303,16 +303,21 @@ def block_lines(block: Block, *, closed: bool = True) -> Iterator[str]:
         if isinstance(each, Empty) and each.comment and closed and number == len(block):
             yield from comment_lines(each.comment)
         else:
-            yield from each.lines_with_comment()
+            yield from each.numbered_with_comment()
+
+
+def block_lines(block: Block) -> Iterator[str]:
+    """Yield the lines of a block as text, which reads as the same block."""
+    yield from (text for _, text in numbered_lines(block))
 
 
 def block_text(block: Block) -> str:
-    """Return the text of a block, which reads as the same block."""
+    """Return the text of a block."""
     return "\n".join(block_lines(block))
 
 
-def _indented(block: Block, *, closed: bool = True) -> Iterator[str]:
-    yield from (INDENT + line for line in block_lines(block, closed=closed))
+def _indented(block: Block, *, closed: bool = True) -> Iterator[NumberedLine]:
+    yield from ((line, INDENT + text) for line, text in numbered_lines(block, closed=closed))
 
 
 # --- walks

@@ -8,9 +8,10 @@ of any node is its rung text.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
+from .errors import LadderError
 from .quoting import quoted
 
 # --- operands
@@ -287,25 +288,28 @@ class Statement:
         """Its text without the blocks in it, on one line."""
         raise NotImplementedError
 
-    def lines(self) -> Iterator[str]:
+    def numbered(self) -> Iterator[NumberedLine]:
         """Yield its lines, without its comment."""
-        yield self.head
+        yield self.line, self.head
 
-    def lines_with_comment(self) -> Iterator[str]:
+    def numbered_with_comment(self) -> Iterator[NumberedLine]:
         """Yield its comment, then its lines."""
         yield from comment_lines(self.comment)
-        yield from self.lines()
+        yield from self.numbered()
 
     def __str__(self) -> str:
-        return "\n".join(self.lines_with_comment())
+        return "\n".join(text for _, text in self.numbered_with_comment())
 
 
 Block = tuple[Statement, ...]
 
+NumberedLine = tuple[int, str]
+"""A line as it prints, after the number that it had in the text that was read; 0 if nothing runs there."""
 
-def comment_lines(comment: str) -> Iterator[str]:
+
+def comment_lines(comment: str) -> Iterator[NumberedLine]:
     """Yield the lines of a comment, none for an empty one."""
-    yield from (f"// {line}".rstrip() for line in comment.split("\n") if comment)
+    yield from ((0, f"// {line}".rstrip()) for line in comment.split("\n") if comment)
 
 
 @dataclass(frozen=True, slots=True)
@@ -323,6 +327,32 @@ class Routine:
     rungs: tuple[Rung, ...]
     comment: str = ""
     statements: Block | None = None
+
+    @property
+    def unit(self) -> str:
+        """What its numbers count: rung or line."""
+        return "rung" if self.statements is None else "line"
+
+    @property
+    def numbers(self) -> Sequence[int]:
+        """Numbers of its rungs from 0, or of the lines in which statements stand, from 1."""
+        if self.statements is None:
+            return range(len(self.rungs))
+        return sorted({number for each in self.statements for number, _ in each.numbered() if number})
+
+    def numbered(self, number: int) -> str:
+        """Return the text of the rung, or of the statements, of that number.
+
+        Raises:
+            LadderError: there is none.
+        """
+        if number not in self.numbers:
+            there = ", ".join(map(str, self.numbers)) if self.statements else f"0 to {len(self.rungs) - 1}"
+            raise LadderError(f"routine {self.name} has no {self.unit} {number}: {there}")
+        if self.statements is None:
+            return str(self.rungs[number])
+        lines = (line for each in self.statements for line in each.numbered())
+        return " ".join(text.strip() for at, text in lines if at == number)
 
     @property
     def text(self) -> str:

@@ -50,7 +50,7 @@ class Mention:
 
     def __str__(self) -> str:
         site = self.site
-        return f"{site.routine}, rung {site.rung}: {site.instruction} {self.way} {self.text}"
+        return f"{site.routine}, {site.place}: {site.instruction} {self.way} {self.text}"
 
 
 class CrossReference:
@@ -62,7 +62,7 @@ class CrossReference:
 
     def __init__(self, lowered: Lowered) -> None:
         self._resolver = Resolver(lowered.layout)
-        self.mentions = tuple(_mentions(lowered))
+        self.mentions = tuple(_once(_mentions(lowered)))
 
     def of(self, tag: str) -> tuple[Mention, ...]:
         """Return the mentions of a tag, of parts of it, and of what it is a part of.
@@ -116,6 +116,15 @@ def _mentions(lowered: Lowered) -> Iterator[Mention]:
         for line in routine.lines:
             for step in steps_of(line.nodes):
                 yield from _of_step(lowered.sites[step.site], step)
+
+
+def _once(mentions: Iterable[Mention]) -> Iterator[Mention]:
+    """Yield mentions, equal ones of a line once: FOR is three steps, which name its count each."""
+    seen: set[str] = set()
+    for each in mentions:
+        if each.site.unit == "rung" or str(each) not in seen:
+            seen.add(str(each))
+            yield each
 
 
 def _of_step(site: Site, step: Step) -> Iterator[Mention]:

@@ -166,10 +166,17 @@ class Debugger:
     def break_at(self, routine: str, rung: int) -> None:
         """Set a breakpoint that is met when a rung becomes true, from its first instruction to its last.
 
+        In structured text it is met when a line runs, and is true if it is a condition, after a scan in
+        which it did not.
+
+        Args:
+            routine: the routine.
+            rung: number of the rung, or of the line.
+
         Raises:
             LadderError: there is no such rung.
         """
-        self._rung(routine, rung)
+        self._routine(routine).numbered(rung)
         self._on_rungs[routine.upper(), rung] = False
 
     def break_on(self, tag: str) -> None:
@@ -193,8 +200,9 @@ class Debugger:
             now = bool(truth) and truth[-1]
             self._on_rungs[routine, rung] = now
             if now and not before:
-                name = self._routine(routine).name
-                stops.append(f"{name}, rung {rung} is true: {self._rung(routine, rung)}")
+                met = self._routine(routine)
+                what = "is true" if met.statements is None else "runs"
+                stops.append(f"{met.name}, {met.unit} {rung} {what}: {met.numbered(rung)}")
         for tag, before in self._on_tags.items():
             value = self.tags[tag]
             if value != before:
@@ -275,15 +283,16 @@ class Debugger:
 
         Returns:
             For each rung the power behind each of its instructions, in the order in which they
-            execute; None for a rung that was not scanned.
+            execute; None for a rung that was not scanned. For each line of structured text, by its number,
+            whether it ran and was true; None for one that did not run.
 
         Raises:
             LadderError: there is no such routine.
         """
         name = self._routine(routine).name.upper()
         truths = self._watched().interpreter.truths if self.scans else {}
-        rungs = self._engine.lowered.routines[name].lines
-        return [truths.get((name, line.number)) for line in rungs]
+        numbers = self._routine(routine).numbers
+        return [truths.get((name, number)) for number in range(max(numbers, default=-1) + 1)]
 
     def _watched(self) -> WatchedEngine:
         """Return an engine that has watched the latest scan."""
@@ -300,7 +309,7 @@ class Debugger:
 
     def svg(self, width: int = 96) -> str:
         """Return all routines as an SVG document, with the power of the latest scan."""
-        routines = [(self.routine_now(each.name), range(len(each.rungs))) for each in self.program.routines]
+        routines = [(self.routine_now(each.name), each.numbers) for each in self.program.routines]
         truths = {each.name: self.truth(each.name) for each in self.program.routines}
         return routines_svg(routines, width, truths, captions_of(self.program.add_ons.values()))
 
@@ -362,9 +371,3 @@ class Debugger:
                 return each
         names = ", ".join(each.name for each in self.program.routines)
         raise LadderError(f"there is no routine {name}; there are {names}")
-
-    def _rung(self, routine: str, number: int) -> str:
-        rungs = self._routine(routine).rungs
-        if not 0 <= number < len(rungs):
-            raise LadderError(f"routine {routine} has no rung {number}: 0 to {len(rungs) - 1}")
-        return str(rungs[number])

@@ -6,18 +6,18 @@ that nobody looks into run compiled.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from typing_extensions import override
 
 from ..compiler import Scanner
 from ..engine import Engine
-from ..errors import Site
+from ..errors import LadderFault, Site
 from ..interpreter import Interpreter
-from ..lowered import Line, Lowered, LoweredRoutine, Node, Parallel, Step
+from ..lowered import Body, Line, Lowered, LoweredRoutine, Node, Parallel, Step
 from ..memory import Memory, Value, same
-from ..operands import Place
+from ..operands import Calculation, Place
 from ..spec import Kind
 from ..tags import Leaf
 
@@ -59,6 +59,8 @@ class Change:
         power: whether the rung was true in front of that instruction.
         blockers: the conditions of the rung that were false in front of it.
         prescan: whether it was prescan that wrote.
+        read: of structured text: what the statement has read, and its values.
+        inside: of structured text: the conditions that the statement stands in, the outermost first.
     """
 
     scan: int
@@ -71,6 +73,8 @@ class Change:
     power: bool
     blockers: tuple[Blocker, ...]
     prescan: bool
+    read: tuple[tuple[str, Value], ...] = ()
+    inside: tuple[Blocker, ...] = ()
 
 
 @dataclass(slots=True)
@@ -137,6 +141,8 @@ class WatchedInterpreter(Interpreter):
         super().__init__(*parts)  # type: ignore[arg-type]  # as the base takes them
         self.truths: dict[tuple[str, int], tuple[bool, ...]] = {}
         self.running: list[_Running] = []
+        self.heads: list[Blocker] = []
+        self.read: tuple[tuple[str, Value], ...] = ()
         self.power = True
         self.prescanning = False
         self._routines: list[str] = []
@@ -146,6 +152,7 @@ class WatchedInterpreter(Interpreter):
     def scan(self, now_ns: int) -> None:
         self.truths.clear()
         self.running.clear()
+        self.heads.clear()
         self._routines.clear()
         self._silent = 0
         super().scan(now_ns)
@@ -161,10 +168,11 @@ class WatchedInterpreter(Interpreter):
     def _lines(self, routine: LoweredRoutine, inputs: Sequence[Value]) -> None:
         self._routines.append(routine.name.upper())
         silent, self._silent = self._silent, 0
+        heads, self.heads = self.heads, []
         try:
             super()._lines(routine, inputs)
         finally:
-            self._silent = silent
+            self._silent, self.heads = silent, heads
             self._routines.pop()
 
     def _line(self, line: Line, inputs: Sequence[Value], *, statement: bool = False) -> bool:
@@ -173,14 +181,32 @@ class WatchedInterpreter(Interpreter):
         try:
             return super()._line(line, inputs, statement=statement)
         finally:
-            self.truths[running.routine, line.number] = tuple(running.truth)
+            key = running.routine, line.number
+            self.truths[key] = self._ran(running, key) if statement else tuple(running.truth)
             self.running.pop()
+
+    def _ran(self, running: _Running, key: tuple[str, int]) -> tuple[bool, ...]:
+        """Return the truth of a line of structured text: of any of its statements, in any pass of a loop."""
+        left = not running.truth  # by EXIT or RETURN, or because of a fault
+        return (left or running.truth[-1] or self.truths.get(key, (False,))[-1],)
+
+    def _inside(self, head: Line, body: Body, inputs: Sequence[Value]) -> None:
+        """Note the condition under which a body runs, with its values before."""
+        (step,) = head.nodes
+        assert isinstance(step, Step)
+        text = f"{head.text} in line {head.number}"
+        self.heads.append(Blocker(text, self._values(step)))
+        try:
+            super()._inside(head, body, inputs)
+        finally:
+            self.heads.pop()
 
     def _step(self, step: Step, power: bool) -> bool:
         if self._silent:
             return super()._step(step, power)
         self.power = power
         running = self.running[-1]
+        self.read = self._values(step) if self.lowered.sites[step.site].unit == "line" else ()
         behind = super()._step(step, power)
         running.truth.append(behind)
         if power and not behind and step.kind is Kind.INPUT:
@@ -211,10 +237,21 @@ class WatchedInterpreter(Interpreter):
         return tuple(map(self._blocker, self.running[-1].blocked)) if self.running else ()
 
     def _blocker(self, step: Step) -> Blocker:
-        places = [each for each in step.operands if isinstance(each, Place)]
+        return Blocker(self.lowered.sites[step.site].instruction, self._values(step))
+
+    def _values(self, step: Step) -> tuple[tuple[str, Value], ...]:
+        """Return the tags that a step reads, with their values; of an assignment those of its value."""
+        read = step.operands[1:] if step.name in (":=", "[:=]") else step.operands
+        places = [place for each in read for place in _places(each)]
         told = [each for place in places for each in (place, *self._beside(place))]
-        values = tuple((each.text, self.get(each)) for each in told)
-        return Blocker(self.lowered.sites[step.site].instruction, values)
+        site = self.site
+        self.site = step.site
+        try:
+            return tuple({each.text: self.get(each) for each in told}.items())
+        except LadderFault:
+            return ()  # a subscript is out of range: the step itself stops the scan
+        finally:
+            self.site = site
 
     def _beside(self, place: Place) -> tuple[Place, ...]:
         """Return ACC and PRE, if a place is DN of a timer or counter."""
@@ -234,6 +271,15 @@ class WatchedInterpreter(Interpreter):
     def present(self) -> Site | None:
         """The instruction that executes, None outside of rungs."""
         return self.lowered.sites[self.site] if self.running or self.prescanning else None
+
+
+def _places(operand: object) -> Iterator[Place]:
+    """Yield the places in an operand, those in its subscripts apart."""
+    if isinstance(operand, Place):
+        yield operand
+    elif isinstance(operand, Calculation):
+        for each in operand.operands:
+            yield from _places(each)
 
 
 class WatchedEngine(Engine):
@@ -310,5 +356,7 @@ class WatchedEngine(Engine):
                 interpreter.power,
                 interpreter.blockers(),
                 interpreter.prescanning,
+                interpreter.read,
+                tuple(interpreter.heads),
             )
         )

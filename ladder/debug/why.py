@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from ..lowered import Lowered
 from ..operands import Constant, Group, Place
@@ -97,15 +97,24 @@ def _told(lowered: Lowered, tag: str, where: Place | Group, change: Change) -> s
     if change.site is None:
         return f"{name} is {shown(after)} since {when}: it was set from outside of the rungs."
     site = change.site
-    by = f"{site.instruction} in routine {site.routine}, rung {site.rung}"
+    by = f"{site.instruction} in routine {site.routine}, {site.place}"
     if change.prescan:
         return f"{name} is {shown(after)} since {when}: prescan of {by}."
+    if site.unit == "line":
+        return "\n".join(_by_statement(change, f"{name} is {shown(after)} since {when}: {by}"))
     rung = lowered.routines[site.routine.upper()].lines[site.rung].text
     lines = [f"{name} is {shown(after)} since {when}: {by}, whose rung was {str(change.power).lower()}:"]
     lines.append(f"    {rung}")
     if not change.power:
         lines += [f"  false was {each}" for each in change.blockers]
     return "\n".join(lines)
+
+
+def _by_statement(change: Change, said: str) -> Iterator[str]:
+    """Say what a statement has read, and in which conditions it stands."""
+    values = ", ".join(f"{tag} = {shown(value)}" for tag, value in change.read)
+    yield f"{said}, with {values}" if values else said
+    yield from (f"  inside of {each}" for each in reversed(change.inside))
 
 
 def _element(change: Change) -> str:

@@ -11,7 +11,8 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from ..tree import Routine, Rung
+from ..statements import numbered_lines
+from ..tree import NumberedLine, Routine, Rung
 from .layout import NO_CAPTIONS, lay_out
 from .marks import Box, Corner, Symbol, Wire
 from .ruler import caption_width
@@ -144,7 +145,12 @@ def routine_text(
         truths: power behind each instruction, per rung; None for a rung that was not scanned.
         rungs: numbers of the rungs that are drawn; all of them if None.
         captions: what the operands of add-on instructions are called, see `captions_of`.
+
+    Returns:
+        The rungs; of structured text the lines with their numbers, and a heavy bar before those that ran.
     """
+    if routine.statements is not None:
+        return _statements_text(routine, truths, rungs)
     wanted = range(len(routine.rungs)) if rungs is None else rungs
     margin = max(len(str(len(routine.rungs))), 2) + 1
     lines: list[str] = []
@@ -158,3 +164,26 @@ def routine_text(
             for row, line in enumerate(drawn)
         ]
     return "\n".join(lines) + "\n"
+
+
+def _statements_text(
+    routine: Routine, truths: Sequence[Sequence[bool] | None] | None, wanted: Iterable[int] | None
+) -> str:
+    lines = []
+    for number, text in lines_of(routine, wanted):
+        bar = "┃" if ran(truths, number) else "│"
+        lines.append(f"{str(number or '').rjust(4)} {bar} {text}".rstrip())
+    return "\n".join(lines) + "\n"
+
+
+def lines_of(routine: Routine, wanted: Iterable[int] | None) -> Iterator[NumberedLine]:
+    """Yield the lines of structured text with these numbers, or, if all are wanted, all lines."""
+    chosen = set(routine.numbers if wanted is None else wanted)
+    whole = chosen.issuperset(routine.numbers)
+    yield from (line for line in numbered_lines(routine.statements or ()) if whole or line[0] in chosen)
+
+
+def ran(truths: Sequence[Sequence[bool] | None] | None, number: int) -> bool:
+    """Whether a line of structured text ran, and was true if it is a condition."""
+    truth = truths[number] if truths and number else None
+    return truth is not None and len(truth) > 0 and truth[-1]

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from xml.sax.saxutils import escape
 
 from ..tree import Routine
-from .characters import WIDTH, comment_lines
+from .characters import WIDTH, comment_lines, lines_of, ran
 from .layout import NO_CAPTIONS, lay_out
 from .marks import Box, Corner, Picture, Symbol, Wire
 from .ruler import caption_width
@@ -56,7 +56,7 @@ def routines_svg(
     """Draw routines below each other.
 
     Args:
-        routines: the routines, each with the numbers of the rungs that are drawn.
+        routines: the routines, each with the numbers of the rungs or lines that are drawn.
         width: columns between the rails.
         truths: power behind each instruction, per rung, by the routine's name; none for routines left out.
         captions: what the operands of add-on instructions are called, see `captions_of`.
@@ -86,6 +86,9 @@ class _Page:
         self._row += 1
         self._text(0, self._row, f"Routine {routine.name}", "heading")
         self._row += 1
+        if routine.statements is not None:
+            self._statements(routine, rungs, truths)
+            return
         for number in rungs:
             rung = routine.rungs[number]
             for line in comment_lines(rung.comment, self._columns):
@@ -93,6 +96,16 @@ class _Page:
                 self._row += 1
             truth = truths[number] if truths else None
             self._rung(lay_out(rung, self._columns, truth, self._captions), number, str(rung))
+
+    def _statements(
+        self, routine: Routine, wanted: Sequence[int], truths: Sequence[Sequence[bool] | None] | None
+    ) -> None:
+        for number, text in lines_of(routine, wanted):
+            live = ran(truths, number)
+            self._text(MARGIN - 2 - len(str(number or "")), self._row, str(number or ""), "number")
+            self._text(MARGIN, self._row, text, "live" if live else "line" if number else "comment")
+            self._width = max(self._width, MARGIN + len(text) + 2)
+            self._row += 1
 
     def _rung(self, picture: Picture, number: int, text: str) -> None:
         top, right = self._row, MARGIN + picture.width

@@ -26,7 +26,7 @@ NARROWEST = 40
 
 
 def load_rungs(file: str) -> Program:
-    """Load the ladder program in a `.rung` file, a Python file, or of a rack.
+    """Load the ladder program in a `.rung` or `.st` file, a Python file, or of a rack.
 
     Raises:
         ValueError: the file can't be used, or its program has no rungs.
@@ -53,17 +53,17 @@ def chosen(program: Program, name: str | None) -> list[Routine]:
 
 
 def with_rung(routines: Sequence[Routine], number: int | None) -> list[tuple[Routine, list[int]]]:
-    """Return routines with the numbers of the rungs that are wanted of them.
+    """Return routines with the numbers of the rungs, or of the lines, that are wanted of them.
 
     Raises:
         ValueError: no routine has a rung of that number.
     """
     if number is None:
-        return [(routine, list(range(len(routine.rungs)))) for routine in routines]
-    found = [(routine, [number]) for routine in routines if 0 <= number < len(routine.rungs)]
+        return [(routine, list(routine.numbers)) for routine in routines]
+    found = [(routine, [number]) for routine in routines if number in routine.numbers]
     if not found:
-        most = max(len(routine.rungs) for routine in routines) - 1
-        raise ValueError(f"there is no rung {number}; they are numbered from 0 to {most}")
+        most = max((each for routine in routines for each in routine.numbers), default=0)
+        raise ValueError(f"there is no {routines[0].unit} {number}; they are numbered up to {most}")
     return found
 
 
@@ -82,12 +82,12 @@ def bench_at(file: str, at: str) -> Bench:
 
 def ladder(
     file: Annotated[
-        str, typer.Argument(metavar="FILE", help="A .rung file, a Python program, or a rack file.")
+        str, typer.Argument(metavar="FILE", help="A .rung or .st file, a Python program, or a rack file.")
     ],
     routine: Annotated[
         str | None, typer.Option("--routine", metavar="NAME", help="This routine only.")
     ] = None,
-    rung: Annotated[int | None, typer.Option("--rung", metavar="N", help="This rung only.")] = None,
+    rung: Annotated[int | None, typer.Option("--rung", metavar="N", help="This rung, or line, only.")] = None,
     width: Annotated[
         int | None,
         typer.Option("--width", min=NARROWEST, help="Columns between the rails; wider rungs go on below."),
@@ -126,7 +126,7 @@ def ladder(
             say(program.source())
         elif text:
             for each, numbers in wanted:
-                say("\n".join(str(each.rungs[number]) for number in numbers))
+                say(each.text if rung is None else "\n".join(map(each.numbered, numbers)))
         else:
             fitting = max(shutil.get_terminal_size((WIDTH + 8, 0)).columns - 8, NARROWEST)
             for each, numbers in wanted:

@@ -75,7 +75,7 @@ def _why_command(
 
 def _xref_command(
     file: Annotated[
-        str, typer.Argument(metavar="FILE", help="A .rung file, a Python program, or a rack file.")
+        str, typer.Argument(metavar="FILE", help="A .rung or .st file, a Python program, or a rack file.")
     ],
     tag: Annotated[
         str | None, typer.Argument(metavar="[TAG]", help="Only this tag and what it is a part of.")
@@ -94,7 +94,7 @@ def _xref_command(
         raise _refused(error) from error
     for each in sorted(mentions, key=lambda mention: mention.text.upper()) if tag is None else mentions:
         site = each.site
-        say(f"{each.text:<28} {each.way:<14} {site.routine}, rung {site.rung}: {site.instruction}")
+        say(f"{each.text:<28} {each.way:<14} {site.routine}, {site.place}: {site.instruction}")
     if not mentions:
         say(f"nothing in the program mentions {tag}", err=True)
         raise typer.Exit(NO)
