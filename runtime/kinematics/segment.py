@@ -18,6 +18,8 @@ from __future__ import annotations
 from fractions import Fraction
 from math import gcd, isqrt
 
+from typing_extensions import override
+
 from .shape import PICO
 
 Polynomial = tuple[int, int, int, int, int]
@@ -146,11 +148,12 @@ class Quadratic(Segment):
 
     __slots__ = ()
 
+    @override
     def steps_at(self, t_ns: int) -> int:
-        """Return the whole steps made since the motion began."""
         u = t_ns - self.start_ns
         return ((self._c2 * u + self._c1) * u + self._c0) // self._step
 
+    @override
     def instant_of(self, steps: int) -> int:
         """Return the least instant at which so many steps are made.
 
@@ -178,12 +181,12 @@ class Cruise(Segment):
 
     __slots__ = ()
 
+    @override
     def steps_at(self, t_ns: int) -> int:
-        """Return the whole steps made since the motion began."""
         return (self._c1 * (t_ns - self.start_ns) + self._c0) // self._step
 
+    @override
     def instant_of(self, steps: int) -> int:
-        """Return the least instant at which so many steps are made."""
         return self.start_ns - (self._c0 - steps * self._step) // self._c1
 
 

@@ -13,6 +13,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
+from typing_extensions import override
+
 from ....io_images.amci3601 import Configuration, StatusMsw
 from ..amci3601 import Capabilities, Feature, Refusal, Request
 
@@ -106,13 +108,14 @@ class RowCapabilities(Capabilities, Generic[AdapterOptions]):
         self._untold = list(substitution_rows)
         self._options = options
 
+    @override
     def lacking_for_configuration(self, configuration: Configuration) -> Refusal | None:
-        """Return why a configuration is refused, None if it is not."""
         for row in self._configuration_rows:
             if row.applies(configuration, self._options):
                 return Refusal(row.name, CONFIG_ERROR, row.reason)
         return None
 
+    @override
     def lacking_for(self, request: Request) -> Refusal | None:
         """Return why a command is refused, None if it is not; then it is noted what is done otherwise."""
         for row in self._command_rows:

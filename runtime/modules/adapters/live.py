@@ -16,6 +16,8 @@ from dataclasses import replace
 from functools import partial
 from threading import Event as Signal
 
+from typing_extensions import override
+
 from ....io_images.amci3601 import Configuration
 from ....io_images.image import Image
 from ....io_images.pmc006.frame import FACTORY_ADDRESS
@@ -58,19 +60,24 @@ class RealController(Plant):
         self.machine = Machine()
         self.line = line
 
+    @override
     def next_event_ns(self, now_ns: int) -> int | None:
         """Return whether something has been received, see `LiveLine.next_event_ns`."""
         return self.line.next_event_ns()
 
+    @override
     def run_until(self, now_ns: int) -> None:
         """Do nothing: its time runs by itself."""
 
+    @override
     def sense(self, now_ns: int) -> None:
         """Do nothing: real inputs are read."""
 
+    @override
     def rewire(self, now_ns: int, configuration: Configuration) -> None:
         """Do nothing: it is wired."""
 
+    @override
     def power_cycle(self, now_ns: int) -> None:
         """Do nothing: its power is out of reach; only the adapter forgets."""
 
@@ -88,6 +95,7 @@ class LiveAdapter(Adapter[Drive]):
         self._present_ns = 0
         super().__init__(RealController(line))
 
+    @override
     def update(self, now_ns: int, outputs: Image) -> Image:
         """Advance to the present on the wall clock; events are told as of `now_ns`, the scan's time."""
         self._present_ns = self._clock.now_ns()
@@ -113,6 +121,7 @@ class LiveAdapter(Adapter[Drive]):
             self.update(self._now_ns, Image())
             moves = driver.cut or driver.task is not None or bool(driver.tasks)
 
+    @override
     def _wire_due_ns(self) -> int:
         return max(super()._wire_due_ns(), self._present_ns)
 
@@ -132,12 +141,12 @@ class LivePcl601(LiveAdapter[Pcl601Drive]):
         self._options, self._unit = options, unit
         super().__init__(line)
 
+    @override
     def new_driver(self) -> Pcl601Driver:
-        """Return what talks to the controller."""
         return Pcl601Driver(self._options, self._unit)
 
+    @override
     def new_axis(self) -> Pcl601Axis:
-        """Return the controller as an axis."""
         return Pcl601Axis(self.driver, self._options)
 
 
@@ -156,12 +165,12 @@ class LivePmc006(LiveAdapter[Speeds]):
         self._options, self._unit = options, unit
         super().__init__(line)
 
+    @override
     def new_driver(self) -> Pmc006Driver:
-        """Return what talks to the controller."""
         return Pmc006Driver(self._options, self._unit)
 
+    @override
     def new_axis(self) -> Pmc006Axis:
-        """Return the controller as an axis."""
         return Pmc006Axis(self.driver, self._options)
 
 

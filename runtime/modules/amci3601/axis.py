@@ -128,7 +128,7 @@ class Axis(Protocol):
         ...
 
     def watch_marker(self) -> None:
-        """Ask for a tick at the next marker pulse, and forget those that have been."""
+        """Ask for a tick at the next marker pulse, and forget earlier ones."""
         ...
 
     @property

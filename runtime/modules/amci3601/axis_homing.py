@@ -1,9 +1,11 @@
 """Find Home where the axis does a part of the search itself, as a controller behind an adapter does.
 
-What it leaves to the command layer is in `homing`; which of these an axis calls for, in its capabilities.
+`homing` has the rest of the search; an axis selects one of these by its capabilities.
 """
 
 from __future__ import annotations
+
+from typing_extensions import override
 
 from .capabilities import AxisHoming, Refusal
 from .command_words import CommandWords
@@ -17,7 +19,7 @@ HOME_BEFORE_PROXIMITY = Refusal(
     NO_HOME,
     "the home switch was met before the home proximity, and has stopped the axis without a ramp",
 )
-"""What a 3601 would pass over [chapter 4, Find Home]."""
+"""A 3601 ignores the home switch there [chapter 4, Find Home]."""
 
 STOPPED_ELSEWHERE = Refusal(
     "stopped elsewhere", NO_HOME, "the axis has stopped in a search for home, and not at the home switch"
@@ -27,16 +29,18 @@ STOPPED_ELSEWHERE = Refusal(
 class HomingByAxis(Homing):
     """A search by an axis that finds the home switch itself: it stops on leaving the switch.
 
-    What is left to the command host: a switch that is on at the start is left at
-    starting speed first, and an end limit turns the search round after its dwell.
-    A limit on the switch, or so near that the ramp down has met it: the switch is
-    left, and met again at starting speed.
+    The command layer leaves a switch that is on at the start, at starting speed, and
+    turns the search round after the dwell on an end limit. With a limit on the
+    switch, or so near that the ramp down meets it, it leaves the switch and meets it
+    again at starting speed.
     """
 
+    @override
     def _begin_seek(self, now_ns: int) -> None:
         self.phase = Phase.SEEK
         self.axis.home(now_ns, self.direction, self.profile)
 
+    @override
     def _back(self, now_ns: int) -> None:
         self.phase = Phase.BACK
         self._signal_was_on = self._signal
@@ -50,6 +54,7 @@ class HomingByAxis(Homing):
         """Whether the way back is a search, because the switch has not been met."""
         return self.reversed and not self._signal_was_on
 
+    @override
     def _creep(self, now_ns: int) -> None:
         if self.reversed:
             self.phase = Phase.CREEP
@@ -57,18 +62,22 @@ class HomingByAxis(Homing):
         else:
             self._begin_seek(now_ns)
 
+    @override
     def _seek(self, now_ns: int) -> None:
         self.found = not self.axis.moving
 
+    @override
     def _look_behind(self, now_ns: int) -> None:
         if self._searches_behind:
             self.found = not self.axis.moving
         else:
             super()._look_behind(now_ns)
 
+    @override
     def _approach(self, now_ns: int, home_risen: bool) -> None:
         self.found = not self.axis.moving
 
+    @override
     def _met_a_limit(self, now_ns: int) -> bool:
         """A limit that has stopped the axis on the very edge of the switch does so at home."""
         on_the_edge = self.phase is Phase.CREEP and self._signal
@@ -80,13 +89,15 @@ class HomingByAxis(Homing):
 class HomingOntoSwitch(Homing):
     """A search by an axis that leaves and finds the home switch itself, without a dwell.
 
-    The home switch is the end limit of that side, too, and no limit meanwhile.
+    The home switch is also the end limit of that side; the search ignores it as a limit.
     """
 
+    @override
     def start(self, now_ns: int) -> None:
         """Let the axis search."""
         self.axis.home(now_ns, self.direction, self.profile)
 
+    @override
     def on_tick(self, now_ns: int, command: CommandWords) -> None:
         """Look at the opposite limit, and whether the switch has been met when the axis stands still."""
         host = self.host
@@ -101,29 +112,35 @@ class HomingOntoSwitch(Homing):
 class HomingSlowedByProximity(Homing):
     """A search by an axis that stops at the home switch itself, at full speed unless it was slowed down.
 
-    The proximity slows it down. A switch that is met before has stopped it too hard for a home.
+    The proximity slows it down. A switch that comes before the proximity stops it too hard for a home.
     """
 
+    @override
     def _begin_seek(self, now_ns: int) -> None:
         self.phase = Phase.SEEK
         self.axis.home(now_ns, self.direction, self.profile)
 
+    @override
     def _creep(self, now_ns: int) -> None:
         self.phase = Phase.CREEP
         self.axis.home(now_ns, self.direction, self._slow_profile)
 
+    @override
     def _seek(self, now_ns: int) -> None:
         if self.axis.moving:
             super()._seek(now_ns)
         else:
             self._give_up(now_ns, HOME_BEFORE_PROXIMITY if self._at_switch else STOPPED_ELSEWHERE)
 
+    @override
     def _is_home(self, home_risen: bool) -> bool:
-        return False  # the axis tells by standing still
+        return False  # the axis stands still at home
 
+    @override
     def _approach(self, now_ns: int, home_risen: bool) -> None:
         self._seek(now_ns)
 
+    @override
     def _take_home(self, now_ns: int, home_risen: bool) -> None:
         if self.axis.moving:
             return
@@ -146,4 +163,4 @@ HOMINGS: dict[AxisHoming, type[Homing]] = {
     AxisHoming.MEETS_SWITCH: HomingOntoSwitch,
     AxisHoming.MEETS_SWITCH_SLOWLY: HomingSlowedByProximity,
 }
-"""The search for home, by what the axis itself does of it."""
+"""The search for home, by the part that the axis does itself."""

@@ -10,6 +10,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+from typing_extensions import override
+
 from ....io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw, rate_in_range, speed_in_range
 from ....io_images.thousands import is_legal_pair, join_thousands
 from ...kinematics import Shape
@@ -147,6 +149,7 @@ class BlendRun(Operation):
         """Set the axis going."""
         self.axis.blend(now_ns, self.direction, self.program)
 
+    @override
     def on_hold(self, now_ns: int) -> None:
         """Refuse; the error clears itself when the profile is complete [chapter 6, Command Error 19]."""
         self.host.fire(now_ns, "CMD-19")
@@ -158,6 +161,7 @@ class BlendRun(Operation):
             self.stopping = True
             self.axis.stop(now_ns, self.program.final_deceleration, self.program.final_shape)
 
+    @override
     def on_end(self, now_ns: int) -> None:
         """Show MOVE_COMPLETE and forgive a Hold; or show STOPPED after CMD-18."""
         if self.stopping:
@@ -173,7 +177,7 @@ class BlendRun(Operation):
 def obey_programming(
     host: Host, now_ns: int, command: CommandWords, previous: CommandWords, *, reads: bool = True
 ) -> None:
-    """Follow the handshake bits of the command LSW [chapter 5, blend routine steps 1 to 6].
+    """Obey the handshake bits of the command LSW [chapter 5, blend routine steps 1 to 6].
 
     Args:
         host: the command layer.

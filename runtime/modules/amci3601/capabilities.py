@@ -1,8 +1,7 @@
-"""What an axis can't do of the 3601's repertoire, said before anything is sent to it.
+"""What an axis can't do of the 3601's functions, known before anything is sent to it.
 
-The command layer checks the manual's own rules first and asks then. What the
-axis can't do is refused in the 3601's own error bits; the reason, for which
-the image has no room, goes into an event.
+The command layer checks the manual's own rules first, then the axis. What the
+axis can't do is refused in the 3601's error bits; an event gives the reason.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from .command_words import CommandWords
 
 
 class Feature(Enum):
-    """What may be asked of an axis."""
+    """Functions of an axis."""
 
     MOVE = "absolute and relative moves, resume"
     HOLD = "hold"
@@ -32,11 +31,11 @@ class Feature(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """Something asked of an axis that the 3601's own rules allow.
+    """A request to an axis that the 3601's own rules allow.
 
     Attributes:
-        feature: what.
-        order: the words that ask for it.
+        feature: the function.
+        command: the words that ask for it.
         configuration: the accepted one.
         distance: of a move, steps, signed.
         minimum_registration: the stored distance, steps.
@@ -51,12 +50,12 @@ class Request:
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """A refusal.
+    """Why an axis does not carry out a request.
 
     Attributes:
         name: short name of what is lacking, for events.
         bits: error bits of input word 0 that are set.
-        reason: a sentence for people.
+        reason: a sentence for the user.
     """
 
     name: str
@@ -65,7 +64,7 @@ class Refusal:
 
 
 class AxisHoming(Enum):
-    """What an axis itself does of a search for home."""
+    """The part of a search for home that an axis does itself."""
 
     NONE = "nothing"
     LEAVES_SWITCH = "it stops on leaving the home switch"
@@ -74,11 +73,11 @@ class AxisHoming(Enum):
 
 
 class Capabilities:
-    """What an axis can do: here, everything. One that can do less overrides the methods.
+    """What an axis can do: everything. A limited axis overrides the methods.
 
     Attributes:
         homing: what `Axis.home` does, whatever the kind of homing.
-        shared_limit: the end limits come on one input: both active means one of them, side unknown.
+        shared_limit: the end limits share one input: both active means one of them, side unknown.
         home_is_ccw_limit: the home switch is the CCW limit, too: active, it blocks CCW motion only.
     """
 

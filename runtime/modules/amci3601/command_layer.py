@@ -58,7 +58,7 @@ class CommandLayer(Host):
         axis: what makes the steps.
         firmware: which revision of the module this is; it decides what exists.
         options: switches of the model.
-        events: where rules that fire and moves that end are written down.
+        events: receives rules that fire and moves that end.
         now_ns: the instant of power-up.
     """
 
@@ -83,7 +83,7 @@ class CommandLayer(Host):
         return self.operation is not None and self.operation.busy
 
     def next_wake_ns(self, now_ns: int) -> int | None:
-        """Return when a tick is wanted though neither words nor inputs change; None = it is not."""
+        """Return when a tick is wanted though neither words nor inputs change; None = never."""
         if self.operation is not None:
             return self.operation.next_wake_ns(now_ns)
         waiting = self.state.command.configures and not self.state.in_configuration_mode
@@ -135,11 +135,11 @@ class CommandLayer(Host):
             self.operation.on_release(now_ns)
 
     def enter_run_mode(self) -> None:
-        """The PLC is back in run mode; a bit that is still set is no new edge (reading A-78)."""
+        """The PLC is back in run mode; a bit that is still set is not a new edge (reading A-78)."""
         self.state.running = True
 
     def overlook(self, words: tuple[int, ...]) -> None:
-        """Take note of words without acting on them: what is set in them makes no edge later."""
+        """Note words without acting on them; their bits make no edge later."""
         self.state.command = CommandWords(words)
 
     # -- output words -------------------------------------------------------------------------
@@ -166,7 +166,7 @@ class CommandLayer(Host):
             obey_programming(self, now_ns, command, previous, reads=reads)
             if reads:
                 obey_store_minimum(self, now_ns, command, previous)
-        elif self.state.blending is not None:  # what has begun goes on
+        elif self.state.blending is not None:  # a session that has begun goes on
             obey_programming(self, now_ns, command, previous)
         if edges and not following:
             self._command(now_ns, command, edges)
@@ -255,7 +255,7 @@ class CommandLayer(Host):
     @override
     def accept(self, operation: Operation) -> None:
         """Make `operation` the one that runs; its start clears what the next move clears."""
-        if self.operation is not None:  # a one-shot whose bit is only now released: its step is made
+        if self.operation is not None:  # a one-shot whose bit is released only now: its step is made
             self.operation.on_end(operation.started_ns)
         self.state.latches.clear(CLEARED_BY_A_MOVE)
         self.state.begin_move()

@@ -11,17 +11,17 @@ S_CURVE = CommandLsw.S_CURVE.value
 TRAPEZOIDAL = CommandLsw.TRAPEZOIDAL.value
 MODE_CONFIG = CommandMsw.MODE_CONFIG.value
 COMMAND_BITS = 0x7FFF
-"""Bits of output word 0 that are commands."""
+"""Command bits of output word 0."""
 
 
 class CommandWords:
-    """What the logic wrote: eight words, decoded as far as every command needs.
+    """The eight output words, decoded as far as every command needs.
 
     Attributes:
         words: the eight signed words.
         msw: command word MSW, unsigned.
         lsw: command word LSW, unsigned.
-        parameters: target, speed and rates; None where a pair of words is no value.
+        parameters: target, speed and rates; None where a pair of words is illegal.
         shape: the acceleration type that the LSW selects.
     """
 
@@ -46,7 +46,7 @@ class CommandWords:
         return bool(bits & (bits - 1))
 
     def single(self, bit: int) -> CommandWords:
-        """Return the order that these words are if `bit` is the only command bit in them."""
+        """Return these words with `bit` as the only command bit."""
         return CommandWords((bit, *self.words[1:]))
 
     @property

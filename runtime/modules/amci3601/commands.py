@@ -53,7 +53,7 @@ def relative(host: Host, now_ns: int, command: CommandWords) -> None:
 
 
 def resume(host: Host, now_ns: int, command: CommandWords) -> None:
-    """Go on to the target of the held move, at the speed and rates of these words."""
+    """Continue the held move, at the speed and rates of these words."""
     held = host.state.held
     if not refused(host, now_ns, command) and held is not None:
         _start_profile_move(host, now_ns, command, held.name, held.target)
@@ -134,7 +134,7 @@ def immediate_stop(host: Host, now_ns: int, command: CommandWords) -> None:
 
 
 def preset_position(host: Host, now_ns: int, command: CommandWords) -> None:
-    """Let the position, and the diagnostic count if there is one, be the target; it becomes valid."""
+    """Set the position, and a diagnostic count, to the target; the position becomes valid."""
     if refused(host, now_ns, command):
         return
     value = command.parameters.target
@@ -146,7 +146,7 @@ def preset_position(host: Host, now_ns: int, command: CommandWords) -> None:
 
 
 def preset_encoder(host: Host, now_ns: int, command: CommandWords) -> None:
-    """Let the encoder count be the target; the validity of the position is not touched."""
+    """Set the encoder count to the target; the position's validity stays."""
     if refused(host, now_ns, command):
         return
     if not host.unable(now_ns, Feature.PRESET_ENCODER, command):
@@ -156,7 +156,7 @@ def preset_encoder(host: Host, now_ns: int, command: CommandWords) -> None:
 
 
 def reset_errors(host: Host, now_ns: int, command: CommandWords) -> None:
-    """Clear the errors that can be recovered from; a running motion is not affected."""
+    """Clear recoverable errors; a running motion goes on."""
     if not refused(host, now_ns, command):
         host.state.latches.clear(RESETTABLE)
         host.axis.reset_errors()
@@ -168,9 +168,9 @@ def reserved(host: Host, now_ns: int, command: CommandWords) -> None:
 
 
 def obey_store_minimum(host: Host, now_ns: int, command: CommandWords, previous: CommandWords) -> None:
-    """Store the minimum registration distance on the rise of LSW bit 10; beside a command it is refused.
+    """Store the minimum registration distance on the rise of LSW bit 10; refuse it beside a command.
 
-    That error locks the command out, too. Several bits that come on are looked at first (reading A-93).
+    The error locks the command out, too. Several rising bits are checked first (reading A-93).
     """
     several = command.many_bits and command.msw & ~previous.msw & COMMAND_BITS
     risen = command.lsw & STORE_MIN_REG and (previous.configures or not previous.lsw & STORE_MIN_REG)

@@ -1,13 +1,15 @@
 """Encoder moves: run until the encoder has counted so far, then ramp down [chapter 4, Encoder Move].
 
 The axis overshoots by design: the deceleration begins where a step move would
-have ended. Nothing but the count, an input or Immediate Stop ends the motion,
-so without a working encoder it goes on for ever.
+have ended. Only the count, an input or Immediate Stop ends the motion: without a
+working encoder it never ends.
 """
 
 from __future__ import annotations
 
 from typing import ClassVar
+
+from typing_extensions import override
 
 from ...kinematics import Profile
 from .command_words import CommandWords
@@ -41,6 +43,7 @@ class EncoderMove(Operation):
             axis.run(now_ns, self.direction, self.profile)
             axis.watch_counts(self.target, self.direction)
 
+    @override
     def on_tick(self, now_ns: int, command: CommandWords) -> None:
         """Compare the count, as long as the encoder bit stays set (reading A-52).
 
@@ -48,12 +51,13 @@ class EncoderMove(Operation):
         """
         self.on_counts(now_ns, command)
 
+    @override
     def wants_counts(self, *, turning: bool) -> bool:
-        """A count that somebody gives by hand acts in the scan that it falls into."""
+        """Counts that are given by hand act in the scan in which they come."""
         return turning and not self.stopping
 
+    @override
     def on_counts(self, now_ns: int, command: CommandWords) -> None:
-        """Compare the count."""
         reached = (self.axis.encoder - self.target) * self.direction >= 0
         if reached and (command.configures or command.lsw & ENCODER_MOVE):
             self._stop(now_ns)
@@ -63,16 +67,19 @@ class EncoderMove(Operation):
             self.stopping = True
             self.axis.stop(now_ns, self.profile.deceleration_spmss, self.profile.shape)
 
+    @override
     def on_hold(self, now_ns: int) -> None:
-        """Hold has no influence on the motion [chapter 4; reading A-23]."""
+        """Ignore Hold, or show an error by option [chapter 4; reading A-23]."""
         if self.host.options.hold_error_in_encoder_move:
             super().on_hold(now_ns)
 
+    @override
     def on_external(self, now_ns: int) -> None:
-        """Make a controlled stop, which is no hold (reading A-49)."""
+        """Make a controlled stop, which can't be resumed (reading A-49)."""
         self.stopped_by_input = self.stopped_by_input or not self.stopping
         self._stop(now_ns)
 
+    @override
     def on_end(self, now_ns: int) -> None:
         """Show MOVE_COMPLETE, or STOPPED if the external input ended the move."""
         if self.stopped_by_input:

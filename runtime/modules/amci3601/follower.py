@@ -1,9 +1,8 @@
 """Encoder follower: steps = counts * multiplier / divisor, exactly [chapter 4, Encoder Follower].
 
-What the encoder has counted in a scan is owed as steps at its end; the
-fraction that is not a whole step stays owed. With rates of zero everything
-owed is output at once (up to the module's 1 MHz); otherwise the step rate
-ramps, and what is owed decides how fast it may be:
+At the end of a scan its counts are owed as steps; a fraction of a step stays
+owed. With rates of zero all owed steps are output at once (up to the module's
+1 MHz); otherwise the step rate ramps, limited by the steps that are owed:
 
     v <= sqrt(2 * deceleration * owed)        so that it can stop on the last step
     v grows by no more than acceleration * tick
@@ -14,6 +13,8 @@ from __future__ import annotations
 from fractions import Fraction
 from math import isqrt, lcm
 from typing import ClassVar
+
+from typing_extensions import override
 
 from ....io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw
 from ...kinematics import MILLI, PICO
@@ -49,12 +50,14 @@ class EncoderFollower(Operation):
         self._scan_began_ns = now_ns
 
     @property
+    @override
     def over(self) -> bool:
         """The mode ends when it is left, not when the encoder rests."""
         return self.left
 
     # -- the words ----------------------------------------------------------------------------
 
+    @override
     def on_words(self, now_ns: int, command: CommandWords) -> None:
         """Check the words; any fault ends the mode (reading A-65)."""
         if self.left:
@@ -73,7 +76,7 @@ class EncoderFollower(Operation):
             self.left = True
         if self.left:
             return
-        if sense and not self.sense:  # what was counted without a direction is not followed
+        if sense and not self.sense:  # counts without a direction are not followed
             self._last_count = self.axis.encoder
             self._scan_began_ns = now_ns
         elif self.sense and not sense:
@@ -81,24 +84,29 @@ class EncoderFollower(Operation):
             self.shown_direction = self.shown_ramp = 0
         self.sense = sense
 
+    @override
     def on_release(self, now_ns: int) -> None:
         """All bits count as 0: the mode is left."""
         self.left = True
 
+    @override
     def on_end(self, now_ns: int) -> None:
         """Show STOPPED [chapter 6, The Stopped Bit 5]."""
         self.host.finish(now_ns, STOPPED, "left")
 
     # -- the steps ----------------------------------------------------------------------------
 
+    @override
     def next_wake_ns(self, now_ns: int) -> int | None:
-        """Every tick, as long as a direction is selected."""
+        """Wake at every tick, as long as a direction is selected."""
         return now_ns + 1 if self.sense else None
 
+    @override
     def wants_counts(self, *, turning: bool) -> bool:
-        """At the end of every scan, as long as a direction is selected."""
+        """Want counts at the end of every scan, as long as a direction is selected."""
         return self.sense != 0
 
+    @override
     def on_counts(self, now_ns: int, command: CommandWords) -> None:
         """Count, and make the steps of the scan that ends here."""
         counts = self.axis.encoder
@@ -114,7 +122,7 @@ class EncoderFollower(Operation):
             self._owed -= steps * self._parts
 
     def _divide_by(self, divisor: int) -> None:
-        """Express what is owed in parts of a step that suit a new divisor, exactly."""
+        """Express the owed steps in parts that suit a new divisor, exactly."""
         if divisor != self._divisor:
             owed = Fraction(self._owed, self._parts)
             self._divisor, self._parts = divisor, lcm(owed.denominator, divisor)
@@ -142,7 +150,7 @@ class EncoderFollower(Operation):
         return steps
 
     def _ramp_speed(self, owed: int, elapsed_ns: int, acceleration: int, deceleration: int) -> None:
-        """Let the speed approach what the owed steps call for, no faster than the rates allow."""
+        """Ramp the speed toward that of the owed steps, within the rates."""
         wanted = self._allowed_speed(owed, deceleration)
         before = self._speed_msps
         growing = abs(wanted) > abs(before) and wanted * before >= 0
@@ -157,7 +165,7 @@ class EncoderFollower(Operation):
 
     @staticmethod
     def _allowed_speed(owed: int, deceleration: int) -> int:
-        """Speed from which the owed steps suffice to stop, signed; the top speed without deceleration."""
+        """Return the signed speed that can stop within the owed steps; the top speed without deceleration."""
         if deceleration == 0:
             speed = TOP_SPEED_MSPS if owed else 0
         else:
@@ -166,7 +174,7 @@ class EncoderFollower(Operation):
 
 
 def _whole(value: int, parts: int) -> int:
-    """Return the whole steps in so many parts, rounded toward zero: what is not a step yet stays owed."""
+    """Return the whole steps in a number of parts, rounded toward zero."""
     return value // parts if value >= 0 else -(-value // parts)
 
 

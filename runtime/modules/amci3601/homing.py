@@ -35,6 +35,8 @@ from dataclasses import replace
 from enum import Enum
 from typing import ClassVar
 
+from typing_extensions import override
+
 from ....io_images.amci3601 import HomingKind, InputBit
 from ...kinematics import Profile
 from .command_words import CommandWords
@@ -47,7 +49,7 @@ DWELL_NS = 2_000_000_000
 
 
 class Phase(Enum):
-    """Where a search is."""
+    """Phase of a search."""
 
     SEEK = "seek"
     FINAL = "final"
@@ -85,9 +87,10 @@ class Homing(Operation):
         self._signal_was_on = False
         self._home_before = bool(host.state.active & HOME)
 
-    # -- what it looks at ---------------------------------------------------------------------
+    # -- signals ------------------------------------------------------------------------------
 
     @property
+    @override
     def over(self) -> bool:
         """A search ends by finding home; its stops and waits are part of it."""
         return self.found
@@ -141,7 +144,7 @@ class Homing(Operation):
         self._wait(now_ns, DWELL_NS, self._back)
 
     def _wait(self, now_ns: int, duration_ns: int, then: Callable[[int], None]) -> None:
-        """Stand still so long, whatever words and inputs do meanwhile."""
+        """Stand still for a time, whatever words and inputs do."""
         self.phase = Phase.DWELL
         self.shown_direction = 0
         self._dwell_until_ns = now_ns + duration_ns
@@ -159,7 +162,7 @@ class Homing(Operation):
             self._final(now_ns)
 
     def _final(self, now_ns: int) -> None:
-        """The proximity has been seen: slow down, and take the next home edge or marker."""
+        """Slow down after the proximity, and take the next home edge or marker."""
         self.axis.change_speed(now_ns, self._slow_profile)
         self.phase = Phase.FINAL
         if self._with_marker:
@@ -172,6 +175,7 @@ class Homing(Operation):
         self.shown_ramp = -1 if self.profile.has_ramps else 0
         self.axis.stop(now_ns, self.profile.deceleration_spmss, self.profile.shape)
 
+    @override
     def next_wake_ns(self, now_ns: int) -> int | None:
         """The end of a dwell, and the tick after a ramp that took no time."""
         if self.phase in TURNING and not self.axis.moving:
@@ -180,6 +184,7 @@ class Homing(Operation):
 
     # -- ticks --------------------------------------------------------------------------------
 
+    @override
     def on_tick(self, now_ns: int, command: CommandWords) -> None:
         """Look at limits and signals, and go on to the next phase where one is due."""
         home_risen = bool(self.state.active & HOME) and not self._home_before
@@ -217,7 +222,7 @@ class Homing(Operation):
             self._stop(now_ns, Phase.STOP_BEFORE_CREEP)
 
     def _is_home(self, home_risen: bool) -> bool:
-        """Return whether this tick finds home; an end limit that it finds, too, is home and no limit.
+        """Return whether this tick finds home; an end limit of the same tick counts as home.
 
         "It is possible to home the 3601 module off of an end limit switch" [chapter 4, general note 5].
         """
@@ -253,7 +258,7 @@ class Homing(Operation):
     # -- limits -------------------------------------------------------------------------------
 
     def _met_a_limit(self, now_ns: int) -> bool:
-        """Deal with end limits, as the table above has it; return whether one was met."""
+        """Obey the end limits by the table above; return whether one was met."""
         host = self.host
         if self.phase is Phase.DWELL and self.reversed:
             return False  # what is active then is looked at when the axis turns round
@@ -266,8 +271,9 @@ class Homing(Operation):
             host.abort_homing(now_ns, "HOM-04" if self.reversed else "HOM-05")
         return bool(same or opposite)
 
-    # -- what comes in between ----------------------------------------------------------------
+    # -- the end -----------------------------------------------------------------------------
 
+    @override
     def on_end(self, now_ns: int) -> None:
         """Home: position, encoder and captured value are zero and valid, all in one update."""
         host = self.host

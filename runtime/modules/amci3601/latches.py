@@ -44,7 +44,7 @@ class Fault(NamedTuple):
 
     Attributes:
         rule: its id.
-        alone: without the rows that usually fire together with it.
+        alone: fire without the rows that usually fire together with it.
     """
 
     rule: str
@@ -71,11 +71,11 @@ class Latches:
     """Bits of input word 0 that stay until something clears them.
 
     Attributes:
-        bits: input word 0 less what shows motion.
+        bits: input word 0 without the motion bits.
         causes: for each error bit that is set, the id of the rule that set it.
 
     Args:
-        events: where each rule that fires is written down.
+        events: receives each rule that fires.
     """
 
     def __init__(self, events: list[Event]) -> None:
@@ -89,7 +89,7 @@ class Latches:
         Args:
             now_ns: the instant.
             rule_id: a row of the rule table.
-            alone: without the rows that usually fire together with it.
+            alone: fire without the rows that usually fire together with it.
         """
         fault = Fault(rule_id, alone)
         for row in fault.rows:
@@ -97,7 +97,7 @@ class Latches:
         return fault.all_bits
 
     def note(self, now_ns: int, rule_id: str) -> None:
-        """Write down a rule whose effect an option has switched off."""
+        """Record a rule whose effect an option has switched off."""
         self._set(now_ns, rule_id, 0)
 
     def _set(self, now_ns: int, rule_id: str, bits: int) -> None:
@@ -111,7 +111,7 @@ class Latches:
         self._events.append(Event(now_ns, "rule", rule_id, rule.text, fields))
 
     def show(self, now_ns: int, kind: str, name: str, bits: int, text: str) -> int:
-        """Set bits for a reason that is none of the manual's rules, and write it down; return them."""
+        """Set bits for a reason outside the manual's rules, and record it; return them."""
         self.bits |= bits
         names = [str(bit.name) for bit in StatusMsw if bit & bits]
         self._events.append(Event(now_ns, kind, name, text, {"bits": names}))

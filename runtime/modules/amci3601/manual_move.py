@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+from typing_extensions import override
+
 from ....io_images.amci3601 import CommandMsw
 from ...kinematics import Profile
 from .capabilities import Feature
@@ -43,8 +45,9 @@ class ManualMove(Operation):
         else:
             self.axis.run(now_ns, self.direction, self.profile)
 
+    @override
     def on_words(self, now_ns: int, command: CommandWords) -> None:
-        """Obey the released bit first, then look at target and speed."""
+        """Obey the released bit first, then check target and speed."""
         if self.stopping:
             return
         if not command.msw & MANUAL_BIT[self.direction]:
@@ -77,7 +80,7 @@ class ManualMove(Operation):
             self.axis.change_speed(now_ns, self.profile)
 
     def _fault(self, now_ns: int, rule_id: str) -> None:
-        """The words of a registration move are at fault: the stop begins at once (reading A-56)."""
+        """Stop at once: the words of a registration move are at fault (reading A-56)."""
         self.host.fire(now_ns, rule_id)
         if self.host.options.registration_fault_cuts:
             self.stopping = True
@@ -90,23 +93,28 @@ class ManualMove(Operation):
             self.stopping = True
             self.axis.stop(now_ns, max(1, self.profile.deceleration_spmss), self.profile.shape)
 
+    @override
     def on_hold(self, now_ns: int) -> None:
-        """Hold is an error here, and stops the motion [chapter 4, Hold Move; reading A-26]."""
+        """Show an error, and stop [chapter 4, Hold Move; reading A-26]."""
         super().on_hold(now_ns)
         self._stop(now_ns)
 
+    @override
     def on_many_bits(self, now_ns: int) -> None:
         """Make a controlled stop (reading A-33)."""
         self._stop(now_ns)
 
+    @override
     def on_external(self, now_ns: int) -> None:
         """Make a controlled stop [chapter 6, External Input]."""
         self._stop(now_ns)
 
+    @override
     def on_release(self, now_ns: int) -> None:
         """Make a controlled stop: the bit counts as reset (reading A-10)."""
         self._stop(now_ns)
 
+    @override
     def on_end(self, now_ns: int) -> None:
         """Show STOPPED [chapter 6, The Stopped Bit 1]."""
         self.host.finish(now_ns, STOPPED, "stopped")
@@ -129,27 +137,33 @@ class OneShot(Operation):
         self.axis.pulse(now_ns, self.direction)
 
     @property
+    @override
     def busy(self) -> bool:
-        """A one-shot holds up nothing: its pulse is over at once."""
+        """A one-shot never delays a move: its pulse is over at once."""
         return False
 
     @property
+    @override
     def over(self) -> bool:
         """Over when the bit has been released."""
         return self.released
 
+    @override
     def next_wake_ns(self, now_ns: int) -> int | None:
-        """Once after the pulse, whose step may have operated a switch."""
+        """Wake once after the pulse, whose step may have operated a switch."""
         return now_ns + 1 if now_ns == self.started_ns else None
 
+    @override
     def on_words(self, now_ns: int, command: CommandWords) -> None:
-        """Look for the release of the bit."""
+        """Note the release of the bit."""
         self.released = not command.msw & MANUAL_BIT[self.direction]
 
+    @override
     def on_release(self, now_ns: int) -> None:
         """The bit counts as reset."""
         self.released = True
 
+    @override
     def on_end(self, now_ns: int) -> None:
         """Show nothing: STOPPED is not set after a one-shot [chapter 4, Manual Move]."""
         self.host.finish(now_ns, 0, "made its pulse")

@@ -6,7 +6,7 @@ computed at ticks at which nothing can change; two sorts of instants count:
 * ticks: multiples of the module's scan at which the output words differ from
   those acted on last, or an input's level has changed since the tick before;
 * exact instants: the end of a motion, of each of its ramps, and of a scan whose
-  encoder counts somebody acts on.
+  encoder counts the operation uses.
 
 Between them only the position moves, and that is a formula. So the images do
 not depend on how often `update` is called, and a call costs as much after ten
@@ -55,9 +55,9 @@ class Amci3601:
     """A simulated AMCI 3601 bolted to a simulated machine; satisfies `runtime.loop.module.Module`.
 
     Attributes:
-        trouble: the way in which it does not answer, if any; see `inject`.
+        trouble: the fault in which the module does not answer, if any; see `inject`.
         indicators: the lights on its front.
-        events: what happened, in order of time; whoever drives the module empties it.
+        events: what happened, in order of time; the caller empties it.
 
     Args:
         firmware: "2.0", "2.1", "2.2", "3.1" or "4.1", or a `Firmware`.
@@ -118,7 +118,7 @@ class Amci3601:
         return self._image
 
     def plc_run(self, running: bool) -> None:
-        """Tell whether the PLC is in run mode, from the last `update` on."""
+        """Set whether the PLC is in run mode, from the last `update` on."""
         if running != self._plc_running:
             self._plc_running = running
             self.look_again()
@@ -131,7 +131,7 @@ class Amci3601:
 
     @property
     def linked(self) -> bool:
-        """Whether the PLC reaches it; a module that has failed is reached and says so by MODULE_OK."""
+        """Whether the PLC reaches the module; one with a fatal error answers with MODULE_OK clear."""
         return self.trouble in (None, ModuleFault.FATAL_ERROR)
 
     @property
@@ -140,7 +140,7 @@ class Amci3601:
         return self.layer.under_way
 
     def inject(self, trouble: ModuleFault | None) -> None:
-        """Let the module stop answering in some way from the last `update` on; None lets it answer again.
+        """Put the module into a fault from the last `update` on; None ends it.
 
         Raises:
             ValueError: None after a fatal error, which only `power_cycle` ends.
@@ -161,7 +161,7 @@ class Amci3601:
         self.layer.operation = None
 
     def look_again(self) -> None:
-        """Let the next tick look at inputs and mode, whatever was foreseen: somebody has changed them."""
+        """Sample inputs and mode at the next tick, after a change from outside."""
         self._tick_due_ns = self._tick_at_or_after(self._now_ns)
         self._due_ns = 0
 
@@ -217,13 +217,13 @@ class Amci3601:
             self.layer.enter_run_mode()
 
     def _pass_change(self, now_ns: int) -> None:
-        """A ramp or the motion ends here; an ended motion gets a tick, since more may be possible now."""
+        """A ramp or the motion ends here; after a motion comes a tick, since more is possible then."""
         if self.axis.advance(now_ns):
             self.layer.settle(now_ns)
             self._tick_due_ns = self._tick_at_or_after(now_ns)
 
     def _pass_counts(self, now_ns: int) -> None:
-        """A scan ends here whose encoder counts are acted on; a new course has its own inputs to expect."""
+        """Act on the encoder counts of a scan that ends here; a new course expects other inputs."""
         self._counts_due_ns = NEVER
         self.axis.advance(now_ns)
         course = self.axis.motion
@@ -242,7 +242,7 @@ class Amci3601:
         return -(-instant_ns // self._tick_ns) * self._tick_ns
 
     def _foresee(self) -> None:
-        """Note until when nothing but the position can change."""
+        """Note until when only the position can change."""
         due_ns = min(self._tick_due_ns + 1, self._counts_due_ns, self.axis.next_change_ns())
         self._due_ns = due_ns if self.trouble is None else 0
         live = not self.layer.state.in_configuration_mode
@@ -285,7 +285,7 @@ class Amci3601:
         self._steps = -1
 
     def _report_travel(self, now_ns: int, segment: Segment) -> None:
-        """Nothing but the position can have changed: the step count of the present segment."""
+        """Report the step count of the present segment; nothing else can have changed."""
         steps = segment.steps_at(now_ns)
         if steps != self._steps:
             self._steps = steps
@@ -294,7 +294,7 @@ class Amci3601:
             words[2], words[3] = split_reported(motion.origin + motion.direction * steps)
 
     def _report_counts(self, now_ns: int) -> None:
-        """Nothing but position and encoder count can have changed."""
+        """Report position and encoder count; nothing else can have changed."""
         self.axis.advance(now_ns)
         words = self._image.words
         words[2], words[3] = split_reported(self.axis.position)

@@ -41,7 +41,7 @@ def limit_of(direction: int) -> int:
 
 
 def limit_in(host: Host, direction: int) -> bool:
-    """Whether the end limit in a direction is active, as far as that is known."""
+    """Whether the end limit in a direction is known to be active."""
     if host.axis.capabilities.shared_limit and host.state.active & EITHER_LIMIT == EITHER_LIMIT:
         return False
     return bool(host.state.active & limit_of(direction))
@@ -114,7 +114,7 @@ class Operation:
     """One motion, from acceptance to end.
 
     Attributes:
-        name: what people call it.
+        name: for events and people.
         limits: which end limits stop it.
         status_lsw: bits of status word LSW that show as long as it runs.
         busy: whether a new move has to wait for it.
@@ -150,7 +150,7 @@ class Operation:
         self.host.fire(now_ns, "CMD-07")
 
     def on_forfeit(self) -> None:
-        """A command or an error has come: what is being held can't be resumed any more."""
+        """A command or an error has come: a held move can't be resumed any more."""
 
     def on_many_bits(self, now_ns: int) -> None:
         """More than one command bit is set; a running move goes on (reading A-33)."""
@@ -162,16 +162,16 @@ class Operation:
         """The output image has changed while this operation runs."""
 
     def on_tick(self, now_ns: int, command: CommandWords) -> None:
-        """A tick: look at what is checked by level while this operation runs."""
+        """Check levels at a tick while this operation runs."""
 
     def on_counts(self, now_ns: int, command: CommandWords) -> None:
-        """A scan ends: act on what the encoder has counted in it, under the words of that scan."""
+        """Act on the encoder counts of a scan at its end, under the words of that scan."""
 
     def on_release(self, now_ns: int) -> None:
         """All command bits count as 0, since configuration mode is requested (reading A-10)."""
 
     def next_wake_ns(self, now_ns: int) -> int | None:
-        """Return when this operation wants a tick though nothing else happens; None = it does not."""
+        """Return when this operation wants a tick though nothing else happens; None = never."""
         return None
 
     def wants_counts(self, *, turning: bool) -> bool:

@@ -1,8 +1,7 @@
 """Switches of the model: where the manual contradicts itself or is silent.
 
-Every reading is described in `docs/readings.md`; the default is the one used
-everywhere else in this project. A switch exists where a user's real module may
-turn out to behave the other way.
+`docs/readings.md` describes every reading; the whole project uses the default.
+A switch exists where a real module may behave the other way.
 """
 
 from __future__ import annotations

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing_extensions import override
+
 from ...kinematics import Profile
 from .capabilities import Feature
 from .latches import HOLD_STATE
@@ -33,17 +35,20 @@ class ProfileMove(Operation):
         else:
             self.axis.move(now_ns, distance, self.profile)
 
+    @override
     def on_hold(self, now_ns: int) -> None:
-        """Ramp down into the hold state; nothing further once the axis is stopping."""
+        """Ramp down into the hold state, unless the axis is stopping already."""
         if not self.host.unable(now_ns, Feature.HOLD, self.state.command):
             self._hold(now_ns)
 
+    @override
     def on_forfeit(self) -> None:
-        """Something came between Hold and Resume while the axis still ramps down."""
+        """A command came between Hold and Resume while the axis still ramps down."""
         self.resumable = False
 
+    @override
     def on_external(self, now_ns: int) -> None:
-        """The external input holds the move as the command does [chapter 6, External Input]."""
+        """Hold the move as the command does [chapter 6, External Input]."""
         before = self.holding
         self._hold(now_ns)
         self.by_external = self.by_external or self.holding != before
@@ -58,6 +63,7 @@ class ProfileMove(Operation):
         self.holding = self.resumable = True
         axis.stop(now_ns, profile.deceleration_spmss, profile.shape)
 
+    @override
     def on_end(self, now_ns: int) -> None:
         """Show MOVE_COMPLETE, or HOLD_STATE with the rest of the way kept for Resume."""
         if self.holding and (self.single_step or self.axis.position != self.target):

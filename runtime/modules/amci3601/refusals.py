@@ -1,11 +1,10 @@
-"""Why a command is refused: for each, the rules that it can break.
+"""Why a command is refused: for each command, the rules that it can break.
 
 Every broken rule sets its bits; no row hides another [chapter 6, the lists of
 Status & Error Bit Functions; reading A-110]. Each row names the rule of the
-manual and the predicate that is true when the rule is broken. The order is
-that of the event log only: the axis is busy, then parameter ranges, then what
-is special to the command, last the inputs that block motion [readings A-16,
-A-17].
+manual and the predicate that is true when the rule is broken. The order
+shows in the event log only: busy axis, parameter ranges, rules of the command,
+inputs that block motion [readings A-16, A-17].
 """
 
 from __future__ import annotations
@@ -44,7 +43,7 @@ class RefusalRule(NamedTuple):
 
     @property
     def fault(self) -> Fault:
-        """What fires if it is broken."""
+        """The fault of a broken rule."""
         return Fault(self.rule, self.alone)
 
 
@@ -126,12 +125,12 @@ def heads_cw(host: Host, command: CommandWords) -> bool:
 
 
 def same_limit_active(host: Host, command: CommandWords) -> bool:
-    """Whether the end limit in the direction of a manual command is active, as far as that is known."""
+    """Whether the end limit in the direction of a manual command is known to be active."""
     return limit_in(host, 1 if command.msw & MANUAL_CW else -1)
 
 
 def not_held(host: Host, command: CommandWords) -> bool:
-    """Whether there is nothing that Resume could go on with."""
+    """Whether no held move is left for Resume."""
     return host.state.held is None
 
 
@@ -141,9 +140,9 @@ def target_given_to_old_firmware(host: Host, command: CommandWords) -> bool:
 
 
 def manual_parameters_illegal(host: Host, command: CommandWords) -> bool:
-    """Whether a manual speed is no value, or rates that will be used are out of range.
+    """Whether a manual speed is illegal, or rates that will be used are out of range.
 
-    Speed 0 is a one-shot; up to the starting speed the rates are not looked at
+    Speed 0 is a one-shot; up to the starting speed the rates are not checked
     (readings A-44, A-81).
     """
     speed = command.parameters.speed
@@ -167,7 +166,7 @@ def profile_words_given(host: Host, command: CommandWords) -> bool:
 
 
 def target_illegal(host: Host, command: CommandWords) -> bool:
-    """Whether the target words are no value or out of range."""
+    """Whether the target words are illegal or out of range."""
     return not target_in_range(command.parameters.target)
 
 
@@ -182,7 +181,7 @@ def target_not_zero(host: Host, command: CommandWords) -> bool:
 
 
 def target_negative(host: Host, command: CommandWords) -> bool:
-    """Whether the target is negative; words of opposite signs are no value at all."""
+    """Whether the target is negative; words of opposite signs are not a value."""
     target = command.parameters.target
     return target is not None and target < 0
 
@@ -236,7 +235,7 @@ def command_or_rates_given(host: Host, command: CommandWords) -> bool:
 
 
 def distance_illegal(host: Host, command: CommandWords) -> bool:
-    """Whether a minimum registration distance is no value, negative or out of range."""
+    """Whether a minimum registration distance is illegal, negative or out of range."""
     return not target_in_range(command.parameters.target) or target_negative(host, command)
 
 
@@ -246,7 +245,7 @@ def several_commands(host: Host, command: CommandWords) -> bool:
 
 
 def other_than_manual(host: Host, command: CommandWords) -> bool:
-    """Whether a command bit is set that is none of the two manual moves."""
+    """Whether a command bit other than the two manual moves is set."""
     return bool(command.msw & OTHER_THAN_MANUAL)
 
 
@@ -261,7 +260,7 @@ def speed_words_given(host: Host, command: CommandWords) -> bool:
 
 
 def follower_rates_illegal(host: Host, command: CommandWords) -> bool:
-    """Whether a rate of the follower is outside 0 to 2000; 0 is no limit."""
+    """Whether a rate of the follower is outside 0 to 2000; 0 means unlimited."""
     return not all(rate == 0 or rate_in_range(rate) for rate in command.words[6:8])
 
 
@@ -369,7 +368,7 @@ FOLLOWER_WORDS: Refusals = (
     RefusalRule("CMD-36", s_curve_selected),
     RefusalRule("FOL-02", follower_rates_illegal),  # no outcome is stated (A-103)
 )
-"""What is looked at as long as encoder follower mode is on."""
+"""Checked as long as encoder follower mode is on."""
 
 FOLLOWER: Refusals = (RefusalRule("CMD-30", busy), *FOLLOWER_WORDS, *BLOCKED_BY_INPUTS)
 
@@ -415,7 +414,7 @@ def faults_of_several(host: Host, command: CommandWords, edges: int) -> list[Fau
 
 
 def refusals_of(host: Host, command: CommandWords) -> Refusals:
-    """Return the rules that an order with a single command bit can break."""
+    """Return the rules that words with a single command bit can break."""
     if command.msw & CommandMsw.ABSOLUTE_MOVE.value:
         return ENCODER_ABSOLUTE if command.lsw & ENCODER_MOVE else ABSOLUTE
     if command.msw & CommandMsw.RELATIVE_MOVE.value:

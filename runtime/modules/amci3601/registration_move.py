@@ -12,6 +12,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import ClassVar
 
+from typing_extensions import override
+
 from .capabilities import Feature
 from .command_words import CommandWords
 from .manual_move import MANUAL_BIT, ManualMove
@@ -32,11 +34,13 @@ class RegistrationMove(ManualMove):
         self.rates = command.words[6:8]
         self.registered = False
 
+    @override
     def start(self, now_ns: int) -> None:
-        """Set the axis going, and have it looked at when the minimum distance is exceeded."""
+        """Start the axis, and watch for the end of the minimum distance."""
         self.axis.run(now_ns, self.direction, self.profile, self.distance)
         self.axis.watch_steps(self.state.minimum_registration + 1)
 
+    @override
     def on_words(self, now_ns: int, command: CommandWords) -> None:
         """Compare the words; a changed target counts even in the image that releases the bit.
 
@@ -51,8 +55,9 @@ class RegistrationMove(ManualMove):
             if command.msw & MANUAL_BIT[self.direction] or self._below_minimum:
                 self._change_speed(now_ns, command)
 
+    @override
     def _change_speed(self, now_ns: int, command: CommandWords) -> None:
-        """Only a lower speed at unchanged rates is allowed [chapter 6, Command Errors 27 and 28]."""
+        """Allow a lower speed at unchanged rates only [chapter 6, Command Errors 27 and 28]."""
         speed = command.parameters.speed
         if speed is not None and speed > self.profile.speed_sps:
             self._fault(now_ns, "CMD-27")
@@ -67,8 +72,9 @@ class RegistrationMove(ManualMove):
             self.profile = replace(self.profile, speed_sps=speed)  # shape and rates stay
             self.axis.change_speed(now_ns, self.profile)
 
+    @override
     def on_tick(self, now_ns: int, command: CommandWords) -> None:
-        """Look at the level of the registration input, once the minimum distance is exceeded."""
+        """Check the level of the registration input, once the minimum distance is exceeded."""
         released = command.configures or not command.msw & MANUAL_BIT[self.direction]
         if released or self.state.external_active:
             self._register(now_ns)
@@ -86,16 +92,19 @@ class RegistrationMove(ManualMove):
         made, least = abs(self.axis.position - self.started_at), self.state.minimum_registration
         return least > 0 and made <= least
 
+    @override
     def on_hold(self, now_ns: int) -> None:
-        """An error; before the registration input it also stops the motion (reading A-54)."""
+        """Show an error; before the registration input, stop, too (reading A-54)."""
         if self.registered:
             self.host.fire(now_ns, "CMD-07")
         else:
             self.host.fire(now_ns, "CMD-21")
             self._stop(now_ns)
 
+    @override
     def on_external(self, now_ns: int) -> None:
-        """The external input is the registration input; `on_tick` looks at it."""
+        """Do nothing: the external input is the registration input, which `on_tick` checks."""
 
+    @override
     def on_release(self, now_ns: int) -> None:
-        """The bit counts as reset; `on_tick` looks at it."""
+        """Do nothing: the bit counts as reset, which `on_tick` checks."""

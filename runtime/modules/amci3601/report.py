@@ -22,7 +22,7 @@ def report(host: Host, words: memoryview[int]) -> None:
 
     Args:
         host: the command layer; its axis has been advanced to the present instant.
-        words: of the image that is written.
+        words: the image to write.
     """
     state = host.state
     if state.in_configuration_mode:

@@ -1,8 +1,6 @@
 """What a 3601 remembers from one tick to the next.
 
-Everything in this folder but the axis, the latches and the command words
-stands above this file: operations and commands change the state, and none of
-them is known here.
+Operations and commands change the state; this file knows none of them.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The simulated axis: steps made in closed form, and a machine that they move.
 
 The generator holds at most one motion (a piecewise polynomial of time) and
-never loops over steps: it tells when the next thing happens that somebody has
-to act on, and where the axis is at any instant.
+never loops over steps: it tells when it changes next, and where the
+axis is at any instant.
 
 The machine keeps its own, true position. It is brought up to date whenever the
 generator is advanced, so that switches and encoder follow the shaft and not
@@ -25,7 +25,7 @@ from .axis import BlendProgram
 from .capabilities import Capabilities
 
 NEVER = FOREVER
-"""An instant that does not come (ns)."""
+"""Never (ns)."""
 
 
 class StepGenerator:
@@ -122,7 +122,7 @@ class StepGenerator:
             self.position = motion.origin + motion.direction * steps
 
     def _look_for_markers(self, now_ns: int) -> None:
-        """Notice marker pulses that come by hand; those of the shaft are noticed as it turns."""
+        """Notice marker pulses by hand; those of the shaft are noticed as it turns."""
         if self._marker_watched and not self.marker_seen:
             pulse_ns = self.machine.next_marker_ns(self.now_ns)
             self.marker_seen = pulse_ns is not None and pulse_ns <= now_ns
@@ -140,7 +140,7 @@ class StepGenerator:
         return NEVER if self.segment is None else self.segment.until_ns
 
     def next_input_ns(self) -> int:
-        """Instant at which an input's level changes next, or something happens that is watched for."""
+        """Return the instant of the next change of an input or of a watched event."""
         now_ns, machine = self.now_ns, self.machine
         instants = [machine.next_change_ns(now_ns)]
         if self.motion is not None:
@@ -162,12 +162,12 @@ class StepGenerator:
         return self.motion.instant_of(self._steps_made + steps)
 
     def _when_counted(self, counts: int, direction: int) -> list[int | None]:
-        """Instants at which the encoder has come to `counts`, or at which to look again."""
+        """Return the instants at which the encoder reaches `counts`, or at which to check again."""
         source = counts - self._encoder_offset
         if (self._source_counts() - source) * direction >= 0:
             return []
         if self.machine.turning(self.now_ns):
-            return [self.now_ns + 1]  # by hand and by the shaft at once: look at every tick
+            return [self.now_ns + 1]  # by hand and by the shaft at once: check at every tick
         assert self.motion is not None
         sense = self.motion.direction
         return [self._when_made(self.machine.steps_to_counts(sense, source, self.now_ns))]
@@ -181,7 +181,7 @@ class StepGenerator:
         self._watched_counts = counts, direction
 
     def watch_marker(self) -> None:
-        """Ask for a tick at the next marker pulse, and forget those that have been."""
+        """Ask for a tick at the next marker pulse, and forget earlier ones."""
         self._marker_watched = True
         self.marker_seen = False
 
@@ -210,7 +210,7 @@ class StepGenerator:
         self.machine.rest(now_ns)
 
     def run(self, now_ns: int, direction: int, profile: Profile, registration: int | None = None) -> None:
-        """Start a motion that lasts until it is stopped; what `register` will ask for makes no difference."""
+        """Start a motion that lasts until it is stopped; `registration` makes no difference."""
         self._begin(plan_run(now_ns, self.position, direction, profile))
 
     def _begin(self, motion: Motion) -> None:
@@ -220,7 +220,7 @@ class StepGenerator:
         self.segment = motion.segment_at(motion.start_ns)
 
     def home(self, now_ns: int, direction: int, profile: Profile) -> None:
-        """The generator makes steps only; whoever commands it finds home."""
+        """Refuse: the generator makes steps only; the command layer finds home."""
         raise NotImplementedError
 
     def change_speed(self, now_ns: int, profile: Profile) -> None:
@@ -308,4 +308,4 @@ class StepGenerator:
         self._encoder_offset = value - self._source_counts()
 
     def reset_errors(self) -> None:
-        """There are none."""
+        """Do nothing: a step generator shows no errors."""

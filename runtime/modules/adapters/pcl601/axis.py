@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing_extensions import override
+
 from .....io_images.amci3601 import Configuration, InputBit
 from ....kinematics import Profile, Rate, Shape
 from ....kinematics import stop as plan_stop
@@ -47,16 +49,18 @@ class Pcl601Axis(LinkedAxis[Drive]):
         self._limits_on_inputs = options.limit_sense == "inputs"
         self._encoder_offset = 0
 
+    @override
     def drive_for(self, profile: Profile) -> Drive:
-        """Return what a profile becomes."""
         return drive_for(profile)
 
+    @override
     def note_configuration(self, configuration: Configuration) -> None:
         """An emergency stop is wired to the hard limits, too; the kind of homing is the controller's."""
         self.driver.estop_on_limits = bool(configuration.inputs_used & InputBit.ESTOP.value)
         self.driver.has_proximity = configuration.backplane_proximity
 
     @property
+    @override
     def encoder(self) -> int:
         """Encoder count as read last; the position in the place of diagnostic feedback; else 0."""
         if self.configuration is None or not self.configuration.quadrature_encoder:
@@ -64,8 +68,8 @@ class Pcl601Axis(LinkedAxis[Drive]):
         return (0 if self.driver.clear_encoder else self.driver.encoder) + self._encoder_offset
 
     @property
+    @override
     def levels(self) -> int:
-        """Electrical levels of the discrete inputs as read last, as a mask of `InputBit`."""
         wired, levels = WIRED_INPUTS, LIMITS[self._limit_side]
         if self._limits_on_inputs:
             wired, levels = WIRED_INPUTS | LIMIT_INPUTS, 0
@@ -82,8 +86,8 @@ class Pcl601Axis(LinkedAxis[Drive]):
             return -task.direction
         return self.driver.limit_side
 
+    @override
     def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> int:
-        """Steps that a controlled stop beginning now would still make."""
         task = self.task
         if task is None or task.model is None:
             return 0
@@ -93,6 +97,7 @@ class Pcl601Axis(LinkedAxis[Drive]):
         assert halt.final_steps is not None
         return halt.final_steps - task.model.steps_at(instant_ns)
 
+    @override
     def change_speed(self, now_ns: int, profile: Profile) -> None:
         """Stop, and start again at the new speed; in a search for home the proximity slows down."""
         task = self.task
@@ -101,11 +106,13 @@ class Pcl601Axis(LinkedAxis[Drive]):
         else:
             super().change_speed(now_ns, profile)
 
+    @override
     def watch_steps(self, steps: int) -> None:
         """A registration move begins, whose input counts from so many steps on: is it polled?"""
         assert self.configuration is not None
         self.driver.polls_marks = polls_mark(self.configuration, steps - 1, self._options)
 
+    @override
     def preset_encoder(self, value: int) -> None:
         """Let the present encoder count be `value`; the controller's goes back to 0."""
         if self.configuration is not None and self.configuration.quadrature_encoder:
@@ -114,6 +121,7 @@ class Pcl601Axis(LinkedAxis[Drive]):
         else:
             super().preset_encoder(value)
 
+    @override
     def reset_errors(self) -> None:
         """Clear the controller's error bits."""
         self.driver.clear_errors = self.driver.state is State.READY and bool(self.driver.errors)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+from typing_extensions import override
+
 from .....io_images.amci3601 import Configuration, HomingKind, InputBit
 from ....kinematics import MILLI, PICO, Shape, stopping_distance
 from ...amci3601 import AxisHoming, Feature, Request
@@ -227,6 +229,7 @@ class Pcl601Capabilities(RowCapabilities[Pcl601Options]):
         super().__init__(CONFIGURATION_ROWS, COMMAND_ROWS, SUBSTITUTION_ROWS, options)
         self.shared_limit = options.limit_sense != "inputs"
 
+    @override
     def homing_for(self, kind: HomingKind) -> AxisHoming:
         """Return the controller's home type: 0 goes by soft limit and home switch, 1 by the switch."""
         if kind is HomingKind.HOME_SWITCH_PROXIMITY:

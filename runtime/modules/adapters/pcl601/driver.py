@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator
 
+from typing_extensions import override
+
 from .....io_images.pcl601 import CAUSES, NO_ERROR, Code, Error, Register
 from ....kinematics import Shape, change_speed, creep, move, register, run
 from ....kinematics import stop as plan_stop
@@ -93,23 +95,26 @@ class Pcl601Driver(Driver[Drive]):
 
     # -- exchanges ----------------------------------------------------------------------------
 
+    @override
     def identify(self) -> Request:
         """Ask for address and firmware."""
         return frames.report_id(self.unit)
 
+    @override
     def rouse(self) -> Talk:
         """Bring it back from AA ASCII, where it hears no Modbus."""
         if (yield ascii.ask_address(self.unit)) is not None:
             self.findings.complain(0, "the controller was in AA ASCII, and is sent back to Modbus")
             yield ascii.back_to_modbus(self.unit)
 
+    @override
     def forget(self) -> None:
         """Forget what has been written, and what was to be cleared."""
         self._written.clear()
         self.clear_errors = self.clear_encoder = False
 
+    @override
     def errand(self) -> Talk | None:
-        """Clear what is to be cleared."""
         if self.clear_errors:
             return self._clear_errors()
         return self._clear_encoder() if self.clear_encoder else None
@@ -140,10 +145,12 @@ class Pcl601Driver(Driver[Drive]):
     def _command(self, code: Code) -> Talk:
         yield from self.insist(frames.write_command(self.unit, code))
 
+    @override
     def stop(self) -> Talk:
         """Stop motion, and a program if one runs."""
         yield from self._command(Code.STOP_MOTION)
 
+    @override
     def halt(self) -> Talk:
         """Stop at once, and take every mark away; what is not configured may run a program."""
         if not self._was_ready and not (yield from self.admit()):
@@ -160,6 +167,7 @@ class Pcl601Driver(Driver[Drive]):
 
     # -- a program of its own -----------------------------------------------------------------
 
+    @override
     def admit(self) -> Generator[Step, Reply | None, bool]:
         """Stop a program that runs in the controller, and tell whether it obeys.
 
@@ -189,6 +197,7 @@ class Pcl601Driver(Driver[Drive]):
 
     # -- reading ------------------------------------------------------------------------------
 
+    @override
     def read_status(self) -> Talk:
         """Read encoder, busy and errors; new error bits are complained of."""
         reply = yield from self.insist(frames.read_registers(self.unit, Register.ENCODER_POSITION, 5))
@@ -199,16 +208,17 @@ class Pcl601Driver(Driver[Drive]):
             if error & fresh:
                 self.findings.complain(bits, CAUSES[error])
 
+    @override
     def read_position(self) -> Talk:
-        """Read the position register."""
         reply = yield from self.insist(frames.read_registers(self.unit, Register.POSITION, 2))
         self.note_position(pdus.signed_pair(*frames.words_of(reply)))
 
+    @override
     def write_position(self, position: int) -> Talk:
-        """Write the position register."""
         self._written.pop(Register.POSITION, None)
         yield from self._write(Register.POSITION, *pdus.low_high(position))
 
+    @override
     def read_inputs(self) -> Talk:
         """Read the input register, and find out which limit a hard limit is."""
         reply = yield from self.insist(frames.read_inputs(self.unit))
@@ -220,6 +230,7 @@ class Pcl601Driver(Driver[Drive]):
             yield from self._attribute()
 
     @property
+    @override
     def cycle(self) -> tuple[Callable[[], Talk], ...]:
         """Inputs are read twice: a pulse of 20 ms is longer than what lies between."""
         return self.read_status, self._glance_at_inputs, self.read_position, self.read_inputs
@@ -254,6 +265,7 @@ class Pcl601Driver(Driver[Drive]):
 
     # -- configuration ------------------------------------------------------------------------
 
+    @override
     def configure(self) -> Talk:
         """Clear errors, stop, switch every function off and the current on, put the counter at B."""
         yield from self.insist(frames.report_id(self.unit))
@@ -268,12 +280,12 @@ class Pcl601Driver(Driver[Drive]):
 
     # -- motions ------------------------------------------------------------------------------
 
+    @override
     def top_sps(self, drive: Drive) -> int:
-        """Return the maximum speed."""
         return drive.speed_sps
 
+    @override
     def carry_out(self, task: Task[Drive]) -> Talk:
-        """Make a motion, from its parameters to the standstill after it."""
         yield from self._make_room(task)
         yield from self._write_parameters(task)
         began_at = self.position
@@ -290,6 +302,7 @@ class Pcl601Driver(Driver[Drive]):
             return Code.HOME_TYPE_0
         return STARTS[task.kind]
 
+    @override
     def note_refusal(self, reply: Reply) -> None:
         """A program runs, or somebody else moves the axis."""
         if reply.refused is not None:
@@ -314,20 +327,22 @@ class Pcl601Driver(Driver[Drive]):
             self._written.pop(Register.STEPS, None)
             yield from self._write(Register.ACCEL, *speeds, direction)
 
+    @override
     def model(self, task: Task[Drive]) -> None:
-        """Note what the controller is now thought to do."""
         now_ns, profile = self.master.now_ns, task.drive.profile
         if task.kind is TaskKind.INDEX:
             task.model = move(now_ns, 0, task.direction * task.steps, profile)
         else:
             task.model = run(now_ns, 0, task.direction, profile)
 
+    @override
     def watch(self, task: Task[Drive]) -> Talk:
         """Notice that a slew has come to the end of the counter's range."""
         if task.kind is TaskKind.SLEW and not task.stopping and abs(self.position) > COUNTER_END:
             self.findings.add(FindingKind.OUT_OF_RANGE)
         yield from ()
 
+    @override
     def set_mark(self, task: Task[Drive]) -> Talk:
         """Set the mark from which a registration move's steps count, or a search for home slows down."""
         if task.kind is TaskKind.SLEW and self.polls_marks:
@@ -344,6 +359,7 @@ class Pcl601Driver(Driver[Drive]):
         self._maybe_on.add(output)
         yield from self.insist(frames.write_output(self.unit, output, True))
 
+    @override
     def slow_down(self, task: Task[Drive]) -> Talk:
         """Stop softly: a slew ends by itself, an index creeps on and is stopped at its base speed."""
         yield from self._command(Code.STOP_SOFT)

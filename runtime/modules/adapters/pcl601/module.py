@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from typing_extensions import override
+
 from ....loop.events import JsonValue
 from ....machine import Machine
 from ..module import Adapter
@@ -34,10 +36,10 @@ class Pcl601Adapter(Adapter[Drive]):
         self.options = Pcl601Options.of(options)
         super().__init__(SimulatedPcl601(Machine() if machine is None else machine, self.options))
 
+    @override
     def new_driver(self) -> Pcl601Driver:
-        """Return what talks to the controller."""
         return Pcl601Driver(self.options)
 
+    @override
     def new_axis(self) -> Pcl601Axis:
-        """Return the controller as an axis."""
         return Pcl601Axis(self.driver, self.options)

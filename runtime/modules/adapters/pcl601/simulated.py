@@ -16,6 +16,8 @@ from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from typing_extensions import override
+
 from .....io_images.amci3601 import Configuration, InputBit
 from .....io_images.pcl601 import Register
 from ....controllers.pcl601.line import Pcl601
@@ -61,12 +63,12 @@ class Parallel(Contact):
 
     contacts: tuple[Contact, ...] = ()
 
+    @override
     def closed(self, position: int) -> bool:
-        """Whether the input is grounded."""
         return any(contact.closed(position) for contact in self.contacts)
 
+    @override
     def edge_after(self, position: int, direction: int) -> int | None:
-        """Return the next position on the way at which one of them is otherwise."""
         edges = [contact.edge_after(position, direction) for contact in self.contacts]
         return min(
             (edge for edge in edges if edge is not None),
@@ -115,20 +117,21 @@ class SimulatedPcl601(Plant):
         super().__init__(machine, self.device)
 
     @property
+    @override
     def motor_position(self) -> int:
-        """Where the motor stands."""
         return self.device.controller.motor.position
 
     @property
+    @override
     def motor_turns(self) -> bool:
-        """Whether a motion is under way."""
         return self.device.controller.axis.busy
 
     @property
+    @override
     def feedback(self) -> int:
-        """The outputs that are wired to inputs."""
         return self.device.controller.outputs & (_mask(MARK_OUTPUT) | _mask(PROXIMITY_OUTPUT))
 
+    @override
     def rewire(self, now_ns: int, configuration: Configuration) -> None:
         """Leave those wires open that a configuration forbids."""
         left_open = frozenset(self._wires_against(configuration))
@@ -148,12 +151,13 @@ class SimulatedPcl601(Plant):
             if used_low & bit.value:
                 yield bit, pin
 
+    @override
     def power_cycle(self, now_ns: int) -> None:
-        """Take the controller's power away and give it back; a reply on the line breaks off."""
         self.device.power_cycle(now_ns)
         self.line.silence()
         self.sense(now_ns)
 
+    @override
     def sense(self, now_ns: int) -> None:
         """Let the machine follow the motor, inputs and encoder the machine."""
         super().sense(now_ns)
@@ -162,6 +166,7 @@ class SimulatedPcl601(Plant):
             self.device.controller.values[Register.ENCODER_POSITION] += counts - self._counts_before
             self._counts_before = counts
 
+    @override
     def wire(self, now_ns: int) -> None:
         """Connect every pin to what grounds it."""
         parts: dict[str, list[Contact]] = defaultdict(list)

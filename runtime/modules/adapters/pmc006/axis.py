@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing_extensions import override
+
 from .....io_images.amci3601 import Configuration, InputBit
 from .....io_images.pmc006.status import Level, Status1
 from ....controllers.pmc006.ramps import Speeds
@@ -31,10 +33,11 @@ class Pmc006Axis(LinkedAxis[Speeds]):
         self.driver = driver
         self._nearest = options.accel_rounding == "nearest"
 
+    @override
     def drive_for(self, profile: Profile) -> Speeds:
-        """Return what a profile becomes."""
         return speeds_for(profile, nearest=self._nearest)
 
+    @override
     def task_for(self, kind: TaskKind, direction: int, profile: Profile, steps: int = 0) -> Task[Speeds]:
         """Return a motion; an index no faster than its ramps allow."""
         task = super().task_for(kind, direction, profile, steps)
@@ -42,11 +45,13 @@ class Pmc006Axis(LinkedAxis[Speeds]):
             task.drive = fitted(task.drive, steps)
         return task
 
+    @override
     def note_configuration(self, configuration: Configuration) -> None:
         """Let the driver know limits and edges."""
         self.driver.note_configuration(configuration)
 
     @property
+    @override
     def levels(self) -> int:
         """Electrical levels of the discrete inputs as read last: an energised input pulls its pin low."""
         pins, levels = self.driver.levels, 0
@@ -66,6 +71,7 @@ class Pmc006Axis(LinkedAxis[Speeds]):
         latched = (CCW_LIMIT if flags & Status1.EXT1 else 0) | (CW_LIMIT if flags & Status1.EXT2 else 0)
         return latched & (levels ^ self.configuration.active_high)
 
+    @override
     def reset_errors(self) -> None:
         """Clear external stops that are latched and no longer active."""
         self.driver.clear_stops = self.driver.state is State.READY and bool(self.driver.flags)
@@ -76,6 +82,7 @@ class Pmc006Axis(LinkedAxis[Speeds]):
         used = 0 if self.configuration is None else self.configuration.inputs_used
         return next((bit.value for bit in FSET_INPUTS if used & bit.value), 0)
 
+    @override
     def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> int:
         """None: a move is held without a ramp."""
         return 0

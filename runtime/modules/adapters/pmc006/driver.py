@@ -9,6 +9,8 @@ Nothing is ever saved (instruction t): the EEPROM wears out.
 
 from __future__ import annotations
 
+from typing_extensions import override
+
 from .....io_images.amci3601 import Configuration, InputBit, StatusMsw
 from .....io_images.pmc006.frame import BAUD
 from .....io_images.pmc006.status import Level, Status1, Status2
@@ -88,17 +90,18 @@ class Pmc006Driver(Driver[Speeds]):
 
     # -- exchanges ----------------------------------------------------------------------------
 
+    @override
     def identify(self) -> Request:
         """Ask for status register 1."""
         return frames.reading(self.unit, "read_status1")
 
+    @override
     def forget(self) -> None:
-        """Forget what has been written."""
         self._written.clear()
         self._zeroing = self.clear_stops = False
 
+    @override
     def errand(self) -> Talk | None:
-        """Clear what is to be cleared."""
         return self._clear_stops() if self.clear_stops else None
 
     def _clear_stops(self, armed: int = EXT1_STOP | EXT2_STOP) -> Talk:
@@ -118,12 +121,13 @@ class Pmc006Driver(Driver[Speeds]):
                 yield from self._do(name, value)
                 self._written[name] = value
 
+    @override
     def stop(self) -> Talk:
-        """Stop at once."""
         yield from self._do("abort")
 
     # -- reading ------------------------------------------------------------------------------
 
+    @override
     def read_status(self) -> Talk:
         """Read whether it moves, and what has stopped it."""
         reply = yield from self.insist(frames.reading(self.unit, "read_status1"))
@@ -147,6 +151,7 @@ class Pmc006Driver(Driver[Speeds]):
         self._ailments[text] = is_so
         self.unfit = any(self._ailments.get(each) for each in (LOW_SUPPLY, OVERHEATED))
 
+    @override
     def read_position(self) -> Talk:
         """Read the position; the controller's own zero at home is none."""
         reply = yield from self.insist(frames.reading(self.unit, "read_position"))
@@ -154,10 +159,11 @@ class Pmc006Driver(Driver[Speeds]):
         if not (self._zeroing and abs(position) <= NEAR_ZERO):
             self.note_position(position)
 
+    @override
     def write_position(self, position: int) -> Talk:
-        """Set the position."""
         yield from self._do("set_position", position)
 
+    @override
     def read_inputs(self) -> Talk:
         """Read the levels of the pins."""
         reply = yield from self.insist(frames.reading(self.unit, "read_levels"))
@@ -168,6 +174,7 @@ class Pmc006Driver(Driver[Speeds]):
 
     # -- configuration ------------------------------------------------------------------------
 
+    @override
     def configure(self) -> Talk:
         """Bring it to rest, free of latched stops, with the stops of the configuration, at B."""
         yield from self._set(free_run=0)
@@ -185,12 +192,12 @@ class Pmc006Driver(Driver[Speeds]):
 
     # -- motions ------------------------------------------------------------------------------
 
+    @override
     def top_sps(self, drive: Speeds) -> int:
-        """Return the maximum speed."""
         return drive.max_sps
 
+    @override
     def carry_out(self, task: Task[Speeds]) -> Talk:
-        """Make a motion, from its parameters to the standstill after it."""
         yield from self._arm(self._stops_for(task))
         yield from self._set_speeds(task)
         began_at = self.position
@@ -232,19 +239,21 @@ class Pmc006Driver(Driver[Speeds]):
             return frames.instruction(self.unit, "zero_back", self._home_stroke)
         return frames.instruction(self.unit, "speed_mode", 1)
 
+    @override
     def note_refusal(self, reply: Reply) -> None:
         """An external stop is latched or in the way, or somebody else moves the axis."""
         if reply.refused is not None:
             self.findings.complain(COMMAND_ERROR, "the controller has refused to start the motion")
 
+    @override
     def model(self, task: Task[Speeds]) -> None:
-        """Note what the controller is now thought to do."""
         now_ns, drive = self.master.now_ns, task.drive
         if task.kind is TaskKind.INDEX:
             task.model = plan_move(now_ns, 0, task.direction * task.steps, drive)
         else:
             task.model = plan_run(now_ns, 0, task.direction, drive)
 
+    @override
     def slow_down(self, task: Task[Speeds]) -> Talk:
         """Leave speed mode; anything else is stopped without a ramp."""
         if task.kind is not TaskKind.SLEW:
@@ -255,14 +264,16 @@ class Pmc006Driver(Driver[Speeds]):
             drive = task.drive
             task.model = plan_slowing(task.model, self.master.now_ns, drive.stop_sps, drive.deceleration)
 
+    @override
     def set_mark(self, task: Task[Speeds]) -> Talk:
         """Stop, and index the rest."""
         yield from self.stop_and_index(task)
 
+    @override
     def drive_over(self, drive: Speeds, steps: int) -> Speeds:
-        """Return a drive whose ramps fit so many steps."""
         return fitted(drive, steps)
 
+    @override
     def watch(self, task: Task[Speeds]) -> Talk:
         """Arm a limit again once it has been left."""
         if task.kind is not TaskKind.SLEW:

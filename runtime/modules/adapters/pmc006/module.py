@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from typing_extensions import override
+
 from ....controllers.pmc006.ramps import Speeds
 from ....loop.events import JsonValue
 from ....machine import Machine
@@ -34,10 +36,10 @@ class Pmc006Adapter(Adapter[Speeds]):
         self.options = Pmc006Options.of(options)
         super().__init__(SimulatedPmc006(Machine() if machine is None else machine))
 
+    @override
     def new_driver(self) -> Pmc006Driver:
-        """Return what talks to the controller."""
         return Pmc006Driver(self.options, UNIT)
 
+    @override
     def new_axis(self) -> Pmc006Axis:
-        """Return the controller as an axis."""
         return Pmc006Axis(self.driver, self.options)

@@ -12,6 +12,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from typing_extensions import override
+
 from .....io_images.amci3601 import Configuration, InputBit
 from ....controllers.pmc006 import pins
 from ....controllers.pmc006.controller import Controller
@@ -34,12 +36,12 @@ class Pulled(pins.Switch):
 
     switches: tuple[Switch, ...] = ()
 
+    @override
     def high(self, position: int) -> bool:
-        """Return whether the pin is high with the motor at a position."""
         return not any(switch.closed(position) for switch in self.switches)
 
+    @override
     def next_change(self, position: int, direction: int) -> int | None:
-        """Return the next position in a direction at which one of the switches changes."""
         edges = [edge for switch in self.switches for edge in _edges(switch)]
         if direction > 0:
             return min((edge for edge in edges if edge > position), default=None)
@@ -68,15 +70,16 @@ class SimulatedPmc006(Plant):
         super().__init__(machine, self.device)
 
     @property
+    @override
     def motor_position(self) -> int:
-        """Where the motor stands."""
         return self.device.controller.axis.physical
 
     @property
+    @override
     def motor_turns(self) -> bool:
-        """Whether a motion is under way."""
         return self.device.controller.axis.moving
 
+    @override
     def rewire(self, now_ns: int, configuration: Configuration) -> None:
         """Wire FSET to the input that is used."""
         used = [bit for bit in FSET_INPUTS if configuration.inputs_used & bit.value]
@@ -85,14 +88,14 @@ class SimulatedPmc006(Plant):
             self._on_fset = wired
             self.wire(now_ns)
 
+    @override
     def power_cycle(self, now_ns: int) -> None:
-        """Take the controller's power away and give it back; a reply on the line breaks off."""
         self.device.power_cycle()
         self.line.silence()
         self.sense(now_ns)
 
+    @override
     def wire(self, now_ns: int) -> None:
-        """Give every pin what it is wired to."""
         self._pull(Pin.EXT1, InputBit.HOME, InputBit.CCW_LIMIT)
         self._pull(Pin.EXT2, InputBit.CW_LIMIT)
         self._pull(Pin.FSET, self._on_fset)
