@@ -1,4 +1,4 @@
-"""The wire between an adapter and a simulated controller, and what may befall it.
+"""The line between an adapter and its controller; a simulated one can be disturbed.
 
 drop_next     so many replies are lost; the controller has acted
 corrupt_next  one bit is flipped in so many replies
@@ -7,7 +7,31 @@ down          nothing gets through in either direction, a frame in flight includ
 
 from __future__ import annotations
 
+from typing import Protocol
+
+from typing_extensions import override
+
 from .wire import Device, LineFormat, SerialBus
+
+
+class Line(Protocol):
+    """A line between an adapter and a controller, simulated or real."""
+
+    def next_event_ns(self) -> int | None:
+        """Return when something happens next on the line or behind it, None if nothing does."""
+        ...
+
+    def run_until(self, now_ns: int) -> None:
+        """Let time run."""
+        ...
+
+    def take(self) -> bytes:
+        """Return what has been received since the last call."""
+        ...
+
+    def send(self, data: bytes, line_format: LineFormat) -> None:
+        """Send without waiting; receive in the same format from then on."""
+        ...
 
 
 class FaultyDevice:
@@ -56,7 +80,7 @@ class FaultyDevice:
         return data
 
 
-class Line:
+class SimulatedLine(Line):
     """A line with one simulated controller.
 
     Args:
@@ -68,21 +92,21 @@ class Line:
         self.faults = FaultyDevice(device)
         self._bus = SerialBus(self.faults, now_ns=now_ns)
 
+    @override
     def next_event_ns(self) -> int | None:
-        """Return when something happens on the line or behind it next, None if nothing does."""
         return self._bus.next_event_ns()
 
+    @override
     def run_until(self, now_ns: int) -> None:
-        """Let time run."""
         self._bus.run_until(now_ns)
 
+    @override
     def take(self) -> bytes:
-        """Return what has been received."""
         data = self._bus.take()
         return b"" if self.faults.down else data
 
+    @override
     def send(self, data: bytes, line_format: LineFormat) -> None:
-        """Send."""
         self._bus.send(data, line_format)
 
     def take_down(self) -> None:

@@ -15,6 +15,8 @@ from queue import Empty, SimpleQueue
 from threading import Event, Lock, Thread
 from typing import TypeVar
 
+from typing_extensions import override
+
 from .adapter_line import Line
 from .clients.link import Link, LinkError, SerialLink, TcpLink
 from .hosts import split_address
@@ -90,15 +92,17 @@ class LiveLine(Line):
         for thread in self._threads:
             thread.start()
 
+    @override
     def next_event_ns(self) -> int | None:
         """Return 0, which is in the past, if something has been received, else None."""
         return None if self._heard.empty() else 0
 
+    @override
     def run_until(self, now_ns: int) -> None:
         """Do nothing: its time runs by itself."""
 
+    @override
     def take(self) -> bytes:
-        """Return what has been received."""
         parts: list[bytes] = list(_emptied(self._heard))
         return b"".join(parts)
 
@@ -106,8 +110,8 @@ class LiveLine(Line):
         """Return why the port was lost, once for each loss since the last call."""
         return list(_emptied(self._lost))
 
+    @override
     def send(self, data: bytes, line_format: LineFormat) -> None:
-        """Send, without waiting for it; what is received is in the same format from then on."""
         self._said.put((data, line_format))
 
     def close(self) -> None:

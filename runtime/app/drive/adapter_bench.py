@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from ...modules.adapters.module import Adapter
+from ...modules.adapters.module import SimulatedAdapter
 from ...modules.adapters.pcl601.module import Pcl601Adapter
 from ...modules.adapters.pmc006.module import Pmc006Adapter
 from .image_bench import ImageBench, machine_for
@@ -41,7 +41,7 @@ ADAPTER_TABLES: Tables = TABLES | {(): AdapterRequest, ("link",): LinkFault}
 class AdapterBench(ImageBench):
     """An adapter with its simulated controller on the bench."""
 
-    module: Adapter[Any]
+    module: SimulatedAdapter[Any]
 
     def answer_line(self, line: str) -> dict[str, Any]:
         """Carry out one line.

@@ -33,7 +33,7 @@ from .pcl601.driver import LINE_FORMAT as PCL601_FORMAT
 from .pcl601.driver import Pcl601Driver
 from .pcl601.options import Pcl601Options
 from .pcl601.units import Drive as Pcl601Drive
-from .plant import Plant
+from .plant import LinkedController
 from .pmc006.axis import Pmc006Axis
 from .pmc006.driver import LINE_FORMAT as PMC006_FORMAT
 from .pmc006.driver import Pmc006Driver
@@ -47,18 +47,26 @@ LOOK_S = 0.002
 """Time between two looks at the line then."""
 
 
-class RealController(Plant):
+class RealController(LinkedController):
     """A controller at the end of a real line; its machine is a real one, too.
 
     Args:
         line: to it.
     """
 
-    line: LiveLine
-
     def __init__(self, line: LiveLine) -> None:
-        self.machine = Machine()
-        self.line = line
+        self._machine = Machine()
+        self._line = line
+
+    @property
+    @override
+    def machine(self) -> Machine:
+        return self._machine
+
+    @property
+    @override
+    def line(self) -> LiveLine:
+        return self._line
 
     @override
     def next_event_ns(self, now_ns: int) -> int | None:

@@ -24,7 +24,7 @@ from .axis import LinkedAxis
 from .driver import Driver
 from .exchanges import State
 from .findings import Finding, FindingKind
-from .plant import Plant
+from .plant import LinkedController, Plant
 from .task import Drive
 
 TICK_NS = 250_000
@@ -57,9 +57,9 @@ class Adapter(Generic[Drive]):
         controller: at the far end of the line.
     """
 
-    def __init__(self, controller: Plant) -> None:
+    def __init__(self, controller: LinkedController) -> None:
         self.machine = controller.machine
-        self.controller = controller
+        self.controller: LinkedController = controller
         self.events: list[Event] = []
         self._now_ns = 0
         self._plc_running = True
@@ -138,27 +138,6 @@ class Adapter(Generic[Drive]):
     def cycle_device(self) -> None:
         """Remove and restore the controller's power only."""
         self.controller.power_cycle(self._now_ns)
-
-    def disturb(self, what: FaultKind, *, begins: bool, lasts: bool) -> None:
-        """Let something happen between adapter and controller, or be over, from the last `update` on.
-
-        Args:
-            what: one of `incidents.ON_THE_LINE`.
-            begins: it begins; otherwise it is over.
-            lasts: it will be over; otherwise it is one reply that is lost or damaged.
-        """
-        line = self.controller.line
-        replies = (ENDLESS if lasts else 1) if begins else 0
-        if what is FaultKind.CONTROLLER_POWER_CYCLE:
-            self.cycle_device()
-        elif what is FaultKind.REPLIES_LOST:
-            line.faults.drop_next = replies
-        elif what is FaultKind.REPLIES_DAMAGED:
-            line.faults.corrupt_next = replies
-        elif begins:
-            line.take_down()
-        else:
-            line.put_up()
 
     def look_again(self) -> None:
         """Let the machine's inputs be looked at: somebody has changed them."""
@@ -293,6 +272,33 @@ class Adapter(Generic[Drive]):
             report(layer, words)
         if self.driver.unfit:
             words[0] = signed_word(words[0] & 0xFFFF & ~MODULE_OK)
+
+
+class SimulatedAdapter(Adapter[Drive]):
+    """An adapter whose controller and line are simulated, and can be disturbed."""
+
+    controller: Plant
+
+    def disturb(self, what: FaultKind, *, begins: bool, lasts: bool) -> None:
+        """Let something happen between adapter and controller, or be over, from the last `update` on.
+
+        Args:
+            what: one of `incidents.ON_THE_LINE`.
+            begins: it begins; otherwise it is over.
+            lasts: it will be over; otherwise it is one reply that is lost or damaged.
+        """
+        line = self.controller.line
+        replies = (ENDLESS if lasts else 1) if begins else 0
+        if what is FaultKind.CONTROLLER_POWER_CYCLE:
+            self.cycle_device()
+        elif what is FaultKind.REPLIES_LOST:
+            line.faults.drop_next = replies
+        elif what is FaultKind.REPLIES_DAMAGED:
+            line.faults.corrupt_next = replies
+        elif begins:
+            line.take_down()
+        else:
+            line.put_up()
 
 
 def _tick_at_or_after(instant_ns: int) -> int:

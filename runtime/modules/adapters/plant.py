@@ -1,9 +1,12 @@
-"""A simulated controller bolted to a simulated machine: what all of them have in common."""
+"""The controller of an adapter, its line and its machine; the simulated ones in common."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from typing import Protocol
+
 from ....io_images.amci3601 import Configuration, InputBit
-from ...line.adapter_line import Line
+from ...line.adapter_line import Line, SimulatedLine
 from ...line.wire import Device
 from ...machine import Machine, Switch
 
@@ -13,7 +16,41 @@ def switches_of(machine: Machine, bit: InputBit) -> tuple[Switch, ...]:
     return tuple(switch for switch in machine.spec.switches if switch.input is bit)
 
 
-class Plant:
+class LinkedController(Protocol):
+    """A controller at the end of a line, and the machine that it moves."""
+
+    @property
+    def machine(self) -> Machine:
+        """The machine that is bolted to the controller."""
+        ...
+
+    @property
+    def line(self) -> Line:
+        """The line between controller and adapter."""
+        ...
+
+    def next_event_ns(self, now_ns: int) -> int | None:
+        """Return when something happens next on the line, behind it or at the machine."""
+        ...
+
+    def run_until(self, now_ns: int) -> None:
+        """Let time run; no event lies in between."""
+        ...
+
+    def sense(self, now_ns: int) -> None:
+        """Let the machine follow the motor, and the inputs the machine."""
+        ...
+
+    def rewire(self, now_ns: int, configuration: Configuration) -> None:
+        """Wire the controller as a configuration needs it."""
+        ...
+
+    def power_cycle(self, now_ns: int) -> None:
+        """Take the controller's power away and give it back; a reply on the line breaks off."""
+        ...
+
+
+class Plant(ABC):
     """A controller, its line and the machine that it moves.
 
     Attributes:
@@ -33,7 +70,7 @@ class Plant:
         if machine.spec.slips or machine.spec.jams:
             raise ValueError("machine: slips and jams are simulated with module amci3601 only")
         self.machine = machine
-        self.line = Line(device)
+        self.line = SimulatedLine(device)
         self.levels = machine.levels(0)
         self._held = machine.held
         self._feedback = 0
@@ -44,31 +81,31 @@ class Plant:
     # -- what a controller brings -------------------------------------------------------------
 
     @property
+    @abstractmethod
     def motor_position(self) -> int:
         """Where the motor stands."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def motor_turns(self) -> bool:
         """Whether a motion is under way."""
-        raise NotImplementedError
 
     @property
     def feedback(self) -> int:
         """Outputs that are wired to inputs."""
         return 0
 
+    @abstractmethod
     def wire(self, now_ns: int) -> None:
         """Give every pin what it is wired to."""
-        raise NotImplementedError
 
+    @abstractmethod
     def rewire(self, now_ns: int, configuration: Configuration) -> None:
         """Wire the controller as a configuration needs it."""
-        raise NotImplementedError
 
+    @abstractmethod
     def power_cycle(self, now_ns: int) -> None:
         """Take the controller's power away and give it back; a reply on the line breaks off."""
-        raise NotImplementedError
 
     # -- time ---------------------------------------------------------------------------------
 

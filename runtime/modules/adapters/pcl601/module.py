@@ -8,7 +8,7 @@ from typing_extensions import override
 
 from ....loop.events import JsonValue
 from ....machine import Machine
-from ..module import Adapter
+from ..module import SimulatedAdapter
 from .axis import Pcl601Axis
 from .driver import Pcl601Driver
 from .options import Pcl601Options
@@ -16,7 +16,7 @@ from .simulated import SimulatedPcl601
 from .units import Drive
 
 
-class Pcl601Adapter(Adapter[Drive]):
+class Pcl601Adapter(SimulatedAdapter[Drive]):
     """A PCL601 that answers as a 3601.
 
     Args:

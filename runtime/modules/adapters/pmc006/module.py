@@ -9,14 +9,14 @@ from typing_extensions import override
 from ....controllers.pmc006.ramps import Speeds
 from ....loop.events import JsonValue
 from ....machine import Machine
-from ..module import Adapter
+from ..module import SimulatedAdapter
 from .axis import Pmc006Axis
 from .driver import Pmc006Driver
 from .options import Pmc006Options
 from .simulated import UNIT, SimulatedPmc006
 
 
-class Pmc006Adapter(Adapter[Speeds]):
+class Pmc006Adapter(SimulatedAdapter[Speeds]):
     """A PMC006x3s that answers as a 3601.
 
     Args:
