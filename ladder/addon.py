@@ -30,20 +30,20 @@ the rung unless a routine writes it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
+from functools import cached_property
 
 from .errors import LadderError
 from .instructions import BY_NAME
 from .instructions.addons import ADD_ON_CALL
 from .spec import Spec, Use
+from .statements import Invocation, operands_in, statements_in
 from .tagref import operand_of
+from .tags import OPEN, Tag
 from .tree import (
     Address,
-    BitStep,
-    Branch,
-    Element,
     Instruction,
     MemberStep,
     Operand,
@@ -93,6 +93,7 @@ class Parameter:
         dims: length per dimension, none for a single value.
         required: whether the call names what it stands for; an INOUT always is.
         comment: its comment.
+        initial: what it starts with in every instance, see `tags.Tag`; None = zero. An InOut has none.
     """
 
     name: str
@@ -101,6 +102,7 @@ class Parameter:
     dims: tuple[int, ...] = ()
     required: bool = False
     comment: str = ""
+    initial: object = None
 
 
 @dataclass(frozen=True)
@@ -142,14 +144,27 @@ class AddOn:
                 raise LadderError(f"add-on {self.name}, routine {routine.name}, rung {place}: {deep}")
             for instruction in instructions_of(rung.series):
                 where = f"add-on {self.name}, routine {routine.name}, rung {place}: {instruction}"
-                if instruction.name in REFUSED:
-                    raise LadderError(f"{where}: {instruction.name} does not stand in an add-on instruction")
-                for address in _addresses(instruction):
-                    if address.name.upper() not in known and not _is_flag(address):
-                        names = ", ".join(each.name for each in self.parameters)
-                        raise LadderError(
-                            f"{where}: there is no parameter or local tag {address.name}; there are {names}"
-                        )
+                self._check_instruction(instruction, known, where)
+        for statement in statements_in(routine.statements or ()):
+            where = f"add-on {self.name}, routine {routine.name}, line {statement.line}: {statement.head}"
+            if isinstance(statement, Invocation):
+                self._check_instruction(statement.instruction, known, where)
+            else:
+                for operand in operands_in(statement):
+                    self._check_names(addresses_in(operand), known, where)
+
+    def _check_instruction(self, instruction: Instruction, known: set[str], where: str) -> None:
+        if instruction.name in REFUSED:
+            raise LadderError(f"{where}: {instruction.name} does not stand in an add-on instruction")
+        self._check_names(_addresses(instruction), known, where)
+
+    def _check_names(self, addresses: Iterable[Address], known: set[str], where: str) -> None:
+        for address in addresses:
+            if address.name.upper() not in known and not _is_flag(address):
+                names = ", ".join(each.name for each in self.parameters)
+                raise LadderError(
+                    f"{where}: there is no parameter or local tag {address.name}; there are {names}"
+                )
 
     def __call__(self, instance: object, *arguments: object) -> Instruction:
         """Return a call: the instance's tag, then the required parameters in order.
@@ -165,24 +180,41 @@ class AddOn:
             )
         return Instruction(self.name, tuple(map(operand_of, (instance, *arguments))))
 
-    @property
+    @cached_property
     def required(self) -> tuple[Parameter, ...]:
         """What a call names after the instance."""
         return tuple(each for each in self.parameters if each.required or each.way is Way.INOUT)
 
-    @property
+    @cached_property
     def spec(self) -> Spec:
         """Its shape, as the parser needs it."""
         return replace(
             ADD_ON_CALL, name=self.name, operands=(Use.INSTANCE, *[Use.ARGUMENT] * len(self.required))
         )
 
-    @property
+    @cached_property
+    def inouts(self) -> tuple[Tag, ...]:
+        """The InOuts as tags; one that is subscripted without having dimensions is an array of any length."""
+        open_ones = {
+            address.name.upper()
+            for routine in self.routines
+            for address in _routine_addresses(routine)
+            if address.steps and isinstance(address.steps[0], SubscriptStep)
+        }
+        return tuple(
+            Tag(each.name, each.type, each.dims or ((OPEN,) if each.name.upper() in open_ones else ()))
+            for each in self.parameters
+            if each.way is Way.INOUT
+        )
+
+    @cached_property
     def structure(self) -> Structure:
         """Type of an instance."""
         own = [Member(name, BOOL) for name in ENABLES]
         own += [
-            Member(each.name, each.type, each.dims) for each in self.parameters if each.way is not Way.INOUT
+            Member(each.name, each.type, each.dims, initial=each.initial)
+            for each in self.parameters
+            if each.way is not Way.INOUT
         ]
         return Structure(self.name, tuple(own))
 
@@ -207,6 +239,16 @@ def _addresses(instruction: Instruction) -> Iterator[Address]:
             yield from addresses_in(operand)
 
 
+def _routine_addresses(routine: Routine) -> Iterator[Address]:
+    """Yield the addresses that a routine names."""
+    for rung in routine.rungs:
+        for instruction in instructions_of(rung.series):
+            yield from _addresses(instruction)
+    for statement in statements_in(routine.statements or ()):
+        for operand in operands_in(statement):
+            yield from addresses_in(operand)
+
+
 def _uses(instruction: Instruction) -> tuple[Use, ...]:
     spec = BY_NAME.get(instruction.name)
     return spec.operands if spec else (Use.ARGUMENT,) * len(instruction.operands)
@@ -216,41 +258,34 @@ def _uses(instruction: Instruction) -> tuple[Use, ...]:
 
 
 @dataclass(frozen=True, slots=True)
-class Expansion:
-    """A call, spelled out in tags of the program.
+class Copies:
+    """What goes by value in a call, as rungs of the caller.
 
     Attributes:
         inputs: what copies the arguments in, each run as a rung of its own.
         outputs: what copies the results out.
-        routines: the routines on the instance's members, by what they are (Logic, EnableInFalse, Prescan).
+        handed: what the InOuts stand for, by name.
     """
 
     inputs: tuple[Series, ...]
     outputs: tuple[Series, ...]
-    routines: Mapping[str, Routine]
+    handed: Mapping[str, Address]
 
 
-def expand(definition: AddOn, call: Instruction) -> Expansion:
-    """Spell a call out: names of parameters become members of the instance, or the caller's tags.
+def copies_of(definition: AddOn, instance: Address, call: Instruction) -> Copies:
+    """Spell out what goes by value in a call.
 
     Args:
         definition: the add-on.
+        instance: the instance's tag.
         call: its call, with as many operands as it takes.
 
     Raises:
         LadderError: a parameter does not take its operand.
     """
-    instance = call.operands[0]
-    if not isinstance(instance, Address):
-        raise LadderError(f"{instance} is not an instance of {definition.name}")
-    arguments = dict(zip((each.name for each in definition.required), call.operands[1:], strict=True))
-    meanings = {name.upper(): member_of(instance, name) for name in ENABLES}
-    inputs, outputs = [], []
-    for each in definition.parameters:
-        here = meanings[each.name.upper()] = member_of(instance, each.name)
-        if each.name not in arguments:
-            continue
-        argument = arguments[each.name]
+    inputs, outputs, handed = [], [], {}
+    for each, argument in zip(definition.required, call.operands[1:], strict=True):
+        here = member_of(instance, each.name)
         if each.way is Way.INPUT:
             inputs.append(_copy(each, argument, here))
             continue
@@ -259,13 +294,8 @@ def expand(definition: AddOn, call: Instruction) -> Expansion:
         if each.way is Way.OUTPUT:
             outputs.append(_copy(each, here, argument))
         else:
-            meanings[each.name.upper()] = argument
-    routines = {}
-    for routine in definition.routines:
-        name = f"{instance}.{routine.name}"
-        rungs = tuple(replace(rung, series=_series(rung.series, meanings)) for rung in routine.rungs)
-        routines[routine.name] = Routine(name, rungs, routine.comment)
-    return Expansion(tuple(inputs), tuple(outputs), routines)
+            handed[each.name] = argument
+    return Copies(tuple(inputs), tuple(outputs), handed)
 
 
 def member_of(address: Address, name: str) -> Address:
@@ -290,37 +320,3 @@ def _contact(parameter: Parameter, source: Operand) -> Instruction:
     if str(source) not in ("0", "1"):
         raise LadderError(f"{parameter.name} needs a bit, 0 or 1, not {source}")
     return Instruction("NOP" if str(source) == "1" else "AFI")
-
-
-def _series(series: Series, meanings: Mapping[str, Address]) -> Series:
-    return tuple(_element(each, meanings) for each in series)
-
-
-def _element(element: Element, meanings: Mapping[str, Address]) -> Element:
-    if isinstance(element, Branch):
-        return Branch(tuple(_series(leg, meanings) for leg in element.legs))
-    named = [use in (Use.LABEL, Use.MODE) for use in _uses(element)]
-    return Instruction(
-        element.name,
-        tuple(
-            operand if place < len(named) and named[place] else _operand(operand, meanings)
-            for place, operand in enumerate(element.operands)
-        ),
-    )
-
-
-def _operand(operand: Operand, meanings: Mapping[str, Address]) -> Operand:
-    if isinstance(operand, Operation):
-        return Operation(operand.name, tuple(_operand(each, meanings) for each in operand.operands))
-    if not isinstance(operand, Address):
-        return operand
-    steps = tuple(
-        SubscriptStep(tuple(_operand(each, meanings) for each in step.indices))
-        if isinstance(step, SubscriptStep)
-        else BitStep(_operand(step.index, meanings))
-        if isinstance(step, BitStep)
-        else step
-        for step in operand.steps
-    )
-    start = meanings.get(operand.name.upper(), Address(operand.name))
-    return Address(start.name, (*start.steps, *steps))

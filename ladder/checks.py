@@ -47,7 +47,7 @@ def check_whole(lowered: Lowered, allowed: frozenset[str]) -> list[Problem]:
 
 def _repeated(lowered: Lowered, allowed: frozenset[str]) -> Iterator[Problem]:
     seen: dict[object, str] = {}
-    for routine, line, step in _all_steps(lowered):
+    for routine, line, step in _all_steps(lowered, copies=False):
         for use, operand in zip(step.spec.operands, step.operands, strict=False):
             if use not in _EXCLUSIVE or _EXCLUSIVE[use][0] in allowed:
                 continue
@@ -69,18 +69,18 @@ def _identity(use: Use, name: str, operand: object) -> object:
         if operand.can_fault:
             return None
         bit = operand.bit.value if isinstance(operand.bit, Constant) else None
-        return kind, operand.leaf.path, operand.fixed_index, bit
+        return kind, operand.frame, operand.leaf.path, operand.fixed_index, bit
     if isinstance(operand, Group):
         if not all(isinstance(index, Constant) for index in operand.indices):
             return None
-        return kind, operand.path, operand.indices
+        return kind, operand.frame, operand.path, operand.indices
     return None
 
 
-def _all_steps(lowered: Lowered) -> Iterator[tuple[LoweredRoutine, Line, Step]]:
+def _all_steps(lowered: Lowered, *, copies: bool = True) -> Iterator[tuple[LoweredRoutine, Line, Step]]:
     for routine in lowered.routines.values():
         for line in routine.lines:
-            for step in steps_of(line.nodes):
+            for step in steps_of(line.nodes, copies=copies):
                 if step.operands or (step.name != ADD_ON and not step.spec.operands):
                     yield routine, line, step
 
@@ -196,9 +196,9 @@ def _half_words(lowered: Lowered) -> Iterator[Problem]:
     for routine, line, step in _all_steps(lowered):
         if Use.SOURCE not in step.spec.operands:
             continue
-        source, target = (region_of(each, lowered.layout) for each in step.operands[:2])
+        source, target = (region_of(each) for each in step.operands[:2])
         length = step.operands[2]
-        room = target.left(target.fixed_first or 0)
+        room = target.fixed_left(target.fixed_first or 0)
         most = min(int(length.value), room) if isinstance(length, Constant) else room
         if _in_outputs(target.parts[0].leaf) and _may_end_in_a_byte(source, most * target.size):
             yield Problem(
@@ -221,5 +221,5 @@ def _may_end_in_a_byte(source: Region, wanted: int) -> bool:
     first = source.fixed_first
     if first is None:
         return True
-    left = source.left(first) * source.size
+    left = source.fixed_left(first) * source.size
     return left < wanted and left % 2 == 1

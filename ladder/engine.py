@@ -45,7 +45,7 @@ class Engine:
         self, lowered: Lowered, scanner: Callable[[Engine], Callable[[int], object]] | None = None
     ) -> None:
         self.lowered = lowered
-        self.memory = self.memory_type(lowered.layout, lowered.presets)
+        self.memory = self.memory_type(lowered.layout, lowered.presets, lowered.defaults)
         self.tags = Tags(lowered, self.memory)
         self.fault_log = FaultLog(lowered, self.memory)
         self.now_ns = 0

@@ -231,7 +231,7 @@ class Program:
 
     def _wrong_initials(self, lowered: Lowered) -> list[Problem]:
         try:
-            Memory(lowered.layout, lowered.presets)
+            Memory(lowered.layout, lowered.presets, lowered.defaults)
         except ValueError as error:
             return [Problem("initial values", "", str(error), "correct the initial value")]
         return []

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 from .errors import Site
 from .operands import Constant, Group, Place, Resolved
 from .spec import Kind, Spec
-from .tags import Layout
+from .tags import FrameLayout, Layout
 from .tree import Operand, Origin
 
 
@@ -55,8 +55,9 @@ class AddOnCall:
     """A call of an add-on instruction.
 
     Attributes:
-        name: the add-on.
+        name: the add-on, in capitals.
         instance: the instance's tag.
+        handed: what the InOuts stand for, by name in capitals.
         enable_in: bit that holds the rung before the call.
         enable_out: bit that holds the rung after the call.
         inputs: what copies the arguments in, each run as a rung of its own.
@@ -68,6 +69,7 @@ class AddOnCall:
 
     name: str
     instance: Group
+    handed: Mapping[str, Place | Group]
     enable_in: Place
     enable_out: Place
     inputs: tuple[tuple[Node, ...], ...]
@@ -211,6 +213,7 @@ class LoweredRoutine:
         labels: number of the rung that a label begins, by label in capitals.
         parameters: what SBR takes, None without SBR.
         body: its statements, made of the lines; None in a routine of rungs.
+        frame: the add-on instruction whose routine it is, in capitals; "" in a program.
     """
 
     name: str
@@ -218,6 +221,7 @@ class LoweredRoutine:
     labels: Mapping[str, int]
     parameters: tuple[Place, ...] | None
     body: Body | None = None
+    frame: str = ""
 
     @property
     def unit(self) -> str:
@@ -232,6 +236,27 @@ class LoweredRoutine:
 
 
 @dataclass(slots=True)
+class Frame:
+    """An add-on instruction, ready to run: one for all its instances.
+
+    Attributes:
+        name: its name.
+        layout: where its routines find what they name.
+        written: InOuts that its routines write, in capitals.
+        bits: InOuts to which a call hands a bit of an integer, in capitals.
+        calls: calls of other add-on instructions in its routines.
+        presets: initial values of PRE and ACC from its rungs, by path in an instance.
+    """
+
+    name: str
+    layout: FrameLayout
+    written: set[str] = field(default_factory=set)
+    bits: set[str] = field(default_factory=set)
+    calls: list[AddOnCall] = field(default_factory=list)
+    presets: dict[str, int] = field(default_factory=dict)
+
+
+@dataclass(slots=True)
 class Lowered:
     """A program, ready to run.
 
@@ -243,6 +268,7 @@ class Lowered:
         functions: routines in Python, by name in capitals.
         sites: every instruction, for messages.
         presets: initial values of PRE and ACC from the rungs, by path.
+        frames: the add-on instructions that are called, by name in capitals.
         flags: whether a rung uses S:V, S:Z, S:N or S:C; otherwise they are not kept.
         override: whether there is an MCR.
     """
@@ -254,26 +280,37 @@ class Lowered:
     functions: dict[str, Callable[..., Any]] = field(default_factory=dict)
     sites: list[Site] = field(default_factory=list)
     presets: dict[str, int] = field(default_factory=dict)
+    frames: dict[str, Frame] = field(default_factory=dict)
     flags: bool = False
     override: bool = False
 
+    @property
+    def defaults(self) -> Mapping[str, Mapping[str, int]]:
+        """Initial values that rungs of add-on instructions give, by add-on in capitals and path."""
+        return {name: frame.presets for name, frame in self.frames.items() if frame.presets}
 
-def steps_of(nodes: tuple[Node, ...]) -> list[Step]:
-    """Return the instructions in the order in which they execute."""
-    return list(_steps(nodes))
+
+def steps_of(nodes: tuple[Node, ...], *, copies: bool = True) -> list[Step]:
+    """Return the instructions in the order in which they execute.
+
+    Args:
+        nodes: a series.
+        copies: whether what copies the parameters of add-on instructions is among them.
+    """
+    return list(_steps(nodes, copies))
 
 
-def _steps(nodes: tuple[Node, ...]) -> Iterator[Step]:
+def _steps(nodes: tuple[Node, ...], copies: bool) -> Iterator[Step]:
     for node in nodes:
         if isinstance(node, Parallel):
             for leg in node.legs:
-                yield from _steps(leg)
+                yield from _steps(leg, copies)
             continue
-        calls = [each for each in node.operands if isinstance(each, AddOnCall)]
+        calls = [each for each in node.operands if copies and isinstance(each, AddOnCall)]
         for call in calls:
             for series in call.inputs:
-                yield from _steps(series)
+                yield from _steps(series, copies)
         yield node
         for call in calls:
             for series in call.outputs:
-                yield from _steps(series)
+                yield from _steps(series, copies)

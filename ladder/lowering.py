@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
-from .addon import LOGIC, OTHERWISE, PRESCAN, AddOn, expand
+from .addon import LOGIC, OTHERWISE, PRESCAN, AddOn, copies_of
+from .calls import handed_over, held_subscripts
 from .errors import LadderError, Problem, Site
 from .instructions import BY_NAME
 from .instructions.addons import ADD_ON_CALL
-from .lowered import AddOnCall, Line, Lowered, LoweredRoutine, Node, Parallel, Step, steps_of
+from .lowered import AddOnCall, Frame, Line, Lowered, LoweredRoutine, Node, Parallel, Step, steps_of
 from .lowering_statements import StatementLowering
 from .operand_checks import OPERAND_CHECKS, WRITTEN, OperandError, described
-from .operands import Constant, Group, Place, Resolved, leaves_in
+from .operands import Constant, Group, Place, Resolved, first_leaf, leaves_in
 from .resolver import AddressError, Resolver
 from .spec import Kind, Spec, Use
-from .tags import Layout
+from .tags import OWN, FrameLayout, Layout
 from .tree import (
     Address,
     Branch,
@@ -50,8 +52,9 @@ class Lowering:
         self.lowered = Lowered(name, layout, main.upper())
         self.problems: list[Problem] = []
         self._add_ons = add_ons
-        self._instances: dict[str, str] = {}
-        self._expanded: list[Routine] = []
+        self._uncompiled: list[AddOn] = []
+        self._frame: Frame | None = None
+        self._to_check: list[tuple[AddOnCall, str, str]] = []
         self.resolver = Resolver(layout)
         self._where = ""
         self._rung_text = ""
@@ -60,10 +63,35 @@ class Lowering:
         self._number = 0
 
     def routine(self, routine: Routine) -> None:
-        """Lower a routine of rungs, and the routines of the add-on instructions that it calls."""
+        """Lower a routine, and the add-on instructions that it calls first."""
         self._one(routine)
-        while self._expanded:
-            self._one(self._expanded.pop(0))
+        program = self.resolver
+        while self._uncompiled:
+            self._add_on_routines(self._uncompiled.pop(0))
+        self.resolver, self._frame = program, None
+        pass_bits_on(self.lowered)
+        self._check_handed()
+
+    def _add_on_routines(self, definition: AddOn) -> None:
+        """Lower the routines of an add-on instruction, once for all of its instances."""
+        self._frame = self.lowered.frames[definition.name.upper()]
+        self.resolver = Resolver(self._frame.layout)
+        for routine in definition.routines:
+            name = routine_name(definition, routine.name)
+            self._one(replace(routine, name=name))
+            lowered = self.lowered.routines[name.upper()]
+            self.lowered.routines[name.upper()] = replace(lowered, frame=definition.name.upper())
+
+    def _check_handed(self) -> None:
+        """Refuse calls that hand an input to an InOut that is written."""
+        for call, where, text in self._to_check:
+            frame = self.lowered.frames[call.name]
+            for name, operand in call.handed.items():
+                if is_input(operand) and writes(self.lowered, frame, name):
+                    problem = f"{text}: {operand.text} is an input and written by the module"
+                    remedy = f"{frame.name} writes it as {name}: hand over a tag of your own"
+                    self.problems.append(Problem(where, text, problem, remedy))
+        self._to_check.clear()
 
     def _one(self, routine: Routine) -> None:
         self._routine = routine.name
@@ -161,30 +189,57 @@ class Lowering:
         return Step(spec, operands, site)
 
     def _add_on(self, definition: AddOn, call: Instruction) -> tuple[AddOnCall, ...]:
-        """Lower a call of an add-on instruction; its routines are lowered later."""
+        """Lower a call of an add-on instruction."""
         try:
             instance = self._instance(definition, call)
-            expansion = expand(definition, call)
+            frame = self._frame_of(definition)
+            address, held = held_subscripts(self.resolver, call.operands[0])
+            copies = copies_of(definition, address, call)
+            handed = handed_over(definition, copies.handed, self.resolver)
         except (AddressError, OperandError) as error:
             self.report(f"{call}: {error}", error.remedy)
             return ()
         except LadderError as error:
             self.report(f"{call}: {error}", f"operands of {definition.name} are {_signature(definition)}")
             return ()
-        self._expanded += expansion.routines.values()
-        names = {role: routine.name.upper() for role, routine in expansion.routines.items()}
-        return (
-            AddOnCall(
-                definition.name,
-                instance,
-                instance.member("EnableIn"),
-                instance.member("EnableOut"),
-                tuple(map(self._series, expansion.inputs)),
-                tuple(map(self._series, expansion.outputs)),
-                names[LOGIC],
-                names.get(OTHERWISE),
-                names.get(PRESCAN),
-            ),
+        if held:
+            instance = self._instance(definition, replace(call, operands=(address, *call.operands[1:])))
+        self._note_handed(frame, instance, handed)
+        names = {each.name: routine_name(definition, each.name).upper() for each in definition.routines}
+        lowered = AddOnCall(
+            definition.name.upper(),
+            instance,
+            handed,
+            instance.member("EnableIn"),
+            instance.member("EnableOut"),
+            tuple(map(self._series, (*held, *copies.inputs))),
+            tuple(map(self._series, copies.outputs)),
+            names[LOGIC],
+            names.get(OTHERWISE),
+            names.get(PRESCAN),
+        )
+        if self._frame is not None:
+            self._frame.calls.append(lowered)
+        self._to_check.append((lowered, self._where, str(call)))
+        return (lowered,)
+
+    def _frame_of(self, definition: AddOn) -> Frame:
+        """Return the frame of an add-on instruction; its routines are lowered behind the present one."""
+        name = definition.name.upper()
+        if name not in self.lowered.frames:
+            layout = FrameLayout(name, definition.structure, definition.inouts, self.lowered.layout)
+            self.lowered.frames[name] = Frame(definition.name, layout)
+            self._uncompiled.append(definition)
+        return self.lowered.frames[name]
+
+    def _note_handed(self, frame: Frame, instance: Group, handed: Mapping[str, Place | Group]) -> None:
+        """Lay out in lists what a call hands over."""
+        for operand in (instance, *handed.values()):
+            leaf = first_leaf(operand)
+            if not leaf.frame:
+                self.lowered.layout.box(leaf)
+        frame.bits.update(
+            name for name, operand in handed.items() if isinstance(operand, Place) and operand.bit is not None
         )
 
     def _instance(self, definition: AddOn, call: Instruction) -> Group:
@@ -194,16 +249,6 @@ class Lowering:
                 f"{call.operands[0]} is {described(instance)}, an instance of {definition.name} is needed",
                 f"declare a tag of type {definition.name} for this call",
             )
-        if instance.indices:
-            raise OperandError(
-                f"{instance.text} is an element of an array", "give every call a tag of its own as instance"
-            )
-        if instance.path in self._instances:
-            known = self._instances[instance.path]
-            raise OperandError(
-                f"{instance.path} is called in {known} already", "give each call an instance of its own"
-            )
-        self._instances[instance.path] = self._where
         return instance
 
     def _operands(self, spec: Spec, instruction: Instruction) -> tuple[Any, ...]:
@@ -241,6 +286,9 @@ class Lowering:
         Raises:
             OperandError: this is one.
         """
+        if self._frame is not None:
+            self._frame.written.update(leaf.root for leaf in leaves_in(resolved))
+            return
         if any(leaf.slot is not None and not leaf.output for leaf in leaves_in(resolved)):
             raise OperandError(f"{operand} is an input and written by the module", "write a tag of your own")
 
@@ -266,7 +314,12 @@ class Lowering:
                 raise OperandError(
                     f"{name} of an array element can't stand in the rung", "write ? and MOV to it"
                 )
-            known = self.lowered.presets.setdefault(place.leaf.path, operand.value)
+            presets = self.lowered.presets
+            if self._frame is not None:
+                if place.leaf.root != OWN:
+                    raise OperandError(f"{name} of an InOut can't stand in the rung", "write ? and MOV to it")
+                presets = self._frame.presets
+            known = presets.setdefault(place.leaf.path, operand.value)
             if known != operand.value:
                 raise OperandError(
                     f"{place.leaf.path} is {known} in another rung", "write the same number, or ?"
@@ -288,6 +341,48 @@ class Lowering:
             )
         self.refuse_input(operand, resolved)
         return resolved
+
+
+def routine_name(definition: AddOn, role: str) -> str:
+    """Return the name of a routine of an add-on instruction; no other routine has one with a dot.
+
+    Args:
+        definition: the add-on.
+        role: Logic, EnableInFalse or Prescan.
+    """
+    return f"{definition.name}.{role}"
+
+
+def is_input(operand: Place | Group) -> bool:
+    """Whether a module writes this."""
+    return any(leaf.slot is not None and not leaf.output for leaf in leaves_in(operand))
+
+
+def pass_bits_on(lowered: Lowered) -> None:
+    """Note of every InOut that gets a bit of an integer from an InOut of its caller that it may."""
+    changed = True
+    while changed:
+        changed = False
+        for frame in lowered.frames.values():
+            for call in frame.calls:
+                bits = lowered.frames[call.name].bits
+                for name, operand in call.handed.items():
+                    if operand.frame and first_leaf(operand).root in frame.bits and name not in bits:
+                        bits.add(name)
+                        changed = True
+
+
+def writes(lowered: Lowered, frame: Frame, name: str) -> bool:
+    """Whether an add-on instruction writes one of its InOuts, itself or by what it calls."""
+    if name in frame.written:
+        return True
+    return any(
+        operand.frame
+        and first_leaf(operand).root == name
+        and writes(lowered, lowered.frames[call.name], inner)
+        for call in frame.calls
+        for inner, operand in call.handed.items()
+    )
 
 
 def _signature(definition: AddOn) -> str:

@@ -9,15 +9,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from types import CellType
-from typing import Any
+from types import CellType, MappingProxyType
+from typing import Any, Protocol
 
 from ..io_images.image import Image
 from .arithmetic import real
+from .stretches import Spot
 from .tags import Layout, Leaf
-from .types import STRING, DataType, Elementary, Structure
+from .types import STRING, DataType, Elementary, Structure, count_of
 
 Value = bool | int | float
+
+NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 
 class Memory:
@@ -25,25 +28,68 @@ class Memory:
 
     Attributes:
         layout: what is where.
+        left: see `Store`; nothing asks a memory for it.
         cells: by identifier.
 
     Args:
         layout: what is where.
         presets: initial values by path, over those of the declarations.
+        defaults: initial values of members by path, by structure in capitals.
     """
 
-    def __init__(self, layout: Layout, presets: Mapping[str, int] | None = None) -> None:
+    def __init__(
+        self,
+        layout: Layout,
+        presets: Mapping[str, int] = NOTHING,
+        defaults: Mapping[str, Mapping[str, int]] = NOTHING,
+    ) -> None:
         self.layout = layout
+        self.left = 1
         self.cells: dict[str, CellType] = {}
         self._own: dict[Leaf, Image] = {}
         self._faults = layout.faults
+        self._lists: dict[str, list[Any]] = {}
+        for ident in layout.boxed.values():
+            self._lists[ident] = []
+            self.cells[ident] = CellType(self._lists[ident])
         for leaf in layout.leaves.values():
-            self.cells[leaf.ident] = CellType(self._blank(leaf))
+            self._make(leaf)
+        self._defaults = defaults
         for tag in layout.tags().values():
+            self._load_defaults(tag.name, tag.type, count_of(tag.dims))
             if tag.initial is not None:
                 self.load(tag.name, tag.type, tag.dims, 0, tag.initial)
-        for path, value in (presets or {}).items():
+        for path, value in presets.items():
             self.write(layout.leaf(path), 0, value)
+
+    def _load_defaults(self, path: str, kind: DataType, count: int) -> None:
+        """Set what the members of a structure start with, in all elements of an array."""
+        if isinstance(kind, Elementary):
+            return
+        for member in kind.members:
+            where = f"{path}.{member.name}"
+            self._load_defaults(where, member.type, count * count_of(member.dims))
+            if member.initial is not None:
+                for at in range(count):
+                    self.load(where, member.type, member.dims, at, member.initial)
+        for rest, value in self._defaults.get(kind.name.upper(), NOTHING).items():
+            leaf = self.layout.leaf(f"{path}.{rest}")
+            for at in range(count):
+                self.write(leaf, at, value)
+
+    def _make(self, leaf: Leaf) -> None:
+        """Make room for a leaf: a cell, or its places in the list that it lies in."""
+        spot = self.layout.spot(leaf)
+        if spot is None:
+            self.cells[leaf.ident] = CellType(self._blank(leaf))
+            return
+        values = self._lists[spot.ident]
+        last = spot.at(leaf.size - 1)
+        if last >= len(values):
+            values.extend([0] * (last + 1 - len(values)))
+        if not leaf.type.is_integer:  # False and 0.0 are other zeros
+            for index in range(leaf.size):
+                values[spot.at(index)] = leaf.type.zero
 
     def _blank(self, leaf: Leaf) -> Any:
         if leaf.is_image:
@@ -53,16 +99,40 @@ class Memory:
 
     def read(self, leaf: Leaf, index: int = 0) -> Value:
         """Return a value."""
-        found = self.cells[leaf.ident].cell_contents
+        cell = self.cells.get(leaf.ident)
+        if cell is None:
+            values, spot = self._listed(leaf)
+            return values[spot.at(index)]  # type: ignore[no-any-return]
+        found = cell.cell_contents
         return found[index] if leaf.dims else found  # type: ignore[no-any-return]
 
     def write(self, leaf: Leaf, index: int, value: Value) -> None:
         """Set a value, which is of the leaf's type already."""
-        cell = self.cells[leaf.ident]
-        if leaf.dims:
+        cell = self.cells.get(leaf.ident)
+        if cell is None:
+            values, spot = self._listed(leaf)
+            values[spot.at(index)] = value
+        elif leaf.dims:
             cell.cell_contents[index] = value
         else:
             cell.cell_contents = value
+
+    def has(self, leaf: Leaf) -> bool:
+        """Whether a leaf has a place: an image has one if the program uses it."""
+        return leaf.ident in self.cells or self.layout.spot(leaf) is not None
+
+    def _listed(self, leaf: Leaf) -> tuple[list[Any], Spot]:
+        spot = self.layout.spot(leaf)
+        assert spot is not None, leaf.path
+        return self._lists[spot.ident], spot
+
+    def values(self, leaf: Leaf) -> Value | list[Value]:
+        """Return the value of a leaf, or a list of all its elements."""
+        cell = self.cells.get(leaf.ident)
+        if cell is None:
+            values, spot = self._listed(leaf)
+            return [values[spot.at(index)] for index in range(leaf.size)] if leaf.dims else values[spot.at(0)]
+        return list(cell.cell_contents) if leaf.dims else cell.cell_contents
 
     def attach(self, slots: Mapping[int, Any]) -> None:
         """Use the images of a rack's slots as memory.
@@ -95,12 +165,7 @@ class Memory:
 
     def snapshot(self) -> dict[str, Value | list[Value]]:
         """Return all values by path, hidden ones too."""
-        return {
-            leaf.path: list(self.cells[leaf.ident].cell_contents)
-            if leaf.dims
-            else self.cells[leaf.ident].cell_contents
-            for leaf in self.layout.leaves.values()
-        }
+        return {leaf.path: self.values(leaf) for leaf in self.layout.leaves.values()}
 
     # --- whole values, for people
 
@@ -150,12 +215,7 @@ class Memory:
 
     def text(self, path: str, at: int) -> bytes:
         """Return the characters of a STRING."""
-        length = self.read(self.layout.leaf(f"{path}.LEN"), at)
-        data = self.layout.leaf(f"{path}.DATA")
-        room = data.dims[-1]
-        count = max(0, min(int(length), room))
-        codes = [int(self.read(data, at * room + number)) & 0xFF for number in range(count)]
-        return bytes(codes)
+        return text_in(self, self.layout, path, at)
 
     def _load_text(self, path: str, at: int, value: str) -> None:
         room = self.layout.leaf(f"{path}.DATA").dims[-1]
@@ -166,13 +226,132 @@ class Memory:
 
     def set_text(self, path: str, at: int, value: bytes) -> None:
         """Set a STRING to characters, as many as fit; the others become 0."""
-        data = self.layout.leaf(f"{path}.DATA")
-        room = data.dims[-1]
-        codes = value[:room]
-        self.write(self.layout.leaf(f"{path}.LEN"), at, len(codes))
-        for number in range(room):
-            code = codes[number] if number < len(codes) else 0
-            self.write(data, at * room + number, code - 256 if code > 127 else code)
+        set_text_in(self, self.layout, path, at, value)
+
+
+class Store(Protocol):
+    """What has values: a memory, or what is handed over to an add-on instruction.
+
+    Attributes:
+        left: of what was handed over: elements from its first one to the end of the array.
+    """
+
+    left: int
+
+    def read(self, leaf: Leaf, index: int = 0) -> Value:
+        """Return a value."""
+
+    def write(self, leaf: Leaf, index: int, value: Value) -> None:
+        """Set a value, which is of the leaf's type already."""
+
+
+class Listed:
+    """What is handed over to a compiled add-on instruction, as a store for its own leaves.
+
+    Args:
+        layout: of the add-on instruction.
+        values: the list.
+        base: where in it the stretch begins.
+        left: elements from there to the end of the array.
+        mask: of a bit of an integer: the bit; None for whole values.
+    """
+
+    __slots__ = ("_base", "_layout", "_mask", "_values", "left")
+
+    def __init__(
+        self, layout: Layout, values: Any, base: int, left: int = 1, mask: int | None = None
+    ) -> None:
+        self._layout, self._values, self._base, self.left, self._mask = layout, values, base, left, mask
+
+    def _at(self, leaf: Leaf, index: int) -> int:
+        spot = self._layout.spot(leaf)
+        assert spot is not None
+        return self._base + spot.at(index)
+
+    def read(self, leaf: Leaf, index: int = 0) -> Value:
+        """Return a value."""
+        value: Value = self._values[self._at(leaf, index)]
+        return value if self._mask is None else int(value) & self._mask != 0
+
+    def write(self, leaf: Leaf, index: int, value: Value) -> None:
+        """Set a value, which is of the leaf's type already."""
+        at = self._at(leaf, index)
+        if self._mask is not None:
+            word = self._values[at]
+            value = word | self._mask if value else word & ~self._mask
+        self._values[at] = value
+
+
+class Named:
+    """What is handed over to an interpreted add-on instruction, as a store for its own leaves.
+
+    Attributes:
+        path: path in the program of the instance or the argument.
+        first: its number among the elements of that path.
+        left: elements from there to the end of the array.
+        bit: of an integer, the bit that is meant; None for whole values.
+
+    Args:
+        memory: the program's.
+    """
+
+    __slots__ = ("_memory", "bit", "first", "left", "path")
+
+    def __init__(self, memory: Memory, path: str, first: int, left: int, bit: int | None = None) -> None:
+        self._memory, self.path, self.first, self.left, self.bit = memory, path, first, left, bit
+
+    def _where(self, leaf: Leaf, index: int) -> tuple[Leaf, int]:
+        return self._memory.layout.leaf(self.path + leaf.rest), self.first * leaf.inner + index
+
+    def read(self, leaf: Leaf, index: int = 0) -> Value:
+        """Return a value."""
+        value = self._memory.read(*self._where(leaf, index))
+        return value if self.bit is None else bool(int(value) >> self.bit & 1)
+
+    def write(self, leaf: Leaf, index: int, value: Value) -> None:
+        """Set a value, which is of the leaf's type already."""
+        where, at = self._where(leaf, index)
+        if self.bit is not None:
+            word, mask = int(self._memory.read(where, at)), mask_of(where.type, self.bit)
+            value = word | mask if value else word & ~mask
+        self._memory.write(where, at, value)
+
+
+def mask_of(kind: Elementary, bit: int) -> int:
+    """Return the value that an integer has in which just that bit is set.
+
+    >>> from .types import INT
+    >>> mask_of(INT, 3), mask_of(INT, 15)
+    (8, -32768)
+    """
+    return kind.lowest if kind.lowest and bit == kind.bits - 1 else 1 << bit
+
+
+def text_in(store: Store, layout: Layout, path: str, at: int) -> bytes:
+    """Return the characters of a string.
+
+    Args:
+        store: where its values are.
+        layout: where its leaves are.
+        path: its path.
+        at: its number among those of that path.
+    """
+    length = store.read(layout.leaf(f"{path}.LEN"), at)
+    data = layout.leaf(f"{path}.DATA")
+    room = data.dims[-1]
+    count = max(0, min(int(length), room))
+    return bytes(int(store.read(data, at * room + number)) & 0xFF for number in range(count))
+
+
+def set_text_in(store: Store, layout: Layout, path: str, at: int, value: bytes) -> None:
+    """Set a string to characters, as many as fit; the others become 0."""
+    data = layout.leaf(f"{path}.DATA")
+    room = data.dims[-1]
+    codes = value[:room]
+    store.write(layout.leaf(f"{path}.LEN"), at, len(codes))
+    for number in range(room):
+        code = codes[number] if number < len(codes) else 0
+        store.write(data, at * room + number, code - 256 if code > 127 else code)
 
 
 def checked(name: str, kind: Elementary, value: object) -> Value:

@@ -41,6 +41,11 @@ class Place:
         return self.leaf.type if self.bit is None else BOOL
 
     @property
+    def frame(self) -> str:
+        """The add-on instruction of whose instances this is a part, in capitals; "" in a program."""
+        return self.leaf.frame
+
+    @property
     def can_fault(self) -> bool:
         """Whether an index or bit is computed, and may be out of range."""
         return self.fixed_index is None or not (self.bit is None or isinstance(self.bit, Constant))
@@ -78,6 +83,11 @@ class Group:
     text: str
     array: tuple[int, ...] = ()
 
+    @property
+    def frame(self) -> str:
+        """The add-on instruction of whose instances this is a part, in capitals; "" in a program."""
+        return self.layout.frame
+
     def member(self, path: str) -> Place:
         """Return an elementary member of a structure."""
         return Place(self.layout.leaf(f"{self.path}.{path}"), self.indices, None, f"{self.text}.{path}")
@@ -107,6 +117,14 @@ def leaves_in(resolved: Place | Group) -> list[Leaf]:
         return [resolved.leaf]
     paths = [each.path for each in fields_of(resolved.type)]
     return [resolved.layout.leaf(f"{resolved.path}.{path}" if path else resolved.path) for path in paths]
+
+
+def first_leaf(resolved: Place | Group) -> Leaf:
+    """Return the leaf with which a place or a group begins."""
+    if isinstance(resolved, Place):
+        return resolved.leaf
+    path = fields_of(resolved.type)[0].path
+    return resolved.layout.leaf(f"{resolved.path}.{path}" if path else resolved.path)
 
 
 def constant(value: int | float) -> Constant:

@@ -11,9 +11,9 @@ import struct
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from .memory import Memory, Value
+from .memory import Store, Value
 from .operands import Constant, Group, Place, Resolved
-from .tags import Layout, Leaf
+from .tags import OWN, Leaf
 from .types import DataType, Elementary, Field, count_of, fields_of, size_of
 
 
@@ -39,6 +39,8 @@ class Region:
         rest: dimensions that are left open.
         array: number of elements of the array; 1 for a single tag.
         text: the address.
+        root: in an add-on instruction what it is a part of, see `Leaf.root`; "" in a program.
+        whole: whether that is an InOut as a whole, so that the store knows how far its array goes.
     """
 
     type: DataType
@@ -49,11 +51,18 @@ class Region:
     rest: int
     array: int
     text: str
+    root: str = ""
+    whole: bool = False
 
-    def first(self, index_of: Callable[[Resolved, int], int]) -> int:
-        """Return the number of the first element, all arrays around it counted."""
+    def first(self, index_of: Callable[[Resolved, int], int], dims: tuple[int, ...] = ()) -> int:
+        """Return the number of the first element, all arrays around it counted.
+
+        Args:
+            index_of: returns the value of a subscript, with the length it has to be below.
+            dims: lengths, if they are not those of the declaration.
+        """
         flat = 0
-        for index, length in zip(self.indices, self.dims, strict=True):
+        for index, length in zip(self.indices, dims or self.dims, strict=True):
             flat = flat * length + index_of(index, length)
         return flat * self.rest
 
@@ -64,49 +73,77 @@ class Region:
             return None
         return self.first(lambda index, _: int(index.value) if isinstance(index, Constant) else 0)
 
-    def left(self, first: int) -> int:
-        """Return how many elements there are from that one to the end of its array."""
+    def left(self, first: int, store: Store) -> int:
+        """Return how many elements there are from that one to the end of its array.
+
+        Args:
+            first: the element.
+            store: where its values are; that of an InOut knows how far the array goes.
+        """
+        return max(0, store.left - first) if self.whole else self.fixed_left(first)
+
+    def fixed_left(self, first: int) -> int:
+        """Return the same of a region that is not an InOut as a whole."""
         return self.array - first % self.array
 
 
-def region_of(resolved: Resolved, layout: Layout) -> Region:
+def region_of(resolved: Resolved) -> Region:
     """Return the region that starts at an operand."""
     assert isinstance(resolved, (Place, Group))
-    path = resolved.leaf.path if isinstance(resolved, Place) else resolved.path
     rest = () if isinstance(resolved, Place) else resolved.dims
     kind: DataType = resolved.type
     fields = fields_of(kind)
-    leaves = [layout.leaf(f"{path}.{each.path}" if each.path else path) for each in fields]
+    if isinstance(resolved, Place):
+        path, leaves = resolved.leaf.path, [resolved.leaf]
+    else:
+        path = resolved.path
+        leaves = [resolved.layout.leaf(f"{path}.{each.path}" if each.path else path) for each in fields]
     settled = leaves[0].dims[: len(resolved.indices)]
     elements = count_of(settled) * count_of(rest)
     parts = tuple(Part(each, leaf, leaf.size // elements) for each, leaf in zip(fields, leaves, strict=True))
     array = count_of(rest) if rest else count_of(resolved.array)
-    return Region(kind, size_of(kind), parts, resolved.indices, settled, count_of(rest), array, resolved.text)
+    root = leaves[0].root
+    whole = root not in ("", OWN) and path.upper() == root
+    return Region(
+        kind,
+        size_of(kind),
+        parts,
+        resolved.indices,
+        settled,
+        count_of(rest),
+        array,
+        resolved.text,
+        root,
+        whole,
+    )
 
 
-def copy(memory: Memory, source: Region, first: int, target: Region, at: int, length: int) -> None:
+End = tuple[Store, Region, int]
+"""One side of a copy: where the values are, the region, its first element."""
+
+
+def copy(source: End, target: End, length: int) -> None:
     """Copy bytes; stop at the end of either array.
 
     Args:
-        memory: where both are.
         source: from where.
-        first: its first element.
         target: to where.
-        at: its first element.
         length: elements of the target.
     """
-    count = min(length, target.left(at))
+    origin, region, first = source
+    goal, into, at = target
+    count = min(length, into.left(at, goal))
     if count <= 0:
         return
-    wanted = count * target.size
-    taken = min(source.left(first), -(-wanted // source.size))
-    data = take(memory, source, first, taken)[:wanted]
+    wanted = count * into.size
+    taken = min(region.left(first, origin), -(-wanted // region.size))
+    data = take(origin, region, first, taken)[:wanted]
     if len(data) < wanted:
-        data += take(memory, target, at, count)[len(data) :]
-    put(memory, target, at, count, data)
+        data += take(goal, into, at, count)[len(data) :]
+    put(goal, into, at, count, data)
 
 
-def take(memory: Memory, region: Region, first: int, count: int) -> bytes:
+def take(memory: Store, region: Region, first: int, count: int) -> bytes:
     """Return elements as bytes."""
     data = bytearray(count * region.size)
     for number in range(count):
@@ -116,7 +153,7 @@ def take(memory: Memory, region: Region, first: int, count: int) -> bytes:
     return bytes(data)
 
 
-def put(memory: Memory, region: Region, first: int, count: int, data: bytes) -> None:
+def put(memory: Store, region: Region, first: int, count: int, data: bytes) -> None:
     """Set elements from bytes."""
     for number in range(count):
         for part in region.parts:
@@ -140,6 +177,6 @@ def _unpack(data: bytes, offset: int, field: Field) -> Value:
 
 def plain(region: Region) -> Elementary | None:
     """Return the elementary type of a region that is a list of numbers, None if it is another."""
-    if isinstance(region.type, Elementary) and region.parts[0].leaf.dims:
+    if isinstance(region.type, Elementary) and (region.parts[0].leaf.dims or region.whole):
         return region.type
     return None

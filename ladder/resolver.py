@@ -19,7 +19,7 @@ from ..io_images.amci3601.bits import PROFILE_BITS, CommandLsw, CommandMsw, Conf
 from ..io_images.image import WORDS
 from .errors import LadderError
 from .operands import Calculation, Constant, Group, Place, Quoted, Resolved, constant, is_integer
-from .tags import STATUS_FLAGS, Alias, Layout, SlotAlias, Tag
+from .tags import HELD, STATUS_FLAGS, Alias, Layout, SlotAlias, Tag
 from .tree import (
     Address,
     BitStep,
@@ -122,6 +122,10 @@ class Resolver:
             known = self._known[address] = self._find(address, address, 0)
         return known
 
+    def hold(self) -> str:
+        """Return the name of a new tag that keeps a subscript for the time of a call."""
+        return self._layout.held().path
+
     def _find(self, address: Address, shown: Address, depth: int) -> Place | Group:
         name = address.name.upper()
         declaration = self._layout.declarations.get(name)
@@ -135,7 +139,7 @@ class Resolver:
             return self._find(Address(target.name, target.steps + address.steps), shown, depth + 1)
         if isinstance(declaration, SlotAlias):
             return self._by_meaning(declaration, address.steps, shown)
-        if name in STATUS_FLAGS and not address.steps:
+        if (name in STATUS_FLAGS or name.startswith(HELD.upper())) and not address.steps:
             return Place(self._layout.leaf(name), (), None, str(shown))
         return self._image(name, address, shown)
 

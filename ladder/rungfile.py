@@ -136,7 +136,8 @@ def instruction_text(definition: AddOn) -> str:
         required = " REQUIRED" if each.required else ""
         comment = f"  // {each.comment}" if each.comment else ""
         kind = f"{each.type.name}{_dims_text(each.dims)}"
-        lines.append(f"{each.way.value} {each.name} : {kind}{required}{comment}")
+        initial = "" if each.initial is None else f" := {json.dumps(each.initial)}"
+        lines.append(f"{each.way.value} {each.name} : {kind}{required}{initial}{comment}")
     for routine in definition.routines:
         lines += _routine_text(routine)
     return "\n".join([*lines, "END INSTRUCTION"]) + "\n"

@@ -63,7 +63,7 @@ _USE = re.compile(rf"USE\s+({_NAME})", re.IGNORECASE)
 _INSTRUCTION = re.compile(rf"INSTRUCTION\s+({_NAME})", re.IGNORECASE)
 _PARAMETER = re.compile(
     rf"({'|'.join(way.value for way in Way)})\s+({_NAME})\s*:\s*({_NAME})\s*"
-    r"(?:\[([\d,\s]+)\])?(\s+REQUIRED)?",
+    r"(?:\[([\d,\s]+)\])?(\s+REQUIRED)?\s*(?::=\s*(.+))?",
     re.IGNORECASE,
 )
 _END_INSTRUCTION = re.compile(r"END\s+INSTRUCTION", re.IGNORECASE)
@@ -251,10 +251,17 @@ class Reader:
         found = _PARAMETER.fullmatch(line)
         if found is None:
             self._fail("INPUT, OUTPUT, INOUT or LOCAL name : TYPE, ROUTINE, or END INSTRUCTION")
-        way, name, kind, dims, required = found.groups()
+        way, name, kind_name, dims, required, initial = found.groups()
+        kind = self._type(kind_name)
         comment = _comment_of(self._lines[self._at])
         parameter = Parameter(
-            name, self._type(kind), Way(way.upper()), self._dims(dims), bool(required), comment
+            name,
+            kind,
+            Way(way.upper()),
+            self._dims(dims),
+            bool(required),
+            comment,
+            self._initial(initial, kind),
         )
         self._at += 1
         return parameter

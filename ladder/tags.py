@@ -13,8 +13,9 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+from .stretches import Spot, spot_of
 from .tree import Address
-from .types import BOOL, DINT, INT, DataType, Elementary, count_of, leaves_of
+from .types import BOOL, DINT, HIDDEN, INT, DataType, Elementary, Structure, count_of, leaves_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +69,9 @@ class Leaf:
         ident: its identifier in the compiled program.
         slot: number of the slot, if it belongs to a module: its image or its fault; None if not.
         output: of a module: whether the program writes it.
+        frame: the add-on instruction of whose instances it is a part, in capitals; "" for a tag's.
+        root: in an add-on instruction what its path begins with: `OWN`, or an InOut in capitals.
+        outer: in an add-on instruction how many dimensions are the InOut's own.
     """
 
     path: str
@@ -76,11 +80,24 @@ class Leaf:
     ident: str
     slot: int | None = None
     output: bool = False
+    frame: str = ""
+    root: str = ""
+    outer: int = 0
 
     @property
     def size(self) -> int:
         """Number of elements."""
         return count_of(self.dims)
+
+    @property
+    def inner(self) -> int:
+        """Number of elements in one element of what its path begins with."""
+        return count_of(self.dims[self.outer :])
+
+    @property
+    def rest(self) -> str:
+        """What follows in its path, with a dot, the name of the instance or of the argument."""
+        return f".{self.path}" if self.root == OWN else self.path[len(self.root) :]
 
     @property
     def is_image(self) -> bool:
@@ -101,6 +118,16 @@ STATUS_FLAGS = {
 OVERRIDE = "~mcr"
 """Leaf of the override that MCR toggles."""
 
+HELD = "~held"
+"""Leaves that keep a subscript for the time of a call, with a number behind."""
+
+
+OWN = "~"
+"""Root of the members of an instance, in the routines of its add-on instruction."""
+
+OPEN = 1 << 31
+"""Length of an InOut that is an array of any length."""
+
 
 class Layout:
     """Where everything in a program's memory is.
@@ -108,15 +135,22 @@ class Layout:
     Attributes:
         declarations: by name in capitals.
         leaves: by path in capitals.
+        boxed: tags whose values lie in one list, by name in capitals; with the list's identifier.
 
     Args:
         declarations: tags and aliases.
     """
 
+    frame = ""
+    """The add-on instruction whose instances it is for, in capitals; "" for a program."""
+
     def __init__(self, declarations: Iterable[Declaration]) -> None:
         self.declarations: dict[str, Declaration] = {}
         self.leaves: dict[str, Leaf] = {}
+        self.boxed: dict[str, str] = {}
+        self._spots: dict[str, Spot] = {}
         self._idents: set[str] = set()
+        self._held = 0
         for name in (*STATUS_FLAGS, OVERRIDE):
             self._add(name, BOOL, ())
         for declaration in declarations:
@@ -142,6 +176,47 @@ class Layout:
         path = f"Local:{slot}:I.Fault"
         return self.leaves.get(path.upper()) or self._add(path, DINT, (), slot=slot)
 
+    def held(self) -> Leaf:
+        """Return a new leaf that keeps a subscript for the time of a call."""
+        self._held += 1
+        return self._add(f"{HELD}{self._held}", DINT, ())
+
+    # --- lists
+
+    def box(self, leaf: Leaf) -> None:
+        """Lay out the tag of a leaf as a stretch of a list, unless it is a list by itself."""
+        name = leaf.path if leaf.slot is not None else leaf.path.partition(".")[0]
+        tag = self.declarations.get(name.upper())
+        plain = isinstance(tag, Tag) and isinstance(tag.type, Elementary) and bool(tag.dims)
+        if name.upper() not in self.boxed and not leaf.is_image and not plain:
+            self.boxed[name.upper()] = self._ident(name)
+
+    def spot(self, leaf: Leaf) -> Spot | None:
+        """Return where a leaf lies in a list, None if it has a variable of its own."""
+        name = leaf.path.upper()
+        known = self._spots.get(name)
+        if known is None and self.boxed:
+            known = self._find_spot(leaf, name)
+        return known
+
+    def _find_spot(self, leaf: Leaf, name: str) -> Spot | None:
+        head, _, rest = name.partition(".")
+        tag = self.declarations.get(head)
+        if leaf.slot is not None and name in self.boxed:
+            found = spot_of(leaf.type, (), "", self.boxed[name])
+        elif head in self.boxed and isinstance(tag, Tag):
+            found = spot_of(tag.type, tag.dims, rest, self.boxed[head])
+        else:
+            return None
+        self._spots[name] = found
+        return found
+
+    @property
+    def idents(self) -> list[str]:
+        """The variables of the compiled program: leaves that lie in no list, and the lists."""
+        single = [leaf.ident for leaf in self.leaves.values() if self.spot(leaf) is None]
+        return [*single, *self.boxed.values()]
+
     @property
     def images(self) -> tuple[Leaf, ...]:
         """The images that the program uses."""
@@ -165,9 +240,14 @@ class Layout:
         slot: int | None = None,
         output: bool = False,
     ) -> Leaf:
-        leaf = Leaf(path, kind, dims, self._ident(path), slot, output)
+        leaf = self._leaf(path, kind, dims, slot, output)
         self.leaves[path.upper()] = leaf
         return leaf
+
+    def _leaf(
+        self, path: str, kind: Elementary, dims: tuple[int, ...], slot: int | None, output: bool
+    ) -> Leaf:
+        return Leaf(path, kind, dims, self._ident(path), slot, output)
 
     def _ident(self, path: str) -> str:
         """Make a readable identifier that nothing else has."""
@@ -181,6 +261,70 @@ class Layout:
         self._idents.add(ident)
         return ident
 
+
+class FrameLayout(Layout):
+    """Where everything is that the routines of an add-on instruction name: one layout for all instances.
+
+    Members of the instance lie in the list `frame` from `base` on. An InOut is a list, an offset and the
+    number of elements from there to the end of its array; a bit of an integer is told by a mask, too.
+
+    Attributes:
+        own: type of an instance.
+        inouts: variables of the InOuts, by name in capitals.
+
+    Args:
+        frame: the add-on instruction.
+        own: type of an instance.
+        inouts: what is handed over, as tags.
+        program: the layout of the program, for status flags.
+    """
+
+    def __init__(self, frame: str, own: Structure, inouts: Iterable[Tag], program: Layout) -> None:
+        self.frame, self.own, self._program = frame.upper(), own, program
+        handed = tuple(inouts)
+        self.inouts = {each.name.upper(): f"of_{each.name}" for each in handed}
+        super().__init__((*(Tag(each.name, each.type, each.dims) for each in own.members), *handed))
+
+    def leaf(self, path: str) -> Leaf:
+        """Return the leaf of that path, in any case; status flags and kept subscripts are the program's."""
+        name = path.upper()
+        if name.startswith(("S:", HIDDEN)):
+            return self._program.leaf(name)
+        return self.leaves[name]
+
+    def held(self) -> Leaf:
+        """Return a new leaf that keeps a subscript for the time of a call."""
+        return self._program.held()
+
+    def spot(self, leaf: Leaf) -> Spot | None:
+        """Return where a leaf lies in a list."""
+        if not leaf.frame:
+            return self._program.spot(leaf)
+        name = leaf.path.upper()
+        found = self._spots.get(name)
+        if found is None:
+            if leaf.root == OWN:
+                found = spot_of(self.own, (), name, FRAME, BASE)
+            else:
+                tag, ident = self.declarations[leaf.root], self.inouts[leaf.root]
+                assert isinstance(tag, Tag)
+                found = spot_of(tag.type, tag.dims, leaf.rest[1:], ident, f"{ident}_at")
+            self._spots[name] = found
+        return found
+
+    def _leaf(
+        self, path: str, kind: Elementary, dims: tuple[int, ...], slot: int | None, output: bool
+    ) -> Leaf:
+        head = path.partition(".")[0].upper()
+        if head not in self.inouts:
+            return Leaf(path, kind, dims, "", slot, output, self.frame, OWN)
+        tag = self.declarations[head]
+        assert isinstance(tag, Tag)
+        return Leaf(path, kind, dims, "", slot, output, self.frame, head, len(tag.dims))
+
+
+FRAME, BASE = "frame", "base"
+"""Variables of a compiled add-on instruction: the list in which its instance lies, and where it begins."""
 
 RESERVED = frozenset(
     [
@@ -221,6 +365,12 @@ RESERVED = frozenset(
         "distributed",
         "program",
         "scan",
+        FRAME,
+        BASE,
+        "move",
+        "stretch",
+        "text_in",
+        "set_text_in",
     ]
 )
 """Names that the compiled program uses itself; its temporaries start with two underscores."""

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 MAX_DIMENSIONS = 3
 """Dimensions an array may have."""
@@ -81,12 +82,14 @@ class Member:
         type: its type.
         dims: length per dimension, none for a single value.
         bit: for a BOOL of a predefined structure: its bit in the DINT that comes first.
+        initial: what it starts with, see `tags.Tag`; None = zero. No part of its identity.
     """
 
     name: str
     type: DataType
     dims: tuple[int, ...] = ()
     bit: int | None = None
+    initial: object = field(default=None, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,6 +105,10 @@ class Structure:
     name: str
     members: tuple[Member, ...]
     hidden: tuple[Member, ...] = field(default=())
+
+    def __hash__(self) -> int:
+        """Hash the name alone: types are keys often, and structures of one name are rare."""
+        return hash(self.name)
 
     def member(self, name: str) -> Member | None:
         """Return the member of that name in any case, None without one."""
@@ -159,6 +166,7 @@ class Field:
     index: int = 0
 
 
+@lru_cache(maxsize=1024)
 def size_of(kind: DataType) -> int:
     """Bytes that one element of a type takes.
 
@@ -168,6 +176,7 @@ def size_of(kind: DataType) -> int:
     return _Layout(kind).size
 
 
+@lru_cache(maxsize=1024)
 def fields_of(kind: DataType) -> tuple[Field, ...]:
     """Elementary values of one element of a type, with their places in its bytes."""
     return tuple(_Layout(kind).fields)

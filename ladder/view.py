@@ -72,7 +72,7 @@ class Tags:
         if found is None:
             address: Address = parse_address(name)
             found = self._resolver.address(address)
-            if any(leaf.ident not in self._memory.cells for leaf in leaves_in(found)):
+            if not all(map(self._memory.has, leaves_in(found))):
                 raise ValueError(f"{name}: the program does not use this image")
             self._known[name] = found
         return found

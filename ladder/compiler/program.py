@@ -7,6 +7,7 @@ import textwrap
 from dataclasses import dataclass
 
 from ..lowered import Line, Lowered, LoweredRoutine
+from .calls import parameters_of
 from .rungs import RungWriter
 from .statements import StatementWriter
 from .writer import INDENT, Writer
@@ -32,7 +33,7 @@ class ProgramText:
 def text_of(lowered: Lowered) -> ProgramText:
     """Return the Python of a program."""
     functions = _function_names(lowered)
-    idents = [leaf.ident for leaf in lowered.layout.leaves.values()]
+    idents = lowered.layout.idents
     lines: list[tuple[str, int]] = []
     for name, routine in lowered.routines.items():
         lines += _routine(lowered, routine, functions, is_main=name == lowered.main)
@@ -51,10 +52,11 @@ def text_of(lowered: Lowered) -> ProgramText:
 
 
 def _function_names(lowered: Lowered) -> dict[str, str]:
-    taken = {leaf.ident for leaf in lowered.layout.leaves.values()}
+    taken = set(lowered.layout.idents)
     names: dict[str, str] = {}
     for key, routine in lowered.routines.items():
-        name = "scan" if key == lowered.main else f"jsr_{re.sub(r'[^0-9A-Za-z_]', '_', routine.name)}"
+        kind = "addon" if routine.frame else "jsr"
+        name = "scan" if key == lowered.main else f"{kind}_{re.sub(r'[^0-9A-Za-z_]', '_', routine.name)}"
         while name != "scan" and name in taken:
             name += "_"
         names[key] = name
@@ -65,7 +67,7 @@ def _function_names(lowered: Lowered) -> dict[str, str]:
 def _routine(
     lowered: Lowered, routine: LoweredRoutine, functions: dict[str, str], *, is_main: bool
 ) -> list[tuple[str, int]]:
-    writer = Writer(lowered)
+    writer = Writer(lowered, routine.frame)
     rungs = RungWriter(writer, functions)
     if is_main and lowered.override:
         rungs.set_override("False")
@@ -77,7 +79,10 @@ def _routine(
         for line in routine.lines:
             _rung(writer, rungs, line)
     name = functions[routine.name.upper()]
-    head = [f"def {name}(now, given):"]
+    parameters = ["now", "given"]
+    if routine.frame:
+        parameters = parameters_of(rungs.values, tuple(lowered.frames[routine.frame].layout.inouts))
+    head = [f"def {name}({', '.join(parameters)}):"]
     if writer.written:
         listed = textwrap.wrap(
             ", ".join(sorted(writer.written)), 100, break_long_words=False, break_on_hyphens=False

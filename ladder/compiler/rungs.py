@@ -101,7 +101,9 @@ class RungWriter:
         """Write an instruction, or a call of the interpreter if it has no text of its own."""
         if step.spec.write is not None:
             return step.spec.write(self, *power, *step.operands) or ""
-        call = f"interpret({', '.join([str(step.site), *power])})"
+        frame = self.values.stores()
+        given = [str(step.site), *power, *([f"frame={frame}"] if frame else [])]
+        call = f"interpret({', '.join(given)})"
         if step.kind is Kind.INPUT or step.spec.decides:
             return self.values.keep(call)
         self.writer.line(call)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from .. import arithmetic as math
 from ..lowered import Lowered, Step, steps_of
-from ..memory import Value
-from ..regions import copy, region_of
+from ..memory import NOTHING, Listed, Store, Value, set_text_in, text_in
+from ..regions import Region, copy, region_of
 from ..spec import Use
 
 if TYPE_CHECKING:
@@ -23,12 +23,20 @@ class Services:
         self._engine = engine
         self._fault_log = engine.fault_log
         self._memory = engine.memory
+        self._frames = engine.lowered.frames
         self._interpreted = _interpreted(engine.lowered)
 
-    def interpret(self, site: int, power: bool = True) -> bool:
-        """Execute an instruction that has no Python text; return the power behind it."""
-        self._engine.interpreter.now_ns = self._engine.now_ns
-        return self._engine.interpreter.execute(self._interpreted[site], power)
+    def interpret(self, site: int, power: bool = True, frame: Mapping[str, Store] = NOTHING) -> bool:
+        """Execute an instruction that has no Python text; return the power behind it.
+
+        Args:
+            site: its number.
+            power: the power in front of it.
+            frame: in an add-on instruction what it works on, by `Leaf.root`.
+        """
+        interpreter = self._engine.interpreter
+        interpreter.now_ns, interpreter.frame = self._engine.now_ns, frame
+        return interpreter.execute(self._interpreted[site], power)
 
     def subscript(self, index: int, length: int, site: int, tag: str) -> int:
         """Return an index that is in range; stop the scan if it is not."""
@@ -103,27 +111,53 @@ class Services:
             self._fault_log.zero_divisor(site)
         return self.real_result(site, math.real_remainder(a, b), a, b)
 
-    def copy(self, source: Any, first: int, target: Any, at: int, length: int) -> None:
-        """Copy bytes between regions."""
-        copy(self._memory, source, first, target, at, length)
+    def copy(
+        self,
+        source: Region,
+        first: int,
+        target: Region,
+        at: int,
+        length: int,
+        origin: Store | None = None,
+        goal: Store | None = None,
+    ) -> None:
+        """Copy bytes between regions; without a store they are in the program's memory."""
+        copy((origin or self._memory, source, first), (goal or self._memory, target, at), length)
 
-    def fill(self, target: Any, at: int, length: int, value: Value) -> None:
+    def fill(self, target: Region, at: int, length: int, value: Value, goal: Store | None = None) -> None:
         """Fill elements with a converted value."""
-        leaf, kind = target.parts[0].leaf, target.type
+        store = goal or self._memory
+        leaf, kind = target.parts[0].leaf, target.parts[0].leaf.type
         if kind.is_real:
             value = math.real(value)
         else:
             value = math.wrap(math.whole(value) if isinstance(value, float) else int(value), kind.bits)
-        for number in range(min(length, target.left(at))):
-            self._memory.write(leaf, at + number, value)
+        for number in range(min(length, target.left(at, store))):
+            store.write(leaf, at + number, value)
+
+    def stretch(self, frame: str, values: Any, base: int, left: int = 1, mask: int | None = None) -> Listed:
+        """Return an instance, or what was handed over, as a store."""
+        return Listed(self._frames[frame].layout, values, base, left, mask)
+
+    def mask(self, bit: int, bits: int, signed: bool) -> int:
+        """Return the value in which one bit is set."""
+        return -1 << bit if signed and bit == bits - 1 else 1 << bit
 
     def text(self, path: str, at: int) -> bytes:
-        """Return the characters of a STRING."""
+        """Return the characters of a string."""
         return self._memory.text(path, at)
 
     def set_text(self, path: str, at: int, value: bytes) -> None:
-        """Set a STRING to characters."""
+        """Set a string to characters."""
         self._memory.set_text(path, at, value)
+
+    def text_in(self, store: Store, frame: str, path: str, at: int) -> bytes:
+        """Return the characters of a string of an add-on instruction."""
+        return text_in(store, self._frames[frame].layout, path, at)
+
+    def set_text_in(self, store: Store, frame: str, path: str, at: int, value: bytes) -> None:
+        """Set a string of an add-on instruction to characters."""
+        set_text_in(store, self._frames[frame].layout, path, at, value)
 
     def python(self, name: str, inputs: Sequence[Value]) -> Sequence[Value]:
         """Call a routine in Python."""
@@ -184,7 +218,7 @@ Regions = dict[tuple[int, int], Any]
 def regions_of(lowered: Lowered) -> Regions:
     """Return the regions that instructions copy or fill, by site and operand."""
     return {
-        (step.site, number): region_of(operand, lowered.layout)
+        (step.site, number): region_of(operand)
         for step in _all_steps(lowered)
         for number, (use, operand) in enumerate(zip(step.spec.operands, step.operands, strict=False))
         if use in (Use.SOURCE, Use.DESTINATION)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from ..arithmetic import real
@@ -14,10 +14,13 @@ from ..operands import (
     Quoted,
     Resolved,
     can_fault,
+    first_leaf,
     is_truth,
     width_of,
 )
 from ..operators import BITWISE, RELATIONS
+from ..stretches import row_strides
+from ..tags import OWN, FrameLayout, Leaf
 from ..types import DINT, LINT, REAL, Elementary
 from .writer import Writer
 
@@ -64,7 +67,8 @@ class Values:
         """Return text that reads a place."""
         whole = self.whole(place)
         if place.bit is None:
-            return whole
+            mask = self.writer.mask(place.leaf)
+            return f"({whole} if {mask} is None else {whole} & {mask} != 0)" if mask else whole
         if isinstance(place.bit, Constant):
             number = int(place.bit.value)
             if number == place.leaf.type.bits - 1:
@@ -75,27 +79,59 @@ class Values:
 
     def whole(self, place: Place) -> str:
         """Return text for the value that a place is or lies in."""
-        name = self.writer.name(place.leaf)
-        return f"{name}[{self.element(place)}]" if place.leaf.dims else name
+        name, element = self.writer.name(place.leaf), self.element(place)
+        return f"{name}[{element}]" if element else name
 
     def element(self, place: Place) -> str:
-        """Return text for the index of an element in its leaf."""
-        if place.fixed_index is not None:
-            return str(place.fixed_index)
-        return self.flat(place.indices, place.leaf.dims, place.text)
+        """Return text for where a value lies in its list, "" if it lies in none."""
+        leaf = place.leaf
+        if not leaf.dims and self.writer.layout.spot(leaf) is None:
+            return ""
+        return self.offset(leaf, self.subscripts(leaf, place.indices, place.text))
 
-    def flat(self, indices: tuple[Resolved, ...], dims: tuple[int, ...], tag: str) -> str:
-        """Return text that flattens subscripts."""
-        text = ""
-        for index, length in zip(indices, dims, strict=True):
-            one = self.index(index, length, tag)
-            text = f"({text}) * {length} + {one}" if text else one
-        return text or "0"
+    def subscripts(self, leaf: Leaf, indices: Sequence[Resolved], tag: str) -> list[str]:
+        """Return texts for subscripts of a leaf that are in range or stop the scan."""
+        lengths: list[int | str] = [*leaf.dims]
+        if left := self.writer.left(leaf):
+            lengths[0] = left
+        return [self.index(index, length, tag) for index, length in zip(indices, lengths, strict=False)]
 
-    def index(self, index: Resolved, length: int, tag: str) -> str:
-        """Return text for a subscript that is in range or stops the scan."""
+    def offset(self, leaf: Leaf, subscripts: Sequence[str]) -> str:
+        """Return text for where a value lies in its list, by texts of its subscripts."""
+        spot = self.writer.layout.spot(leaf)
+        fixed, strides = (spot.part.offset, spot.strides) if spot else (0, row_strides(leaf.dims, 1))
+        terms = [spot.base] if spot and spot.base else []
+        for text, stride in zip(subscripts, strides, strict=False):
+            if text.isdigit():
+                fixed += int(text) * stride
+            else:
+                terms.append(f"{text} * {stride}" if stride != 1 else text)
+        return " + ".join([*terms, str(fixed)] if fixed or not terms else terms)
+
+    def row(self, leaf: Leaf, number: int) -> str:
+        """Return text for where an element lies in its list, by its number among all of the leaf."""
+        spot = self.writer.layout.spot(leaf)
+        if spot is None:
+            return str(number)
+        at = str(spot.at(number))
+        return f"{spot.base} + {at}" if spot.base else at
+
+    def flat(self, leaf: Leaf, indices: Sequence[Resolved], tag: str) -> str:
+        """Return text for the number of an element among all that the subscripts may mean."""
+        strides = row_strides(leaf.dims[: len(indices)], 1)
+        texts = self.subscripts(leaf, indices, tag)
+        if all(text.isdigit() for text in texts):
+            return str(sum(int(text) * stride for text, stride in zip(texts, strides, strict=True)))
+        each = [
+            f"{text} * {stride}" if stride != 1 else text for text, stride in zip(texts, strides, strict=True)
+        ]
+        return " + ".join(each)
+
+    def index(self, index: Resolved, length: int | str, tag: str) -> str:
+        """Return text for a subscript that is in range or stops the scan; a length may be a variable."""
         if isinstance(index, Constant):
-            return str(index.value)
+            value = str(index.value)
+            return value if isinstance(length, int) else f"subscript({value}, {length}, {self.site}, {tag!r})"
         term = self.term(index, DINT.bits)
         if term.text.isidentifier():
             name = term.text
@@ -105,9 +141,18 @@ class Values:
     # --- writing
 
     def assign(self, place: Place, text: str) -> None:
-        """Write a line that sets a place that is not a bit."""
+        """Write lines that set a place that is not a bit of a tag of its own."""
         self.writer.assigned(place.leaf)
-        self.writer.line(f"{self.whole(place)} = {text}")
+        whole = self.whole(place)
+        mask = self.writer.mask(place.leaf)
+        if not mask:
+            self.writer.line(f"{whole} = {text}")
+            return
+        value = self.keep(text)
+        with self.writer.block(f"if {mask} is None:"):
+            self.writer.line(f"{whole} = {value}")
+        with self.writer.block("else:"):
+            self.writer.line(f"{whole} = {whole} | {mask} if {value} else {whole} & ~{mask}")
 
     def set_bit(self, place: Place, power: str) -> None:
         """Write lines that set a bit to the truth of an expression that is a bool."""
@@ -116,9 +161,9 @@ class Values:
             return
         self.writer.assigned(place.leaf)
         target = self.writer.name(place.leaf)
-        if place.leaf.dims:
-            element = self.element(place)
-            if not element.isdigit():
+        element = self.element(place)
+        if element:
+            if "(" in element:
                 element = self.keep(element)
             target = f"{target}[{element}]"
         bits = place.leaf.type.bits
@@ -320,12 +365,37 @@ class Values:
         if isinstance(operand, Quoted):
             return repr(operand.value.encode("latin-1", errors="replace"))
         assert isinstance(operand, Group)
-        return f"text({operand.path!r}, {self.first(operand)})"
+        return f"text{self._in_store(operand)})"
 
-    def first(self, operand: Group) -> str:
-        """Return text for the index of a STRING among those of its array, 0 for a single one."""
-        dims = operand.layout.leaf(f"{operand.path}.LEN").dims
-        return self.flat(operand.indices, dims, operand.text)
+    def set_characters(self, operand: Group, text: str) -> None:
+        """Write a line that sets the characters of a string."""
+        self.writer.line(f"set_text{self._in_store(operand)}, {text})")
+
+    def _in_store(self, operand: Group) -> str:
+        """Return text for the operands by which a string is found: its path, its number, what it is in."""
+        path, leaf = operand.path, first_leaf(operand)
+        first = self.flat(leaf, operand.indices, operand.text)
+        if not leaf.root:
+            return f"({path!r}, {first}"
+        return f"_in({self.store_of(leaf)}, {leaf.frame!r}, {path!r}, {first}"
+
+    def stores(self) -> str:
+        """Return text for all stores of an add-on instruction by `Leaf.root`, "" in a program."""
+        layout = self.writer.layout
+        if not isinstance(layout, FrameLayout):
+            return ""
+        parts = {root: ", ".join(self.writer.handed(root)) for root in (OWN, *layout.inouts)}
+        return (
+            "{"
+            + ", ".join(f"{root!r}: stretch({layout.frame!r}, {each})" for root, each in parts.items())
+            + "}"
+        )
+
+    def store_of(self, leaf: Leaf) -> str:
+        """Return text for the store in which a leaf's values are; None is the program's memory."""
+        if not leaf.root:
+            return "None"
+        return f"stretch({leaf.frame!r}, {', '.join(self.writer.handed(leaf.root))})"
 
     def condition(self, condition: Resolved) -> str:
         """Return text for a condition; every part of it is computed, or has no effect."""

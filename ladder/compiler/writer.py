@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from ..lowered import Lowered
-from ..tags import Leaf
+from ..tags import BASE, FRAME, OWN, FrameLayout, Layout, Leaf
 
 INDENT = "    "
 
@@ -16,6 +16,7 @@ class Writer:
 
     Attributes:
         lowered: the program.
+        layout: where the operands of the routine are: the program's, or that of an add-on instruction.
         lines: text and line of origin.
         written: identifiers that are assigned to.
         inputs: input images that are read.
@@ -23,8 +24,10 @@ class Writer:
         flags: whether the status flags are kept.
     """
 
-    def __init__(self, lowered: Lowered) -> None:
+    def __init__(self, lowered: Lowered, frame: str = "") -> None:
         self.lowered = lowered
+        self.layout: Layout = lowered.frames[frame].layout if frame else lowered.layout
+        self._bits = lowered.frames[frame].bits if frame else set[str]()
         self.lines: list[tuple[str, int]] = []
         self.written: set[str] = set()
         self.inputs: set[str] = set()
@@ -73,16 +76,40 @@ class Writer:
         self._temporaries = 0
 
     def name(self, leaf: Leaf) -> str:
-        """Return the variable of a leaf."""
+        """Return the variable of a leaf, or of the list in which it lies."""
+        spot = self.layout.spot(leaf)
+        if spot is not None:
+            return spot.ident
         if leaf.is_image and not leaf.output:
             self.inputs.add(leaf.ident)
             return f"{leaf.ident}_"
         return leaf.ident
 
     def assigned(self, leaf: Leaf) -> None:
-        """Note that a leaf's variable is assigned to; elements of arrays are not."""
-        if not leaf.dims:
+        """Note that a leaf's variable is assigned to; elements of lists are not."""
+        if not leaf.dims and self.layout.spot(leaf) is None:
             self.written.add(leaf.ident)
+
+    def handed(self, root: str) -> list[str]:
+        """Return the variables of an instance or of an InOut, by `Leaf.root`."""
+        if root == OWN:
+            return [FRAME, BASE]
+        assert isinstance(self.layout, FrameLayout)
+        name = self.layout.inouts[root]
+        bit = [f"{name}_bit"] if root in self._bits else []
+        return [name, f"{name}_at", f"{name}_left", *bit]
+
+    def mask(self, leaf: Leaf) -> str:
+        """Return the variable that says which bit of an integer an InOut is, "" if it is never one."""
+        if leaf.root not in self._bits:
+            return ""
+        return self.handed(leaf.root)[3]
+
+    def left(self, leaf: Leaf) -> str:
+        """Return the variable that says how many elements of an InOut are left, "" if it is no array."""
+        if leaf.outer != 1:
+            return ""
+        return self.handed(leaf.root)[2]
 
 
 def both(a: str, b: str) -> str:

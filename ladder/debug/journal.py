@@ -177,22 +177,26 @@ class Journal:
 
 
 def snapshot(memory: Memory) -> dict[str, Any]:
-    """Return all values of a memory, by identifier."""
+    """Return all values of a memory, by identifier of the variable."""
+    images = {leaf.ident for leaf in memory.layout.images}
     found: dict[str, Any] = {}
-    for leaf in memory.layout.leaves.values():
-        value = memory.cells[leaf.ident].cell_contents
-        found[leaf.ident] = value.tolist() if leaf.is_image else list(value) if leaf.dims else value
+    for ident, cell in memory.cells.items():
+        value = cell.cell_contents
+        if ident in images:
+            value = value.tolist()
+        found[ident] = list(value) if isinstance(value, list) else value
     return found
 
 
 def restore(memory: Memory, values: dict[str, Any]) -> None:
     """Set all values of a memory to those of a snapshot."""
-    for leaf in memory.layout.leaves.values():
-        cell, value = memory.cells[leaf.ident], values[leaf.ident]
-        if leaf.is_image:
-            for index, word in enumerate(value):
-                cell.cell_contents[index] = word
-        elif leaf.dims:
-            cell.cell_contents[:] = value
-        else:
+    for ident, cell in memory.cells.items():
+        value = values[ident]
+        if not isinstance(value, list):
             cell.cell_contents = value
+            continue
+        if isinstance(cell.cell_contents, list):
+            cell.cell_contents[:] = value
+            continue
+        for index, word in enumerate(value):
+            cell.cell_contents[index] = word

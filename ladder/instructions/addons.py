@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ..compiler.calls import write_call
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
 from ..lowered import ADD_ON, AddOnCall
@@ -18,7 +19,8 @@ def _run(machine: Interpreter, power: bool, call: AddOnCall) -> bool:
     routine = call.logic if power else call.otherwise
     if routine is None:
         return False
-    machine.call(routine, ())
+    with machine.within(call):
+        machine.call(routine, ())
     machine.copy_parameters(call.outputs)
     return bool(machine.get(call.enable_out))
 
@@ -33,7 +35,7 @@ def _write(rungs: RungWriter, power: str, call: AddOnCall) -> str:
     def run(routine: str | None) -> None:
         if routine is None:
             return
-        rungs.writer.line(f"{rungs.functions[routine]}(now, ())")
+        write_call(rungs.values, rungs.functions[routine], call)
         for series in call.outputs:
             rungs.series(series, "True", needed=False)
 
@@ -46,9 +48,10 @@ def _prescan(machine: Interpreter, call: AddOnCall) -> None:
     machine.copy_parameters(call.inputs, prescan=True)
     machine.put(call.enable_in, False)
     machine.put(call.enable_out, False)
-    machine.prescan(call.logic)
-    if call.prescan is not None:
-        machine.call(call.prescan, ())
+    with machine.within(call):
+        machine.prescan(call.logic)
+        if call.prescan is not None:
+            machine.call(call.prescan, ())
     machine.copy_parameters(call.outputs, prescan=True)
 
 

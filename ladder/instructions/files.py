@@ -10,6 +10,7 @@ from ..operand_checks import OperandError
 from ..operands import Constant, Group, Resolved, width_of
 from ..regions import Region, copy, plain, region_of
 from ..spec import Use, action
+from ..tags import Leaf
 from ..types import LINT, Elementary, Structure
 
 __all__ = ["COP", "CPS", "FLL"]
@@ -17,30 +18,26 @@ __all__ = ["COP", "CPS", "FLL"]
 # --- COP, CPS: bytes from one place to another
 
 
-def _first(machine: Interpreter, region: Region) -> int:
-    return region.first(lambda index, length: machine.subscript(index, length, region.text))
-
-
 def _cop(machine: Interpreter, source: Resolved, target: Resolved, length: Resolved) -> None:
-    origin, goal = (region_of(each, machine.memory.layout) for each in (source, target))
-    first, at = _first(machine, origin), _first(machine, goal)
-    copy(machine.memory, origin, first, goal, at, machine.integer(length))
+    origin, goal = machine.end(source), machine.end(target)
+    copy(origin, goal, machine.integer(length))
 
 
 def _write_cop(rungs: RungWriter, source: Resolved, target: Resolved, length: Resolved) -> None:
-    layout = rungs.writer.lowered.layout
-    regions = region_of(source, layout), region_of(target, layout)
+    regions = region_of(source), region_of(target)
     if isinstance(length, Constant) and _write_slices(rungs, *regions, int(length.value)):
         return
     firsts = [_write_first(rungs, each) for each in regions]
     count = rungs.values.term(length, LINT.bits).text
     site = rungs.values.site
-    rungs.writer.line(f"copy(region[{site}, 0], {firsts[0]}, region[{site}, 1], {firsts[1]}, {count})")
+    stores = [rungs.values.store_of(each.parts[0].leaf) for each in regions]
+    parts = [f"region[{site}, 0]", firsts[0], f"region[{site}, 1]", firsts[1], count]
+    rungs.writer.line(f"copy({', '.join(parts + (stores if stores != ['None', 'None'] else []))})")
 
 
 def _write_first(rungs: RungWriter, region: Region) -> str:
-    flat = rungs.values.flat(region.indices, region.dims, region.text)
-    return f"({flat}) * {region.rest}" if region.rest != 1 else flat
+    flat = rungs.values.flat(region.parts[0].leaf, region.indices, region.text)
+    return f"({flat}) * {region.rest}" if region.rest != 1 and region.indices else flat
 
 
 def _write_slices(rungs: RungWriter, source: Region, target: Region, length: int) -> bool:
@@ -48,17 +45,26 @@ def _write_slices(rungs: RungWriter, source: Region, target: Region, length: int
     first, at = source.fixed_first, target.fixed_first
     if plain(source) is None or plain(source) != plain(target) or first is None or at is None:
         return False
-    count = min(length, target.left(at), source.left(first))
+    if source.whole or target.whole:
+        return False
+    count = min(length, target.fixed_left(at), source.fixed_left(first))
     if count < 1:
         return True
     origin, goal = source.parts[0].leaf, target.parts[0].leaf
-    text = f"{rungs.writer.name(origin)}[{first}:{first + count}]"
+    text = _write_slice(rungs, origin, first, count)
     if origin.output:
         text += ".tolist()"
     if goal.output:
         text = f'array("h", {text})'
-    rungs.writer.line(f"{rungs.writer.name(goal)}[{at}:{at + count}] = {text}")
+    rungs.writer.line(f"{_write_slice(rungs, goal, at, count)} = {text}")
     return True
+
+
+def _write_slice(rungs: RungWriter, leaf: Leaf, first: int, count: int) -> str:
+    """Return text for elements that lie in a row."""
+    begin = rungs.values.row(leaf, first)
+    end = f"{int(begin) + count}" if begin.isdigit() else f"{begin} + {count}"
+    return f"{rungs.writer.name(leaf)}[{begin}:{end}]"
 
 
 # --- FLL: one value into elements of an array, without flags and faults
@@ -70,13 +76,12 @@ def _check_fll(_source: Resolved, target: Resolved, _length: Resolved) -> None:
 
 
 def _fll(machine: Interpreter, source: Resolved, target: Resolved, length: Resolved) -> None:
-    region = region_of(target, machine.memory.layout)
-    first = _first(machine, region)
-    count = min(machine.integer(length), region.left(first))
+    store, region, first = machine.end(target)
+    count = min(machine.integer(length), region.left(first, store))
     value = machine.number(source, width_of(source))
     leaf = region.parts[0].leaf
     for number in range(count):
-        machine.memory.write(leaf, first + number, _converted(leaf.type, value))
+        store.write(leaf, first + number, _converted(leaf.type, value))
 
 
 def _converted(kind: Elementary, value: Value) -> Value:
@@ -86,11 +91,13 @@ def _converted(kind: Elementary, value: Value) -> Value:
 
 
 def _write_fll(rungs: RungWriter, source: Resolved, target: Resolved, length: Resolved) -> None:
-    region = region_of(target, rungs.writer.lowered.layout)
+    region = region_of(target)
     first = _write_first(rungs, region)
     count = rungs.values.term(length, LINT.bits).text
     value = rungs.values.term(source, width_of(source)).text
-    rungs.writer.line(f"fill(region[{rungs.values.site}, 1], {first}, {count}, {value})")
+    store = rungs.values.store_of(region.parts[0].leaf)
+    goal = f", {store}" if store != "None" else ""
+    rungs.writer.line(f"fill(region[{rungs.values.site}, 1], {first}, {count}, {value}{goal})")
 
 
 # --- the rows

@@ -32,12 +32,12 @@ def _write_set(rungs: RungWriter, target: Place, value: Resolved) -> None:
 
 def _set_text(machine: Interpreter, target: Group, value: Resolved) -> None:
     text = machine.text(value)
-    machine.memory.set_text(target.path, machine.first(target), text)
+    machine.set_text(target, text)
 
 
 def _write_set_text(rungs: RungWriter, target: Group, value: Resolved) -> None:
     text = rungs.values.keep(rungs.values.characters(value))
-    rungs.values.writer.line(f"set_text({target.path!r}, {rungs.values.first(target)}, {text})")
+    rungs.values.set_characters(target, text)
 
 
 # --- the selector of CASE, compared in the width that it and the labels have together
@@ -66,7 +66,7 @@ def _clear(machine: Interpreter, target: Place, _value: Resolved) -> None:
 
 
 def _clear_text(machine: Interpreter, target: Group, _value: Resolved) -> None:
-    machine.memory.set_text(target.path, machine.first(target), b"")
+    machine.set_text(target, b"")
 
 
 _ASSIGNMENTS = {

@@ -7,16 +7,31 @@ share: rungs, branches, calls of routines, prescan.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import NoReturn
 
 from ..errors import LadderFault
 from ..fault_log import FaultLog
-from ..lowered import Act, Arms, Body, Line, Loop, Lowered, LoweredRoutine, Node, Parallel, Selection, Step
-from ..memory import Memory, Value
-from ..operands import Constant, Place, Resolved, place_of
+from ..lowered import (
+    Act,
+    AddOnCall,
+    Arms,
+    Body,
+    Line,
+    Loop,
+    Lowered,
+    LoweredRoutine,
+    Node,
+    Parallel,
+    Selection,
+    Step,
+)
+from ..memory import Memory, Named, Value
+from ..operands import Constant, Group, Place, Resolved, first_leaf, place_of
 from ..spec import Kind
-from ..tags import OVERRIDE
+from ..tags import OVERRIDE, OWN
+from ..types import count_of
 from .values import Values
 
 Caller = Callable[[str, Sequence[Value]], Sequence[Value]]
@@ -195,6 +210,43 @@ class Interpreter(Values):
         answers = self.run(name, inputs)
         self.site, self.inputs = site, own
         return answers
+
+    @contextmanager
+    def within(self, call: AddOnCall) -> Iterator[None]:
+        """Run what is inside on an instance and on what its call hands over."""
+        frame = {name: self.handed(operand) for name, operand in call.handed.items()}
+        outer, self.frame = self.frame, {**frame, OWN: self.handed(call.instance)}
+        try:
+            yield
+        finally:
+            self.frame = outer
+
+    def handed(self, operand: Place | Group) -> Named:
+        """Return what an operand is to an add-on instruction."""
+        leaf = first_leaf(operand)
+        dims = self.dims_of(leaf)
+        path, left, first, bit = "", 1, 0, None
+        if leaf.root:
+            outer = self.frame[leaf.root]
+            assert isinstance(outer, Named)
+            path, left, first, bit = outer.path, outer.left, outer.first, outer.bit
+        open_dims = operand.dims if isinstance(operand, Group) else ()
+        settled = dims[: len(operand.indices)]
+        flat = 0
+        for index, length in zip(operand.indices, settled, strict=True):
+            flat = flat * length + self.subscript(index, length, operand.text)
+        flat *= count_of(open_dims)
+        name = leaf.path if isinstance(operand, Place) else operand.path
+        rest = leaf.rest[: len(leaf.rest) - len(leaf.path) + len(name)] if leaf.root else name
+        if leaf.root != name.upper():
+            array = count_of(open_dims or operand.array)
+            left = array - flat % array
+        else:
+            left -= flat
+        inner = count_of((*settled, *open_dims)[leaf.outer :])
+        if isinstance(operand, Place) and operand.bit is not None:
+            bit = self.subscript(operand.bit, leaf.type.bits, operand.text)
+        return Named(self.memory, path + rest, first * inner + flat, left, bit)
 
     def value(self, operand: Resolved) -> Value:
         """Return a value to pass to a routine."""

@@ -8,10 +8,11 @@ from typing import Any
 from .. import arithmetic as math
 from ..fault_log import FaultLog
 from ..lowered import Lowered
-from ..memory import Memory, Value
+from ..memory import Memory, Store, Value, set_text_in, text_in
 from ..operands import Calculation, Constant, Group, Place, Quoted, Resolved, is_truth, place_of, width_of
 from ..operators import BITWISE, RELATIONS
-from ..regions import region_of
+from ..regions import End, region_of
+from ..tags import Leaf
 from ..types import DINT
 
 
@@ -23,6 +24,7 @@ class Values:
         memory: its memory.
         fault_log: collects its faults.
         site: number of the present instruction.
+        frame: in an add-on instruction the instance and what was handed over, by `Leaf.root`.
         now_ns: virtual time of the scan, ns.
     """
 
@@ -30,6 +32,11 @@ class Values:
         self.lowered, self.memory, self.fault_log = lowered, memory, fault_log
         self.site = 0
         self.now_ns = 0
+        self.frame: Mapping[str, Store] = {}
+
+    def store_of(self, root: str) -> Store:
+        """Return where the values of an operand are: the memory or, by `Leaf.root`, what was handed over."""
+        return self.frame[root] if root else self.memory
 
     def status(self, path: str) -> Value:
         """Return a status tag, such as `S:V`."""
@@ -41,9 +48,15 @@ class Values:
 
     def _index(self, place: Place) -> int:
         flat = 0
-        for index, length in zip(place.indices, place.leaf.dims, strict=True):
+        for index, length in zip(place.indices, self.dims_of(place.leaf), strict=True):
             flat = flat * length + self.subscript(index, length, place.text)
         return flat
+
+    def dims_of(self, leaf: Leaf) -> tuple[int, ...]:
+        """Return the dimensions of a leaf; an array that was handed over has as many elements as are left."""
+        if leaf.outer != 1:
+            return leaf.dims
+        return (self.frame[leaf.root].left, *leaf.dims[1:])
 
     def subscript(self, index: Resolved, length: int, tag: str) -> int:
         """Return a subscript or bit number below `length`; stop the scan if it is out of range."""
@@ -54,7 +67,7 @@ class Values:
 
     def get(self, place: Place) -> Value:
         """Return the value of a place."""
-        value = self.memory.read(place.leaf, self._index(place))
+        value = self.store_of(place.leaf.root).read(place.leaf, self._index(place))
         if place.bit is None:
             return value
         bit = self.subscript(place.bit, place.leaf.type.bits, place.text)
@@ -63,12 +76,13 @@ class Values:
     def put(self, place: Place, value: Value) -> None:
         """Set a place to a value of its type."""
         index = self._index(place)
+        store = self.store_of(place.leaf.root)
         if place.bit is not None:
             bits = place.leaf.type.bits
             mask = 1 << self.subscript(place.bit, bits, place.text)
-            word = int(self.memory.read(place.leaf, index))
+            word = int(store.read(place.leaf, index))
             value = math.wrap(word | mask if value else word & ~mask, bits)
-        self.memory.write(place.leaf, index, value)
+        store.write(place.leaf, index, value)
 
     def integer(self, operand: Resolved) -> int:
         """Return the value of an integer operand."""
@@ -165,13 +179,22 @@ class Values:
         if isinstance(operand, Quoted):
             return operand.value.encode("latin-1", errors="replace")
         assert isinstance(operand, Group)
-        return self.memory.text(operand.path, self.first(operand))
+        store, _, first = self.end(operand)
+        return text_in(store, operand.layout, operand.path, first)
 
-    def first(self, operand: Group) -> int:
-        """Return the index of a STRING among those of its array, 0 for a single one."""
-        return region_of(operand, self.memory.layout).first(
-            lambda index, length: self.subscript(index, length, operand.text)
-        )
+    def set_text(self, target: Group, value: bytes) -> None:
+        """Set a string to characters, as many as fit."""
+        store, _, first = self.end(target)
+        set_text_in(store, target.layout, target.path, first, value)
+
+    def end(self, operand: Resolved) -> End:
+        """Return where an operand is: the store, the region, and the first element as it is now."""
+        region = region_of(operand)
+        store = self.store_of(region.root)
+        dims = region.dims
+        if dims and region.parts[0].leaf.outer == 1:
+            dims = (store.left, *dims[1:])
+        return store, region, region.first(lambda i, n: self.subscript(i, n, region.text), dims)
 
     def condition(self, condition: Resolved) -> bool:
         """Return the value of a condition; every part of it is computed."""

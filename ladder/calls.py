@@ -1,0 +1,86 @@
+"""What a call of an add-on instruction hands over: the argument of every InOut, checked, and the instance."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from .addon import AddOn
+from .operand_checks import OperandError, described
+from .operands import Constant, Group, Place, first_leaf
+from .resolver import Resolver
+from .tags import OPEN, Tag
+from .tree import Address, Instruction, Number, Operand, Series, SubscriptStep
+from .types import Elementary, Structure
+
+
+def held_subscripts(resolver: Resolver, instance: Operand) -> tuple[Address, tuple[Series, ...]]:
+    """Return an instance whose computed subscripts are kept, so that they stay for the time of the call.
+
+    Args:
+        resolver: of the caller.
+        instance: the instance as the call names it.
+
+    Returns:
+        The address to use, and the rungs that keep the subscripts.
+    """
+    assert isinstance(instance, Address)
+    rungs: list[Series] = []
+
+    def kept(index: Operand) -> Operand:
+        if isinstance(index, Number) or isinstance(resolver.operand(index), Constant):
+            return index
+        held = Address(resolver.hold())
+        rungs.append((Instruction("CPT", (held, index)),))
+        return held
+
+    steps = tuple(
+        SubscriptStep(tuple(map(kept, step.indices))) if isinstance(step, SubscriptStep) else step
+        for step in instance.steps
+    )
+    return replace(instance, steps=steps), tuple(rungs)
+
+
+def handed_over(
+    definition: AddOn, arguments: Mapping[str, Address], resolver: Resolver
+) -> dict[str, Place | Group]:
+    """Return what the InOuts of a call stand for, by name in capitals.
+
+    Raises:
+        OperandError: an argument is not of its type.
+    """
+    inouts = {each.name: each for each in definition.inouts}
+    found = {}
+    for name, argument in arguments.items():
+        resolved = resolver.address(argument)
+        _check(definition, inouts[name], argument, resolved)
+        found[name.upper()] = resolved
+    return found
+
+
+def _check(definition: AddOn, wanted: Tag, argument: Address, given: Place | Group) -> None:
+    if given.type != wanted.type or not _has_dims(wanted.dims, given):
+        raise OperandError(
+            f"{wanted.name} of {definition.name} is {_kind(wanted)}, {argument} is {described(given)}",
+            "hand over a tag of that type",
+        )
+    leaf = first_leaf(given)
+    if leaf.path.startswith("S:"):
+        raise OperandError(f"{argument} is a status flag", "copy it to a tag, and hand over that")
+    if leaf.slot is not None and isinstance(given.type, Structure):
+        raise OperandError(f"{argument} is a whole module", "hand over its Data, or a copy of it")
+
+
+def _has_dims(wanted: tuple[int, ...], given: Place | Group) -> bool:
+    dims = given.dims if isinstance(given, Group) else ()
+    if len(wanted) == 1:
+        return len(dims) == 1 and (wanted[0] == OPEN or wanted[0] <= dims[0])
+    # a whole array stands for its first element, as it does in COP
+    return dims == wanted or not wanted
+
+
+def _kind(wanted: Tag) -> str:
+    dims = ",".join("any" if length == OPEN else str(length) for length in wanted.dims)
+    name = wanted.type.name
+    article = "an" if isinstance(wanted.type, Elementary) and name[0] in "AEIOU" else "a"
+    return f"{name}[{dims}]" if dims else f"{article} {name}"

@@ -1,0 +1,74 @@
+"""Calls of add-on instructions as Python: an instance is a list and an offset, an InOut some more.
+
+    addon_Mixer_Logic(now, frame, base, of_Log, of_Log_at, of_Log_left[, of_Log_bit])
+
+`left` counts the elements from there to the end of the array; `bit` is the mask of a bit of an integer, for
+an InOut that some call hands one, and None for whole bits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..lowered import AddOnCall
+from ..memory import mask_of
+from ..operands import Constant, Group, Place, first_leaf
+from ..stretches import row_strides
+from ..tags import OWN, Leaf
+from ..types import count_of
+from .values import Values
+
+
+def parameters_of(values: Values, inouts: Sequence[str]) -> list[str]:
+    """Return the parameters of a compiled routine of an add-on instruction."""
+    return ["now", *(each for root in (OWN, *inouts) for each in values.writer.handed(root))]
+
+
+def write_call(values: Values, function: str, call: AddOnCall) -> None:
+    """Write the line that calls a routine of an add-on instruction."""
+    bits = values.writer.lowered.frames[call.name].bits
+    parts = ["now", *_handed(values, call.instance)[:2]]
+    for name, operand in call.handed.items():
+        handed = _handed(values, operand)
+        parts += handed if name in bits else handed[:3]
+    values.writer.line(f"{function}({', '.join(parts)})")
+
+
+def _handed(values: Values, operand: Place | Group) -> list[str]:
+    """Return text for a list, the offset, the elements that are left there, and the mask of a bit."""
+    leaf = first_leaf(operand)
+    texts = values.subscripts(leaf, operand.indices, operand.text)
+    texts = [each if each.isdigit() else values.keep(each) for each in texts]
+    return [
+        values.writer.name(leaf),
+        values.offset(leaf, texts),
+        _left(values, leaf, texts, operand),
+        _mask(values, leaf, operand),
+    ]
+
+
+def _left(values: Values, leaf: Leaf, texts: Sequence[str], operand: Place | Group) -> str:
+    """Return text for the number of elements from an operand to the end of its array."""
+    path = leaf.path if isinstance(operand, Place) else operand.path
+    if leaf.root not in ("", OWN) and path.upper() == leaf.root:
+        length = values.writer.handed(leaf.root)[2]
+        return f"{length} - {texts[0]}" if len(texts) == 1 else length
+    if isinstance(operand, Group) and operand.dims:
+        return str(count_of(operand.dims))
+    dims = operand.array
+    strides = row_strides(dims, 1)
+    last = texts[len(texts) - len(dims) :]
+    fixed = sum(int(text) * stride for text, stride in zip(last, strides, strict=True) if text.isdigit())
+    terms = [
+        f" - {text} * {stride}" for text, stride in zip(last, strides, strict=True) if not text.isdigit()
+    ]
+    return f"{count_of(dims) - fixed}{''.join(terms)}"
+
+
+def _mask(values: Values, leaf: Leaf, operand: Place | Group) -> str:
+    if isinstance(operand, Place) and operand.bit is not None:
+        if isinstance(operand.bit, Constant):
+            return str(mask_of(leaf.type, int(operand.bit.value)))
+        bit = values.index(operand.bit, leaf.type.bits, operand.text)
+        return values.keep(f"mask({bit}, {leaf.type.bits}, {leaf.type.lowest < 0})")
+    return values.writer.mask(leaf) or "None"
