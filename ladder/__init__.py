@@ -7,13 +7,13 @@ which is logic just as well. The files, from the bottom up; each imports only fr
 |---|---|
 | `errors`, `arithmetic`, `types` | messages and faults; how Logix computes; data types |
 | `tree`, `operators`, `scanner`, `expressions` | the tree and its operators; expressions from text |
-| `tags`, `memory` | declared tags to leaves; a program's values |
+| `stretches`, `tags`, `memory` | values of a tag in a list; declared tags to leaves; a program's values |
 | `operands`, `regions` | resolved operands; stretches of memory as bytes |
 | `tagref`, `spec`, `operand_checks` | Python operands; one instruction, its uses; what a use accepts |
 | `resolver`, `lowered`, `fault_log`, `view` | addresses to operands; a program ready to run; faults; tags |
 | `interpreter/`, `engine`, `compiler/` | the two back ends: rungs, power, values; one running program |
 | `instructions/` | what each instruction does in both back ends: one file per family, one row each |
-| `text`, `addon`, `front` | rungs from text; add-on instructions; rungs from Python |
+| `text`, `addon`, `calls`, `front` | rungs from text; add-on instructions, what a call hands over; rungs from Python |
 | `lowering`, `checks`, `logic` | tree to lowered program; checks of the whole; `Program` |
 | `rungreader`, `rungfile`, `steps`, `program` | `.rung` files; `.steps` files; any program from a file |
 | `debug/`, `draw/` | breakpoints, forces, why, cross reference; rungs as characters and SVG |
