@@ -5,6 +5,7 @@
 | `Run`, `Fill.ACC` | a place: a leaf |
 | `Data[3]`, `Data[i,j+1]` | a place: an element, its indices known or computed |
 | `Word.5`, `Word.[n]` | a place: a bit of an integer |
+| `Local:2:I.Data.5` | a place: a bit of word 0, as a card with one word names it |
 | `Fill`, `Data`, `Recipe[2]` | a group: a structure or an array |
 """
 
@@ -182,6 +183,8 @@ class Resolver:
         return Group(MODULE_TYPES[output], path, (), (), self._layout, str(shown))
 
     def _data(self, slot: int, output: bool, steps: tuple[Step, ...], shown: Address) -> Place | Group:
+        if steps and isinstance(steps[0], BitStep):  # Local:2:I.Data.3 of a card with one word
+            steps = (WordStep(0, "."), *steps)
         leaf = self._layout.image(slot, output=output)
         return self._walk(Group(leaf.type, leaf.path, (), leaf.dims, self._layout, str(shown)), steps)
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ..io_images.image import IMAGE_BYTES
 from ..io_images.thousands import join_reported
 from .image_text import Words, in_configuration_mode, module_text, risen_and_fallen
-from .layout import SLOT_BYTES, SPEAK_3601, SlotInfo
+from .layout import SLOT_BYTES, SlotInfo
 from .reader import Scan
 from .sections import ScanRows
 
@@ -69,7 +69,7 @@ class Changes:
         self, slots: Sequence[SlotInfo], flag_names: Callable[[int], Sequence[str]], *, every: bool = False
     ) -> None:
         self._slots = [(slot, SLOT_BYTES * place) for place, slot in enumerate(slots)]
-        self._reporting = [place + IMAGE_BYTES for slot, place in self._slots if slot.module in SPEAK_3601]
+        self._reporting = [place + IMAGE_BYTES for slot, place in self._slots if slot.speaks_3601]
         self._flag_names = flag_names
         self._every = every
         self._memory = bytes(SLOT_BYTES * len(slots))
@@ -197,12 +197,12 @@ class Changes:
     def _row(self, scan: Scan, slot: SlotInfo, direction: str, offset: int) -> Row:
         before, after = _IMAGE.unpack_from(self._memory, offset), _IMAGE.unpack_from(scan.memory, offset)
         position, encoder = _reported(slot, direction, after)
-        text = module_text(slot.module, direction, before, after)
+        text = module_text(slot, direction, before, after)
         return Row(scan.scan, scan.now_ns, slot.number, direction, position, encoder, text)
 
 
 def _reported(slot: SlotInfo, direction: str, words: Words) -> tuple[int | None, int | None]:
     """Return position and count of an image, None where it has none."""
-    if slot.module not in SPEAK_3601 or direction != "in" or in_configuration_mode(words):
+    if not slot.speaks_3601 or direction != "in" or in_configuration_mode(words):
         return None, None
     return join_reported(words[2], words[3]), join_reported(words[4], words[5])

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .layout import SLOT_BYTES, SlotInfo, module_words
+from .layout import SLOT_BYTES, SlotInfo
 
 SLOT_WORDS = SLOT_BYTES // 2
 """Columns of a slot: eight output words, then eight input words."""
@@ -74,7 +74,7 @@ def by_name(words: NDArray[np.int16], slots: Sequence[SlotInfo]) -> NDArray[np.v
 
 
 def _slot_layout(slot: SlotInfo) -> np.dtype[np.void]:
-    names = module_words(slot.module)
+    names = slot.words
     images = (("out", names.outputs), ("in", names.inputs))
     return np.dtype([(direction, [(word, "<i2") for word in words]) for direction, words in images])
 

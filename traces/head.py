@@ -9,8 +9,10 @@ from typing import BinaryIO
 from mcap.opcode import Opcode
 from mcap.records import Channel, Header, Metadata, Schema
 
+from ..io_images.module_words import PLAIN_WORDS
 from .finding import sound_summary
 from .layout import SlotInfo
+from .named_words import recorded_words
 from .records import Span, TraceError, read_chunk, read_record
 from .schema import FORMAT, MESSAGE_ENCODING, METADATA, SCHEMA_ENCODING, scan_schema
 from .topics import SCAN_TOPIC
@@ -48,8 +50,9 @@ def read_head(file: BinaryIO, spans: Sequence[Span]) -> TraceHead:
     if SCAN_TOPIC not in channels:
         raise TraceError(f"it has no channel {SCAN_TOPIC}; its topics are: {', '.join(channels) or 'none'}")
     metadata = _metadata(file, spans)
-    slots = _slots(metadata)
-    _check_layout(channels[SCAN_TOPIC], schemas, slots)
+    schema = schemas.get(channels[SCAN_TOPIC].schema_id)
+    slots = _slots(metadata, schema)
+    _check_layout(channels[SCAN_TOPIC], schema, slots)
     return TraceHead(headers[0].profile, headers[0].library, metadata, slots, channels)
 
 
@@ -87,22 +90,27 @@ def _metadata(file: BinaryIO, spans: Sequence[Span]) -> Mapping[str, str]:
     raise TraceError(f"it has no metadata record {METADATA!r}, so its layout is not known")
 
 
-def _slots(metadata: Mapping[str, str]) -> tuple[SlotInfo, ...]:
+def _slots(metadata: Mapping[str, str], schema: Schema | None) -> tuple[SlotInfo, ...]:
     version = metadata.get("format", "")
     if version != str(FORMAT):
         raise TraceError(f"its layout has format {version or 'none'}; this version reads format {FORMAT}")
     try:
         numbers = [int(number) for number in metadata["slots"].split()]
+        words = {} if schema is None else recorded_words(schema.data.decode("utf-8", "replace"), metadata)
         return tuple(
-            SlotInfo(number, metadata[f"slot.{number}.module"], metadata[f"slot.{number}.firmware"])
+            SlotInfo(
+                number,
+                metadata[f"slot.{number}.module"],
+                metadata[f"slot.{number}.firmware"],
+                words.get(number, PLAIN_WORDS),
+            )
             for number in numbers
         )
     except (KeyError, ValueError) as error:
         raise TraceError(f"its metadata record {METADATA!r} does not tell its slots: {error}") from error
 
 
-def _check_layout(channel: Channel, schemas: Mapping[int, Schema], slots: Sequence[SlotInfo]) -> None:
-    schema = schemas.get(channel.schema_id)
+def _check_layout(channel: Channel, schema: Schema | None, slots: Sequence[SlotInfo]) -> None:
     found = (channel.message_encoding, schema.encoding, schema.name) if schema is not None else ()
     wanted = (MESSAGE_ENCODING, SCHEMA_ENCODING, scan_schema(slots).name)
     if found != wanted:

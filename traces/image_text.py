@@ -8,7 +8,7 @@ from enum import IntFlag
 from ..io_images.amci3601.bits import CommandLsw, CommandMsw, ConfigMsw, InputBit, StatusMsw, status_names
 from ..io_images.image import WORDS
 from ..io_images.thousands import is_legal_pair, join_reported, join_thousands
-from .layout import SPEAK_3601, module_words
+from .layout import SlotInfo
 
 Words = Sequence[int]
 """Eight signed words."""
@@ -119,12 +119,28 @@ def seconds(time_ns: int) -> str:
     return f"{whole}.{digits[:3]}{digits[3:].rstrip('0')}"
 
 
-def module_text(module: str, direction: str, before: Words, after: Words) -> str:
-    """Tell what changed in an image; `direction` is "out" or "in"."""
-    if module in SPEAK_3601:
+def module_text(slot: SlotInfo, direction: str, before: Words, after: Words) -> str:
+    """Tell what changed in an image of a slot; `direction` is "out" or "in"."""
+    if slot.speaks_3601:
         return (output_wording if direction == "out" else input_wording)(before, after)
-    names = module_words(module)
-    return plain_wording(names.outputs if direction == "out" else names.inputs, before, after)
+    image, names = ("O", slot.words.outputs) if direction == "out" else ("I", slot.words.inputs)
+    named = {word: bits for word in range(WORDS) if (bits := dict(slot.words.bits(image, word)))}
+    changed = [
+        risen_and_fallen(*(_names_on(names[word], bits, words[word]) for words in (before, after)))
+        for word, bits in named.items()
+        if before[word] != after[word]
+    ]
+    rest = [word for word in range(WORDS) if word not in named]
+    plain = plain_wording(
+        [names[word] for word in rest], [before[word] for word in rest], [after[word] for word in rest]
+    )
+    return ", ".join([*changed, *([plain] if plain else [])])
+
+
+def _names_on(word: str, bits: Mapping[str, int], value: int) -> list[str]:
+    """Return the names of the bits that are on; one without a name of its own as `data.5`."""
+    by_number = {number: name for name, number in bits.items()}
+    return [by_number.get(number, f"{word}.{number}") for number in range(16) if value >> number & 1]
 
 
 def _configuration(words: Words) -> str:

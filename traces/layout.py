@@ -13,13 +13,19 @@ Word names are the public names of a trace: `/scan.slot1.in.position_msw`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ..io_images.image import IMAGE_BYTES, WORDS
+from ..io_images.amci3601.words import WORDS_3601
+from ..io_images.image import IMAGE_BYTES
+from ..io_images.module_words import PLAIN_WORDS, ModuleWords
 
 SLOT_BYTES = 2 * IMAGE_BYTES
 """Bytes of a slot in the memory block: output image, input image."""
+
+
+_BY_NAME = ModuleWords("", (), ())
+"""Stands for the words that go with the module's name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,60 +36,28 @@ class SlotInfo:
         number: the slot's number in the rack, 0 or more.
         module: catalog name of what sits in it, e.g. "amci3601".
         firmware: its firmware as text, e.g. "4.1"; empty where the module has none.
+        words: what its words and bits are called, as the rack hands it over or the trace has it; left
+            out: a 3601's for an "amci3601", `word0` to `word7` for any other module.
     """
 
     number: int
     module: str
     firmware: str = ""
+    words: ModuleWords = _BY_NAME
 
+    def __post_init__(self) -> None:
+        if self.words is _BY_NAME:
+            words = WORDS_3601 if self.module == "amci3601" else PLAIN_WORDS
+            object.__setattr__(self, "words", words)
 
-@dataclass(frozen=True, slots=True)
-class ModuleWords:
-    """The names of a module's words.
+    @property
+    def speaks_3601(self) -> bool:
+        """Whether its words are those of a 3601: the module itself, or one that answers as one.
 
-    Attributes:
-        message: stem of its message types, letters and digits, the first one a capital.
-        outputs: names of the eight words from logic to module, lower case.
-        inputs: names of the eight words from module to logic.
-    """
-
-    message: str
-    outputs: tuple[str, ...]
-    inputs: tuple[str, ...]
-
-
-# fmt: off
-WORDS_3601 = ModuleWords(
-    "Amci3601",
-    # chapter 5, output data in command mode    chapter 6, input data in command mode
-    outputs=("command_msw", "command_lsw",      "target_msw", "target_lsw",
-             "speed_msw", "speed_lsw",          "acceleration", "deceleration"),
-    inputs=("status_msw", "status_lsw",         "position_msw", "position_lsw",
-            "encoder_msw", "encoder_lsw",       "captured_msw", "captured_lsw"),
-)
-# fmt: on
-
-SPEAK_3601 = ("amci3601", "pcl601-adapter", "pmc006-adapter")
-"""Modules whose words are those of a 3601: itself, and the adapters, which answer as one."""
-
-MODULE_WORDS: Mapping[str, ModuleWords] = dict.fromkeys(SPEAK_3601, WORDS_3601)
-"""Modules whose words have names, by catalog name."""
-
-PLAIN_WORDS = ModuleWords(
-    "Plain",
-    outputs=tuple(f"word{index}" for index in range(WORDS)),
-    inputs=tuple(f"word{index}" for index in range(WORDS)),
-)
-"""The words of any other module."""
-
-
-def module_words(module: str) -> ModuleWords:
-    """Return the word names of a module, `word0` to `word7` for one that has none.
-
-    >>> module_words("amci3601").inputs[2], module_words("my own").inputs[2]
-    ('position_msw', 'word2')
-    """
-    return MODULE_WORDS.get(module, PLAIN_WORDS)
+        >>> SlotInfo(1, "amci3601").speaks_3601, SlotInfo(2, "my own").words.inputs[2]
+        (True, 'word2')
+        """
+        return self.words == WORDS_3601
 
 
 def check_slots(slots: Sequence[SlotInfo]) -> tuple[SlotInfo, ...]:

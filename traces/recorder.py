@@ -24,6 +24,7 @@ from typing import Never
 from .batch import ScanBatch, message_layout
 from .chunks import ChunkWriter
 from .layout import SLOT_BYTES, SlotInfo, check_slots
+from .named_words import names_key, names_text
 from .output import SUMMARY_ROOM, TraceFile, TraceFull, open_trace_file
 from .schema import FORMAT, LIBRARY, MESSAGE_ENCODING, METADATA, PROFILE, SCHEMA_ENCODING, scan_schema
 from .topics import MESSAGE_ENCODING as JSON_ENCODING
@@ -234,6 +235,8 @@ class ScanRecorder:
         for slot in self._slots:
             facts[f"slot.{slot.number}.module"] = slot.module
             facts[f"slot.{slot.number}.firmware"] = slot.firmware
+            if slot.words.groups and not slot.speaks_3601:
+                facts[names_key(slot.number)] = names_text(slot.words)
         return facts | {name: _version(name) for name in ("scanrack", "mcap")}
 
 

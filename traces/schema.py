@@ -33,7 +33,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from struct import Struct
 
-from .layout import SlotInfo, module_words
+from .layout import SlotInfo
+from .named_words import SEPARATOR
 
 FORMAT = 1
 """Version of what a trace holds and how; a reader refuses a later one."""
@@ -55,7 +56,6 @@ CDR_PREFIX = 0x0000_0100
 SCAN_HEAD = Struct("<III")
 """CDR prefix, scan number modulo 2**32, flags; the memory block follows."""
 
-_SEPARATOR = 80 * "="
 _HASH_DIGITS = 12
 
 
@@ -84,7 +84,7 @@ def scan_schema(slots: Sequence[SlotInfo]) -> ScanSchema:
     >>> schema.text.splitlines()[:3], schema.name == "scanrack/msg/Scan" + schema.layout
     (['uint32 scan', 'uint32 flags', 'Amci3601 slot1'], True)
     """
-    words = [module_words(slot.module) for slot in slots]
+    words = [slot.words for slot in slots]
     scan = ["uint32 scan", "uint32 flags"]
     scan += [f"{names.message} slot{slot.number}" for slot, names in zip(slots, words, strict=True)]
     lines = [*scan]
@@ -98,4 +98,4 @@ def scan_schema(slots: Sequence[SlotInfo]) -> ScanSchema:
 
 
 def _message(name: str, fields: list[str]) -> list[str]:
-    return [_SEPARATOR, f"MSG: scanrack/{name}", *fields]
+    return [SEPARATOR, f"MSG: scanrack/{name}", *fields]

@@ -7,18 +7,15 @@ from collections.abc import Iterable, Mapping
 from enum import IntFlag
 
 from ..io_images.amci3601.bits import CommandLsw, CommandMsw, ConfigMsw, InputBit, StatusLsw, StatusMsw
-from .layout import SPEAK_3601, SlotInfo, module_words
+from .layout import SlotInfo
 
 Bits = Mapping[int, type[IntFlag]]
 
-# module -> which words have bits, per table of the manual
-_BIT_TABLES: Mapping[str, Mapping[str, Bits]] = {
-    module: {
-        "out, command mode": {0: CommandMsw, 1: CommandLsw},  # chapter 5
-        "out, configuration mode": {0: ConfigMsw, 1: InputBit},  # chapter 3; word 1: active level
-        "in, command mode": {0: StatusMsw, 1: StatusLsw},  # chapter 6
-    }
-    for module in SPEAK_3601
+# of a 3601: which words have bits, per table of the manual
+_BITS_3601: Mapping[str, Bits] = {
+    "out, command mode": {0: CommandMsw, 1: CommandLsw},  # chapter 5
+    "out, configuration mode": {0: ConfigMsw, 1: InputBit},  # chapter 3; word 1: active level
+    "in, command mode": {0: StatusMsw, 1: StatusLsw},  # chapter 6
 }
 
 
@@ -30,13 +27,12 @@ def word_map(slots: Iterable[SlotInfo]) -> str:
     >>> table["amci3601"]["in"][2], table["amci3601"]["bits"]["in, command mode"]["0"]["7"]
     ('position_msw', 'MOVE_COMPLETE')
     """
-    modules = dict.fromkeys(slot.module for slot in slots)
-    return json.dumps({module: _module_map(module) for module in modules}, separators=(",", ":")) + "\n"
+    modules = {slot.module: _slot_map(slot) for slot in slots}
+    return json.dumps(modules, separators=(",", ":")) + "\n"
 
 
-def _module_map(module: str) -> dict[str, object]:
-    words = module_words(module)
-    tables = _BIT_TABLES.get(module, {})
+def _slot_map(slot: SlotInfo) -> dict[str, object]:
+    words, tables = slot.words, _BITS_3601 if slot.speaks_3601 else {}
     bits = {name: {word: _bit_names(bits) for word, bits in table.items()} for name, table in tables.items()}
     return {"out": words.outputs, "in": words.inputs, "bits": bits}
 

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from ...io_images.amci3601 import ALL_INPUTS, CommandLsw, CommandMsw, InputBit, StatusMsw
-from ...traces.layout import SPEAK_3601
+from ...io_images.amci3601.words import WORDS_3601
 from ..config.rackspec import RackSpec
 from ..loop.events import JsonValue
 from ..loop.rack import Rack, Slot
@@ -126,7 +126,7 @@ class Hints:
         self.slots = [
             SlotHints(slot, wired_inputs(machines[slot.number]), tell)
             for slot in rack.slots.values()
-            if slot.catalog in SPEAK_3601
+            if slot.words == WORDS_3601
         ]
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from ...io_images.amci3601 import ALL_INPUTS, InputBit
 from ...io_images.image import WORDS
-from ...traces.layout import SPEAK_3601
 from ...traces.replay import Recording
 from ...traces.signals.decode import in_command_mode
 from .playback import Stimulus
@@ -27,7 +26,7 @@ def recorded_levels(recording: Recording) -> Iterator[Stimulus]:
     An input that is not used shows no level: it is taken as it is shown, not active.
     """
     for slot in recording.slots:
-        if slot.module in SPEAK_3601:
+        if slot.speaks_3601:
             yield from _levels_of(recording, slot.number)
 
 

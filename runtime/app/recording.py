@@ -21,7 +21,7 @@ def recorder_for(job: Job, rack: Rack, trace: Path) -> ScanRecorder:
     return ScanRecorder(
         trace,
         rack.memory,
-        [SlotInfo(slot.number, slot.catalog, slot.firmware) for slot in rack.slots.values()],
+        [SlotInfo(slot.number, slot.catalog, slot.firmware, slot.words) for slot in rack.slots.values()],
         scan_period_ns=spec.scan_ns,
         seed=spec.seed,
         program=attachment(job.program, program_name(job)),

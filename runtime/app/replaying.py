@@ -93,6 +93,7 @@ class Replay:
                 RecordedInputs(recording.images((slot.number, "in")), recording.times),
                 slot.module,
                 slot.firmware,
+                slot.words,
             )
             for slot in recording.slots
         )

@@ -4,51 +4,20 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterable
-from enum import StrEnum
-from typing import Annotated, Any, TextIO
+from collections.abc import Iterable
+from typing import Annotated, TextIO
 
 import typer
 
-from ..app.drive.adapter_bench import pcl601_adapter_bench, pmc006_adapter_bench
-from ..app.drive.image_bench import ImageBench, amci3601_on_bench
-from ..app.drive.pcl601_bench import pcl601_bench
-from ..app.drive.pmc006_bench import pmc006_bench
-from ..app.drive.requests import RequestError, parse
+from ..app.drive.requests import RequestError
+from ..app.drive.targets import BENCHES, Answer
+from ..loop.addresses import allowed
 from .status import BAD_INPUT, DONE, complain
 
 
-class Target(StrEnum):
-    """What sits on the bench."""
-
-    AMCI3601 = "amci3601"
-    PCL601 = "pcl601"
-    PCL601_ADAPTER = "pcl601-adapter"
-    PMC006_ADAPTER = "pmc006-adapter"
-    PMC006 = "pmc006"
-
-
-Answer = Callable[[str], dict[str, Any]]
-
-
-def bench_for(target: Target) -> Answer:
-    """Return what answers the lines of a session with `target`."""
+def bench_for(target: str) -> Answer:
+    """Return what answers the lines of a session with a target, by its name."""
     return BENCHES[target]()
-
-
-def _amci3601() -> Answer:
-    bench = ImageBench(amci3601_on_bench)
-    return lambda line: bench.answer(parse(line))
-
-
-BENCHES: dict[Target, Callable[[], Answer]] = {
-    Target.AMCI3601: _amci3601,
-    Target.PCL601: lambda: pcl601_bench().answer,
-    Target.PCL601_ADAPTER: lambda: pcl601_adapter_bench().answer_line,
-    Target.PMC006_ADAPTER: lambda: pmc006_adapter_bench().answer_line,
-    Target.PMC006: lambda: pmc006_bench().answer,
-}
-"""What makes the bench of a target."""
 
 
 def converse(answer: Answer, lines: Iterable[str], out: TextIO) -> int:
@@ -71,13 +40,20 @@ def converse(answer: Answer, lines: Iterable[str], out: TextIO) -> int:
 
 
 def drive(
-    target: Annotated[Target, typer.Argument(help="What sits on the bench.", show_default=False)],
+    target: Annotated[
+        str,
+        typer.Argument(
+            metavar="TARGET", help=f"What sits on the bench: {', '.join(BENCHES)}.", show_default=False
+        ),
+    ],
 ) -> None:
     """Put one module on the bench: one JSON request per line in, one JSON reply per line out.
 
     Time is virtual and never waits; the same input gives the same output, byte for byte.
     Exit status 2 if any request was refused. The protocol is described in docs/drive.md.
     """
+    if target not in BENCHES:
+        raise typer.Exit(complain(f"there is no target {target!r}: {allowed(target, BENCHES)}", BAD_INPUT))
     if sys.stdin is None:
         raise typer.Exit(complain("there are no requests: standard input is closed", BAD_INPUT))
     raise typer.Exit(converse(bench_for(target), sys.stdin, sys.stdout))

@@ -29,6 +29,8 @@ from ..app.fuzz.steady import Uses
 from ..app.fuzz.working import Apart, Work
 from ..app.loading import Job
 from ..loop.pace import interrupted_by, wall_ns
+from ..modules.record import Trait
+from ..modules.registry import has
 from .fuzz_summary import failure, held, summary
 from .status import DONE, INTERRUPTED, NO, complain
 from .terminal import say, visible
@@ -106,7 +108,7 @@ class Session:
 
     @property
     def _most_examples(self) -> int:
-        linked = any(slot.module != "amci3601" for slot in self.job.spec.slot)
+        linked = any(has(slot.module, Trait.LINE) for slot in self.job.spec.slot)
         return min(MOST_RUNS, max(LEAST_RUNS, (LINKED_SCANS if linked else SCANS) // self.setup.scans))
 
     def run(self) -> int:

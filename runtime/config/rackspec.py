@@ -14,26 +14,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from decimal import Decimal
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
+from typing import Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import BeforeValidator, Field, GetPydanticSchema, PlainValidator, model_validator
 from pydantic_core import PydanticCustomError, core_schema
 
 from ...io_images.amci3601.firmware import KNOWN, Firmware
+from ...io_images.module_words import ModuleWords
 from ..loop.addresses import allowed, parse_address
 from ..loop.events import JsonValue
 from ..loop.forces import check_value
 from ..loop.incidents import ON_THE_LINE, FaultKind, Incident
 from ..loop.module import Module
 from ..machine import MachineSpec
-from ..modules.registry import CATALOG, check_controller
+from ..modules.record import LiveModule
+from ..modules.registry import MODULES, live_port, words_of
 from .machine_tables import MachineTable, Table
 from .quantities import Milliseconds, Number, Seconds, between, exact_ns
 from .serial_units import UnitSpec
 from .tomllines import KeyPath
-
-if TYPE_CHECKING:
-    from ..modules.adapters.live import LivePcl601, LivePmc006
 
 Result = TypeVar("Result")
 
@@ -65,8 +64,8 @@ def _machine_schema(_source: Any, handler: Any) -> core_schema.CoreSchema:
 
 
 def _module_name(value: object) -> object:
-    if isinstance(value, str) and value not in CATALOG:
-        raise PydanticCustomError("name", "{hint}", {"hint": allowed(value, CATALOG)})
+    if isinstance(value, str) and value not in MODULES:
+        raise PydanticCustomError("name", "{hint}", {"hint": allowed(value, MODULES)})
     return value
 
 
@@ -127,15 +126,18 @@ class SlotSpec(Table):
         """Whether a real controller is meant."""
         return self.port != SIMULATED
 
-    def open(self) -> LivePcl601 | LivePmc006:
+    def open(self) -> LiveModule:
         """Open the real port and put the adapter on it; whoever has it closes it.
 
         Raises:
             ValueError: it can't be opened.
         """
-        from ..modules.adapters.live import open_adapter
+        return live_port(self.module, self.port, self.address).open(self.port, self.address, self.options)
 
-        return open_adapter(self.module, self.port, self.address, self.options)
+    @property
+    def words(self) -> ModuleWords:
+        """What the module's words and bits are called."""
+        return words_of(self.module, self.options)
 
     def make(self, seed: int) -> Module:
         """Make the module, with a simulated controller whatever the port.
@@ -143,7 +145,7 @@ class SlotSpec(Table):
         Raises:
             ValueError: it can't take the firmware or an option.
         """
-        return CATALOG[self.module](
+        return MODULES[self.module].make(
             firmware=self.firmware,
             machine=self.machine,
             seed=seed,
@@ -160,9 +162,7 @@ class SlotSpec(Table):
                 f"firmware {self.firmware}: the program needs {self.needs_firmware} or newer (needs_firmware)"
             )
         if self.is_live:
-            from ..modules.adapters.live import check_port
-
-            check_port(self.module, self.port, self.address)
+            live_port(self.module, self.port, self.address)
         elif self.address is not None:
             raise ValueError(f"address {self.address}: it goes with a real port only")
         return self
@@ -302,13 +302,14 @@ class RackSpec(Table):
             seen.add(slot.number)
             if "controller" in self.model_fields_set:
                 path = ("slot", index, "firmware")
-                _at(path, slot.firmware, check_controller, slot.module, slot.firmware, self.controller)
+                check = MODULES[slot.module].check_controller
+                _at(path, slot.firmware, check, slot.firmware, self.controller)
 
     def _check_forces(self) -> None:
-        modules = {slot.number: slot.module for slot in self.slot}
+        words = {slot.number: slot.words for slot in self.slot}
         for index, force in enumerate(self.force):
             path: KeyPath = ("force", index)
-            place = _at((*path, "address"), force.address, parse_address, force.address, modules)
+            place = _at((*path, "address"), force.address, parse_address, force.address, words)
             _at((*path, "value"), force.value, check_value, force.address, place, force.value)
 
     def _check_incidents(self) -> None:

@@ -2,11 +2,13 @@
 
     Local:1:I.Data[0].14            CompactLogix, slot 1, input word 0, bit 14
     Local:1:I.Data0.14              the same, as add-on profiles name the words
-    I:1.0/14                        MicroLogix, the same bit
-    Local:1:I.ModuleOK              the same, as the module's profile of V20 names the bit
+    Local:2:I.Data.3                CompactLogix, bit 3 of a card with one word
+    I:1.0/14                        MicroLogix, bit 14 of word 0
+    Local:1:I.ModuleOK              a bit of input word 0, as the module's profile of V20 names it
     Local:1:O.Data[2], O:1.2        output word 2 as a whole
     slot1.status.MOVE_COMPLETE      a bit of the module's status, by name
     slot1.command.HOLD_MOVE         a bit of the module's command, by name
+    slot2.input.start               a bit of a card, as the rack file names it
 
 Upper and lower case are the same.
 """
@@ -17,10 +19,9 @@ import difflib
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from enum import IntFlag
 
-from ...io_images.amci3601.bits import PROFILE_BITS, CommandLsw, CommandMsw, StatusLsw, StatusMsw
 from ...io_images.image import WORDS
+from ...io_images.module_words import ModuleWords
 
 BITS = 16
 FORMS = "Local:1:I.Data[0].14, I:1.0/14 or slot1.status.MOVE_COMPLETE"
@@ -59,43 +60,23 @@ _RAW_FORMS = tuple(
         r"(?P<image>[IO]):(?P<slot>\d+)\.(?P<word>\d+)(?:/(?P<bit>\d+))?",
     )
 )
-_PROFILE_BITS = {name.upper(): bit for name, bit in PROFILE_BITS.items()}
 _PROFILE_FORM = re.compile(r"Local:(?P<slot>\d+):I\.(?P<name>\w+)", re.IGNORECASE)
+_ONE_WORD_FORM = re.compile(r"Local:(?P<slot>\d+):(?P<image>[IO])\.Data(?:\.(?P<bit>\d+))?", re.IGNORECASE)
 _NAMED_FORM = re.compile(r"slot(?P<slot>\d+)\.(?P<group>\w+)\.(?P<name>\w+)", re.IGNORECASE)
 
 
-def _places(image: str, *words: type[IntFlag]) -> Mapping[str, tuple[str, int, int]]:
-    return {
-        str(flag.name): (image, word, flag.value.bit_length() - 1)
-        for word, flags in enumerate(words)
-        for flag in flags
-    }
-
-
-_NAMES_3601 = {
-    "command": _places("O", CommandMsw, CommandLsw),
-    "status": _places("I", StatusMsw, StatusLsw),
-}
-
-BIT_NAMES: Mapping[str, Mapping[str, Mapping[str, tuple[str, int, int]]]] = {
-    "amci3601": _NAMES_3601,
-    "pcl601-adapter": _NAMES_3601,
-    "pmc006-adapter": _NAMES_3601,
-}
-"""By catalog name and group: the named bits of a module as (image, word, bit)."""
-
-
-def parse_address(text: str, slots: Mapping[int, str]) -> Address:
+def parse_address(text: str, slots: Mapping[int, ModuleWords]) -> Address:
     """Return what `text` addresses in a rack.
 
-    >>> parse_address("I:1.0/14", {1: "amci3601"})
+    >>> from scanrack.io_images.amci3601.words import WORDS_3601
+    >>> parse_address("I:1.0/14", {1: WORDS_3601})
     Address(slot=1, image='I', word=0, bit=14)
-    >>> parse_address("slot1.status.IN_HOME", {1: "amci3601"})
+    >>> parse_address("slot1.status.IN_HOME", {1: WORDS_3601})
     Address(slot=1, image='I', word=1, bit=2)
 
     Args:
         text: an address in one of the forms above.
-        slots: the catalog name of the module in every slot that is not empty.
+        slots: the words of the module in every slot that is not empty.
 
     Raises:
         ValueError: no such form, slot, word, bit or name; it tells what there is.
@@ -104,6 +85,8 @@ def parse_address(text: str, slots: Mapping[int, str]) -> Address:
     for form in _RAW_FORMS:
         if match := form.fullmatch(stripped):
             return _raw(text, match, slots)
+    if (match := _ONE_WORD_FORM.fullmatch(stripped)) and _has_one_word(int(match["slot"]), slots):
+        return _raw(text, match, slots, word=0)
     if match := _PROFILE_FORM.fullmatch(stripped):
         return _of_profile(text, match, slots)
     if match := _NAMED_FORM.fullmatch(stripped):
@@ -111,8 +94,15 @@ def parse_address(text: str, slots: Mapping[int, str]) -> Address:
     raise ValueError(f"{text!r} is no address: write it like {FORMS}")
 
 
-def _raw(text: str, match: re.Match[str], slots: Mapping[int, str]) -> Address:
-    slot, word = int(match["slot"]), int(match["word"])
+def _has_one_word(slot: int, slots: Mapping[int, ModuleWords]) -> bool:
+    return slot in slots and slots[slot].one_word
+
+
+def _raw(
+    text: str, match: re.Match[str], slots: Mapping[int, ModuleWords], word: int | None = None
+) -> Address:
+    slot = int(match["slot"])
+    word = int(match["word"]) if word is None else word
     bit = None if match["bit"] is None else int(match["bit"])
     _check_slot(text, slot, slots)
     if word >= WORDS:
@@ -122,35 +112,43 @@ def _raw(text: str, match: re.Match[str], slots: Mapping[int, str]) -> Address:
     return Address(slot, match["image"].upper(), word, bit)
 
 
-def _of_profile(text: str, match: re.Match[str], slots: Mapping[int, str]) -> Address:
+def _of_profile(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords]) -> Address:
     slot, name = int(match["slot"]), match["name"].upper()
     _check_slot(text, slot, slots)
     if name == "FAULT":
         raise ValueError(
             f"{text!r}: the fault of a connection is no word of an image; a ladder program reads it"
         )
-    if name not in _PROFILE_BITS:
-        names = allowed(match["name"], (*PROFILE_BITS, "Data0"))
+    profile = slots[slot].profile
+    bits = {each.upper(): bit for each, bit in profile.items()}
+    if name not in bits:
+        names = allowed(match["name"], (*profile, "Data0"))
         raise ValueError(f"{text!r}: slot {slot} has no input {match['name']!r}; {names}")
-    return Address(slot, "I", 0, _PROFILE_BITS[name])
+    return Address(slot, "I", 0, bits[name])
 
 
-def _named(text: str, match: re.Match[str], slots: Mapping[int, str]) -> Address:
+def _named(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords]) -> Address:
     slot = int(match["slot"])
     _check_slot(text, slot, slots)
-    groups = BIT_NAMES.get(slots[slot], {})
+    groups = slots[slot].groups
     group, name = match["group"].lower(), match["name"].upper()
     if group not in groups:
         raise ValueError(f"{text!r}: there is no {match['group']!r} in slot {slot}; {allowed(group, groups)}")
-    if name not in groups[group]:
+    places = {each.upper(): place for each, place in groups[group].items()}
+    if name not in places:
         raise ValueError(
-            f"{text!r}: slot {slot} has no {group} bit {match['name']!r}; {allowed(name, groups[group])}"
+            f"{text!r}: slot {slot} has no {group} bit {match['name']!r}; {_allowed_bit(name, groups[group])}"
         )
-    image, word, bit = groups[group][name]
-    return Address(slot, image, word, bit)
+    return Address(slot, *places[name])
 
 
-def _check_slot(text: str, slot: int, slots: Mapping[int, str]) -> None:
+def _allowed_bit(name: str, names: Iterable[str]) -> str:
+    """Return `allowed` of a name in capitals, among names that are all small or all capital letters."""
+    names = list(names)
+    return allowed(name if any(map(str.isupper, names)) else name.lower(), names)
+
+
+def _check_slot(text: str, slot: int, slots: Mapping[int, ModuleWords]) -> None:
     if slot not in slots:
         raise ValueError(f"{text!r}: slot {slot} is empty; {allowed(slot, slots)}")
 

@@ -41,7 +41,7 @@ class Forces:
     def __init__(self, rack: Rack, on_change: Callable[[], None] = lambda: None) -> None:
         self._rack = rack
         self._on_change = on_change
-        self._catalog = {number: slot.catalog for number, slot in rack.slots.items()}
+        self._words = {number: slot.words for number, slot in rack.slots.items()}
         self._wanted: dict[Address, int] = {}
         self._dirty = False
         self._inputs: tuple[_MaskedWord, ...] = ()
@@ -62,7 +62,7 @@ class Forces:
         Raises:
             ValueError: no such address, or the value does not fit it.
         """
-        place = parse_address(address, self._catalog)
+        place = parse_address(address, self._words)
         check_value(address, place, value)
         self._wanted.pop(place, None)
         self._wanted[place] = int(value)
@@ -74,7 +74,7 @@ class Forces:
         Raises:
             ValueError: no such address, or it is not forced.
         """
-        place = parse_address(address, self._catalog)
+        place = parse_address(address, self._words)
         if place not in self._wanted:
             raise ValueError(f"{address!r} is not forced: forced are {', '.join(self.active) or 'none'}")
         del self._wanted[place]

@@ -46,12 +46,16 @@ class Options(BaseModel):
 
     @classmethod
     def _mistake(cls, details: ErrorDetails) -> str:
-        name = str(details["loc"][0])
+        cause = details.get("ctx", {}).get("error")
+        if not details["loc"]:
+            return f"options: {cause}"
+        name = ".".join(map(str, details["loc"]))
+        if len(details["loc"]) > 1:
+            return f"option {name}: {cause or details['msg']}"
         if details["type"] == "extra_forbidden":
             near = difflib.get_close_matches(name, cls.model_fields, n=1)
             hint = f"did you mean {near[0]}?" if near else f"allowed are {', '.join(cls.model_fields)}"
             return f"option {name}: the {cls.owner} has no such {cls.noun}; {hint}"
-        cause = details.get("ctx", {}).get("error")
         return f"option {name}: {cause or _problem(cls.model_fields[name], details)}"
 
 

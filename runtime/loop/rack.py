@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from ...io_images.image import IMAGE_BYTES, Image
+from ...io_images.module_words import PLAIN_WORDS, ModuleWords
 from .module import Module
 
 SLOT_BYTES = 2 * IMAGE_BYTES
@@ -27,14 +28,16 @@ class Card:
     Attributes:
         slot: number of the slot it goes into, from 1 (0 is the controller's own place).
         module: what sits there.
-        catalog: what it is sold as, such as "amci3601"; bit names in addresses follow from it.
+        catalog: what it is sold as, such as "amci3601"; for the record only.
         firmware: its firmware, such as "4.1"; for the record only.
+        words: what its words and bits are called; names in addresses follow from it.
     """
 
     slot: int
     module: Module
     catalog: str = ""
     firmware: str = ""
+    words: ModuleWords = PLAIN_WORDS
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +50,7 @@ class Slot:
     firmware: str
     outputs: Image
     inputs: Image
+    words: ModuleWords
 
     @property
     def fault(self) -> int:
@@ -102,7 +106,7 @@ def as_logic_sees(slots: Mapping[int, Slot]) -> Mapping[int, Slot]:
 
 def _slot(card: Card, block: memoryview) -> Slot:
     outputs, inputs = Image(buffer=block[:IMAGE_BYTES]), Image(buffer=block[IMAGE_BYTES:])
-    return Slot(card.slot, card.module, card.catalog, card.firmware, outputs, inputs)
+    return Slot(card.slot, card.module, card.catalog, card.firmware, outputs, inputs, card.words)
 
 
 def check_slot_number(number: object) -> None:

@@ -1,90 +1,57 @@
-"""The catalog: what can be put into a slot, by the name a rack file calls it."""
+"""The modules that can be put into a slot: one line each, its folder's record.
+
+A further module is a folder with a `RECORD` and a line here; words, addresses, recording, `drive`,
+`fuzz` and the bench read everything off the record.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from ...io_images.module_words import PLAIN_WORDS, ModuleWords
+from .adapters.pcl601.record import RECORD as PCL601_ADAPTER
+from .adapters.pmc006.record import RECORD as PMC006_ADAPTER
+from .amci3601.record import RECORD as AMCI3601
+from .discrete.record import RECORD as DISCRETE
+from .record import LivePort, ModuleRecord, Options, Trait
 
-from ...io_images.amci3601.firmware import Firmware
-from ..loop.events import JsonValue
-from ..loop.module import Module
-from ..machine import Machine, MachineSpec
-
-Factory = Callable[..., Module]
-"""Makes a module of (firmware, machine, seed, options, wiring); ValueError names what it can't take."""
-
-
-def make_amci3601(
-    firmware: str,
-    machine: MachineSpec,
-    seed: int,
-    options: Mapping[str, JsonValue],
-    wiring: str | None,
-) -> Module:
-    """Make a simulated 3601 bolted to a machine.
-
-    Args:
-        firmware: its version.
-        machine: what the machine consists of.
-        seed: of what is left to chance in the machine.
-        options: model switches by name.
-        wiring: "diagnostic" for step outputs wired to the encoder inputs.
-
-    Raises:
-        ValueError: an unknown firmware or option.
-    """
-    from .amci3601 import Amci3601
-
-    return Amci3601(firmware, Machine(machine, seed), options, diagnostic_wiring=wiring == "diagnostic")
-
-
-def _without_firmware(module: str, firmware: str, wiring: str | None) -> None:
-    """Refuse what an adapter has no choice of: it answers as firmware 4.1, and has no such wiring."""
-    if firmware != "4.1":
-        raise ValueError(f"firmware {firmware}: {module} answers as 4.1")
-    if wiring is not None:
-        raise ValueError(f"wiring {wiring}: {module} has none; leave it out")
-
-
-def make_pcl601_adapter(
-    firmware: str,
-    machine: MachineSpec,
-    seed: int,
-    options: Mapping[str, JsonValue],
-    wiring: str | None,
-) -> Module:
-    """Make a simulated PCL601 that answers as a 3601; arguments as for `make_amci3601`."""
-    from .adapters.pcl601.module import Pcl601Adapter
-
-    _without_firmware("pcl601-adapter", firmware, wiring)
-    return Pcl601Adapter(Machine(machine, seed), options)
-
-
-def make_pmc006_adapter(
-    firmware: str,
-    machine: MachineSpec,
-    seed: int,
-    options: Mapping[str, JsonValue],
-    wiring: str | None,
-) -> Module:
-    """Make a simulated PMC006x3s that answers as a 3601; arguments as for `make_amci3601`."""
-    from .adapters.pmc006.module import Pmc006Adapter
-
-    _without_firmware("pmc006-adapter", firmware, wiring)
-    return Pmc006Adapter(Machine(machine, seed), options)
-
-
-CATALOG: dict[str, Factory] = {
-    "amci3601": make_amci3601,
-    "pcl601-adapter": make_pcl601_adapter,
-    "pmc006-adapter": make_pmc006_adapter,
+MODULES: dict[str, ModuleRecord] = {
+    record.name: record
+    for record in (
+        AMCI3601,
+        PCL601_ADAPTER,
+        PMC006_ADAPTER,
+        DISCRETE,
+    )
 }
 """The modules by catalog name; a rack in Python may add its own before it is built."""
 
 
-def check_controller(module: str, firmware: str, controller: str) -> None:
-    """Refuse a module that does not run behind a controller, with a ValueError.
+def has(module: str, trait: Trait) -> bool:
+    """Return whether a kind of module has a trait; an unknown one has none."""
+    return module in MODULES and trait in MODULES[module].traits
 
-    A 3601 needs firmware 2.2 behind a MicroLogix 1500 [chapter 1, MicroLogix 1500 Configuration].
+
+def words_of(module: str, options: Options) -> ModuleWords:
+    """Return the names of a module's words and bits; plain ones for an unknown module."""
+    return MODULES[module].words(options) if module in MODULES else PLAIN_WORDS
+
+
+def live_port(module: str, port: str, address: int | None) -> LivePort:
+    """Return how a module is put on a real port.
+
+    Args:
+        module: its catalog name.
+        port: a serial device, or tcp:HOST:PORT.
+        address: of the controller; None = as from the factory.
+
+    Raises:
+        ValueError: this is no port, the module can't be on one, or the controller can't have the address.
     """
-    if module == "amci3601" and controller == "micrologix" and not Firmware.parse(firmware).micrologix:
-        raise ValueError(f"firmware {firmware} does not run in a MicroLogix rack: 2.2 or later does")
+    from ..line.liveport import check_address  # pyserial, which few racks need
+
+    check_address(port)
+    live = MODULES[module].live
+    if live is None:
+        can = ", ".join(name for name, record in MODULES.items() if record.live is not None)
+        raise ValueError(f"port {port}: {module} is on none; only {can} can be")
+    live.check_address(address)
+    return live

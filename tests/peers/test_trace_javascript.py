@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import pytest
 from made_traces import PERIOD_NS, record
-from scanrack.traces.layout import SlotInfo, module_words
+from scanrack.traces.layout import SlotInfo
 from scanrack.traces.reader import open_trace
 from scanrack.traces.repair import repair
 
@@ -71,7 +71,7 @@ def by_name(words: np.ndarray) -> dict[str, Any]:
     """Return the words of a scan as the decoders should give them."""
     slots: dict[str, Any] = {}
     for place, slot in enumerate(SLOTS):
-        names = module_words(slot.module)
+        names = slot.words
         values = words[16 * place : 16 * place + 16].tolist()
         images = {"out": (names.outputs, values[:8]), "in": (names.inputs, values[8:])}
         slots[f"slot{slot.number}"] = {image: dict(zip(*pair, strict=True)) for image, pair in images.items()}

@@ -5,12 +5,13 @@ from __future__ import annotations
 import pytest
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import status_names
+from scanrack.io_images.amci3601.words import WORDS_3601
 from scanrack.io_images.thousands import join_reported
 from scanrack.runtime.cli.summary import Tally
 from scanrack.runtime.config.rackspec import SlotSpec
 from scanrack.runtime.loop.addresses import parse_address
 from scanrack.runtime.machine import Jam, MachineSpec
-from scanrack.traces.layout import module_words
+from scanrack.runtime.modules.registry import words_of
 
 HARDWARES = {"amci3601": {}, "pcl601-adapter": {}, "pmc006-adapter": {"home_stroke": 100_000}}
 CONFIGURE = (0x843C, 63, 1, 0)
@@ -53,7 +54,7 @@ def test_what_an_adapter_can_not_take_is_named(slot, said):
 
 
 def test_its_bits_have_the_names_of_the_3601():
-    address = parse_address("slot1.status.IN_HOME", {1: "pcl601-adapter"})
+    address = parse_address("slot1.status.IN_HOME", {1: WORDS_3601})
     assert (address.word, address.bit) == (1, 2)
 
 
@@ -76,7 +77,7 @@ def test_a_blend_move_ends_where_its_segments_end(name):
 
 
 def test_its_words_have_the_names_of_the_3601_in_a_trace():
-    assert module_words("pmc006-adapter") == module_words("amci3601")
+    assert words_of("pmc006-adapter", {}) == words_of("amci3601", {})
 
 
 def test_the_closing_summary_has_the_reason_of_a_refusal():

@@ -8,14 +8,14 @@ import subprocess
 import sys
 
 import pytest
-from scanrack.runtime.cli.drive import Target, bench_for, converse
+from scanrack.runtime.cli.drive import bench_for, converse
 
 CONFIGURE = [-31682, 63, 1, 0, 0, 0, 0, 0]
 IDLE = [0] * 8
 MOVE = [2, 0, 10, 0, 5, 0, 20, 10]
 
 
-def session(*requests, target=Target.AMCI3601):
+def session(*requests, target="amci3601"):
     """Return the exit status and the replies of a session."""
     out = io.StringIO()
     lines = [request if isinstance(request, str) else json.dumps(request) for request in requests]
@@ -138,9 +138,9 @@ def test_what_can_not_be_taken_changes_nothing(request_, said):
     assert (replies[2]["t_ms"], replies[2]["in"]) == (4, replies[0]["in"])
 
 
-@pytest.mark.parametrize("target", [Target.PCL601_ADAPTER, Target.PMC006_ADAPTER])
+@pytest.mark.parametrize("target", ["pcl601-adapter", "pmc006-adapter"])
 def test_diagnostic_feedback_is_tried_by_the_same_requests_on_all_hardwares(target):
-    home_stroke = {"home_stroke": 100_000} if target is Target.PMC006_ADAPTER else {}
+    home_stroke = {"home_stroke": 100_000} if target == "pmc006-adapter" else {}
     status, replies = session(
         {"new": {"wiring": "diagnostic", "options": {"diagnostic": "mirror"} | home_stroke}},
         {"out": [-31172, *CONFIGURE[1:]], "for_ms": 500},
@@ -153,7 +153,7 @@ def test_diagnostic_feedback_is_tried_by_the_same_requests_on_all_hardwares(targ
 
 
 def test_the_firmware_of_an_adapter_is_not_to_be_chosen():
-    status, [reply] = session({"new": {"firmware": "3.1"}}, target=Target.PMC006_ADAPTER)
+    status, [reply] = session({"new": {"firmware": "3.1"}}, target="pmc006-adapter")
     assert (status, reply["line"]) == (2, 1)
     assert "firmware is for target amci3601 only" in reply["error"]
 

@@ -6,7 +6,7 @@ import io
 import json
 
 import pytest
-from scanrack.runtime.cli.drive import Target, bench_for, converse
+from scanrack.runtime.cli.drive import bench_for, converse
 
 IDENT = "01 11 c0 2c"
 IDENTITY = "01 11 05 01 31 2e 30 30 c7 b2"
@@ -17,7 +17,7 @@ def session(*requests):
     """Return the exit status and the replies of a session."""
     out = io.StringIO()
     lines = [request if isinstance(request, str) else json.dumps(request) for request in requests]
-    status = converse(bench_for(Target.PCL601), [line + "\n" for line in lines], out)
+    status = converse(bench_for("pcl601"), [line + "\n" for line in lines], out)
     return status, [json.loads(line) for line in out.getvalue().splitlines()]
 
 

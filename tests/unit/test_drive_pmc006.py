@@ -7,12 +7,12 @@ import json
 from typing import Any
 
 import pytest
-from scanrack.runtime.cli.drive import Target, bench_for, converse
+from scanrack.runtime.cli.drive import bench_for, converse
 
 
 def driven(*requests: dict[str, Any]) -> list[dict[str, Any]]:
     out = io.StringIO()
-    converse(bench_for(Target.PMC006), (json.dumps(request) for request in requests), out)
+    converse(bench_for("pmc006"), (json.dumps(request) for request in requests), out)
     return [json.loads(line) for line in out.getvalue().splitlines()]
 
 

@@ -20,7 +20,8 @@ from scanrack.runtime.machine import (
     TimelineEntry,
 )
 from scanrack.runtime.modules.amci3601 import Amci3601
-from scanrack.runtime.modules.registry import CATALOG
+from scanrack.runtime.modules.record import ModuleRecord
+from scanrack.runtime.modules.registry import MODULES
 
 MS = 1_000_000
 
@@ -211,7 +212,7 @@ def test_a_rack_in_python_may_bring_its_own_modules(monkeypatch):
             made.append(given)
             self.events = []
 
-    monkeypatch.setitem(CATALOG, "probe", Probe)
+    monkeypatch.setitem(MODULES, "probe", ModuleRecord(name="probe", make=Probe))
     spec = RackSpec(program="-", seed=5, slot=[SLOT, SlotSpec(number=2, module="probe", firmware="1")])
     rack = build_rack(spec)
     assert isinstance(rack.slots[2].module, Probe)

@@ -20,7 +20,7 @@ from ...io_images.amci3601 import LIVE_BITS, CommandLsw, CommandMsw, StatusLsw, 
 from ...io_images.image import WORDS
 from ..flags import FLAGS as CPU_FLAGS
 from ..flags import OVERRUN
-from ..layout import SPEAK_3601, SlotInfo, module_words
+from ..layout import SlotInfo
 from ..signals import decode
 
 Array = NDArray[Any]
@@ -110,14 +110,18 @@ TIME = Field(None, "cpu", "time_ns", Kind.WORD, 0, 1, lambda times: times)
 
 def fields_of(slot: SlotInfo) -> Iterator[Field]:
     """Yield the fields of a slot's images, inputs first: the logic reads before it writes."""
-    if slot.module in SPEAK_3601:
+    if slot.speaks_3601:
         yield from _inputs_3601(slot.number)
         yield from _outputs_3601(slot.number)
         return
-    names = module_words(slot.module)
-    for direction, words in (("in", names.inputs), ("out", names.outputs)):
+    for direction, image, words in (("in", "I", slot.words.inputs), ("out", "O", slot.words.outputs)):
         for word, name in enumerate(words):
-            yield Field(slot.number, direction, name, Kind.WORD, word, 1, partial(_plain, word))
+            named = {bit: of for of, bit in slot.words.bits(image, word)}
+            if named:
+                bits = tuple(named.get(bit, f"{name}.{bit}") for bit in range(16))
+                yield Field(slot.number, direction, name, Kind.BITS, word, 1, partial(_bits_of, word), bits)
+            else:
+                yield Field(slot.number, direction, name, Kind.WORD, word, 1, partial(_plain, word))
 
 
 def _inputs_3601(slot: int) -> Iterator[Field]:
@@ -157,6 +161,10 @@ def _configuration(slot: int, direction: str) -> Iterator[Field]:
 
 def _plain(word: int, images: Words) -> Array:
     return images[:, word]
+
+
+def _bits_of(word: int, images: Words) -> Array:
+    return np.ascontiguousarray(images[:, word]).view(np.uint16)
 
 
 def _masked(word: int, live: int, images: Words) -> Array:

@@ -9,7 +9,7 @@ from typing import Generic, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..layout import SPEAK_3601, SlotInfo
+from ..layout import SlotInfo
 from ..reader import Trace
 from ..signals import ALL, Block, Catalog, Selection, blocks
 from .changes import ChangeFinder
@@ -186,7 +186,7 @@ def wanted_slots(trace: Trace, numbers: Sequence[int]) -> list[SlotInfo]:
     Raises:
         NothingToPlotError: there is none, or none in a slot that is asked for.
     """
-    have = {slot.number: slot for slot in trace.head.slots if slot.module in SPEAK_3601}
+    have = {slot.number: slot for slot in trace.head.slots if slot.speaks_3601}
     if not have:
         modules = ", ".join(f"slot {slot.number}: {slot.module or '-'}" for slot in trace.head.slots)
         raise NothingToPlotError(f"there is no amci3601 in the trace to plot ({modules})")

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from ...io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw, StatusMsw
-from ..layout import SPEAK_3601, SlotInfo, module_words
+from ..layout import SlotInfo
 from . import decode
 from .signal import Array, Kind, Signal
 from .stream import Block
@@ -119,14 +119,25 @@ class Catalog(Mapping[str, Signal]):
 def _slot_signals(slot: SlotInfo) -> Iterator[Signal]:
     """Yield the signals of a slot."""
     number, stem = slot.number, f"slot{slot.number}"
-    if slot.module in SPEAK_3601:
+    if slot.speaks_3601:
         yield Signal(f"{stem}.speed", Kind.MEASURED, partial(_speed, number))
         yield from _3601_signals(number, stem)
-    words = module_words(slot.module)
+    else:
+        yield from _named_bits(slot, stem)
+    words = slot.words
     for direction, names in zip(_DIRECTIONS, (words.inputs, words.outputs), strict=True):
         for place, name in enumerate(names):
             read = partial(_word, number, direction, place)
             yield Signal(f"{stem}.{direction}.{name}", Kind.WORD, read)
+
+
+def _named_bits(slot: SlotInfo, stem: str) -> Iterator[Signal]:
+    """Yield the bits that a module names."""
+    for names in slot.words.groups.values():
+        for name, (image, word, bit) in names.items():
+            direction = "in" if image == "I" else "out"
+            read = partial(_bit, slot.number, direction, word, bit)
+            yield Signal(f"{stem}.{direction}.{name}", Kind.BIT, read)
 
 
 def _3601_signals(number: int, stem: str) -> Iterator[Signal]:
@@ -146,6 +157,11 @@ def _3601_signals(number: int, stem: str) -> Iterator[Signal]:
 
 def _word(slot: int, direction: str, place: int, block: Block) -> Array:
     return np.ascontiguousarray(block.image(slot, direction)[:, place])
+
+
+def _bit(slot: int, direction: str, word: int, bit: int, block: Block) -> Array:
+    bits: Array = (_word(slot, direction, word, block) >> bit & 1).astype(bool)
+    return bits
 
 
 def _value(slot: int, direction: str, msw: int, block: Block) -> Array:

@@ -213,7 +213,7 @@ class Bench:
 
     def _is_image(self, address: str) -> bool:
         try:
-            parse_address(address, {slot.number: slot.module for slot in self.spec.slot})
+            parse_address(address, {slot.number: slot.words for slot in self.spec.slot})
         except ValueError:
             return False
         return True

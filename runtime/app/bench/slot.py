@@ -11,6 +11,8 @@ from ....io_images.image import Image
 from ...loop.incidents import TROUBLES, FaultKind
 from ...loop.rack import Slot
 from ...machine.spec import INPUT_NAMES
+from ...modules.record import NamedInputs, Trait
+from ...modules.registry import MODULES, has
 
 
 class SlotBench:
@@ -32,15 +34,21 @@ class SlotBench:
         self.number = slot.number
         self.outputs: Image = slot.outputs
         self.inputs: Image = slot.inputs
-        self.status = StatusView(slot.inputs)
+        self._slot = slot
+        self.status: Any = self._view(slot)
         self._run_for, self._now_ns = run_for, now_ns
         self._module: Any = slot.module
         self._device: Any = getattr(slot.module, "module", slot.module)  # inside of incidents
 
+    @staticmethod
+    def _view(slot: Slot) -> object:
+        record = MODULES.get(slot.catalog)
+        return StatusView(slot.inputs) if record is None else record.status(slot.inputs, slot.words)
+
     @property
     def moving(self) -> bool:
         """Whether the axis moves, either way, as the program saw it last."""
-        return self.status.moving
+        return bool(self.status.moving)
 
     @property
     def shaft(self) -> int:
@@ -51,12 +59,16 @@ class SlotBench:
         """Give an input a level from now on.
 
         Args:
-            name: "capture", "external", "home", "estop", "cw_limit" or "ccw_limit".
+            name: "capture", "external", "home", "estop", "cw_limit" or "ccw_limit"; of a card, as the rack
+                file names it.
             energised: the level.
 
         Raises:
             ValueError: there is no such input, or the machine of the rack file sees to it.
         """
+        if isinstance(self._device, NamedInputs):
+            self._device.set_input(name, energised)
+            return
         bit = INPUT_NAMES.get(name.lower())
         if bit is None:
             raise ValueError(f"there is no input {name!r}: inputs are {', '.join(INPUT_NAMES)}")
@@ -97,6 +109,8 @@ class SlotBench:
             self._device.inject(None if how is None else names[how])
 
     def __str__(self) -> str:
+        if not has(self._slot.catalog, Trait.MACHINE):
+            return f"slot {self.number}: {self.status}; outputs {list(self.outputs)}"
         msw, lsw = self.inputs[0] & 0xFFFF, self.inputs[1] & 0xFFFF
         bits = " ".join(status_names(msw, lsw)) or "no bit"
         held = [name for name, bit in INPUT_NAMES.items() if self._levels() & bit]

@@ -7,9 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from ...modules.adapters.module import SimulatedAdapter
-from ...modules.adapters.pcl601.module import Pcl601Adapter
-from ...modules.adapters.pmc006.module import Pmc006Adapter
-from .image_bench import ImageBench, machine_for
+from .image_bench import ImageBench
 from .requests import TABLES, Request, Strict, Tables, read
 
 Count = Annotated[int, Field(ge=1, le=1_000_000, strict=True)]
@@ -63,13 +61,3 @@ class AdapterBench(ImageBench):
             line.faults.corrupt_next += request.link.corrupt_next or 0
         if request.device is not None:
             self.module.cycle_device()
-
-
-def pcl601_adapter_bench() -> AdapterBench:
-    """Return the bench of `drive pcl601-adapter`."""
-    return AdapterBench(lambda options: Pcl601Adapter(machine_for(options), options.options))
-
-
-def pmc006_adapter_bench() -> AdapterBench:
-    """Return the bench of `drive pmc006-adapter`."""
-    return AdapterBench(lambda options: Pmc006Adapter(machine_for(options), options.options))

@@ -16,7 +16,7 @@ from ....io_images.thousands import join_reported
 from ...loop.events import Event, JsonValue
 from ...loop.module import Module
 from ...machine import Machine, MachineSpec, Switch
-from ...modules.amci3601 import Amci3601
+from ...modules.record import ModuleRecord, Trait
 from .requests import Bench, Encoder, Request, RequestError, Until
 
 NS_PER_MS = 1_000_000
@@ -175,19 +175,23 @@ def time_ms(now_ns: int) -> int | float:
     return whole if rest == 0 else float(Decimal(now_ns) / NS_PER_MS)
 
 
-def machine_for(options: Bench) -> Machine:
-    """Make the machine that the options of a fresh bench describe."""
-    switches = tuple(
-        Switch(InputBit[name.upper()], ends[0], ends[1]) for name, ends in options.machine if ends is not None
+def machine_of(options: Bench) -> MachineSpec:
+    """Return the machine that the options of a fresh bench describe."""
+    return MachineSpec(
+        switches=tuple(
+            Switch(InputBit[name.upper()], ends[0], ends[1])
+            for name, ends in options.machine
+            if ends is not None
+        )
     )
-    return Machine(MachineSpec(switches=switches))
 
 
-def amci3601_on_bench(options: Bench) -> Amci3601:
-    """Make a simulated 3601 for the options of a fresh bench."""
-    return Amci3601(
-        options.firmware,
-        machine_for(options),
-        options.options,
-        diagnostic_wiring=options.wiring == "diagnostic",
+def on_bench(record: ModuleRecord, options: Bench) -> Any:
+    """Make a simulated module for the options of a fresh bench."""
+    return record.make(
+        firmware=options.firmware,
+        machine=machine_of(options),
+        seed=0,
+        options=options.options,
+        wiring=options.wiring if Trait.LINE not in record.traits else None,
     )

@@ -9,6 +9,7 @@ from typing import Any
 from typing_extensions import override
 
 from ....io_images.amci3601.bits import InputBit
+from ....io_images.amci3601.words import WORDS_3601
 from ....io_images.image import Image
 from ...config.rackspec import RackSpec, SlotSpec
 from ...loop.events import JsonValue
@@ -18,13 +19,12 @@ from ...loop.listeners import ScanListener
 from ...loop.rack import Slot
 from ...machine import Machine, MachineSpec, Switch
 from ...machine.spec import input_name
+from ...modules.record import Trait
+from ...modules.registry import has
 
 BENCH_TICK_NS = 250_000
 """The bench exchanges images at multiples of the module's 250 µs."""
 
-
-TARGETS = ("amci3601", "pcl601-adapter", "pmc006-adapter")
-"""Modules for which there is a bench."""
 
 REPLIES = {FaultKind.REPLIES_LOST: "drop_next", FaultKind.REPLIES_DAMAGED: "corrupt_next"}
 """What the bench calls it when one reply is lost or damaged."""
@@ -35,7 +35,7 @@ def obstacle(spec: RackSpec, slot: SlotSpec) -> str | None:
     machine = slot.machine
     told = [each for each in spec.incidents if each.slot in (0, slot.number)]
     beyond: tuple[tuple[bool, str], ...] = (
-        (slot.module not in TARGETS, f"module {slot.module}"),
+        (slot.words != WORDS_3601, f"module {slot.module}"),
         (bool(machine.slips or machine.jams), "slips and jams"),
         (machine.encoder is not None, "an encoder on the shaft"),
         (any(each.what in TROUBLES for each in told), "lost links"),
@@ -128,7 +128,7 @@ class DriveScript(ScanListener):
 
 def _bench(spec: RackSpec, slot: SlotSpec) -> dict[str, Any]:
     made: dict[str, Any] = {"scan_ms": _number(spec.scan_ns / 1e6)}
-    if slot.module == "amci3601":
+    if has(slot.module, Trait.FIRMWARE):
         made = {"firmware": slot.firmware, **made}
     switches = _fed_by_bench(slot.machine)
     if switches:

@@ -15,6 +15,8 @@ from ....io_images.image import WORDS
 from ...config.rackspec import RackSpec, SlotSpec
 from ...loop.incidents import FaultKind, Incident
 from ...machine import MachineSpec
+from ...modules.record import Trait
+from ...modules.registry import has
 from .scenario import Lost, Press, Scenario, Shift
 
 T = TypeVar("T")
@@ -45,12 +47,17 @@ class Kind(Enum):
 
 def possible_kinds(spec: RackSpec) -> frozenset[Kind]:
     """Return what can happen to a rack: some of it to a 3601 only, some to an adapter only."""
-    impossible = set()
-    if not _modules_3601(spec):
-        impossible |= {Kind.LINK, Kind.FIRMWARE}
-    if not _adapters(spec):
-        impossible.add(Kind.LINE)
-    return frozenset(Kind) - impossible
+    return frozenset(kind for kind in Kind if kind not in _NEEDS or _with(spec, _NEEDS[kind]))
+
+
+_NEEDS = {
+    Kind.INPUTS: Trait.MACHINE,
+    Kind.MACHINE: Trait.MACHINE,
+    Kind.LINK: Trait.STOPS_ANSWERING,
+    Kind.FIRMWARE: Trait.FIRMWARE,
+    Kind.LINE: Trait.LINE,
+}
+"""Kinds that need a module with a trait."""
 
 
 def kinds_for(spec: RackSpec) -> frozenset[Kind]:
@@ -59,12 +66,9 @@ def kinds_for(spec: RackSpec) -> frozenset[Kind]:
     return frozenset(kind for kind in possible_kinds(spec) if kind is not Kind.TORN or torn)
 
 
-def _modules_3601(spec: RackSpec) -> list[int]:
-    return [slot.number for slot in spec.slot if slot.module == "amci3601"]
-
-
-def _adapters(spec: RackSpec) -> list[int]:
-    return [slot.number for slot in spec.slot if slot.module.endswith("-adapter")]
+def _with(spec: RackSpec, trait: Trait) -> list[int]:
+    """Return the slots whose modules have a trait."""
+    return [slot.number for slot in spec.slot if has(slot.module, trait)]
 
 
 LASTING_MS = (2, 20, 100, 500, 2000)
@@ -88,7 +92,7 @@ def scenarios(
     """
     kinds = possible_kinds(spec).intersection(kinds)
     times = st.integers(0, scans - 1).map(lambda scan: scan * spec.scan_ns)
-    slots = st.sampled_from(spec.slot)
+    slots = st.sampled_from([slot for slot in spec.slot if has(slot.module, Trait.MACHINE)] or spec.slot)
     nothing: st.SearchStrategy[tuple[()]] = st.just(())
     presses = {slot.number: _presses(slot, times) for slot in spec.slot}  # made once: a draw costs half
 
@@ -102,7 +106,7 @@ def scenarios(
         presses=some(Kind.INPUTS, slots.flatmap(lambda slot: presses[slot.number])),
         incidents=st.lists(st.one_of(happening), max_size=most).map(tuple) if happening else nothing,
         shifts=some(Kind.MACHINE, st.builds(Shift, slots.map(_number), st.sampled_from(STEPS)), 1),
-        lost=some(Kind.MACHINE, _lost(_modules_3601(spec)), 1) if _modules_3601(spec) else nothing,
+        lost=some(Kind.MACHINE, _lost(_with(spec, Trait.SLIPS)), 1) if _with(spec, Trait.SLIPS) else nothing,
     )
     return made if base is None else st.builds(_joined, _parts_of(base, spec.scan_ns), made)
 
@@ -163,7 +167,7 @@ def _firmware(spec: RackSpec) -> st.SearchStrategy[tuple[tuple[int, str], ...]]:
     versions = [str(each) for each in KNOWN if each >= needed and (each.micrologix or not behind_micrologix)]
     same: st.SearchStrategy[tuple[tuple[int, str], ...]] = st.just(())
     return same | st.sampled_from(versions).map(
-        lambda version: tuple((slot, version) for slot in _modules_3601(spec))
+        lambda version: tuple((slot, version) for slot in _with(spec, Trait.FIRMWARE))
     )
 
 
@@ -171,13 +175,15 @@ def _incidents(kind: Kind, spec: RackSpec, times: st.SearchStrategy[int]) -> st.
     slots = st.sampled_from([slot.number for slot in spec.slot])
     if kind is Kind.LINK:
         lost = st.sampled_from((FaultKind.LINK_LOST, FaultKind.REMOVED, FaultKind.FATAL_ERROR))
-        return st.builds(Incident, times, lost, st.sampled_from(_modules_3601(spec)), _durations())
+        return st.builds(
+            Incident, times, lost, st.sampled_from(_with(spec, Trait.STOPS_ANSWERING)), _durations()
+        )
     if kind is Kind.POWER:
         return st.builds(Incident, times, st.just(FaultKind.POWER_CYCLE), slots)
     if kind is Kind.MODE:
         return st.builds(Incident, times, st.just(FaultKind.PROGRAM_MODE), st.just(0), _durations())
     if kind is Kind.LINE:
-        return _on_the_line(st.sampled_from(_adapters(spec)), times)
+        return _on_the_line(st.sampled_from(_with(spec, Trait.LINE)), times)
     late = st.sets(st.integers(0, WORDS - 1), min_size=1).map(lambda words: tuple(sorted(words)))
     return st.builds(Incident, times, st.just(FaultKind.TORN_UPDATE), slots, st.just(0), late)
 

@@ -20,10 +20,10 @@ from typing_extensions import override
 
 from ....io_images.amci3601 import Configuration
 from ....io_images.image import Image
-from ....io_images.pmc006.frame import FACTORY_ADDRESS
 from ...controllers.pmc006.ramps import Speeds
 from ...line.clients.link import LinkError
-from ...line.liveport import LiveLine, check_address, open_port
+from ...line.liveport import LiveLine, open_port
+from ...line.wire import LineFormat
 from ...loop.events import JsonValue
 from ...loop.pace import Clock
 from ...machine import Machine
@@ -182,45 +182,29 @@ class LivePmc006(LiveAdapter[Speeds]):
         return Pmc006Axis(self.driver, self._options)
 
 
-FACTORY_UNITS = {"pcl601-adapter": 1, "pmc006-adapter": FACTORY_ADDRESS}
-"""The adapters that can be on a real port, and the addresses of controllers as from the factory."""
-
-
-def open_adapter(
-    module: str, port: str, address: int | None, options: Mapping[str, JsonValue]
-) -> LivePcl601 | LivePmc006:
-    """Open a port and put an adapter on it.
+def open_pcl601(port: str, unit: int, options: Mapping[str, JsonValue]) -> LivePcl601:
+    """Open a port and put a PCL601's adapter on it.
 
     Args:
-        module: catalog name.
         port: serial device, or tcp:HOST:PORT.
-        address: of the controller; None = as from the factory.
+        unit: address of the controller.
         options: by name.
 
     Raises:
         ValueError: an option, or a port that can't be opened.
     """
-    unit = FACTORY_UNITS[module] if address is None else address
+    chosen = Pcl601Options.of(options)
+    return LivePcl601(_live_line(port, PCL601_FORMAT), chosen, unit)
+
+
+def open_pmc006(port: str, unit: int, options: Mapping[str, JsonValue]) -> LivePmc006:
+    """Open a port and put a PMC006's adapter on it; arguments as for `open_pcl601`."""
+    chosen = Pmc006Options.of(options)
+    return LivePmc006(_live_line(port, PMC006_FORMAT), chosen, unit)
+
+
+def _live_line(port: str, line_format: LineFormat) -> LiveLine:
     try:
-        if module == "pcl601-adapter":
-            pcl601_options = Pcl601Options.of(options)
-            return LivePcl601(LiveLine(partial(open_port, port, PCL601_FORMAT)), pcl601_options, unit)
-        pmc006_options = Pmc006Options.of(options)
-        return LivePmc006(LiveLine(partial(open_port, port, PMC006_FORMAT)), pmc006_options, unit)
+        return LiveLine(partial(open_port, port, line_format))
     except LinkError as error:
         raise ValueError(str(error)) from error
-
-
-def check_port(module: str, port: str, address: int | None) -> None:
-    """Refuse a port that a module can't be on, and an address that its controller can't have.
-
-    Raises:
-        ValueError: such a port or address.
-    """
-    check_address(port)
-    if module not in FACTORY_UNITS:
-        raise ValueError(f"port {port}: {module} is on none; only {', '.join(FACTORY_UNITS)} can be")
-    highest = 99 if module == "pcl601-adapter" else 120
-    if address is not None and not 1 <= address <= highest and address != FACTORY_UNITS[module]:
-        allowed = f"1 to {highest}" + (", or 255 as from the factory" if highest == 120 else "")
-        raise ValueError(f"address {address}: allowed is {allowed}")

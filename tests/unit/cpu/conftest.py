@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import pytest
+from scanrack.io_images.amci3601.words import WORDS_3601
 from scanrack.io_images.image import Image
 from scanrack.runtime.loop.events import Event, JsonValue
 from scanrack.runtime.loop.rack import Card, Rack
@@ -82,7 +83,7 @@ def module(log: list[object]) -> ScriptedModule:
 @pytest.fixture
 def rack(module: ScriptedModule) -> Rack:
     """A rack with the scripted module in slot 1, said to be a 3601."""
-    return Rack([Card(1, module, "amci3601", "4.1")])
+    return Rack([Card(1, module, "amci3601", "4.1", WORDS_3601)])
 
 
 @pytest.fixture

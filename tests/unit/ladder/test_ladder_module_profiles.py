@@ -3,12 +3,13 @@
 import pytest
 from ladder_bench import both, program_of
 from scanrack.io_images.amci3601.bits import StatusMsw
+from scanrack.io_images.amci3601.words import WORDS_3601
 from scanrack.ladder import BuildError
 from scanrack.ladder.debug import Debugger
 from scanrack.runtime.loop.addresses import Address, parse_address
 from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.rack import Card, Rack
-from scanrack.runtime.modules.amci3601 import Amci3601, Trouble
+from scanrack.runtime.modules.amci3601 import Amci3601, ModuleFault
 
 MS = 1_000_000
 TAGS = """TAG Ok : BOOL
@@ -73,10 +74,10 @@ def test_all_inputs_at_once_are_the_fault_and_eight_words():
 @pytest.mark.parametrize(
     ("trouble", "fault"),
     [
-        (Trouble.LINK_LOST, -1),
-        (Trouble.REMOVED, -1),
-        (Trouble.ASIC_LOST, -1),
-        (Trouble.FATAL_ERROR, 0),  # it answers, and MODULE_OK is off
+        (ModuleFault.LINK_LOST, -1),
+        (ModuleFault.REMOVED, -1),
+        (ModuleFault.ASIC_LOST, -1),
+        (ModuleFault.FATAL_ERROR, 0),  # it answers, and MODULE_OK is off
     ],
 )
 def test_the_fault_of_the_connection(trouble, fault):
@@ -88,7 +89,7 @@ def test_the_fault_of_the_connection(trouble, fault):
         module.inject(trouble)
         cpu.run(1)
         assert (engine.tags.Fault, engine.tags.Only) == (fault, fault), engine
-        if trouble is not Trouble.FATAL_ERROR:
+        if trouble is not ModuleFault.FATAL_ERROR:
             module.inject(None)
             cpu.run(1)
             assert engine.tags.Fault == 0
@@ -100,7 +101,7 @@ def test_the_debugger_runs_a_scan_with_its_fault_again():
     rack = Rack([Card(1, module, "amci3601", "4.1")])
     cpu = Cpu(rack, debugger, 2 * MS)
     cpu.run(3)
-    module.inject(Trouble.LINK_LOST)
+    module.inject(ModuleFault.LINK_LOST)
     cpu.run(5)
     assert debugger.last_change("Bad").scan == 3
     assert debugger.truth("Main")[1] == (True, True)
@@ -135,7 +136,7 @@ def test_an_image_that_the_program_does_not_use_is_refused_every_time():
                 engine.tags[tag]
 
 
-SLOTS = {1: "amci3601"}
+SLOTS = {1: WORDS_3601}
 
 
 def test_forces_take_the_names_of_the_profile():

@@ -1,0 +1,22 @@
+"""The words of a 3601 by name, which are also those of every module that answers as one."""
+
+from __future__ import annotations
+
+from ..module_words import ModuleWords, flag_places
+from .bits import PROFILE_BITS, CommandLsw, CommandMsw, StatusLsw, StatusMsw
+
+# fmt: off
+WORDS_3601 = ModuleWords(
+    "Amci3601",
+    # chapter 5, output data in command mode    chapter 6, input data in command mode
+    outputs=("command_msw", "command_lsw",      "target_msw", "target_lsw",
+             "speed_msw", "speed_lsw",          "acceleration", "deceleration"),
+    inputs=("status_msw", "status_lsw",         "position_msw", "position_lsw",
+            "encoder_msw", "encoder_lsw",       "captured_msw", "captured_lsw"),
+    groups={
+        "command": flag_places("O", CommandMsw, CommandLsw),
+        "status": flag_places("I", StatusMsw, StatusLsw),
+    },
+    profile=PROFILE_BITS,
+)
+# fmt: on

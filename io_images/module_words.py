@@ -1,0 +1,76 @@
+"""What a module calls its words and bits: data that the rack, addresses and traces read.
+
+    outputs, inputs    the eight words of each image, by name
+    groups             bits by group and name, as in `slot1.status.MOVE_COMPLETE`
+
+A module with fewer words shows them in the first ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from enum import IntFlag
+from typing import NamedTuple
+
+from .image import WORDS
+
+
+class BitPlace(NamedTuple):
+    """Where a named bit is.
+
+    Attributes:
+        image: "I" for the input image, "O" for the output image.
+        word: 0 to 7.
+        bit: 0 to 15.
+    """
+
+    image: str
+    word: int
+    bit: int
+
+
+Groups = Mapping[str, Mapping[str, BitPlace]]
+"""Group -> name of a bit -> where it is."""
+
+
+@dataclass(frozen=True, slots=True)
+class ModuleWords:
+    """The names of a module's words and bits. Two are equal if their words are.
+
+    Attributes:
+        message: stem of its message types in a trace, letters and digits, the first one a capital.
+        outputs: names of the eight words from logic to module, lower case.
+        inputs: names of the eight words from module to logic.
+        groups: its named bits.
+        profile: bits of input word 0 by the names of the module's add-on profile, as in
+            `Local:1:I.ModuleOK`.
+        one_word: each image is one word, called Data: `Local:2:I.Data.3` is a bit of it.
+    """
+
+    message: str
+    outputs: tuple[str, ...]
+    inputs: tuple[str, ...]
+    groups: Groups = field(default_factory=dict, compare=False)
+    profile: Mapping[str, int] = field(default_factory=dict, compare=False)
+    one_word: bool = field(default=False, compare=False)
+
+    def bits(self, image: str, word: int) -> Iterator[tuple[str, int]]:
+        """Yield the named bits of a word: name and number."""
+        for names in self.groups.values():
+            yield from ((name, at.bit) for name, at in names.items() if (at.image, at.word) == (image, word))
+
+
+def flag_places(image: str, *words: type[IntFlag]) -> Mapping[str, BitPlace]:
+    """Return the bits of an image by name, from the flags of its words, word 0 first."""
+    return {
+        str(flag.name): BitPlace(image, word, flag.value.bit_length() - 1)
+        for word, flags in enumerate(words)
+        for flag in flags
+    }
+
+
+_NUMBERED = tuple(f"word{index}" for index in range(WORDS))
+
+PLAIN_WORDS = ModuleWords("Plain", _NUMBERED, _NUMBERED)
+"""The words of a module that says nothing of them."""

@@ -1,0 +1,34 @@
+"""The adapter of a PCL601 as the registry knows it; what takes long to import waits until it is needed."""
+
+from __future__ import annotations
+
+from ....loop.module import Module
+from ....machine import Machine
+from ...record import LiveModule, LivePort, Options
+from ..record import adapter_record
+
+
+def _made(machine: Machine, options: Options) -> Module:
+    from .module import Pcl601Adapter
+
+    return Pcl601Adapter(machine, options)
+
+
+def _opened(port: str, address: int, options: Options) -> LiveModule:
+    from ..live import open_pcl601
+
+    return open_pcl601(port, address, options)
+
+
+def _refusals() -> str:
+    from ..table import refusals
+
+    return refusals("PCL601")
+
+
+RECORD = adapter_record(
+    "pcl601-adapter",
+    _made,
+    LivePort(opened=_opened, factory_address=1, highest_address=99),
+    _refusals,
+)

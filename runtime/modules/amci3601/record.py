@@ -1,0 +1,45 @@
+"""The simulated AMCI 3601 as the registry knows it."""
+
+from __future__ import annotations
+
+from ....io_images.amci3601.firmware import Firmware
+from ....io_images.amci3601.words import WORDS_3601
+from ...loop.module import Module
+from ...machine import Machine, MachineSpec
+from ..record import ModuleRecord, Options, Trait
+
+
+def make(firmware: str, machine: MachineSpec, seed: int, options: Options, wiring: str | None) -> Module:
+    """Make a simulated 3601 bolted to a machine.
+
+    Args:
+        firmware: its version.
+        machine: what the machine consists of.
+        seed: of what is left to chance in the machine.
+        options: model switches by name.
+        wiring: "diagnostic" for step outputs wired to the encoder inputs.
+
+    Raises:
+        ValueError: an unknown firmware or option.
+    """
+    from .module import Amci3601
+
+    return Amci3601(firmware, Machine(machine, seed), options, diagnostic_wiring=wiring == "diagnostic")
+
+
+def check_controller(firmware: str, controller: str) -> None:
+    """Refuse a version that does not run behind a controller, with a ValueError.
+
+    A 3601 needs firmware 2.2 behind a MicroLogix 1500 [chapter 1, MicroLogix 1500 Configuration].
+    """
+    if controller == "micrologix" and not Firmware.parse(firmware).micrologix:
+        raise ValueError(f"firmware {firmware} does not run in a MicroLogix rack: 2.2 or later does")
+
+
+RECORD = ModuleRecord(
+    name="amci3601",
+    make=make,
+    words=lambda _options: WORDS_3601,
+    traits=frozenset({Trait.FIRMWARE, Trait.STOPS_ANSWERING, Trait.MACHINE, Trait.SLIPS}),
+    check_controller=check_controller,
+)

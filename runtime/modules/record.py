@@ -1,0 +1,111 @@
+"""What the rest of the house knows of a kind of module: one record each, made in the module's own folder."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, Protocol, runtime_checkable
+
+from ...io_images.amci3601 import StatusView
+from ...io_images.image import Image
+from ...io_images.module_words import PLAIN_WORDS, ModuleWords
+from ..loop.events import JsonValue
+from ..loop.module import Module
+
+Options = Mapping[str, JsonValue]
+"""A slot's options by name, as a rack file gives them."""
+
+
+class LiveModule(Module, Protocol):
+    """A module on a real port."""
+
+    def close(self) -> None:
+        """Stop the motor and give the port back."""
+        ...
+
+
+@runtime_checkable
+class NamedInputs(Protocol):
+    """A module whose inputs have names."""
+
+    def set_input(self, name: str, energised: bool) -> None:
+        """Give an input a level from now on; ValueError if there is no such input."""
+        ...
+
+
+class Trait(Enum):
+    """What can happen to a kind of module, or what it comes with; `fuzz` and `drive` go by it."""
+
+    FIRMWARE = "comes in the versions of a 3601's firmware"
+    STOPS_ANSWERING = "can be made to stop answering"
+    MACHINE = "is bolted to a machine"
+    SLIPS = "its machine may lose steps"
+    LINE = "has a controller at the far end of a line"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LivePort:
+    """How a kind of adapter is put on a real port.
+
+    Attributes:
+        opened: opens (port, address of the controller, options); ValueError if it can't be.
+        factory_address: of a controller as from the factory.
+        highest_address: addresses are 1 to this one, or the factory's.
+    """
+
+    opened: Callable[[str, int, Options], LiveModule]
+    factory_address: int
+    highest_address: int
+
+    def check_address(self, address: int | None) -> None:
+        """Refuse an address that the controller can't have, with a ValueError."""
+        if address is None or 1 <= address <= self.highest_address or address == self.factory_address:
+            return
+        allowed = f"1 to {self.highest_address}"
+        if self.factory_address > self.highest_address:
+            allowed += f", or {self.factory_address} as from the factory"
+        raise ValueError(f"address {address}: allowed is {allowed}")
+
+    def open(self, port: str, address: int | None, options: Options) -> LiveModule:
+        """Open the port and put the adapter on it.
+
+        Args:
+            port: a serial device, or tcp:HOST:PORT.
+            address: of the controller; None = as from the factory.
+            options: by name.
+
+        Raises:
+            ValueError: an option, or a port that can't be opened.
+        """
+        return self.opened(port, self.factory_address if address is None else address, options)
+
+
+def _any_controller(firmware: str, controller: str) -> None:
+    """Run behind any controller."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModuleRecord:
+    """A kind of module.
+
+    Attributes:
+        name: its catalog name, as rack files and `scanrack drive` call it.
+        make: makes a simulated one of (firmware, machine, seed, options, wiring); ValueError names what
+            it can't take.
+        words: names of its words and bits, with these options.
+        status: its input image by meaning; what a test reads.
+        live: how it is put on a real port; None if it can't be.
+        traits: what can happen to it.
+        check_controller: refuses (firmware, controller) that do not go together, with a ValueError.
+        capabilities: the table of what it refuses, Markdown; None if it refuses nothing of its own.
+    """
+
+    name: str
+    make: Callable[..., Module]
+    words: Callable[[Options], ModuleWords] = lambda _options: PLAIN_WORDS
+    status: Callable[[Image, ModuleWords], Any] = lambda image, _words: StatusView(image)
+    live: LivePort | None = None
+    traits: frozenset[Trait] = frozenset()
+    check_controller: Callable[[str, str], None] = _any_controller
+    capabilities: Callable[[], str] | None = None

@@ -1,0 +1,223 @@
+"""A discrete card in a rack: wired, addressed, recorded, told, queried, compared, driven, on the bench.
+
+The operator panel: start (normally open) on input 0, stop (normally closed) on input 1, a lamp on output 0.
+Start is pressed from 10 to 30 ms, stop from 60 to 80 ms; the lamp is on from the one to the other.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+
+import pytest
+from scanrack import open_bench
+from scanrack.io_images.image import Image
+from scanrack.runtime.cli import build
+from scanrack.runtime.cli.drive import bench_for, converse
+from scanrack.runtime.config.rackfile import RackFileError, parse_rack_file
+from scanrack.runtime.modules.discrete.module import DiscreteCard
+from scanrack.runtime.modules.discrete.options import DiscreteOptions
+from scanrack.traces.reader import open_trace
+from typer.testing import CliRunner
+
+MS = 1_000_000
+OPTIONS = """
+inputs = { start = 0, stop = 1 }
+outputs = { lamp = 0 }
+normally_closed = ["stop"]
+timeline = [
+    { at_ms = 10, input = "start", for_ms = 20 },
+    { at_ms = 60, input = "stop", for_ms = 20 },
+]
+"""
+RACK = f"""
+program = "panel.py"
+scan_ms = 2
+run_for_s = 0.1
+
+[[slot]]
+number = 1
+module = "amci3601"
+
+[[slot]]
+number = 2
+module = "discrete16"
+[slot.options]
+{OPTIONS}
+"""
+PROGRAM = """
+def logic(scan):
+    panel = scan.slot[2]
+    start, stop = panel.inputs.bit(0, 0), panel.inputs.bit(0, 1)
+    panel.outputs.set_bit(0, 0, stop and (start or panel.outputs.bit(0, 0)))
+"""
+RUNGS = """PROGRAM panel
+ROUTINE Main
+[XIC(Local:2:I.Data.0),XIC(O:2.0/0)]XIC(I:2.0/1)OTE(Local:2:O.Data.0);
+END
+"""
+
+
+@pytest.fixture(params=["panel.py", "panel.rung"])
+def rack(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
+    """The rack with its program in Python, and as a rung with the card's addresses."""
+    (tmp_path / "panel.py").write_text(PROGRAM)
+    (tmp_path / "panel.rung").write_text(RUNGS)
+    path = tmp_path / "panel.toml"
+    path.write_text(RACK.replace("panel.py", request.param))
+    return path
+
+
+@pytest.fixture
+def trace(rack: Path) -> Path:
+    """A recording of the rack's run."""
+    target = rack.with_suffix(".mcap")
+    assert scanrack("run", rack, "--record", target, "--quiet") == ""
+    return target
+
+
+def scanrack(*words: object, status: int = 0) -> str:
+    """Return what a command prints."""
+    result = CliRunner().invoke(build(), [str(word) for word in words])
+    assert result.exit_code == status, result.output
+    return result.stdout
+
+
+def test_the_lamp_is_on_from_start_to_stop(trace: Path) -> None:
+    """Inputs act in the scan of their instant: 10 ms is scan 5, 60 ms scan 30."""
+    printed = scanrack("query", trace, "slot2.out.lamp")
+    assert printed.split() == ["scan", "to", "scan", "time", "s", "lasted", "5", "29", "0.010", "50", "ms"]
+
+
+def test_the_trace_has_the_names_of_words_and_bits(trace: Path) -> None:
+    with open_trace(trace) as recorded:
+        panel = recorded.head.slots[1]
+        assert (panel.module, panel.words.message, panel.words.inputs[:2]) == (
+            "discrete16",
+            "Discrete",
+            ("data", "word1"),
+        )
+        assert panel.words.groups == {
+            "input": {"start": ("I", 0, 0), "stop": ("I", 0, 1)},
+            "output": {"lamp": ("O", 0, 0)},
+        }
+        assert "slot.1.names" not in recorded.head.metadata
+
+
+def test_show_tells_by_name(trace: Path) -> None:
+    lines = scanrack("show", trace)
+    for text in (
+        "The start input is energised.",
+        "The stop input is de-energised.",
+        "+lamp",
+        "-lamp",
+        "+start",
+    ):
+        assert text in lines
+
+
+def test_rerun_and_compare_find_it_the_same(trace: Path) -> None:
+    assert "the same byte for byte" in scanrack("rerun", trace, "--trust")
+
+
+def test_a_difference_is_told_by_name(rack: Path, trace: Path) -> None:
+    other = rack.with_name("other.mcap")
+    rack.write_text(rack.read_text().replace("at_ms = 60", "at_ms = 50"))
+    scanrack("run", rack, "--record", other, "--quiet")
+    assert "slot2.in.stop" in scanrack("compare", trace, other, status=1)
+
+
+def test_forces_have_its_addresses(rack: Path) -> None:
+    text = rack.read_text()
+    for address in ("Local:2:I.Data.0", "I:2.0/0", "slot2.input.start", "Local:2:I.Data[0].0"):
+        spec = parse_rack_file(f'{text}\n[[force]]\naddress = "{address}"\nvalue = 1\n', rack).spec
+        assert spec.force[0].address == address
+    with pytest.raises(RackFileError, match="did you mean start"):
+        parse_rack_file(f'{text}\n[[force]]\naddress = "slot2.input.strat"\nvalue = 1\n', rack)
+    with pytest.raises(RackFileError, match="did you mean Data0"):  # a 3601 has eight words
+        parse_rack_file(f'{text}\n[[force]]\naddress = "Local:1:I.Data"\nvalue = 1\n', rack)
+
+
+def test_a_test_presses_its_buttons(rack: Path) -> None:
+    rack.write_text(rack.read_text().replace("at_ms = 10,", "at_ms = 99,"))
+    with open_bench(rack) as bench:
+        bench.scan(2)
+        assert (bench.slot[2].status["start"], bench.slot[2].status["stop"]) == (False, True)
+        bench.slot[2].press("start", "10 ms")
+        bench.scan(2)
+        assert bench.slot[2].outputs.bit(0, 0)
+        assert str(bench.slot[2]) == "slot 2: stop; outputs [1, 0, 0, 0, 0, 0, 0, 0]"
+        with pytest.raises(ValueError, match="there is no input 'home': inputs are start, stop"):
+            bench.slot[2].set_input("home", True)
+
+
+def drive(*requests: object) -> list[dict[str, object]]:
+    """Return the replies of a session."""
+    out = io.StringIO()
+    converse(bench_for("discrete16"), [json.dumps(each) for each in requests], out)
+    return [json.loads(line) for line in out.getvalue().splitlines()]
+
+
+def test_it_can_be_driven() -> None:
+    new = {"options": {"inputs": {"start": 0, "far": 15}, "outputs": {"lamp": 3}}}
+    replies = drive(
+        {"new": new},
+        {"inputs": {"start": 1, "far": 1}, "out": [8], "for_ms": 4},
+        {"inputs": {"home": 1}},
+    )
+    nothing = [0] * 8
+    assert replies[0] == {"t_ms": 0, "scan": 0, "in": nothing, "bits": [], "outputs": [], "events": []}
+    assert replies[1] == {
+        "t_ms": 4,
+        "scan": 2,
+        "in": [1 - 0x8000, *nothing[1:]],
+        "bits": ["start", "far"],
+        "outputs": ["lamp"],
+        "events": [],
+    }
+    assert replies[2]["error"] == "inputs.home: unknown key; allowed are start, far"
+
+
+def test_advancing_once_or_in_pieces_gives_the_same() -> None:
+    options = DiscreteOptions.of(
+        {"inputs": {"start": 4}, "timeline": [{"at_ms": 0.5, "input": "start", "for_ms": 1.25}]}
+    )
+    once, pieces = DiscreteCard(options), DiscreteCard(options)
+    for at_ns in range(0, 3 * MS, MS // 4):
+        level = 1 << 4 if MS // 2 <= at_ns < MS * 7 // 4 else 0
+        assert pieces.update(at_ns, Image())[0] == level
+    assert list(once.update(3 * MS, Image())) == list(pieces.update(3 * MS, Image()))
+    assert once.events == pieces.events
+
+
+def test_outputs_are_off_in_program_mode() -> None:
+    card = DiscreteCard()
+    card.update(MS, Image([0xFFFF]))
+    assert card.lit == 0xFFFF
+    card.plc_run(False)
+    card.update(2 * MS, Image([0xFFFF]))
+    assert card.lit == 0
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"inputs": {"start": 16}}, "16"),
+        ({"inputs": {"Start": 1}}, "'Start' is not a name: small letters"),
+        ({"inputs": {"data": 1}}, "'data' is the name of a word"),
+        ({"inputs": {"a": 1, "b": 1}}, "terminal 1 of 'a' is used twice"),
+        ({"inputs": {"a": 1}, "normally_closed": ["b"]}, "there is no input 'b': inputs are a"),
+        ({"timeline": [{"at_ms": 1, "input": "a"}]}, "there is no input 'a': inputs are none"),
+        ({"lamps": {}}, "the discrete card has no such option"),
+    ],
+)
+def test_wiring_that_cannot_be_is_refused(options: dict[str, object], says: str) -> None:
+    with pytest.raises(ValueError, match=says):
+        DiscreteOptions.of(options)  # type: ignore[arg-type]
+
+
+def test_it_has_no_machine(rack: Path) -> None:
+    machine = "\n[slot.machine]\njams = [{ at = 5, direction = 1 }]\n"
+    with pytest.raises(RackFileError, match="bolted to none"):
+        parse_rack_file(rack.read_text() + machine, rack)
