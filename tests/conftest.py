@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import signal
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +54,14 @@ def _draw_no_constants_of_modules() -> None:
     examples by itself than in the whole suite, in spite of `derandomize`.
     """
     providers._get_local_constants = providers.Constants
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _heeded_ctrl_c() -> Iterator[None]:
+    """Let tests send SIGINT to themselves and to their processes, though a shell's background ignores it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -126,7 +126,8 @@ def test_no_watchdog_at_the_prompt_of_a_debugger(rack, monkeypatch):
 def test_a_real_debugger_stops_the_timer(rack, monkeypatch):
     """A script of commands for pdb, one of which lasts longer than the watchdog."""
     commands = io.StringIO("import time\ntime.sleep(0.3)\ncontinue\n")
-    monkeypatch.setattr(sys, "breakpointhook", pdb.Pdb(stdin=commands, stdout=io.StringIO()).set_trace)
+    debugger = pdb.Pdb(stdin=commands, stdout=io.StringIO(), nosigint=True)  # it would keep SIGINT's handler
+    monkeypatch.setattr(sys, "breakpointhook", debugger.set_trace)
 
     def logic(scan):
         if scan.number == 1:

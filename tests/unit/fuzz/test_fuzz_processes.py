@@ -38,14 +38,6 @@ module = "amci3601"
 """
 
 
-@pytest.fixture(autouse=True)
-def heeded_ctrl_c():
-    """Ctrl-C counts here and in processes started from here, though a shell's background ignores it."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
-
 @pytest.fixture
 def folder(tmp_path):
     (tmp_path / "line.py").write_text(PROGRAM, encoding="utf-8")
