@@ -62,8 +62,9 @@ def with_rung(routines: Sequence[Routine], number: int | None) -> list[tuple[Rou
         return [(routine, list(routine.numbers)) for routine in routines]
     found = [(routine, [number]) for routine in routines if number in routine.numbers]
     if not found:
-        most = max((each for routine in routines for each in routine.numbers), default=0)
-        raise ValueError(f"there is no {routines[0].unit} {number}; they are numbered up to {most}")
+        numbers = [each for routine in routines for each in routine.numbers]
+        first, last = min(numbers, default=0), max(numbers, default=0)
+        raise ValueError(f"there is no {routines[0].unit} {number}; they are numbered from {first} to {last}")
     return found
 
 
