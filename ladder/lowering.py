@@ -186,6 +186,10 @@ class Lowering:
             operands = ()
         if spec.name == "MCR":
             self.lowered.override = True
+        if not spec.in_rungs and self._unit == "rung":
+            self.report(
+                f"{spec.name} is an instruction of structured text", "use a timer or counter of rungs"
+            )
         return Step(spec, operands, site)
 
     def _add_on(self, definition: AddOn, call: Instruction) -> tuple[AddOnCall, ...]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from .operands import Calculation, Constant, Group, Place, Quoted, Resolved, is_integer, is_number, is_truth
 from .operators import BITWISE, RELATIONS
 from .spec import Use
-from .types import CONTROL, COUNTER, STRING, TIMER, Elementary, Structure
+from .types import CONTROL, COUNTER, FBD_COUNTER, FBD_ONESHOT, FBD_TIMER, STRING, TIMER, Elementary, Structure
 
 
 class OperandError(ValueError):
@@ -147,6 +147,11 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
     Use.TIMER: OperandCheck(lambda each: _is_structure(each, TIMER), "a TIMER", "declare the tag as TIMER"),
     Use.COUNTER: OperandCheck(
         lambda each: _is_structure(each, COUNTER), "a COUNTER", "declare the tag as COUNTER"
+    ),
+    Use.BLOCK: OperandCheck(
+        lambda each: _is_structure(each, FBD_TIMER, FBD_COUNTER, FBD_ONESHOT),
+        "a structure of its parameters",
+        "declare the tag as FBD_TIMER, FBD_COUNTER or FBD_ONESHOT",
     ),
     Use.RESETTABLE: OperandCheck(
         lambda each: _is_structure(each, TIMER, COUNTER, CONTROL),

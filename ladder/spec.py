@@ -44,6 +44,8 @@ class Use(Enum):
     """Reads an expression that is true or false."""
     TIMER = auto()
     COUNTER = auto()
+    BLOCK = auto()
+    """Reads and writes the structure with the parameters of an instruction of structured text."""
     RESETTABLE = auto()
     """A TIMER, COUNTER or CONTROL."""
     PRESET = auto()
@@ -113,6 +115,7 @@ class Spec:
         other: its second name, the one that Studio 5000 prints from revision 36 on; None if it has none.
         decides: whether it sees a false rung, too, and decides the power behind it.
         alone: whether a rung may consist of it alone although it is an input.
+        in_rungs: whether rungs have it, not only structured text.
     """
 
     name: str
@@ -128,6 +131,7 @@ class Spec:
     other: str | None = field(default=None, kw_only=True)
     decides: bool = field(default=False, kw_only=True)
     alone: bool = field(default=False, kw_only=True)
+    in_rungs: bool = field(default=True, kw_only=True)
 
     @property
     def variadic(self) -> bool:

@@ -141,8 +141,46 @@ CONTROL = Structure(
 
 STRING = Structure("STRING", (Member("LEN", DINT), Member("DATA", SINT, (82,))))
 
+_ENABLES = (Member("EnableIn", BOOL), Member("EnableOut", BOOL))
+
+FBD_TIMER = Structure(
+    "FBD_TIMER",
+    (
+        *_ENABLES,
+        *(Member(name, BOOL) for name in ("TimerEnable", "Reset", "EN", "TT", "DN")),
+        *(Member(name, BOOL) for name in ("InstructFault", "PresetInv")),
+        *_PRE_ACC,
+        Member("Status", DINT),
+    ),
+    hidden=(Member("last_ns", LINT),),
+)
+"""What TONR, TOFR and RTOR work on."""
+
+FBD_COUNTER = Structure(
+    "FBD_COUNTER",
+    (
+        *_ENABLES,
+        *(Member(name, BOOL) for name in ("CUEnable", "CDEnable", "Reset", "CU", "CD", "DN", "OV", "UN")),
+        *_PRE_ACC,
+    ),
+    hidden=(Member("up", BOOL), Member("down", BOOL)),
+)
+"""What CTUD works on; `up` and `down` are CUEnable and CDEnable of the scan before."""
+
+FBD_ONESHOT = Structure(
+    "FBD_ONESHOT",
+    (*_ENABLES, Member("InputBit", BOOL), Member("OutputBit", BOOL)),
+    hidden=(Member("before", BOOL),),
+)
+"""What OSRI and OSFI work on; `before` is InputBit of the scan before."""
+
 TYPES: Mapping[str, DataType] = {
-    kind.name: kind for kind in (BOOL, SINT, INT, DINT, LINT, REAL, TIMER, COUNTER, CONTROL, STRING)
+    kind.name: kind
+    for kind in (
+        *(BOOL, SINT, INT, DINT, LINT, REAL),
+        *(TIMER, COUNTER, CONTROL, STRING),
+        *(FBD_TIMER, FBD_COUNTER, FBD_ONESHOT),
+    )
 }
 """The types that every program has, by name."""
 

@@ -13,7 +13,7 @@ from ..operands import Calculation, Constant, Group, Place, Resolved
 from ..resolver import Resolver
 from ..spec import Use
 
-BOTH_WAYS = frozenset({Use.STORAGE, Use.TIMER, Use.COUNTER})
+BOTH_WAYS = frozenset({Use.STORAGE, Use.TIMER, Use.COUNTER, Use.BLOCK})
 """Uses in which an instruction reads its operand and writes it."""
 
 TARGETS = WRITTEN | BOTH_WAYS | {Use.RESETTABLE}

@@ -15,7 +15,18 @@ def _in_structured_text(text):
 
 
 expressions = expressions_of_rungs.map(_in_structured_text)
-bits = st.sampled_from(BITS)
+EXTREMES = ("Timed.PRE", "Timers[0].PRE", "Counted.ACC", "Counted.PRE")
+PARAMETERS = (
+    "Timed.TimerEnable",
+    "Timed.Reset",
+    "Timers[1].TimerEnable",
+    "Timers[Index].TimerEnable",
+    "Counted.CUEnable",
+    "Counted.CDEnable",
+    "Counted.Reset",
+    "Shot.InputBit",
+)
+bits = st.sampled_from((*BITS, *PARAMETERS))
 read_bits = st.sampled_from(READ_BITS).map(_in_structured_text)
 strings = st.sampled_from(("Name", "Text", "Names[1]", "Names[Index]"))
 string_values = st.one_of(strings, st.sampled_from(("'abc'", "''", "'a$'b$$$0D'")))
@@ -44,6 +55,7 @@ assignments = st.one_of(
     st.tuples(st.sampled_from((*INTEGERS, *REALS)).map(_in_structured_text), _ASSIGN, expressions),
     st.tuples(st.sampled_from(("Index", "Wide")), _ASSIGN, st.sampled_from(("0", "1", "2"))),
     st.tuples(strings, _ASSIGN, string_values),
+    st.tuples(st.sampled_from(EXTREMES), st.just(":="), st.sampled_from(("2147483647", "-2147483648", "20"))),
 ).map(lambda found: f"{' '.join(found)};")
 calls = st.sampled_from(
     (
@@ -52,6 +64,13 @@ calls = st.sampled_from(
         "RES(Delay);",
         "SWPB(Wide,WORD,Other);",
         "JSR(Sub,1,Wide,Other);",
+        "TONR(Timed);",
+        "TOFR(Timed);",
+        "RTOR(Timers[1]);",
+        "TONR(Timers[Index]);",
+        "CTUD(Counted);",
+        "OSRI(Shot);",
+        "OSFI(Shot);",
         "TND();",
         "RETURN;",
         ";",
@@ -147,6 +166,10 @@ MORE_TAGS = """TAG I : DINT
 TAG J : INT
 TAG T : DINT
 TAG Names : STRING[3]
+TAG Timed : FBD_TIMER := {"PRE": 15}
+TAG Timers : FBD_TIMER[2] := [{"PRE": 0}, {"PRE": 30}]
+TAG Counted : FBD_COUNTER := {"PRE": 2, "ACC": 1}
+TAG Shot : FBD_ONESHOT
 """
 
 
