@@ -13,7 +13,7 @@ which is logic just as well. The files, from the bottom up; each imports only fr
 | `resolver`, `lowered`, `fault_log`, `view` | addresses to operands; a program ready to run; faults; tags |
 | `interpreter/`, `engine`, `compiler/` | the two back ends: rungs, power, values; one running program |
 | `instructions/` | what each instruction does in both back ends: one file per family, one row each |
-| `text`, `addon`, `calls`, `front` | rungs from text; add-on instructions, what a call hands over; rungs from Python |
+| `text`, `addon`, `calls`, `front` | rungs from text; add-on instructions, calls; rungs from Python |
 | `lowering`, `checks`, `logic` | tree to lowered program; checks of the whole; `Program` |
 | `rungreader`, `rungfile`, `steps`, `program` | `.rung` files; `.steps` files; any program from a file |
 | `debug/`, `draw/` | breakpoints, forces, why, cross reference; rungs as characters and SVG |

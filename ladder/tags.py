@@ -254,6 +254,8 @@ class Layout:
         wanted = re.sub(r"\W", "_", path, flags=re.ASCII).strip("_")
         if keyword.iskeyword(wanted) or wanted in RESERVED or wanted[:1].isdigit():
             wanted += "_"
+        if wanted.startswith(("addon_", "jsr_")):
+            wanted = f"tag_{wanted}"  # functions of the compiled program have such names
         ident, number = wanted, 1
         while ident in self._idents:
             number += 1

@@ -1,7 +1,10 @@
 """Calls of add-on instructions as Python: an instance is a list and an offset, an InOut some more.
 
-    addon_Mixer_Logic(now, frame, base, of_Log, of_Log_at, of_Log_left[, of_Log_bit])
+    addon_MIXER_LOGIC(now, frame, of_Log, of_Log_at, of_Log_left[, of_Log_bit])
+    addon_MIXER_LOGIC_at(now, frame, base, ...)
 
+Most instances are tags of their own: their list begins with them, and no offset is added. The other function
+is for instances in arrays, in structures and in other instances; it is written if there are such.
 `left` counts the elements from there to the end of the array; `bit` is the mask of a bit of an integer, for
 an InOut that some call hands one, and None for whole bits.
 """
@@ -24,14 +27,28 @@ def parameters_of(values: Values, inouts: Sequence[str]) -> list[str]:
     return ["now", *(each for root in (OWN, *inouts) for each in values.writer.handed(root))]
 
 
-def write_call(values: Values, function: str, call: AddOnCall) -> None:
+def write_call(values: Values, routine: str, call: AddOnCall) -> None:
     """Write the line that calls a routine of an add-on instruction."""
-    bits = values.writer.lowered.frames[call.name].bits
-    parts = ["now", *_handed(values, call.instance)[:2]]
+    writer = values.writer
+    bits = writer.lowered.frames[call.name].bits
+    frame, base = _handed(values, call.instance)[:2]
+    based = base != "0"
+    parts = ["now", frame, base] if based else ["now", frame]
     for name, operand in call.handed.items():
         handed = _handed(values, operand)
         parts += handed if name in bits else handed[:3]
-    values.writer.line(f"{function}({', '.join(parts)})")
+    writer.called.add((routine, based))
+    writer.line(f"{function_name(routine, based=based)}({', '.join(parts)})")
+
+
+def function_name(routine: str, *, based: bool) -> str:
+    """Return the name of the function of a routine of an add-on instruction.
+
+    Args:
+        routine: the routine, in capitals.
+        based: whether its instance may begin anywhere in its list.
+    """
+    return f"addon_{routine.replace('.', '_')}{'_at' if based else ''}"
 
 
 def _handed(values: Values, operand: Place | Group) -> list[str]:

@@ -7,7 +7,7 @@ import textwrap
 from dataclasses import dataclass
 
 from ..lowered import Line, Lowered, LoweredRoutine
-from .calls import parameters_of
+from .calls import function_name, parameters_of
 from .rungs import RungWriter
 from .statements import StatementWriter
 from .writer import INDENT, Writer
@@ -21,7 +21,7 @@ class ProgramText:
         text: its text.
         file: the file that the rungs are from.
         lines: line in that file, per line of the text.
-        functions: name of the function, by routine in capitals.
+        functions: name of the function, by routine in capitals; those of add-on instructions are left out.
     """
 
     text: str
@@ -35,12 +35,20 @@ def text_of(lowered: Lowered) -> ProgramText:
     functions = _function_names(lowered)
     idents = lowered.layout.idents
     lines: list[tuple[str, int]] = []
-    for name, routine in lowered.routines.items():
-        lines += _routine(lowered, routine, functions, is_main=name == lowered.main)
-        lines.append(("", 1))
+    called: set[tuple[str, bool]] = set()
+    for key, name in functions.items():
+        lines += _routine(lowered, lowered.routines[key], functions, name, called)
+    names = list(functions.values())
+    written: set[tuple[str, bool]] = set()
+    while waiting := sorted(called - written):
+        for key, based in waiting:
+            name = function_name(key, based=based)
+            lines += _routine(lowered, lowered.routines[key], functions, name, called, based=based)
+            names.append(name)
+        written.update(waiting)
     head = [f"def program({', '.join(idents)}):"]
-    if functions:
-        head.append(f"{INDENT}global {', '.join(functions.values())}")
+    if names:
+        head.append(f"{INDENT}global {', '.join(names)}")
     body = [(text, 1) for text in head] + [(INDENT + text if text else "", line) for text, line in lines]
     file = next((line.origin.file for each in lowered.routines.values() for line in each.lines), "")
     return ProgramText(
@@ -55,8 +63,9 @@ def _function_names(lowered: Lowered) -> dict[str, str]:
     taken = set(lowered.layout.idents)
     names: dict[str, str] = {}
     for key, routine in lowered.routines.items():
-        kind = "addon" if routine.frame else "jsr"
-        name = "scan" if key == lowered.main else f"{kind}_{re.sub(r'[^0-9A-Za-z_]', '_', routine.name)}"
+        if routine.frame:
+            continue
+        name = "scan" if key == lowered.main else f"jsr_{re.sub(r'[^0-9A-Za-z_]', '_', routine.name)}"
         while name != "scan" and name in taken:
             name += "_"
         names[key] = name
@@ -65,11 +74,18 @@ def _function_names(lowered: Lowered) -> dict[str, str]:
 
 
 def _routine(
-    lowered: Lowered, routine: LoweredRoutine, functions: dict[str, str], *, is_main: bool
+    lowered: Lowered,
+    routine: LoweredRoutine,
+    functions: dict[str, str],
+    name: str,
+    called: set[tuple[str, bool]],
+    *,
+    based: bool = False,
 ) -> list[tuple[str, int]]:
-    writer = Writer(lowered, routine.frame)
+    """Return the lines of a function, and note the routines of add-on instructions that it calls."""
+    writer = Writer(lowered, routine.frame, based=based)
     rungs = RungWriter(writer, functions)
-    if is_main and lowered.override:
+    if routine.name.upper() == lowered.main and lowered.override:
         rungs.set_override("False")
     if routine.body is not None:
         StatementWriter(rungs).body(routine.body)
@@ -78,7 +94,7 @@ def _routine(
     else:
         for line in routine.lines:
             _rung(writer, rungs, line)
-    name = functions[routine.name.upper()]
+    called |= writer.called
     parameters = ["now", "given"]
     if routine.frame:
         parameters = parameters_of(rungs.values, tuple(lowered.frames[routine.frame].layout.inouts))
@@ -90,7 +106,7 @@ def _routine(
         head += [f"{INDENT}nonlocal {each.rstrip(',')}" for each in listed]
     head += [f"{INDENT}{ident}_ = {ident}.tolist()" for ident in sorted(writer.inputs)]
     writer.fill()
-    return [(text, 1) for text in head] + writer.lines
+    return [*((text, 1) for text in head), *writer.lines, ("", 1)]
 
 
 def _rung(writer: Writer, rungs: RungWriter, line: Line) -> None:

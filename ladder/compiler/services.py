@@ -135,7 +135,9 @@ class Services:
         for number in range(min(length, target.left(at, store))):
             store.write(leaf, at + number, value)
 
-    def stretch(self, frame: str, values: Any, base: int, left: int = 1, mask: int | None = None) -> Listed:
+    def stretch(
+        self, frame: str, values: Any, base: int = 0, left: int = 1, mask: int | None = None
+    ) -> Listed:
         """Return an instance, or what was handed over, as a store."""
         return Listed(self._frames[frame].layout, values, base, left, mask)
 

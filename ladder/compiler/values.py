@@ -100,7 +100,8 @@ class Values:
         """Return text for where a value lies in its list, by texts of its subscripts."""
         spot = self.writer.layout.spot(leaf)
         fixed, strides = (spot.part.offset, spot.strides) if spot else (0, row_strides(leaf.dims, 1))
-        terms = [spot.base] if spot and spot.base else []
+        base = self.writer.base(leaf, spot) if spot else ""
+        terms = [base] if base else []
         for text, stride in zip(subscripts, strides, strict=False):
             if text.isdigit():
                 fixed += int(text) * stride
@@ -113,8 +114,8 @@ class Values:
         spot = self.writer.layout.spot(leaf)
         if spot is None:
             return str(number)
-        at = str(spot.at(number))
-        return f"{spot.base} + {at}" if spot.base else at
+        at, base = str(spot.at(number)), self.writer.base(leaf, spot)
+        return f"{base} + {at}" if base else at
 
     def flat(self, leaf: Leaf, indices: Sequence[Resolved], tag: str) -> str:
         """Return text for the number of an element among all that the subscripts may mean."""

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from ..lowered import Lowered
+from ..stretches import Spot
 from ..tags import BASE, FRAME, OWN, FrameLayout, Layout, Leaf
 
 INDENT = "    "
@@ -17,6 +18,8 @@ class Writer:
     Attributes:
         lowered: the program.
         layout: where the operands of the routine are: the program's, or that of an add-on instruction.
+        called: routines of add-on instructions that are called, each with whether its instance begins
+            somewhere in its list.
         lines: text and line of origin.
         written: identifiers that are assigned to.
         inputs: input images that are read.
@@ -24,10 +27,12 @@ class Writer:
         flags: whether the status flags are kept.
     """
 
-    def __init__(self, lowered: Lowered, frame: str = "") -> None:
+    def __init__(self, lowered: Lowered, frame: str = "", *, based: bool = False) -> None:
         self.lowered = lowered
         self.layout: Layout = lowered.frames[frame].layout if frame else lowered.layout
         self._bits = lowered.frames[frame].bits if frame else set[str]()
+        self.called: set[tuple[str, bool]] = set()
+        self._based = based
         self.lines: list[tuple[str, int]] = []
         self.written: set[str] = set()
         self.inputs: set[str] = set()
@@ -93,11 +98,15 @@ class Writer:
     def handed(self, root: str) -> list[str]:
         """Return the variables of an instance or of an InOut, by `Leaf.root`."""
         if root == OWN:
-            return [FRAME, BASE]
+            return [FRAME, BASE] if self._based else [FRAME]
         assert isinstance(self.layout, FrameLayout)
         name = self.layout.inouts[root]
         bit = [f"{name}_bit"] if root in self._bits else []
         return [name, f"{name}_at", f"{name}_left", *bit]
+
+    def base(self, leaf: Leaf, spot: Spot) -> str:
+        """Return the variable of the offset at which the stretch of a leaf begins, "" for 0."""
+        return "" if leaf.root == OWN and not self._based else spot.base
 
     def mask(self, leaf: Leaf) -> str:
         """Return the variable that says which bit of an integer an InOut is, "" if it is never one."""

@@ -35,7 +35,7 @@ def _write(rungs: RungWriter, power: str, call: AddOnCall) -> str:
     def run(routine: str | None) -> None:
         if routine is None:
             return
-        write_call(rungs.values, rungs.functions[routine], call)
+        write_call(rungs.values, routine, call)
         for series in call.outputs:
             rungs.series(series, "True", needed=False)
 
