@@ -1,4 +1,18 @@
 """The application without a terminal: load a rack, run it, replay, search, drive, answer questions.
 
-It knows all rooms. It prints nothing; `cli` turns its answers into words.
+| file | what it does |
+|---|---|
+| `loading` | from the path of a rack to a `Job`: specification, logic, and the files they come from |
+| `build` | from a specification to a rack and a CPU |
+| `running`, `recording` | a job, run and recorded |
+| `attachments`, `trust` | the files that travel with a trace, and which of them may be used |
+| `playback`, `replaying`, `levels` | a recording in place of modules, logic or stimuli |
+| `hints` | what a program may have meant otherwise |
+| `rack_units`, `served_units` | controllers beside a rack, and behind a port |
+| `bench/` | a rack in the hands of a test |
+| `drive/` | one module or controller, request by request |
+| `fuzz/` | a search for surroundings that break a program |
+
+It knows all rooms below and beside `runtime`, and prints nothing: it returns values, raises exceptions, and
+takes callbacks for what a terminal shows meanwhile. `cli` turns them into words and an exit status.
 """

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import json
+import shlex
 from pathlib import Path
 
 import pytest
@@ -221,3 +222,24 @@ def test_it_has_no_machine(rack: Path) -> None:
     machine = "\n[slot.machine]\njams = [{ at = 5, direction = 1 }]\n"
     with pytest.raises(RackFileError, match="bolted to none"):
         parse_rack_file(rack.read_text() + machine, rack)
+
+
+PAGE = Path(__file__).parents[2] / "docs" / "cards.md"
+
+
+def block(kind: str) -> str:
+    """Return the first block of a kind of the page."""
+    return PAGE.read_text(encoding="utf-8").partition(f"```{kind}\n")[2].partition("```")[0]
+
+
+def test_the_page_prints_what_it_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("panel.toml").write_text(block("toml"))
+    Path("panel.rung").write_text(block("text"))
+    run, query, *printed = block("console").splitlines()
+    for command in (run, query):
+        shown = scanrack(*shlex.split(command.removeprefix("$ scanrack ")))
+    assert shown.splitlines() == printed
+    replies = drive(*(json.loads(line) for line in block("json").splitlines()))
+    last = {key: replies[1][key] for key in ("in", "bits", "outputs")}
+    assert last == {"in": [1, *[0] * 7], "bits": ["start"], "outputs": ["lamp"]}
