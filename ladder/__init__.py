@@ -1,6 +1,7 @@
 """Ladder logic: rungs in Python or as text, checked, compiled, interpreted, drawn and debugged.
 
-A program is declared tags and routines (`Program`). A scan loop calls it like any function of the scan,
+A program is declared tags and routines (`Program`); a controller is tags that its programs share, and
+tasks (`Controller`). A scan loop calls it like any function of the scan,
 which is logic just as well. The files, from the bottom up; each imports only from lines above its own:
 
 | file | does |
@@ -9,12 +10,14 @@ which is logic just as well. The files, from the bottom up; each imports only fr
 | `tree`, `operators`, `scanner`, `expressions` | the tree and its operators; expressions from text |
 | `stretches`, `tags`, `memory` | values of a tag in a list; declared tags to leaves; a program's values |
 | `operands`, `regions` | resolved operands; stretches of memory as bytes |
+| `schedule`, `scheduler` | tasks, and when they run their programs |
 | `tagref`, `spec`, `operand_checks` | Python operands; one instruction, its uses; what a use accepts |
 | `resolver`, `lowered`, `fault_log`, `view` | addresses to operands; a program ready to run; faults; tags |
 | `interpreter/`, `engine`, `compiler/` | the two back ends: rungs, power, values; one running program |
 | `instructions/` | what each instruction does in both back ends: one file per family, one row each |
 | `text`, `addon`, `calls`, `front` | rungs from text; add-on instructions, calls; rungs from Python |
-| `lowering`, `checks`, `logic` | tree to lowered program; checks of the whole; `Program` |
+| `lowering`, `checks` | tree to lowered program; checks of the whole |
+| `runnable`, `logic`, `controller` | what both of these are: declared, built, run; `Program`; `Controller` |
 | `rungreader`, `rungfile`, `steps`, `program` | `.rung` files; `.steps` files; any program from a file |
 | `debug/`, `draw/` | breakpoints, forces, why, cross reference; rungs as characters and SVG |
 
@@ -31,12 +34,14 @@ A use of operands that no instruction has yet is one more member of `spec.Use`, 
 """
 
 from .checks import REPEATED_COILS, REPEATED_TIMERS
+from .controller import Controller
 from .engine import Engine
 from .errors import BuildError, LadderError, LadderFault, MinorFault, RungTextError
 from .instructions import *  # noqa: F403
 from .instructions import __all__ as _instructions
 from .logic import Program
 from .rungfile import read_program, write_program
+from .runnable import LadderLogic
 from .types import BOOL, CONTROL, COUNTER, DINT, INT, LINT, REAL, SINT, STRING, TIMER, Member, Structure
 
 __all__ = [
@@ -53,9 +58,11 @@ __all__ = [
     "STRING",
     "TIMER",
     "BuildError",
+    "Controller",
     "Engine",
     "LadderError",
     "LadderFault",
+    "LadderLogic",
     "Member",
     "MinorFault",
     "Program",

@@ -1,4 +1,4 @@
-"""What a program as a whole must not do: coils written twice, timers used twice, calls into nothing."""
+"""What a program as a whole must not do, such as calls into nothing, and what it probably does not mean."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .tags import Leaf
 REPEATED_COILS = "repeated coils"
 REPEATED_TIMERS = "repeated timers"
 ALLOWANCES = (REPEATED_COILS, REPEATED_TIMERS)
-"""What a program may be allowed by name, because real programs do it."""
+"""Warnings that a program may switch off by name."""
 
 _EXCLUSIVE = {
     Use.COIL: (
@@ -25,17 +25,22 @@ _EXCLUSIVE = {
     Use.STORAGE: (REPEATED_COILS, "remembers a rung", "give each one-shot a bit of its own"),
     Use.TIMER: (REPEATED_TIMERS, "is timed", "give each rung a timer of its own, or join the rungs"),
 }
-"""Uses that one place has once: what allows it, how it is said, what helps."""
+"""Uses that one place should have once: what switches the warning off, how it is said, what helps."""
 
 
-def check_whole(lowered: Lowered, allowed: frozenset[str]) -> list[Problem]:
-    """Return what is wrong with a lowered program as a whole.
+def warnings_of(lowered: Lowered, allowed: frozenset[str]) -> list[Problem]:
+    """Return what a controller runs as it is written, and what is a mistake in most programs.
 
     Args:
         lowered: the program.
         allowed: which of `ALLOWANCES` it has.
     """
-    problems = list(_repeated(lowered, allowed))
+    return list(_repeated(lowered, allowed))
+
+
+def check_whole(lowered: Lowered) -> list[Problem]:
+    """Return what is wrong with a lowered program as a whole."""
+    problems: list[Problem] = []
     for routine in lowered.routines.values():
         problems.extend(_jumps(lowered, routine))
     circles = list(_circles(lowered))
@@ -180,9 +185,11 @@ def _chains(lowered: Lowered) -> Iterator[Problem]:
 
 
 def _main_with_inputs(lowered: Lowered) -> Iterator[Problem]:
-    """A main routine is called without inputs."""
-    main = lowered.routines.get(lowered.main)
-    if main is not None and main.parameters:
+    """Main routines and fault routines are called without inputs."""
+    for name in sorted(lowered.roots):
+        main = lowered.routines.get(name)
+        if main is None or not main.parameters:
+            continue
         yield Problem(
             f"routine {main.name}, rung 0",
             main.lines[0].text,

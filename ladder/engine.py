@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 from .errors import STACK_CODE, LadderFault, MinorFault, Site
@@ -15,6 +16,8 @@ from .fault_log import FaultLog
 from .interpreter import Interpreter
 from .lowered import Lowered
 from .memory import Memory, Value
+from .scheduler import Scheduler
+from .tags import program_of, scoped
 from .view import Tags
 
 STEP_MS = 10
@@ -28,6 +31,7 @@ class Engine:
         lowered: the program.
         memory: its memory.
         tags: its tags by name.
+        scheduler: runs the programs of a controller; None if a scan calls one routine.
         now_ns: virtual time of the last scan.
 
     Args:
@@ -50,6 +54,10 @@ class Engine:
         self.fault_log = FaultLog(lowered, self.memory)
         self.now_ns = 0
         self.interpreter = self.interpreter_type(lowered, self.memory, self.fault_log, self.call_python)
+        self.scheduler = (
+            Scheduler(lowered, lowered.schedule, self.memory, self.fault_log) if lowered.schedule else None
+        )
+        self.interpreter.scheduler = self.scheduler
         self._with_jsr = {
             name: "jsr" in inspect.signature(function).parameters
             for name, function in lowered.functions.items()
@@ -57,6 +65,7 @@ class Engine:
         self._scan = scanner(self) if scanner else self.interpreter.scan
         self.call_routine: Callable[[str, Sequence[Value]], Sequence[Value]] = self.interpreter.run
         self._rack: object = None
+        self._program_tags: dict[str, Tags] = {}
         self._started = False
         self._first_scan = lowered.layout.leaf("S:FS")
 
@@ -114,6 +123,10 @@ class Engine:
             return
         self._started = True
         self.interpreter.prescan()
+        if self.scheduler is not None:
+            self.scheduler.begin(now_ns)
+            self._scan(now_ns)
+            return
         self.memory.write(self._first_scan, 0, True)
         self._scan(now_ns)
         self.memory.write(self._first_scan, 0, False)
@@ -121,21 +134,36 @@ class Engine:
     def call_python(self, name: str, inputs: Sequence[Value]) -> Sequence[Value]:
         """Call a routine in Python: with the tags, the inputs, and `jsr` if it asks for it."""
         function = self.lowered.functions[name]
+        program = program_of(name)
+        tags = self._tags_of(program)
         if self._with_jsr[name]:
-            answer = function(self.tags, *inputs, jsr=self.jsr)
+            answer = function(tags, *inputs, jsr=partial(self._jsr_in, program))
         else:
-            answer = function(self.tags, *inputs)
+            answer = function(tags, *inputs)
         if answer is None:
             return ()
         return answer if isinstance(answer, tuple) else (answer,)
 
+    def _tags_of(self, program: str) -> Tags:
+        """Return the tags as a program names them, "" for the controller."""
+        if not program:
+            return self.tags
+        known = self._program_tags.get(program)
+        if known is None:
+            known = self._program_tags[program] = Tags(self.lowered, self.memory, program)
+        return known
+
     def jsr(self, routine: str, *inputs: Value) -> tuple[Value, ...]:
-        """Call a routine by name, as a Python function does; return what it returns.
+        """Call a routine by its full name; return what it returns.
 
         Raises:
             ValueError: there is no such routine, or it takes another number of inputs.
         """
-        name = routine.upper()
+        return self._jsr_in("", routine, *inputs)
+
+    def _jsr_in(self, program: str, routine: str, *inputs: Value) -> tuple[Value, ...]:
+        """Call a routine of a program by name, as a Python function does."""
+        name = scoped(program, routine).upper()
         target = self.lowered.routines.get(name)
         if target is None:
             names = ", ".join(each.name for each in self.lowered.routines.values())

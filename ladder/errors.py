@@ -54,18 +54,18 @@ class Problem:
 class BuildError(LadderError):
     """A program that is refused; lists every problem with its rung and a remedy."""
 
-    def __init__(self, program: str, problems: Sequence[Problem]) -> None:
+    def __init__(self, name: str, problems: Sequence[Problem], kind: str = "program") -> None:
         self.problems = tuple(problems)
-        super().__init__("\n".join([f"program {program} can't be built:", *map(str, problems)]))
+        super().__init__("\n".join([f"{kind} {name} can't be built:", *map(str, problems)]))
 
 
 @dataclass(frozen=True, slots=True)
 class Site:
-    """An instruction in a program, for messages.
+    r"""An instruction in a program, for messages.
 
     Attributes:
         program: name of the program.
-        routine: name of the routine.
+        routine: full name of the routine: `Main`, in a controller `\Program.Main`.
         rung: number of the rung in it, from 0; in structured text of the line, from 1.
         instruction: the instruction as text, in structured text the statement.
         unit: "rung" or "line", which `rung` counts.
@@ -83,7 +83,8 @@ class Site:
         return f"{self.unit} {self.rung}"
 
     def __str__(self) -> str:
-        return f"program {self.program}, routine {self.routine}, {self.place}, {self.instruction}"
+        routine = self.routine.removeprefix(f"\\{self.program}.")
+        return f"program {self.program}, routine {routine}, {self.place}, {self.instruction}"
 
 
 class LadderFault(Exception):  # noqa: N818 - what the trade calls it

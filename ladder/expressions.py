@@ -1,6 +1,7 @@
-"""Expressions and addresses as text.
+r"""Expressions and addresses as text.
 
-address    = name { "." name | "." bit | ".[" expression "]" | "[" expression { "," expression } "]" }
+address    = [ "\" program "." ] name
+             { "." name | "." bit | ".[" expression "]" | "[" expression { "," expression } "]" }
 | ("I" | "O") ":" slot [ "." word ] [ "/" bit ] | file ":" element [ "/" bit ] { "." name }
 """
 
@@ -29,7 +30,7 @@ from .tree import (
 )
 
 NAME = re.compile(r"[A-Za-z_]\w*")
-TAG_BASE = r"[Ll]ocal:\d{1,5}:[IiOo]|[Ss]:[A-Za-z]+|[A-Za-z_]\w*"
+TAG_BASE = r"[Ll]ocal:\d{1,5}:[IiOo]|[Ss]:[A-Za-z]+|\\[A-Za-z_]\w*\.[A-Za-z_]\w*|[A-Za-z_]\w*"
 """Names that an address begins with, as a regular expression."""
 
 _BASE = re.compile(TAG_BASE)

@@ -16,139 +16,81 @@ True
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from typing import Any
 
-from .addon import AddOn, specs_of
-from .checks import ALLOWANCES, check_whole
-from .compiler import Scanner, scanner_of, source_of
-from .engine import STEP_MS, Engine
-from .errors import BuildError, LadderError, MinorFault, Problem
-from .expressions import parse_address
+from typing_extensions import override
+
+from .addon import specs_of
+from .checks import check_whole, warnings_of
+from .errors import BuildError, LadderError, Problem
 from .front import RungMaker
 from .lowered import Lowered
 from .lowering import Lowering
-from .memory import Memory
-from .tagref import TagRef
-from .tags import Alias, Declaration, Layout, SlotAlias, Tag
+from .runnable import LadderLogic, wrong_initials
+from .schedule import ProgramRoutines, Task, TaskKind, schedule_of
+from .tags import Layout, scoped
 from .tree import Routine
-from .types import MAX_DIMENSIONS, DataType, count_of, size_of
-from .view import Tags
-
-MOST_BYTES = 1 << 25
-"""Bytes of a single tag: 32 MiB, more memory than the largest controllers have for all of them."""
 
 
-class Program:
-    """Tags and routines; callable as the logic of a rack.
+class Program(LadderLogic):
+    """Tags and routines; alone, or as a part of a `Controller`.
 
-    It is built when it is first used: then one error lists all mistakes, and nothing can be
-    added any more. Calling it runs it compiled, on memory that `tags` shows.
+    A fault routine runs on a major fault of an instruction, and may clear it (`SSV`); the rest of the
+    program's scan is then left out. See `LadderLogic` for all that can be done with a program.
 
     Attributes:
-        name: its name.
         main: the routine that a scan calls; the first one, unless named.
-        declarations: tags and aliases, in order.
-        routines: routines of rungs and of structured text, in order.
-        functions: routines in Python, by name.
-        add_ons: the add-on instructions that it uses, by name in capitals.
-        allowed: what it is allowed, see `checks.ALLOWANCES`.
+        fault: the routine that a major fault calls, None without one.
 
     Args:
         name: its name.
         main: the routine that a scan calls, if not the first.
-        allow: what it is allowed.
+        fault: the routine that a major fault calls.
+        allow: what is not reported, see `checks.ALLOWANCES`.
     """
 
-    def __init__(self, name: str, *, main: str | None = None, allow: Iterable[str] = ()) -> None:
-        self.name, self.main = name, main
-        self.declarations: list[Declaration] = []
-        self.routines: list[Routine] = []
-        self.functions: dict[str, Callable[..., Any]] = {}
-        self.add_ons: dict[str, AddOn] = {}
-        self.allowed = frozenset(allow)
-        unknown = self.allowed.difference(ALLOWANCES)
-        if unknown:
-            raise LadderError(f"{min(unknown)!r} can't be allowed; what can is {', '.join(ALLOWANCES)}")
-        self._names: set[str] = set()
-        self._lowered: Lowered | None = None
-        self._scanner: Scanner | None = None
-        self._engine: Engine | None = None
+    kind = "program"
 
-    # --- declaring
+    def __init__(
+        self, name: str, *, main: str | None = None, fault: str | None = None, allow: Iterable[str] = ()
+    ) -> None:
+        super().__init__(name, allow=allow)
+        self.main, self.fault = main, fault
+        self._controller: LadderLogic | None = None
+        self._routines: list[Routine] = []
+        self._functions: dict[str, Callable[..., Any]] = {}
 
-    def declare(
-        self,
-        names: str,
-        kind: DataType | AddOn,
-        *dims: int,
-        initial: object = None,
-        comment: str = "",
-    ) -> Any:
-        """Declare one tag, or several of one type whose names stand between spaces.
+    def join(self, controller: LadderLogic) -> None:
+        """Become a part of a controller, and share its add-on instructions."""
+        self.add_ons = controller.add_ons
+        self._controller = controller
 
-        Args:
-            names: names.
-            kind: their type; for instances, the add-on instruction.
-            dims: length per dimension, for arrays.
-            initial: what they start with; None = zero.
-            comment: their comment.
+    @override
+    def _refuse_if_built(self) -> None:
+        super()._refuse_if_built()
+        if self._controller is not None:
+            self._controller._refuse_if_built()
 
-        Returns:
-            The tag, or a tuple of them, for use in rungs.
+    @property
+    @override
+    def routines(self) -> list[Routine]:
+        return self._routines
 
-        Raises:
-            LadderError: a name is taken or not allowed, or the dimensions are not allowed.
-        """
-        if isinstance(kind, AddOn):
-            self.use(kind)
-            kind = kind.structure
-        listed = names.replace(",", " ").split()
-        for name in listed:
-            self.add(Tag(name, kind, dims, initial, comment))
-        refs = tuple(TagRef(parse_address(name)) for name in listed)
-        return refs[0] if len(refs) == 1 else refs
+    @property
+    @override
+    def functions(self) -> dict[str, Callable[..., Any]]:
+        return self._functions
 
-    def alias(self, name: str, target: str) -> TagRef:
-        """Give an address a second name."""
-        self.add(Alias(name, parse_address(target)))
-        return TagRef(parse_address(name))
+    @property
+    def names(self) -> list[str]:
+        """Names of all routines, those in Python last."""
+        return [each.name for each in self._routines] + list(self._functions)
 
-    def slot(self, name: str, number: int) -> TagRef:
-        """Name the module in a slot, whose bits then go by meaning: `axis.status.MOVE_COMPLETE`."""
-        self.add(SlotAlias(name, number))
-        return TagRef(parse_address(name))
-
-    def add(self, declaration: Declaration) -> None:
-        """Add a declaration.
-
-        Raises:
-            LadderError: its name is taken or not allowed, or its dimensions are not allowed.
-        """
-        self._refuse_if_built()
-        name = declaration.name
-        if not name.isidentifier() or not name.isascii():
-            raise LadderError(f"{name!r} is not a tag name: letters, digits and _ are allowed")
-        if name.upper() in self._names:
-            raise LadderError(f"tag {name} is declared twice; names do not depend on case")
-        dims = declaration.dims if isinstance(declaration, Tag) else ()
-        if len(dims) > MAX_DIMENSIONS or any(length < 1 for length in dims):
-            raise LadderError(f"tag {name} has dimensions {dims}; allowed are up to 3, each 1 or more")
-        if isinstance(declaration, Tag) and size_of(declaration.type) * count_of(dims) > MOST_BYTES:
-            raise LadderError(f"tag {name} takes more than {MOST_BYTES:,} bytes; make it shorter")
-        self._names.add(name.upper())
-        self.declarations.append(declaration)
-
-    def use(self, *add_ons: AddOn) -> None:
-        """Make add-on instructions known to the program.
-
-        Raises:
-            LadderError: there is another one of that name.
-        """
-        self._refuse_if_built()
-        for each in add_ons:
-            if self.add_ons.setdefault(each.name.upper(), each) != each:
-                raise LadderError(f"there are two add-on instructions {each.name}")
+    @property
+    def first(self) -> str | None:
+        """The main routine; None if there are no routines."""
+        return self.main or next(iter(self.names), None)
 
     def routine(self, function: Callable[[RungMaker], None]) -> Callable[[RungMaker], None]:
         """Add a routine: the function is called once, now, with a `rung` that it calls per rung."""
@@ -165,7 +107,7 @@ class Program:
         """
         self._refuse_if_built()
         self._refuse_name(routine.name)
-        self.routines.append(routine)
+        self._routines.append(routine)
 
     def statements(self, name: str, text: str) -> None:
         """Add a routine of structured text.
@@ -187,110 +129,56 @@ class Program:
         """Add a routine in Python: `f(tags, *inputs)`, with a keyword `jsr` if it calls routines itself."""
         self._refuse_if_built()
         self._refuse_name(function.__name__)
-        self.functions[function.__name__] = function
+        self._functions[function.__name__] = function
         return function
 
     def _refuse_name(self, name: str) -> None:
         if not name.isidentifier():
             raise LadderError(f"{name!r} is not a routine name: write a function with a name")
-        taken = [each.name for each in self.routines] + list(self.functions)
-        if name.upper() in map(str.upper, taken):
+        if name.upper() in map(str.upper, self.names):
             raise LadderError(f"there are two routines {name}")
-
-    def _refuse_if_built(self) -> None:
-        if self._lowered is not None:
-            raise LadderError(f"program {self.name} has been built: nothing can be added any more")
 
     # --- building
 
-    def build(self) -> Lowered:
-        """Check the program and make it ready to run.
+    def lower_into(self, lowering: Lowering, scope: str = "") -> list[Problem]:
+        """Lower the routines.
 
-        Raises:
-            BuildError: what is wrong, with rungs and remedies.
+        Args:
+            lowering: lowers them.
+            scope: name of the program, if it is one of a controller.
+
+        Returns:
+            What is wrong with the program beside what `lowering` reports.
         """
-        if self._lowered is None:
-            self._lowered = self._lower()
-        return self._lowered
-
-    def _lower(self) -> Lowered:
-        names = [each.name for each in self.routines] + list(self.functions)
-        main = self.main or (names[0] if names else "Main")
-        lowering = Lowering(self.name, Layout(self.declarations), main, self.add_ons)
-        lowering.lowered.functions = {name.upper(): function for name, function in self.functions.items()}
-        for routine in self.routines:
+        lowering.enter(scope)
+        for name, function in self._functions.items():
+            lowering.lowered.functions[scoped(scope, name).upper()] = function
+        for routine in self._routines:
             lowering.routine(routine)
-        problems = lowering.problems + check_whole(lowering.lowered, self.allowed)
-        if main.upper() not in map(str.upper, names):
-            known = f"routines are {', '.join(names)}" if names else "add a routine"
-            problems.append(Problem(f"program {self.name}", "", f"there is no routine {main}", known))
-        problems += self._wrong_initials(lowering.lowered)
+        known = f"routines are {', '.join(self.names)}" if self.names else "add a routine"
+        missing = [each for each in (self.main, self.fault) if each and each.upper() not in self._known()]
+        return [Problem(f"program {self.name}", "", f"there is no routine {name}", known) for name in missing]
+
+    def _known(self) -> list[str]:
+        return list(map(str.upper, self.names))
+
+    def roots(self, scope: str = "") -> ProgramRoutines:
+        """Return what its task and a fault call, under full names in capitals."""
+        main, fault = (each and scoped(scope, each).upper() for each in (self.first, self.fault))
+        return ProgramRoutines(self.name, main, fault)
+
+    @override
+    def _lower(self) -> tuple[Lowered, list[Problem]]:
+        layout = Layout(self.declarations)
+        lowering = Lowering(self.name, layout, self.first or "Main", self.add_ons)
+        lowered = lowering.lowered
+        problems = self.lower_into(lowering)
+        if not self.names and not self.main:
+            problems.append(Problem(f"program {self.name}", "", "there is no routine Main", "add a routine"))
+        if self.fault:
+            task = Task(self.name, TaskKind.CONTINUOUS, (self.name,))
+            lowered.schedule = schedule_of(layout, [task], [self.roots()])
+        problems = lowering.problems + check_whole(lowered) + problems + wrong_initials(lowered)
         if problems:
             raise BuildError(self.name, problems)
-        return lowering.lowered
-
-    def _wrong_initials(self, lowered: Lowered) -> list[Problem]:
-        try:
-            Memory(lowered.layout, lowered.presets, lowered.defaults)
-        except ValueError as error:
-            return [Problem("initial values", "", str(error), "correct the initial value")]
-        return []
-
-    def compile(self) -> Engine:
-        """Return a new engine that runs the program compiled; compiling it is done once."""
-        return Engine(self.build(), self.scanner)
-
-    @property
-    def scanner(self) -> Scanner:
-        """The compiled program, which binds itself to an engine's memory."""
-        if self._scanner is None:
-            self._scanner = scanner_of(self.build())
-        return self._scanner
-
-    def interpret(self) -> Engine:
-        """Return a new engine that runs the program in the interpreter."""
-        return Engine(self.build())
-
-    # --- running
-
-    @property
-    def engine(self) -> Engine:
-        """The engine that calling the program runs."""
-        if self._engine is None:
-            self._engine = self.compile()
-        return self._engine
-
-    @property
-    def tags(self) -> Tags:
-        """The tags by name."""
-        return self.engine.tags
-
-    @property
-    def minor_faults(self) -> Sequence[MinorFault]:
-        """The latest minor faults."""
-        return self.engine.minor_faults
-
-    def __call__(self, scan: Any) -> None:
-        """Do one scan of a rack, see `Engine`."""
-        (self._engine or self.engine)(scan)
-
-    def step(self, ms: float = STEP_MS) -> None:
-        """Do one scan without a rack, see `Engine.step`."""
-        self.engine.step(ms)
-
-    # --- reading
-
-    def source(self) -> str:
-        """Return the Python that the program is compiled to."""
-        return source_of(self.build())
-
-    def text(self, routine: str) -> str:
-        """Return the text of a routine.
-
-        Raises:
-            LadderError: that name is unknown.
-        """
-        for each in self.routines:
-            if each.name.upper() == routine.upper():
-                return each.text
-        raise LadderError(f"there is no routine {routine} in program {self.name}")
+        return lowered, warnings_of(lowered, self.allowed)

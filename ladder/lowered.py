@@ -8,8 +8,9 @@ from typing import Any, Protocol
 
 from .errors import Site
 from .operands import Constant, Group, Place, Resolved
+from .schedule import Schedule
 from .spec import Kind, Spec
-from .tags import FrameLayout, Layout
+from .tags import FrameLayout, Layout, program_of
 from .tree import Operand, Origin
 
 
@@ -30,6 +31,9 @@ class Call:
 
 class OperandResolver(Protocol):
     """Resolves operands for an instruction that does it itself, see `Spec.resolve`."""
+
+    def named(self, routine: str) -> str:
+        """Return the full name in capitals of a routine that the present one may call."""
 
     def value(self, operand: Operand) -> Resolved:
         """Return an operand with one value.
@@ -263,7 +267,7 @@ class Lowered:
     Attributes:
         name: its name.
         layout: its memory.
-        main: the routine that a scan calls, in capitals.
+        main: the routine that a scan calls, in capitals; "" if a schedule says what it calls.
         routines: routines of rungs, by name in capitals.
         functions: routines in Python, by name in capitals.
         sites: every instruction, for messages.
@@ -271,6 +275,8 @@ class Lowered:
         frames: the add-on instructions that are called, by name in capitals.
         flags: whether a rung uses S:V, S:Z, S:N or S:C; otherwise they are not kept.
         override: whether there is an MCR.
+        schedule: tasks and programs, None for a program without them.
+        recursive: routines that call themselves, directly or through others, in capitals.
     """
 
     name: str
@@ -283,6 +289,23 @@ class Lowered:
     frames: dict[str, Frame] = field(default_factory=dict)
     flags: bool = False
     override: bool = False
+    schedule: Schedule | None = None
+    recursive: frozenset[str] = frozenset()
+
+    @property
+    def roots(self) -> frozenset[str]:
+        """Routines that a scan or a fault calls, in capitals."""
+        return frozenset((self.main,)) if self.schedule is None else self.schedule.roots
+
+    def is_preempted(self, routine: str) -> bool:
+        """Whether another task may run at the end of a routine's rungs.
+
+        Args:
+            routine: its full name.
+        """
+        if self.schedule is None:
+            return False
+        return program_of(routine).upper() in self.schedule.preempted
 
     @property
     def defaults(self) -> Mapping[str, Mapping[str, int]]:

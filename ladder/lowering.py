@@ -18,7 +18,7 @@ from .operand_checks import OPERAND_CHECKS, WRITTEN, OperandError, described
 from .operands import Constant, Group, Place, Resolved, first_leaf, leaves_in
 from .resolver import AddressError, Resolver
 from .spec import Kind, Spec, Use
-from .tags import OWN, FrameLayout, Layout
+from .tags import OWN, FrameLayout, Layout, scoped
 from .tree import (
     Address,
     Branch,
@@ -56,19 +56,26 @@ class Lowering:
         self._frame: Frame | None = None
         self._to_check: list[tuple[AddOnCall, str, str]] = []
         self.resolver = Resolver(layout)
+        self._program = ""
         self._where = ""
         self._rung_text = ""
         self._routine = ""
         self._unit = "rung"
         self._number = 0
 
+    def enter(self, program: str) -> None:
+        """Go on with the routines of a program of a controller."""
+        self._program = program
+        self.resolver = Resolver(self.lowered.layout, program)
+
     def routine(self, routine: Routine) -> None:
         """Lower a routine, and the add-on instructions that it calls first."""
-        self._one(routine)
-        program = self.resolver
+        self._one(replace(routine, name=scoped(self._program, routine.name)))
+        resolver, program = self.resolver, self._program
+        self._program = ""
         while self._uncompiled:
             self._add_on_routines(self._uncompiled.pop(0))
-        self.resolver, self._frame = program, None
+        self.resolver, self._program, self._frame = resolver, program, None
         pass_bits_on(self.lowered)
         self._check_handed()
 
@@ -169,7 +176,9 @@ class Lowering:
 
     def site(self, text: str) -> int:
         """Number an instruction of the present rung or line."""
-        self.lowered.sites.append(Site(self.lowered.name, self._routine, self._number, text, self._unit))
+        self.lowered.sites.append(
+            Site(self._program or self.lowered.name, self._routine, self._number, text, self._unit)
+        )
         return len(self.lowered.sites) - 1
 
     def step(self, instruction: Instruction) -> Step:
@@ -328,6 +337,10 @@ class Lowering:
                 raise OperandError(
                     f"{place.leaf.path} is {known} in another rung", "write the same number, or ?"
                 )
+
+    def named(self, routine: str) -> str:
+        """Return the full name of a routine of the present program, see `OperandResolver`."""
+        return scoped(self._program, routine).upper()
 
     def value(self, operand: Operand) -> Resolved:
         """Return an operand with one value, see `OperandResolver`."""

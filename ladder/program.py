@@ -21,8 +21,8 @@ from types import FunctionType, ModuleType
 from typing import Any
 
 from .errors import LadderError
-from .logic import Program as Ladder
 from .rungfile import STRUCTURED_SUFFIX, SUFFIX, parse_program, parse_structured
+from .runnable import LadderLogic
 from .steps import SUFFIX as STEPS_SUFFIX
 from .steps import StepsError, parse_steps
 
@@ -142,10 +142,10 @@ def load_function(address: str, folder: Path | str, *, default: str, arguments: 
     data = _read(path)
     _check_text(path, data)
     module = _execute(path, data)
-    if name == DEFAULT_FUNCTION == default and isinstance(getattr(module, LADDER_NAME, None), Ladder):
+    if name == DEFAULT_FUNCTION == default and isinstance(getattr(module, LADDER_NAME, None), LadderLogic):
         name = name if hasattr(module, name) else LADDER_NAME
     function = _pick(path, module, name)
-    if isinstance(function, Ladder):
+    if isinstance(function, LadderLogic):
         _build(path, function)
     _check_signature(path, name, function, arguments)
     return Program(path, name, function, data)
@@ -157,6 +157,7 @@ def _load_rungs(path: Path) -> Program:
     _check_text(path, data)
     try:
         text = data.decode("utf-8")
+        program: LadderLogic
         if path.suffix == STRUCTURED_SUFFIX:
             program = parse_structured(text, path.stem, file=str(path))
         else:
@@ -177,7 +178,7 @@ def _load_steps(path: Path) -> Program:
         raise ProgramError(str(error)) from error
 
 
-def _build(path: Path, program: Ladder) -> None:
+def _build(path: Path, program: LadderLogic) -> None:
     """Find the mistakes of a ladder program before it runs."""
     try:
         program.build()

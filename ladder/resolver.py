@@ -20,7 +20,7 @@ from ..io_images.amci3601.bits import PROFILE_BITS, CommandLsw, CommandMsw, Conf
 from ..io_images.image import WORDS
 from .errors import LadderError
 from .operands import Calculation, Constant, Group, Place, Quoted, Resolved, constant, is_integer
-from .tags import HELD, STATUS_FLAGS, Alias, Layout, SlotAlias, Tag
+from .tags import HELD, STATUS_FLAGS, Alias, Layout, SlotAlias, Tag, program_of
 from .tree import (
     Address,
     BitStep,
@@ -89,10 +89,12 @@ class Resolver:
 
     Args:
         layout: the memory.
+        program: whose tags a plain name means first, before those of the controller; "" for none.
     """
 
-    def __init__(self, layout: Layout) -> None:
+    def __init__(self, layout: Layout, program: str = "") -> None:
         self._layout = layout
+        self._program = program
         self._known: dict[Address, Place | Group] = {}
 
     def operand(self, operand: Operand) -> Resolved:
@@ -120,16 +122,16 @@ class Resolver:
         """
         known = self._known.get(address)
         if known is None:
-            known = self._known[address] = self._find(address, address, 0)
+            known = self._known[address] = self._find(address, address, self._program, 0)
         return known
 
     def hold(self) -> str:
         """Return the name of a new tag that keeps a subscript for the time of a call."""
         return self._layout.held().path
 
-    def _find(self, address: Address, shown: Address, depth: int) -> Place | Group:
+    def _find(self, address: Address, shown: Address, program: str, depth: int) -> Place | Group:
         name = address.name.upper()
-        declaration = self._layout.declarations.get(name)
+        declaration = self._layout.declaration(name, program)
         if isinstance(declaration, Tag):
             start = Group(declaration.type, declaration.name, (), declaration.dims, self._layout, str(shown))
             return self._walk(start, address.steps)
@@ -137,7 +139,8 @@ class Resolver:
             if depth > 20:
                 raise AddressError(f"alias {declaration.name} leads back to itself", "point it at a tag")
             target = declaration.target
-            return self._find(Address(target.name, target.steps + address.steps), shown, depth + 1)
+            scope = program_of(declaration.name)
+            return self._find(Address(target.name, target.steps + address.steps), shown, scope, depth + 1)
         if isinstance(declaration, SlotAlias):
             return self._by_meaning(declaration, address.steps, shown)
         if (name in STATUS_FLAGS or name.startswith(HELD.upper())) and not address.steps:
@@ -268,7 +271,7 @@ class Resolver:
         return replace(whole, bit=index)
 
     def _undeclared(self, name: str) -> AddressError:
-        names = [each.name for each in self._layout.declarations.values()]
+        names = list(self._layout.names(self._program))
         close = difflib.get_close_matches(name, names, n=1)
         some = ", ".join([*names[:_NAMES_LISTED], *["..."] * (len(names) > _NAMES_LISTED)]) or "none"
         meant = f"did you mean {close[0]}?" if close else f"tags are {some}"

@@ -12,6 +12,20 @@
     [XIC(Go),XIC(Run)]XIO(axis.status.INPUT_ERROR)OTE(Run);
     END
 
+A controller has tags, tasks and programs, see `controller` and `schedule`:
+
+    CONTROLLER plant
+    TAG Run : BOOL                                // a tag that all programs share
+    TASK Cycle : CONTINUOUS RUNS Main
+    TASK Fast : PERIODIC 10 ms PRIORITY 3 PREEMPT RUNS Filter, Regulator
+    TASK Alarm : EVENT PRIORITY 2 RUNS Bell       // when EVENT(Alarm) triggers it
+    PROGRAM Main MAIN Start FAULT Trouble
+    TAG Count : DINT                              // a tag of the program's own
+    ROUTINE Start
+    ...
+    END
+    END PROGRAM
+
 Add-on instructions stand before the tags that are their instances, see `addon`. The first
 routine is the main one unless PROGRAM says `MAIN name`. A rung ends with
 its semicolon and may take several lines; `//` starts a comment. `ROUTINE Fill ST` is a routine of structured
@@ -24,12 +38,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from decimal import Decimal
 from pathlib import Path
 
 from .addon import AddOn
+from .controller import Controller
 from .errors import LadderError
 from .logic import Program
 from .rungreader import LIBRARIES, Reader, load_library
+from .runnable import LadderLogic
+from .schedule import Task
 from .statements import block_lines
 from .tags import SlotAlias, Tag
 from .tree import Routine
@@ -42,7 +60,7 @@ STRUCTURED_SUFFIX = ".st"
 """How the name of a file of structured text ends."""
 
 
-def read_program(path: Path | str) -> Program:
+def read_program(path: Path | str) -> Program | Controller:
     """Read a program from a file.
 
     Raises:
@@ -57,8 +75,8 @@ def read_program(path: Path | str) -> Program:
     return parse_program(text, file=str(file))
 
 
-def parse_program(text: str, *, file: str = "") -> Program:
-    """Read a program from text, see `read_program`."""
+def parse_program(text: str, *, file: str = "") -> Program | Controller:
+    """Read a program or a controller from text, see `read_program`."""
     return Reader(text, file).program()
 
 
@@ -73,7 +91,7 @@ def parse_structured(text: str, name: str, *, file: str = "") -> Program:
     return Reader(text, file).structured(name)
 
 
-def write_program(program: Program, path: Path | str) -> None:
+def write_program(program: Program | Controller, path: Path | str) -> None:
     """Write a program to a file; one whose name ends in `.st` takes structured text only.
 
     Raises:
@@ -83,36 +101,79 @@ def write_program(program: Program, path: Path | str) -> None:
     Path(path).write_text(structured_text(program) if flat else program_text(program), encoding="utf-8")
 
 
-def structured_text(program: Program) -> str:
+def structured_text(program: Program | Controller) -> str:
     """Return a program as structured text that reads as the same program.
 
     Raises:
         LadderError: it is more than one routine of structured text.
     """
     statements = [routine.statements for routine in program.routines]
-    if len(statements) != 1 or statements[0] is None or program.functions or program.allowed:
+    flat = isinstance(program, Program) and not (program.functions or program.allowed or program.fault)
+    if not flat or len(statements) != 1 or statements[0] is None:
         raise LadderError(
-            f"program {program.name} is not one routine of structured text; write it to a {SUFFIX} file"
+            f"{program.kind} {program.name} is not one routine of structured text; "
+            f"write it to a {SUFFIX} file"
         )
     lines = [f"PROGRAM {program.name}", "", *_types(program), *_declarations(program), ""]
     return "\n".join([*lines, *block_lines(statements[0])]) + "\n"
 
 
-def program_text(program: Program) -> str:
-    """Return a program as text that reads as the same program.
+def program_text(program: Program | Controller) -> str:
+    """Return a program or a controller as text that reads as the same.
 
     Raises:
         LadderError: it has routines in Python, which are no text.
     """
     if program.functions:
         names = ", ".join(program.functions)
-        raise LadderError(f"program {program.name} has routines in Python ({names}): they are no rung text")
-    lines = [f"PROGRAM {program.name}" + (f" MAIN {program.main}" if program.main else "")]
-    lines += [f"ALLOW {name}" for name in sorted(program.allowed)]
-    lines += ["", *_types(program), *_declarations(program)]
-    for routine in program.routines:
-        lines += ["", *_routine_text(routine)]
+        raise LadderError(
+            f"{program.kind} {program.name} has routines in Python ({names}): they are no rung text"
+        )
+    if isinstance(program, Controller):
+        lines = _controller_lines(program)
+    else:
+        head, *allowed = _head(program), *_allowed(program)
+        lines = iter([head, *allowed, "", *_types(program), *_declarations(program), *_routines(program)])
     return "\n".join(lines) + "\n"
+
+
+def _controller_lines(controller: Controller) -> Iterator[str]:
+    yield f"CONTROLLER {controller.name}"
+    yield from _allowed(controller)
+    yield ""
+    yield from _types(controller)
+    yield from _declarations(controller)
+    yield from map(_task_text, controller.tasks)
+    for program in controller.programs:
+        yield from ("", _head(program), *_declarations(program), *_routines(program), "END PROGRAM")
+
+
+def _task_text(task: Task) -> str:
+    parts = [f"TASK {task.name} : {task.kind.value}"]
+    if task.rate_ns:
+        parts.append(f"{(Decimal(task.rate_ns) / 1_000_000).normalize():f} ms")
+    parts.append(f"PRIORITY {task.priority}")
+    if task.preempt:
+        parts.append("PREEMPT")
+    if task.programs:
+        parts.append(f"RUNS {', '.join(task.programs)}")
+    if task.comment:
+        parts.append(f" // {task.comment}")
+    return " ".join(parts)
+
+
+def _head(program: Program) -> str:
+    roots = [f" {word} {name}" for word, name in (("MAIN", program.main), ("FAULT", program.fault)) if name]
+    return f"PROGRAM {program.name}{''.join(roots)}"
+
+
+def _allowed(logic: LadderLogic) -> list[str]:
+    return [f"ALLOW {name}" for name in sorted(logic.allowed)]
+
+
+def _routines(program: Program) -> Iterator[str]:
+    for routine in program.routines:
+        yield from ("", *_routine_text(routine))
 
 
 def _routine_text(routine: Routine) -> Iterator[str]:
@@ -143,12 +204,12 @@ def instruction_text(definition: AddOn) -> str:
     return "\n".join([*lines, "END INSTRUCTION"]) + "\n"
 
 
-def _types(program: Program) -> Iterator[str]:
+def _types(logic: LadderLogic) -> Iterator[str]:
     """Structures, those first that others are made of, and add-on instructions among them."""
     seen = dict(TYPES)
     libraries = {library.name: library for library in map(load_library, LIBRARIES)}
     for name, library in libraries.items():
-        if any(each in library.add_ons.values() for each in program.add_ons.values()):
+        if any(each in library.add_ons.values() for each in logic.add_ons.values()):
             seen.update(library.types)
             yield f"USE {name}"
 
@@ -157,7 +218,7 @@ def _types(program: Program) -> Iterator[str]:
             return
         for member in kind.members:
             yield from walk(member.type)
-        definition = program.add_ons.get(kind.name.upper())
+        definition = logic.add_ons.get(kind.name.upper())
         for parameter in definition.parameters if definition else ():
             yield from walk(parameter.type)
         seen[kind.name] = kind
@@ -166,7 +227,8 @@ def _types(program: Program) -> Iterator[str]:
             return
         yield f"TYPE {kind.name} ({', '.join(_member_text(member) for member in kind.members)})"
 
-    for declaration in program.declarations:
+    inner = logic.programs if isinstance(logic, Controller) else []
+    for declaration in (each for scope in (logic, *inner) for each in scope.declarations):
         if isinstance(declaration, Tag):
             yield from walk(declaration.type)
 
@@ -179,8 +241,8 @@ def _dims_text(dims: tuple[int, ...]) -> str:
     return f"[{','.join(map(str, dims))}]" if dims else ""
 
 
-def _declarations(program: Program) -> Iterator[str]:
-    for each in program.declarations:
+def _declarations(logic: LadderLogic) -> Iterator[str]:
+    for each in logic.declarations:
         if isinstance(each, Tag):
             initial = "" if each.initial is None else f" := {json.dumps(each.initial)}"
             text = f"TAG {each.name} : {each.type.name}{_dims_text(each.dims)}{initial}"

@@ -6,14 +6,17 @@ import json
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from decimal import Decimal
 from functools import cache
 from importlib.resources import files
 from typing import NoReturn
 
 from .addon import ROUTINES, AddOn, Parameter, Way, specs_of
+from .controller import Controller
 from .errors import LadderError, RungTextError
 from .expressions import parse_address
 from .logic import Program
+from .schedule import Task, TaskKind
 from .tags import Alias, SlotAlias, Tag
 from .text import parse_rung
 from .tree import Block, Routine, Rung
@@ -53,7 +56,14 @@ def load_library(name: str) -> Library:
 
 _NAME = r"[A-Za-z_]\w*"
 _LIBRARY = re.compile(rf"LIBRARY\s+({_NAME})", re.IGNORECASE)
-_PROGRAM = re.compile(rf"PROGRAM\s+({_NAME})(?:\s+MAIN\s+({_NAME}))?", re.IGNORECASE)
+_PROGRAM = re.compile(rf"PROGRAM\s+({_NAME})(?:\s+MAIN\s+({_NAME}))?(?:\s+FAULT\s+({_NAME}))?", re.IGNORECASE)
+_CONTROLLER = re.compile(rf"CONTROLLER\s+({_NAME})", re.IGNORECASE)
+_TASK = re.compile(
+    rf"TASK\s+({_NAME})\s*:\s*(?:(CONTINUOUS|EVENT)|PERIODIC\s+(\d+(?:\.\d*)?)\s*ms)"
+    rf"(?:\s+PRIORITY\s+(\d+))?(\s+PREEMPT)?(?:\s+RUNS\s+({_NAME}(?:\s*,\s*{_NAME})*))?",
+    re.IGNORECASE,
+)
+_END_PROGRAM = re.compile(r"END\s+PROGRAM", re.IGNORECASE)
 _ALLOW = re.compile(r"ALLOW\s+(.+)", re.IGNORECASE)
 _TYPE = re.compile(rf"TYPE\s+({_NAME})\s*\((.*)\)", re.IGNORECASE)
 _TAG = re.compile(rf"TAG\s+({_NAME})\s*:\s*({_NAME})\s*(?:\[([\d,\s]+)\])?\s*(?::=\s*(.+))?", re.IGNORECASE)
@@ -112,17 +122,57 @@ class Reader:
         own = {key: kind for key, kind in self._types.items() if key not in TYPES}
         return Library(name, own, self._add_ons)
 
-    def program(self) -> Program:
-        """Read a program."""
-        head = self._next(_PROGRAM, "PROGRAM name")
+    def program(self) -> Program | Controller:
+        """Read a program or a controller."""
+        if _CONTROLLER.fullmatch(self._peek() or ""):
+            return self._controller()
+        head = self._next(_PROGRAM, "PROGRAM name or CONTROLLER name")
+        program = Program(head.group(1), main=head.group(2), fault=head.group(3), allow=self._allowed())
+        while self._peek() is not None:
+            self._declaration(program)
+        return program
+
+    def _allowed(self) -> tuple[str, ...]:
         allowed = []
         while (line := self._peek()) and (found := _ALLOW.fullmatch(line)):
             allowed.append(found.group(1).strip())
             self._at += 1
-        program = Program(head.group(1), main=head.group(2), allow=allowed)
-        while self._peek() is not None:
+        return tuple(allowed)
+
+    def _controller(self) -> Controller:
+        head = self._next(_CONTROLLER, "CONTROLLER name")
+        controller = Controller(head.group(1), allow=self._allowed())
+        while (line := self._peek()) is not None:
+            if found := _PROGRAM.fullmatch(line):
+                self._at += 1
+                self._block(controller.program(found.group(1), main=found.group(2), fault=found.group(3)))
+            elif found := _TASK.fullmatch(line):
+                controller.add_task(self._task(found, _comment_of(self._lines[self._at])))
+                self._at += 1
+            elif _ROUTINE.fullmatch(line):
+                self._fail("PROGRAM: in a controller a routine stands in a program")
+            else:
+                self._declaration(controller)
+        return controller
+
+    def _block(self, program: Program) -> None:
+        """Read a program of a controller."""
+        while (line := self._peek()) and not _END_PROGRAM.fullmatch(line):
             self._declaration(program)
-        return program
+        self._next(_END_PROGRAM, "END PROGRAM")
+
+    def _task(self, found: re.Match[str], comment: str) -> Task:
+        name, word, rate, priority, preempt, programs = found.groups()
+        kind = TaskKind[word.upper()] if word else TaskKind.PERIODIC
+        return Task(
+            name,
+            kind,
+            tuple(each.strip() for each in programs.split(",")) if programs else (),
+            round(Decimal(rate or 0) * 1_000_000),
+            int(priority or 10),
+            bool(preempt),
+            comment,
+        )
 
     def structured(self, name: str) -> Program:
         """Read a file of structured text: lines of a program file before its first routine, then statements.
@@ -178,7 +228,7 @@ class Reader:
             expected, line or shown, file=self._file, line=self._at + 1, column=column, rung=None
         )
 
-    def _declaration(self, program: Program) -> None:
+    def _declaration(self, program: Program | Controller) -> None:
         line = self._peek() or ""
         comment = _comment_of(self._lines[self._at])
         if self._definition(line):
@@ -191,11 +241,12 @@ class Reader:
             program.add(SlotAlias(found.group(1), int(found.group(2)), comment))
         elif found := _ALIAS.fullmatch(line):
             program.add(Alias(found.group(1), parse_address(found.group(2)), comment))
-        elif found := _ROUTINE.fullmatch(line):
+        elif isinstance(program, Program) and (found := _ROUTINE.fullmatch(line)):
             program.add_routine(self._routine(found))
             return
         else:
-            self._fail("USE, TYPE, INSTRUCTION, TAG, SLOT, ALIAS or ROUTINE")
+            own = "ROUTINE" if isinstance(program, Program) else "TASK, PROGRAM"
+            self._fail(f"USE, TYPE, INSTRUCTION, TAG, SLOT, ALIAS or {own}")
         self._at += 1
 
     def _definition(self, line: str) -> bool:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import keyword
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from .stretches import Spot, spot_of
@@ -129,16 +129,45 @@ OPEN = 1 << 31
 """Length of an InOut that is an array of any length."""
 
 
+def scoped(program: str, name: str) -> str:
+    r"""Return the full name of a program's tag or routine; the name itself if the program is "".
+
+    >>> print(scoped("Main", "Run"), scoped("", "Run"))
+    \Main.Run Run
+    """
+    return rf"\{program}.{name}" if program else name
+
+
+def program_of(name: str) -> str:
+    r"""Return the program that a full name is of, "" for the controller.
+
+    >>> program_of(r"\Main.Run"), program_of("Run")
+    ('Main', '')
+    """
+    return name[1 : name.index(".")] if name.startswith("\\") else ""
+
+
+def tag_in(path: str) -> str:
+    r"""Return the full name of the tag in a path.
+
+    >>> tag_in("Recipe.Step.Time"), tag_in(r"\Main.Recipe.Step.Time")
+    ('Recipe', '\\Main.Recipe')
+    """
+    start = path.find(".") + 1 if path.startswith("\\") else 0
+    end = path.find(".", start)
+    return path if end < 0 else path[:end]
+
+
 class Layout:
     """Where everything in a program's memory is.
 
     Attributes:
-        declarations: by name in capitals.
+        declarations: by full name in capitals, see `scoped`.
         leaves: by path in capitals.
         boxed: tags whose values lie in one list, by name in capitals; with the list's identifier.
 
     Args:
-        declarations: tags and aliases.
+        declarations: tags and aliases, under their full names.
     """
 
     frame = ""
@@ -158,6 +187,30 @@ class Layout:
             if isinstance(declaration, Tag):
                 for path, kind, dims in leaves_of(declaration.type, declaration.dims):
                     self._add(f"{declaration.name}.{path}" if path else declaration.name, kind, dims)
+
+    def declaration(self, name: str, program: str = "") -> Declaration | None:
+        """Return what a name means in a program: its own declaration, else the controller's, else None.
+
+        Args:
+            name: in capitals.
+            program: the program, "" for the controller.
+        """
+        own = self.declarations.get(scoped(program, name).upper()) if program else None
+        return own or self.declarations.get(name)
+
+    def names(self, program: str = "") -> Iterator[str]:
+        """Yield the names that can be used in a program: its own without its name, then the controller's."""
+        own = scoped(program, "")
+        for each in self.declarations.values():
+            if program and each.name.upper().startswith(own.upper()):
+                yield each.name[len(own) :]
+        for each in self.declarations.values():
+            if not program_of(each.name):
+                yield each.name
+
+    def hidden(self, path: str, kind: Elementary) -> Leaf:
+        """Add a leaf that no address reaches; return it."""
+        return self._add(path, kind, ())
 
     def leaf(self, path: str) -> Leaf:
         """Return the leaf of that path, in any case."""
@@ -185,7 +238,7 @@ class Layout:
 
     def box(self, leaf: Leaf) -> None:
         """Lay out the tag of a leaf as a stretch of a list, unless it is a list by itself."""
-        name = leaf.path if leaf.slot is not None else leaf.path.partition(".")[0]
+        name = leaf.path if leaf.slot is not None else tag_in(leaf.path)
         tag = self.declarations.get(name.upper())
         plain = isinstance(tag, Tag) and isinstance(tag.type, Elementary) and bool(tag.dims)
         if name.upper() not in self.boxed and not leaf.is_image and not plain:
@@ -200,8 +253,8 @@ class Layout:
         return known
 
     def _find_spot(self, leaf: Leaf, name: str) -> Spot | None:
-        head, _, rest = name.partition(".")
-        tag = self.declarations.get(head)
+        head = tag_in(name)
+        tag, rest = self.declarations.get(head), name[len(head) + 1 :]
         if leaf.slot is not None and name in self.boxed:
             found = spot_of(leaf.type, (), "", self.boxed[name])
         elif head in self.boxed and isinstance(tag, Tag):
@@ -366,6 +419,7 @@ RESERVED = frozenset(
         "swapped",
         "distributed",
         "program",
+        "rung_done",
         "scan",
         FRAME,
         BASE,

@@ -23,14 +23,15 @@ class Tags:
     Args:
         lowered: the program.
         memory: its memory.
+        program: whose tags a plain name means first, before the controller's; "" for none.
     """
 
     __slots__ = ("_known", "_lowered", "_memory", "_resolver")
 
-    def __init__(self, lowered: Lowered, memory: Memory) -> None:
+    def __init__(self, lowered: Lowered, memory: Memory, program: str = "") -> None:
         object.__setattr__(self, "_lowered", lowered)
         object.__setattr__(self, "_memory", memory)
-        object.__setattr__(self, "_resolver", Resolver(lowered.layout))
+        object.__setattr__(self, "_resolver", Resolver(lowered.layout, program))
         object.__setattr__(self, "_known", {})
 
     def __getitem__(self, name: str) -> Any:

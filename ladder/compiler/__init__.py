@@ -10,7 +10,8 @@ are those of the file with the rungs, so that an error in a scan points there.
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import partial
 from types import CodeType, FunctionType
 from typing import Any
 
@@ -47,11 +48,37 @@ def scanner_of(lowered: Lowered) -> Scanner:
                 functions[constant.co_name] = namespace[constant.co_name] = function
         names = text.functions
         engine.call_routine = lambda name, inputs: functions[names[name]](engine.now_ns, tuple(inputs)) or ()
+        if engine.scheduler is not None:
+            return partial(_scheduled, engine, {key: functions[name] for key, name in names.items()})
         if engine.lowered.main in engine.lowered.functions:
             return lambda _now: engine.call_python(engine.lowered.main, ())
         return functions["scan"]
 
     return bind
+
+
+def _scheduled(engine: Engine, functions: Mapping[str, FunctionType], now_ns: int) -> None:
+    """Do one scan of a controller.
+
+    Args:
+        engine: what it runs on.
+        functions: compiled routines, by name in capitals.
+        now_ns: time of the scan.
+    """
+    assert engine.scheduler is not None
+
+    def run(name: str, at_ns: int) -> None:
+        before, engine.now_ns = engine.now_ns, at_ns
+        function = functions.get(name)
+        try:
+            if function is None:
+                engine.call_python(name, ())
+            else:
+                function(at_ns, ())
+        finally:
+            engine.now_ns = before
+
+    engine.scheduler.scan(now_ns, run)
 
 
 def _code(text: ProgramText) -> CodeType:

@@ -93,7 +93,7 @@ def _routine(
         _with_labels(writer, rungs, routine)
     else:
         for line in routine.lines:
-            _rung(writer, rungs, line)
+            _rung(writer, rungs, line, preempted=lowered.is_preempted(routine.name))
     called |= writer.called
     parameters = ["now", "given"]
     if routine.frame:
@@ -109,7 +109,8 @@ def _routine(
     return [*((text, 1) for text in head), *writer.lines, ("", 1)]
 
 
-def _rung(writer: Writer, rungs: RungWriter, line: Line) -> None:
+def _rung(writer: Writer, rungs: RungWriter, line: Line, *, preempted: bool) -> None:
+    """Write a rung; at the end of one that is `preempted` another task may run."""
     writer.origin = line.origin.line or 1
     writer.next_rung()
     if line.comment:
@@ -117,10 +118,13 @@ def _rung(writer: Writer, rungs: RungWriter, line: Line) -> None:
     writer.comment(f"{line.number}: {line.text}")
     power = f"not {rungs.override}" if writer.lowered.override else "True"
     rungs.series(line.nodes, power, needed=False)
+    if preempted:
+        writer.line("rung_done()")
 
 
 def _with_labels(writer: Writer, rungs: RungWriter, routine: LoweredRoutine) -> None:
     """Write sections between labels; a jump sets `at` and starts over."""
+    preempted = writer.lowered.is_preempted(routine.name)
     starts = sorted({0, *routine.labels.values()})
     rungs.sections = {label: starts.index(number) for label, number in routine.labels.items()}
     writer.line("at = 0")
@@ -130,6 +134,6 @@ def _with_labels(writer: Writer, rungs: RungWriter, routine: LoweredRoutine) -> 
             rungs.section = section
             with writer.block(f"if at == {section}:"):
                 for line in routine.lines[start:end]:
-                    _rung(writer, rungs, line)
+                    _rung(writer, rungs, line, preempted=preempted)
                 writer.line(f"at = {section + 1}")
         writer.line("break")

@@ -198,6 +198,8 @@ def services(engine: Engine, regions: Regions) -> dict[str, Any]:
     own = Services(engine)
     named = {name: getattr(own, name) for name in dir(Services) if not name.startswith("_")}
     named["region"] = regions
+    if engine.scheduler is not None:
+        named["rung_done"] = engine.scheduler.rung_done
     named["array"] = array
     for name in (
         "real",

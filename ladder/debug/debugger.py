@@ -10,10 +10,10 @@ from ..draw import captions_of, routine_text, routines_svg
 from ..engine import STEP_MS
 from ..errors import LadderError
 from ..expressions import parse_address
-from ..logic import Program
 from ..memory import Value, checked
 from ..operands import Constant, Group, Place
 from ..resolver import Resolver
+from ..runnable import LadderLogic
 from ..tree import Routine
 from ..view import Tags
 from .crossref import CrossReference
@@ -63,7 +63,7 @@ class Debugger:
         BuildError: the program can't be built.
     """
 
-    def __init__(self, program: Program) -> None:
+    def __init__(self, program: LadderLogic) -> None:
         self.program = program
         self.stops: tuple[Stop, ...] = ()
         lowered, scanner = program.build(), program.scanner

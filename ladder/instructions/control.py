@@ -35,7 +35,7 @@ def _resolve_jsr(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple
             raise OperandError(f"{number} is not the number of inputs", f"allowed are 0 to {len(given) - 2}")
         count = int(number.value)
     inputs = tuple(map(resolver.value, given[2 : 2 + count]))
-    return (Call(name.name.upper(), inputs, tuple(map(resolver.target, given[2 + count :]))),)
+    return (Call(resolver.named(name.name), inputs, tuple(map(resolver.target, given[2 + count :]))),)
 
 
 def _jsr(machine: Interpreter, call: Call) -> None:

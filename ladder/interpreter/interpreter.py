@@ -29,6 +29,7 @@ from ..lowered import (
 )
 from ..memory import Memory, Named, Value
 from ..operands import Constant, Group, Place, Resolved, first_leaf, place_of
+from ..scheduler import Scheduler
 from ..spec import Kind
 from ..tags import OVERRIDE, OWN
 from ..types import count_of
@@ -58,6 +59,7 @@ class Interpreter(Values):
     Attributes:
         inputs: values that the caller passes to the present routine.
         selected: value of the CASE that is being decided.
+        scheduler: runs the programs of a controller; None if a scan calls one routine.
 
     Args:
         lowered: the program.
@@ -70,18 +72,31 @@ class Interpreter(Values):
         super().__init__(lowered, memory, fault_log)
         self.inputs: Sequence[Value] = ()
         self.selected: Value = 0
+        self.scheduler: Scheduler | None = None
         self._call_python = call_python
+        self._preempted = frozenset(filter(lowered.is_preempted, lowered.routines))
 
     def scan(self, now_ns: int) -> None:
-        """Run the main routine once.
+        """Run the main routine once, or what the schedule calls.
 
         Raises:
             LadderFault: a major fault.
         """
+        if self.scheduler is not None:
+            self.scheduler.scan(now_ns, self._scheduled)
+            return
         self.now_ns = now_ns
         if self.lowered.override:
             self.set_status(OVERRIDE, False)
         self.run(self.lowered.main, ())
+
+    def _scheduled(self, name: str, now_ns: int) -> None:
+        """Run a routine for the scheduler."""
+        before, self.now_ns = self.now_ns, now_ns
+        try:
+            self.run(name, ())
+        finally:
+            self.now_ns = before
 
     def run(self, name: str, inputs: Sequence[Value]) -> tuple[Value, ...]:
         """Run a routine; return the values that it returns."""
@@ -103,6 +118,8 @@ class Interpreter(Values):
             try:
                 self._line(routine.lines[number], inputs)
                 number += 1
+                if self.scheduler is not None and routine.name.upper() in self._preempted:
+                    self.scheduler.rung_done()
             except _Jump as jump:
                 target = routine.labels[jump.label]
                 if target <= number:
@@ -275,11 +292,19 @@ class Interpreter(Values):
     # --- prescan
 
     def prescan(self, name: str | None = None) -> None:
-        """Prescan a routine, the main one by default, and those it calls; jumps are not taken.
+        """Prescan a routine and those it calls, by default all main routines in the order of the tasks.
+
+        Jumps are not taken.
 
         A subscript that is out of range is not a fault here: the tags that it is computed from are not
         current yet. The instruction is left alone.
         """
+        schedule = self.lowered.schedule
+        if name is None and schedule is not None:
+            for program in schedule.programs:
+                if program.main is not None:
+                    self.prescan(program.main)
+            return
         routine = self.lowered.routines.get(self.lowered.main if name is None else name)
         for line in routine.lines if routine else ():
             self._prescan_series(line.nodes)

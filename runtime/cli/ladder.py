@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from ...ladder import LadderError, Program
+from ...ladder import LadderError, LadderLogic
 from ...ladder.draw import captions_of, routine_text, routines_svg
 from ...ladder.draw.characters import WIDTH
 from ...ladder.program import load_program
@@ -25,19 +25,19 @@ NARROWEST = 40
 """Columns between the rails that a picture has at least."""
 
 
-def load_rungs(file: str) -> Program:
+def load_rungs(file: str) -> LadderLogic:
     """Load the ladder program in a `.rung` or `.st` file, a Python file, or of a rack.
 
     Raises:
         ValueError: the file can't be used, or its program has no rungs.
     """
     logic = load_job(file).logic if file.endswith(".toml") else load_program(file).function
-    if not isinstance(logic, Program):
+    if not isinstance(logic, LadderLogic):
         raise ValueError(f"{file}: the program is a Python function; it has no rungs")
     return logic
 
 
-def chosen(program: Program, name: str | None) -> list[Routine]:
+def chosen(program: LadderLogic, name: str | None) -> list[Routine]:
     """Return the routine of a name, or all of them.
 
     Raises:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from ....ladder import Program
+from ....ladder import LadderLogic
 from ....ladder.debug import Debugger
 from ...loop.listeners import ScanListener
 from ...loop.rack import Rack
@@ -39,5 +39,5 @@ def bench_of(job: Job, record: Path | None = None, *, watched: bool = False) -> 
     def listeners(rack: Rack) -> Iterable[ScanListener]:
         return () if record is None else (recorder_for(job, rack, record),)
 
-    logic = Debugger(job.logic) if isinstance(job.logic, Program) else job.logic
+    logic = Debugger(job.logic) if isinstance(job.logic, LadderLogic) else job.logic
     return Bench(job.spec, logic, listeners=listeners, watched=watched)

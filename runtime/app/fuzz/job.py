@@ -14,7 +14,7 @@ from types import ModuleType
 from typing import Any
 
 from ....io_images.amci3601.firmware import Firmware
-from ....ladder import Program
+from ....ladder import LadderLogic
 from ....ladder.program import load_program
 from ....traces.plot import Mark, save_page
 from ....traces.reader import open_trace
@@ -140,7 +140,7 @@ def invariants_of(setup: Setup) -> list[Invariant]:
 def logic_maker(job: Job, rack: str) -> Callable[[], Logic]:
     """Return what makes a job's logic anew, with nothing remembered."""
     logic = job.logic
-    if isinstance(logic, Program):
+    if isinstance(logic, LadderLogic):
         return logic.compile
     if job.rack_file == job.program:
         return lambda: _of_rack(rack, job.folder.resolve())

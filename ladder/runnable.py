@@ -1,0 +1,253 @@
+"""What a program and a controller have in common: declarations, building, running."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+from .addon import AddOn
+from .checks import ALLOWANCES
+from .compiler import Scanner, scanner_of, source_of
+from .engine import STEP_MS, Engine
+from .errors import LadderError, MinorFault, Problem
+from .expressions import parse_address
+from .lowered import Lowered
+from .memory import Memory
+from .tagref import TagRef
+from .tags import Alias, Declaration, SlotAlias, Tag
+from .tree import Routine
+from .types import MAX_DIMENSIONS, DataType, count_of, size_of
+from .view import Tags
+
+MOST_BYTES = 1 << 25
+"""Bytes of a single tag: 32 MiB, more memory than the largest controllers have for all of them."""
+
+
+class LadderLogic(ABC):
+    """Tags, and rungs that work on them; callable as the logic of a rack.
+
+    It is built when it is first used: then one error lists all mistakes, and nothing can be
+    added any more. Calling it runs it compiled, on memory that `tags` shows.
+
+    Attributes:
+        name: its name.
+        declarations: tags and aliases, in order.
+        add_ons: the add-on instructions that it uses, by name in capitals.
+        allowed: what is not reported, see `checks.ALLOWANCES`.
+
+    Args:
+        name: its name.
+        allow: what is not reported.
+
+    Raises:
+        LadderError: `allow` names something else.
+    """
+
+    kind: str
+    """What it is called in messages."""
+
+    def __init__(self, name: str, *, allow: Iterable[str] = ()) -> None:
+        self.name = name
+        self.declarations: list[Declaration] = []
+        self.add_ons: dict[str, AddOn] = {}
+        self.allowed = frozenset(allow)
+        unknown = self.allowed.difference(ALLOWANCES)
+        if unknown:
+            raise LadderError(f"{min(unknown)!r} can't be allowed; what can is {', '.join(ALLOWANCES)}")
+        self._names: set[str] = set()
+        self._lowered: Lowered | None = None
+        self._scanner: Scanner | None = None
+        self._engine: Engine | None = None
+        self._warnings: tuple[Problem, ...] = ()
+
+    @property
+    @abstractmethod
+    def routines(self) -> Sequence[Routine]:
+        """Routines of rungs and of structured text under their full names, in order."""
+
+    @property
+    @abstractmethod
+    def functions(self) -> Mapping[str, Callable[..., Any]]:
+        """Routines in Python, by full name."""
+
+    @abstractmethod
+    def _lower(self) -> tuple[Lowered, list[Problem]]:
+        """Make it ready to run.
+
+        Returns:
+            What runs, and warnings.
+
+        Raises:
+            BuildError: what is wrong.
+        """
+
+    # --- declaring
+
+    def declare(
+        self,
+        names: str,
+        kind: DataType | AddOn,
+        *dims: int,
+        initial: object = None,
+        comment: str = "",
+    ) -> Any:
+        """Declare one tag, or several of one type whose names stand between spaces.
+
+        Args:
+            names: names.
+            kind: their type; for instances, the add-on instruction.
+            dims: length per dimension, for arrays.
+            initial: what they start with; None = zero.
+            comment: their comment.
+
+        Returns:
+            The tag, or a tuple of them, for use in rungs.
+
+        Raises:
+            LadderError: a name is taken or not allowed, or the dimensions are not allowed.
+        """
+        if isinstance(kind, AddOn):
+            self.use(kind)
+            kind = kind.structure
+        listed = names.replace(",", " ").split()
+        for name in listed:
+            self.add(Tag(name, kind, dims, initial, comment))
+        refs = tuple(TagRef(parse_address(name)) for name in listed)
+        return refs[0] if len(refs) == 1 else refs
+
+    def alias(self, name: str, target: str) -> TagRef:
+        """Give an address a second name."""
+        self.add(Alias(name, parse_address(target)))
+        return TagRef(parse_address(name))
+
+    def slot(self, name: str, number: int) -> TagRef:
+        """Name the module in a slot, whose bits then go by meaning: `axis.status.MOVE_COMPLETE`."""
+        self.add(SlotAlias(name, number))
+        return TagRef(parse_address(name))
+
+    def add(self, declaration: Declaration) -> None:
+        """Add a declaration.
+
+        Raises:
+            LadderError: its name is taken or not allowed, or its dimensions are not allowed.
+        """
+        self._refuse_if_built()
+        name = declaration.name
+        if not name.isidentifier() or not name.isascii():
+            raise LadderError(f"{name!r} is not a tag name: letters, digits and _ are allowed")
+        if name.upper() in self._names:
+            raise LadderError(f"tag {name} is declared twice; names do not depend on case")
+        dims = declaration.dims if isinstance(declaration, Tag) else ()
+        if len(dims) > MAX_DIMENSIONS or any(length < 1 for length in dims):
+            raise LadderError(f"tag {name} has dimensions {dims}; allowed are up to 3, each 1 or more")
+        if isinstance(declaration, Tag) and size_of(declaration.type) * count_of(dims) > MOST_BYTES:
+            raise LadderError(f"tag {name} takes more than {MOST_BYTES:,} bytes; make it shorter")
+        self._names.add(name.upper())
+        self.declarations.append(declaration)
+
+    def use(self, *add_ons: AddOn) -> None:
+        """Make add-on instructions known.
+
+        Raises:
+            LadderError: there is another one of that name.
+        """
+        self._refuse_if_built()
+        for each in add_ons:
+            if self.add_ons.setdefault(each.name.upper(), each) != each:
+                raise LadderError(f"there are two add-on instructions {each.name}")
+
+    def _refuse_if_built(self) -> None:
+        if self._lowered is not None:
+            raise LadderError(f"{self.kind} {self.name} has been built: nothing can be added any more")
+
+    # --- building
+
+    def build(self) -> Lowered:
+        """Check it and make it ready to run.
+
+        Raises:
+            BuildError: what is wrong, with rungs and remedies.
+        """
+        if self._lowered is None:
+            self._lowered, warnings = self._lower()
+            self._warnings = tuple(warnings)
+        return self._lowered
+
+    @property
+    def warnings(self) -> tuple[Problem, ...]:
+        """What is allowed and probably not meant: a bit with two coils, a program that no task runs.
+
+        Raises:
+            BuildError: see `build`.
+        """
+        self.build()
+        return self._warnings
+
+    def compile(self) -> Engine:
+        """Return a new engine that runs it compiled; compiling it is done once."""
+        return Engine(self.build(), self.scanner)
+
+    @property
+    def scanner(self) -> Scanner:
+        """What it is compiled to, which binds itself to an engine's memory."""
+        if self._scanner is None:
+            self._scanner = scanner_of(self.build())
+        return self._scanner
+
+    def interpret(self) -> Engine:
+        """Return a new engine that runs it in the interpreter."""
+        return Engine(self.build())
+
+    # --- running
+
+    @property
+    def engine(self) -> Engine:
+        """The engine that a call runs."""
+        if self._engine is None:
+            self._engine = self.compile()
+        return self._engine
+
+    @property
+    def tags(self) -> Tags:
+        """The tags by name."""
+        return self.engine.tags
+
+    @property
+    def minor_faults(self) -> Sequence[MinorFault]:
+        """The latest minor faults."""
+        return self.engine.minor_faults
+
+    def __call__(self, scan: Any) -> None:
+        """Do one scan of a rack, see `Engine`."""
+        (self._engine or self.engine)(scan)
+
+    def step(self, ms: float = STEP_MS) -> None:
+        """Do one scan without a rack, see `Engine.step`."""
+        self.engine.step(ms)
+
+    # --- reading
+
+    def source(self) -> str:
+        """Return the Python that it is compiled to."""
+        return source_of(self.build())
+
+    def text(self, routine: str) -> str:
+        """Return the text of a routine.
+
+        Raises:
+            LadderError: that name is unknown.
+        """
+        for each in self.routines:
+            if each.name.upper() == routine.upper():
+                return each.text
+        raise LadderError(f"there is no routine {routine} in {self.kind} {self.name}")
+
+
+def wrong_initials(lowered: Lowered) -> list[Problem]:
+    """Return what is wrong with the initial values."""
+    try:
+        Memory(lowered.layout, lowered.presets, lowered.defaults)
+    except ValueError as error:
+        return [Problem("initial values", "", str(error), "correct the initial value")]
+    return []
