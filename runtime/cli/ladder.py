@@ -44,7 +44,7 @@ def chosen(program: LadderLogic, name: str | None) -> list[Routine]:
         ValueError: there is none of that name; all there are.
     """
     if name is None:
-        return program.routines
+        return list(program.routines)
     found = [each for each in program.routines if each.name.upper() == name.upper()]
     if not found:
         names = ", ".join(each.name for each in program.routines)
