@@ -180,7 +180,7 @@ def test_the_command_draws_prints_and_writes(line, tmp_path):
     ("words", "says"),
     [
         (("--routine", "Nowhere"), "there is no routine Nowhere in program Line; there are Main"),
-        (("--rung", 7), "there is no rung 7; they are numbered up to 0"),
+        (("--rung", 7), "there is no rung 7; they are numbered from 0 to 0"),
     ],
 )
 def test_the_command_refuses_what_is_not_there(line, words, says):
