@@ -33,7 +33,7 @@ def build_rack(spec: RackSpec, ports: ExitStack | None = None) -> Rack:
         ValueError: there is a real port and should be none, or it can't be opened.
     """
     return Rack(
-        Card(slot.number, _module(spec, slot, ports), slot.module, slot.firmware, slot.words)
+        Card(slot.number, _module(spec, slot, ports), slot.module, slot.recorded_firmware, slot.words)
         for slot in spec.slot
     )
 

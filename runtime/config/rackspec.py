@@ -135,6 +135,11 @@ class SlotSpec(Table):
         return live_port(self.module, self.port, self.address).open(self.port, self.address, self.options)
 
     @property
+    def recorded_firmware(self) -> str:
+        """The module's firmware for the record; empty for one that has none."""
+        return self.firmware if MODULES[self.module].has_firmware else ""
+
+    @property
     def words(self) -> ModuleWords:
         """What the module's words and bits are called."""
         return words_of(self.module, self.options)

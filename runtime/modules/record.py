@@ -94,6 +94,7 @@ class ModuleRecord:
         make: makes a simulated one of (firmware, machine, seed, options, wiring); ValueError names what
             it can't take.
         words: names of its words and bits, with these options.
+        has_firmware: whether it has a version; without one, none is recorded.
         status: its input image by meaning; what a test reads.
         live: how it is put on a real port; None if it can't be.
         traits: what can happen to it.
@@ -104,6 +105,7 @@ class ModuleRecord:
     name: str
     make: Callable[..., Module]
     words: Callable[[Options], ModuleWords] = lambda _options: PLAIN_WORDS
+    has_firmware: bool = True
     status: Callable[[Image, ModuleWords], Any] = lambda image, _words: StatusView(image)
     live: LivePort | None = None
     traits: frozenset[Trait] = frozenset()

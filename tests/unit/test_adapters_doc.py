@@ -5,13 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from scanrack.runtime.modules.adapters.table import refusals
+from scanrack.runtime.modules.registry import MODULES
 
 PAGE = Path(__file__).parents[2] / "docs" / "adapters.md"
 
 
-@pytest.mark.parametrize("controller", ["PCL601", "PMC006"])
-def test_the_page_has_the_table_of_refusals(controller):
+TABLES = {name: record.capabilities for name, record in MODULES.items() if record.capabilities is not None}
+
+
+@pytest.mark.parametrize("module", TABLES)
+def test_the_page_has_the_table_of_refusals(module):
     text = PAGE.read_text(encoding="utf-8")
-    begin = f"<!-- refusals: {controller} -->\n"
-    assert text.partition(begin)[2].partition("<!-- end -->")[0] == refusals(controller)
+    begin = f"<!-- refusals: {module} -->\n"
+    assert text.partition(begin)[2].partition("<!-- end -->")[0] == TABLES[module]()

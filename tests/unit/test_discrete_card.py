@@ -94,8 +94,9 @@ def test_the_lamp_is_on_from_start_to_stop(trace: Path) -> None:
 def test_the_trace_has_the_names_of_words_and_bits(trace: Path) -> None:
     with open_trace(trace) as recorded:
         panel = recorded.head.slots[1]
-        assert (panel.module, panel.words.message, panel.words.inputs[:2]) == (
+        assert (panel.module, panel.firmware, panel.words.message, panel.words.inputs[:2]) == (
             "discrete16",
+            "",
             "Discrete",
             ("data", "word1"),
         )

@@ -27,7 +27,7 @@ HAPPENS = {
 def told(scenario: Scenario) -> list[str]:
     """Tell what surrounds a program in a scenario.
 
-    >>> from ...io_images.amci3601 import InputBit
+    >>> from ....io_images.amci3601 import InputBit
     >>> told(Scenario(presses=(Press(1, InputBit.ESTOP, True, 1_500_000_000, 20_000_000),)))
     ['1.5 s: input estop of slot 1 is on for 20 ms']
     >>> told(Scenario())

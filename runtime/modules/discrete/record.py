@@ -49,5 +49,6 @@ RECORD = ModuleRecord(
     name="discrete16",
     make=make,
     words=lambda options: DiscreteOptions.of(options).words,
+    has_firmware=False,
     status=CardView,
 )

@@ -50,7 +50,7 @@ class Drive:
 def drive_for(profile: Profile) -> Drive:
     """Return what a profile becomes; its speed is 2 to 50,000 steps/s.
 
-    >>> from ...kinematics import Shape
+    >>> from ....kinematics import Shape
     >>> drive_for(Profile(1000, 5000, 20, 10, Shape.TRAPEZOIDAL))
     Drive(base_sps=1000, speed_sps=5000, accel_sps2=7500)
     >>> drive_for(Profile(1000, 1000, 20, 20))
