@@ -107,6 +107,22 @@ ROOMS: dict[str, Room] = {
             "tests/unit/test_adapters_*.py",
         ),
     ),
+    "line": Room(
+        ("runtime/line",),
+        (
+            "tests/manual/test_pcl601_frames.py",
+            "tests/manual/test_pcl601_network.py",
+            "tests/manual/test_pmc006_frames.py",
+            "tests/properties/test_pcl601_in_pieces.py",
+            "tests/properties/test_wire_strategies.py",
+            "tests/unit/test_adapter_driver.py",
+            "tests/unit/test_client_*.py",
+            "tests/unit/test_pcl601_framing.py",
+            "tests/unit/test_ports.py",
+            "tests/unit/test_serial_unplugged.py",
+            "tests/unit/test_wire.py",
+        ),
+    ),
     "ladder": Room(
         ("ladder",),
         (

@@ -27,6 +27,8 @@ from typing import Any
 from .operators import Mutant
 from .plugin import NOT_THE_COPY, TASK
 
+FRONT = "front"
+"""What is the package itself."""
 ROOMS = ("io_images", "ladder", "runtime", "traces")
 BESIDE = ("tests", "docs", "examples", "pyproject.toml")
 RULE_ID = re.compile(r"\b[A-Z]{2,4}-[A-Z]?\d\d\b")
@@ -50,6 +52,7 @@ class ProjectCopy:
         self.place = place.resolve()
         self.package = self.place / "scanrack"
         leave_out = shutil.ignore_patterns("__pycache__", "*.mcap")
+        shutil.copytree(root / FRONT, self.package, ignore=leave_out)
         for room in ROOMS:
             shutil.copytree(root / room, self.package / room, ignore=leave_out)
         for name in BESIDE:
@@ -191,7 +194,7 @@ class Trials:
         self._sources = source_hash(copies[0].package, sources)
         self._tests = {path: file_hash(copies[0].place / path) for path in {file_of(n) for n in known.tests}}
         self._support = tree_hash(copies[0].place / "tests", "support/*.py", "conftest.py")
-        refusals = copies[0].package / "runtime" / "amci3601" / "refusals.py"
+        refusals = copies[0].package / "runtime" / "modules" / "amci3601" / "refusals.py"
         self._rules_asking = rules_asking(refusals.read_text(encoding="utf-8"))
         self._killers: Counter[tuple[str, str, str]] = Counter()
 

@@ -224,6 +224,7 @@ def test_smoke_mutants_and_known_equivalents_still_exist():
         ("pmc006", ["axis"]),
         ("adapters", ["driver", "pcl601/driver"]),
         ("ladder", ["arithmetic", "compiler/values"]),
+        ("line", ["rtu", "pcl601_pdus"]),
         ("traces", ["repair", "plot/chart"]),
         ("io_images", ["thousands", "pcl601/program/text"]),
     ],
@@ -247,3 +248,19 @@ def test_a_file_of_another_room_is_refused(capsys):
     assert "--files refusals: the room pmc006 has axis controller" in " ".join(
         capsys.readouterr().err.split()
     ).replace("__init__ ", "")
+
+
+def test_the_rule_table_has_mutants():
+    """Which rows count is read off the layer's sources, so this fails where they are looked for elsewhere."""
+    import mutants
+
+    assert len(mutants.all_mutants(mutants.ROOMS["amci3601"], ["rules"])) > 50
+
+
+def test_a_private_copy_is_a_package_like_the_installed_one(tmp_path):
+    """Without the front door the copy would be a namespace, and the installed project would win over it."""
+    from mutation.trials import ProjectCopy
+
+    copy = ProjectCopy(ROOT, tmp_path)
+    assert (copy.package / "__init__.py").read_text() == (ROOT / "front" / "__init__.py").read_text()
+    assert (copy.package / "runtime" / "modules" / "amci3601" / "refusals.py").exists()
