@@ -67,12 +67,12 @@ def _are_words(names: Sequence[str]) -> bool:
 
 
 def _groups(text: str) -> Groups:
-    given = json.loads(text)
     try:
+        given = json.loads(text)
         return {
             group: {name: _place(name, at) for name, at in names.items()} for group, names in given.items()
         }
-    except (AttributeError, TypeError) as error:
+    except (AttributeError, TypeError, RecursionError) as error:
         raise ValueError(f"names of bits: {error}") from None
 
 
