@@ -77,7 +77,7 @@ def _groups(text: str) -> Groups:
 
 
 def _place(name: str, at: Sequence[object]) -> BitPlace:
-    image, word, bit = at
+    image, word, bit = at if len(at) == 3 else (None, None, None)
     sound = image in ("I", "O") and type(word) is int and type(bit) is int and name.isidentifier()
     if not (sound and 0 <= word < WORDS and 0 <= bit < BITS):  # type: ignore[operator]
         raise ValueError(f"bit {name!r} at {at} is none of an image")
