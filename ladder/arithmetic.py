@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 import struct
+from collections.abc import Callable
 
 _SINGLE = struct.Struct("<f")
 _pack, _unpack = _SINGLE.pack, _SINGLE.unpack
@@ -121,6 +122,103 @@ def integer_root(value: int) -> int:
     5
     """
     return math.isqrt(abs(value))
+
+
+def sine(value: float) -> float:
+    """Sine of radians; infinity and NaN have none.
+
+    >>> sine(0.0)
+    0.0
+    """
+    return _real_or_nan(math.sin, value)
+
+
+def cosine(value: float) -> float:
+    """Cosine of radians.
+
+    >>> cosine(0.0)
+    1.0
+    """
+    return _real_or_nan(math.cos, value)
+
+
+def tangent(value: float) -> float:
+    """Tangent of radians.
+
+    >>> tangent(0.0)
+    0.0
+    """
+    return _real_or_nan(math.tan, value)
+
+
+def arc_sine(value: float) -> float:
+    """Angle of a sine, radians; NaN for a size above 1.
+
+    >>> arc_sine(1.0), arc_sine(1.5)
+    (1.5707963705062866, nan)
+    """
+    return _real_or_nan(math.asin, value)
+
+
+def arc_cosine(value: float) -> float:
+    """Angle of a cosine, radians; NaN for a size above 1.
+
+    >>> arc_cosine(1.0), arc_cosine(-1.5)
+    (0.0, nan)
+    """
+    return _real_or_nan(math.acos, value)
+
+
+def arc_tangent(value: float) -> float:
+    """Angle of a tangent, radians.
+
+    >>> arc_tangent(math.inf)
+    1.5707963705062866
+    """
+    return _real_or_nan(math.atan, value)
+
+
+def natural_log(value: float) -> float:
+    """Logarithm to the base e; minus infinity of 0, NaN of what is negative.
+
+    >>> natural_log(1.0), natural_log(0.0), natural_log(-1.0)
+    (0.0, -inf, nan)
+    """
+    return -math.inf if value == 0 else _real_or_nan(math.log, value)
+
+
+def common_log(value: float) -> float:
+    """Logarithm to the base 10.
+
+    >>> common_log(1000.0), common_log(0.0)
+    (3.0, -inf)
+    """
+    return -math.inf if value == 0 else _real_or_nan(math.log10, value)
+
+
+def degrees(value: float) -> float:
+    """Degrees of an angle in radians.
+
+    >>> degrees(real(math.pi))
+    180.0
+    """
+    return real(value * (180 / math.pi))
+
+
+def radians(value: float) -> float:
+    """Radians of an angle in degrees.
+
+    >>> radians(180.0)
+    3.1415927410125732
+    """
+    return real(value * (math.pi / 180))
+
+
+def _real_or_nan(function: Callable[[float], float], value: float) -> float:
+    try:
+        return real(function(value))
+    except ValueError:
+        return math.nan
 
 
 def truncated(value: float) -> int:

@@ -53,7 +53,7 @@ def check_whole(lowered: Lowered) -> list[Problem]:
 def _repeated(lowered: Lowered, allowed: frozenset[str]) -> Iterator[Problem]:
     seen: dict[object, str] = {}
     for routine, line, step in _all_steps(lowered, copies=False):
-        for use, operand in zip(step.spec.operands, step.operands, strict=False):
+        for use, operand in zip(step.uses, step.operands, strict=False):
             if use not in _EXCLUSIVE or _EXCLUSIVE[use][0] in allowed:
                 continue
             place = _identity(use, step.name, operand)

@@ -105,6 +105,9 @@ class LadderFault(Exception):  # noqa: N818 - what the trade calls it
 SUBSCRIPT_CODE = 20
 """Subscript too large or negative [1756-PM014, major fault codes]."""
 
+CONTROL_CODE = 21
+"""LEN or POS of a CONTROL is negative [1756-PM014, major fault codes]."""
+
 TIMER_CODE = 34
 """PRE or ACC of a timer is negative [1756-RM003N p. 117]."""
 
@@ -113,6 +116,18 @@ STACK_CODE = 84
 
 WATCHDOG_TYPE, WATCHDOG_CODE = 6, 1
 """The task's watchdog has expired [1756-PM014, major fault codes]."""
+
+STRING_CODE = 51
+"""Minor: LEN of a string is above the size of its DATA, or the result is [1756-RM003N p. 610]."""
+
+SHORT_STRING_CODE = 52
+"""Minor: the string of a number is longer than its destination [1756-RM003N p. 629]."""
+
+STRING_NUMBER_CODE = 53
+"""Minor: the number in a string does not fit its destination [1756-RM003N p. 623]."""
+
+STRING_PLACE_CODE = 56
+"""Minor: a start or a quantity is not inside of a string [1756-RM003N p. 614, 618]."""
 
 OVERFLOW_CODE = 4
 """Minor: overflow, or a divisor of zero [1756-RM003N p. 277]."""

@@ -5,7 +5,16 @@ from __future__ import annotations
 from collections import deque
 from typing import NoReturn
 
-from .errors import SUBSCRIPT_CODE, TIMER_CODE, WATCHDOG_CODE, WATCHDOG_TYPE, LadderFault, MinorFault
+from .errors import (
+    CONTROL_CODE,
+    OVERFLOW_CODE,
+    SUBSCRIPT_CODE,
+    TIMER_CODE,
+    WATCHDOG_CODE,
+    WATCHDOG_TYPE,
+    LadderFault,
+    MinorFault,
+)
 from .lowered import Lowered
 from .memory import Memory
 
@@ -22,6 +31,7 @@ class FaultLog:
     Attributes:
         minor: the latest minor faults, one per instruction and scan.
         now_ns: virtual time of the scan.
+        overflows: results so far that did not fit, and divisors of zero.
 
     Args:
         lowered: the program.
@@ -31,6 +41,7 @@ class FaultLog:
     def __init__(self, lowered: Lowered, memory: Memory) -> None:
         self.minor: deque[MinorFault] = deque(maxlen=KEPT)
         self.now_ns = 0
+        self.overflows = 0
         self._jumps = 0
         self._lowered, self._memory = lowered, memory
         self._told: set[int] = set()
@@ -46,12 +57,17 @@ class FaultLog:
 
     def overflow(self, site: int, text: str = "the result does not fit") -> None:
         """Set S:V and record a minor fault, type 4 code 4."""
+        self.overflows += 1
         if self._lowered.flags:
             self._memory.write(self._overflow, 0, True)
+        self.record(site, text, OVERFLOW_CODE)
+
+    def record(self, site: int, text: str, code: int) -> None:
+        """Record a minor fault, type 4."""
         self._memory.write(self._any, 0, True)
         if site not in self._told:
             self._told.add(site)
-            self.minor.append(MinorFault(self._lowered.sites[site], self.now_ns, text))
+            self.minor.append(MinorFault(self._lowered.sites[site], self.now_ns, text, code=code))
 
     def zero_divisor(self, site: int) -> None:
         """Record a minor fault, type 4 code 4."""
@@ -74,6 +90,11 @@ class FaultLog:
             at = self._lowered.sites[site]
             what = "JMP" if at.unit == "rung" else "loop"
             raise LadderFault(at, what, text, WATCHDOG_CODE, WATCHDOG_TYPE)
+
+    def negative_control(self, site: int, tag: str, length: int, position: int) -> NoReturn:
+        """Stop the scan: LEN or POS of a CONTROL is negative."""
+        text = f"LEN is {length}, POS is {position}; neither may be negative"
+        raise LadderFault(self._lowered.sites[site], tag, text, CONTROL_CODE)
 
     def negative_timer(self, site: int, tag: str, preset: int, accumulated: int) -> NoReturn:
         """Stop the scan: PRE or ACC of a timer is negative."""

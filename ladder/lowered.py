@@ -9,7 +9,7 @@ from typing import Any, Protocol
 from .errors import Site
 from .operands import Constant, Group, Place, Resolved
 from .schedule import Schedule
-from .spec import Kind, Spec
+from .spec import Kind, Spec, Use
 from .tags import FrameLayout, Layout, program_of
 from .tree import Operand, Origin
 
@@ -102,6 +102,11 @@ class Step:
     spec: Spec
     operands: tuple[Any, ...]
     site: int
+
+    @property
+    def uses(self) -> tuple[Use, ...]:
+        """The use of each operand."""
+        return tuple(use for use in self.spec.operands if use is not Use.PRESET)
 
     @property
     def name(self) -> str:

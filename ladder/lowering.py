@@ -17,7 +17,7 @@ from .lowering_statements import StatementLowering
 from .operand_checks import OPERAND_CHECKS, WRITTEN, OperandError, described
 from .operands import Constant, Group, Place, Resolved, first_leaf, leaves_in
 from .resolver import AddressError, Resolver
-from .spec import Kind, Spec, Use
+from .spec import WITH_PRESETS, Kind, Spec, Use
 from .tags import OWN, FrameLayout, Layout, scoped
 from .tree import (
     Address,
@@ -273,8 +273,7 @@ class Lowering:
             for use, operand in zip(spec.operands, given, strict=False)
             if use is not Use.PRESET
         ]
-        if Use.PRESET in spec.operands:
-            self._presets(operands[0], given[1:])
+        self._presets(spec, given, operands)
         if spec.check is not None:
             spec.check(*operands)
         return tuple(operands)
@@ -284,6 +283,8 @@ class Lowering:
             if not isinstance(operand, Address) or operand.steps:
                 raise OperandError(f"{operand} is not a name", "write a name")
             return operand.name.upper()
+        if use is Use.PASSES:
+            return _passes(operand)
         resolved = self.resolver.operand(operand)
         self.note_flags(operand)
         check = OPERAND_CHECKS[use]
@@ -310,8 +311,17 @@ class Lowering:
         if any(each.name.upper() in _KEPT_FLAGS for each in addresses_in(operand)):
             self.lowered.flags = True
 
-    def _presets(self, structure: Group, given: tuple[Operand, ...]) -> None:
-        for name, operand in zip(("PRE", "ACC"), given, strict=False):
+    def _presets(self, spec: Spec, given: tuple[Operand, ...], operands: list[Any]) -> None:
+        """Note initial values that stand in the rung, of the first operand that has them."""
+        if Use.PRESET in spec.operands:
+            uses = [use for use in spec.operands if use is not Use.PRESET]
+            structure = next(each for use, each in zip(uses, operands, strict=True) if use in WITH_PRESETS)
+            names = WITH_PRESETS[next(use for use in uses if use in WITH_PRESETS)]
+            presets = [each for use, each in zip(spec.operands, given, strict=False) if use is Use.PRESET]
+            self._initial(structure, names, presets)
+
+    def _initial(self, structure: Group, names: tuple[str, ...], given: list[Operand]) -> None:
+        for name, operand in zip(names, given, strict=False):
             if isinstance(operand, Unknown):
                 continue
             if not isinstance(operand, Number) or not isinstance(operand.value, int):
@@ -400,6 +410,15 @@ def writes(lowered: Lowered, frame: Frame, name: str) -> bool:
         for call in frame.calls
         for inner, operand in call.handed.items()
     )
+
+
+def _passes(operand: Operand) -> str:
+    """Return the mode of FAL and FSC: ALL, INC, or the number of elements of a scan."""
+    text = str(operand).upper()
+    number = operand.value if isinstance(operand, Number) else 0
+    if text in ("ALL", "INC") or (isinstance(number, int) and 0 < number <= DINT.highest):
+        return text
+    raise OperandError(f"{operand} is not a mode", "write ALL, INC, or how many elements a scan does")
 
 
 def _signature(definition: AddOn) -> str:

@@ -111,12 +111,45 @@ def _is_region(resolved: Resolved) -> bool:
     )
 
 
-WRITTEN = frozenset({Use.COIL, Use.LATCH, Use.STORAGE, Use.TARGET, Use.INTEGER_TARGET, Use.DESTINATION})
+def _is_item(resolved: Resolved) -> bool:
+    return _is_plain_number(resolved) or (_is_region(resolved) and not _has_dims(resolved))
+
+
+def _is_array(resolved: Resolved) -> bool:
+    return _is_region(resolved) and (_has_dims(resolved) or bool(array_of(resolved)))
+
+
+def _has_dims(resolved: Resolved) -> bool:
+    return isinstance(resolved, Group) and bool(resolved.dims)
+
+
+def array_of(resolved: Resolved) -> tuple[int, ...]:
+    """Return the dimensions of the array that an operand is or is an element of; none if it is neither."""
+    if isinstance(resolved, Group) and resolved.dims:
+        return resolved.dims
+    return resolved.array if isinstance(resolved, (Place, Group)) else ()
+
+
+WRITTEN = frozenset(
+    {
+        Use.COIL,
+        Use.LATCH,
+        Use.STORAGE,
+        Use.TARGET,
+        Use.INTEGER_TARGET,
+        Use.DESTINATION,
+        Use.TEXT_TARGET,
+        Use.ITEM_TARGET,
+        Use.ARRAY,
+    }
+)
 """Uses in which an instruction writes its operand."""
 
 _A_BIT = OperandCheck(_is_bit, "a bit", "use a BOOL or a bit of an integer (tag.3), or compare the number")
 _A_NUMBER = OperandCheck(_is_plain_number, "a number", "use a numeric tag; CPT takes expressions")
 _AN_INTEGER = OperandCheck(_is_plain_integer, "an integer", "use a SINT, INT, DINT or LINT")
+
+_AN_ARRAY = OperandCheck(_is_array, "an array", "name an array or one of its elements")
 
 OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
     Use.BIT: _A_BIT,
@@ -126,6 +159,10 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
     Use.NUMBER: _A_NUMBER,
     Use.TEXT_OR_NUMBER: OperandCheck(
         lambda each: _is_plain_number(each) or is_string(each), "a number or a STRING", "compare bits by XIC"
+    ),
+    Use.TEXT: OperandCheck(is_string, "a STRING", "convert numbers with DTOS or RTOS"),
+    Use.TEXT_TARGET: OperandCheck(
+        lambda each: isinstance(each, Group) and is_string(each), "a STRING to write", "declare it as STRING"
     ),
     Use.INTEGER: _AN_INTEGER,
     Use.TARGET: OperandCheck(
@@ -153,6 +190,9 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
         "a structure of its parameters",
         "declare the tag as FBD_TIMER, FBD_COUNTER or FBD_ONESHOT",
     ),
+    Use.CONTROL: OperandCheck(
+        lambda each: _is_structure(each, CONTROL), "a CONTROL", "declare the tag as CONTROL"
+    ),
     Use.RESETTABLE: OperandCheck(
         lambda each: _is_structure(each, TIMER, COUNTER, CONTROL),
         "a TIMER, COUNTER or CONTROL",
@@ -161,6 +201,14 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
     Use.SOURCE: OperandCheck(_is_region, "a tag with bytes", "copy numbers, structures or arrays of them"),
     Use.DESTINATION: OperandCheck(
         _is_region, "a tag with bytes", "copy to numbers, structures or arrays of them"
+    ),
+    Use.TABLE: _AN_ARRAY,
+    Use.ARRAY: _AN_ARRAY,
+    Use.ITEM: OperandCheck(_is_item, "a number or a structure", "name a single tag"),
+    Use.ITEM_TARGET: OperandCheck(
+        lambda each: _is_item(each) and not isinstance(each, Constant),
+        "a tag to write",
+        "name a single number or structure",
     ),
     Use.CONSTANT: OperandCheck(
         lambda each: isinstance(each, Constant) and each.type.is_integer, "a constant", "write a whole number"

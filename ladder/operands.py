@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .operators import BITWISE, RELATIONS
+from .operators import BITWISE, REAL_FUNCTIONS, RELATIONS
 from .tags import Layout, Leaf
 from .types import BOOL, DINT, LINT, REAL, DataType, Elementary, fields_of
 
@@ -138,7 +138,9 @@ def is_integer(resolved: Resolved) -> bool:
     """Whether this has an integer value."""
     if isinstance(resolved, (Constant, Place)):
         return resolved.type.is_integer
-    return isinstance(resolved, Calculation) and all(map(is_integer, resolved.operands))
+    if not isinstance(resolved, Calculation) or resolved.name in REAL_FUNCTIONS:
+        return False
+    return all(map(is_integer, resolved.operands))
 
 
 def is_number(resolved: Resolved) -> bool:
@@ -162,6 +164,8 @@ def types_in(resolved: Resolved) -> set[Elementary]:
     if isinstance(resolved, (Constant, Place)):
         return {resolved.type}
     if isinstance(resolved, Calculation):
+        if resolved.name in REAL_FUNCTIONS:
+            return {REAL}
         return set().union(*map(types_in, resolved.operands))
     return set()
 

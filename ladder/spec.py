@@ -34,6 +34,10 @@ class Use(Enum):
     """Reads a number or a STRING."""
     INTEGER = auto()
     """Reads an integer."""
+    TEXT = auto()
+    """Reads a string."""
+    TEXT_TARGET = auto()
+    """Writes a string."""
     TARGET = auto()
     """Writes a number."""
     INTEGER_TARGET = auto()
@@ -46,14 +50,25 @@ class Use(Enum):
     COUNTER = auto()
     BLOCK = auto()
     """Reads and writes the structure with the parameters of an instruction of structured text."""
+    CONTROL = auto()
     RESETTABLE = auto()
     """A TIMER, COUNTER or CONTROL."""
     PRESET = auto()
-    """Number or `?` in an exported rung: initial value of PRE or ACC."""
+    """Number or `?` in an exported rung: initial value of PRE or ACC, or of LEN or POS of a CONTROL."""
+    PASSES = auto()
+    """How many elements FAL and FSC operate on in a scan: ALL, INC or a number."""
     SOURCE = auto()
     """First element to copy from."""
     DESTINATION = auto()
     """First element to copy to."""
+    TABLE = auto()
+    """First of the elements of an array to read."""
+    ARRAY = auto()
+    """First of the elements of an array to read and write."""
+    ITEM = auto()
+    """Reads a number or a structure."""
+    ITEM_TARGET = auto()
+    """Writes a number or a structure."""
     CONSTANT = auto()
     """An integer constant."""
     MODE = auto()
@@ -66,6 +81,14 @@ class Use(Enum):
     """A tag of an add-on instruction's type."""
     ARGUMENT = auto()
     """The argument for a parameter of an add-on instruction."""
+
+
+WITH_PRESETS = {
+    Use.TIMER: ("PRE", "ACC"),
+    Use.COUNTER: ("PRE", "ACC"),
+    Use.CONTROL: ("LEN", "POS"),
+}
+"""Uses of structures whose members stand in exported rungs, and which members."""
 
 
 class Kind(Enum):

@@ -13,6 +13,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
+from .operators import REAL_FUNCTIONS
 from .stretches import Spot, spot_of
 from .tree import Address
 from .types import BOOL, DINT, HIDDEN, INT, DataType, Elementary, Structure, count_of, leaves_of
@@ -410,6 +411,8 @@ RESERVED = frozenset(
         "set_text",
         "python",
         "answer",
+        "interpret",
+        *REAL_FUNCTIONS.values(),
         "real",
         "wrap",
         "power",

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from .. import arithmetic as math
 from ..lowered import Lowered, Step, steps_of
 from ..memory import NOTHING, Listed, Store, Value, set_text_in, text_in
+from ..operators import REAL_FUNCTIONS
 from ..regions import Region, copy, region_of
 from ..spec import Use
 
@@ -210,6 +211,7 @@ def services(engine: Engine, regions: Regions) -> dict[str, Any]:
         "truncated",
         "swapped",
         "distributed",
+        *REAL_FUNCTIONS.values(),
     ):
         named[name] = getattr(math, name)
     return named
@@ -224,6 +226,6 @@ def regions_of(lowered: Lowered) -> Regions:
     return {
         (step.site, number): region_of(operand)
         for step in _all_steps(lowered)
-        for number, (use, operand) in enumerate(zip(step.spec.operands, step.operands, strict=False))
+        for number, (use, operand) in enumerate(zip(step.uses, step.operands, strict=False))
         if use in (Use.SOURCE, Use.DESTINATION)
     }

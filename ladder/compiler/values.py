@@ -18,7 +18,7 @@ from ..operands import (
     is_truth,
     width_of,
 )
-from ..operators import BITWISE, RELATIONS
+from ..operators import BITWISE, REAL_FUNCTIONS, RELATIONS
 from ..stretches import row_strides
 from ..tags import OWN, FrameLayout, Leaf
 from ..types import DINT, LINT, REAL, Elementary
@@ -302,7 +302,10 @@ class Values:
     def real_operation(self, name: str, terms: list[Term]) -> Term:
         """Return a REAL operation."""
         texts = [each.text for each in terms]
-        if name in ("+", "-", "*", "**"):
+        if name in REAL_FUNCTIONS:
+            angle = self.keep(texts[0])
+            text = f"real_result({self.site}, {REAL_FUNCTIONS[name]}({angle}), {angle})"
+        elif name in ("+", "-", "*", "**"):
             kept = [each if _simple(each) else self.keep(each) for each in texts]
             exact = f"power({kept[0]}, {kept[1]})" if name == "**" else f"{kept[0]} {name} {kept[1]}"
             text = f"real_result({self.site}, {exact}, {kept[0]}, {kept[1]})"
@@ -320,7 +323,7 @@ class Values:
     def compute(self, name: str, operands: tuple[Resolved, ...], target: Place) -> None:
         """Write lines that store the result of an operator; S:C is its carry."""
         self.clear_flags()
-        width = width_of(*operands, target)
+        width = width_of(Calculation(name, operands), target)
         if self.writer.flags and width and name in _CARRIES:
             self._carry(name, operands, width)
         terms = [self.term(each, width) for each in operands]

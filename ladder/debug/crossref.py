@@ -13,13 +13,13 @@ from ..operands import Calculation, Constant, Group, Place, Resolved
 from ..resolver import Resolver
 from ..spec import Use
 
-BOTH_WAYS = frozenset({Use.STORAGE, Use.TIMER, Use.COUNTER, Use.BLOCK})
+BOTH_WAYS = frozenset({Use.STORAGE, Use.TIMER, Use.COUNTER, Use.BLOCK, Use.CONTROL, Use.ARRAY})
 """Uses in which an instruction reads its operand and writes it."""
 
 TARGETS = WRITTEN | BOTH_WAYS | {Use.RESETTABLE}
 """Uses in which an instruction writes its operand."""
 
-STRETCHES = frozenset({Use.SOURCE, Use.DESTINATION})
+STRETCHES = frozenset({Use.SOURCE, Use.DESTINATION, Use.TABLE, Use.ARRAY})
 """Uses in which an operand may reach further than its first element."""
 
 
@@ -148,10 +148,9 @@ def _operands(step: Step) -> Iterable[tuple[Resolved, frozenset[Use]]]:
     if step.name in ("SBR", "RET"):
         use = Use.TARGET if step.name == "SBR" else Use.NUMBER
         return [(each, frozenset({use})) for each in step.operands]
-    uses = [use for use in step.spec.operands if use is not Use.PRESET]
     return [
         (operand, frozenset({use}))
-        for operand, use in zip(step.operands, uses, strict=False)
+        for operand, use in zip(step.operands, step.uses, strict=False)
         if not isinstance(operand, str)
     ]
 

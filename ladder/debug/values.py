@@ -1,19 +1,17 @@
-"""Rungs with the values of a running program: PRE and ACC of timers and counters as they stand."""
+"""Rungs with the values of a running program: PRE and ACC, LEN and POS as they stand."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 from ..instructions import BY_NAME
-from ..spec import Use
+from ..spec import WITH_PRESETS, Use
 from ..tree import Address, Branch, Element, Instruction, MemberStep, Operand, Routine, Series, number
 from ..view import Tags
 
-_PARTS = ("PRE", "ACC")
-
 
 def with_values(routine: Routine, tags: Tags) -> Routine:
-    """Return a routine in which TON, TOF, RTO, CTU and CTD show PRE and ACC as they stand.
+    """Return a routine whose timers show PRE and ACC, and file instructions LEN and POS, as they stand.
 
     A timer whose subscript is an expression, or out of range, keeps what the rung says.
     """
@@ -31,9 +29,13 @@ def _element(element: Element, tags: Tags) -> Element:
     spec = BY_NAME.get(element.name)
     if spec is None or Use.PRESET not in spec.operands:
         return element
-    structure, *given = element.operands
-    shown = [_value(structure, part, tags, said) for part, said in zip(_PARTS, given, strict=False)]
-    return Instruction(element.name, (structure, *shown))
+    place = next(number for number, use in enumerate(spec.operands) if use in WITH_PRESETS)
+    parts = iter(WITH_PRESETS[spec.operands[place]])
+    shown = [
+        _value(element.operands[place], next(parts), tags, said) if use is Use.PRESET else said
+        for use, said in zip(spec.operands, element.operands, strict=False)
+    ]
+    return Instruction(element.name, tuple(shown))
 
 
 def _value(structure: Operand, part: str, tags: Tags, said: Operand) -> Operand:

@@ -13,7 +13,7 @@ from ..types import LINT
 __all__ = ["CPT", "ADD", "SUB", "MUL", "DIV", "MOD", "SQR", "NEG", "ABS", "TRN"]  # noqa: RUF022
 
 
-def _computation(name: str, operator: str, *operands: Use) -> Spec:
+def computation(name: str, operator: str, *operands: Use) -> Spec:
     """Return an instruction that stores the result of an operator in its last operand."""
     return action(
         name,
@@ -59,12 +59,12 @@ def _write_trn(rungs: RungWriter, source: Resolved, target: Place) -> None:
 # --- the rows
 
 CPT = action("CPT", Use.TARGET, Use.EXPRESSION, run=_cpt, write=_write_cpt)
-ADD = _computation("ADD", "+", Use.NUMBER, Use.NUMBER)
-SUB = _computation("SUB", "-", Use.NUMBER, Use.NUMBER)
-MUL = _computation("MUL", "*", Use.NUMBER, Use.NUMBER)
-DIV = _computation("DIV", "/", Use.NUMBER, Use.NUMBER)
-MOD = _computation("MOD", "MOD", Use.NUMBER, Use.NUMBER)
-SQR = _computation("SQR/SQRT", "SQR", Use.NUMBER)
-NEG = _computation("NEG", "NEG", Use.NUMBER)
-ABS = _computation("ABS", "ABS", Use.NUMBER)
+ADD = computation("ADD", "+", Use.NUMBER, Use.NUMBER)
+SUB = computation("SUB", "-", Use.NUMBER, Use.NUMBER)
+MUL = computation("MUL", "*", Use.NUMBER, Use.NUMBER)
+DIV = computation("DIV", "/", Use.NUMBER, Use.NUMBER)
+MOD = computation("MOD", "MOD", Use.NUMBER, Use.NUMBER)
+SQR = computation("SQR/SQRT", "SQR", Use.NUMBER)
+NEG = computation("NEG", "NEG", Use.NUMBER)
+ABS = computation("ABS", "ABS", Use.NUMBER)
 TRN = action("TRN/TRUNC", Use.NUMBER, Use.TARGET, run=_trn, write=_write_trn)

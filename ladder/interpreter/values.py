@@ -10,7 +10,7 @@ from ..fault_log import FaultLog
 from ..lowered import Lowered
 from ..memory import Memory, Store, Value, set_text_in, text_in
 from ..operands import Calculation, Constant, Group, Place, Quoted, Resolved, is_truth, place_of, width_of
-from ..operators import BITWISE, RELATIONS
+from ..operators import BITWISE, REAL_FUNCTIONS, RELATIONS
 from ..regions import End, region_of
 from ..tags import Leaf
 from ..types import DINT
@@ -264,4 +264,5 @@ _REAL: Mapping[str, Callable[..., float]] = {
     "ABS": abs,
     "SQR": math.square_root,
     "TRN": lambda a: math.real(math.truncated(a)),
+    **{name: getattr(math, function) for name, function in REAL_FUNCTIONS.items()},
 }

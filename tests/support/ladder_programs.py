@@ -30,6 +30,7 @@ TAG Count : COUNTER := {"PRE": 3}
 TAG Edge : COUNTER := {"PRE": -2147483647, "ACC": 2147483646}
 TAG Name : STRING := "abc"
 TAG Text : STRING := "abd"
+TAG Words : STRING[2] := ["x12", "-3.5"]
 SLOT axis : 1
 """
 
@@ -89,6 +90,7 @@ CONSTANTS = (
     "4294967296",
 )
 REAL_CONSTANTS = ("0.5", "-2.5", "1.5", "1.0e30", "0.0", "0.1")
+FUNCTIONS = ("SIN", "COS", "TAN", "ASN", "ACS", "ATN", "LN", "LOG", "DEG", "RAD")
 TIMERS = ("Delay", "Hold", "Delays[1]", "Delays[Index]")
 COUNTERS = ("Count", "Edge")
 REGIONS = (
@@ -144,7 +146,7 @@ expressions = st.one_of(
             st.tuples(inner, st.sampled_from(("+", "-", "*", "/", " MOD ", "**")), inner).map(
                 lambda found: f"({found[0]}){found[1]}({found[2]})"
             ),
-            st.tuples(st.sampled_from(("ABS", "SQR", "TRN", "-")), inner).map(
+            st.tuples(st.sampled_from(("ABS", "SQR", "TRN", "-", *FUNCTIONS)), inner).map(
                 lambda found: f"{found[0]}({found[1]})"
             ),
         ),
@@ -172,6 +174,20 @@ _INPUTS = (
     st.sampled_from(("AFI()", "NOP()")),
 )
 small = st.integers(0, 7).map(str)
+STRINGS = ("Name", "Text", "Words[1]", "Words[Index]")
+strings = st.sampled_from(STRINGS)
+texts = st.sampled_from((*STRINGS, "'a-7.5e1'", "''"))
+places = st.sampled_from(("0", "1", "2", "Index", "Small"))
+_STRING_OUTPUTS = (
+    _joined("CONCAT", texts, texts, strings),
+    _any_of(("MID", "DELETE"), texts, places, places, strings),
+    _joined("INSERT", texts, texts, places, strings),
+    _joined("FIND", texts, texts, places, integers),
+    _any_of(("STOD", "STOR"), texts, targets),
+    _any_of(("DTOS", "RTOS"), values, strings),
+    _any_of(("UPPER", "LOWER"), texts, strings),
+    st.sampled_from(("MOV(85,Name.LEN)", "MOV(Index,Text.LEN)")),
+)
 _OUTPUTS = (
     _any_of(("OTE", "OTL", "OTU"), bits),
     _any_of(("OSR", "OSF"), st.sampled_from(STORAGE), bits),
@@ -181,6 +197,9 @@ _OUTPUTS = (
     _joined("CPT", targets, expressions),
     _any_of(("ADD", "SUB", "MUL", "DIV", "MOD"), values, values, targets),
     _any_of(("SQR", "NEG", "ABS", "MOV", "TRN"), values, targets),
+    _any_of(FUNCTIONS, values, targets),
+    _joined("XPY", values, values, targets),
+    *_STRING_OUTPUTS,
     _joined("MVM", integer_values, integer_values, integers),
     _joined("BTD", integer_values, small, integers, small, small.map(lambda text: str(int(text) + 1))),
     _joined("CLR", targets),
