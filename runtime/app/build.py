@@ -100,13 +100,6 @@ def build_playback(
 
     Modes and forces are the recording's, whatever `spec` says. Recorded inputs are taken as they
     stand in each scan, so a rack of `RecordedInputs` has no exchange of its own.
-
-    Args:
-        spec: the specification.
-        score: what is repeated.
-        logic: called once per scan.
-        rack: the rack, of real or recorded modules.
-        listeners: who is told of every scan.
     """
     recorded = any(isinstance(slot.module, RecordedInputs) for slot in rack.slots.values())
     return Playback(

@@ -62,11 +62,6 @@ class SlotHints:
 
     Attributes:
         unheard: parameters that no move has taken yet, or None.
-
-    Args:
-        slot: its slot.
-        wired: mask of `InputBit`, the inputs that the machine is wired to.
-        tell: takes a warning, at once.
     """
 
     def __init__(self, slot: Slot, wired: int, tell: Callable[[str], None]) -> None:
@@ -113,13 +108,7 @@ class SlotHints:
 
 
 class Hints:
-    """A listener that watches all modules with the words of a 3601.
-
-    Args:
-        rack: the rack.
-        spec: its specification.
-        tell: takes a warning, at once.
-    """
+    """A listener that watches all modules with the words of a 3601."""
 
     def __init__(self, rack: Rack, spec: RackSpec, tell: Callable[[str], None]) -> None:
         machines = {slot.number: slot.machine for slot in spec.slot}

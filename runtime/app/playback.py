@@ -156,12 +156,7 @@ class RecordedInputs:
 
 
 def recorded_outputs(score: Score, memory: Sequence[bytes]) -> Logic:
-    """Return logic that writes the output images of a recording, scan by scan.
-
-    Args:
-        score: the scans.
-        memory: the rack's memory block in each of them.
-    """
+    """Return logic that writes the output images of a recording, scan by scan."""
     written = (image for row, image in enumerate(memory) if "logic" not in IDLE_PHASES[score.mode(row)])
 
     def logic(scan: Scan) -> None:

@@ -26,13 +26,7 @@ def failure(found: Found) -> str:
 
 
 def summary(state: State, before: State, seconds: float) -> str:
-    """Return what a campaign came to, for people.
-
-    Args:
-        state: what is known now.
-        before: what was known before this session.
-        seconds: how long the session took.
-    """
+    """Return what a campaign came to, for people."""
     return "\n".join([*_figures(state, before, seconds), *_rules(state)])
 
 

@@ -12,13 +12,7 @@ from ..loop.cpu import Cpu
 
 
 class CpuProgress(Progress):
-    """A bar of the scans a CPU has done, brought up to date whenever it is drawn.
-
-    Args:
-        cpu: whose scans.
-        scans: how many there will be, None = unknown.
-        console: where it is drawn.
-    """
+    """A bar of the scans a CPU has done, brought up to date whenever it is drawn."""
 
     def __init__(self, cpu: Cpu, scans: int | None, console: Console) -> None:
         self._cpu: Cpu | None = None

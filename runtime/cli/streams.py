@@ -40,12 +40,7 @@ class OutputLost(BaseException):
 
 
 class _Guarded(io.FileIO):
-    """A file descriptor that fails once, and takes everything from then on.
-
-    Args:
-        fd: the descriptor; it stays open.
-        told: the failure is raised as `OutputLost`.
-    """
+    """A file descriptor that fails once, and takes everything from then on."""
 
     def __init__(self, fd: int, *, told: bool) -> None:
         super().__init__(fd, "w", closefd=False)

@@ -101,16 +101,7 @@ def summary(
     trace: Path | None,
     hints: Sequence[str] = (),
 ) -> str:
-    """Return the closing summary of a run.
-
-    Args:
-        tally: what was counted.
-        period_ns: time from scan to scan.
-        wall_ns: what the run took on the wall clock.
-        pacer: what paced it.
-        trace: the recording, or None.
-        hints: what the program may have meant otherwise.
-    """
+    """Return the closing summary of a run."""
     lines = [
         f"{title if first else '':<{WIDTH}}{line}"
         for title, paragraph in (

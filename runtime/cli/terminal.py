@@ -23,10 +23,6 @@ def visible(text: str, keep: str = LAYOUT) -> str:
 
     >>> visible("\x1b[2Jline\u202e\n")
     '\\x1b[2Jline\\u202e\n'
-
-    Args:
-        text: any text.
-        keep: characters to leave as they are.
     """
     if text.isprintable():
         return text
@@ -49,11 +45,5 @@ def on_a_line(text: str) -> str:
 
 
 def say(text: object, *, err: bool = False, nl: bool = True) -> None:
-    """Print a text.
-
-    Args:
-        text: what is printed.
-        err: on standard error.
-        nl: with a line feed at its end.
-    """
+    """Print a text."""
     typer.echo(visible(str(text)), err=err, nl=nl)  # noqa: TID251 - the one place

@@ -39,9 +39,6 @@ class KeyLines:
     >>> lines = KeyLines("name = 'x'\n[[slot]]\nnumber = 1\n")
     >>> lines.line(("slot", 0, "number")), lines.line(("slot", 0, "firmware"))
     (3, 2)
-
-    Args:
-        text: a well-formed TOML document.
     """
 
     def __init__(self, text: str) -> None:

@@ -41,9 +41,6 @@ class FaultyDevice:
         drop_next: replies that will be lost.
         corrupt_next: replies that will be damaged.
         down: nothing gets through.
-
-    Args:
-        device: the one behind it.
     """
 
     def __init__(self, device: Device) -> None:
@@ -81,12 +78,7 @@ class FaultyDevice:
 
 
 class SimulatedLine(Line):
-    """A line with one simulated controller.
-
-    Args:
-        device: the controller.
-        now_ns: when it begins.
-    """
+    """A line with one simulated controller."""
 
     def __init__(self, device: Device, now_ns: int = 0) -> None:
         self.faults = FaultyDevice(device)

@@ -103,9 +103,6 @@ class Master:
         published: something has been read that somebody should look at; whoever has looked clears it.
         failures: exchanges that failed, so far.
         line_format: in which the present exchange, or the latest one, is made.
-
-    Args:
-        manners: how the line is used.
     """
 
     def __init__(self, line_timing: LineTiming) -> None:

@@ -70,9 +70,6 @@ class Framer:
 
     Attributes:
         deadline_ns: when the silence will have ended what is being received, None if that is nothing.
-
-    Args:
-        timing: of the line.
     """
 
     def __init__(self, timing: Timing) -> None:

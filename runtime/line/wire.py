@@ -117,10 +117,6 @@ class SerialBus:
         now_ns: where its time has got to.
         heard: what the master has received and not taken yet, in order.
         quiet_since_ns: end of the last character so far, None if there was none.
-
-    Args:
-        devices: those on the line.
-        now_ns: when it begins.
     """
 
     def __init__(self, *devices: Device, now_ns: int = 0) -> None:

@@ -55,10 +55,6 @@ class OnALine(Module, Protocol):
 class Exposed(Module):
     """A module with incidents coming; satisfies `runtime.loop.module.Module`.
 
-    Args:
-        module: the module.
-        incidents: what happens to it, in any order.
-
     Raises:
         ValueError: the module can't be made to stop answering.
     """

@@ -84,9 +84,6 @@ def place_of(error: BaseException) -> str:
 
     The user's is what is neither ours nor installed and comes from a file (the constructor of a
     dataclass comes from "<string>"); without such code it is the innermost code of all.
-
-    Args:
-        error: an exception that was raised.
     """
     steps = [(frame.f_code, line) for frame, line in traceback.walk_tb(error.__traceback__)]
     theirs = [step for step in steps if is_the_users(step[0].co_filename)]

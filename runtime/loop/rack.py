@@ -80,9 +80,6 @@ class Rack:
         memory: 32 bytes per slot in order of the slot numbers: output image, then input image.
         slots: the slots by number.
 
-    Args:
-        cards: the modules, in any order.
-
     Raises:
         ValueError: a slot number is not a positive integer, or is used twice.
     """

@@ -23,11 +23,6 @@ class SlotBench:
         outputs: the output image, as the program wrote it last.
         inputs: the input image, as the program saw it last.
         status: the bits and values of the input image by name.
-
-    Args:
-        slot: the slot of the rack.
-        run_for: lets the bench run for a time.
-        now_ns: tells the bench's time.
     """
 
     def __init__(self, slot: Slot, run_for: Callable[[str], None], now_ns: Callable[[], int]) -> None:

@@ -38,11 +38,7 @@ CARD_TABLES: Tables = {(): CardRequest, ("new",): CardOptions}
 
 
 class CardBench:
-    """One card on the bench, driven request by request.
-
-    Args:
-        record: its kind.
-    """
+    """One card on the bench, driven request by request."""
 
     def __init__(self, record: ModuleRecord) -> None:
         self._record = record

@@ -34,11 +34,7 @@ class BenchModule(Module, Protocol):
 
 
 class ImageBench:
-    """One module on the bench, driven request by request.
-
-    Args:
-        make: makes a module for the options of a fresh bench.
-    """
+    """One module on the bench, driven request by request."""
 
     def __init__(self, make: Callable[[Bench], BenchModule]) -> None:
         self._make = make

@@ -104,9 +104,6 @@ class Env(Strict):
 class Pcl601Target:
     """A controller with its pins within reach.
 
-    Args:
-        options: of the bench.
-
     Raises:
         ValueError: a program that does not assemble.
     """

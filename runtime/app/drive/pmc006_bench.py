@@ -69,9 +69,6 @@ PINS = {"ext1": Pin.EXT1, "ext2": Pin.EXT2, "fset": Pin.FSET}
 class Pmc006Target:
     """A controller with its pins within reach.
 
-    Args:
-        options: of the bench.
-
     Raises:
         ValueError: a program that does not assemble, or no such address.
     """

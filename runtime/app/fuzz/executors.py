@@ -30,11 +30,7 @@ class Here(Executor):
 
 
 class Processes(Executor):
-    """Has tasks done by processes, and ends them with what they do when it is shut down.
-
-    Args:
-        jobs: how many at a time.
-    """
+    """Has tasks done by processes, and ends them with what they do when it is shut down."""
 
     def __init__(self, jobs: int) -> None:
         self._others = set(active_children())
@@ -66,13 +62,7 @@ def _end_with_the_parent() -> None:
 
 
 class OnCluster(Executor):
-    """Has tasks done by a Dask cluster, and leaves it when it is shut down.
-
-    Args:
-        client: a `distributed.Client`.
-        address: of its scheduler.
-        say: called with what the user should know.
-    """
+    """Has tasks done by a Dask cluster, and leaves it when it is shut down."""
 
     def __init__(self, client: Any, address: str, say: Say) -> None:
         self._client = client

@@ -17,9 +17,6 @@ NAME = ".lock"
 def locked(folder: Path) -> Iterator[None]:
     """Hold a folder for as long as the context lasts; the system gives it up when the process dies.
 
-    Args:
-        folder: it exists.
-
     Raises:
         ValueError: another process holds it.
         OSError: the file can't be written.

@@ -38,11 +38,6 @@ def in_fresh_process(
 ) -> Result:
     """Have a function done by a new process.
 
-    Args:
-        function: what is done; it can be pickled by its name.
-        args: its arguments.
-        kwargs: its keyword arguments.
-
     Raises:
         BrokenExecutor: the process died.
         Exception: what the function raised.

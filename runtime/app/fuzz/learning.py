@@ -50,11 +50,6 @@ def learn(path: Path, folder: Path, *, trust: bool) -> Learned:
     A controller on a real port is simulated from there on, and its inputs change when their status bits did.
     The folder gets the trace's files, `NAME-recorded.toml` and `scenario.json`.
 
-    Args:
-        path: the trace.
-        folder: where its files go.
-        trust: run Python that came with it.
-
     Raises:
         ValueError: the trace can't be read, or does not bring a rack file in TOML.
         OSError: a file can't be written.

@@ -25,10 +25,6 @@ class Places:
 
     Attributes:
         last: file name and line, such as "line.py:37"; empty before the first change.
-
-    Args:
-        logic: what is traced; a compiled ladder program has no lines.
-        rack: whose output words are looked at.
     """
 
     def __init__(self, logic: Logic, rack: Rack) -> None:

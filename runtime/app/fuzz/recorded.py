@@ -17,11 +17,6 @@ def recorded_scenario(stimuli: Iterable[Stimulus], spec: RackSpec, end_ns: int) 
 
     Signals of stations are left out, since the machine makes them anew. What happened to modules and
     CPU is taken from the rack, which tells it exactly.
-
-    Args:
-        stimuli: what acted on the inputs, in order of time.
-        spec: the rack of the recording.
-        end_ns: where the recording ends, ns since power-up.
     """
     machines = {slot.number: slot.machine for slot in spec.slot}
     by_input: dict[tuple[int, InputBit], list[Stimulus]] = defaultdict(list)

@@ -188,14 +188,7 @@ def behind(bench: Bench, broken: Broken, known: Collection[str]) -> frozenset[st
 
 
 def shrunk(bench: Bench, found: Found, without: Collection[str], report: Report | None = None) -> Found:
-    """Return a failure with the smallest scenario that shows it, see `shrink`.
-
-    Args:
-        bench: the program and what must hold.
-        found: the failure.
-        without: names of invariants that are not asked, and keys of failures that do not count.
-        report: counts the runs.
-    """
+    """Return a failure with the smallest scenario that shows it, see `shrink`."""
 
     def breaks(scenario: Scenario) -> Broken | None:
         verdict = bench.run(scenario, without=without)

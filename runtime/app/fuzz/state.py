@@ -220,10 +220,6 @@ def _found(given: dict[str, Any]) -> Found:
 def read_state(file: Path, rack: str) -> State:
     """Return the state in a file, an empty one if there is no such file.
 
-    Args:
-        file: the file.
-        rack: path of what is searched.
-
     Raises:
         CampaignError: the file can't be read, holds no state, or that of another rack.
     """

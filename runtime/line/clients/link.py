@@ -189,11 +189,6 @@ class SerialLink(Link):
 class TcpLink(Link):
     """A TCP connection that carries the same bytes.
 
-    Args:
-        host: name or address.
-        port: number.
-        timeout_s: of the connection being made.
-
     Raises:
         LinkError: there is nobody.
     """

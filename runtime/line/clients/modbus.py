@@ -41,10 +41,6 @@ _HEADER = Struct(">HHHB")
 def check_answer(pdu: bytes, answer: bytes) -> bytes:
     """Return the data of an answer, without function and byte count.
 
-    Args:
-        pdu: the question.
-        answer: function and data.
-
     Raises:
         BadAnswerError: it cannot be the answer to this question.
         RefusedError: it is an exception.

@@ -79,9 +79,6 @@ class _Search:
     Attributes:
         began_on_switch: it was active at the start.
         was_free: it was seen free, or the motor going back, which it does only from a free switch [4.3.13].
-
-    Args:
-        on_switch: reads whether the switch is active.
     """
 
     def __init__(self, on_switch: Callable[[], bool]) -> None:

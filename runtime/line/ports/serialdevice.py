@@ -23,11 +23,6 @@ class SerialPort(Port):
         name: its path, such as /dev/ttyUSB0 or COM3.
         traffic: what went through.
 
-    Args:
-        path: its path.
-        line_format: what it begins with.
-        opened: opens it; another one for tests.
-
     Raises:
         PortError: it can't be opened.
     """
