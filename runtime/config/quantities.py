@@ -60,7 +60,7 @@ def exact_ns(value: Decimal, unit: str, key: str = "time") -> int:
         key: what a refusal calls it.
 
     Raises:
-        ValueError: it is no whole number of nanoseconds.
+        ValueError: not a whole number of nanoseconds.
     """
     whole, rest = divmod(value * UNITS_NS[unit], 1)
     if rest:

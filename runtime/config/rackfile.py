@@ -35,9 +35,9 @@ class RackFile:
 
     Attributes:
         path: the file.
-        text: what it says.
-        spec: what it means.
-        lines: where it says it.
+        text: its contents.
+        spec: the rack it describes.
+        lines: the line of each key.
     """
 
     path: Path
@@ -55,7 +55,7 @@ def load_rack_file(path: Path | str) -> RackFile:
     """Read a rack file.
 
     Raises:
-        RackFileError: it can't be read, is no TOML, or says something that is not allowed.
+        RackFileError: it can't be read, is not TOML, or contains a value that is not allowed.
     """
     path = Path(path)
     return parse_rack_file(_read(path), path)
@@ -65,11 +65,11 @@ def parse_rack_file(text: str, path: Path) -> RackFile:
     """Read the text of a rack file.
 
     Args:
-        text: what it says.
-        path: what it is called in messages.
+        text: its contents.
+        path: its name in messages.
 
     Raises:
-        RackFileError: it is no TOML, or says something that is not allowed.
+        RackFileError: it is not TOML, or contains a value that is not allowed.
     """
     try:
         document = tomllib.loads(text, parse_float=Decimal)
@@ -112,7 +112,7 @@ def _read(path: Path) -> str:
 
 
 def _syntax_error(path: Path, message: str) -> str:
-    """Put the line that tomllib tells at the end where people look for it."""
+    """Move the line number, which tomllib puts last, behind the name of the file."""
     match = re.search(r" \(at line (\d+), column (\d+)\)$", message)
     if match is None:
         return f"{path}: this is no TOML: {message}"
@@ -135,7 +135,7 @@ class _Mistake:
 
 
 def _follows_from_others(details: ErrorDetails, found: list[ErrorDetails]) -> bool:
-    """Whether an array is called too short only because entries of it were refused."""
+    """Return whether an array is too short only because some of its entries were refused."""
     path = details["loc"]
     return details["type"] == "too_short" and any(
         len(other["loc"]) > len(path) and other["loc"][: len(path)] == path for other in found

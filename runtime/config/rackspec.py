@@ -127,7 +127,7 @@ class SlotSpec(Table):
         return self.port != SIMULATED
 
     def open(self) -> LiveModule:
-        """Open the real port and put the adapter on it; whoever has it closes it.
+        """Open the real port and put the adapter on it; the caller closes it.
 
         Raises:
             ValueError: it can't be opened.

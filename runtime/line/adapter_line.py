@@ -59,12 +59,12 @@ class FaultyDevice:
         return self.device.next_wake_ns
 
     def receive(self, now_ns: int, data: bytes) -> None:
-        """Pass on what gets through."""
+        """Pass data on unless the line is down."""
         if not self.down:
             self.device.receive(now_ns, data)
 
     def advance(self, now_ns: int) -> bytes:
-        """Let time run; return what gets through of a reply."""
+        """Let time run; return the reply, lost or damaged as set."""
         data = self.device.advance(now_ns)
         if not data or self.down:
             return b""

@@ -26,14 +26,14 @@ Item = TypeVar("Item")
 
 TCP = "tcp:"
 RECEIVE_S = 0.05
-"""How long the receiver waits before it looks whether it is to end."""
+"""Longest wait of the receiver before it checks whether to end."""
 
 REOPEN_S = 0.5
-"""How often a lost port is tried again."""
+"""Time between two attempts to reopen a lost port."""
 
 
 def check_address(port: str) -> None:
-    """Refuse what can be no port.
+    """Refuse an address that names no port.
 
     Raises:
         ValueError: an address over TCP without host or number, or nothing at all.
@@ -65,7 +65,7 @@ def open_port(port: str, line_format: LineFormat) -> Link:
 
 
 Sending = tuple[bytes, LineFormat] | None
-"""What is to be sent, and how; None = nothing more."""
+"""Bytes to send and their format; None ends the sender."""
 
 
 class LiveLine(Line):
@@ -115,7 +115,7 @@ class LiveLine(Line):
         self._said.put((data, line_format))
 
     def close(self) -> None:
-        """Send what is still to be sent, and give the port back."""
+        """Send what is queued, then close the port."""
         self._over.set()
         self._said.put(None)
         for thread in self._threads:

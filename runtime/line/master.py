@@ -5,8 +5,8 @@
             sent_ns ------ patience ------> failed
 
 A script is a generator. It yields a `Request` and is sent the `Reply`, or None
-where the exchange failed: no reply, a damaged one, somebody else's. It yields a
-`Pause` to wait, and `PUBLISH` to let whoever drives it look at what it has read.
+where the exchange failed: no reply, a damaged one, or a reply to another request.
+It yields a `Pause` to wait, and `PUBLISH` when the caller should take what it has read.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Reply(NamedTuple):
 
 
 class Verdict(Enum):
-    """What has been received so far, as a reply."""
+    """A judgement of the bytes received so far."""
 
     UNFINISHED = "unfinished"
     FOREIGN = "no reply to this request"
@@ -48,7 +48,7 @@ class Request:
     Attributes:
         frame: its bytes.
         size: bytes of the reply.
-        read: takes what has come so far; an answer as soon as it is a whole reply.
+        read: judges the bytes received so far; returns the reply as soon as it is whole.
         line_format: in which it is sent and answered; None = the line's usual one.
     """
 
@@ -70,7 +70,7 @@ class Pause:
 
 
 class Publish(Enum):
-    """The token with which a script hands over what it has read."""
+    """The token with which a script publishes what it has read."""
 
     PUBLISH = "publish"
 
@@ -87,7 +87,7 @@ class LineTiming:
     Attributes:
         line_format: speed and characters.
         gap_ns: silence before a request.
-        patience_ns: how long a reply may keep one waiting, its own time on the line not counted.
+        patience_ns: longest wait for a reply, its own time on the line not counted.
     """
 
     line_format: LineFormat
@@ -99,8 +99,8 @@ class Master:
     """Carries out a script over a line.
 
     Attributes:
-        now_ns: where its time has got to; scripts read it.
-        published: something has been read that somebody should look at; whoever has looked clears it.
+        now_ns: its present time; scripts read it.
+        published: the script has read something new; the caller takes it and clears this.
         failures: exchanges that failed, so far.
         line_format: in which the present exchange, or the latest one, is made.
     """
@@ -135,7 +135,7 @@ class Master:
         return self._deadline_ns if self._sent else max(self.now_ns, self._quiet_from_ns)
 
     def receive(self, now_ns: int, data: bytes) -> None:
-        """Take characters, the last one complete at `now_ns`; those that answer nothing are dropped."""
+        """Take characters, the last one complete at `now_ns`; drop those that answer nothing."""
         if not data:
             return
         self.now_ns = now_ns
@@ -148,7 +148,7 @@ class Master:
             self._resume(reply)
 
     def advance(self, now_ns: int) -> bytes:
-        """Let time run to `now_ns`; return what is to be put on the line from then on."""
+        """Advance to `now_ns`; return the bytes to send from then on."""
         self.now_ns = now_ns
         while not self.published:
             if self._request is None:
@@ -175,7 +175,7 @@ class Master:
         return request.frame
 
     def _resume(self, reply: Reply | None) -> None:
-        """Let the script go on to the next thing it wants."""
+        """Resume the script up to its next step."""
         assert self._script is not None
         self._request, self._sent, self._pause_until_ns = None, False, None
         self._heard.clear()

@@ -3,7 +3,7 @@
 8E1  | request, no answer |                              | request, answer
 8N1                       | @% CR  | 1 CR LF |  @1| CR  |
 
-`@%` asks whoever hears it for its address; `|` has no answer.
+`@%` asks every listening unit for its address; `|` has no answer.
 """
 
 from __future__ import annotations

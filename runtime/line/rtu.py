@@ -40,7 +40,7 @@ def crc(data: bytes) -> bytes:
 
 
 def frame(address: int, pdu: bytes) -> bytes:
-    """Return a frame of an address and what it says."""
+    """Return the frame of an address and a PDU."""
     body = bytes((address,)) + pdu
     return body + crc(body)
 
@@ -52,7 +52,7 @@ def is_frame(data: bytes) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """How frames are told from each other.
+    """How the receiver separates frames.
 
     Attributes:
         gap_ns: silence that ends a frame.
@@ -69,7 +69,7 @@ class Framer:
     """The receiver: bytes and the time in, frames out.
 
     Attributes:
-        deadline_ns: when the silence will have ended what is being received, None if that is nothing.
+        deadline_ns: when silence ends the frame under way, None if there is none.
     """
 
     def __init__(self, timing: Timing) -> None:
@@ -117,13 +117,13 @@ class Framer:
         return frames
 
     def clear(self) -> None:
-        """Forget what is being received."""
+        """Drop the bytes of the frame under way."""
         self._buffer.clear()
         self._spoilt = False
         self.deadline_ns = None
 
     def _take(self, *, final: bool) -> Iterator[bytes]:
-        """Yield the frames at hand, and keep what may be the beginning of one unless this is the end."""
+        """Yield the complete frames; keep the beginning of another one unless `final`."""
         buffer, at = bytes(self._buffer), 0
         while at < len(buffer):
             length = _length(buffer, at)
@@ -140,7 +140,7 @@ class Framer:
 
 
 def _length(buffer: bytes, at: int) -> int | None:
-    """Return the length of a request that begins there, None if that cannot be known (yet)."""
+    """Return the length of the request that begins at `at`, None if it is unknown (yet)."""
     if at + 1 >= len(buffer):
         return None
     function = buffer[at + 1]

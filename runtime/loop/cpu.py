@@ -47,7 +47,7 @@ class Cpu(ScanPhases):
         period_ns: time from scan to scan, at least 1 ns.
         exchange: how images cross the backplane; at the ends of the scan if left out.
         mode: the mode at power-up.
-        listeners: who is told of every scan, in this order.
+        listeners: called after every scan, in this order.
         pacer: makes scans wait for the wall clock; as fast as possible if left out.
         watchdog: ends logic that does not come back, by default after 500 ms.
 
@@ -253,7 +253,7 @@ class Cpu(ScanPhases):
         self._listeners.scan(self.scan, self.now_ns, self._scan_flags | ScanFlag.FAULT)
 
     def _tell_fault(self) -> None:
-        """Tell why there is no further scan."""
+        """Report why no further scan runs."""
         if self.fault is not None:
             self._listeners.module_events(self.scan, self.rack.slots.values())
             self._listeners.event(self.scan, self.now_ns, "/faults", self.fault.fields)

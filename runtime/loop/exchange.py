@@ -39,11 +39,11 @@ class Exchange(Protocol):
     """What the scan loop asks of the backplane."""
 
     def attach(self, rack: Rack) -> None:
-        """Take over a rack's memory and modules; nothing has been sent yet, all outputs are 0."""
+        """Use a rack's memory and modules; nothing has been sent yet, all outputs are 0."""
         ...
 
     def latch_inputs(self, now_ns: int) -> None:
-        """Bring the modules up to date and put what a scan at `now_ns` sees into the rack's memory."""
+        """Advance the modules and write the input images of a scan at `now_ns` to the rack's memory."""
         ...
 
     def latch_outputs(self) -> None:
@@ -55,7 +55,7 @@ class Exchange(Protocol):
         ...
 
     def stop(self) -> None:
-        """Tell the modules at once that the PLC does not run; what was sent last stays as it is."""
+        """Tell the modules at once that the PLC does not run; the outputs sent last stay in force."""
         ...
 
 
@@ -123,13 +123,13 @@ class EveryRpi(Exchange):
         self._starting = False
 
     def latch_inputs(self, now_ns: int) -> None:
-        """Make up for all exchanges due by `now_ns`; in between the inputs stay as they are."""
+        """Carry out all exchanges due by `now_ns`; between exchanges the inputs do not change."""
         while self._next_ns <= now_ns:
             self._exchange(self._next_ns)
             self._next_ns += self.rpi_ns
 
     def latch_outputs(self) -> None:
-        """Hand all outputs over for the next exchange."""
+        """Queue all outputs for the next exchange."""
         self._waiting[:] = self._memory
 
     @override

@@ -1,4 +1,4 @@
-"""What stops a CPU: the fault, what is told of it, and where in the user's code it began."""
+"""What stops a CPU: the fault, its report, and the line of the user's code where it began."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Fault:
 
     @property
     def fields(self) -> Mapping[str, JsonValue]:
-        """The fault as it is told on /faults."""
+        """The fault as the topic /faults reports it."""
         return {"cause": self.cause.value, "where": self.where, "text": self.text}
 
 

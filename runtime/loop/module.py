@@ -33,7 +33,7 @@ class Module(Protocol):
 
         Returns:
             The input image at `now_ns`. It belongs to the module and is good until the next
-            call; whoever wants to keep it copies it.
+            call; copy it to keep it.
         """
         ...
 

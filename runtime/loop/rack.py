@@ -107,7 +107,7 @@ def _slot(card: Card, block: memoryview) -> Slot:
 
 
 def check_slot_number(number: object) -> None:
-    """Refuse what is no slot number, with a ValueError."""
+    """Raise ValueError unless the value is a slot number."""
     if not isinstance(number, int) or isinstance(number, bool) or number < 1:
         raise ValueError(f"slot number {number!r} is not allowed: slots are whole numbers from 1")
 

@@ -90,13 +90,13 @@ def ask_for_fifo() -> Undo:
     if not hasattr(os, "sched_setscheduler"):
         raise NotImplementedError
     policy, parameter = os.sched_getscheduler(0), os.sched_getparam(0)
-    if policy not in (os.SCHED_FIFO, os.SCHED_RR):  # else somebody has chosen a priority, with chrt
+    if policy not in (os.SCHED_FIFO, os.SCHED_RR):  # else the user has chosen a priority, with chrt
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
     return lambda: os.sched_setscheduler(0, policy, parameter)
 
 
 def ask_for_locked_memory() -> Undo:
-    """Keep every page of the process in memory once it is there.
+    """Lock every page of the process in memory as soon as it is loaded.
 
     Raises:
         OSError: the system refuses, or limits how much may be locked.

@@ -1,4 +1,4 @@
-"""The line to a controller as its master uses it, and what can go wrong on it."""
+"""The line to a controller as its master uses it, and its errors."""
 
 from __future__ import annotations
 
@@ -16,33 +16,33 @@ from ..serialport import PORT_ERRORS, reason, settings
 from ..wire import LineFormat
 
 ANSWER_S = 0.2
-"""How long an answer may take; on the line itself it takes 6 to 28 ms."""
+"""Longest wait for an answer; on the line itself an answer takes 6 to 28 ms."""
 
 ANSWER_RANGE_S = (0.01, 60.0)
-"""What may be asked for instead of it."""
+"""Range of an answer time that the user gives."""
 
 SILENCE_S = 0.004
 """Silence before a question, so that a doubled answer is noticed: four characters at 9,600 baud."""
 
 LATE_S = 0.1
-"""An answer that did not come in time is dropped when it comes up to so much later."""
+"""After a missing answer, the client waits so much longer for a late one, and drops it."""
 
 TRIES = 3
-"""How often a question is asked that may be asked twice."""
+"""Attempts per question, where repeating it does no harm."""
 
 POLL_S = 0.05
 """Time between two looks at a motion."""
 
 Progress = Callable[[int], None]
-"""Is told the position while a motion runs."""
+"""Called with the position while a motion runs."""
 
 
 class LinkError(Exception):
-    """Something went wrong between this program and the controller.
+    """The exchange between this program and the controller failed.
 
     Attributes:
         reason: what went wrong, without the bytes.
-        received: the offending bytes, or what there is of them.
+        received: the offending bytes, as far as they arrived.
     """
 
     def __init__(self, message: str, received: bytes = b"") -> None:
@@ -52,15 +52,15 @@ class LinkError(Exception):
 
 
 class NoAnswerError(LinkError):
-    """Nothing, or too little, has come within the time."""
+    """No answer, or an incomplete one, arrived in time."""
 
 
 class BadAnswerError(LinkError):
-    """What has come is damaged, or answers something else."""
+    """The answer is damaged, or answers another question."""
 
 
 class RefusedError(LinkError):
-    """The controller has understood and does not do it."""
+    """The controller understood the request and refused it."""
 
 
 class UncertainError(LinkError):
@@ -68,7 +68,7 @@ class UncertainError(LinkError):
 
 
 class StoppedError(LinkError):
-    """A motion has ended elsewhere than it should have."""
+    """A motion ended away from its target."""
 
 
 class Link(Protocol):
@@ -83,7 +83,7 @@ class Link(Protocol):
         ...
 
     def receive(self, count: int, seconds: float) -> bytes:
-        """Return `count` bytes as soon as they are there, or what is there when the time is up.
+        """Return `count` bytes as soon as they have arrived, or fewer when the time is up.
 
         Raises:
             LinkError: the line is gone.
@@ -120,9 +120,9 @@ def checked_answer_s(seconds: float) -> float:
 
 
 def drain(link: Link, quiet_s: float) -> bytes:
-    """Drop what comes until nothing has come for `quiet_s`; return what was dropped.
+    """Drop received bytes until the line is silent for `quiet_s`; return the dropped bytes.
 
-    A line that never falls silent is given up on after 4096 bytes.
+    Give up on a line that never falls silent after 4096 bytes.
     """
     dropped = b""
     while len(dropped) < 4096 and (came := link.receive(1, quiet_s)):
@@ -190,7 +190,7 @@ class TcpLink(Link):
     """A TCP connection that carries the same bytes.
 
     Raises:
-        LinkError: there is nobody.
+        LinkError: nothing listens there.
     """
 
     def __init__(self, host: str, port: int, timeout_s: float = 3.0) -> None:

@@ -116,7 +116,7 @@ class RtuLine(ModbusLine):
 
 
 class TcpLine(ModbusLine):
-    """Modbus TCP over a link; answers to earlier questions are told by their transaction, and passed over.
+    """Modbus TCP over a link; the transaction identifies answers to earlier questions, which are dropped.
 
     Args:
         link: the connection.

@@ -171,7 +171,7 @@ class Pmc006Client:
         """Carry out an action that may be carried out twice, such as clearing a flag.
 
         Raises:
-            ValueError: it starts a motion, or is no action.
+            ValueError: it starts a motion, or is not an action.
             LinkError: no good answer, or the controller refuses it.
         """
         row = BY_NAME.get(name)
@@ -250,7 +250,7 @@ class Pmc006Client:
 
         Args:
             stroke: the most that it may travel, in steps.
-            progress: is told the position.
+            progress: called with the position.
 
         Raises:
             ValueError: no such stroke.

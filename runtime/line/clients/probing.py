@@ -60,7 +60,7 @@ def probe(opened: Opened, addresses: Iterable[int] | None, asked: Asked) -> Iter
     Args:
         opened: opens the line in a format; it is closed before it is opened in another one.
         addresses: to ask; None = all that there can be.
-        asked: is told of every question.
+        asked: called before every question.
 
     Raises:
         LinkError: the line can't be opened, or is gone.
@@ -119,7 +119,7 @@ def _answering(
     question: Callable[[int], Request],
     asked: Asked,
 ) -> Iterator[int]:
-    """Yield the addresses at which somebody answers."""
+    """Yield the addresses that answer."""
     link = opened(line_format)
     try:
         for address in addresses:
@@ -131,7 +131,7 @@ def _answering(
 
 
 def _ascii(opened: Opened, chosen: tuple[int, ...] | None, asked: Asked) -> Iterator[Found]:
-    """Ask whoever is in ASCII for its address; several units answer at once, and are not understood."""
+    """Ask units in ASCII for their address; several answer at once and garble each other."""
     line_format = ascii.LINE_FORMAT
     link = opened(line_format)
     try:

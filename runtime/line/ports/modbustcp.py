@@ -81,7 +81,7 @@ class ModbusTcpPort:
 
 
 class NotModbusError(ValueError):
-    """Bytes that are no Modbus TCP frame."""
+    """The bytes are not a Modbus TCP frame."""
 
 
 def split_frames(data: bytes) -> tuple[list[bytes], bytes]:

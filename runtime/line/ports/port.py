@@ -1,4 +1,4 @@
-"""What a port is, and what every port has: a count of the bytes that went through it."""
+"""What every port can do, and its count of bytes."""
 
 from __future__ import annotations
 
@@ -28,25 +28,25 @@ class PortError(ValueError):
 
 
 class Port(Protocol):
-    """A stream of bytes to and from whoever is at the other end."""
+    """A stream of bytes to and from the other end."""
 
     name: str
-    """Where others find it, such as /dev/pts/3 or 127.0.0.1:5020."""
+    """Address for clients, such as /dev/pts/3 or 127.0.0.1:5020."""
 
     traffic: Traffic
 
     def wait(self, seconds: float) -> bytes:
-        """Return what has come in; b"" when nothing does within that time."""
+        """Return received bytes; b"" if none arrive in that time."""
         ...
 
     def send(self, data: bytes) -> None:
-        """Send; what nobody is there to take is dropped, as on a line."""
+        """Send; bytes that nothing receives are dropped, as on a line."""
         ...
 
     def follow(self, line_format: LineFormat) -> None:
-        """Listen and speak in a format from now on, where the port has such a thing."""
+        """Change the character format, where the port has one."""
         ...
 
     def close(self) -> None:
-        """Give the port back."""
+        """Close the port."""
         ...

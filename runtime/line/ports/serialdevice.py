@@ -13,7 +13,7 @@ from ..wire import LineFormat
 from .port import Port, PortError, Traffic
 
 RETRY_S = 0.5
-"""How often a lost port is tried again."""
+"""Time between two attempts to reopen a lost port."""
 
 
 class SerialPort(Port):
@@ -44,7 +44,7 @@ class SerialPort(Port):
 
     @property
     def is_open(self) -> bool:
-        """Whether it is there."""
+        """Whether the port is open."""
         return self._port is not None
 
     @override
@@ -108,7 +108,7 @@ def open_serial(path: str, line_format: LineFormat) -> serial.Serial:
     """Open a serial port.
 
     Raises:
-        OSError: it is not there, or somebody else has it.
+        OSError: it does not exist, or another process uses it.
         ValueError: it does not do that format.
         termios.error: it went away while it was set.
     """

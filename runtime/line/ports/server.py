@@ -14,7 +14,7 @@ from .modbustcp import AnswerPdu, ModbusTcpPort
 from .port import Port
 
 LONGEST_S = 0.1
-"""The longest that a server waits before it looks whether it is to stop."""
+"""Longest wait before a server checks whether to stop."""
 
 
 class Server(Protocol):
@@ -48,7 +48,7 @@ class LineServer(Server):
         device: a unit, or a `Segment` of several.
         port: where its line ends.
         clock: its time.
-        listener: is told of every byte; None = nobody is.
+        listener: receives every byte; None = no listener.
     """
 
     def __init__(
@@ -92,7 +92,7 @@ class PduServer(Server):
         answer: answers a request PDU, at the present instant of the device.
         port: where the requests come in.
         clock: its time.
-        listener: is told of every request and reply, unit and PDU; None = nobody is.
+        listener: receives every request and reply, unit and PDU; None = no listener.
     """
 
     def __init__(
@@ -154,7 +154,7 @@ def serve_until_interrupted(
     stop: Stop | None = None,
     longest_s: float = LONGEST_S,
 ) -> None:
-    """Serve until Ctrl-C, or until somebody else asks for a stop; then give the port back.
+    """Serve until Ctrl-C, or until `stop` is set; then close the port.
 
     Args:
         server: what is served.
