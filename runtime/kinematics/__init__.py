@@ -1,10 +1,10 @@
 """Kinematics: motions as closed forms of time, exact in integers.
 
-A motion is planned once (`move`, `run`, `single_step`, `blend`) and changed by
-planning anew from an instant of it (`stop`, `change_speed`, `register`,
-`go_on`, `creep`). In between it is only evaluated: where it is at an instant,
-at which instant it makes a step. Nothing advances, so nothing depends on how
-often it is asked.
+A motion is planned once (`move`, `run`, `single_step`, `blend`). A change plans
+the rest of the motion from an instant on (`stop`, `change_speed`, `register`,
+`go_on`, `creep`). In between a motion is only evaluated: its position at an
+instant, the instant of a step. Nothing advances, so nothing depends on the number
+of queries.
 
 Time is in ns, travel in 1e-12 step, speed in 1e-3 step/s, all integers; steps
 are whole ones.

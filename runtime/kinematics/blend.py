@@ -44,7 +44,7 @@ def blend(
         final_shape: of the ramp down at the end.
 
     Raises:
-        ValueError: no such direction, no segments, or a segment too short for its ramps.
+        ValueError: an illegal direction, no segments, or a segment too short for its ramps.
     """
     check_blend(start_sps, segments, final_deceleration_spmss, final_shape)
     course, speed_nsps, end = Course(now_ns), NANO * start_sps, 0

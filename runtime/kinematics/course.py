@@ -22,10 +22,10 @@ The rates are in dv/T: the peak is the programmed rate a, so T = k*dv/a with the
 manual's k = 1, 2 and 4/3 [chapter 2]. The trapezoidal rate is constant for half
 of the time [chapter 4, Acceleration Types].
 
-What the arithmetic yields are fractions of a ns and of a step as a rule. So a
-course counts time in ticks, a fraction of a ns in which all that is laid so far
-comes out whole, and refines them when something does not. Nothing is rounded;
-a segment begins at the first whole ns in its phase.
+The arithmetic usually gives fractions of a ns and of a step. So a course counts
+time in ticks, a fraction of a ns in which all phases so far are whole, and refines
+the ticks when a new phase is not. Nothing is rounded; a segment begins at the
+first whole ns in its phase.
 
 Speeds are in 1e-9 step/s here. One of them for one tick is the unit of travel:
 1e-18 step divided by the scale, which is the number of ticks in a ns.
@@ -57,11 +57,11 @@ _STEP = PICO * FINE
 
 
 class Course:
-    """Segments laid so far, and where they lead.
+    """Segments laid so far, and their end.
 
     Attributes:
         scale: ticks in a ns.
-        now: end of what is laid, in ticks.
+        now: end of the segments, in ticks.
         travel: made there, in 1e-18 step divided by the scale.
         segments: laid so far; none without a whole ns in it.
 
@@ -85,7 +85,7 @@ class Course:
         self._ramp(from_nsps, to_nsps, ticks, PHASES[shape])
 
     def cruise_to(self, steps: int, speed_nsps: int) -> None:
-        """Lay constant speed until so many whole steps are made."""
+        """Lay constant speed up to a number of whole steps."""
         self._cruise(steps * _STEP * self.scale - self.travel, speed_nsps)
 
     def cruise_over(self, steps: Fraction, speed_nsps: int) -> None:
@@ -107,7 +107,7 @@ class Course:
         self._ramp(from_nsps, to_nsps, int(time_ns * self.scale), phases)
 
     def steps_left(self, steps: int) -> Fraction:
-        """Return how many steps are missing to so many whole steps."""
+        """Return the steps that are missing to a number of whole steps."""
         return steps - Fraction(self.travel, _STEP * self.scale)
 
     def steps_to_stop(self, from_nsps: int, to_nsps: int, rate_spmss: Rate, shape: Shape) -> int:
@@ -117,9 +117,9 @@ class Course:
         return -(-end // (_STEP * self.scale))
 
     def arrive(self, steps: int, from_nsps: int, to_nsps: int, rate_spmss: Rate, shape: Shape) -> None:
-        """Lay constant speed and then a ramp down, if there is one, to make exactly so many whole steps.
+        """Lay constant speed and then any ramp down, to make an exact number of whole steps.
 
-        A ramp longer than what is left is run in what is left.
+        A ramp that is longer than the rest is run within the rest.
         """
         if from_nsps <= to_nsps:
             self.cruise_to(steps, from_nsps)
@@ -133,7 +133,7 @@ class Course:
         self._ramp(from_nsps, to_nsps, 2 * left // sum_nsps, PHASES[shape])
 
     def ended(self, direction: int, origin: int) -> Motion:
-        """Return the motion that ends where the course leads."""
+        """Return the motion that ends at the end of the course."""
         rest = segment(-(-self.now // self.scale), FOREVER, 0, (0, 0, 0, self.travel, self.scale * FINE))
         return Motion(direction, origin, self._start_ns, self.segments, rest)
 
@@ -156,7 +156,7 @@ class Course:
         return dividend * self.scale // divisor
 
     def _cruise(self, length: int, speed_nsps: int) -> None:
-        """Lay constant speed over a length in the unit of travel; nothing if that is not positive."""
+        """Lay constant speed over a length in the unit of travel; do nothing unless it is positive."""
         if length > 0:
             factor = speed_nsps // gcd(speed_nsps, length)
             self._refine(factor)
@@ -175,7 +175,7 @@ class Course:
             self.travel += (from_nsps + to_nsps) * ticks // 2
 
     def _lay(self, begin: int, end: int, ramp: int, polynomial: Polynomial) -> None:
-        """Lay a phase of which the polynomial of the ticks since its begin is known."""
+        """Lay a phase, given as a polynomial of the ticks since its begin."""
         scale = self.scale
         start_ns, until_ns = -(-begin // scale), -(-end // scale)
         if start_ns < until_ns:

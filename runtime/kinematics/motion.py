@@ -3,11 +3,10 @@
     travel_at      picosteps since it began, always upward
     steps_at       whole steps: floor(travel)
     position_at    origin + direction * steps
-    instant_of     the least instant at which so many steps are made
+    instant_of     the least instant at which a number of steps is made
 
-A motion is a value: evaluating it changes nothing, in whatever order it is
-done. At a joint of two segments the later one holds, from `end_ns` on the axis
-stands still.
+A motion is a value: evaluating it changes nothing. At a joint of two segments the
+later one holds; from `end_ns` on the axis stands still.
 """
 
 from __future__ import annotations
@@ -19,9 +18,9 @@ from .segment import Segment
 
 
 class Motion:
-    """What a step generator is about to do, from `start_ns` until something else is planned.
+    """The plan of a step generator, from `start_ns` until another plan replaces it.
 
-    Instants before `start_ns` are not part of it and must not be asked for.
+    Instants before `start_ns` are not part of it and must not be queried.
 
     Attributes:
         direction: +1 (CW) or -1 (CCW).
@@ -40,7 +39,7 @@ class Motion:
         rest: the standstill after the last one, None for an endless motion.
 
     Raises:
-        ValueError: no such direction.
+        ValueError: an illegal direction.
     """
 
     __slots__ = (
@@ -124,13 +123,13 @@ class Motion:
         return self.end_ns is not None and bool(left) and all(ramp < 0 for ramp in left)
 
     def instant_of(self, steps: int) -> int | None:
-        """Return the least instant at which so many whole steps are made.
+        """Return the least instant at which a number of whole steps is made.
 
         Args:
             steps: counted from where the travel was 0.
 
         Returns:
-            `start_ns` for steps already made then, None for steps that this motion never makes.
+            `start_ns` for steps already made then, None for steps that the motion never makes.
         """
         index = bisect_left(self._begins, steps)
         if index == 0:

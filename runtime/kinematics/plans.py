@@ -1,20 +1,20 @@
-"""Plans: every way a motion can begin, and every way it can be changed while it runs.
+"""Plans: every begin of a motion, and every change of a motion that runs.
 
     move            a distance: up, constant, down; exact
     run             no distance: up, then constant without end
     single_step     one step
     stop            down from any point to the starting speed, onto a whole step
     change_speed    from any point to another speed, then constant without end
-    register        so many steps more, the deceleration included
+    register        a number of steps more, the deceleration included
     go_on           the same, but going on accelerating until the deceleration is due
     creep           down from any point to the starting speed, and at it to where the motion ends
 
-A change takes over at an instant: travel goes on from where it is, the speed
-from what it is; inside an S-curve the shape starts anew.
+A change takes over at an instant: travel and speed go on from their present
+values; inside an S-curve the shape restarts.
 
 Two things are rounded, both down to 1e-9 step/s: the peak speed of a move too
 short for its programmed speed, and the present speed where a change takes over
-in the middle of a ramp. All else is exactly what chapter 2 says.
+in the middle of a ramp. All else is exact by chapter 2.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ from .shape import FINE, NANO, PICO, Rate, Shape, stopping_distance
 FINEST = 10**6
 """Greatest denominator of the travel, in 1e-18 step, with which a change takes over.
 
-Finer fractions come from S-curves; they would grow without end in a motion that is changed again and
-again, so they are cut off.
+S-curves give finer fractions, which would grow without end in a motion that is changed repeatedly, so
+they are cut off.
 """
 
 
@@ -65,7 +65,7 @@ def move(now_ns: int, origin: int, distance: int, profile: Profile) -> Motion:
 def _peak_speed(steps: int, profile: Profile) -> int:
     """Return the speed that a move over a distance reaches, in 1e-9 step/s, rounded down.
 
-    It is the programmed speed, or what a triangular profile reaches in the distance N:
+    It is the programmed speed, or the speed that a triangular profile reaches in the distance N:
 
         Vp^2 = Vo^2 + 2*N / (k * (1/a + 1/d))
 
@@ -93,7 +93,7 @@ def run(now_ns: int, origin: int, direction: int, profile: Profile) -> Motion:
         profile: speeds, acceleration, shape; at or below the starting speed there is no ramp.
 
     Raises:
-        ValueError: no such direction.
+        ValueError: an illegal direction.
     """
     course = Course(now_ns)
     if profile.has_ramps:
@@ -115,7 +115,7 @@ def single_step(now_ns: int, origin: int, direction: int, speed_sps: int) -> Mot
         speed_sps: in steps/s, from 1.
 
     Raises:
-        ValueError: no such direction, or a speed below 1.
+        ValueError: an illegal direction, or a speed below 1.
     """
     _check_speed(speed_sps)
     course = Course(now_ns)
@@ -127,7 +127,7 @@ def stop(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate, 
     """Plan the controlled stop of a motion: less than one step on, then down to the starting speed.
 
     It ends on the first whole step that the deceleration allows. Below the starting
-    speed there is nothing to ramp, and it ends at once with the whole steps made.
+    speed there is no ramp, and it ends at once with the whole steps made.
 
     >>> running = run(0, 0, +1, Profile(1000, 5000, 20, 10))
     >>> held = stop(running, 1_000_000_000, 1000, 10, Shape.CONSTANT)
@@ -135,7 +135,7 @@ def stop(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate, 
     (5800, 1400000000)
 
     Args:
-        motion: what is running; one that is over stays over.
+        motion: the present one; a motion that is over stays over.
         now_ns: when it takes over, not before the motion's `start_ns`.
         start_sps: starting speed in steps/s.
         deceleration_spmss: in steps/ms/s, above 0.
@@ -165,7 +165,7 @@ def change_speed(
     (500000, 5837)
 
     Args:
-        motion: what is running.
+        motion: the present one.
         now_ns: when it takes over, not before the motion's `start_ns`.
         speed_sps: the new speed in steps/s, from 1.
         acceleration_spmss: used if the new speed is higher, above 0.
@@ -189,17 +189,17 @@ def change_speed(
 def register(
     motion: Motion, now_ns: int, steps: int, start_sps: int, deceleration_spmss: Rate, shape: Shape
 ) -> Motion:
-    """Plan the end of a registration move: so many whole steps more, the deceleration included.
+    """Plan the end of a registration move: a number of whole steps more, the deceleration included.
 
-    The present speed is kept until the deceleration is due [chapter 4, Registration Move]. Steps that
-    are exactly the stopping distance suffice: if a step is under way, the ramp loses that fraction.
+    The present speed lasts until the deceleration is due [chapter 4, Registration Move]. Steps of exactly
+    the stopping distance suffice: if a step is under way, the ramp loses that fraction.
 
     >>> running = run(0, 0, +1, Profile(1000, 5000, 20, 10))
     >>> register(running, 1_000_000_000, 2000, 1000, 10, Shape.CONSTANT).final_steps
     6600
 
     Args:
-        motion: what is running.
+        motion: the present one.
         now_ns: when it takes over, not before the motion's `start_ns`.
         steps: to be made from the whole steps made now, from 1.
         start_sps: starting speed in steps/s; below it there is no ramp.
@@ -222,7 +222,7 @@ def register(
 
 
 def go_on(motion: Motion, now_ns: int, steps: int, profile: Profile) -> Motion:
-    """Plan the end of a motion as a move of so many whole steps more, from the speed it has.
+    """Plan the end of a motion as a move of a number of whole steps more, from its present speed.
 
     It accelerates to the programmed speed, or as far as the steps allow, and ends exactly.
 
@@ -232,7 +232,7 @@ def go_on(motion: Motion, now_ns: int, steps: int, profile: Profile) -> Motion:
     True
 
     Args:
-        motion: what is running.
+        motion: the present one.
         now_ns: when it takes over, not before the motion's `start_ns`.
         steps: to be made from the whole steps made now, from 1.
         profile: starting and programmed speed, neither below nor above the motion's; rates, shape.
@@ -256,7 +256,7 @@ def go_on(motion: Motion, now_ns: int, steps: int, profile: Profile) -> Motion:
 
 
 def _peak_from(speed_nsps: int, steps: Fraction, profile: Profile) -> int:
-    """Return the speed reached on the way from a speed to rest, in 1e-9 step/s, rounded down.
+    """Return the peak speed on the way from a speed to rest, in 1e-9 step/s, rounded down.
 
         Vp^2 = (2*N*a*d/k + d*v^2 + a*Vo^2) / (a + d)
 
@@ -269,7 +269,7 @@ def _peak_from(speed_nsps: int, steps: Fraction, profile: Profile) -> int:
 
 
 def creep(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate, shape: Shape) -> Motion:
-    """Plan the rest of a motion that ends at the starting speed: down to it now, and on to the same end.
+    """Plan the rest of a motion at the starting speed: down to it now, then on to the same end.
 
     A motion already on its last ramp stays as it is.
 
@@ -278,7 +278,7 @@ def creep(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate,
     (2000, 4000, 6000000000)
 
     Args:
-        motion: what is running, with an end.
+        motion: the present one, with an end.
         now_ns: when it takes over, not before the motion's `start_ns`.
         start_sps: starting speed in steps/s, not above the motion's.
         deceleration_spmss: in steps/ms/s, above 0.
@@ -306,7 +306,7 @@ def _check_speed(speed_sps: int) -> None:
 
 
 def takeover(motion: Motion, now_ns: int) -> tuple[Course, int]:
-    """Return a course that goes on where a motion is at `now_ns`, and its speed there in 1e-9 step/s."""
+    """Return a course that continues a motion at `now_ns`, and its speed there in 1e-9 step/s."""
     segment = motion.segment_at(now_ns)
     travel = segment.exact_travel_at(now_ns) * FINE
     if travel.denominator > FINEST:

@@ -111,7 +111,7 @@ class Segment:
         return (((self._c3 * u + self._c2) * u + self._c1) * u + self._c0) // self._step
 
     def instant_of(self, steps: int) -> int:
-        """Return the least instant at which so many steps are made.
+        """Return the least instant at which a number of steps is made.
 
         Newton's method in integers. The curve bends one way only, so it converges from one side;
         the bracket (low, high] makes it end on the least u that has reached the goal.
@@ -134,7 +134,7 @@ class Segment:
         return self.start_ns + high
 
     def _guess(self, goal: int) -> int:
-        """Return about the u at which the polynomial has grown by `goal`: the least that one term needs."""
+        """Return an estimate of the u at which the polynomial has grown by `goal`: the least of one term."""
         guess = goal // self._c1
         if self._c2 > 0:
             guess = min(guess, isqrt(goal // self._c2))
@@ -155,7 +155,7 @@ class Quadratic(Segment):
 
     @override
     def instant_of(self, steps: int) -> int:
-        """Return the least instant at which so many steps are made.
+        """Return the least instant at which a number of steps is made.
 
         The root of c2*u^2 + c1*u = goal in the form 2*goal / (c1 + sqrt(c1^2 + 4*c2*goal)), which
         loses nothing for small c2. The integer square root puts it less than half a ns too late, the

@@ -1,4 +1,4 @@
-"""The three shapes of a speed change, and what one takes in time and distance.
+"""The three shapes of a speed change, its time and its distance.
 
     T = k * |v1 - v0| / a        D = T * (v0 + v1) / 2
 
@@ -30,10 +30,10 @@ MILLI = 1000
 """Thousandths of a step/s in a step/s."""
 
 FINE = 10**6
-"""How much finer plans count: speed in 1e-9 step/s, travel in 1e-18 step.
+"""The finer unit of plans: speed in 1e-9 step/s, travel in 1e-18 step.
 
-A peak speed or the speed in the middle of a ramp can be any number. It is rounded, down, to what
-does not show: 1e-9 step/s is one step in thirty years.
+A peak speed or the speed in the middle of a ramp can be any number. It is rounded down by too little to
+show: 1e-9 step/s is one step in thirty years.
 """
 
 NANO = MILLI * FINE
@@ -41,11 +41,11 @@ NANO = MILLI * FINE
 
 
 Rate = int | Fraction
-"""A rate in steps/ms/s, above 0; a controller that counts it in steps/s/s has thousandths of one."""
+"""A rate in steps/ms/s, above 0; a controller that counts in steps/s/s has thousandths of it."""
 
 
 class Shape(Enum):
-    """How the rate behaves during a ramp [chapter 4, Acceleration Types].
+    """The course of the rate during a ramp [chapter 4, Acceleration Types].
 
     >>> Shape.TRAPEZOIDAL.factor
     Fraction(4, 3)
@@ -105,7 +105,7 @@ def stopping_distance(speed_msps: int, start_sps: int, deceleration_spmss: Rate,
     1200
 
     Args:
-        speed_msps: present speed, in 1e-3 step/s; at or below the starting speed a stop takes nothing.
+        speed_msps: present speed, in 1e-3 step/s; at or below the starting speed a stop takes no step.
         start_sps: starting speed in steps/s.
         deceleration_spmss: programmed deceleration in steps/ms/s, above 0.
         shape: of the ramp.

@@ -52,7 +52,7 @@ TROUBLES = {
     FaultKind.FATAL_ERROR: ModuleFault.FATAL_ERROR,
     FaultKind.ASIC_LOST: ModuleFault.ASIC_LOST,
 }
-"""Happenings that last, as a module knows them."""
+"""Lasting faults, as a module knows them."""
 
 ON_THE_LINE = frozenset(
     {
@@ -62,10 +62,10 @@ ON_THE_LINE = frozenset(
         FaultKind.CONTROLLER_POWER_CYCLE,
     }
 )
-"""Happenings between an adapter and its controller."""
+"""Faults between an adapter and its controller."""
 
 LASTING = TROUBLES.keys() | ON_THE_LINE - {FaultKind.CONTROLLER_POWER_CYCLE}
-"""Happenings to a module that may have an end."""
+"""Faults of a module that may have an end."""
 
 
 @dataclass(frozen=True, slots=True)

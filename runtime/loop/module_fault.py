@@ -1,6 +1,6 @@
-"""Trouble that no command causes: what the PLC sees of a module that stops answering.
+"""Faults that no command causes: what the PLC sees of a module that stops answering.
 
-    trouble         input image the PLC sees        the module itself
+    fault           input image the PLC sees        the module itself
     LINK_LOST       as it was last                  goes on without words: as if the PLC had left
                                                     run mode; Axis Err solid
     REMOVED         zeros                           without power; put back, it powers up
@@ -10,7 +10,7 @@
 
 The manual names these states by their lights and by the Module OK bit only
 [chapter 1, Front Panel; chapter 6, The Module OK Flag; reading A-88]. They are
-hooks for tests of a user's logic and never come by themselves.
+hooks for tests of a user's logic and never occur by themselves.
 """
 
 from __future__ import annotations

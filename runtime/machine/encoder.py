@@ -6,7 +6,7 @@
 The Z line lies at the counts m = marker_at + n * marker_every of c. A Z pulse
 is given by the step with which c comes to m, or passes over it, from either
 side: going up from c0 to c1 if c0 < m <= c1, going down if c1 <= m < c0. Standing on m is no
-pulse; neither is leaving it.
+pulse; leaving it gives none, either.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from .spec import EncoderSpec
 
 
 class ShaftEncoder:
-    """What the shaft's travel makes the encoder count.
+    """The encoder's counts by the shaft's travel.
 
     Args:
-        spec: the encoder; None = none is coupled to the shaft, it counts 0 for ever.
+        spec: the encoder; None = no encoder, which counts 0 for ever.
     """
 
     __slots__ = ("_denominator", "_marker_at", "_marker_every", "_numerator", "direction")
@@ -66,7 +66,7 @@ class ShaftEncoder:
 
 @dataclass(frozen=True, slots=True)
 class _Turn:
-    """Somebody turns the encoder: `counts` spread evenly from `start_ns` to `end_ns`."""
+    """One turn of the encoder by hand: `counts` spread evenly from `start_ns` to `end_ns`."""
 
     start_ns: int
     end_ns: int
@@ -82,12 +82,12 @@ class _Turn:
         return made if self.counts > 0 else -made
 
     def instant_of(self, count: int) -> int:
-        """When the `count`-th count (1 to |counts|) is made."""
+        """Return the instant of the `count`-th count (1 to |counts|)."""
         return self.start_ns - (-count * (self.end_ns - self.start_ns) // abs(self.counts))
 
 
 class HandTurning:
-    """Counts and Z pulses that somebody gives by hand, one turn after the other."""
+    """Counts and Z pulses by hand, one turn after the other."""
 
     __slots__ = ("_done", "_end_ns", "_markers", "_turns")
 
@@ -123,7 +123,7 @@ class HandTurning:
         return bool(self._turns)
 
     def reached_ns(self, counts: int, now_ns: int) -> int | None:
-        """Return when the counts by hand come to `counts`, or past it, from where they are at `now_ns`."""
+        """Return when the counts by hand reach or pass `counts`, from their value at `now_ns`."""
         before = self.counts(now_ns)
         if before == counts:
             return now_ns
@@ -141,12 +141,12 @@ class HandTurning:
         insort(self._markers, at_ns)
 
     def next_marker_ns(self, now_ns: int) -> int | None:
-        """Return when the next Z pulse after `now_ns` is; earlier ones are forgotten."""
+        """Return the instant of the next Z pulse after `now_ns`; forget earlier ones."""
         del self._markers[: bisect_right(self._markers, now_ns)]
         return self._markers[0] if self._markers else None
 
     def let_go(self, now_ns: int) -> None:
-        """Forget what was planned for later than `now_ns`."""
+        """Cancel what is planned for later than `now_ns`."""
         self._done = self.counts(now_ns)
         self._turns.clear()
         del self._markers[bisect_right(self._markers, now_ns) :]

@@ -1,11 +1,11 @@
 """The machine that a module is bolted to.
 
-Its true position is not the module's count: the module tells which motor steps
-it makes, the machine how far the shaft has followed and what its switches,
-stations and people make of the inputs. The module asks ahead (`steps_to_…`,
-`next_change_ns`), so that it can go from one thing that happens to the next
-without a loop over steps or ticks. Everything is a closed form in integers and
-the same however often it is asked.
+Its true position is not the module's count: the module reports its motor steps,
+and the machine decides how far the shaft follows, and which inputs switches,
+stations and people energise. The module asks ahead (`steps_to_…`,
+`next_change_ns`), and goes from one event to the next without a loop over steps
+or ticks. Everything is a closed form in integers and does not depend on the
+number of queries.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Machine:
 
     Args:
         spec: what it consists of.
-        seed: of whatever is left to chance.
+        seed: of the chances.
     """
 
     __slots__ = (
@@ -72,17 +72,17 @@ class Machine:
     # --- motion
 
     def depart(self, now_ns: int) -> None:
-        """Take notice that a motion begins: stations stop their work. `follow` implies it."""
+        """Note the begin of a motion: stations stop their work. `follow` implies it."""
         self._moving = True
         self._stimuli.depart(now_ns)
         self._forget_levels()
 
     def follow(self, direction: int, steps: int, now_ns: int) -> None:
-        """Take notice that the motor has made more steps, all of them up to and including `now_ns`.
+        """Follow motor steps, all of them up to and including `now_ns`.
 
         Args:
             direction: +1 or -1.
-            steps: 0 or more; 0 is no news.
+            steps: 0 or more; 0 has no effect.
             now_ns: virtual time.
         """
         if steps:
@@ -91,9 +91,9 @@ class Machine:
             self._shaft.follow(direction, steps)
 
     def rest(self, now_ns: int) -> None:
-        """Take notice that the motion has ended: a station with the shaft at its position begins its work.
+        """Note the end of the motion: a station with the shaft at its position begins its work.
 
-        Without a motion since the last time this is no news.
+        Without a motion since the last call it has no effect.
         """
         if self._moving:
             self._moving = False
@@ -104,7 +104,7 @@ class Machine:
         """Return the motor steps in `direction` until the shaft is at `target`.
 
         Returns:
-            0 = it is there. None = it never gets there: `target` lies behind, or beyond a jam.
+            0 = it is there. None = never: `target` lies behind, or beyond a jam.
         """
         return self._shaft.steps_to(direction, target)
 
@@ -125,19 +125,19 @@ class Machine:
         return self._stimuli.held_mask
 
     def _refresh(self) -> None:
-        """Work out the levels, and the shaft positions between which they hold."""
+        """Compute the levels, and the shaft positions between which they hold."""
         stimuli = self._stimuli
         self._first, self._last, mask = self._switches.row(self._shaft.position)
         self._levels = (mask | stimuli.pulses) & ~stimuli.held_mask | stimuli.held
 
     def _forget_levels(self) -> None:
-        """Have the next query work the levels out anew: no position is between these two."""
+        """Make the next query compute the levels: no position is between these two."""
         self._first, self._last = FAR, -FAR
 
     def steps_to_switch(self, direction: int) -> int | None:
         """Return the motor steps in `direction` until a switch next changes its input.
 
-        The timeline may hold that input, which then shows nothing of it.
+        The timeline may hold that input, which then does not show the change.
 
         Returns:
             1 or more; None = never.
@@ -157,7 +157,7 @@ class Machine:
         """Give an input a level from the bench, from now on.
 
         Raises:
-            ValueError: a switch, a station or the timeline sees to that input.
+            ValueError: a switch, a station or the timeline feeds that input.
         """
         if self._refused & bit.value:
             raise ValueError(
@@ -173,13 +173,13 @@ class Machine:
         return self._encoder.counts(self._shaft.position) + self._hand.counts(now_ns)
 
     def steps_to_counts(self, direction: int, counts: int, now_ns: int) -> int | None:
-        """Return the motor steps in `direction` until the encoder has come to `counts` or past it.
+        """Return the motor steps in `direction` until the encoder reaches or passes `counts`.
 
         Past it is meant in the motor's direction: `counts` or more for +1,
         `counts` or less for -1. The hand is taken to rest from `now_ns` on.
 
         Returns:
-            0 = it has. None = never: a jam, no encoder, or one that counts the other way.
+            0 = reached. None = never: a jam, no encoder, or one that counts the other way.
         """
         wanted = counts - self._hand.counts(now_ns)
         if (self._encoder.counts(self._shaft.position) - wanted) * direction >= 0:
@@ -200,7 +200,7 @@ class Machine:
         return self._shaft.steps_to(direction, self._encoder.shaft_reaching(direction, marker))
 
     def turn_encoder(self, counts: int, start_ns: int, end_ns: int) -> None:
-        """Let somebody turn the encoder: `counts` spread evenly, the last one at `end_ns`.
+        """Turn the encoder by hand: `counts` spread evenly, the last one at `end_ns`.
 
         Args:
             counts: x4, signed.
@@ -208,18 +208,18 @@ class Machine:
             end_ns: `start_ns` or later.
 
         Raises:
-            ValueError: the times are not so.
+            ValueError: the times are not in this order.
         """
         self._hand.turn(counts, start_ns, end_ns)
 
     def turning(self, now_ns: int) -> bool:
-        """Return whether counts by hand are still to come after `now_ns`."""
+        """Return whether counts by hand come after `now_ns`."""
         return self._hand.turning(now_ns)
 
     def counts_reached_ns(self, counts: int, now_ns: int) -> int | None:
-        """Return when hand-turning alone brings the encoder to `counts` or past it; None = never.
+        """Return when turning by hand alone makes the encoder reach or pass `counts`; None = never.
 
-        Past it is meant from where it is at `now_ns`; if it is there, that is the answer.
+        The direction follows from its value at `now_ns`; if that is `counts`, the answer is `now_ns`.
         """
         return self._hand.reached_ns(counts - self._encoder.counts(self._shaft.position), now_ns)
 
@@ -228,9 +228,9 @@ class Machine:
         self._hand.mark(at_ns)
 
     def next_marker_ns(self, now_ns: int) -> int | None:
-        """Return when the next Z pulse from the bench after `now_ns` is; None = none is planned."""
+        """Return the instant of the bench's next Z pulse after `now_ns`; None without one."""
         return self._hand.next_marker_ns(now_ns)
 
     def let_go(self, now_ns: int) -> None:
-        """Let go of the encoder: counts and Z pulses planned for later than `now_ns` never come."""
+        """Cancel the counts and Z pulses planned for later than `now_ns`."""
         self._hand.let_go(now_ns)

@@ -1,6 +1,6 @@
 """From motor steps to the true position of the shaft, through slips and jams.
 
-The law, said for a single motor step in direction d with the shaft at p:
+The law, for a single motor step in direction d with the shaft at p:
 
     a jam at p against d            the step is lost
     the first step from p in d      every slip at p that acts in d may begin: its steps are lost
@@ -8,9 +8,9 @@ The law, said for a single motor step in direction d with the shaft at p:
     otherwise                       the shaft moves to p + d
 
 A step in the other direction, or against a jam, ends a slip at p. Between the
-positions named by slips and jams nothing happens, so `follow` goes from one to
-the next and `steps_to` adds up what will be lost on the way: chance is drawn
-one passage ahead, so that what will happen can be told before it does.
+positions of slips and jams nothing happens, so `follow` goes from one to the next
+and `steps_to` adds up the losses on the way. Chance is drawn one passage ahead, so
+that `steps_to` is exact.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from random import Random
 from .spec import Jam, Slip
 
 FAR = 1 << 63
-"""Further than any shaft turns, later than any clock runs (ns: 292 years)."""
+"""Beyond any shaft's travel, later than any clock (ns: 292 years)."""
 
 _CHANCE_BITS = 32
 
 
 class _SlipState:
-    """A slip with the occurrences it has left and whether the next passage is one."""
+    """A slip, its remaining occurrences, and whether the next passage slips."""
 
     __slots__ = ("_draw", "_left", "_steps", "_threshold", "_will")
 
@@ -59,11 +59,11 @@ class Shaft:
     """The shaft, its slips and its jams.
 
     Attributes:
-        position: where it truly is, steps; 0 at power-up.
+        position: true position, steps; 0 at power-up.
 
     Args:
-        slips: where steps are lost.
-        jams: where it is blocked.
+        slips: positions that lose steps.
+        jams: positions that block the shaft.
         seed: of the chances; the same seed gives the same run.
     """
 
@@ -84,14 +84,14 @@ class Shaft:
         self._survey()
 
     def _survey(self) -> None:
-        """Find the obstacles next to the position; on one, the clear range is empty."""
+        """Find the obstacles next to the position; at an obstacle, the clear range is empty."""
         above = bisect_left(self._obstacles, self.position)
         below = bisect_right(self._obstacles, self.position)
         self._high = self._obstacles[above] if above < len(self._obstacles) else FAR
         self._low = self._obstacles[below - 1] if below else -FAR
 
     def follow(self, direction: int, steps: int) -> None:
-        """Let the motor make `steps` >= 0 more steps in `direction` (+1 or -1)."""
+        """Follow `steps` >= 0 motor steps in `direction` (+1 or -1)."""
         target = self.position + direction * steps
         if self._low < self.position < self._high and self._low <= target <= self._high:
             self.position = target
@@ -130,7 +130,7 @@ class Shaft:
     def steps_to(self, direction: int, target: int) -> int | None:
         """Return the motor steps in `direction` until the shaft is at `target`.
 
-        `follow` with one step fewer does not bring it there, with exactly that many it does.
+        `follow` with one step fewer does not reach it, with exactly that many it does.
 
         >>> shaft = Shaft([Slip(100, 7)], [Jam(500, 1)])
         >>> shaft.steps_to(1, 100), shaft.steps_to(1, 101), shaft.steps_to(1, 501)
@@ -141,7 +141,7 @@ class Shaft:
             target: a shaft position.
 
         Returns:
-            0 or more; None where it never gets there: a jam in between, or `target` behind it.
+            0 or more; None = never: a jam in between, or `target` behind it.
         """
         distance = (target - self.position) * direction
         if distance <= 0:

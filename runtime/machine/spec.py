@@ -1,9 +1,9 @@
-"""The machine as its user describes it: switches, timeline, encoder, slips, jams, stations.
+"""The parts of a machine: switches, timeline, encoder, slips, jams, stations.
 
 Positions are true shaft positions in motor steps, 0 where the machine stands
 when the rack powers up, CW positive. Times are ns since power-up. Everything
-here is data; `machine.Machine` is what it does. A part that can't be built is
-refused with a ValueError that names field, value and what is allowed. A rack file
+here is data; `machine.Machine` has the behaviour. A part that can't be built
+raises a ValueError that names field, value and what is allowed. A rack file
 describes the parts by the same names; the field types say how it writes them.
 """
 
@@ -84,7 +84,7 @@ NO_MORE_KEYS = ConfigDict(extra="forbid")
 
 
 def refusal(owner: object, field: str, value: object, allowed: str) -> ValueError:
-    """Return the error for a field of `owner` that has a value it can't have."""
+    """Return the error for an illegal value of a field of `owner`."""
     return ValueError(f"{type(owner).__name__}.{field} is {value!r}; allowed: {allowed}")
 
 
@@ -153,7 +153,7 @@ class Switch:
 
 @dataclass(frozen=True, slots=True)
 class TimelineEntry:
-    """What somebody does to one input at one time; it holds until the next entry for that input.
+    """A level of one input from an instant on, until the next entry for that input.
 
     On an input that a switch or a station feeds, an entry is a fault: a stuck
     contact (True) or a broken wire (False), until an entry with None repairs it.
@@ -177,7 +177,7 @@ class TimelineEntry:
 def press(
     at_ns: int, input: InputBit, for_ns: int, *, normally_closed: bool = False
 ) -> tuple[TimelineEntry, TimelineEntry]:
-    """Return the two timeline entries of a button that is pressed and let go.
+    """Return the two timeline entries of a button that is pressed and released.
 
     >>> [(entry.at_ns, entry.energised) for entry in press(3_200, InputBit.EXTERNAL, 50)]
     [(3200, True), (3250, False)]
@@ -190,7 +190,7 @@ def press(
             press is then an entry of its own, at 0.)
 
     Raises:
-        ValueError: `for_ns` is less than 1, or an entry can't be made of the rest.
+        ValueError: `for_ns` is less than 1, or an entry is illegal.
     """
     if for_ns < 1:
         raise ValueError(f"press: for_ns is {for_ns!r}; allowed: 1 or more")
@@ -233,14 +233,14 @@ class Slip:
 
     When the motor sets out from shaft position `at` in `direction`, the shaft
     stays there for `steps` motor steps and follows from then on. Reversing the
-    motor ends a slip; what was left of it is forgotten.
+    motor ends a slip.
 
     Attributes:
         at: shaft position.
         steps: motor steps lost each time, 1 or more.
         direction: +1 or -1 for that direction only, 0 for both.
-        times: how often it happens in all, 1 or more; None = without end.
-        chance: 0 to 1, how likely it is each time the motor sets out from there.
+        times: number of occurrences, 1 or more; None = without end.
+        chance: 0 to 1, the probability each time the motor sets out from there.
     """
 
     __pydantic_config__ = NO_MORE_KEYS
@@ -283,12 +283,12 @@ class Jam:
 
 @dataclass(frozen=True, slots=True)
 class Station:
-    """A station that works on the part in front of it and says when it is done.
+    """A station that works on the part at it and signals the end of its work.
 
     When a motion has come to rest with the shaft exactly at `position`, the
     station works for `work_ns` and then energises its input for `pulse_ns`. A
-    motion that begins before the pulse does cancels it; a pulse that has begun
-    lasts its time.
+    motion that begins before the pulse cancels it; a pulse that has begun lasts its
+    time.
 
     Attributes:
         position: shaft position.
@@ -311,15 +311,15 @@ class Station:
 
 @dataclass(frozen=True, slots=True)
 class MachineSpec:
-    """All of a machine. An empty one is a motor on a bench with nothing wired to the inputs.
+    """All parts of a machine. Without parts it is a motor on a bench, its inputs not wired.
 
     Attributes:
-        switches: what the shaft's position operates.
-        timeline: what people do, in any order; entries of the same instant act in the order given.
+        switches: operated by the shaft's position.
+        timeline: actions of people, in any order; entries of the same instant act in the order given.
         encoder: the encoder on the shaft, or None.
-        slips: where steps are lost.
-        jams: where the shaft is blocked.
-        stations: what signals when it is done.
+        slips: positions that lose steps.
+        jams: positions that block the shaft.
+        stations: signal the end of their work.
     """
 
     switches: tuple[Switch, ...] = ()

@@ -1,4 +1,4 @@
-"""Levels that change by time: the timeline, the stations, and who holds an input on the bench.
+"""Levels that change by time: the timeline, the stations, and inputs held by the bench.
 
     rest                 depart                 (another motion)
      |<---- work_ns ---->|                       work cancelled: no pulse
@@ -28,7 +28,7 @@ _SPOKEN = {
 
 
 class _Work:
-    """A station with what it is about to do."""
+    """A station and its next pulse."""
 
     __slots__ = ("due_ns", "station", "until_ns")
 
@@ -39,16 +39,16 @@ class _Work:
 
 
 class Stimuli:
-    """What changes the inputs by time.
+    """Timeline, stations and bench: they change the inputs by time.
 
     Time never goes back from one call to the next.
 
     Attributes:
-        next_ns: when something acts next, FAR = never.
+        next_ns: instant of the next action, FAR = never.
         held_mask: inputs that are held.
         held: those of them that are energised.
         pulses: inputs that a station is pulsing.
-        events: what has acted so far, in order of time; whoever reads it empties it.
+        events: actions so far, in order of time; the reader empties it.
     """
 
     __slots__ = ("_entries", "_fed", "_index", "_works", "events", "held", "held_mask", "next_ns", "pulses")
@@ -71,7 +71,7 @@ class Stimuli:
         return soonest
 
     def advance(self, now_ns: int) -> None:
-        """Let everything act that is due by `now_ns`."""
+        """Carry out all actions up to `now_ns`."""
         while self.next_ns <= now_ns:
             self._act_at(self.next_ns)
             self.next_ns = self._soonest_ns()
@@ -103,13 +103,13 @@ class Stimuli:
         return f"The {name} input is {_LEVEL[entry.energised]}."
 
     def hold(self, bit: InputBit, energised: bool | None) -> None:
-        """Hold an input at a level, or let it go (None)."""
+        """Hold an input at a level, or release it (None)."""
         mask = bit.value
         self.held_mask = self.held_mask & ~mask if energised is None else self.held_mask | mask
         self.held = self.held | mask if energised else self.held & ~mask
 
     def _begin_pulse(self, work: _Work) -> None:
-        """Begin a pulse, or prolong the one that still lasts."""
+        """Begin a pulse, or prolong the present one."""
         at_ns, station = work.due_ns, work.station
         work.due_ns, work.until_ns = FAR, work.due_ns + station.pulse_ns
         self._tell(at_ns, station.input, f"The station at {station.position} is done and signals it.", True)
@@ -123,7 +123,7 @@ class Stimuli:
         self.events.append(Event(at_ns, "stimulus", str(bit.name).lower(), text, {"energised": energised}))
 
     def rest(self, now_ns: int, shaft: int) -> None:
-        """Let the stations at this shaft position begin their work: the motion has ended."""
+        """Begin the work of the stations at this shaft position: the motion has ended."""
         self.advance(now_ns)
         for work in self._works:
             if work.station.position == shaft:
@@ -131,7 +131,7 @@ class Stimuli:
         self.next_ns = self._soonest_ns()
 
     def depart(self, now_ns: int) -> None:
-        """Let the stations stop their work: a motion begins."""
+        """Stop the work of all stations: a motion begins."""
         self.advance(now_ns)
         for work in self._works:
             work.due_ns = FAR

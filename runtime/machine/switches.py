@@ -1,11 +1,11 @@
-"""Which inputs the switches energise, as a table over the shaft's position.
+"""The inputs that switches energise, as a table over the shaft's position.
 
     shaft      ...  -1 | 0 ............ 2999 | 3000 .. 3500 | 3501 ...
     bounds             0                     3000           3501
     masks      CCW     -                     HOME           -
 
-A table row ends only where some input changes, so its ends are what
-`steps_to_switch` looks for.
+A table row ends only where an input changes: `steps_to_switch` searches for these
+ends.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from .spec import Switch
 
 
 class SwitchTable:
-    """The inputs' levels as far as switches feed them.
+    """The levels of inputs that switches feed.
 
     Args:
         switches: checked by MachineSpec: no input with both kinds of contact.

@@ -1,9 +1,9 @@
-"""What the axis can be doing.
+"""Activities of the axis.
 
 kind          is                                                  ends
 INDEX         a relative or absolute move                         on its last step
 SLEW          without end                                         at a stop or limit
-REGISTERED    a slew that has seen its mark                       so many steps after the mark
+REGISTERED    a slew that has seen its mark                       a number of steps after the mark
 STOPPING      a slew or jog on its ramp to base speed             on the first step the ramp allows
 HOME_0        to the soft limit, on at base speed                 at the home limit
 HOME_1        to the home limit                                   there, and turns round
@@ -11,7 +11,7 @@ HOME_1_STOP   on its ramp down on the home limit                  as STOPPING, a
 HOME_1_BACK   back at base speed                                  where the home limit is released
 JOG           while a jog input is grounded                       when it is released
 SETTLING      standstill: the encoder's delay                     when it has been checked
-CORRECTION    steps that the encoder was missing, at base speed   on its last step, in SETTLING
+CORRECTION    steps that the encoder lacked, at base speed        on its last step, in SETTLING
 """
 
 from __future__ import annotations

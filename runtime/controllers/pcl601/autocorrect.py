@@ -1,8 +1,8 @@
-"""Encoder autocorrect: what is missing after an index move, in motor steps [Encoder Commands].
+"""Encoder autocorrect: the missing motor steps after an index move [Encoder Commands].
 
 expected = encoder at the start + distance * ratio
 |expected - encoder| <= window        done
-else, at most `retries` times         round(missing / ratio) steps at base speed, wait, look again
+else, at most `retries` times         round(missing / ratio) steps at base speed, wait, check again
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ NS_PER_MS = 1_000_000
 
 
 class Autocorrect:
-    """What one index move is checked against.
+    """The encoder check of one index move.
 
     Attributes:
         delay_ns: wait after a motion, before the encoder is read.
@@ -34,7 +34,7 @@ class Autocorrect:
         self._expected = taken[Register.ENCODER_POSITION] + distance * self._ratio
 
     def missing(self, encoder: int) -> int | None:
-        """Return the motor steps, with sign, that the shaft is short of; None if it is in the window."""
+        """Return the motor steps, with sign, that the shaft lacks; None if it is in the window."""
         pulses = self._expected - encoder
         if abs(pulses) <= self._window:
             return None

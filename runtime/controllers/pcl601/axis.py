@@ -1,9 +1,9 @@
 """The axis: motion from its command to its end, against limits, switches and marks.
 
-What it can be doing, and where that ends, is the table of `kinds`.
+`activities` has the table of what the axis does, and where that ends.
 
 Nothing is sampled: `next_event_ns` is the instant of the step, end or timer at
-which `settle` has to look again. In between, motion is a closed form of time.
+which `settle` has to run again. In between, motion is a closed form of time.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Pcl601Axis:
     """One axis.
 
     Attributes:
-        kind: what it is doing, None when idle.
+        kind: the present activity, None when idle.
         direction: of the present or last motion, +1 or -1.
         fly: the output on the fly.
         jog: the jog inputs.
@@ -72,7 +72,7 @@ class Pcl601Axis:
         self._correct: Autocorrect | None = None
         self._left_home = False
 
-    # what is asked of it
+    # commands
 
     @property
     def busy(self) -> bool:
@@ -80,7 +80,7 @@ class Pcl601Axis:
         return self.kind is not None
 
     def index(self, now_ns: int, distance: int) -> None:
-        """Begin an index move over a distance in steps, not 0; nothing happens against a hard limit."""
+        """Begin an index move over a distance in steps, not 0; do nothing against a hard limit."""
         direction = 1 if distance > 0 else -1
         self._face(direction)
         if self._at_limit(HARD_LIMITS, direction):
@@ -102,20 +102,20 @@ class Pcl601Axis:
         self._endless(now_ns, kind)
 
     def stop_hard(self) -> None:
-        """End whatever it is doing, at once."""
+        """End any motion at once."""
         if self.kind is AxisActivity.JOG:
             self.jog.wait_for_release()
         self._end()
 
     def stop_soft(self, now_ns: int) -> None:
-        """Slow down to base speed; what then follows depends on the kind."""
+        """Slow down to base speed; the activity decides what follows."""
         if self.kind is AxisActivity.JOG:
             self.jog.wait_for_release()
         elif self.kind in SLOWED_ONCE and not self._slowed:
             self._slow(now_ns)
 
     def power_off(self) -> None:
-        """Stop where it is and forget everything but what has been recorded."""
+        """Stop at the present position; forget everything but what was recorded."""
         self._end()
         self.fly.power_off()
         self.jog.wait_for_release(False)
@@ -123,7 +123,7 @@ class Pcl601Axis:
     # time
 
     def advance(self, now_ns: int) -> None:
-        """Make the steps due; no event lies between the last call and `now_ns`."""
+        """Make the steps up to `now_ns`; no event lies in between."""
         if self._motion is not None:
             steps = self._motion.steps_at(now_ns)
             if self._halt_steps is not None:
@@ -138,7 +138,7 @@ class Pcl601Axis:
             self._values[Register.POSITION] += self.direction * steps
 
     def next_event_ns(self) -> int | None:
-        """Return the instant at which `settle` must look again, None if there is none."""
+        """Return the instant at which `settle` must run again, None without one."""
         times = [self.fly.until_ns]
         if self.kind is AxisActivity.SETTLING:
             times.append(self._timer_ns)
@@ -148,7 +148,7 @@ class Pcl601Axis:
         return min((time for time in times if time is not None), default=None)
 
     def _steps_to_watch(self) -> list[int]:
-        """Return the steps of the motion at which something may happen."""
+        """Return the steps of the motion at which an event is possible."""
         steps = []
         edge = self._pins.next_edge(self._motor.position, self.direction)
         if edge is not None:
@@ -162,7 +162,7 @@ class Pcl601Axis:
         return steps
 
     def settle(self, now_ns: int) -> bool:
-        """Do one thing that is due, if any is; return whether there was one."""
+        """Carry out one event that is due; return whether there was one."""
         if self.fly.settle(now_ns, self._values[Register.POSITION]):
             return True
         if self.kind is None:
@@ -183,10 +183,10 @@ class Pcl601Axis:
         end_ns = self._motion.end_ns if self._motion is not None else now_ns
         return end_ns is not None and now_ns >= end_ns
 
-    # what happens on the way
+    # events on the way
 
     def _watch(self, now_ns: int) -> bool:
-        """Look at the inputs that this kind of motion heeds."""
+        """Check the inputs that this activity obeys."""
         kind = self.kind
         if kind is AxisActivity.JOG:
             return self._jog_on(now_ns)
@@ -220,7 +220,7 @@ class Pcl601Axis:
         return grounded and self._registration > 0 and self._made > 0
 
     def _register(self, now_ns: int) -> None:
-        """Go so many steps on from the mark, ramp included; if it does not fit it is cut short."""
+        """Go on for a number of steps from the mark, ramp included; cut a ramp that does not fit."""
         motion = self._running
         self.kind = AxisActivity.REGISTERED
         try:
@@ -230,7 +230,7 @@ class Pcl601Axis:
             self._halt_steps = self._made + self._registration
 
     def _slow(self, now_ns: int) -> None:
-        """Ramp down to base speed, and do what the kind of motion does then."""
+        """Ramp down to base speed, and go on as the activity does."""
         self._slowed = True
         if self.kind is AxisActivity.SLEW:
             self._stop(now_ns, AxisActivity.STOPPING)
@@ -254,7 +254,7 @@ class Pcl601Axis:
             self._end()
 
     def _finish(self, now_ns: int) -> None:
-        """Do what follows the end of a motion."""
+        """Begin what follows the end of a motion."""
         if self.kind is AxisActivity.HOME_1_STOP:
             back = run(now_ns, 0, -self.direction, self.speeds.at_base())
             self._begin(AxisActivity.HOME_1_BACK, -self.direction, back)
@@ -344,7 +344,7 @@ class Pcl601Axis:
         self.kind = self._motion = None
 
     def _face(self, direction: int) -> None:
-        """Let the direction register show the direction of a motion."""
+        """Set the direction register to the direction of a motion."""
         self._values[Register.DIRECTION] = int(direction > 0)
 
     def _at_limit(self, limits: dict[int, str], direction: int) -> bool:

@@ -1,8 +1,7 @@
 """The controller: registers, command codes, inputs, outputs, errors; everything but its line.
 
-Both protocols and the stored program act on it through the same methods. What
-is refused sets its error bit and is reported back: methods return True if
-carried out.
+Both protocols and the stored program use the same methods. A refusal sets its
+error bit, and the method returns False.
 """
 
 from __future__ import annotations
@@ -23,14 +22,14 @@ from .wiring import Wiring
 
 
 class Protocol(Enum):
-    """What is spoken on the line."""
+    """Protocol of the line."""
 
     MODBUS = auto()
     ASCII = auto()
 
 
 class Aim(Enum):
-    """What a Go goes by: the number of steps or the absolute position, whichever was written last."""
+    """Target of the next Go: number of steps or absolute position, whichever was written last."""
 
     STEPS = auto()
     POSITION = auto()
@@ -45,7 +44,7 @@ class Controller:
         motor: what it turns.
         inputs: what it reads from them.
         axis: the motion.
-        protocol: spoken at present.
+        protocol: on the line at present.
         outputs: output register, bit 0 is output 1.
         errors: error code register.
         runner: the stored program, None if the memory is empty.
@@ -77,7 +76,7 @@ class Controller:
     # power and time
 
     def power_up(self, now_ns: int) -> None:
-        """Begin anew, as after power-up or the reset button: only what is non-volatile stays.
+        """Restart, as after power-up or the reset button: only non-volatile values stay.
 
         Error bits are cleared, outputs are off, the line is back to Modbus RTU.
         """
@@ -96,11 +95,11 @@ class Controller:
 
     @property
     def next_wake_ns(self) -> int | None:
-        """When something happens next: a step that meets a switch, an end, a timer, an instruction."""
+        """Instant of the next event: a step that meets a switch, an end, a timer, an instruction."""
         return self._due_ns
 
     def advance(self, now_ns: int) -> None:
-        """Let time run, event by event."""
+        """Advance event by event."""
         while self._due_ns is not None and self._due_ns <= now_ns:
             due_ns = self._due_ns
             self.axis.advance(due_ns)
@@ -110,7 +109,7 @@ class Controller:
         self._now_ns = now_ns
 
     def settle(self, now_ns: int) -> None:
-        """Let everything that is due now happen; to be called after anything was changed from outside."""
+        """Carry out everything that is due now; call it after any change from outside."""
         self._now_ns = now_ns
         self._due_ns = None
         while True:
@@ -132,14 +131,14 @@ class Controller:
 
     @property
     def now_ns(self) -> int:
-        """Where its time has got to."""
+        """The present instant."""
         return self._now_ns
 
-    # what can be seen
+    # outputs and registers
 
     @property
     def busy(self) -> bool:
-        """Whether motion is in progress; a program that waits is not motion."""
+        """Whether motion is in progress; a waiting program is not motion."""
         return self.axis.busy
 
     @property
@@ -149,7 +148,7 @@ class Controller:
 
     @property
     def output_pins(self) -> int:
-        """The outputs as they are: a pulse of the output on the fly included."""
+        """The outputs, with a pulse of the output on the fly."""
         return self.outputs | (ON_FLY_OUTPUT if self.axis.fly.until_ns is not None else 0)
 
     def read(self) -> Values:
@@ -163,12 +162,12 @@ class Controller:
         return self.read()[register]
 
     def take_sent(self) -> bytes:
-        """Return what a stored program has sent since this was last asked."""
+        """Return what a stored program has sent since the last call."""
         data = bytes(self._sent)
         self._sent.clear()
         return data
 
-    # what can be done to it
+    # writes and command codes
 
     def report(self, error: Error) -> None:
         """Set an error bit."""
@@ -187,7 +186,7 @@ class Controller:
     def send_text(self, text: str) -> bool:
         """Send a text of the stored program with CR after it, unless it ends in a line feed.
 
-        In Modbus mode nothing is sent: that is the mode error.
+        In Modbus mode it sends nothing and sets the mode error.
         """
         if self.protocol is not Protocol.ASCII:
             return self.refuse(Error.MODE)
@@ -212,7 +211,7 @@ class Controller:
         return True
 
     def written(self, register: Register) -> None:
-        """Take note of a register that was written: it may say what the next Go goes by."""
+        """Note a register that was written: it may choose the target of the next Go."""
         if register is Register.STEPS:
             self._aim = Aim.STEPS
         elif register is Register.ABS_TARGET:
@@ -239,7 +238,7 @@ class Controller:
         return self._codes[Code(code)]()
 
     def command(self, code: int) -> bool:
-        """Carry out a command code of the stored program, which its own hard stop does not end."""
+        """Carry out a command code of the stored program; its own hard stop does not end it."""
         if code == Code.STOP_MOTION:
             self.axis.stop_hard()
             return True
@@ -252,7 +251,7 @@ class Controller:
             self.runner.stop()
 
     def speak(self, protocol: Protocol) -> None:
-        """Change over to a protocol."""
+        """Switch to a protocol."""
         self.protocol = protocol
 
     def run_at_power_up(self, on: bool) -> None:
@@ -315,16 +314,16 @@ class Controller:
         return self.index(self._last_distance)
 
     def _seek(self, begin: Callable[[], None]) -> bool:
-        """Begin a motion without end, if the speeds are right."""
+        """Begin a motion without end, if the speeds are legal."""
         if not self.axis.speeds.fit():
             return self.refuse(Error.MOTOR)
         begin()
         return True
 
     def aim_at(self, position: int) -> bool:
-        """Set the absolute position as P does: the number of steps and the direction follow at once.
+        """Set the absolute position as P does, and with it the number of steps and the direction.
 
-        In motion only the position is stored, and the next Go works out the rest.
+        In motion only the position is stored; the next Go computes the rest.
         """
         if not self.write(Register.ABS_TARGET, position, Error.RANGE_OVERFLOW):
             return False

@@ -4,8 +4,8 @@
     @1VM CR             2000 CR LF
     @% CR               1 CR LF; % and ~ need no address
 
-Only what is said to this unit is heard, and only between @ and CR; replies of
-other units on the same line pass by. Refusals set error bits and say nothing.
+The unit reads only commands to itself, between @ and CR, and ignores replies of
+other units on the same line. A refusal sets error bits without a reply.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ FLAGS = {"0": 0, "1": 1}
 
 
 class Direct:
-    """What hears lines and answers them.
+    """Reads ASCII lines and answers them.
 
     Args:
-        controller: that they are about.
+        controller: obeys them.
     """
 
     def __init__(self, controller: Controller) -> None:
@@ -65,11 +65,11 @@ class Direct:
         }
 
     def clear(self) -> None:
-        """Forget what is being received."""
+        """Drop a line that is incomplete."""
         self._line = None
 
     def receive(self, character: int) -> bytes:
-        """Take a character; return the reply if it ended a line that has one."""
+        """Take a character; return the reply to the line that it completes, if any."""
         if character == START:
             self._line = bytearray()
         elif self._line is None or character in FLOW_CONTROL:
@@ -85,7 +85,7 @@ class Direct:
         return b""
 
     def _hear(self, line: str) -> bytes:
-        """Carry out a line if it is for this unit; return the reply."""
+        """Carry out a line to this unit; return the reply."""
         parts = LINE.fullmatch(line)
         if parts is None:
             return b""
@@ -119,7 +119,7 @@ class Direct:
 
         return checked
 
-    # commands that set something
+    # commands that set
 
     def _set(self, command: Command, parameters: str) -> str | None:
         register, controller = command.register, self._controller
@@ -167,7 +167,7 @@ class Direct:
         return None
 
     def _flag(self, parameters: str) -> int | None:
-        """Return 0 or 1; None if it is neither, with the error set."""
+        """Return 0 or 1; set the error and return None for another value."""
         if parameters not in FLAGS:
             self._refuse(Error.RANGE if parameters else Error.ZERO_PARAMETERS)
         return FLAGS.get(parameters)

@@ -3,9 +3,8 @@
     first position D, spacing C, number ^:   D, D + C, D + 2C, ...   ^ times
     C = 0 or ^ = 0:                          once
 
-Going down the spacing is counted down from D. Only positions that the move
-arrives at count: what lies behind its start is not caught up with. Pulses
-closer together than their 50 µs run into one.
+Going down, the spacing counts down from D. Only positions that the move arrives
+at count, none behind its start. Pulses closer together than their 50 µs merge.
 """
 
 from __future__ import annotations
@@ -45,7 +44,7 @@ class OutputOnFly:
         self._left = max(1, values[Register.NUMBER_OF_OUTPUTS]) if spacing else 1
 
     def end(self) -> None:
-        """Take note that the move is over; a pulse under way is finished."""
+        """Note the end of the move; a pulse under way is finished."""
         self.next_position = None
 
     def power_off(self) -> None:

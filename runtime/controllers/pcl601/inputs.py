@@ -1,4 +1,4 @@
-"""What the controller reads from its inputs: contacts, levels, the analog voltage, the thumbwheel."""
+"""Inputs as the controller reads them: contacts, levels, the analog voltage, the thumbwheel."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Inputs:
 
     Args:
         pins: what is wired to them.
-        motor: where it stands; contacts may depend on that.
+        motor: its position operates contacts.
         wiring: SW2 and the thumbwheel.
         values: the registers that enable and scale.
         report: sets an error bit.
@@ -63,13 +63,13 @@ class Inputs:
         return any(self._pins.grounded(name, self._motor.position) for name in names)
 
     def analog_speed(self) -> int | None:
-        """Return the maximum speed that input 1 asks for, None if that is refused."""
+        """Return the maximum speed by input 1, None if refused."""
         if not self._values.analog_speed:
             return self._refuse(Error.ZERO_PARAMETERS)
         return self._analog(Register.ANALOG_SPEED_LOWER, Register.ANALOG_SPEED_UPPER)
 
     def analog_position(self) -> int | None:
-        """Return the position that input 1 asks for, None if that is refused."""
+        """Return the position by input 1, None if refused."""
         if not self._values.analog_position:
             return self._refuse(Error.ZERO_PARAMETERS)
         position = self._analog(Register.ANALOG_POS_LOWER, Register.ANALOG_POS_UPPER)
@@ -85,7 +85,7 @@ class Inputs:
         return low + int((high - low) * self._pins.volts(self._motor.position) / FULL_SCALE_VOLTS)
 
     def thumbwheel(self) -> int | None:
-        """Return the value of the seven digits, None if that is refused."""
+        """Return the value of the seven digits, None if refused."""
         if not self._values[Register.THUMBWHEEL_ENABLE]:
             return self._refuse(Error.ZERO_PARAMETERS)
         if self._wiring.thumbwheel is None or not self._wiring.thumbwheel_selected:
@@ -93,6 +93,6 @@ class Inputs:
         return self._wiring.thumbwheel
 
     def _refuse(self, error: Error) -> int | None:
-        """Set an error bit; there is no value."""
+        """Set an error bit, and return None."""
         self._report(error)
         return None

@@ -1,4 +1,4 @@
-"""The jog inputs: which way they ask to go [Jog Inputs]."""
+"""The jog inputs: the direction that they select [Jog Inputs]."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ class JogInputs:
     """Jog +, Jog - and Fast Jog.
 
     Attributes:
-        allowed: whether they are heeded.
+        allowed: whether they have an effect.
 
     Args:
         pins: the inputs.
-        motor: where it stands.
+        motor: its position operates contacts.
     """
 
     def __init__(self, pins: Pins, motor: Motor) -> None:
@@ -24,11 +24,11 @@ class JogInputs:
         self._released = True
 
     def wait_for_release(self, waiting: bool = True) -> None:
-        """Heed them no more until both jog inputs have been open."""
+        """Ignore them until both jog inputs have been open."""
         self._released = not waiting
 
     def wanted(self) -> int:
-        """Return the direction that they ask for and the limits allow; 0 for none, or for both at once."""
+        """Return the direction that they select and the limits allow; 0 for none, or for both at once."""
         position = self._motor.position
         asked = [way for way, name in JOG_INPUTS.items() if self._pins.grounded(name, position)]
         if not asked:

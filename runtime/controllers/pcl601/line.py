@@ -2,8 +2,8 @@
 
     power-up, reset, |  ------->  Modbus RTU, 8E1  ------ code 11 ----->  AA ASCII, 8N1
 
-In Modbus a frame ends with the silence after it and is answered then; in ASCII
-a line ends with CR and is answered at once.
+In Modbus a frame ends with the silence after it, and the reply follows; in ASCII
+a line ends with CR, and the reply follows at once.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ FORMATS = {Protocol.MODBUS: pcl601_frames.LINE_FORMAT, Protocol.ASCII: pcl601_as
 
 BROADCAST = 0
 WRITING = frozenset({0x05, 0x06, 0x0F, 0x10})
-"""Functions that change something; the only ones that may be broadcast."""
+"""Functions that write; only these may be broadcast."""
 
 _BIT_NS = 1_000_000_000 / pcl601_frames.LINE_FORMAT.baud
 SERIAL_TIMING = Timing(gap_ns=round(3.5 * 11 * _BIT_NS), pause_ns=round(1.5 * 11 * _BIT_NS))
@@ -44,11 +44,11 @@ class Pcl601:
         address: 1 to 99 (0 to 99 with AA ASCII's `~`), as if saved earlier.
         encoder: on the motor's shaft.
         wiring: SW2 and the thumbwheel.
-        runner: the stored program, as if saved earlier; it is not started by that.
-        timing: how frames are told from each other.
+        runner: the stored program, as if saved earlier; it does not start by itself.
+        timing: the silence that separates frames.
 
     Raises:
-        ValueError: no such address.
+        ValueError: an illegal address.
     """
 
     def __init__(
@@ -73,7 +73,7 @@ class Pcl601:
 
     @property
     def line_format(self) -> LineFormat:
-        """The format in which it listens and speaks; after a reply that ends Modbus, still that one."""
+        """The present line format; a reply that ends Modbus still has Modbus's."""
         return self._format
 
     @property
@@ -83,7 +83,7 @@ class Pcl601:
 
     @property
     def next_wake_ns(self) -> int | None:
-        """When something happens next, on the line or behind it."""
+        """Instant of the next event on the line or in the controller."""
         if self._out:
             return self._now_ns
         wake_ns, deadline_ns = self.controller.next_wake_ns, self._framer.deadline_ns
@@ -92,7 +92,7 @@ class Pcl601:
         return min(wake_ns, deadline_ns)
 
     def receive(self, now_ns: int, data: bytes) -> None:
-        """Take characters that came one right after the other, the last one complete at `now_ns`."""
+        """Take characters without a gap between them, the last one complete at `now_ns`."""
         self._format = FORMATS[self.controller.protocol]
         self._now_ns = now_ns
         if self.controller.protocol is Protocol.ASCII:
@@ -103,7 +103,7 @@ class Pcl601:
             self._answer(now_ns, one)
 
     def advance(self, now_ns: int) -> bytes:
-        """Let time run to `now_ns`; return what is put on the line from then on."""
+        """Advance to `now_ns`; return the bytes that go onto the line from then on."""
         self._format = FORMATS[self.controller.protocol]
         while (due_ns := self._framer.deadline_ns) is not None and due_ns <= now_ns:
             self.controller.advance(due_ns)
@@ -124,7 +124,7 @@ class Pcl601:
             pdu: function code and data, at least one byte.
 
         Returns:
-            The reply PDU; None in ASCII mode, in which it understands no Modbus.
+            The reply PDU; None in ASCII mode.
         """
         if self.controller.protocol is Protocol.ASCII:
             return None
@@ -134,7 +134,7 @@ class Pcl601:
         return reply
 
     def power_cycle(self, now_ns: int) -> None:
-        """Remove and restore power; pressing the reset button does the same."""
+        """Cycle the power, as the reset button does."""
         self.controller.power_up(now_ns)
         self._framer.clear()
         self._direct.clear()
@@ -142,7 +142,7 @@ class Pcl601:
         self._format = FORMATS[self.controller.protocol]
 
     def _answer(self, now_ns: int, request: bytes) -> None:
-        """Carry out a frame, if it is for this unit."""
+        """Carry out a frame to this unit."""
         address, pdu = request[0], request[1:-2]
         own = self.controller.values[Register.ADDRESS]
         if address == BROADCAST:

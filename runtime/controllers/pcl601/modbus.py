@@ -8,10 +8,10 @@ Frames as printed, less address and CRC:
                   byte count, data
     11            -                                05, address, "1.00"
 
-A refused request is answered with an exception, which the manual does not
-print: 1 no such function, 2 outside the map or read only, 3 quantity, byte
-count or value, 6 while a program runs or the register is locked by motion.
-What is refused is refused as a whole.
+The reply to a refused request is an exception, which the manual does not print:
+1 unknown function, 2 outside the map or read only, 3 quantity, byte count or
+value, 6 while a program runs or motion locks the register. A request is refused
+as a whole.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ WRITE_BITS_MAX = 1968
 WRITE_WORDS_MAX = 123
 ON, OFF = 0xFF00, 0x0000
 PLACES = tuple((row.register, 16 * word) for row, word in WORDS)
-"""Where each data register's bits are found."""
+"""Source of each data register's bits."""
 EXCEPTION = 0x80
 ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE, DEVICE_BUSY = 1, 2, 3, 6
 
 
 class RefusedError(Exception):
-    """A request that is answered with an exception.
+    """A refused request.
 
     Attributes:
         code: the exception code.
@@ -47,10 +47,10 @@ class RefusedError(Exception):
 
 
 class Modbus:
-    """What answers requests.
+    """Answers Modbus requests.
 
     Args:
-        controller: whose tables they are about.
+        controller: has the tables.
     """
 
     def __init__(self, controller: Controller) -> None:

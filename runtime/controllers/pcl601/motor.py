@@ -16,7 +16,7 @@ from typing import Literal
 EncoderKind = Literal["ideal", "stuck", "lose_steps_once"]
 
 STEPS_BEFORE_LOSS = 100
-"""Steps of the first index move that are made before any is lost."""
+"""Steps of the first index move before one is lost."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class EncoderModel:
 
 
 class Motor:
-    """Where the motor stands.
+    """The motor's position, and its encoder.
 
     Attributes:
         position: physical position, steps; 0 at the start.
@@ -54,21 +54,21 @@ class Motor:
             self._index_losses = encoder.steps if encoder.model == "lose_steps_once" else 0
 
     def begin_index(self) -> None:
-        """Take note that an index move begins."""
+        """Note the begin of an index move."""
         self._before, self._losing = STEPS_BEFORE_LOSS, self._index_losses
         self._index_losses = 0
 
     def end_motion(self) -> None:
-        """Take note that the motion is over: what it has not lost will not be lost."""
+        """Note the end of the motion: no more steps are lost."""
         self._losing = 0
 
     def steps_to(self, position: int) -> int:
-        """Return how many clock pulses it takes to get to a position, in the direction of that position."""
+        """Return the number of clock pulses to a position, in its direction."""
         distance = abs(position - self.position)
         return distance + self._losing if distance > self._before else distance
 
     def turn(self, direction: int, steps: int) -> int:
-        """Follow so many clock pulses; return what the encoder has counted meanwhile."""
+        """Follow a number of clock pulses; return the encoder's counts."""
         made = steps
         if self._losing:
             before = min(steps, self._before)

@@ -1,4 +1,4 @@
-"""What is wired to the inputs: contacts that depend on where the motor stands, and a voltage on input 1."""
+"""Wiring of the inputs: contacts that the motor's position operates, and a voltage on input 1."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from fractions import Fraction
 from ....io_images.pcl601.terminals import GENERAL_INPUTS, INPUTS
 
 FAR = 1 << 62
-"""Further than any motor turns, steps."""
+"""Beyond any motor's travel, steps."""
 
 FULL_SCALE_VOLTS = 5
 HIGH_VOLTS = 2
-"""From where input 1 counts as high; it has no pull-up, so an open one is at 0 V. Not stated."""
+"""Voltage from which input 1 counts as high, not stated; without a pull-up an open input is at 0 V."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,7 @@ class Contact:
         return self.low <= position <= self.high
 
     def edge_after(self, position: int, direction: int) -> int | None:
-        """Return the next position on the way at which it is otherwise, None if there is none."""
+        """Return the next position on the way at which it changes, None without one."""
         if direction > 0:
             edges = [edge for edge in (self.low, self.high + 1) if position < edge < FAR]
             return min(edges, default=None)
@@ -47,7 +47,7 @@ class Contact:
 
 GROUND = Contact()
 OPEN = Contact(low=FAR)
-"""Open or at a high voltage: the inputs, input 1 apart, are pulled up."""
+"""Open or at a high voltage: all inputs but input 1 have pull-ups."""
 
 
 class Pins:
@@ -86,7 +86,7 @@ class Pins:
         return (self.grounded(name, position) for name in GENERAL_INPUTS)
 
     def next_edge(self, position: int, direction: int) -> int | None:
-        """Return the next position on the way at which any input changes, None if none will."""
+        """Return the next position on the way at which any input changes, None without one."""
         edges = (contact.edge_after(position, direction) for contact in self._contacts.values())
         return min(
             (edge for edge in edges if edge is not None),

@@ -1,4 +1,4 @@
-"""States of an input in words, as command lines and rack files have them.
+"""States of an input in words, for command lines and rack files.
 
 ground, open, high      held; an open input 1 has no pull-up and is at 0 V
 2.5V                    input 1 only: the analog voltage
@@ -24,7 +24,7 @@ def connect(pins: Pins, name: str, state: str) -> None:
         state: in words, see above.
 
     Raises:
-        ValueError: there is no such input or state.
+        ValueError: an unknown input or state.
     """
     if name not in INPUTS:
         raise ValueError(f"there is no input {name}: allowed are {', '.join(INPUTS)}")
@@ -50,13 +50,13 @@ def _volts(state: str) -> Fraction:
 
 
 def range_of(state: str) -> tuple[int | None, int | None]:
-    """Return the first and last position of a range; None where it has no end.
+    """Return the first and last position of a range; None for an open end.
 
     >>> range_of("9000.."), range_of("..-3000"), range_of("-5..5")
     ((9000, None), (None, -3000), (-5, 5))
 
     Raises:
-        ValueError: it is none.
+        ValueError: the text is not a range.
     """
     first, dots, last = state.partition("..")
     try:

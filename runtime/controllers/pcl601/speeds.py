@@ -1,4 +1,4 @@
-"""The speed registers as kinematics takes them."""
+"""The speed registers in the terms of kinematics."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Speeds:
         self._values = values
 
     def fit(self, high: Register = Register.MAX_SPEED) -> bool:
-        """Whether base speed is below the speed that a motion goes to, and all are in range."""
+        """Whether base speed is below the target speed, and all are in range."""
         in_range = self._values.in_range(Register.BASE_SPEED, high, Register.ACCEL)
         return in_range and self.base_sps < self._values[high]
 

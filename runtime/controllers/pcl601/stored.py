@@ -1,19 +1,19 @@
-"""Where a stored program meets the controller.
+"""The interface between a stored program and the controller.
 
 The controller knows a `ProgramRunner` and nothing of instructions; the runner
-knows the `Axis601` below and nothing of motion. `program/` holds the text
-format, the assembler and the runner (the virtual machine). A runner is made
-for a stored program and handed to the controller:
+knows the `Axis601` below and nothing of motion. `program/` has the runner, a
+virtual machine. The caller makes a runner of a stored program and gives it to
+the controller:
 
     controller.load(runner)          # as if saved earlier; does not start it
     code 12, autorun at power-up     # controller calls runner.start(now_ns)
     code 5, ".", reset               # controller calls runner.stop()
 
-The controller asks `next_wake_ns` after every event and calls `advance` exactly
+The controller reads `next_wake_ns` after every event and calls `advance` exactly
 at that instant, never beyond it, after all that motion and pins do at that
-instant. What a runner does to the axis takes effect at the `now_ns` it was
-advanced to. An error that an instruction raises (`Axis601` methods return it)
-ends the program: the runner stops itself, the controller has already set the bit.
+instant. The actions of a runner take effect at the `now_ns` of `advance`. A
+refused action ends the program: the controller sets the error bit, the runner
+stops itself.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from ....io_images.pcl601 import Error, Register
 
 
 class Axis601(Protocol):
-    """What the controller offers to a stored program.
+    """The controller, for a stored program.
 
-    Methods that can be refused return True if carried out. Refused means that the controller has set the
-    error bit (busy, motor, range ...) and the program must end. `FINISH` waits for `busy` to be False.
+    Methods return True if carried out, and False if refused: the controller has set the error bit (busy,
+    motor, range ...), and the program must end. `FINISH` waits for `busy` to be False.
     """
 
     @property
@@ -39,7 +39,7 @@ class Axis601(Protocol):
         """Set a register by name (32-bit ones as one signed value), with the rule of its motion lock.
 
         ACCEL, BASE, MAX, JOG, SETPOS, DIR, CURRENT, ENC*, OOTF*, IOTF, REGINDEX (steps), ASPEEDLO ...
-        The analog flags are apart: `set_analog`.
+        `set_analog` sets the analog flags.
         """
         ...
 
@@ -80,7 +80,7 @@ class Axis601(Protocol):
         ...
 
     def send_text(self, text: str) -> bool:
-        """TEXT: send, with CR after it; in Modbus mode nothing is sent and the mode error is set."""
+        """TEXT: send with CR after it; in Modbus mode send nothing and set the mode error."""
         ...
 
     def report(self, error: Error) -> None:
@@ -89,16 +89,16 @@ class Axis601(Protocol):
 
 
 class ProgramRunner(Protocol):
-    """A stored program and where it has got to."""
+    """A stored program and its state."""
 
     @property
     def is_empty(self) -> bool:
-        """Whether there is nothing to run: code 12 is then refused with error 4096."""
+        """Whether program memory is empty: then code 12 is refused with error 4096."""
         ...
 
     @property
     def running(self) -> bool:
-        """Whether it has been started and has not come to its end."""
+        """Whether the program has started and not ended."""
         ...
 
     @property
@@ -111,7 +111,7 @@ class ProgramRunner(Protocol):
         ...
 
     def stop(self) -> None:
-        """End; nothing happens if it is not running."""
+        """End, if it runs."""
         ...
 
     def advance(self, now_ns: int, axis: Axis601) -> None:

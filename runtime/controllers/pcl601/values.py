@@ -20,7 +20,7 @@ class Values(dict[Register, int]):
         self.analog_speed = self.analog_position = False
 
     def reset(self) -> None:
-        """Go back to what power-up finds: the defaults, but what is non-volatile."""
+        """Restore the values of power-up: defaults, and what is non-volatile."""
         self.update({row.register: row.default for row in MAP if not row.kept})
         self.set_analog(speed=False, position=False)
 
@@ -37,7 +37,7 @@ class Values(dict[Register, int]):
             super().__setitem__(register, value)
 
     def set_word(self, row: Row, word: int, bits: int) -> None:
-        """Set a word; the pair it belongs to is not looked at until it is used."""
+        """Set a word; its pair is checked only when it is used."""
         self[row.register] = with_word(row, self[row.register], word, bits) if row.words == 2 else bits
 
     def in_range(self, *registers: Register) -> bool:

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Wiring:
-    """What is set and plugged in by hand.
+    """Settings by hand.
 
     Attributes:
         thumbwheel_selected: SW2 is in position TWS, so that inputs 5 and 6 are not connected; else IN5/6.
-        thumbwheel: the value of its seven digits, None if there is none.
+        thumbwheel: the value of its seven digits, None without a thumbwheel.
     """
 
     thumbwheel_selected: bool = False

@@ -2,13 +2,13 @@
 
     IDLE      at rest
     MOVE      a number of steps                              [4.3.1]
-    SPEED     until told to stop                             [4.3.8]
+    SPEED     until it is stopped                            [4.3.8]
     SLOWING   down from there to the stop speed
     RETREAT   zero-back: forward, away from the switch       [4.3.13]
     SEEK      zero-back: backward, until EXT1 triggers
 
-Motions are closed forms of time; between two things that happen (`next_ns`)
-there is nothing to compute.
+Motions are closed forms of time; between two events (`next_ns`) nothing is
+computed.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ RETREAT_PART = 16
 
 
 class Doing(Enum):
-    """What the motor is doing."""
+    """Activity of the motor."""
 
     IDLE = auto()
     MOVE = auto()
@@ -43,7 +43,7 @@ class ExtStop:
         pin: the input.
         flag: bit of status register 1.
         bit: in the values of f and J.
-        blocks: the direction in which stepping on is refused while it is active (reading).
+        blocks: the direction in which steps are refused while it is active (reading).
     """
 
     __slots__ = ("_memory", "_pins", "bit", "blocks", "flag", "pin")
@@ -72,10 +72,10 @@ class Pmc006Axis:
     """The motor, at rest at physical position 0.
 
     Attributes:
-        doing: what it does.
-        physical: steps made since the axis was made, signed; nothing but steps changes it.
-        flags: EXT1 and EXT2 emergency stops that are latched, as in status register 1.
-        stalled: the encoder has told of a stall since the last start.
+        doing: its activity.
+        physical: steps since power-up, signed; only steps change it.
+        flags: latched EXT1 and EXT2 emergency stops, as in status register 1.
+        stalled: the encoder has reported a stall since the last start.
 
     Args:
         memory: the parameters.
@@ -95,7 +95,7 @@ class Pmc006Axis:
         self.flags = Status1(0)
         self.stalled = False
 
-    # -- what is seen ------------------------------------------------------------------------
+    # -- state -------------------------------------------------------------------------------
 
     @property
     def position(self) -> int:
@@ -126,11 +126,11 @@ class Pmc006Axis:
         """Whether instruction g has released the motor."""
         return bool(self._memory["free_run"])
 
-    # -- what is asked for -------------------------------------------------------------------
+    # -- commands ---------------------------------------------------------------------------
 
     @property
     def may_start(self) -> bool:
-        """Whether a motion may begin at all: at rest, not released, no emergency stop latched."""
+        """Whether a motion may begin: at rest, not released, no emergency stop latched."""
         return not (self.moving or self.free or self.flags)
 
     @property
@@ -141,7 +141,7 @@ class Pmc006Axis:
 
     @property
     def against_limit(self) -> bool:
-        """Whether the chosen direction leads on towards an armed limit that is active [4.1.1, error 07]."""
+        """Whether the selected direction leads towards an armed limit that is active [4.1.1, error 07]."""
         stops = self._ext1, self._ext2
         return any(stop.armed and stop.active and stop.blocks == self.direction for stop in stops)
 
@@ -155,13 +155,13 @@ class Pmc006Axis:
         self._begin(Doing.SPEED, plan_run(now_ns, self.physical, self.direction, self._speeds()))
 
     def slow_down(self, now_ns: int) -> None:
-        """Leave speed mode by the ramp; nothing happens in any other mode."""
+        """Leave speed mode by the ramp; do nothing in another mode."""
         if self.doing is Doing.SPEED and self._motion is not None:
             ramp = self._memory["stop_speed"], self._memory["decel_coefficient"]
             self._begin(Doing.SLOWING, plan_slowing(self._motion, now_ns, *ramp))
 
     def zero_back(self, now_ns: int, stroke: int) -> None:
-        """Begin to look for the switch on EXT1 within a stroke."""
+        """Begin to search for the switch on EXT1 within a stroke."""
         self._stroke, self._retreated = stroke, 0
         if self._ext1.active:
             self._retreat(now_ns)
@@ -169,12 +169,12 @@ class Pmc006Axis:
             self._seek(now_ns)
 
     def halt(self) -> None:
-        """End any motion here and now, without a ramp."""
+        """End any motion at once, without a ramp."""
         self._motion = None
         self.doing = Doing.IDLE
 
     def power_up(self) -> None:
-        """Power was away: the motor rests where it is, its position register is 0."""
+        """Power was off: the motor rests in place, its position register is 0."""
         self.halt()
         self.position = 0
         self.flags = Status1(0)
@@ -183,7 +183,7 @@ class Pmc006Axis:
     # -- time --------------------------------------------------------------------------------
 
     def next_ns(self) -> int:
-        """Return when a pin changes or the motion ends, whichever is first; FOREVER if neither."""
+        """Return when a pin changes or the motion ends, whichever is first; FOREVER without either."""
         motion = self._motion
         if motion is None:
             return FOREVER
@@ -214,7 +214,7 @@ class Pmc006Axis:
                 self._triggered(stop)
 
     def stall(self) -> None:
-        """The encoder tells that the motor does not follow: it is stopped."""
+        """Stop: the encoder shows that the motor does not follow."""
         self.halt()
         self.stalled = True
 
@@ -247,7 +247,7 @@ class Pmc006Axis:
         self._begin(Doing.RETREAT, plan_move(now_ns, self.physical, distance, self._zero_speeds()))
 
     def _retreat_ended(self, now_ns: int) -> None:
-        """Seek the switch, or retreat further if it is still active, but no further than the stroke."""
+        """Seek the switch; while it is still active, retreat further, within the stroke."""
         if not self._ext1.active:
             self._seek(now_ns)
         elif self._retreated < self._stroke:

@@ -1,9 +1,9 @@
-"""A simulated PMC006x3s, less its serial line: instructions in, answers out, pins and motor.
+"""A simulated PMC006x3s without its serial line: instructions in, answers out, pins and motor.
 
-Whatever is asked of it comes at an instant; everything between two instants
-follows from closed forms and from what happens in order of time: a pin that the
-motor passes, the end of a motion, a user instruction. So nothing depends on how
-often `advance` is called.
+An instruction comes at an instant; everything between two instants follows from
+closed forms and from events in order of time: a pin that the motor passes, the
+end of a motion, a user instruction. So the result does not depend on how often
+`advance` is called.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ Handler = Callable[["Controller", int], int]
 
 
 class Controller:
-    """A controller that has just got power, at t = 0.
+    """A controller at power-up, at t = 0.
 
     Attributes:
         options: hardware version and readings.
@@ -38,15 +38,15 @@ class Controller:
         gpio: the GPIO word's effective bits.
         supply_v: supply voltage, V.
         overheated: whether the driver is too hot.
-        now_ns: where its time has got to.
+        now_ns: the present instant.
 
     Args:
         options: hardware version and readings.
         address: in the EEPROM, 1 to 120, or 255 as from the factory.
-        program: in the EEPROM; it does not start by being there.
+        program: in the EEPROM; it does not start by itself.
 
     Raises:
-        ValueError: no such address.
+        ValueError: an illegal address.
     """
 
     def __init__(
@@ -74,11 +74,11 @@ class Controller:
     # -- time --------------------------------------------------------------------------------
 
     def next_ns(self) -> int:
-        """Return when something happens next, `kinematics.FOREVER` if nothing does."""
+        """Return the instant of the next event, `kinematics.FOREVER` without one."""
         return min(self.axis.next_ns(), self.interpreter.next_ns(self.now_ns))
 
     def advance(self, now_ns: int) -> None:
-        """Let everything happen up to and including `now_ns`."""
+        """Carry out all events up to and including `now_ns`."""
         while (due_ns := self.next_ns()) <= now_ns:
             self._arrive(due_ns)
             self.axis.end_if_due(due_ns)
@@ -90,12 +90,12 @@ class Controller:
         self.axis.go_to(now_ns)
         self.pins.sense(self.axis.physical)
 
-    # -- what is done to it ------------------------------------------------------------------
+    # -- actions ---------------------------------------------------------------------------
 
     def execute(self, code: int, data: int) -> int:
         """Carry out an instruction now; return the data of the answer.
 
-        It never raises: what is not allowed is answered with error 6, what does not exist with error 7.
+        It never raises: the answer to a refused instruction is error 6, to an unknown one error 7.
 
         Args:
             code: the instruction's byte.
@@ -121,12 +121,12 @@ class Controller:
         self.pins.sense(self.axis.physical)
 
     def stall(self) -> None:
-        """Let the encoder notice that the motor does not follow; the open-loop type has none."""
+        """Report by the encoder that the motor does not follow; the open-loop type has no encoder."""
         if self.options.closed_loop and self.axis.moving:
             self.axis.stall()
 
     def power_cycle(self) -> None:
-        """Take power away and give it back: the saved parameters count, the rest is as at first."""
+        """Cycle the power: saved parameters stay, all others have their defaults."""
         self.memory.load()
         self.gpio = Gpio.GPIO8
         self.axis.power_up()
@@ -138,7 +138,7 @@ class Controller:
         """End any motion at once [instruction I]."""
         self.axis.halt()
 
-    # -- what is seen of it ------------------------------------------------------------------
+    # -- state ------------------------------------------------------------------------------
 
     @property
     def address(self) -> int:
@@ -293,4 +293,4 @@ HANDLERS: dict[str, Handler] = {
     "read_device_id": lambda controller, _data: controller.options.device_id,
     "read_firmware": lambda controller, _data: controller.options.firmware,
 }
-"""What carries out the instructions that are more than a parameter written or read."""
+"""Handlers of the instructions that do more than write or read a parameter."""

@@ -1,15 +1,15 @@
-"""What runs the user program of a PMC006x3s [5].
+"""The interpreter of user programs of a PMC006x3s [5].
 
 An instruction takes 1 ms (reading), so instructions are due on a grid of 1 ms
-from the start, or from where a pause ended. WAIT looks at its condition on that
-grid; while it does not hold, nothing is due.
+from the start, or from the end of a pause. WAIT checks its condition on that
+grid; while the condition is false, nothing is due.
 
     start   |CNTC|ROT |WAIT......(motor moves)......|CNT1|
     ms      0    1    2    3    4 ...          n    n+1
 
-Past the last line the program is over: the motor is left as it is. The reset key
-stays bound ("done once in the program to take effect globally" [5.1.2.7]): it
-stops the motor then, too, and the program goes on at the key's line.
+After the last line the program ends; the motor goes on. The reset key stays
+bound ("done once in the program to take effect globally" [5.1.2.7]): it stops the
+motor then, too, and the program goes on at the key's line.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Host(Protocol):
 
 
 class Interpreter:
-    """The user program's state, at first not running.
+    """The state of the user program, not running at first.
 
     Attributes:
         line: the next line, from 0.
@@ -72,20 +72,20 @@ class Interpreter:
         self.stop()
 
     def start(self, now_ns: int) -> None:
-        """Run the program from line 0, counter and flag 0, no key bound."""
+        """Run the program from line 0, with counter and flag 0 and no key bound."""
         self.stop()
         self.running = True
         self._due_ns = now_ns
 
     def stop(self) -> None:
-        """Stop it where it is and forget its state; the motor is left as it is."""
+        """Stop the program and forget its state; the motor goes on."""
         self.running = self.paused = self.equal = False
         self.line = self.counter = 0
         self._reset_line: int | None = None
         self._pause_bound = False
 
     def next_ns(self, now_ns: int) -> int:
-        """Return when the next instruction is due, FOREVER if none is as things stand."""
+        """Return when the next instruction is due, FOREVER without one."""
         if not self.running or self.paused:
             return FOREVER
         if now_ns < self._due_ns:
@@ -96,7 +96,7 @@ class Interpreter:
         return self._due_ns - (self._due_ns - now_ns) // INSTRUCTION_NS * INSTRUCTION_NS
 
     def tick(self, now_ns: int) -> None:
-        """Carry out the instruction that is due at `now_ns`, if there is one."""
+        """Carry out the instruction that is due at `now_ns`, if any."""
         if self.next_ns(now_ns) != now_ns:
             return
         line = self._line()
@@ -108,7 +108,7 @@ class Interpreter:
             self._due_ns = now_ns + INSTRUCTION_NS
 
     def on_pins(self, fallen: int) -> None:
-        """React to pins that have gone low: the keys bound by RESET_EN and PAUSE_EN."""
+        """React to pins that went low: the keys bound by RESET_EN and PAUSE_EN."""
         now_ns = self.host.now_ns
         if fallen & RESET_PIN and self._reset_line is not None:
             self.host.abort()
@@ -129,13 +129,13 @@ class Interpreter:
         return WAITED_FOR[line.option](self) == bool(line.data)
 
     def compare(self, line: UserInstruction) -> None:
-        """Set the flag that JEQ and JNE look at."""
+        """Set the flag of JEQ and JNE."""
         self.equal = COMPARED[line.option](self) == line.data
 
     # -- effects -----------------------------------------------------------------------------
 
     def send(self, char: str, data: int) -> None:
-        """Carry out an instruction of the line; what the controller refuses is passed over."""
+        """Carry out an instruction of the line; ignore a refusal."""
         self.host.execute(ord(char), data)
 
     def count(self) -> None:
@@ -157,22 +157,22 @@ class Interpreter:
         self.send("o", line.data)
 
     def set_speed(self, line: UserInstruction) -> None:
-        """Set the maximum speed; 0 is passed over (reading)."""
+        """Set the maximum speed; ignore 0 (reading)."""
         if line.data:
             self.send("v", line.data)
 
     def put_out(self, line: UserInstruction) -> None:
-        """Set the level of an output; only port 1 is there (reading)."""
+        """Set the level of an output; only port 1 exists (reading)."""
         if line.option == 1:
             gpio = self.host.gpio
             self.host.gpio = gpio | Gpio.GPIO8 if line.data else gpio & ~Gpio.GPIO8
 
     def bind_reset(self, line: UserInstruction) -> None:
-        """Bind GPI1, or let it go."""
+        """Bind GPI1, or release it."""
         self._reset_line = line.data if line.option else None
 
     def bind_pause(self, line: UserInstruction) -> None:
-        """Bind GPI2, or let it go."""
+        """Bind GPI2, or release it."""
         self._pause_bound = bool(line.option)
 
 
@@ -198,7 +198,7 @@ EFFECTS: dict[str, Callable[[Interpreter, UserInstruction], None]] = {
     "RESET_EN": Interpreter.bind_reset,
     "PAUSE_EN": Interpreter.bind_pause,
 }
-"""What a user instruction does [5.1.1]."""
+"""Effect of each user instruction [5.1.1]."""
 
 
 def _level(pin: Pin) -> Callable[[Interpreter], bool]:
@@ -218,7 +218,7 @@ WAITED_FOR: dict[int, Callable[[Interpreter], bool]] = {
     6: _flag(Status1.EXT1),
     7: _flag(Status1.EXT2),
 }
-"""What the options of WAIT stand for (reading, `program.WAIT_OPTIONS`)."""
+"""Conditions of WAIT's options (reading, `program.WAIT_OPTIONS`)."""
 
 
 COMPARED: dict[int, Callable[[Interpreter], int]] = {
@@ -229,4 +229,4 @@ COMPARED: dict[int, Callable[[Interpreter], int]] = {
     5: _flag(Status1.EXT2),
     6: lambda program: int(program.host.levels),
 }
-"""What the options of CMP stand for (reading, `program.CMP_OPTIONS`)."""
+"""Values of CMP's options (reading, `program.CMP_OPTIONS`)."""

@@ -1,9 +1,9 @@
 """The serial line of a PMC006x3s: bytes and instants in, bytes out.
 
-A valid frame to its own address is carried out when its last byte is complete,
-and answered with one frame [4.1]. All else is answered with silence. A frame
-that has not come to its end within the receive time-out after its latest byte
-is dropped, so that a stub of a frame cannot swallow the beginning of the next.
+The controller carries out a valid frame to its own address when its last byte is
+complete, and answers with one frame [4.1]; it ignores all else. It drops a frame
+that is incomplete at the receive time-out after its latest byte, so that a stub
+of a frame cannot swallow the begin of the next.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ class Pmc006:
     """A controller on its serial line, as `wire.Device`.
 
     Attributes:
-        controller: what carries out the instructions.
-        line_format: 9,600 baud, 8N1; nothing changes it.
+        controller: carries out the instructions.
+        line_format: 9,600 baud, 8N1, fixed.
 
     Args:
-        controller: what carries out the instructions.
+        controller: carries out the instructions.
         timeout_ns: the receive time-out.
     """
 
@@ -40,19 +40,19 @@ class Pmc006:
 
     @property
     def passed_over(self) -> int:
-        """Bytes received so far that belonged to no frame."""
+        """Bytes received so far outside any frame."""
         return self._framer.passed_over
 
     @property
     def next_wake_ns(self) -> int | None:
-        """When something happens by itself, or at once where an answer waits to be taken."""
+        """Instant of the next event; the present if an answer waits."""
         if self._answers:
             return self.controller.now_ns
         next_ns = self.controller.next_ns()
         return None if next_ns == FOREVER else next_ns
 
     def receive(self, now_ns: int, data: bytes) -> None:
-        """Take bytes of which the last one is complete at `now_ns`."""
+        """Take bytes, the last one complete at `now_ns`."""
         self.controller.advance(now_ns)
         if now_ns - self._latest_ns > self._timeout_ns:
             self._framer.drop()
@@ -63,14 +63,14 @@ class Pmc006:
                 self._answers += reply(self.controller.address, answer)
 
     def advance(self, now_ns: int) -> bytes:
-        """Let time run to `now_ns`; return the answers that go onto the line."""
+        """Advance to `now_ns`; return the answers that go onto the line."""
         self.controller.advance(now_ns)
         answers = bytes(self._answers)
         self._answers.clear()
         return answers
 
     def power_cycle(self) -> None:
-        """Take power away and give it back: a frame half received or half answered is gone."""
+        """Cycle the power: an incomplete frame or answer is lost."""
         self.controller.power_cycle()
         self._framer.drop()
         self._answers.clear()

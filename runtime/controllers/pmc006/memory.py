@@ -1,4 +1,4 @@
-"""Parameters of a PMC006x3s: those in force, and those that survive without power [4.3.17]."""
+"""Parameters of a PMC006x3s: values in force, and values that survive without power [4.3.17]."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ class Memory:
         return self._values[name]
 
     def __setitem__(self, name: str, value: int) -> None:
-        """Put a value into force; one that lives in the EEPROM is kept at once."""
+        """Put a value into force; keep one of the EEPROM at once."""
         self._values[name] = value
         if BY_NAME[name].keeping is Keeping.EEPROM:
             self._eeprom[name] = value
 
     def save(self) -> None:
-        """Keep what can be kept: instruction t."""
+        """Keep all values that can be kept: instruction t."""
         self._eeprom = {name: self._values[name] for name in self._eeprom}
 
     def load(self) -> None:
-        """Power comes: what was kept is in force, the rest has its default."""
+        """Restore kept values at power-up; all others have their defaults."""
         self._values = {row.name: row.default for row in PARAMETERS} | self._eeprom
 
     def preset(self, name: str, value: int) -> None:

@@ -1,4 +1,4 @@
-"""What is chosen about a simulated PMC006x3s when it is made."""
+"""Options of a simulated PMC006x3s."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ class Pmc006Switches(Options):
     """Versions of the hardware, and readings of the manual that can be switched.
 
     Attributes:
-        step_ack_value: data of the reply to a successful step instruction; the manual's example shows 3,
-            which it does not explain [4.3.1].
-        i_signed: whether instruction i takes negative positions, too.
+        step_ack_value: data of the reply to a successful step instruction; the manual's example shows 3
+            without an explanation [4.3.1].
+        i_signed: whether instruction i accepts negative positions, too.
         max_microstep: 128 [4.3.2], or 256 as in the summary table [4.2].
         closed_loop: the closed-loop type E, which notices a stalled motor [2.3].
         device_id: what instruction P reads.

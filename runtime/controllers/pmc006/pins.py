@@ -35,7 +35,7 @@ class Switch:
         return (position <= self.last) == self.high_below
 
     def next_change(self, position: int, direction: int) -> int | None:
-        """Return the next position in a direction at which the pin changes, None if there is none."""
+        """Return the next position in a direction at which the pin changes, None without one."""
         if direction > 0:
             return self.last + 1 if position <= self.last else None
         return self.last if position > self.last else None
@@ -57,13 +57,13 @@ class Pins:
         self.on_change: Callable[[int, int], None] | None = None
 
     def hold(self, pin: Pin, level: bool | Switch) -> None:
-        """Give a pin a level, True for high, or a switch to follow; `sense` makes it known."""
+        """Give a pin a level, True for high, or a switch to follow; `sense` reports it."""
         self._held[pin] = level
         self._fixed = sum(pin for pin, level in self._held.items() if level is True)
         self._switches = {pin: level for pin, level in self._held.items() if isinstance(level, Switch)}
 
     def sense(self, position: int) -> None:
-        """Look at the pins with the motor at a position, and report what has changed."""
+        """Read the pins with the motor at a position, and report changes."""
         levels = self._fixed
         for pin, switch in self._switches.items():
             if switch.high(position):
@@ -73,7 +73,7 @@ class Pins:
             self.on_change(changed, levels)
 
     def next_change(self, position: int, direction: int) -> int | None:
-        """Return the next position in a direction at which some pin changes, None if there is none."""
+        """Return the next position in a direction at which a pin changes, None without one."""
         changes = (switch.next_change(position, direction) for switch in self._switches.values())
         ahead = [at for at in changes if at is not None]
         return min(ahead, key=lambda at: abs(at - position), default=None)

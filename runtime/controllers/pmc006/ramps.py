@@ -1,4 +1,4 @@
-"""How a PMC006x3s gets from one speed to another [4.3.3].
+"""Ramps of a PMC006x3s [4.3.3].
 
     speed  0 | start | S-curve up | maximum | S-curve down | stop | 0
 
@@ -28,7 +28,7 @@ RAISED_COSINE: tuple[Phase, ...] = ((0, 24, 0, 0, 0, 54), (24, 48, 2, 18, 54, 0)
 
 @dataclass(frozen=True, slots=True)
 class Speeds:
-    """What a motion is made of.
+    """Speeds and ramps of a motion.
 
     Attributes:
         start_sps: speed to which it jumps from rest.
@@ -79,7 +79,7 @@ def plan_run(now_ns: int, origin: int, direction: int, speeds: Speeds) -> Motion
 def plan_slowing(motion: Motion, now_ns: int, stop_sps: int, coefficient: int) -> Motion:
     """Plan how a motion slows to its stop speed and ends there on a whole step [4.3.8].
 
-    With coefficient 0, or below the stop speed, it ends at once with the steps made.
+    With coefficient 0, or below the stop speed, the motion ends at once with the steps made.
     """
     course, speed_nsps = takeover(motion, now_ns)
     ramp = _ramp_steps_fine(speed_nsps, NANO * stop_sps, coefficient)
@@ -92,7 +92,7 @@ def plan_slowing(motion: Motion, now_ns: int, stop_sps: int, coefficient: int) -
 
 
 def ramp_steps(slow_sps: int, fast_sps: int, coefficient: int) -> Fraction:
-    """Return the length of a ramp in steps, `(v1^2 - v0^2) / 2a`; 0 where there is none.
+    """Return the length of a ramp in steps, `(v1^2 - v0^2) / 2a`; 0 without a ramp.
 
     >>> ramp_steps(600, 5000, 3)  # 27170 steps/s/s
     Fraction(112000, 247)

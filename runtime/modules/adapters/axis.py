@@ -24,10 +24,10 @@ class LinkedAxis(Generic[Drive]):
     """An `Axis` whose steps a controller makes.
 
     Attributes:
-        substitutions: what is done otherwise, where it has not been told yet.
+        substitutions: substitutions that have not been reported yet.
 
     Args:
-        driver: what talks to it.
+        driver: of the controller.
         capabilities: what it can't do.
     """
 
@@ -43,7 +43,7 @@ class LinkedAxis(Generic[Drive]):
     # -- what a controller brings -------------------------------------------------------------
 
     def drive_for(self, profile: Profile) -> Drive:
-        """Return what a profile becomes."""
+        """Return a profile in the controller's terms."""
         raise NotImplementedError
 
     def task_for(self, kind: TaskKind, direction: int, profile: Profile, steps: int = 0) -> Task[Drive]:
@@ -57,7 +57,7 @@ class LinkedAxis(Generic[Drive]):
         raise NotImplementedError
 
     def note_configuration(self, configuration: Configuration) -> None:
-        """Let the driver know what a configuration means to the controller."""
+        """Give the driver what a configuration means to the controller."""
         raise NotImplementedError
 
     # -- what it is doing ---------------------------------------------------------------------
@@ -111,13 +111,13 @@ class LinkedAxis(Generic[Drive]):
 
     @property
     def settled(self) -> bool:
-        """Whether nothing is under way that has to be over before new words are looked at."""
+        """Whether new words may act: no stop and no configuration is under way."""
         return not (self._driver.cut or self._driver.setup)
 
     # -- commands -----------------------------------------------------------------------------
 
     def configure(self, configuration: Configuration | None) -> None:
-        """Take over an accepted configuration, and tell the controller."""
+        """Take over an accepted configuration, and configure the controller."""
         self.configuration = configuration
         if configuration is not None:
             self.note_configuration(configuration)
@@ -133,7 +133,7 @@ class LinkedAxis(Generic[Drive]):
         self.move(now_ns, direction, Profile(speed_sps, speed_sps, 1, 1))
 
     def pulse(self, now_ns: int, direction: int, steps: int = 1) -> None:
-        """Index by so many steps behind the command layer's back."""
+        """Index by a number of steps without showing a motion."""
         start_sps = 1 if self.configuration is None else self.configuration.starting_speed
         task = self.task_for(TaskKind.INDEX, direction, Profile(start_sps, start_sps, 1, 1), steps)
         task.shown = False
@@ -190,13 +190,13 @@ class LinkedAxis(Generic[Drive]):
             self._driver.cut = True
 
     def watch_steps(self, steps: int) -> None:
-        """Nothing to ask for: everything read gets a tick."""
+        """Do nothing: everything read gets a tick."""
 
     def watch_counts(self, counts: int, direction: int) -> None:
-        """Nothing to ask for: everything read gets a tick."""
+        """Do nothing: everything read gets a tick."""
 
     def watch_marker(self) -> None:
-        """There is no marker input."""
+        """Do nothing: the marker is not wired."""
 
     def preset_position(self, value: int) -> None:
         """Let the present position be `value`; a count that is the position's copy is not touched."""

@@ -1,10 +1,10 @@
-"""What a controller can't do, or does otherwise, row by row, and the bits of the 3601 in which it is said.
+"""What a controller can't do, or does differently, row by row, and the 3601's bits that show it.
 
 The first row that applies decides. A configuration is refused with
 CONFIG_ERROR; a value that the controller can't run at with INVALID_PROFILE and
 COMMAND_ERROR; a whole function that it lacks with COMMAND_ERROR; a search for
-home with HOME_INVALID and COMMAND_ERROR. What comes to the same end by other
-ramps is done, and told once.
+home with HOME_INVALID and COMMAND_ERROR. A motion that ends the same by other
+ramps is carried out, and an event reports the first one.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ class ConfigurationRow(Generic[AdapterOptions]):
     """Why a configuration is refused.
 
     Attributes:
-        name: what it is about.
-        applies: tells whether it is to be refused.
-        reason: for people.
+        name: short name for events.
+        applies: returns whether the row refuses.
+        reason: a sentence for the user.
     """
 
     name: str
@@ -53,11 +53,11 @@ class CommandRow(Generic[AdapterOptions]):
     """Why a command is refused.
 
     Attributes:
-        features: the commands that it is about.
-        name: what it is about.
-        applies: tells whether it is to be refused.
+        features: the commands concerned.
+        name: short name for events.
+        applies: returns whether the row refuses.
         bits: error bits of input word 0.
-        reason: for people.
+        reason: a sentence for the user.
     """
 
     features: frozenset[Feature]
@@ -69,12 +69,12 @@ class CommandRow(Generic[AdapterOptions]):
 
 @dataclass(frozen=True, slots=True)
 class SubstitutionRow(Generic[AdapterOptions]):
-    """What is done otherwise than a 3601 does it.
+    """What the controller does differently from a 3601.
 
     Attributes:
-        name: what it is about.
-        applies: tells whether it is, of a command of `RAMPED`.
-        how: for people.
+        name: short name for events.
+        applies: returns whether a command of `RAMPED` is carried out differently.
+        how: a sentence for the user.
     """
 
     name: str
@@ -83,15 +83,15 @@ class SubstitutionRow(Generic[AdapterOptions]):
 
 
 class RowCapabilities(Capabilities, Generic[AdapterOptions]):
-    """Rows, read.
+    """Capabilities that are read off rows.
 
     Attributes:
-        news: substitutions made for the first time; whoever has told of them empties the list.
+        news: substitutions made for the first time; the adapter reports them and empties the list.
 
     Args:
         configuration_rows: why a configuration is refused.
         command_rows: why a command is refused.
-        substitution_rows: what is done otherwise.
+        substitution_rows: what is done differently.
         options: of the adapter.
     """
 
@@ -117,7 +117,7 @@ class RowCapabilities(Capabilities, Generic[AdapterOptions]):
 
     @override
     def lacking_for(self, request: Request) -> Refusal | None:
-        """Return why a command is refused, None if it is not; then it is noted what is done otherwise."""
+        """Return why a command is refused; if it is not, note substitutions and return None."""
         for row in self._command_rows:
             if request.feature in row.features and row.applies(request, self._options):
                 return Refusal(row.name, row.bits, row.reason)

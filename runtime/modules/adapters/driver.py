@@ -1,12 +1,12 @@
-"""What all controllers have in common at the far end of a link: found, lost, found again, or another one.
+"""The driver of a controller: it finds, configures, moves, loses and finds it again.
 
     ABSENT --answers--> PRESENT --configured--> READY
        ^                   ^                      |
        |                   +---- power lost ------+
        +------------ link lost, and back as it was where the position fits
 
-A start is never repeated blindly: where its answer is lost, the controller is
-looked at. Everything else may be repeated until it is answered.
+A start is never repeated blindly: if its answer is lost, the driver reads the
+controller first. Any other exchange may be repeated until it is answered.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ class Driver(Exchanges[Drive]):
     # -- what a controller brings -------------------------------------------------------------
 
     def identify(self) -> Request:
-        """Return the request with which it is looked for."""
+        """Return the request that finds the controller."""
         raise NotImplementedError
 
     def configure(self) -> Talk:
-        """Bring it into the state in which motions start, its counter at B."""
+        """Bring the controller to the state in which motions start, its counter at B."""
         raise NotImplementedError
 
     def carry_out(self, task: Task[Drive]) -> Talk:
@@ -49,24 +49,24 @@ class Driver(Exchanges[Drive]):
 
     @property
     def cycle(self) -> tuple[Callable[[], Talk], ...]:
-        """What is read over and over, in order: the position is final where the status before was idle."""
+        """The reads of a poll, in order: the position is final if the status before was idle."""
         return self.read_status, self.read_position, self.read_inputs
 
     def rouse(self) -> Talk:
-        """Try whether a controller that does not answer only speaks another language."""
+        """Bring back a controller that does not answer because it uses another protocol."""
         yield from ()
 
     def admit(self) -> Generator[Step, Reply | None, bool]:
-        """Bring a controller that was found to the point at which it obeys; return whether it does."""
+        """Make a controller that was found obey; return whether it does."""
         yield from ()
         return True
 
     def errand(self) -> Talk | None:
-        """Return something else that is to be done, None if there is nothing."""
+        """Return other work for the controller, None without any."""
         return None
 
     def forget(self) -> None:
-        """Forget what has been written to it."""
+        """Forget which parameters the controller holds."""
         raise NotImplementedError
 
     # -- the script ---------------------------------------------------------------------------
@@ -96,7 +96,7 @@ class Driver(Exchanges[Drive]):
         self.forget()
 
     def _connect(self) -> Talk:
-        """Ask for the identity until it comes; then see whether it is the controller that it was."""
+        """Ask for the identity until it comes; then find out whether the controller kept its state."""
         while self.state is State.ABSENT:
             asked_ns = self.master.now_ns
             reply = yield self.identify()
@@ -152,7 +152,7 @@ class Driver(Exchanges[Drive]):
         yield PUBLISH
 
     def _look_around(self) -> Talk:
-        """Read everything while nothing is to be done; what moves then was not told to."""
+        """Poll while idle; what moves then has strayed."""
         before = self.position
         for read in self.cycle:
             yield from read()
@@ -168,7 +168,7 @@ class Driver(Exchanges[Drive]):
     # -- motions ------------------------------------------------------------------------------
 
     def start(self, task: Task[Drive], request: Request) -> Talk:
-        """Start a motion; where the answer is lost, look before asking again."""
+        """Start a motion; if the answer is lost, read before asking again."""
         before = self.position
         for _ in range(2):
             reply = yield from self.ask(request)
@@ -183,14 +183,14 @@ class Driver(Exchanges[Drive]):
                     return
 
     def note_refusal(self, reply: Reply) -> None:
-        """Take note of a start that the controller has refused."""
+        """Note a start that the controller has refused."""
 
     def model(self, task: Task[Drive]) -> None:
-        """Note what the controller is now thought to do."""
+        """Note the motion that the controller is assumed to make now."""
         raise NotImplementedError
 
     def accompany(self, task: Task[Drive]) -> Talk:
-        """Watch a motion until the controller is idle, and pass on what is wanted of it."""
+        """Poll a motion until the controller is idle; slow it down or mark it when asked."""
         slowed = marked = False
         while not self.cut:
             if task.stopping and not slowed:
@@ -220,7 +220,7 @@ class Driver(Exchanges[Drive]):
         raise NotImplementedError
 
     def stop_and_index(self, task: Task[Drive]) -> Talk:
-        """Stop, and index what is then left of the steps behind the mark, which is where it stands now."""
+        """Mark the present position, stop, and index the rest of the steps from the mark."""
         yield from self.read_position()
         mark = self.position
         task.stopping = True
@@ -235,19 +235,19 @@ class Driver(Exchanges[Drive]):
             task.following = Task(TaskKind.INDEX, task.direction, drive, task.ramps_up, left)
 
     def drive_over(self, drive: Drive, steps: int) -> Drive:
-        """Return the speeds and ramps of a motion for an index over so many steps."""
+        """Return the speeds and ramps for an index over a number of steps."""
         return drive
 
     def watch(self, task: Task[Drive]) -> Talk:
-        """Look at what has been read of a motion, and do what follows."""
+        """React to what was read of a motion."""
         raise NotImplementedError
 
     def _cut_meanwhile(self) -> bool:
-        """Whether a hard stop was wanted while what was read was looked at."""
+        """Whether a hard stop was requested during the last exchange."""
         return self.cut
 
     def conclude(self, task: Task[Drive], began_at: int) -> Talk:
-        """The controller stands still: show why, before the motion counts as over."""
+        """Publish the standstill before the motion counts as over."""
         target = began_at + task.direction * task.steps
         if task.kind is TaskKind.INDEX and not task.stopping and self.position != target:
             self.findings.add(FindingKind.STOPPED_SHORT)

@@ -1,7 +1,7 @@
-"""A controller as read and written over a link: one exchange after the other, and what they tell.
+"""A controller as read and written over a link, one exchange after the other.
 
-B, 1,000,000, is where the counter of a controller is put: one that has lost its
-power counts from 0 and is noticed by that.
+The driver puts the controller's counter to B = 1,000,000: a controller that has
+lost its power counts from 0, and the driver notices.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ NS_PER_S = 1_000_000_000
 
 
 class State(Enum):
-    """How far the adapter has got with the controller."""
+    """State of the controller as the adapter knows it."""
 
     ABSENT = "no good exchange"
     PRESENT = "it answers, and is not configured"
     READY = "configured"
 
 
-class LinkLost(Exception):  # noqa: N818  # the state that follows, not a mistake
-    """Three exchanges in a row have failed, or none was good for half a second."""
+class LinkLost(Exception):  # noqa: N818  # names the state that follows
+    """Three exchanges in a row have failed, or all of half a second."""
 
 
 class PowerLost(Exception):  # noqa: N818
-    """The controller's position says that it has been switched off meanwhile."""
+    """The controller's position shows that it was switched off meanwhile."""
 
 
 Talk = Generator[Step, Reply | None, None]
@@ -45,16 +45,16 @@ class Exchanges(Generic[Drive]):
     """A controller as the link knows it.
 
     Attributes:
-        state: how far it has got.
+        state: of the controller.
         position: of the controller's counter, as read last.
-        busy: whether it moves.
+        busy: whether the controller moves.
         task: the motion that runs.
-        tasks: those that are to follow.
-        cut: a hard stop is wanted, or under way.
-        setup: a configuration is wanted, or under way.
-        rebased: what the counter has been moved by so far without motion, steps.
-        findings: what was found out about it, for the adapter to take.
-        unfit: the controller says that it can't be relied on: MODULE_OK is clear while it does.
+        tasks: motions that follow.
+        cut: a hard stop is requested, or under way.
+        setup: a configuration is requested, or under way.
+        rebased: steps by which the counter was moved without motion.
+        findings: what the adapter has not taken notice of yet.
+        unfit: the controller reports a failure of its own: MODULE_OK is clear meanwhile.
 
     Args:
         line_timing: how the line is used.
@@ -82,23 +82,23 @@ class Exchanges(Generic[Drive]):
     # -- what a controller brings -------------------------------------------------------------
 
     def stop(self) -> Talk:
-        """Stop its motion at once, and repeat that until it is answered."""
+        """Stop motion at once; repeat until it is answered."""
         raise NotImplementedError
 
     def read_status(self) -> Talk:
-        """Read whether it is busy."""
+        """Read whether the controller is busy."""
         raise NotImplementedError
 
     def read_position(self) -> Talk:
-        """Read its counter, and `note_position`."""
+        """Read the counter, and `note_position`."""
         raise NotImplementedError
 
     def read_inputs(self) -> Talk:
-        """Read its inputs."""
+        """Read the inputs."""
         raise NotImplementedError
 
     def write_position(self, position: int) -> Talk:
-        """Put its counter somewhere."""
+        """Set the counter."""
         raise NotImplementedError
 
     # -- exchanges ----------------------------------------------------------------------------
@@ -111,7 +111,7 @@ class Exchanges(Generic[Drive]):
         """Make one exchange; return its reply, None if it failed.
 
         Raises:
-            LinkLost: it was the third in a row that failed, or the silence has lasted too long.
+            LinkLost: the third exchange in a row has failed, or the silence lasts too long.
         """
         reply = yield request
         if reply is not None:
@@ -123,7 +123,7 @@ class Exchanges(Generic[Drive]):
         return None
 
     def insist(self, request: Request) -> Generator[Step, Reply | None, Reply]:
-        """Repeat an exchange that may be repeated until it is answered."""
+        """Repeat an exchange until it is answered."""
         while True:
             reply = yield from self.ask(request)
             if reply is not None:
@@ -141,7 +141,7 @@ class Exchanges(Generic[Drive]):
         """Take over a position read.
 
         Raises:
-            PowerLost: it is near 0, and too far from the one before to have been reached.
+            PowerLost: it is near 0, and too far from the last one for the speed.
         """
         self._settle_rebase(position)
         elapsed_ns, self._read_ns = self.master.now_ns - self._read_ns, self.master.now_ns
@@ -151,26 +151,26 @@ class Exchanges(Generic[Drive]):
             raise PowerLost
 
     def rebase(self, position: int) -> Talk:
-        """Put the counter elsewhere; the axis stays where it is."""
+        """Set the counter without moving the axis."""
         self._rebasing_to = position
         yield from self.write_position(position)
         self._settle_rebase(position)
 
     def _settle_rebase(self, seen: int) -> None:
-        """Find out from the counter whether it was put elsewhere: the answer may have been lost."""
+        """Find out whether the counter was set: the answer may have been lost."""
         goal, self._rebasing_to = self._rebasing_to, None
         if goal is not None and abs(seen - goal) < abs(seen - self.position):
             self.rebased += goal - self.position
             self.position = goal
 
     def halt(self) -> Talk:
-        """Stop at once, and read where."""
+        """Stop at once, and read the position."""
         yield from self.stop_and_look()
         self.task = None
         self.cut = False
 
     def stop_and_look(self) -> Talk:
-        """Stop at once, wait until it stands still, and read where."""
+        """Stop at once, wait for standstill, and read the position."""
         yield from self.stop()
         self.busy = True
         while self.busy:

@@ -1,12 +1,12 @@
-"""Adapters on real ports: the same state machines, in step with the clock on the wall.
+"""Adapters on real ports: the same state machines, in step with the wall clock.
 
     scan n                     scan n + 1                 scan n + 2
     |  words, what was received  |                          |
     |  ------ request ------> threads ------ reply -------> |
 
-At every scan the adapter's time is the wall clock's, so that a late scan takes no reply for
-missing that has come meanwhile: what was received is looked at before any patience is at its end.
-A line is looked at once a scan.
+At every scan the adapter's time is the wall clock's. A late scan reads the received
+replies before it counts time-outs, so no reply that has come counts as missing. A line is
+read once a scan.
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ from .pmc006.options import Pmc006Options
 from .task import Drive
 
 STOP_S = 0.5
-"""How long the end of a run waits for the motor to have been stopped."""
+"""How long the end of a run waits for the motor to stop."""
 
 LOOK_S = 0.002
-"""Time between two looks at the line then."""
+"""Time between two reads of the line then."""
 
 
 class RealController(LinkedController):
@@ -70,24 +70,24 @@ class RealController(LinkedController):
 
     @override
     def next_event_ns(self, now_ns: int) -> int | None:
-        """Return whether something has been received, see `LiveLine.next_event_ns`."""
+        """Return the present if bytes were received (`LiveLine.next_event_ns`)."""
         return self.line.next_event_ns()
 
     @override
     def run_until(self, now_ns: int) -> None:
-        """Do nothing: its time runs by itself."""
+        """Do nothing: a real controller's time runs by itself."""
 
     @override
     def sense(self, now_ns: int) -> None:
-        """Do nothing: real inputs are read."""
+        """Do nothing: the driver reads real inputs."""
 
     @override
     def rewire(self, now_ns: int, configuration: Configuration) -> None:
-        """Do nothing: it is wired."""
+        """Do nothing: a real controller is wired."""
 
     @override
     def power_cycle(self, now_ns: int) -> None:
-        """Do nothing: its power is out of reach; only the adapter forgets."""
+        """Do nothing: the power is out of reach; only the adapter forgets."""
 
 
 class LiveAdapter(Adapter[Drive]):
@@ -105,7 +105,7 @@ class LiveAdapter(Adapter[Drive]):
 
     @override
     def update(self, now_ns: int, outputs: Image) -> Image:
-        """Advance to the present on the wall clock; events are told as of `now_ns`, the scan's time."""
+        """Advance to the present on the wall clock; events carry `now_ns`, the scan's time."""
         self._present_ns = self._clock.now_ns()
         for reason in self._line.take_losses():
             self._note(self._present_ns, "port lost", f"{reason}; the port is opened again when it is back")
@@ -114,7 +114,7 @@ class LiveAdapter(Adapter[Drive]):
         return image
 
     def close(self) -> None:
-        """Stop the motor as when the PLC leaves run mode, if that can be done, and give the port back."""
+        """Stop the motor as when the PLC leaves run mode, if possible, and close the port."""
         try:
             self.plc_run(False)
             self._wait_for_standstill()

@@ -1,12 +1,12 @@
 """An adapter in its slot: the 3601's command layer, and a controller at the end of a line.
 
-    words that change act at the next 250 µs; what is read acts when it has been read
+    changed words act at the next 250 µs; inputs act when they have been read
     |  tick  |        |        |        |
     words --^    line: request, reply, request, reply ... published --^ tick
 
-While there is no good exchange MODULE_OK is clear, the words freeze and
-commands are passed over. A new configuration shows when the controller has it;
-words that come while a hard stop or a configuration is under way wait for it.
+Without a good exchange MODULE_OK is clear, the words freeze and commands are
+ignored. A new configuration shows when the controller has it; words that come
+during a hard stop or a configuration wait for its end.
 """
 
 from __future__ import annotations
@@ -48,8 +48,8 @@ class Adapter(Generic[Drive]):
     Attributes:
         machine: what is bolted to the simulated controller.
         controller: that controller, on its line.
-        events: what happened, in order of time; whoever drives the module empties it.
-        driver: what talks to the controller.
+        events: what happened, in order of time; the caller empties it.
+        driver: exchanges bytes with the controller.
         axis: the controller as the command layer sees it.
         layer: the 3601's rules.
 
@@ -73,11 +73,11 @@ class Adapter(Generic[Drive]):
         return self.layer.under_way
 
     def new_driver(self) -> Driver[Drive]:
-        """Return what talks to the controller, with nothing said yet."""
+        """Return a driver that has not sent anything."""
         raise NotImplementedError
 
     def new_axis(self) -> LinkedAxis[Drive]:
-        """Return the controller as the command layer sees it, with nothing configured yet."""
+        """Return the controller as an axis, not configured."""
         raise NotImplementedError
 
     def _power_up(self) -> None:
@@ -89,7 +89,7 @@ class Adapter(Generic[Drive]):
         self._publish()
 
     def _begin_anew(self) -> None:
-        """Start the command layer as after power-up: nothing is configured, nothing remembered."""
+        """Restart the command layer as after power-up, without a configuration."""
         self.axis = self.new_axis()
         self.layer = CommandLayer(
             self.axis, Firmware.parse("4.1"), Amci3601Options(), self.events, self._now_ns
@@ -125,7 +125,7 @@ class Adapter(Generic[Drive]):
         return self._image
 
     def plc_run(self, running: bool) -> None:
-        """Tell whether the PLC is in run mode, from the last `update` on."""
+        """Set whether the PLC is in run mode, from the last `update` on."""
         if running != self._plc_running:
             self._plc_running = running
             self._tick_due_ns = _tick_at_or_after(self._now_ns)
@@ -140,7 +140,7 @@ class Adapter(Generic[Drive]):
         self.controller.power_cycle(self._now_ns)
 
     def look_again(self) -> None:
-        """Let the machine's inputs be looked at: somebody has changed them."""
+        """Sense the machine's inputs after a change from outside."""
         self.controller.sense(self._now_ns)
 
     # -- time ---------------------------------------------------------------------------------
@@ -151,7 +151,7 @@ class Adapter(Generic[Drive]):
         return max(self._now_ns, wake_ns if event_ns is None else min(wake_ns, event_ns))
 
     def _pass_time(self, now_ns: int, outputs: Image) -> None:
-        """Let the line go on to an instant at which something happens on it."""
+        """Advance the line to an instant at which something happens on it."""
         master, line = self.driver.master, self.controller.line
         self.controller.run_until(now_ns)
         master.receive(now_ns, line.take())
@@ -163,7 +163,7 @@ class Adapter(Generic[Drive]):
             self._tick(now_ns, outputs)
 
     def _tick(self, now_ns: int, outputs: Image) -> None:
-        """Let the command layer look at words and inputs."""
+        """Run a tick of the command layer."""
         findings = self.driver.findings.take()
         self._take_notice(now_ns, findings)
         if self.driver.state is State.ABSENT:
@@ -188,7 +188,7 @@ class Adapter(Generic[Drive]):
             self.controller.rewire(now_ns, self.layer.state.configuration)
 
     def _pass_over(self, now_ns: int, outputs: Image) -> None:
-        """Without the controller: what moved has an unknown position, and words make no edges later."""
+        """Ignore words without the controller: a motion ends, and bits make no edges later."""
         self._acted_on = outputs.raw.tobytes()
         if self.layer.operation is not None:
             self.layer.cut(now_ns)
@@ -203,7 +203,7 @@ class Adapter(Generic[Drive]):
         else:
             self.layer.enter_run_mode()
 
-    # -- what the driver has found ------------------------------------------------------------
+    # -- findings of the driver ---------------------------------------------------------------
 
     def _take_notice(self, now_ns: int, findings: Iterable[Finding]) -> None:
         """Turn findings about the controller into the 3601's bits."""
@@ -227,7 +227,7 @@ class Adapter(Generic[Drive]):
         self._image.clear()
 
     def _return(self, now_ns: int) -> None:
-        """The link is back: nothing that was shown is still known to be true."""
+        """Show that the link is back, and that the position is unknown."""
         self.layer.state.latches.clear(CLEARED_BY_RETURN)
         text = "the controller answers again; what it did meanwhile is not known"
         self._show(now_ns, "link restored", POSITION_INVALID | STOPPED, text)
@@ -280,12 +280,12 @@ class SimulatedAdapter(Adapter[Drive]):
     controller: Plant
 
     def disturb(self, what: FaultKind, *, begins: bool, lasts: bool) -> None:
-        """Let something happen between adapter and controller, or be over, from the last `update` on.
+        """Begin or end a disturbance between adapter and controller, from the last `update` on.
 
         Args:
             what: one of `incidents.ON_THE_LINE`.
-            begins: it begins; otherwise it is over.
-            lasts: it will be over; otherwise it is one reply that is lost or damaged.
+            begins: True to begin, False to end.
+            lasts: it lasts until its end; otherwise one reply is lost or damaged.
         """
         line = self.controller.line
         replies = (ENDLESS if lasts else 1) if begins else 0

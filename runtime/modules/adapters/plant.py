@@ -34,11 +34,11 @@ class LinkedController(Protocol):
         ...
 
     def run_until(self, now_ns: int) -> None:
-        """Let time run; no event lies in between."""
+        """Advance; no event lies in between."""
         ...
 
     def sense(self, now_ns: int) -> None:
-        """Let the machine follow the motor, and the inputs the machine."""
+        """Update the machine from the motor, and the inputs from the machine."""
         ...
 
     def rewire(self, now_ns: int, configuration: Configuration) -> None:
@@ -46,7 +46,7 @@ class LinkedController(Protocol):
         ...
 
     def power_cycle(self, now_ns: int) -> None:
-        """Take the controller's power away and give it back; a reply on the line breaks off."""
+        """Cycle the controller's power; a reply on the line breaks off."""
         ...
 
 
@@ -97,7 +97,7 @@ class Plant(ABC):
 
     @abstractmethod
     def wire(self, now_ns: int) -> None:
-        """Give every pin what it is wired to."""
+        """Wire every pin."""
 
     @abstractmethod
     def rewire(self, now_ns: int, configuration: Configuration) -> None:
@@ -105,7 +105,7 @@ class Plant(ABC):
 
     @abstractmethod
     def power_cycle(self, now_ns: int) -> None:
-        """Take the controller's power away and give it back; a reply on the line breaks off."""
+        """Cycle the controller's power; a reply on the line breaks off."""
 
     # -- time ---------------------------------------------------------------------------------
 
@@ -117,12 +117,12 @@ class Plant(ABC):
         return min(line_ns, change_ns)
 
     def run_until(self, now_ns: int) -> None:
-        """Let time run; no event lies in between."""
+        """Advance; no event lies in between."""
         self.line.run_until(now_ns)
         self.sense(now_ns)
 
     def sense(self, now_ns: int) -> None:
-        """Let the machine follow the motor, and the inputs the machine."""
+        """Update the machine from the motor, and the inputs from the machine."""
         self._follow(now_ns)
         levels, held, feedback = self.machine.levels(now_ns), self.machine.held, self.feedback
         if (levels, held, feedback) != (self.levels, self._held, self._feedback):

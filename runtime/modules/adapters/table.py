@@ -1,4 +1,4 @@
-"""The tables of what each adapter refuses, for the documentation; read off the rows that refuse it."""
+"""Tables of what each adapter refuses, for the documentation, read off its rows."""
 
 from __future__ import annotations
 

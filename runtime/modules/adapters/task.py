@@ -1,4 +1,4 @@
-"""One motion of a controller, from the command layer's wish to its end."""
+"""One motion of a controller, from the command layer's request to its end."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ class Task(Generic[Drive]):
         direction: +1 CW, -1 CCW.
         drive: speeds and ramps in the controller's terms.
         ramps_up: whether it begins with a ramp that lasts.
-        steps: of an index; of a slew the steps after its mark, 0 where there is no mark.
+        steps: of an index; of a slew the steps after its mark, 0 without a mark.
         shown: whether the command layer counts it as a motion.
-        stopping: a soft stop is wanted, or under way.
-        marked: the mark of a slew is to be set.
+        stopping: a soft stop is requested, or under way.
+        marked: the mark of a slew is requested.
         following: the motion that takes over when this one has stopped.
-        model: what the controller is thought to be doing; None before its start.
+        model: the motion that the controller is assumed to make; None before its start.
     """
 
     kind: TaskKind
@@ -49,5 +49,5 @@ class Task(Generic[Drive]):
 
     @property
     def registers(self) -> bool:
-        """Whether it is a slew that ends so many steps after its mark."""
+        """Whether it is a slew that ends a number of steps after its mark."""
         return self.kind is TaskKind.SLEW and self.steps > 0

@@ -9,7 +9,7 @@ from .....io_images.pcl601.registers import Register
 from ..stored import Axis601
 
 Action = Callable[[Axis601, Step], bool]
-"""Carries out a step; returns whether the controller took it."""
+"""Carries out a step; returns whether the controller accepted it."""
 
 REGISTERS: Mapping[str, Register] = {
     "ACCEL": Register.ACCEL,
@@ -71,4 +71,4 @@ ACTIONS: Mapping[str, Action] = {
     "OUTPUTS": lambda axis, step: axis.set_outputs(int(step.values[0])),
     "TEXT": lambda axis, step: axis.send_text(str(step.values[0])),
 }
-"""What is done by asking the axis for it; the flow of the program is the machine's own."""
+"""Actions of the axis; the machine controls the flow of the program itself."""

@@ -1,4 +1,4 @@
-"""From a file with a program into a unit's memory, as if it had been saved earlier."""
+"""Loads a program from a file into a unit's memory, as if saved earlier."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def read_program(file: Path) -> Program:
     """Read a program in the text format.
 
     Raises:
-        ValueError: it is none, or can't be read; the message names file, line and column.
+        ValueError: the file is not a program, or can't be read; the message names file, line and column.
     """
     try:
         return parse_program(file.read_text(encoding="utf-8"))
@@ -28,7 +28,7 @@ def read_program(file: Path) -> Program:
 def load(controller: Controller, program: Program) -> None:
     """Put a program into program memory, and its `.autostart` into the autorun flag.
 
-    It does not start by that; with autorun on it does when power comes on.
+    It does not start now; with autorun on it starts at power-up.
     """
     controller.runner = ProgramMachine(program)
     if program.autostart is not None:

@@ -3,11 +3,11 @@
     t      instruction    one every millisecond, LABEL and END among them
     +1 ms  instruction
     +1 ms  WAIT 500       the next one 500 ms later
-    +500   FINISH         looks again every millisecond, until the controller is not busy
+    +500   FINISH         repeats every millisecond, until the controller is not busy
     ...
 
-How long instructions take the real unit is not published: the millisecond is
-this simulator's reading.
+The manual gives no time for an instruction: the millisecond is this simulator's
+reading.
 """
 
 from __future__ import annotations
@@ -45,23 +45,23 @@ class ProgramMachine:
 
     @property
     def is_empty(self) -> bool:
-        """Whether there is nothing to run."""
+        """Whether program memory is empty."""
         return self.program is None
 
     @property
     def running(self) -> bool:
-        """Whether it has been started and has not come to its end."""
+        """Whether the program has started and not ended."""
         return self.next_wake_ns is not None
 
     def start(self, now_ns: int) -> None:
-        """Begin at the first line; nothing happens with an empty memory."""
+        """Begin at the first line; do nothing with an empty memory."""
         self.line = self._previous = 0
         self._return = None
         self._passes.clear()
         self.next_wake_ns = None if self.is_empty else now_ns
 
     def stop(self) -> None:
-        """End where it is; a motion it has started goes on."""
+        """End at the present line; a motion that it has started goes on."""
         self.next_wake_ns = None
 
     def advance(self, now_ns: int, axis: Axis601) -> None:
@@ -76,7 +76,7 @@ class ProgramMachine:
         self._previous = line
 
     def _carry_out(self, step: Step, axis: Axis601) -> bool:
-        """Do a step and go to the one that follows it; return whether there is one."""
+        """Carry out a step and go to the next one; return whether there is one."""
         if step.instruction.needs_idle and axis.busy:
             axis.report(Error.BUSY)
             return False
@@ -106,7 +106,7 @@ class ProgramMachine:
         return self._if(axis.inputs_raw() >> (number - 1) & 1 == level)
 
     def _if(self, matches: bool) -> bool:
-        """Go on with the next line, or with the one after it; behind END there is none."""
+        """Go on with the next line, or with the one after it; behind END the program ends."""
         self.line += 1 if matches else 2
         return self.program is not None and self.line < len(self.program.steps)
 
@@ -127,7 +127,7 @@ class ProgramMachine:
         return True
 
     def _label(self, step: Step, _axis: Axis601) -> bool:
-        """Begin the loops anew whose body is entered here, by coming from outside it."""
+        """Restart the loops whose body is entered here from outside."""
         for loop in self._loops_to(str(step.values[0])):
             if not self.line <= self._previous <= loop:
                 self._passes.pop(loop, None)
@@ -139,7 +139,7 @@ class ProgramMachine:
         return [i for i, step in enumerate(steps) if step.target == label and step.name.startswith("LOOP")]
 
     def _loop(self, step: Step, _axis: Axis601) -> bool:
-        """Go back to the label until the body has been passed the given number of times in all."""
+        """Go back to the label until the body has run the given number of times in all."""
         left = self._passes.pop(self.line, int(step.values[0])) - 1
         if left == 0:
             self.line += 1

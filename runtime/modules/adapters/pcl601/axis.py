@@ -38,7 +38,7 @@ class Pcl601Axis(LinkedAxis[Drive]):
     """An `Axis` whose steps a PCL601 makes.
 
     Args:
-        driver: what talks to it.
+        driver: of the controller.
         options: what is substituted, and how it is wired.
     """
 
@@ -55,7 +55,7 @@ class Pcl601Axis(LinkedAxis[Drive]):
 
     @override
     def note_configuration(self, configuration: Configuration) -> None:
-        """An emergency stop is wired to the hard limits, too; the kind of homing is the controller's."""
+        """Note the emergency stop, which is wired to the hard limits, too, and the kind of homing."""
         self.driver.estop_on_limits = bool(configuration.inputs_used & InputBit.ESTOP.value)
         self.driver.has_proximity = configuration.backplane_proximity
 
@@ -80,7 +80,7 @@ class Pcl601Axis(LinkedAxis[Drive]):
 
     @property
     def _limit_side(self) -> int:
-        """The limit that is on; while its side is being found out by a motion, the one left behind."""
+        """The limit that is on; while a motion finds out its side, the one left behind."""
         task = self.task
         if self.driver.limit_side == BOTH_SIDES and task is not None:
             return -task.direction
@@ -108,13 +108,13 @@ class Pcl601Axis(LinkedAxis[Drive]):
 
     @override
     def watch_steps(self, steps: int) -> None:
-        """A registration move begins, whose input counts from so many steps on: is it polled?"""
+        """Choose whether the driver polls the input of the registration move that begins."""
         assert self.configuration is not None
         self.driver.polls_marks = polls_mark(self.configuration, steps - 1, self._options)
 
     @override
     def preset_encoder(self, value: int) -> None:
-        """Let the present encoder count be `value`; the controller's goes back to 0."""
+        """Set the present encoder count to `value`; the controller's own goes to 0."""
         if self.configuration is not None and self.configuration.quadrature_encoder:
             self.driver.clear_encoder = True
             self._encoder_offset = value

@@ -29,7 +29,7 @@ from .units import BASE_MAX, SPEED_MAX, STEPS_MAX, drive_for
 EITHER_LIMIT = (InputBit.CW_LIMIT | InputBit.CCW_LIMIT).value
 GROUNDED = (InputBit.HOME | InputBit.ESTOP).value
 LATE_S = Fraction(3, 100)
-"""How long a polled ramp down may be in coming, s."""
+"""Longest delay of a polled ramp down, s."""
 
 
 def _used_low(configuration: Configuration, mask: int) -> bool:
@@ -106,7 +106,7 @@ def hears_external(configuration: Configuration, options: Pcl601Options) -> bool
 
 
 def counts_too_early(configuration: Configuration, minimum: int, options: Pcl601Options) -> bool:
-    """Whether the controller would count from an input that comes below the minimum distance, too."""
+    """Whether the controller would count from an input below the minimum distance, too."""
     return minimum > 0 and hears_external(configuration, options)
 
 

@@ -1,7 +1,7 @@
-"""What is said to a PCL601, one exchange after the other.
+"""The driver of a PCL601: its exchanges, one after the other.
 
 configure   a program stopped, errors cleared, stopped, functions off, current on, position := B
-idle        status, position, inputs; over again
+idle        status, position, inputs, repeated
 motion      parameters where they have changed, the start, then as idle until it is over
 """
 
@@ -29,11 +29,11 @@ from .units import Drive
 
 LINE_FORMAT = LineFormat(38_400, "E")
 LINE_TIMING = LineTiming(LINE_FORMAT, gap_ns=1_010_000, patience_ns=50_000_000)
-"""3.5 characters and a little; replies are waited for 50 ms [adapters, timeouts]."""
+"""A gap of 3.5 characters and a little; a reply may take 50 ms [adapters, timeouts]."""
 
 COUNTER_END = 8_000_000
 ROOM = {TaskKind.SLEW: 0, TaskKind.HOME: COUNTER_END // 2}
-"""Steps up to the end of the counter's range that a motion without a target begins with, at least."""
+"""Least steps to the end of the counter's range at the start of a motion without a target."""
 
 STARTS = {TaskKind.INDEX: Code.GO, TaskKind.SLEW: Code.GO_SLEW, TaskKind.HOME: Code.HOME_TYPE_1}
 
@@ -52,7 +52,7 @@ FUNCTIONS_OFF = (0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0)
 ESTOP_INPUT = 1 << 3
 HARD_LIMIT = 1 << 6
 BOTH_SIDES = 2
-"""Value of `Pcl601Driver.limit_side`: a limit is on, and which one is not known."""
+"""Value of `Pcl601Driver.limit_side`: a limit is on, its side is unknown."""
 
 
 class Pcl601Driver(Driver[Drive]):
@@ -64,8 +64,8 @@ class Pcl601Driver(Driver[Drive]):
         errors: its error bits.
         limit_side: which hard limit is on: +1, -1, 0 for none, `BOTH_SIDES`.
         direction: of the last motion, 0 before the first.
-        clear_errors: the error bits are to be cleared.
-        clear_encoder: the encoder is to be set to 0.
+        clear_errors: a request to clear the error bits.
+        clear_encoder: a request to set the encoder to 0.
         estop_on_limits: an active input 4 shows on both hard limits, too.
         polls_marks: a registration move stops when its input has been read, and indexes what is left.
         has_proximity: a search for home is slowed down by the proximity's output, and ends at the switch.
@@ -102,14 +102,14 @@ class Pcl601Driver(Driver[Drive]):
 
     @override
     def rouse(self) -> Talk:
-        """Bring it back from AA ASCII, where it hears no Modbus."""
+        """Bring the controller back from AA ASCII, in which it ignores Modbus."""
         if (yield ascii.ask_address(self.unit)) is not None:
             self.findings.complain(0, "the controller was in AA ASCII, and is sent back to Modbus")
             yield ascii.back_to_modbus(self.unit)
 
     @override
     def forget(self) -> None:
-        """Forget what has been written, and what was to be cleared."""
+        """Forget parameters and requests to clear."""
         self._written.clear()
         self.clear_errors = self.clear_encoder = False
 
@@ -130,11 +130,11 @@ class Pcl601Driver(Driver[Drive]):
         self.encoder = 0
 
     def _write(self, first: Register, *words: int) -> Talk:
-        """Write registers, unless they hold these words already."""
+        """Write registers that hold other words."""
         if self._written.get(first) == words:
             return
         reply = yield from self.insist(frames.write_registers(self.unit, first, words))
-        if reply.refused is not None:  # a program runs, or somebody moves the axis: stop both
+        if reply.refused is not None:  # a program runs, or another master moves the axis: stop both
             yield from self._command(Code.STOP_MOTION)
             reply = yield from self.insist(frames.write_registers(self.unit, first, words))
             if reply.refused is not None:
@@ -152,14 +152,14 @@ class Pcl601Driver(Driver[Drive]):
 
     @override
     def halt(self) -> Talk:
-        """Stop at once, and take every mark away; what is not configured may run a program."""
+        """Stop at once, and take every mark away; before a configuration a program may run."""
         if not self._was_ready and not (yield from self.admit()):
             raise LinkLost
         yield from super().halt()
         yield from self._take_marks_away()
 
     def _take_marks_away(self) -> Talk:
-        """Switch off the outputs that may be on; one that is refused may still be."""
+        """Switch off the outputs that may be on; a refused one may still be on."""
         for output in [each for each in self._outputs if each in self._maybe_on]:
             reply = yield from self.insist(frames.write_output(self.unit, output, False))
             if reply.refused is None:
@@ -169,9 +169,9 @@ class Pcl601Driver(Driver[Drive]):
 
     @override
     def admit(self) -> Generator[Step, Reply | None, bool]:
-        """Stop a program that runs in the controller, and tell whether it obeys.
+        """Stop a program that runs in the controller; return whether the controller obeys.
 
-        A running program is noticed by its refusing to have outputs written.
+        A running program refuses a write of outputs, which shows that it runs.
         """
         self._maybe_on.update(self._outputs)
         yield from self._take_marks_away()
@@ -186,11 +186,11 @@ class Pcl601Driver(Driver[Drive]):
         self._disobeys = False
         if self._takes_over:
             yield from self._command(Code.AUTORUN_OFF)
-        yield from self._clear_errors()  # what it was asked in vain
+        yield from self._clear_errors()  # the refused writes have set errors
         return True
 
     def _disobeyed(self) -> None:
-        """Say so, once until it obeys."""
+        """Complain once, until the controller obeys again."""
         if not self._disobeys:
             self._disobeys = True
             self.findings.complain(0, "the controller refuses what is written, and a stop has not helped")
@@ -199,7 +199,7 @@ class Pcl601Driver(Driver[Drive]):
 
     @override
     def read_status(self) -> Talk:
-        """Read encoder, busy and errors; new error bits are complained of."""
+        """Read encoder, busy and errors; complain of new error bits."""
         reply = yield from self.insist(frames.read_registers(self.unit, Register.ENCODER_POSITION, 5))
         low, high, _, busy, errors = frames.words_of(reply)
         self.encoder, self.busy = pdus.signed_pair(low, high), bool(busy)
@@ -232,11 +232,11 @@ class Pcl601Driver(Driver[Drive]):
     @property
     @override
     def cycle(self) -> tuple[Callable[[], Talk], ...]:
-        """Inputs are read twice: a pulse of 20 ms is longer than what lies between."""
+        """The reads of a poll; inputs twice, so that no pulse of 20 ms is missed."""
         return self.read_status, self._glance_at_inputs, self.read_position, self.read_inputs
 
     def _glance_at_inputs(self) -> Talk:
-        """Read the inputs, and hand over what has changed."""
+        """Read the inputs, and publish a change."""
         before = self.inputs
         yield from self.read_inputs()
         if self.inputs != before:
@@ -245,7 +245,7 @@ class Pcl601Driver(Driver[Drive]):
     def _attribute(self) -> Talk:
         """Find out which limit is on: it stops a motion towards it, and not one away from it.
 
-        An index of a step is over before it is looked at, and tells nothing of a limit that was on before.
+        An index of one step is over before the next read, and shows nothing about a limit that was on before.
         """
         task, unheard_of = self.task, self.limit_side == 0
         if task is not None and task.model is not None and (unheard_of or task.kind is not TaskKind.INDEX):
@@ -255,9 +255,9 @@ class Pcl601Driver(Driver[Drive]):
             self.limit_side = self.direction or BOTH_SIDES
 
     def _side_by(self, task: Task[Drive]) -> int:
-        """Return the limit that a motion tells of by going on or standing still.
+        """Return the limit that a motion shows by going on or standing still.
 
-        One that was stopped to go on at another speed stands still in any case; the one that follows tells.
+        A motion stopped for another speed stands still in any case; the one that follows shows it.
         """
         if self.busy:
             return -self.direction
@@ -304,12 +304,12 @@ class Pcl601Driver(Driver[Drive]):
 
     @override
     def note_refusal(self, reply: Reply) -> None:
-        """A program runs, or somebody else moves the axis."""
+        """A program runs, or another master moves the axis."""
         if reply.refused is not None:
             self.findings.complain(COMMAND_ERROR, "the controller has refused to start the motion")
 
     def _make_room(self, task: Task[Drive]) -> Talk:
-        """Keep the counter within its range; a slew goes to its end, and makes room only there."""
+        """Keep the counter within its range; a slew sets it only near the end."""
         steps = task.steps if task.kind is TaskKind.INDEX else ROOM[task.kind]
         if abs(self.position + task.direction * steps) > COUNTER_END:
             yield from self.rebase(-task.direction * BIAS)
@@ -380,7 +380,7 @@ class Pcl601Driver(Driver[Drive]):
             yield from self.stop_and_look()
 
     def _tidy(self, task: Task[Drive], began_at: int) -> Talk:
-        """Take the mark away; a limit that has ended a slew, or let no search begin, lies where it went."""
+        """Take the mark away; a limit that ended a slew, or blocked a search, lies in its direction."""
         yield from self._take_marks_away()
         ended = task.kind is TaskKind.SLEW and not (task.stopping or task.marked)
         blocked = task.kind is TaskKind.HOME and self.position == began_at

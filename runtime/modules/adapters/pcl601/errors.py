@@ -25,4 +25,4 @@ ERRORS: dict[Error, int] = {
     Error.MEMORY_COMMAND: 0,
     Error.THUMBWHEEL: 0,
 }
-"""Those without bits are told of in events only."""
+"""Errors without bits show in events only."""

@@ -1,4 +1,4 @@
-"""A simulated PCL601 bolted to a machine, wired as the adapter expects it.
+"""A simulated PCL601 bolted to a machine, with the adapter's wiring.
 
 3601 terminal    PCL601
 home             home, input 6
@@ -43,14 +43,14 @@ LIMITS_ON_INPUTS: dict[InputBit, tuple[str, ...]] = {
     InputBit.CCW_LIMIT: ("hard_minus", "in5"),
     InputBit.CAPTURE: (),
 }
-"""What is wired otherwise by option limit_sense."""
+"""Wiring that option limit_sense changes."""
 
 HARD_LIMITS = {InputBit.CW_LIMIT: "hard_plus", InputBit.CCW_LIMIT: "hard_minus"}
 MARK_PIN = "in2"
 PROXIMITY_PINS = ("soft_plus", "soft_minus")
 
 Wire = tuple[InputBit, str]
-"""From a terminal to a pin."""
+"""A wire from a terminal to a pin."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +101,7 @@ class SimulatedPcl601(Plant):
         options: how it is wired.
 
     Raises:
-        ValueError: the machine slips or jams, which this controller's simulation has no notion of.
+        ValueError: the machine slips or jams, which this controller's simulation lacks.
     """
 
     def __init__(self, machine: Machine, options: Pcl601Options) -> None:
@@ -133,14 +133,14 @@ class SimulatedPcl601(Plant):
 
     @override
     def rewire(self, now_ns: int, configuration: Configuration) -> None:
-        """Leave those wires open that a configuration forbids."""
+        """Open the wires that a configuration forbids."""
         left_open = frozenset(self._wires_against(configuration))
         if left_open != self._left_open:
             self._left_open = left_open
             self.wire(now_ns)
 
     def _wires_against(self, configuration: Configuration) -> Iterable[Wire]:
-        """Yield the wires to pins that act when grounded, where a terminal is not to act so.
+        """Yield the wires to open: pins that act when grounded, where the terminal must not act so.
 
         Input 2 is wired to output 7 alone, and a normally closed limit to its input.
         """
@@ -159,7 +159,7 @@ class SimulatedPcl601(Plant):
 
     @override
     def sense(self, now_ns: int) -> None:
-        """Let the machine follow the motor, inputs and encoder the machine."""
+        """Update the machine from the motor, then inputs and encoder from the machine."""
         super().sense(now_ns)
         counts = self.machine.encoder_counts(now_ns)
         if counts != self._counts_before:
@@ -191,7 +191,7 @@ class SimulatedPcl601(Plant):
         return jumpers
 
     def _contacts(self, bit: InputBit) -> Iterable[Contact]:
-        """What grounds a terminal: switches that the motor passes, or what people and stations do."""
+        """What grounds a terminal: switches that the motor passes, people, stations."""
         if self.feeds(bit):
             return self._fixed[bit]
         return (GROUND if self.levels & bit.value else OPEN,)

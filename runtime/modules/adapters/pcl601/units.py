@@ -1,4 +1,4 @@
-"""What a profile of the 3601 becomes in the PCL601's registers.
+"""A profile of the 3601 in the PCL601's registers.
 
     starting speed  base speed, steps/s; one less where the speed itself is not above it
     speed           maximum speed, steps/s

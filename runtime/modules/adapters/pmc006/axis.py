@@ -24,7 +24,7 @@ class Pmc006Axis(LinkedAxis[Speeds]):
     """An `Axis` whose steps a PMC006x3s makes.
 
     Args:
-        driver: what talks to it.
+        driver: of the controller.
         options: what is substituted, and how it is wired.
     """
 
@@ -84,5 +84,5 @@ class Pmc006Axis(LinkedAxis[Speeds]):
 
     @override
     def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> int:
-        """None: a move is held without a ramp."""
+        """Return 0: a move is held without a ramp."""
         return 0

@@ -26,12 +26,12 @@ from .options import Pmc006Options
 from .units import RATE_MIN, SPEED_MAX, START_MAX, START_MIN, speeds_for
 
 FSET_INPUTS = (InputBit.CAPTURE, InputBit.EXTERNAL, InputBit.ESTOP)
-"""What FSET may be wired to, one of them."""
+"""Terminals of which one may be wired to FSET."""
 
 SHARED = (InputBit.HOME | InputBit.CCW_LIMIT).value
 """Both are wired to EXT1."""
 POLL_S = Fraction(1, 20)
-"""Time of a poll, s: how long the ramp down may be in coming."""
+"""Time of a poll, s: the longest delay of the ramp down."""
 
 RATE_TOO_LOW = f"the PMC006's lowest rate is 5.21 steps/ms/s, so {RATE_MIN} is the least that can be kept"
 

@@ -1,7 +1,7 @@
-"""What is said to a PMC006x3s, one exchange after the other.
+"""The driver of a PMC006x3s: its exchanges, one after the other.
 
     configure   motor on, speed mode off, stopped, speeds, external stops, position := B
-    idle        status, position, levels; over again, and each tenth time the second status
+    idle        status, position, levels, repeated; each tenth time the second status
     motion      parameters where they have changed, the start, then as idle until it is over
 
 Nothing is ever saved (instruction t): the EEPROM wears out.
@@ -51,7 +51,7 @@ class Pmc006Driver(Driver[Speeds]):
     Attributes:
         levels: of its pins.
         flags: external stops that are latched.
-        clear_stops: those are to be cleared that are not active any more.
+        clear_stops: a request to clear latched stops that are not active any more.
 
     Args:
         options: how far a search for home may go, and the current of the motor.
@@ -64,7 +64,7 @@ class Pmc006Driver(Driver[Speeds]):
         self.clear_stops = False
         self.levels = Level.EXT1 | Level.EXT2 | Level.FSET
         self.flags = Status1(0)
-        self._home_stroke = options.home_stroke or 1  # without one no configuration lets it home
+        self._home_stroke = options.home_stroke or 1  # without one no configuration allows a search
         self._peak_current = options.peak_current
         self._start_sps = START_MIN
         self._limits = 0
@@ -75,7 +75,7 @@ class Pmc006Driver(Driver[Speeds]):
         self._written: dict[str, int] = {}
 
     def note_configuration(self, configuration: Configuration) -> None:
-        """Take over the starting speed, which limits stop the motor, and at which edges; idle is high."""
+        """Take over the starting speed, the limits that stop the motor, and their edges; idle is high."""
         self._start_sps = configuration.starting_speed
         used, high = configuration.inputs_used, configuration.active_high
         cw, ccw = InputBit.CW_LIMIT.value, InputBit.CCW_LIMIT.value
@@ -84,7 +84,7 @@ class Pmc006Driver(Driver[Speeds]):
         self._rising = (0 if high & ext1 else EXT1_STOP) | (0 if high & cw else EXT2_STOP)
 
     def is_active(self, stop: int) -> bool:
-        """Whether the pin of an external stop is at the level to which its edge leads."""
+        """Whether the pin of an external stop is at its active level."""
         level = Level.EXT1 if stop == EXT1_STOP else Level.EXT2
         return bool(self.levels & level) == bool(self._rising & stop)
 
@@ -105,7 +105,7 @@ class Pmc006Driver(Driver[Speeds]):
         return self._clear_stops() if self.clear_stops else None
 
     def _clear_stops(self, armed: int = EXT1_STOP | EXT2_STOP) -> Talk:
-        """Clear external stops that are latched, and either not armed or not active any more."""
+        """Clear latched external stops that are not armed, or not active any more."""
         self.clear_stops = False
         for stop, flag, clear in LATCHES:
             if self.flags & flag and not (armed & stop and self.is_active(stop)):
@@ -115,7 +115,7 @@ class Pmc006Driver(Driver[Speeds]):
         yield from self.insist(frames.instruction(self.unit, name, value))
 
     def _set(self, **values: int) -> Talk:
-        """Set parameters that do not have these values already."""
+        """Set the parameters that have other values."""
         for name, value in values.items():
             if self._written.get(name) != value:
                 yield from self._do(name, value)
@@ -138,14 +138,14 @@ class Pmc006Driver(Driver[Speeds]):
         self._note_ailment(LOW_SUPPLY, 0, bool(status & Status1.UVL))
 
     def _check_up(self) -> Talk:
-        """Read whether it is too hot, and whether somebody has released the motor."""
+        """Read whether the controller is too hot, and whether the motor was released."""
         reply = yield from self.insist(frames.reading(self.unit, "read_status2"))
         status = Status2(frames.value_of(reply) & 0xFF)
         self._note_ailment("the motor has been released", POSITION_INVALID, bool(status & Status2.FREE_RUN))
         self._note_ailment(OVERHEATED, 0, bool(status & Status2.OTS))
 
     def _note_ailment(self, text: str, bits: int, is_so: bool) -> None:
-        """Complain of what has begun."""
+        """Complain of an ailment that has begun."""
         if is_so and not self._ailments.get(text):
             self.findings.complain(bits, text)
         self._ailments[text] = is_so
@@ -153,7 +153,7 @@ class Pmc006Driver(Driver[Speeds]):
 
     @override
     def read_position(self) -> Talk:
-        """Read the position; the controller's own zero at home is none."""
+        """Read the position; ignore the zero that the controller sets at home."""
         reply = yield from self.insist(frames.reading(self.unit, "read_position"))
         position = frames.value_of(reply)
         if not (self._zeroing and abs(position) <= NEAR_ZERO):
@@ -176,7 +176,7 @@ class Pmc006Driver(Driver[Speeds]):
 
     @override
     def configure(self) -> Talk:
-        """Bring it to rest, free of latched stops, with the stops of the configuration, at B."""
+        """Stop the motor, clear latched stops, arm those of the configuration, set the counter to B."""
         yield from self._set(free_run=0)
         yield from self._do("speed_mode", 0)
         yield from self.halt()
@@ -211,7 +211,7 @@ class Pmc006Driver(Driver[Speeds]):
         self._zeroing = False
 
     def _stops_for(self, task: Task[Speeds]) -> int:
-        """Return the external stops that may end a motion: not one that it leaves."""
+        """Return the external stops that may end a motion, without one that it leaves."""
         ahead, behind = (EXT2_STOP, EXT1_STOP) if task.direction > 0 else (EXT1_STOP, EXT2_STOP)
         if task.kind is TaskKind.SLEW:
             return self._limits & ahead
@@ -219,7 +219,7 @@ class Pmc006Driver(Driver[Speeds]):
         return limits & ~behind if self.is_active(behind) else limits
 
     def _arm(self, stops: int) -> Talk:
-        """Arm external stops, and clear what is latched and no longer, or not to be, in the way."""
+        """Arm external stops, and clear latched ones that no longer matter."""
         yield from self._set(ext_stop_enable=stops)
         yield from self._clear_stops(stops)
 
@@ -241,7 +241,7 @@ class Pmc006Driver(Driver[Speeds]):
 
     @override
     def note_refusal(self, reply: Reply) -> None:
-        """An external stop is latched or in the way, or somebody else moves the axis."""
+        """An external stop is latched or in the way, or another master moves the axis."""
         if reply.refused is not None:
             self.findings.complain(COMMAND_ERROR, "the controller has refused to start the motion")
 
@@ -255,7 +255,7 @@ class Pmc006Driver(Driver[Speeds]):
 
     @override
     def slow_down(self, task: Task[Speeds]) -> Talk:
-        """Leave speed mode; anything else is stopped without a ramp."""
+        """Leave speed mode; stop any other motion without a ramp."""
         if task.kind is not TaskKind.SLEW:
             yield from self.stop_and_look()
             return
@@ -280,7 +280,7 @@ class Pmc006Driver(Driver[Speeds]):
             yield from self._set(ext_stop_enable=self._stops_for(task))
 
     def _find_zero(self, task: Task[Speeds]) -> Talk:
-        """At the home switch the counter goes to B; elsewhere it says where the search has ended."""
+        """Set the counter to B at the home switch; elsewhere read where the search has ended."""
         if task.kind is not TaskKind.HOME:
             return
         self._zeroing = False

@@ -1,4 +1,4 @@
-"""A simulated PMC006x3s bolted to a machine, wired as the adapter expects it.
+"""A simulated PMC006x3s bolted to a machine, with the adapter's wiring.
 
     3601 terminal                              PMC006
     home, CCW limit                            EXT1
@@ -49,7 +49,7 @@ class Pulled(pins.Switch):
 
 
 def _edges(switch: Switch) -> list[int]:
-    """Return the positions from which on, upward, a switch is otherwise."""
+    """Return the positions from which on, upward, a switch changes."""
     edges = [] if switch.first is None else [switch.first]
     return edges if switch.last is None else [*edges, switch.last + 1]
 
@@ -61,7 +61,7 @@ class SimulatedPmc006(Plant):
         machine: what is bolted to it; its shaft follows every step.
 
     Raises:
-        ValueError: the machine slips or jams, which this controller's simulation has no notion of.
+        ValueError: the machine slips or jams, which this controller's simulation lacks.
     """
 
     def __init__(self, machine: Machine) -> None:

@@ -1,4 +1,4 @@
-"""What a profile of the 3601 becomes in the PMC006's parameters.
+"""A profile of the 3601 in the PMC006's parameters.
 
     starting speed  start and stop speed, steps/s; the speed itself where that is lower
     speed           maximum speed, steps/s; less for a move that the ramps do not fit
@@ -21,7 +21,7 @@ from ....kinematics import Profile, Rate
 START_MIN, START_MAX = 65, 30_000
 SPEED_MAX = 256_000
 RATE_MIN = 6
-"""Steps/ms/s; below, the table has no rate that is low enough."""
+"""Least rate in steps/ms/s: the table has no lower one."""
 
 
 def coefficient_for(rate_spmss: Rate, *, nearest: bool = False) -> int:
@@ -48,7 +48,7 @@ def speeds_for(profile: Profile, *, nearest: bool = False) -> Speeds:
 
 
 def fitted(speeds: Speeds, steps: int) -> Speeds:
-    """Return speeds whose ramps fit so many steps; the controller would steepen them.
+    """Return speeds whose ramps fit a number of steps; the controller would steepen the ramps.
 
     >>> fitted(Speeds(1000, 5000, 1000, 6, 6), 1500).max_sps  # 10460 steps/s/s: the peak at 750 steps
     4085
