@@ -110,7 +110,7 @@ class Master:
         self.published = False
         self.failures = 0
         self.line_format = line_timing.line_format
-        self._manners = line_timing
+        self._timing = line_timing
         self._script: Script | None = None
         self._request: Request | None = None
         self._sent = False
@@ -139,7 +139,7 @@ class Master:
         if not data:
             return
         self.now_ns = now_ns
-        self._quiet_from_ns = now_ns + self._manners.gap_ns
+        self._quiet_from_ns = now_ns + self._timing.gap_ns
         if self._request is None or not self._sent:
             return
         self._heard += data
@@ -159,14 +159,14 @@ class Master:
                 return self._send(self._request) if now_ns >= self._quiet_from_ns else b""
             elif now_ns >= self._deadline_ns:
                 self.failures += 1
-                self._quiet_from_ns = max(self._quiet_from_ns, now_ns + self._manners.gap_ns)
+                self._quiet_from_ns = max(self._quiet_from_ns, now_ns + self._timing.gap_ns)
                 self._resume(None)
             else:
                 return b""
         return b""
 
     def _send(self, request: Request) -> bytes:
-        line_timing = self._manners
+        line_timing = self._timing
         self.line_format = request.line_format or line_timing.line_format
         end_ns = self.now_ns + self.line_format.span_ns(len(request.frame))
         self._sent = True

@@ -15,7 +15,7 @@ from .module import Module
 from .module_fault import ModuleFault
 
 WORST_FIRST = (FaultKind.REMOVED, FaultKind.FATAL_ERROR, FaultKind.ASIC_LOST, FaultKind.LINK_LOST)
-"""Of several troubles at a time, a module is in the first."""
+"""Of several faults at a time, a module shows the first."""
 
 _BEGUN = {
     FaultKind.POWER_CYCLE: "The module's power goes and comes back.",
@@ -39,7 +39,7 @@ class Fallible(Module, Protocol):
     """A module that can be made to stop answering."""
 
     def inject(self, trouble: ModuleFault | None) -> None:
-        """Put the module into a trouble, or end it with None."""
+        """Put the module into a fault, or end it with None."""
         ...
 
 
@@ -71,7 +71,7 @@ class Exposed(Module):
             (act for each in ordered if each.what is not FaultKind.TORN_UPDATE for act in _acts(each)),
             key=lambda act: act[0],
         )
-        self._troubles: set[FaultKind] = set()
+        self._faults: set[FaultKind] = set()
         self._current: FaultKind | None = None
         self._now_ns = 0
         self._before = Image()
@@ -141,24 +141,24 @@ class Exposed(Module):
         self.events.append(Event(at_ns, "stimulus", what.value, text, {"begins": begins}))
 
     def _trouble(self, what: FaultKind, *, begins: bool) -> None:
-        """Let a trouble of the module begin or end."""
+        """Begin or end a fault of the module."""
         if what is FaultKind.POWER_CYCLE:
-            self._troubles.discard(FaultKind.FATAL_ERROR)
+            self._faults.discard(FaultKind.FATAL_ERROR)
             self.module.power_cycle()
             self._current = None
         elif begins:
-            self._troubles.add(what)
+            self._faults.add(what)
         else:
-            self._troubles.discard(what)
+            self._faults.discard(what)
         self._settle()
 
     def _settle(self) -> None:
-        """Put the module into the worst of the troubles that last."""
-        worst = next((each for each in WORST_FIRST if each in self._troubles), None)
+        """Put the module into the worst of its present faults."""
+        worst = next((each for each in WORST_FIRST if each in self._faults), None)
         if worst is self._current or not isinstance(self.module, Fallible):
             return
         if worst is FaultKind.REMOVED:
-            self._troubles.discard(FaultKind.FATAL_ERROR)  # without power it is forgotten
+            self._faults.discard(FaultKind.FATAL_ERROR)  # without power it is forgotten
         elif self._current is FaultKind.FATAL_ERROR:
             self.module.power_cycle()
         if worst is not None or self._current is not FaultKind.FATAL_ERROR:

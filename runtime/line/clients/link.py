@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 import socket
 from collections.abc import Callable
+from contextlib import suppress
 from threading import Event
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import serial
 from typing_extensions import override
@@ -14,6 +15,8 @@ from typing_extensions import override
 from ..hosts import join_address
 from ..serialport import PORT_ERRORS, reason, settings
 from ..wire import LineFormat
+
+Answer = TypeVar("Answer")
 
 ANSWER_S = 0.2
 """Longest wait for an answer; on the line itself an answer takes 6 to 28 ms."""
@@ -69,6 +72,18 @@ class UncertainError(LinkError):
 
 class StoppedError(LinkError):
     """A motion ended away from its target."""
+
+
+def until_answered(ask: Callable[[], Answer]) -> Answer:
+    """Ask, up to `TRIES` times while the answer is missing or damaged; return the answer.
+
+    Raises:
+        LinkError: the last attempt failed, or the controller refused.
+    """
+    for _ in range(TRIES - 1):
+        with suppress(NoAnswerError, BadAnswerError):
+            return ask()
+    return ask()
 
 
 class Link(Protocol):

@@ -11,7 +11,6 @@ from ....io_images.pcl601.terminals import HARD_LIMIT_BIT, OUTPUT_COUNT
 from .. import pcl601_pdus as pdus
 from .link import (
     POLL_S,
-    TRIES,
     BadAnswerError,
     LinkError,
     NoAnswerError,
@@ -19,6 +18,7 @@ from .link import (
     RefusedError,
     StoppedError,
     UncertainError,
+    until_answered,
 )
 from .modbus import ModbusLine
 from .watching import stopped_when_lost
@@ -282,12 +282,7 @@ class Pcl601Client:
 
     def _asked(self, pdu: bytes) -> bytes:
         """Ask, up to `TRIES` times; return the data of the answer."""
-        for _ in range(TRIES - 1):
-            try:
-                return self._once(pdu)
-            except (NoAnswerError, BadAnswerError):
-                continue
-        return self._once(pdu)
+        return until_answered(lambda: self._once(pdu))
 
     def _once(self, pdu: bytes) -> bytes:
         try:

@@ -23,7 +23,6 @@ from .link import (
     LATE_S,
     POLL_S,
     SILENCE_S,
-    TRIES,
     BadAnswerError,
     Link,
     LinkError,
@@ -34,6 +33,7 @@ from .link import (
     UncertainError,
     checked_answer_s,
     drain,
+    until_answered,
 )
 from .watching import stopped_when_lost
 
@@ -372,12 +372,7 @@ class Pmc006Client:
 
     def _asked(self, code: int, data: int) -> int:
         """Ask, up to `TRIES` times; return the data of the answer."""
-        for _ in range(TRIES - 1):
-            try:
-                return self._once(code, data)
-            except (NoAnswerError, BadAnswerError):
-                continue
-        return self._once(code, data)
+        return until_answered(lambda: self._once(code, data))
 
     def _once(self, code: int, data: int, new_address: int | None = None) -> int:
         """Ask once; return the data of the answer."""
