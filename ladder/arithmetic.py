@@ -230,6 +230,15 @@ def truncated(value: float) -> int:
     return math.trunc(value) if math.isfinite(value) else 0
 
 
+def real_truncated(value: float) -> float:
+    """Cut a REAL off toward zero.
+
+    >>> real_truncated(-2.9)
+    -2.0
+    """
+    return real(truncated(value))
+
+
 def swapped(value: int, bits: int, mode: str) -> int:
     """Reorder the bytes of an INT or DINT; any mode swaps the two bytes of an INT.
 

@@ -43,8 +43,7 @@ def check_whole(lowered: Lowered) -> list[Problem]:
     problems: list[Problem] = []
     for routine in lowered.routines.values():
         problems.extend(_jumps(lowered, routine))
-    circles = list(_circles(lowered))
-    problems.extend(circles or _chains(lowered))
+    problems.extend(_chains(lowered))
     problems.extend(_main_with_inputs(lowered))
     problems.extend(_half_words(lowered))
     return problems
@@ -147,8 +146,9 @@ def calls_of(routine: LoweredRoutine) -> list[str]:
     return called
 
 
-def _circles(lowered: Lowered) -> Iterator[Problem]:
-    """Routines that call themselves, directly or through others."""
+def recursive_routines(lowered: Lowered) -> frozenset[str]:
+    """Return the routines that call themselves, directly or through others, in capitals."""
+    found = set()
     for name, routine in lowered.routines.items():
         reached: set[str] = set()
         open_names = calls_of(routine)
@@ -158,7 +158,8 @@ def _circles(lowered: Lowered) -> Iterator[Problem]:
                 reached.add(called)
                 open_names += calls_of(lowered.routines[called])
         if name in reached:
-            yield Problem(f"routine {routine.name}", "", "it calls itself", "loop with JMP and LBL instead")
+            found.add(name)
+    return frozenset(found)
 
 
 MOST_CALLS = 50
@@ -166,12 +167,13 @@ MOST_CALLS = 50
 
 
 def _chains(lowered: Lowered) -> Iterator[Problem]:
-    """The first routine whose calls go too deep; there are no circles."""
+    """The first routine whose calls go too deep; those of recursive routines are counted in the scan."""
     depths: dict[str, int] = {}
+    ends = lowered.routines.keys() - lowered.recursive
     todo = list(lowered.routines)
     while todo:
         name = todo[-1]
-        called = [each for each in calls_of(lowered.routines[name]) if each in lowered.routines]
+        called = [each for each in calls_of(lowered.routines[name]) if each in ends]
         unknown = [each for each in called if each not in depths]
         if name not in depths and unknown:
             todo += unknown

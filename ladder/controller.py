@@ -29,7 +29,7 @@ from typing import Any
 
 from typing_extensions import override
 
-from .checks import check_whole, warnings_of
+from .checks import check_whole, recursive_routines, warnings_of
 from .errors import BuildError, LadderError, Problem
 from .logic import Program
 from .lowered import Lowered
@@ -166,10 +166,11 @@ class Controller(LadderLogic):
             lowered.schedule = schedule_of(layout, tasks, roots)
         for program in self.programs:
             problems += program.lower_into(lowering, program.name)
+        lowered.recursive = recursive_routines(lowered)
         problems = lowering.problems + check_whole(lowered) + problems + wrong_initials(lowered)
         if problems:
             raise BuildError(self.name, problems, self.kind)
-        return lowered, [*warnings_of(lowered, self.allowed), *self._idle(tasks)]
+        return lowered, [*lowering.warnings, *warnings_of(lowered, self.allowed), *self._idle(tasks)]
 
     def _all_declarations(self) -> Iterator[Declaration]:
         yield from self.declarations

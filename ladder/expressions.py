@@ -7,7 +7,9 @@ address    = [ "\" program "." ] name
 
 from __future__ import annotations
 
+import math
 import re
+from decimal import Decimal
 from typing import NoReturn
 
 from .operators import FUNCTION_NAMES
@@ -41,8 +43,17 @@ _SLASH = re.compile(r"/(\d+|[A-Za-z]\w*)")
 _DIGITS = re.compile(r"\d+")
 _NUMBER = re.compile(
     r"(?P<radix>16|8|2)#(?P<digits>[0-9A-Fa-f_]+)"
-    r"|(?P<real>\d+\.\d*(?:[eE][+-]?\d+)?|\d+[eE][+-]?\d+)|(?P<integer>\d+)"
+    r"|(?P<special>1\.(?:\$|#[A-Za-z]+)0*)"
+    r"|(?P<time>[Tt](?:[Ii][Mm][Ee])?#[0-9_.A-Za-z]+)"
+    r"|(?P<real>\d+\.\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?|\d+[eE][+-]?\d+)|(?P<integer>\d+)"
 )
+_INFINITE = ("1.$", "1.#INF")
+_NOT_A_NUMBER = ("1.#QNAN", "1.#SNAN", "1.#NAN", "1.#IND")
+"""How exports print values that are no numbers."""
+
+_TIME_PART = re.compile(r"([0-9_]+(?:\.[0-9_]*)?)(d|h|ms|m|s)", re.IGNORECASE)
+_PART_MS = {"d": 86_400_000, "h": 3_600_000, "m": 60_000, "s": 1_000, "ms": 1}
+"""Units of a time such as T#1m30s, in ms."""
 _OPERATOR = re.compile(r"\*\*|<>|<=|>=|[-+*/<>=]|(?:MOD|AND|OR|XOR)\b", re.IGNORECASE)
 _NOT = re.compile(r"NOT\b", re.IGNORECASE)
 _FUNCTION = re.compile(rf"(?:{'|'.join(FUNCTION_NAMES)})\s*\(", re.IGNORECASE)
@@ -113,7 +124,8 @@ class ExpressionParser(Scanner):
         if literal:
             number = self._number()
             if not self.text.startswith("**", self.at):
-                return Number(-number.value, f"-{number.text}")
+                value = number.value if number.value != number.value else -number.value
+                return Number(value, f"-{number.text}")
             self.at = start
             self.skip("-")
         return Operation("NEG", (self._inner(1, LEVEL["NEG"]),))
@@ -142,8 +154,14 @@ class ExpressionParser(Scanner):
             self.fail("a number")
         start = self.at
         text = literal.group()
-        if literal["real"]:
-            value: int | float = float(text)
+        if literal["special"]:
+            text = text.upper().rstrip("0")
+            value: int | float = self._special(text)
+        elif literal["time"]:
+            value = self._time(text)
+            text = text.upper()
+        elif literal["real"]:
+            value = float(text)
         elif literal["integer"]:
             value = self._of_radix(10, text, start)
             text = str(value)
@@ -152,6 +170,24 @@ class ExpressionParser(Scanner):
             text = f"{literal['radix']}#{literal['digits'].upper()}"
         self._move_to(literal.end())
         return Number(value, text)
+
+    def _special(self, text: str) -> float:
+        if text in _INFINITE:
+            return math.inf
+        if text not in _NOT_A_NUMBER:
+            self.fail(f"a number, {', '.join(_INFINITE + _NOT_A_NUMBER)}", text)
+        return math.nan
+
+    def _time(self, text: str) -> int:
+        """Return a time in ms, as PRE and ACC of timers have it."""
+        parts = text.partition("#")[2]
+        found = list(_TIME_PART.finditer(parts))
+        if "".join(each.group() for each in found) != parts:
+            self.fail("a time such as T#5s or T#1m30s", text)
+        total = sum(Decimal(each[1].replace("_", "")) * _PART_MS[each[2].lower()] for each in found)
+        if total != int(total):
+            self.fail("a time of whole milliseconds", text)
+        return int(total)
 
     def _of_radix(self, radix: int, digits: str, start: int) -> int:
         if len(digits) > MOST_DIGITS:

@@ -8,6 +8,7 @@ from typing import NoReturn
 from .errors import (
     CONTROL_CODE,
     OVERFLOW_CODE,
+    STACK_CODE,
     SUBSCRIPT_CODE,
     TIMER_CODE,
     WATCHDOG_CODE,
@@ -21,6 +22,9 @@ from .memory import Memory
 KEPT = 1000
 """Minor faults that are kept, the latest ones."""
 
+MOST_RECURSION = 25
+"""Calls of routines that call themselves, directly or through others, that may be under way at a time."""
+
 MOST_JUMPS = 200_000
 """Jumps backwards in one scan: more than a controller does within its watchdog of 500 ms, at 2.5 µs each."""
 
@@ -32,6 +36,7 @@ class FaultLog:
         minor: the latest minor faults, one per instruction and scan.
         now_ns: virtual time of the scan.
         overflows: results so far that did not fit, and divisors of zero.
+        depth: calls of recursive routines that are under way.
 
     Args:
         lowered: the program.
@@ -43,6 +48,7 @@ class FaultLog:
         self.now_ns = 0
         self.overflows = 0
         self._jumps = 0
+        self.depth = 0
         self._lowered, self._memory = lowered, memory
         self._told: set[int] = set()
         self._overflow = memory.layout.leaf("S:V")
@@ -52,6 +58,7 @@ class FaultLog:
         """Start a scan: each instruction may record one minor fault again."""
         self.now_ns = now_ns
         self._jumps = 0
+        self.depth = 0
         if self._told:
             self._told.clear()
 
@@ -95,6 +102,18 @@ class FaultLog:
         """Stop the scan: LEN or POS of a CONTROL is negative."""
         text = f"LEN is {length}, POS is {position}; neither may be negative"
         raise LadderFault(self._lowered.sites[site], tag, text, CONTROL_CODE)
+
+    def called(self, site: int) -> None:
+        """Count a call of a recursive routine; stop a scan in which they go too deep."""
+        self.depth += 1
+        if self.depth > MOST_RECURSION:
+            at = self._lowered.sites[site]
+            text = f"routines that call themselves go more than {MOST_RECURSION} deep"
+            raise LadderFault(at, "JSR", text, STACK_CODE)
+
+    def returned(self) -> None:
+        """Count the return of a recursive routine."""
+        self.depth -= 1
 
     def negative_timer(self, site: int, tag: str, preset: int, accumulated: int) -> NoReturn:
         """Stop the scan: PRE or ACC of a timer is negative."""

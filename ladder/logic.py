@@ -22,7 +22,7 @@ from typing import Any
 from typing_extensions import override
 
 from .addon import specs_of
-from .checks import check_whole, warnings_of
+from .checks import check_whole, recursive_routines, warnings_of
 from .errors import BuildError, LadderError, Problem
 from .front import RungMaker
 from .lowered import Lowered
@@ -178,7 +178,8 @@ class Program(LadderLogic):
         if self.fault:
             task = Task(self.name, TaskKind.CONTINUOUS, (self.name,))
             lowered.schedule = schedule_of(layout, [task], [self.roots()])
+        lowered.recursive = recursive_routines(lowered)
         problems = lowering.problems + check_whole(lowered) + problems + wrong_initials(lowered)
         if problems:
             raise BuildError(self.name, problems)
-        return lowered, warnings_of(lowered, self.allowed)
+        return lowered, [*lowering.warnings, *warnings_of(lowered, self.allowed)]

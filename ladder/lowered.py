@@ -282,6 +282,7 @@ class Lowered:
         override: whether there is an MCR.
         schedule: tasks and programs, None for a program without them.
         recursive: routines that call themselves, directly or through others, in capitals.
+        written_inputs: identifiers of the inputs that the program writes.
     """
 
     name: str
@@ -296,6 +297,7 @@ class Lowered:
     override: bool = False
     schedule: Schedule | None = None
     recursive: frozenset[str] = frozenset()
+    written_inputs: set[str] = field(default_factory=set)
 
     @property
     def roots(self) -> frozenset[str]:

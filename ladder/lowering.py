@@ -44,6 +44,7 @@ class Lowering:
     Attributes:
         lowered: the result.
         problems: what is wrong.
+        warnings: what is allowed and probably not meant.
     """
 
     def __init__(
@@ -51,6 +52,7 @@ class Lowering:
     ) -> None:
         self.lowered = Lowered(name, layout, main.upper())
         self.problems: list[Problem] = []
+        self.warnings: list[Problem] = []
         self._add_ons = add_ons
         self._uncompiled: list[AddOn] = []
         self._frame: Frame | None = None
@@ -90,14 +92,13 @@ class Lowering:
             self.lowered.routines[name.upper()] = replace(lowered, frame=definition.name.upper())
 
     def _check_handed(self) -> None:
-        """Refuse calls that hand an input to an InOut that is written."""
+        """Note calls that hand an input to an InOut that is written."""
         for call, where, text in self._to_check:
             frame = self.lowered.frames[call.name]
             for name, operand in call.handed.items():
                 if is_input(operand) and writes(self.lowered, frame, name):
-                    problem = f"{text}: {operand.text} is an input and written by the module"
-                    remedy = f"{frame.name} writes it as {name}: hand over a tag of your own"
-                    self.problems.append(Problem(where, text, problem, remedy))
+                    said = f"{operand.text} is an input, and {frame.name} writes it as {name}"
+                    self._note_input(operand, said, where, text)
         self._to_check.clear()
 
     def _one(self, routine: Routine) -> None:
@@ -159,7 +160,7 @@ class Lowering:
             return Line(number, (), rung.origin, "", rung.comment)
         nodes = self._series(rung.series)
         steps = list(steps_of(nodes))
-        if all(step.kind is Kind.INPUT and not step.spec.alone for step in steps):
+        if steps and all(step.kind is Kind.INPUT and not step.spec.alone for step in steps):
             self.report("the rung has no output", "end it with a coil or another output instruction")
         for step in steps:
             if step.name == "MCR" and nodes[-1] is not step:
@@ -291,20 +292,21 @@ class Lowering:
         if not check.accepts(resolved):
             raise OperandError(f"{operand} is {described(resolved)}, {check.text} is needed", check.remedy)
         if use in WRITTEN and isinstance(resolved, (Place, Group)):
-            self.refuse_input(operand, resolved)
+            self.note_written(operand, resolved)
         return resolved
 
-    def refuse_input(self, operand: Operand, resolved: Place | Group) -> None:
-        """Refuse to write inputs of a module.
-
-        Raises:
-            OperandError: this is one.
-        """
+    def note_written(self, operand: Operand, resolved: Place | Group) -> None:
+        """Note what is written: InOuts of an add-on instruction, and inputs of a module."""
         if self._frame is not None:
             self._frame.written.update(leaf.root for leaf in leaves_in(resolved))
-            return
-        if any(leaf.slot is not None and not leaf.output for leaf in leaves_in(resolved)):
-            raise OperandError(f"{operand} is an input and written by the module", "write a tag of your own")
+        elif is_input(resolved):
+            self._note_input(resolved, f"{operand} is an input", self._where, self._rung_text)
+
+    def _note_input(self, resolved: Place | Group, text: str, where: str, rung: str) -> None:
+        """Note that an input is written: the value stays until its module's next update."""
+        self.lowered.written_inputs.update(leaf.ident for leaf in leaves_in(resolved))
+        remedy = "write a tag of your own"
+        self.warnings.append(Problem(where, rung, f"{text}: its module writes over it", remedy))
 
     def note_flags(self, operand: Operand) -> None:
         """Keep the status flags if an operand names one."""
@@ -366,7 +368,7 @@ class Lowering:
             raise OperandError(
                 f"{operand} is {described(resolved)}, a tag is needed", "name the tag to write"
             )
-        self.refuse_input(operand, resolved)
+        self.note_written(operand, resolved)
         return resolved
 
 

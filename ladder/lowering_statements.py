@@ -75,8 +75,8 @@ class Lowerer(Protocol):
     def note_flags(self, operand: Operand) -> None:
         """Keep the status flags if an operand names one."""
 
-    def refuse_input(self, operand: Operand, resolved: Place | Group) -> None:
-        """Refuse to write inputs of a module."""
+    def note_written(self, operand: Operand, resolved: Place | Group) -> None:
+        """Note what is written."""
 
 
 class StatementLowering:
@@ -279,7 +279,7 @@ class StatementLowering:
                 "assign its parts, or COP it",
             )
         assert isinstance(resolved, (Place, Group))
-        self._lowering.refuse_input(operand, resolved)
+        self._lowering.note_written(operand, resolved)
         return resolved
 
     def _value(self, target: Place | Group, operand: Operand) -> Resolved:

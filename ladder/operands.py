@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .operators import BITWISE, REAL_FUNCTIONS, RELATIONS
+from .operators import BITWISE, FUNCTIONS, RELATIONS
 from .tags import Layout, Leaf
 from .types import BOOL, DINT, LINT, REAL, DataType, Elementary, fields_of
 
@@ -138,7 +138,7 @@ def is_integer(resolved: Resolved) -> bool:
     """Whether this has an integer value."""
     if isinstance(resolved, (Constant, Place)):
         return resolved.type.is_integer
-    if not isinstance(resolved, Calculation) or resolved.name in REAL_FUNCTIONS:
+    if not isinstance(resolved, Calculation) or _is_real_function(resolved):
         return False
     return all(map(is_integer, resolved.operands))
 
@@ -164,10 +164,14 @@ def types_in(resolved: Resolved) -> set[Elementary]:
     if isinstance(resolved, (Constant, Place)):
         return {resolved.type}
     if isinstance(resolved, Calculation):
-        if resolved.name in REAL_FUNCTIONS:
-            return {REAL}
-        return set().union(*map(types_in, resolved.operands))
+        own = {REAL} if _is_real_function(resolved) else set()
+        return own.union(*map(types_in, resolved.operands))
     return set()
+
+
+def _is_real_function(calculation: Calculation) -> bool:
+    function = FUNCTIONS.get(calculation.name)
+    return function is not None and function.whole is None
 
 
 def can_fault(resolved: Resolved) -> bool:

@@ -2,26 +2,62 @@
 
 from __future__ import annotations
 
-FUNCTIONS = ("ABS", "SQR", "TRN")
-"""Functions in expressions whose result has the type of the operand."""
+from collections.abc import Callable
+from dataclasses import dataclass
 
-REAL_FUNCTIONS = {
-    "SIN": "sine",
-    "COS": "cosine",
-    "TAN": "tangent",
-    "ASN": "arc_sine",
-    "ACS": "arc_cosine",
-    "ATN": "arc_tangent",
-    "LN": "natural_log",
-    "LOG": "common_log",
-    "DEG": "degrees",
-    "RAD": "radians",
+from . import arithmetic as math
+
+
+@dataclass(frozen=True, slots=True)
+class Function:
+    """A function in expressions.
+
+    Attributes:
+        name: the name it prints under.
+        real: its value for a REAL.
+        whole: its value for an integer; None for a function that makes its expression REAL.
+        other: its second name, "" without one.
+        safe: `real` rounds, and is finite for whatever is finite.
+        positive: its value is never negative.
+    """
+
+    name: str
+    real: Callable[[float], float]
+    whole: Callable[[int], int] | None = None
+    other: str = ""
+    safe: bool = False
+    positive: bool = False
+
+
+FUNCTIONS = {
+    each.name: each
+    for each in (
+        Function("ABS", abs, abs, safe=True, positive=True),
+        Function("SQR", math.square_root, math.integer_root, "SQRT", safe=True, positive=True),
+        Function("TRN", math.real_truncated, int, "TRUNC", safe=True),
+        Function("SIN", math.sine),
+        Function("COS", math.cosine),
+        Function("TAN", math.tangent),
+        Function("ASN", math.arc_sine, other="ASIN"),
+        Function("ACS", math.arc_cosine, other="ACOS"),
+        Function("ATN", math.arc_tangent, other="ATAN"),
+        Function("LN", math.natural_log),
+        Function("LOG", math.common_log),
+        Function("DEG", math.degrees),
+        Function("RAD", math.radians),
+    )
 }
-"""Functions whose result is REAL, each with its name in `arithmetic`."""
+"""Functions in expressions, by name [1756-RM003N, valid operators]."""
 
-_SECOND_NAMES = {"SQRT": "SQR", "TRUNC": "TRN", "ASIN": "ASN", "ACOS": "ACS", "ATAN": "ATN"}
+CALLED = {
+    function.__name__: function
+    for each in FUNCTIONS.values()
+    for function in (each.real, each.whole)
+    if function is not None
+}
+"""Python functions that the compiled program calls for them, by the name under which it does."""
 
-FUNCTION_NAMES = {name: name for name in (*FUNCTIONS, *REAL_FUNCTIONS)} | _SECOND_NAMES
+FUNCTION_NAMES = {name: each.name for each in FUNCTIONS.values() for name in (each.name, each.other) if name}
 """Functions by any of their names, to the one they print under."""
 
 RELATIONS = ("=", "<>", "<", "<=", ">", ">=")

@@ -11,6 +11,7 @@ import struct
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from .arithmetic import real, whole, wrap
 from .memory import Store, Value
 from .operands import Constant, Group, Place, Resolved
 from .tags import OWN, Leaf
@@ -141,6 +142,30 @@ def copy(source: End, target: End, length: int) -> None:
     if len(data) < wanted:
         data += take(goal, into, at, count)[len(data) :]
     put(goal, into, at, count, data)
+
+
+def fill(target: End, length: int, value: Value) -> None:
+    """Set elements to a value; in a structure every member to it, each bit to whether it is not 0.
+
+    Args:
+        target: the first element.
+        length: elements; those behind the end of the array are left out.
+        value: a number.
+    """
+    store, region, first = target
+    count = min(length, region.left(first, store))
+    for part in region.parts:
+        converted = _converted(part.leaf.type, value)
+        for number in range(count):
+            store.write(part.leaf, (first + number) * part.per_element + part.field.index, converted)
+
+
+def _converted(kind: Elementary, value: Value) -> Value:
+    if kind.is_bool:
+        return bool(value)
+    if kind.is_real:
+        return real(value)
+    return wrap(whole(value) if isinstance(value, float) else int(value), kind.bits)
 
 
 def take(memory: Store, region: Region, first: int, count: int) -> bytes:

@@ -140,9 +140,11 @@ class Scheduler:
         write(program.started, 0, True)
         if self._override is not None:
             write(self._override, 0, False)
+        depth = self._fault_log.depth
         try:
             self._run(main, now_ns)
         except LadderFault as fault:
+            self._fault_log.depth = depth
             if fault.type != PROGRAM_FAULT or program.fault is None:
                 raise
             self._fault_routine(program, program.fault, fault, now_ns)

@@ -13,7 +13,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
-from .operators import REAL_FUNCTIONS
+from .operators import CALLED
 from .stretches import Spot, spot_of
 from .tree import Address
 from .types import BOOL, DINT, HIDDEN, INT, DataType, Elementary, Structure, count_of, leaves_of
@@ -397,6 +397,8 @@ RESERVED = frozenset(
         "outside",
         "negative",
         "jumped_back",
+        "called",
+        "returned",
         "narrow",
         "integer",
         "cut",
@@ -412,7 +414,7 @@ RESERVED = frozenset(
         "python",
         "answer",
         "interpret",
-        *REAL_FUNCTIONS.values(),
+        *CALLED,
         "real",
         "wrap",
         "power",

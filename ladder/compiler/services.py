@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from .. import arithmetic as math
 from ..lowered import Lowered, Step, steps_of
 from ..memory import NOTHING, Listed, Store, Value, set_text_in, text_in
-from ..operators import REAL_FUNCTIONS
-from ..regions import Region, copy, region_of
+from ..operators import CALLED
+from ..regions import Region, copy, fill, region_of
 from ..spec import Use
 
 if TYPE_CHECKING:
@@ -53,6 +53,14 @@ class Services:
         """Stop the scan if PRE or ACC of a timer is negative."""
         if preset < 0 or accumulated < 0:
             self._fault_log.negative_timer(site, tag, preset, accumulated)
+
+    def called(self, site: int) -> None:
+        """Count a call of a recursive routine; stop a scan in which they go too deep."""
+        self._fault_log.called(site)
+
+    def returned(self) -> None:
+        """Count the return of a recursive routine."""
+        self._fault_log.returned()
 
     def jumped_back(self, site: int) -> None:
         """Count a jump backwards; stop a scan that does not end."""
@@ -127,14 +135,7 @@ class Services:
 
     def fill(self, target: Region, at: int, length: int, value: Value, goal: Store | None = None) -> None:
         """Fill elements with a converted value."""
-        store = goal or self._memory
-        leaf, kind = target.parts[0].leaf, target.parts[0].leaf.type
-        if kind.is_real:
-            value = math.real(value)
-        else:
-            value = math.wrap(math.whole(value) if isinstance(value, float) else int(value), kind.bits)
-        for number in range(min(length, target.left(at, store))):
-            store.write(leaf, at + number, value)
+        fill((goal or self._memory, target, at), length, value)
 
     def stretch(
         self, frame: str, values: Any, base: int = 0, left: int = 1, mask: int | None = None
@@ -211,10 +212,9 @@ def services(engine: Engine, regions: Regions) -> dict[str, Any]:
         "truncated",
         "swapped",
         "distributed",
-        *REAL_FUNCTIONS.values(),
     ):
         named[name] = getattr(math, name)
-    return named
+    return named | CALLED
 
 
 Regions = dict[tuple[int, int], Any]

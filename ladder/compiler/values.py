@@ -18,7 +18,7 @@ from ..operands import (
     is_truth,
     width_of,
 )
-from ..operators import BITWISE, REAL_FUNCTIONS, RELATIONS
+from ..operators import BITWISE, FUNCTIONS, RELATIONS
 from ..stretches import row_strides
 from ..tags import OWN, FrameLayout, Leaf
 from ..types import DINT, LINT, REAL, Elementary
@@ -289,35 +289,31 @@ class Values:
             return Term(f"({texts[0]} {sign} {texts[1]})", -(1 << bits), (1 << bits) - 1)
         if name == "**":
             return Term(f"truncated(power(float({texts[0]}), float({texts[1]})))", -(1 << 4000), 1 << 4000)
-        if name == "TRN":
-            return a
-        text, low, high = {
-            "NOT": (f"(~{texts[0]})", ~a.high, ~a.low),
-            "NEG": (f"(-{texts[0]})", -a.high, -a.low),
-            "ABS": (f"abs({texts[0]})", 0, size),
-            "SQR": (f"integer_root({texts[0]})", 0, size),
-        }[name]
-        return Term(text, low, high)
+        if name == "NOT":
+            return Term(f"(~{texts[0]})", ~a.high, ~a.low)
+        if name == "NEG":
+            return Term(f"(-{texts[0]})", -a.high, -a.low)
+        row = FUNCTIONS[name]
+        assert row.whole is not None
+        return Term(f"{row.whole.__name__}({texts[0]})", 0 if row.positive else a.low, size)
 
     def real_operation(self, name: str, terms: list[Term]) -> Term:
         """Return a REAL operation."""
         texts = [each.text for each in terms]
-        if name in REAL_FUNCTIONS:
-            angle = self.keep(texts[0])
-            text = f"real_result({self.site}, {REAL_FUNCTIONS[name]}({angle}), {angle})"
-        elif name in ("+", "-", "*", "**"):
+        if name in ("+", "-", "*", "**"):
             kept = [each if _simple(each) else self.keep(each) for each in texts]
             exact = f"power({kept[0]}, {kept[1]})" if name == "**" else f"{kept[0]} {name} {kept[1]}"
             text = f"real_result({self.site}, {exact}, {kept[0]}, {kept[1]})"
         elif name in ("/", "MOD"):
             text = f"real_{'divide' if name == '/' else 'modulo'}({self.site}, {texts[0]}, {texts[1]})"
+        elif name == "NEG":
+            text = f"(-{texts[0]})"
         else:
-            text = {
-                "NEG": f"(-{texts[0]})",
-                "ABS": f"abs({texts[0]})",
-                "SQR": f"square_root({texts[0]})",
-                "TRN": f"real_result({self.site}, truncated({texts[0]}), {texts[0]})",
-            }[name]
+            function = FUNCTIONS[name]
+            value = texts[0] if function.safe or _simple(texts[0]) else self.keep(texts[0])
+            text = f"{function.real.__name__}({value})"
+            if not function.safe:
+                text = f"real_result({self.site}, {text}, {value})"
         return Term(text, real=True)
 
     def compute(self, name: str, operands: tuple[Resolved, ...], target: Place) -> None:

@@ -85,10 +85,14 @@ class Writer:
         spot = self.layout.spot(leaf)
         if spot is not None:
             return spot.ident
-        if leaf.is_image and not leaf.output:
+        if leaf.is_image and not self.is_live(leaf):
             self.inputs.add(leaf.ident)
             return f"{leaf.ident}_"
         return leaf.ident
+
+    def is_live(self, leaf: Leaf) -> bool:
+        """Whether a leaf is an image that is used itself; inputs that are only read are used as a list."""
+        return leaf.is_image and (leaf.output or leaf.ident in self.lowered.written_inputs)
 
     def assigned(self, leaf: Leaf) -> None:
         """Note that a leaf's variable is assigned to; elements of lists are not."""

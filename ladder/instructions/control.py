@@ -34,13 +34,31 @@ def _resolve_jsr(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple
         if not isinstance(number, Number) or number.value not in range(len(given) - 1):
             raise OperandError(f"{number} is not the number of inputs", f"allowed are 0 to {len(given) - 2}")
         count = int(number.value)
+    if count == 0 and [str(each) for each in given[2:]] == ["0"]:
+        given = given[:2]  # JSR(Sub,0,0), as some exports have it: neither inputs nor returns
     inputs = tuple(map(resolver.value, given[2 : 2 + count]))
     return (Call(resolver.named(name.name), inputs, tuple(map(resolver.target, given[2 + count :]))),)
 
 
 def _jsr(machine: Interpreter, call: Call) -> None:
-    answers = machine.call(call.routine, [machine.value(each) for each in call.inputs])
+    inputs = [machine.value(each) for each in call.inputs]
+    recursive = call.routine in machine.lowered.recursive
+    if recursive:
+        machine.fault_log.called(machine.site)
+    answers = machine.call(call.routine, inputs)
+    if recursive:
+        machine.fault_log.returned()
     machine.take(call.returns, answers)
+
+
+def _prescan_jsr(machine: Interpreter, call: Call) -> None:
+    """Prescan the routine, one that calls itself once."""
+    if call.routine in machine.prescanned:
+        return
+    if call.routine in machine.lowered.recursive:
+        machine.prescanned.add(call.routine)
+    machine.prescan(call.routine)
+    machine.prescanned.discard(call.routine)
 
 
 def _write_jsr(rungs: RungWriter, call: Call) -> None:
@@ -49,10 +67,16 @@ def _write_jsr(rungs: RungWriter, call: Call) -> None:
         text = f"python({call.routine!r}, ({inputs}))"
     else:
         text = f"{rungs.functions[call.routine]}(now, ({inputs}))"
-    if not call.returns:
+    recursive = call.routine in rungs.writer.lowered.recursive
+    if recursive:
+        rungs.writer.line(f"called({rungs.values.site})")
+    answers = ""
+    if call.returns:
+        answers = rungs.values.keep(f"{text} or ()")
+    else:
         rungs.writer.line(text)
-        return
-    answers = rungs.values.keep(f"{text} or ()")
+    if recursive:
+        rungs.writer.line("returned()")
     for number, place in enumerate(call.returns):
         with rungs.writer.block(f"if len({answers}) > {number}:"):
             _take(rungs, place, f"{answers}[{number}]")
@@ -135,7 +159,7 @@ JSR = action(
     resolve=_resolve_jsr,
     run=_jsr,
     write=_write_jsr,
-    prescan=lambda machine, call: machine.prescan(call.routine),
+    prescan=_prescan_jsr,
 )
 RET = action("RET", Use.PARAMETERS, resolve=_resolve_ret, run=_ret, write=_write_ret)
 SBR = condition(

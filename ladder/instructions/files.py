@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from .. import arithmetic as math
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
-from ..memory import Value
-from ..operand_checks import OperandError
-from ..operands import Constant, Group, Resolved, width_of
-from ..regions import Region, copy, plain, region_of
+from ..operands import Constant, Resolved, width_of
+from ..regions import Region, copy, fill, plain, region_of
 from ..spec import Use, action
 from ..tags import Leaf
-from ..types import LINT, Elementary, Structure
+from ..types import LINT
 
 __all__ = ["COP", "CPS", "FLL"]
 
@@ -52,9 +49,9 @@ def _write_slices(rungs: RungWriter, source: Region, target: Region, length: int
         return True
     origin, goal = source.parts[0].leaf, target.parts[0].leaf
     text = _write_slice(rungs, origin, first, count)
-    if origin.output:
+    if rungs.writer.is_live(origin):
         text += ".tolist()"
-    if goal.output:
+    if rungs.writer.is_live(goal):
         text = f'array("h", {text})'
     rungs.writer.line(f"{_write_slice(rungs, goal, at, count)} = {text}")
     return True
@@ -70,24 +67,9 @@ def _write_slice(rungs: RungWriter, leaf: Leaf, first: int, count: int) -> str:
 # --- FLL: one value into elements of an array, without flags and faults
 
 
-def _check_fll(_source: Resolved, target: Resolved, _length: Resolved) -> None:
-    if isinstance(target, Group) and isinstance(target.type, Structure):
-        raise OperandError(f"FLL does not fill a {target.type.name}", "COP a structure over it")
-
-
 def _fll(machine: Interpreter, source: Resolved, target: Resolved, length: Resolved) -> None:
-    store, region, first = machine.end(target)
-    count = min(machine.integer(length), region.left(first, store))
-    value = machine.number(source, width_of(source))
-    leaf = region.parts[0].leaf
-    for number in range(count):
-        store.write(leaf, first + number, _converted(leaf.type, value))
-
-
-def _converted(kind: Elementary, value: Value) -> Value:
-    if kind.is_real:
-        return math.real(value)
-    return math.wrap(math.whole(value) if isinstance(value, float) else int(value), kind.bits)
+    end = machine.end(target)
+    fill(end, machine.integer(length), machine.number(source, width_of(source)))
 
 
 def _write_fll(rungs: RungWriter, source: Resolved, target: Resolved, length: Resolved) -> None:
@@ -104,4 +86,4 @@ def _write_fll(rungs: RungWriter, source: Resolved, target: Resolved, length: Re
 
 COP = action("COP", Use.SOURCE, Use.DESTINATION, Use.INTEGER, run=_cop, write=_write_cop)
 CPS = action("CPS", Use.SOURCE, Use.DESTINATION, Use.INTEGER, run=_cop, write=_write_cop)
-FLL = action("FLL", Use.NUMBER, Use.DESTINATION, Use.INTEGER, check=_check_fll, run=_fll, write=_write_fll)
+FLL = action("FLL", Use.NUMBER, Use.DESTINATION, Use.INTEGER, run=_fll, write=_write_fll)

@@ -59,6 +59,7 @@ class Interpreter(Values):
     Attributes:
         inputs: values that the caller passes to the present routine.
         selected: value of the CASE that is being decided.
+        prescanned: recursive routines whose prescan is under way, in capitals.
         scheduler: runs the programs of a controller; None if a scan calls one routine.
 
     Args:
@@ -73,6 +74,7 @@ class Interpreter(Values):
         self.inputs: Sequence[Value] = ()
         self.selected: Value = 0
         self.scheduler: Scheduler | None = None
+        self.prescanned: set[str] = set()
         self._call_python = call_python
         self._preempted = frozenset(filter(lowered.is_preempted, lowered.routines))
 

@@ -10,7 +10,7 @@ from ..fault_log import FaultLog
 from ..lowered import Lowered
 from ..memory import Memory, Store, Value, set_text_in, text_in
 from ..operands import Calculation, Constant, Group, Place, Quoted, Resolved, is_truth, place_of, width_of
-from ..operators import BITWISE, REAL_FUNCTIONS, RELATIONS
+from ..operators import BITWISE, FUNCTIONS, RELATIONS
 from ..regions import End, region_of
 from ..tags import Leaf
 from ..types import DINT
@@ -248,9 +248,7 @@ _WHOLE: Mapping[str, Callable[..., int]] = {
     "XOR": lambda a, b: a ^ b,
     "NOT": lambda a: ~a,
     "NEG": lambda a: -a,
-    "ABS": abs,
-    "SQR": math.integer_root,
-    "TRN": lambda a: a,
+    **{name: each.whole for name, each in FUNCTIONS.items() if each.whole is not None},
 }
 
 _REAL: Mapping[str, Callable[..., float]] = {
@@ -261,8 +259,5 @@ _REAL: Mapping[str, Callable[..., float]] = {
     "MOD": math.real_remainder,
     "**": math.power,
     "NEG": lambda a: -a,
-    "ABS": abs,
-    "SQR": math.square_root,
-    "TRN": lambda a: math.real(math.truncated(a)),
-    **{name: getattr(math, function) for name, function in REAL_FUNCTIONS.items()},
+    **{name: each.real for name, each in FUNCTIONS.items()},
 }

@@ -113,9 +113,6 @@ def test_the_debugger_runs_a_scan_with_its_fault_again():
 @pytest.mark.parametrize(
     ("rung", "message"),
     [
-        ("MOV(1,Local:1:I.Fault);", "is an input and written by the module"),
-        ("COP(Whole,Local:1:I,1);", "is an input and written by the module"),
-        ("OTE(Local:1:I.ModuleOK);", "is an input and written by the module"),
         ("MOV(Local:1:I.Data8,Word);", "Data0 to Data7, ModuleOK, ConfigError, ConfigMode and Fault"),
         ("XIC(Local:1:O.ModuleOK)OTE(Ok);", "there are Data[0] to Data[7], Data0 to Data7, and bits"),
         ("XIC(Local:1:I.ModuleOK.1)OTE(Ok);", "is not part of a module"),
