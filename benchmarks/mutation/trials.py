@@ -193,7 +193,7 @@ class Trials:
         self.cache = cache
         self._sources = source_hash(copies[0].package, sources)
         self._tests = {path: file_hash(copies[0].place / path) for path in {file_of(n) for n in known.tests}}
-        self._support = tree_hash(copies[0].place / "tests", "support/*.py", "conftest.py")
+        self._support = tree_hash(copies[0].place / "tests", "support/*.py", "tools/*.py", "conftest.py")
         refusals = copies[0].package / "runtime" / "modules" / "amci3601" / "refusals.py"
         self._rules_asking = rules_asking(refusals.read_text(encoding="utf-8"))
         self._killers: Counter[tuple[str, str, str]] = Counter()
