@@ -249,5 +249,5 @@ def _wire_pmc006(controller: Controller, name: str, state: str) -> None:
     if name not in pins:
         raise ValueError(f"there is no input {name}: allowed are {', '.join(pins)}")
     if state not in ("high", "low"):
-        raise ValueError(f"{state!r} is no state of an input: allowed are high and low")
+        raise ValueError(f"{state!r} is not a state of an input: allowed are high and low")
     controller.set_pin(pins[name], state == "high")

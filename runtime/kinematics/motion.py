@@ -64,7 +64,7 @@ class Motion:
         rest: Segment | None = None,
     ) -> None:
         if direction not in (1, -1):
-            raise ValueError(f"direction {direction} is none: allowed are 1 (CW) and -1 (CCW)")
+            raise ValueError(f"direction {direction} is not allowed: only 1 (CW) and -1 (CCW)")
         self.direction = direction
         self.origin = origin
         self.start_ns = start_ns

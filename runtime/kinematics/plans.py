@@ -52,7 +52,7 @@ def move(now_ns: int, origin: int, distance: int, profile: Profile) -> Motion:
         ValueError: the distance is 0.
     """
     if distance == 0:
-        raise ValueError("distance 0 is no move: allowed is any other number of steps")
+        raise ValueError("distance 0 is not a move: allowed is any other number of steps")
     steps = abs(distance)
     base_nsps, peak_nsps = NANO * profile.base_sps, _peak_speed(steps, profile)
     course = Course(now_ns)

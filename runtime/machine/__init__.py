@@ -1,10 +1,10 @@
-"""The machine that a module is bolted to: what it is made of, and what it does.
+"""The machine that a module is bolted to: its parts and their behaviour.
 
 `spec` is data: switches, encoder, timeline, stations, slips and jams, each checked when it is made. `Machine`
-is what they do in time: the module tells which motor steps it makes, the machine how far the shaft has
-followed and what the inputs are then. It is asked ahead, so that nothing loops over steps or ticks.
+is their behaviour in time: the module reports its motor steps, the machine decides how far the shaft follows
+and which inputs are energised. A module asks ahead, so that nothing loops over steps or ticks.
 
-It knows events of the loop and the names of a 3601's inputs, and no module.
+This room knows events of the loop and the names of a 3601's inputs, and no module.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ class Machine:
     `now_ns` never goes back from one call to the next, whatever is called.
 
     Args:
-        spec: what it consists of.
+        spec: its parts.
         seed: of the chances.
     """
 

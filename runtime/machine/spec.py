@@ -42,7 +42,7 @@ def input_of(value: object) -> InputBit:
     <InputBit.CW_LIMIT: 16>
 
     Raises:
-        PydanticCustomError: there is no such input.
+        PydanticCustomError: an unknown input.
     """
     bit = INPUT_NAMES.get(str(value).lower())
     if bit is None:

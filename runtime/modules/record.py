@@ -1,4 +1,4 @@
-"""What the rest of the house knows of a kind of module: one record each, made in the module's own folder."""
+"""The record of a kind of module, which all other rooms read: one each, in the module's own folder."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class LiveModule(Module, Protocol):
     """A module on a real port."""
 
     def close(self) -> None:
-        """Stop the motor and give the port back."""
+        """Stop the motor and close the port."""
         ...
 
 
@@ -30,12 +30,12 @@ class NamedInputs(Protocol):
     """A module whose inputs have names."""
 
     def set_input(self, name: str, energised: bool) -> None:
-        """Give an input a level from now on; ValueError if there is no such input."""
+        """Give an input a level from now on; ValueError for an unknown input."""
         ...
 
 
 class Trait(Enum):
-    """What can happen to a kind of module, or what it comes with; `fuzz` and `drive` go by it."""
+    """Events and equipment of a kind of module, for `fuzz` and `drive`."""
 
     FIRMWARE = "comes in the versions of a 3601's firmware"
     STOPS_ANSWERING = "can be made to stop answering"
@@ -46,7 +46,7 @@ class Trait(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LivePort:
-    """How a kind of adapter is put on a real port.
+    """How to put a kind of adapter on a real port.
 
     Attributes:
         opened: opens (port, address of the controller, options); ValueError if it can't be.

@@ -52,6 +52,6 @@ def live_port(module: str, port: str, address: int | None) -> LivePort:
     live = MODULES[module].live
     if live is None:
         can = ", ".join(name for name, record in MODULES.items() if record.live is not None)
-        raise ValueError(f"port {port}: {module} is on none; only {can} can be")
+        raise ValueError(f"port {port}: {module} has no port; only {can} can use one")
     live.check_address(address)
     return live

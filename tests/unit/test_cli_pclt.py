@@ -41,7 +41,7 @@ def test_the_listing_of_a_sample_fills_the_memory_without_gaps(sample: Path) -> 
     ("command", "content", "said"),
     [
         ("check", b"MOVE\nEND\n", "a: line 1, column 5: the line ends too early"),
-        ("check", b"\xff", "a: it is no text: byte 0 is not UTF-8"),
+        ("check", b"\xff", "a: the file is not text: byte 0 is not UTF-8"),
         ("list", b"MOVE 4000\n", "a: line 1: END is missing"),
     ],
 )

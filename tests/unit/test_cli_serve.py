@@ -160,12 +160,12 @@ def test_an_input_of_one_of_several_units_is_wired_by_its_address() -> None:
     ("text", "said"),
     [
         ("in7=ground", "there is no input in7: allowed are in1, in2"),
-        ("in2=warm", "'warm' is no state of an input: allowed are ground, open"),
-        ("in2=..", "'..' is no state of an input"),
-        ("in2=1..x", "'1..x' is no state of an input"),
-        ("in1=6V", "6V is no voltage: allowed is 0V to 5V"),
-        ("in1=fullV", "fullV is no voltage"),
-        ("in2=2V", "'2V' is no state of an input"),
+        ("in2=warm", "'warm' is not a state of an input: allowed are ground, open"),
+        ("in2=..", "'..' is not a state of an input"),
+        ("in2=1..x", "'1..x' is not a state of an input"),
+        ("in1=6V", "6V is not a voltage: allowed is 0V to 5V"),
+        ("in1=fullV", "fullV is not a voltage"),
+        ("in2=2V", "'2V' is not a state of an input"),
         ("in2", "'in2' wires no input: it has to be NAME=STATE"),
         ("9:in2=ground", "'9:in2=ground' wires no input"),
     ],
@@ -179,7 +179,7 @@ def test_inputs_of_a_pmc006() -> None:
     units = pmc006_units([], [], 1.0)
     wire(units, "ext1=low")
     assert units[0].values()["levels"] & Pin.EXT1 == 0
-    with pytest.raises(ValueError, match="'ground' is no state of an input: allowed are high and low"):
+    with pytest.raises(ValueError, match="'ground' is not a state of an input: allowed are high and low"):
         wire(units, "ext1=ground")
     with pytest.raises(ValueError, match="there is no input in1: allowed are ext2, ext1"):
         wire(units, "in1=low")

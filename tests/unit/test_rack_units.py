@@ -64,7 +64,7 @@ def test_a_unit_runs_its_program_beside_the_rack_and_is_recorded(tmp_path: Path)
     ("was", "now", "said"),
     [
         ("sample3", "sample9", "sample9.pclt: No such file or directory"),
-        ('"..-3000"', '"near"', "'near' is no state of an input: allowed are ground, open"),
+        ('"..-3000"', '"near"', "'near' is not a state of an input: allowed are ground, open"),
         ("home =", "door =", "there is no input door: allowed are in1, in2"),
         ("start =", "begin =", "unknown key"),
         ("[[unit]]", "[[unit]]\n[[unit]]", "address 1 is used twice"),

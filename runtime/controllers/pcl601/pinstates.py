@@ -45,7 +45,7 @@ def _volts(state: str) -> Fraction:
     except (ValueError, ZeroDivisionError):
         volts = Fraction(-1)
     if not 0 <= volts <= FULL_SCALE_VOLTS:
-        raise ValueError(f"{state} is no voltage: allowed is 0V to {FULL_SCALE_VOLTS}V")
+        raise ValueError(f"{state} is not a voltage: allowed is 0V to {FULL_SCALE_VOLTS}V")
     return volts
 
 
@@ -65,4 +65,4 @@ def range_of(state: str) -> tuple[int | None, int | None]:
         return int(first) if first else None, int(last) if last else None
     except ValueError:
         allowed = "ground, open, high, 2.5V at in1, or positions such as 9000.. or ..-3000 or 5..10"
-        raise ValueError(f"{state!r} is no state of an input: allowed are {allowed}") from None
+        raise ValueError(f"{state!r} is not a state of an input: allowed are {allowed}") from None

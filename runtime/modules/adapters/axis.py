@@ -60,7 +60,7 @@ class LinkedAxis(Generic[Drive]):
         """Give the driver what a configuration means to the controller."""
         raise NotImplementedError
 
-    # -- what it is doing ---------------------------------------------------------------------
+    # -- present activity ---------------------------------------------------------------------
 
     @property
     def task(self) -> Task[Drive] | None:

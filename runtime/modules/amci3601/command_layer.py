@@ -75,7 +75,7 @@ class CommandLayer(Host):
         self.state.latches.fire(now_ns, "CER-01")
         self.state.latches.bits |= POSITION_INVALID  # nothing has made it valid yet (reading A-04)
 
-    # -- what it is doing ---------------------------------------------------------------------
+    # -- present activity ---------------------------------------------------------------------
 
     @property
     @override

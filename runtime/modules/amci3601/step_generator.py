@@ -56,7 +56,7 @@ class StepGenerator:
         self._marker_watched = False
         self.marker_seen = False
 
-    # -- what it is doing ---------------------------------------------------------------------
+    # -- present activity ---------------------------------------------------------------------
 
     @property
     def moving(self) -> bool:

@@ -24,7 +24,7 @@ class Change(NamedTuple):
     Attributes:
         at_ns: when.
         input: which, by its name.
-        acted_on: whether somebody acts on it from then on, or lets it go.
+        acted_on: True = operated from then on, False = released.
     """
 
     at_ns: int
@@ -74,7 +74,7 @@ class DiscreteCard(Module):
         """Give an input a level from now on.
 
         Raises:
-            ValueError: there is no such input.
+            ValueError: an unknown input.
         """
         if name not in self.options.inputs:
             known = ", ".join(self.options.inputs) or "none"

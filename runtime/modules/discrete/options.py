@@ -1,4 +1,4 @@
-"""What a rack file says of a discrete card: what its terminals are wired to, and what happens to the inputs.
+"""Options of a discrete card in a rack file: the wiring of its terminals, and a timeline of its inputs.
 
 [slot.options]
 inputs = { start = 0, stop = 1 }
@@ -33,7 +33,7 @@ Milliseconds = Annotated[Decimal, BeforeValidator(_exact), Field(ge=0, le=10**9,
 
 
 class Press(BaseModel):
-    """Somebody acts on an input; it is let go after `for_ms`, or stays so.
+    """An input is operated; it is released after `for_ms`, or stays operated.
 
     Attributes:
         at_ms: when, ms since power-up.

@@ -22,7 +22,7 @@ def read_program(file: Path) -> Program:
     except OSError as error:
         raise ValueError(f"{file}: {error.strerror}") from error
     except UnicodeDecodeError as error:
-        raise ValueError(f"{file}: it is no text: byte {error.start} is not UTF-8") from error
+        raise ValueError(f"{file}: the file is not text: byte {error.start} is not UTF-8") from error
 
 
 def load(controller: Controller, program: Program) -> None:
