@@ -6,8 +6,9 @@ which is logic just as well. The files, from the bottom up; each imports only fr
 
 | file | does |
 |---|---|
-| `errors`, `arithmetic`, `types` | messages and faults; how Logix computes; data types |
-| `tree`, `operators`, `scanner`, `expressions` | the tree and its operators; expressions from text |
+| `errors`, `arithmetic`, `types`, `quoting` | messages and faults; how Logix computes; data types; escapes |
+| `tree`, `statements`, `operators` | the tree: rungs, statements, expressions |
+| `scanner`, `expressions` | expressions from text |
 | `stretches`, `tags`, `memory` | values of a tag in a list; declared tags to leaves; a program's values |
 | `operands`, `regions` | resolved operands; stretches of memory as bytes |
 | `schedule`, `scheduler` | tasks, and when they run their programs |
@@ -15,10 +16,12 @@ which is logic just as well. The files, from the bottom up; each imports only fr
 | `resolver`, `lowered`, `fault_log`, `view` | addresses to operands; a program ready to run; faults; tags |
 | `interpreter/`, `engine`, `compiler/` | the two back ends: rungs, power, values; one running program |
 | `instructions/` | what each instruction does in both back ends: one file per family, one row each |
-| `text`, `addon`, `calls`, `front` | rungs from text; add-on instructions, calls; rungs from Python |
-| `lowering`, `checks` | tree to lowered program; checks of the whole |
+| `text`, `st/`, `front` | rungs from text; structured text; rungs from Python |
+| `addon`, `calls` | add-on instructions; what a call hands over |
+| `lowering_statements`, `lowering`, `checks` | tree to lowered program; checks of the whole |
 | `runnable`, `logic`, `controller` | what both of these are: declared, built, run; `Program`; `Controller` |
-| `rungreader`, `rungfile`, `steps`, `program` | `.rung` files; `.steps` files; any program from a file |
+| `rungreader`, `rungfile`, `steps` | `.rung` and `.st` files; `.steps` files |
+| `program` | any program from a file |
 | `debug/`, `draw/` | breakpoints, forces, why, cross reference; rungs as characters and SVG |
 
 To add an instruction:

@@ -317,6 +317,8 @@ def _copy(parameter: Parameter, source: Operand, target: Operand) -> Series:
 def _contact(parameter: Parameter, source: Operand) -> Instruction:
     if isinstance(source, Address):
         return Instruction("XIC", (source,))
+    if isinstance(source, Operation):
+        return Instruction("IF", (source,))
     if str(source) not in ("0", "1"):
         raise LadderError(f"{parameter.name} needs a bit, 0 or 1, not {source}")
     return Instruction("NOP" if str(source) == "1" else "AFI")

@@ -12,6 +12,7 @@ from .calls import handed_over, held_subscripts
 from .errors import LadderError, Problem, Site
 from .instructions import BY_NAME
 from .instructions.addons import ADD_ON_CALL
+from .instructions.statements import CONDITION
 from .lowered import AddOnCall, Frame, Line, Lowered, LoweredRoutine, Node, Parallel, Step, steps_of
 from .lowering_statements import StatementLowering
 from .operand_checks import OPERAND_CHECKS, WRITTEN, OperandError, described
@@ -185,7 +186,7 @@ class Lowering:
     def step(self, instruction: Instruction) -> Step:
         """Lower an instruction."""
         definition = self._add_ons.get(instruction.name.upper())
-        spec = definition.spec if definition else BY_NAME[instruction.name]
+        spec = definition.spec if definition else BY_NAME.get(instruction.name, CONDITION)
         site = self.site(str(instruction))
         if definition:
             return Step(ADD_ON_CALL, self._add_on(definition, instruction), site)

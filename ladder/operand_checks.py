@@ -181,6 +181,7 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
     Use.CONDITION: OperandCheck(
         _is_condition, "a comparison", "write a relation such as a>b, or a>b AND c<=d"
     ),
+    Use.TRUTH: OperandCheck(is_logical, "a bit or a condition", "compare it, as in count <> 0"),
     Use.TIMER: OperandCheck(lambda each: _is_structure(each, TIMER), "a TIMER", "declare the tag as TIMER"),
     Use.COUNTER: OperandCheck(
         lambda each: _is_structure(each, COUNTER), "a COUNTER", "declare the tag as COUNTER"

@@ -46,6 +46,8 @@ class Use(Enum):
     """Reads an expression."""
     CONDITION = auto()
     """Reads an expression that is true or false."""
+    TRUTH = auto()
+    """Reads a bit, or an expression of bits and comparisons."""
     TIMER = auto()
     COUNTER = auto()
     BLOCK = auto()

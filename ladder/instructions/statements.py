@@ -74,7 +74,7 @@ _ASSIGNMENTS = {
         ":=" if retentive else "[:=]", *uses, run=run, write=write, prescan=None if retentive else clear
     )
     for kind, uses, run, write, clear in (
-        ("bit", (Use.LATCH, Use.CONDITION), _set, _write_set, _clear),
+        ("bit", (Use.LATCH, Use.TRUTH), _set, _write_set, _clear),
         ("number", (Use.TARGET, Use.EXPRESSION), CPT.run, CPT.write, _clear),
         ("text", (Use.TARGET, Use.TEXT_OR_NUMBER), _set_text, _write_set_text, _clear_text),
     )
@@ -83,11 +83,11 @@ _ASSIGNMENTS = {
 
 CONDITION = condition(
     "IF",
-    Use.CONDITION,
+    Use.TRUTH,
     run=lambda machine, expression: machine.condition(expression),
     write=lambda rungs, expression: rungs.values.condition(expression),
 )
-"""IF, ELSIF, WHILE, UNTIL, and the test of FOR."""
+"""IF, ELSIF, WHILE, UNTIL, the test of FOR, and an expression as argument of an add-on instruction."""
 
 CASE = condition("CASE", Use.EXPRESSION, Use.PARAMETERS, run=_select, write=_write_select)
 EXIT = action(

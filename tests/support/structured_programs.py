@@ -83,7 +83,7 @@ labels = st.tuples(
 ).map("".join)
 
 
-_KINDS = ("assign", "assign", "call", "if", "case", "for", "while", "repeat", "region")
+_KINDS = ("assign", "assign", "call", "blend", "if", "case", "for", "while", "repeat", "region")
 
 _LIMIT = "T := T+1; IF T > 40 THEN EXIT; END_IF;"
 """First in every loop: one that counts far takes as long in the interpreter as a hundred others."""
@@ -95,8 +95,10 @@ def blocks(draw, depth=2, *, loop=False):
     found = []
     for _ in range(draw(st.integers(1, 4))):
         kind = draw(st.sampled_from(_KINDS))
-        if kind == "assign" or (not depth and kind != "call"):
+        if kind == "assign" or (not depth and kind not in ("call", "blend")):
             found.append(draw(assignments))
+        elif kind == "blend":
+            found.append(draw(blends))
         elif kind == "call":
             found.append("EXIT;" if loop and draw(st.booleans()) else draw(calls))
         else:
@@ -162,6 +164,65 @@ _COMPOUND = {
     "region": _regions,
 }
 
+LOGIC = (
+    "IF On THEN Sum := Amount + Kept; ELSIF Edge THEN Sum := Kept; END_IF;",
+    "Time.TimerEnable := On XOR Edge; TONR(Time); Late := Time.DN;",
+    "Shot.InputBit := On; OSRI(Shot); IF Shot.OutputBit THEN Kept := Kept + 1; END_IF;",
+    "FOR Kept := 0 TO 2 DO Table[Kept] := Shared + Kept; IF Table[Kept] > 50 THEN EXIT; END_IF; END_FOR;",
+    "Shared := Shared + Amount;",
+    "CASE Kept OF 0: Label := 'zero'; 1..3: Label := 'some'; ELSE Label := ''; END_CASE;",
+    "IF Label = 'some' THEN Edge := NOT Edge; END_IF;",
+    "WHILE Kept < 3 DO Kept := Kept + 1; END_WHILE; IF On THEN RETURN; END_IF;",
+    "Table[Kept] [:=] Table[0] MOD 7; EnableOut := Late;",
+    "COP(Table[0],Table[1],2); List[Kept] := List[0] + 1;",
+    "Kept := Amount; Rate := Rate * 1.5 + Kept;",
+    "Edge := Shared.3 OR List[1] > Table[1];",
+)
+"""Statements that an add-on instruction may consist of."""
+
+
+@st.composite
+def add_ons(draw):
+    """Text of an add-on instruction in structured text."""
+
+    def routine(name):
+        lines = draw(st.lists(st.sampled_from(LOGIC), min_size=1, max_size=4))
+        return [f"ROUTINE {name} ST", *lines, "END"]
+
+    return [
+        "INSTRUCTION Blend",
+        "INPUT On : BOOL REQUIRED",
+        "INPUT Amount : DINT REQUIRED",
+        "INPUT Rate : REAL REQUIRED",
+        "OUTPUT Sum : DINT REQUIRED",
+        "OUTPUT Late : BOOL",
+        "INOUT Shared : DINT",
+        "INOUT List : DINT[3]",
+        "LOCAL Kept : DINT",
+        "LOCAL Edge : BOOL",
+        "LOCAL Label : STRING",
+        "LOCAL Time : FBD_TIMER",
+        "LOCAL Shot : FBD_ONESHOT",
+        "LOCAL Table : DINT[3]",
+        *routine("Logic"),
+        *(routine("Prescan") if draw(st.booleans()) else ()),
+        "END INSTRUCTION",
+        "TAG F0 : Blend",
+        "TAG Fs : Blend[2]",
+        "TAG Shares : DINT[3]",
+    ]
+
+
+blends = st.tuples(
+    st.sampled_from(("F0", "F0", "Fs[1]", "Fs[Index]")),
+    st.one_of(st.sampled_from(("A", "1", "Wide.3")), st.deferred(lambda: conditions)),
+    expressions,
+    expressions,
+    st.sampled_from(("Other", "Word", "Ratio", "Block[Index]")),
+    st.sampled_from(("Wide", "Grid[1,1]", "Shares[0]")),
+    st.just("Shares"),
+).map(lambda found: f"Blend({','.join(found)});")
+
 MORE_TAGS = """TAG I : DINT
 TAG J : INT
 TAG T : DINT
@@ -180,6 +241,7 @@ def structured(draw):
     return "\n".join(
         [
             TAGS + MORE_TAGS,
+            *draw(add_ons()),
             "ROUTINE Main ST",
             "T := 0;",
             flags + draw(blocks(3)),
