@@ -8,10 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from ..lowered import Node, Parallel, Step
-from ..operands import Calculation, Group, Place, Resolved, can_fault
+from ..operands import can_fault
 from ..spec import Kind
 from ..tags import OVERRIDE
-from .values import Values
+from .values import Values, calculates
 from .writer import Writer, both, either_of
 
 
@@ -144,16 +144,4 @@ def _is_inline(node: Node, *, safe: bool = False) -> bool:
     if spec.kind is not Kind.INPUT or spec.decides or spec.write is None or not spec.inline(*node.operands):
         return False
     operands = [each for each in node.operands if not isinstance(each, str)]
-    return not any(map(_calculates, operands)) and not (safe and any(map(can_fault, operands)))
-
-
-def _calculates(operand: Resolved) -> bool:
-    """Whether an operand or a subscript in it is calculated, which may take lines of its own."""
-    if isinstance(operand, Calculation):
-        return True
-    if isinstance(operand, (Place, Group)):
-        inner = [*operand.indices]
-        if isinstance(operand, Place) and operand.bit is not None:
-            inner.append(operand.bit)
-        return any(map(_calculates, inner))
-    return False
+    return not any(map(calculates, operands)) and not (safe and any(map(can_fault, operands)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ..arithmetic import real
 from ..operands import (
@@ -74,6 +74,8 @@ class Values:
             if number == place.leaf.type.bits - 1:
                 return f"({whole} < 0)"
             return f"({whole} & {1 << number} != 0)"
+        if calculates(place.bit) and any(not isinstance(each, Constant) for each in place.indices):
+            whole = self.keep(whole)  # see `terms`
         number_text = self.index(place.bit, place.leaf.type.bits, place.text)
         return f"({whole} >> {number_text} & 1 != 0)"
 
@@ -94,7 +96,12 @@ class Values:
         lengths: list[int | str] = [*leaf.dims]
         if left := self.writer.left(leaf):
             lengths[0] = left
-        return [self.index(index, length, tag) for index, length in zip(indices, lengths, strict=False)]
+        texts = []
+        for position, (index, length) in enumerate(zip(indices, lengths, strict=False), start=1):
+            text = self.index(index, length, tag)
+            first = not text.isdigit() and any(map(calculates, indices[position:]))
+            texts.append(self.keep(text) if first else text)  # see `terms`
+        return texts
 
     def offset(self, leaf: Leaf, subscripts: Sequence[str]) -> str:
         """Return text for where a value lies in its list, by texts of its subscripts."""
@@ -236,7 +243,7 @@ class Values:
             if width == 0 and operand.name in BITWISE:
                 whole = self.term(operand, width_of(operand))
                 return Term(self.converted(whole, REAL, LINT.bits), real=True)
-            terms = [self.term(each, width) for each in operand.operands]
+            terms = self.terms(operand.operands, width)
             if width == 0:
                 return Term(self.keep(self.real_operation(operand.name, terms).text), real=True)
             return self.narrowed(operand.name, terms, width)
@@ -244,6 +251,16 @@ class Values:
         if width == 0 and not term.real:
             return Term(self.converted(term, REAL, 64), real=True)
         return term
+
+    def terms(self, operands: Sequence[Resolved], width: int) -> list[Term]:
+        """Return numbers; one that may stop the scan does so before a later one writes lines."""
+        found = []
+        for position, operand in enumerate(operands, start=1):
+            term = self.term(operand, width)
+            if can_fault(operand) and any(map(calculates, operands[position:])):
+                term = replace(term, text=self.keep(term.text))
+            found.append(term)
+        return found
 
     def leaf_term(self, operand: Resolved) -> Term:
         """Return a constant or a place as it is."""
@@ -322,7 +339,7 @@ class Values:
         width = width_of(Calculation(name, operands), target)
         if self.writer.flags and width and name in _CARRIES:
             self._carry(name, operands, width)
-        terms = [self.term(each, width) for each in operands]
+        terms = self.terms(operands, width)
         operation = self.operation if width else self.real_operation
         self.store(target, operation(name, terms), width)
 
@@ -357,8 +374,8 @@ class Values:
         sign = PYTHON_RELATION[relation]
         if isinstance(a, (Group, Quoted)):
             return f"({self.characters(a)} {sign} {self.characters(b)})"
-        width = width_of(a, b)
-        return f"({self.term(a, width).text} {sign} {self.term(b, width).text})"
+        left, right = self.terms((a, b), width_of(a, b))
+        return f"({left.text} {sign} {right.text})"
 
     def characters(self, operand: Resolved) -> str:
         """Return text for the characters of a STRING."""
@@ -419,6 +436,18 @@ class Values:
         assert isinstance(operand, (Place, Constant))
         own = operand.type.bits
         return f"({term.text} & {(1 << own) - 1})" if own < bits else term.text
+
+
+def calculates(operand: Resolved) -> bool:
+    """Whether an operand or a subscript in it is calculated, which may take lines of its own."""
+    if isinstance(operand, Calculation):
+        return True
+    if isinstance(operand, (Place, Group)):
+        inner = [*operand.indices]
+        if isinstance(operand, Place) and operand.bit is not None:
+            inner.append(operand.bit)
+        return any(map(calculates, inner))
+    return False
 
 
 def is_plain(condition: Resolved) -> bool:

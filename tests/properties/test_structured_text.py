@@ -31,3 +31,17 @@ def test_structured_text_prints_as_it_reads(text):
 @given(text=structured(), scans=stimuli(), watched=st.booleans())
 def test_a_debugged_program_does_what_the_compiled_one_does(text, scans, watched):
     check_debugged(text, scans, watched=watched)
+
+
+def test_a_subscript_stops_the_scan_before_what_stands_behind_it_is_divided():
+    """A difference that the first test has found: the minor fault of the division came first."""
+    tags = "PROGRAM p\nTAG D : DINT[2]\nTAG G : DINT[2,2]\nTAG I : DINT := 5\nTAG B : BOOL\nTAG Z : DINT\n"
+    statements = (
+        "B := D[I] < 7 MOD Z;",
+        "Z := D[I] + 7 / Z;",
+        "Z := G[I, 7 / Z];",
+        "B := D[I].[7 / Z];",
+        "G[I, 7 / Z] := 1;",
+    )
+    for each in statements:
+        check_lockstep(f"{tags}ROUTINE Main ST\n{each}\nEND\n", [(1.0, {})])
