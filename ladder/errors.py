@@ -82,9 +82,14 @@ class Site:
         """Where in its routine it stands: `rung 3`, `line 12`."""
         return f"{self.unit} {self.rung}"
 
-    def __str__(self) -> str:
+    @property
+    def call(self) -> str:
+        """What it is without its program."""
         routine = self.routine.removeprefix(f"\\{self.program}.")
-        return f"program {self.program}, routine {routine}, {self.place}, {self.instruction}"
+        return f"routine {routine}, {self.place}, {self.instruction}"
+
+    def __str__(self) -> str:
+        return f"program {self.program}, {self.call}"
 
 
 class LadderFault(Exception):  # noqa: N818 - what the trade calls it
@@ -95,11 +100,21 @@ class LadderFault(Exception):  # noqa: N818 - what the trade calls it
         tag: the tag it is about.
         type: fault type, 4 = program fault, 6 = watchdog.
         code: fault code.
+        calls: in an add-on instruction its call, the call that this is a part of, and so on.
     """
 
     def __init__(self, site: Site, tag: str, text: str, code: int, kind: int = 4) -> None:
         self.site, self.tag, self.type, self.code = site, tag, kind, code
+        self.calls: tuple[Site, ...] = ()
         super().__init__(f"{site}: {tag}: {text} (major fault, type {self.type} code {code})")
+
+    def called_by(self, site: Site) -> None:
+        """Note the call of the add-on instruction in which it happened."""
+        self.calls += (site,)
+
+    def __str__(self) -> str:
+        calls = "".join(f"; called by {each.call}" for each in self.calls)
+        return f"{super().__str__()}{calls}"
 
 
 SUBSCRIPT_CODE = 20

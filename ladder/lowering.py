@@ -223,7 +223,7 @@ class Lowering:
         names = {each.name: routine_name(definition, each.name).upper() for each in definition.routines}
         lowered = AddOnCall(
             definition.name.upper(),
-            instance,
+            replace(instance, text=str(call.operands[0])),
             handed,
             instance.member("EnableIn"),
             instance.member("EnableOut"),

@@ -48,13 +48,13 @@ class Memory:
         self.cells: dict[str, CellType] = {}
         self._own: dict[Leaf, Image] = {}
         self._faults = layout.faults
-        self._lists: dict[str, list[Any]] = {}
-        for ident in layout.boxed.values():
-            self._lists[ident] = []
-            self.cells[ident] = CellType(self._lists[ident])
-        for leaf in layout.leaves.values():
-            self._make(leaf)
+        self._lists = dict(layout.lists)
+        for ident, values in self._lists.items():
+            self.cells[ident] = CellType(values)
+        for leaf in layout.single:
+            self.cells[leaf.ident] = CellType(self._blank(leaf))
         self._defaults = defaults
+        self._with_initials: dict[int, bool] = {}
         for tag in layout.tags().values():
             self._load_defaults(tag.name, tag.type, count_of(tag.dims))
             if tag.initial is not None:
@@ -64,7 +64,7 @@ class Memory:
 
     def _load_defaults(self, path: str, kind: DataType, count: int) -> None:
         """Set what the members of a structure start with, in all elements of an array."""
-        if isinstance(kind, Elementary):
+        if isinstance(kind, Elementary) or not self._starts_with_something(kind):
             return
         for member in kind.members:
             where = f"{path}.{member.name}"
@@ -77,19 +77,17 @@ class Memory:
             for at in range(count):
                 self.write(leaf, at, value)
 
-    def _make(self, leaf: Leaf) -> None:
-        """Make room for a leaf: a cell, or its places in the list that it lies in."""
-        spot = self.layout.spot(leaf)
-        if spot is None:
-            self.cells[leaf.ident] = CellType(self._blank(leaf))
-            return
-        values = self._lists[spot.ident]
-        last = spot.at(leaf.size - 1)
-        if last >= len(values):
-            values.extend([0] * (last + 1 - len(values)))
-        if not leaf.type.is_integer:  # False and 0.0 are other zeros
-            for index in range(leaf.size):
-                values[spot.at(index)] = leaf.type.zero
+    def _starts_with_something(self, kind: DataType) -> bool:
+        """Whether a member of a type has an initial value, however deep it lies."""
+        if isinstance(kind, Elementary):
+            return False
+        known = self._with_initials.get(id(kind))  # equal types may have other initial values
+        if known is None:
+            known = kind.name.upper() in self._defaults or any(
+                each.initial is not None or self._starts_with_something(each.type) for each in kind.members
+            )
+            self._with_initials[id(kind)] = known
+        return known
 
     def _blank(self, leaf: Leaf) -> Any:
         if leaf.is_image:
@@ -300,6 +298,12 @@ class Named:
     def __init__(self, memory: Memory, path: str, first: int, left: int, bit: int | None = None) -> None:
         self._memory, self.path, self.first, self.left, self.bit = memory, path, first, left, bit
 
+    @property
+    def text(self) -> str:
+        """What an instance is called, with its subscripts."""
+        leaf = self._memory.layout.leaf(f"{self.path}.EnableIn")
+        return element_text(self.path, leaf.dims, self.first)
+
     def _where(self, leaf: Leaf, index: int) -> tuple[Leaf, int]:
         return self._memory.layout.leaf(self.path + leaf.rest), self.first * leaf.inner + index
 
@@ -315,6 +319,19 @@ class Named:
             word, mask = int(self._memory.read(where, at)), mask_of(where.type, self.bit)
             value = word | mask if value else word & ~mask
         self._memory.write(where, at, value)
+
+
+def element_text(path: str, dims: tuple[int, ...], index: int) -> str:
+    """Return the address of an element by its number among all of its path.
+
+    >>> element_text("Grid", (2, 3), 4)
+    'Grid[1,1]'
+    """
+    subscripts: list[str] = []
+    for length in reversed(dims):
+        index, at = divmod(index, length)
+        subscripts.insert(0, str(at))
+    return f"{path}[{','.join(subscripts)}]" if subscripts else path
 
 
 def mask_of(kind: Elementary, bit: int) -> int:

@@ -33,12 +33,17 @@ class Stretch:
     """What one element of a type takes.
 
     Attributes:
-        size: number of values.
         parts: where they are, by path in capitals; "" for an elementary type itself.
+        zeros: the values that it begins with.
     """
 
-    size: int
     parts: dict[str, Part]
+    zeros: list[bool | int | float]
+
+    @property
+    def size(self) -> int:
+        """Number of values."""
+        return len(self.zeros)
 
 
 @lru_cache(maxsize=1024)
@@ -51,19 +56,21 @@ def stretch_of(kind: DataType) -> Stretch:
     (7, Part(offset=1, dims=(2, 3), strides=(3, 1)))
     """
     if isinstance(kind, Elementary):
-        return Stretch(1, {"": Part(0)})
-    size, parts = 0, {}
+        return Stretch({"": Part(0)}, [kind.zero])
+    zeros: list[bool | int | float] = []
+    parts = {}
     for member in kind.members:
         inner = stretch_of(member.type)
         strides = row_strides(member.dims, inner.size)
         for path, part in inner.parts.items():
             name = f"{member.name}.{path}" if path else member.name
-            parts[name.upper()] = Part(size + part.offset, member.dims + part.dims, strides + part.strides)
-        size += count_of(member.dims) * inner.size
+            offset = len(zeros) + part.offset
+            parts[name.upper()] = Part(offset, member.dims + part.dims, strides + part.strides)
+        zeros += inner.zeros * count_of(member.dims)
     for member in kind.hidden:
-        parts[f"{HIDDEN}{member.name}".upper()] = Part(size)
-        size += 1
-    return Stretch(size, parts)
+        parts[f"{HIDDEN}{member.name}".upper()] = Part(len(zeros))
+        zeros.append(0)
+    return Stretch(parts, zeros)
 
 
 def row_strides(dims: tuple[int, ...], size: int) -> tuple[int, ...]:

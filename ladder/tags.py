@@ -12,9 +12,10 @@ import keyword
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from .operators import CALLED
-from .stretches import Spot, spot_of
+from .stretches import Spot, spot_of, stretch_of
 from .tree import Address
 from .types import BOOL, DINT, HIDDEN, INT, DataType, Elementary, Structure, count_of, leaves_of
 
@@ -121,6 +122,10 @@ OVERRIDE = "~mcr"
 
 HELD = "~held"
 """Leaves that keep a subscript for the time of a call, with a number behind."""
+
+
+def _head(path: str) -> str:
+    return path.partition(".")[0]
 
 
 OWN = "~"
@@ -266,10 +271,27 @@ class Layout:
         return found
 
     @property
+    def single(self) -> list[Leaf]:
+        """The leaves that have a variable of their own, because they lie in no list with others."""
+        boxed = self.boxed
+        if not boxed:
+            return list(self.leaves.values())
+        return [leaf for name, leaf in self.leaves.items() if not (name in boxed or _head(name) in boxed)]
+
+    @property
+    def lists(self) -> Iterator[tuple[str, list[Any]]]:
+        """The lists in which tags lie, as they begin, by identifier."""
+        for name, ident in self.boxed.items():
+            tag = self.declarations.get(name)
+            if isinstance(tag, Tag):
+                yield ident, stretch_of(tag.type).zeros * count_of(tag.dims)
+            else:
+                yield ident, [self.leaves[name].type.zero]
+
+    @property
     def idents(self) -> list[str]:
         """The variables of the compiled program: leaves that lie in no list, and the lists."""
-        single = [leaf.ident for leaf in self.leaves.values() if self.spot(leaf) is None]
-        return [*single, *self.boxed.values()]
+        return [*(leaf.ident for leaf in self.single), *self.boxed.values()]
 
     @property
     def images(self) -> tuple[Leaf, ...]:
@@ -305,7 +327,9 @@ class Layout:
 
     def _ident(self, path: str) -> str:
         """Make a readable identifier that nothing else has."""
-        wanted = re.sub(r"\W", "_", path, flags=re.ASCII).strip("_")
+        wanted = path.replace(".", "_")
+        if not wanted.isidentifier() or wanted[0] == "_" or wanted[-1] == "_" or not wanted.isascii():
+            wanted = re.sub(r"\W", "_", path, flags=re.ASCII).strip("_")
         if keyword.iskeyword(wanted) or wanted in RESERVED or wanted[:1].isdigit():
             wanted += "_"
         if wanted.startswith(("addon_", "jsr_")):
@@ -428,7 +452,11 @@ RESERVED = frozenset(
         "scan",
         FRAME,
         BASE,
-        "move",
+        "LadderFault",
+        "fault",
+        "mask",
+        "site",
+        "interpret",
         "stretch",
         "text_in",
         "set_text_in",

@@ -38,7 +38,8 @@ def write_call(values: Values, routine: str, call: AddOnCall) -> None:
         handed = _handed(values, operand)
         parts += handed if name in bits else handed[:3]
     writer.called.add((routine, based))
-    writer.line(f"{function_name(routine, based=based)}({', '.join(parts)})")
+    writer.line(f"try: {function_name(routine, based=based)}({', '.join(parts)})")
+    writer.line(f"except LadderFault as fault: fault.called_by(site[{values.site}]); raise")
 
 
 def function_name(routine: str, *, based: bool) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from .. import arithmetic as math
+from ..errors import LadderFault
 from ..lowered import Lowered, Step, steps_of
 from ..memory import NOTHING, Listed, Store, Value, set_text_in, text_in
 from ..operators import CALLED
@@ -199,7 +200,8 @@ def services(engine: Engine, regions: Regions) -> dict[str, Any]:
     """
     own = Services(engine)
     named = {name: getattr(own, name) for name in dir(Services) if not name.startswith("_")}
-    named["region"] = regions
+    named["region"], named["site"] = regions, engine.lowered.sites
+    named["LadderFault"] = LadderFault
     if engine.scheduler is not None:
         named["rung_done"] = engine.scheduler.rung_done
     named["array"] = array

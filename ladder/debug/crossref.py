@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 from ..errors import Site
 from ..expressions import parse_address
-from ..lowered import ADD_ON, AddOnCall, Call, Lowered, Step, steps_of
+from ..lowered import ADD_ON, AddOnCall, Call, Lowered, LoweredRoutine, Step, steps_of
 from ..operand_checks import WRITTEN
-from ..operands import Calculation, Constant, Group, Place, Resolved
+from ..operands import Calculation, Constant, Group, Place, Resolved, constant, first_leaf
 from ..resolver import Resolver
 from ..spec import Use
+from ..tags import HELD, OWN
 
 BOTH_WAYS = frozenset({Use.STORAGE, Use.TIMER, Use.COUNTER, Use.BLOCK, Use.CONTROL, Use.ARRAY})
 """Uses in which an instruction reads its operand and writes it."""
@@ -61,8 +63,13 @@ class CrossReference:
     """
 
     def __init__(self, lowered: Lowered) -> None:
+        self._lowered = lowered
         self._resolver = Resolver(lowered.layout)
-        self.mentions = tuple(_once(_mentions(lowered)))
+
+    @cached_property
+    def mentions(self) -> tuple[Mention, ...]:
+        """All mentions, those in add-on instructions once per instance."""
+        return tuple(_mentions(self._lowered, lambda _operand: True))
 
     def of(self, tag: str) -> tuple[Mention, ...]:
         """Return the mentions of a tag, of parts of it, and of what it is a part of.
@@ -74,7 +81,8 @@ class CrossReference:
             LadderError: there is no such tag.
         """
         wanted = self._resolver.address(parse_address(tag))
-        return tuple(each for each in self.mentions if overlap(wanted, each.where, stretch=each.stretch))
+        found = _mentions(self._lowered, lambda operand: overlap(wanted, operand, stretch=True))
+        return tuple(each for each in found if overlap(wanted, each.where, stretch=each.stretch))
 
     def __iter__(self) -> Iterator[Mention]:
         return iter(self.mentions)
@@ -111,20 +119,92 @@ def _path(operand: Place | Group) -> str:
     return (operand.leaf.path if isinstance(operand, Place) else operand.path).upper()
 
 
-def _mentions(lowered: Lowered) -> Iterator[Mention]:
+def _mentions(lowered: Lowered, wanted: Callable[[Place | Group], bool]) -> Iterator[Mention]:
+    """Yield mentions; those in an add-on instruction only if something wanted is handed over to it."""
+    seen: set[object] = set()
     for routine in lowered.routines.values():
-        for line in routine.lines:
-            for step in steps_of(line.nodes):
-                yield from _of_step(lowered.sites[step.site], step)
+        if not routine.frame:
+            yield from _in_routine(lowered, routine, lambda operand: operand, wanted, seen)
 
 
-def _once(mentions: Iterable[Mention]) -> Iterator[Mention]:
-    """Yield mentions, equal ones of a line once: FOR is three steps, which name its count each."""
-    seen: set[str] = set()
-    for each in mentions:
-        if each.site.unit == "rung" or str(each) not in seen:
-            seen.add(str(each))
-            yield each
+def _in_routine(
+    lowered: Lowered,
+    routine: LoweredRoutine,
+    placed: Callable[[Place | Group], Place | Group],
+    wanted: Callable[[Place | Group], bool],
+    seen: set[object],
+) -> Iterator[Mention]:
+    """Yield the mentions of a routine, and of the add-on instructions that it calls.
+
+    Args:
+        lowered: the program.
+        routine: the routine.
+        placed: returns where in the program an operand is.
+        wanted: whether a part of the program is asked for.
+        seen: the calls that have been followed, so that none is twice.
+    """
+    for line in routine.lines:
+        for step in steps_of(line.nodes):
+            for each in _of_step(lowered.sites[step.site], step):
+                where = placed(each.where)
+                yield replace(each, where=where, text=where.text)
+            for call in step.operands:
+                if isinstance(call, AddOnCall):
+                    yield from _in_call(lowered, call, placed, wanted, seen)
+
+
+def _in_call(
+    lowered: Lowered,
+    call: AddOnCall,
+    placed: Callable[[Place | Group], Place | Group],
+    wanted: Callable[[Place | Group], bool],
+    seen: set[object],
+) -> Iterator[Mention]:
+    handed = {name: placed(operand) for name, operand in call.handed.items()}
+    handed[OWN] = placed(call.instance)
+    known = (call.name, *((name, each.text) for name, each in handed.items()))
+    if known in seen or not any(map(wanted, handed.values())):
+        return
+    seen.add(known)
+    for key in call.routines:
+        yield from _in_routine(
+            lowered, lowered.routines[key], lambda operand: placed_in(lowered, handed, operand), wanted, seen
+        )
+
+
+def placed_in(lowered: Lowered, handed: Mapping[str, Place | Group], operand: Place | Group) -> Place | Group:
+    """Return what an operand of an add-on instruction is in the program.
+
+    Args:
+        lowered: the program.
+        handed: the instance and what is handed over, by `Leaf.root`.
+        operand: the operand.
+    """
+    leaf = first_leaf(operand)
+    if not leaf.root:
+        return operand
+    base = handed[leaf.root]
+    own = operand.leaf.path if isinstance(operand, Place) else operand.path
+    rest = f".{own}" if leaf.root == OWN else own[len(leaf.root) :]
+    text = f"{base.text}.{operand.text}" if leaf.root == OWN else base.text + operand.text[len(leaf.root) :]
+    path = base.leaf.path if isinstance(base, Place) else base.path
+    inner = tuple(_placed_index(lowered, handed, each) for each in operand.indices)
+    whole = base.dims if isinstance(base, Group) else ()
+    missing = (constant(0),) * (0 if leaf.outer else len(whole))  # a whole array is its first element
+    indices = base.indices + missing + inner
+    array = operand.array or base.array
+    if isinstance(operand, Group):
+        return replace(
+            operand, path=path + rest, indices=indices, layout=lowered.layout, text=text, array=array
+        )
+    bit = operand.bit if operand.bit is not None or not isinstance(base, Place) else base.bit
+    return Place(lowered.layout.leaf(path + rest), indices, bit, text, array)
+
+
+def _placed_index(lowered: Lowered, handed: Mapping[str, Place | Group], index: Resolved) -> Resolved:
+    if isinstance(index, Calculation):
+        return Calculation(index.name, tuple(_placed_index(lowered, handed, each) for each in index.operands))
+    return placed_in(lowered, handed, index) if isinstance(index, (Place, Group)) else index
 
 
 def _of_step(site: Site, step: Step) -> Iterator[Mention]:
@@ -132,6 +212,8 @@ def _of_step(site: Site, step: Step) -> Iterator[Mention]:
         reads = not uses & TARGETS or bool(uses & BOTH_WAYS)
         writes = bool(uses & TARGETS)
         for place, inner in _places(operand):
+            if isinstance(place, Place) and place.leaf.path.startswith(HELD):
+                continue
             stretch = not STRETCHES.isdisjoint(step.spec.operands)
             yield Mention(site, place, place.text, reads or inner, writes and not inner, stretch)
 

@@ -16,10 +16,10 @@ from ..engine import Engine
 from ..errors import LadderFault, Site
 from ..interpreter import Interpreter
 from ..lowered import Body, Line, Lowered, LoweredRoutine, Node, Parallel, Step
-from ..memory import Memory, Value, same
+from ..memory import Memory, Named, Value, same
 from ..operands import Calculation, Place
 from ..spec import Kind
-from ..tags import Leaf
+from ..tags import OWN, Leaf
 
 
 def shown(value: object) -> str:
@@ -61,6 +61,7 @@ class Change:
         prescan: whether it was prescan that wrote.
         read: of structured text: what the statement has read, and its values.
         inside: of structured text: the conditions that the statement stands in, the outermost first.
+        instance: in an add-on instruction, the instance whose routine it was; "" in a program.
     """
 
     scan: int
@@ -75,6 +76,7 @@ class Change:
     prescan: bool
     read: tuple[tuple[str, Value], ...] = ()
     inside: tuple[Blocker, ...] = ()
+    instance: str = ""
 
 
 @dataclass(slots=True)
@@ -268,6 +270,12 @@ class WatchedInterpreter(Interpreter):
         )
 
     @property
+    def instance(self) -> str:
+        """The instance whose routine runs, "" outside of add-on instructions."""
+        own = self.frame.get(OWN)
+        return own.text if isinstance(own, Named) else ""
+
+    @property
     def present(self) -> Site | None:
         """The instruction that executes, None outside of rungs."""
         return self.lowered.sites[self.site] if self.running or self.prescanning else None
@@ -358,5 +366,6 @@ class WatchedEngine(Engine):
                 interpreter.prescanning,
                 interpreter.read,
                 tuple(interpreter.heads),
+                interpreter.instance,
             )
         )

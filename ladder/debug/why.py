@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from ..lowered import Lowered
+from ..memory import element_text
 from ..operands import Constant, Group, Place
 from ..types import COUNTER, HIDDEN, TIMER
 from .crossref import Mention, overlap
@@ -97,7 +98,8 @@ def _told(lowered: Lowered, tag: str, where: Place | Group, change: Change) -> s
     if change.site is None:
         return f"{name} is {shown(after)} since {when}: it was set from outside of the rungs."
     site = change.site
-    by = f"{site.instruction} in routine {site.routine}, {site.place}"
+    of = f" of {change.instance}" if change.instance else ""
+    by = f"{site.instruction} in routine {site.routine}{of}, {site.place}"
     if change.prescan:
         return f"{name} is {shown(after)} since {when}: prescan of {by}."
     if site.unit == "line":
@@ -119,10 +121,4 @@ def _by_statement(change: Change, said: str) -> Iterator[str]:
 
 def _element(change: Change) -> str:
     """Return the address of what has changed, with its subscripts."""
-    if not change.leaf.dims:
-        return change.leaf.path
-    subscripts, rest = [], change.index
-    for length in reversed(change.leaf.dims):
-        rest, at = divmod(rest, length)
-        subscripts.append(str(at))
-    return f"{change.leaf.path}[{','.join(reversed(subscripts))}]"
+    return element_text(change.leaf.path, change.leaf.dims, change.index)

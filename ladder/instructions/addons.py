@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..compiler.calls import write_call
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
-from ..lowered import ADD_ON, AddOnCall
+from ..lowered import ADD_ON, AddOnCall, Node
 from ..spec import always
 
 __all__ = ["ADD_ON_CALL"]
@@ -27,8 +27,7 @@ def _run(machine: Interpreter, power: bool, call: AddOnCall) -> bool:
 
 def _write(rungs: RungWriter, power: str, call: AddOnCall) -> str:
     power = rungs.kept(power)
-    for series in call.inputs:
-        rungs.series(series, "True", needed=False)
+    _write_copies(rungs, call.inputs)
     rungs.values.set_bit(call.enable_in, power)
     rungs.values.set_bit(call.enable_out, power)
 
@@ -36,11 +35,17 @@ def _write(rungs: RungWriter, power: str, call: AddOnCall) -> str:
         if routine is None:
             return
         write_call(rungs.values, routine, call)
-        for series in call.outputs:
-            rungs.series(series, "True", needed=False)
+        _write_copies(rungs, call.outputs)
 
     rungs.either(power, lambda: run(call.logic), lambda: run(call.otherwise))
     return rungs.values.keep(rungs.values.read(call.enable_out))
+
+
+def _write_copies(rungs: RungWriter, copies: tuple[tuple[Node, ...], ...]) -> None:
+    site = rungs.values.site
+    for series in copies:
+        rungs.series(series, "True", needed=False)
+    rungs.values.site = site
 
 
 def _prescan(machine: Interpreter, call: AddOnCall) -> None:

@@ -234,9 +234,13 @@ class Interpreter(Values):
     def within(self, call: AddOnCall) -> Iterator[None]:
         """Run what is inside on an instance and on what its call hands over."""
         frame = {name: self.handed(operand) for name, operand in call.handed.items()}
+        site = self.lowered.sites[self.site]
         outer, self.frame = self.frame, {**frame, OWN: self.handed(call.instance)}
         try:
             yield
+        except LadderFault as fault:
+            fault.called_by(site)
+            raise
         finally:
             self.frame = outer
 
@@ -284,12 +288,14 @@ class Interpreter(Values):
             copies: one rung per parameter.
             prescan: leave a parameter alone whose subscript is out of range, see `prescan`.
         """
+        site = self.site
         for series in copies:
             try:
                 self._series(series, True)
             except LadderFault:
                 if not prescan:
                     raise
+        self.site = site
 
     # --- prescan
 
