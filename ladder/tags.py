@@ -124,10 +124,6 @@ HELD = "~held"
 """Leaves that keep a subscript for the time of a call, with a number behind."""
 
 
-def _head(path: str) -> str:
-    return path.partition(".")[0]
-
-
 OWN = "~"
 """Root of the members of an instance, in the routines of its add-on instruction."""
 
@@ -276,7 +272,7 @@ class Layout:
         boxed = self.boxed
         if not boxed:
             return list(self.leaves.values())
-        return [leaf for name, leaf in self.leaves.items() if not (name in boxed or _head(name) in boxed)]
+        return [leaf for name, leaf in self.leaves.items() if name not in boxed and tag_in(name) not in boxed]
 
     @property
     def lists(self) -> Iterator[tuple[str, list[Any]]]:

@@ -69,7 +69,7 @@ class CrossReference:
     @cached_property
     def mentions(self) -> tuple[Mention, ...]:
         """All mentions, those in add-on instructions once per instance."""
-        return tuple(_mentions(self._lowered, lambda _operand: True))
+        return tuple(_once(_mentions(self._lowered, lambda _operand: True)))
 
     def of(self, tag: str) -> tuple[Mention, ...]:
         """Return the mentions of a tag, of parts of it, and of what it is a part of.
@@ -82,7 +82,7 @@ class CrossReference:
         """
         wanted = self._resolver.address(parse_address(tag))
         found = _mentions(self._lowered, lambda operand: overlap(wanted, operand, stretch=True))
-        return tuple(each for each in found if overlap(wanted, each.where, stretch=each.stretch))
+        return tuple(each for each in _once(found) if overlap(wanted, each.where, stretch=each.stretch))
 
     def __iter__(self) -> Iterator[Mention]:
         return iter(self.mentions)
@@ -205,6 +205,15 @@ def _placed_index(lowered: Lowered, handed: Mapping[str, Place | Group], index: 
     if isinstance(index, Calculation):
         return Calculation(index.name, tuple(_placed_index(lowered, handed, each) for each in index.operands))
     return placed_in(lowered, handed, index) if isinstance(index, (Place, Group)) else index
+
+
+def _once(mentions: Iterable[Mention]) -> Iterator[Mention]:
+    """Yield mentions, equal ones of a line once: FOR is three steps, which name its count each."""
+    seen: set[str] = set()
+    for each in mentions:
+        if each.site.unit == "rung" or str(each) not in seen:
+            seen.add(str(each))
+            yield each
 
 
 def _of_step(site: Site, step: Step) -> Iterator[Mention]:
