@@ -101,7 +101,11 @@ def known_tests(
     traced = list(room.files(ROOT).values())
     free = list(copies)
     sources = source_hash(free[0].package, room.sources)
-    common = sources, tree_hash(free[0].place / "tests", "support/*.py", "tools/*.py", "conftest.py"), *room.folders
+    common = (
+        sources,
+        tree_hash(free[0].place / "tests", "support/*.py", "tools/*.py", "conftest.py"),
+        *room.folders,
+    )
     bar = progress.add_task("tests without a mutant", total=len(files))
 
     def known(file: str) -> Baseline:

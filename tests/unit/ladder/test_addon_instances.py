@@ -25,6 +25,12 @@ def engines(rungs, definitions=ADDER, tags=""):
     return [Named("compiled", program.compile()), Named("interpreted", program.interpret())]
 
 
+def warnings(rungs, definitions, tags):
+    program = parse_program(f"PROGRAM p\n{definitions}{TAGS}{tags}ROUTINE Main\n{rungs}\nEND\n")
+    program.build()
+    return "\n".join(map(str, program.warnings))
+
+
 def test_an_instance_called_from_two_rungs_keeps_one_state():
     for engine in engines("Adder(A,N,R);\nAdder(A,10,R);", tags="TAG A : Adder\n"):
         engine.step()
@@ -173,7 +179,7 @@ def test_a_copy_from_an_element_that_is_handed_over_goes_on_in_its_array():
         assert engine.tags["Local:1:O.Data"] == [0] * 6 + [4, 5], engine
 
 
-def test_an_input_of_a_module_is_read_by_reference_and_not_written():
+def test_an_input_of_a_module_that_is_written_by_reference_is_a_warning():
     text = (
         "INSTRUCTION C\nINOUT Word : INT\nOUTPUT Out : INT REQUIRED\n"
         "ROUTINE Logic\n{}\nEND\nEND INSTRUCTION\n"
@@ -182,15 +188,19 @@ def test_an_input_of_a_module_is_read_by_reference_and_not_written():
     for engine in engines("C(X,Local:1:I.Data[2],W);", text.format("ADD(Word,1,Out);"), tags):
         engine.step()
         assert engine.tags.W == 1
-    with pytest.raises(BuildError, match=r"Local:1:I.Data\[2\] is an input and written by the module"):
-        engines("C(X,Local:1:I.Data[2],W);", text.format("ADD(Word,1,Word);"), tags)
+    warned = warnings("C(X,Local:1:I.Data[2],W);", text.format("ADD(Word,1,Word);"), tags)
+    assert "Local:1:I.Data[2] is an input, and C writes it as WORD: its module writes over it" in warned
+    for engine in engines("C(X,Local:1:I.Data[2],W);", text.format("ADD(Word,1,Word)MOV(Word,Out);"), tags):
+        engine.step()
+        assert (engine.tags.W, engine.tags["Local:1:I.Data[2]"]) == (1, 1), engine
 
 
-def test_an_input_is_not_written_by_what_is_called_inside_either():
+def test_so_is_one_that_is_written_by_what_is_called_inside():
     inner = "INSTRUCTION C\nINOUT Word : INT\nROUTINE Logic\nCLR(Word);\nEND\nEND INSTRUCTION\n"
     outer = "INSTRUCTION D\nINOUT Word : INT\nLOCAL C : C\nROUTINE Logic\nC(C,Word);\nEND\nEND INSTRUCTION\n"
-    with pytest.raises(BuildError, match="D writes it as WORD"):
-        engines("D(X,I:1.2);", inner + outer, "TAG X : D\n")
+    assert "I:1.2 is an input, and D writes it as WORD" in warnings(
+        "D(X,I:1.2);", inner + outer, "TAG X : D\n"
+    )
 
 
 @pytest.mark.parametrize(
