@@ -202,11 +202,10 @@ class CommandLayer(Host):
 
     @override
     def unable(self, now_ns: int, feature: Feature, command: CommandWords, distance: int = 0) -> bool:
-        if self.state.configuration is None:
+        state = self.state
+        if state.configuration is None:
             return False
-        request = Request(
-            feature, command, self.state.configuration, distance, self.state.minimum_registration
-        )
+        request = Request(feature, command, state.configuration, distance, state.minimum_registration)
         refusal = self.axis.capabilities.lacking_for(request)
         if refusal is not None:
             self.refuse(now_ns, refusal)
@@ -214,8 +213,8 @@ class CommandLayer(Host):
 
     @override
     def refuse(self, now_ns: int, refusal: Refusal) -> None:
-        shown = self.state.latches.show(now_ns, "refusal", refusal.name, refusal.bits, refusal.reason)
-        self._note_error(shown)
+        latches = self.state.latches
+        self._note_error(latches.show(now_ns, "refusal", refusal.name, refusal.bits, refusal.reason))
 
     @override
     def fire(self, now_ns: int, rule_id: str, *, alone: bool = False) -> None:
