@@ -19,6 +19,7 @@ which is logic just as well. The files, from the bottom up; each imports only fr
 | `text`, `st/`, `front` | rungs from text; structured text; rungs from Python |
 | `addon`, `calls` | add-on instructions; what a call hands over |
 | `lowering_statements`, `lowering`, `checks` | tree to lowered program; checks of the whole |
+| `edit` | values that outlive a program |
 | `runnable`, `logic`, `controller` | what both of these are: declared, built, run; `Program`; `Controller` |
 | `rungreader`, `rungfile`, `steps` | `.rung` and `.st` files; `.steps` files |
 | `program` | any program from a file |

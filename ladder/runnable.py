@@ -9,6 +9,7 @@ from typing import Any
 from .addon import AddOn
 from .checks import ALLOWANCES
 from .compiler import Scanner, scanner_of, source_of
+from .edit import Edit, carry_over
 from .engine import STEP_MS, Engine
 from .errors import LadderError, MinorFault, Problem
 from .expressions import parse_address
@@ -225,6 +226,23 @@ class LadderLogic(ABC):
     def step(self, ms: float = STEP_MS) -> None:
         """Do one scan without a rack, see `Engine.step`."""
         self.engine.step(ms)
+
+    def take_over(self, running: LadderLogic) -> Edit:
+        """Go on where another program stands, between two scans: an online edit.
+
+        Tags of the same name and type keep their values, new ones get their initial values, and there is
+        no prescan. The other program stays as it is.
+
+        Raises:
+            LadderError: this program has done a scan already, or is being run.
+            BuildError: it can't be built; the other one can go on.
+        """
+        if self._engine is not None:
+            raise LadderError(f"{self.kind} {self.name} runs already: only one that is new can take over")
+        engine = self.compile()
+        edit = carry_over(running.engine, engine)
+        self._engine = engine
+        return edit
 
     # --- reading
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..draw import captions_of, routine_text, routines_svg
+from ..edit import Edit, carry_over
 from ..engine import STEP_MS
 from ..errors import LadderError
 from ..expressions import parse_address
@@ -55,6 +56,7 @@ class Debugger:
     Attributes:
         program: the program.
         stops: the breakpoints that were met in the latest scan.
+        edits: edits of the running program, each with the number of the first scan behind it.
 
     Args:
         program: the program; it is built if that has not been done.
@@ -64,20 +66,46 @@ class Debugger:
     """
 
     def __init__(self, program: LadderLogic) -> None:
-        self.program = program
         self.stops: tuple[Stop, ...] = ()
-        lowered, scanner = program.build(), program.scanner
-        self._engine = WatchedEngine(lowered, scanner)
-        self._journal = Journal(lowered, scanner)
-        self._outside: list[Write] = []
-        self._engine.memory.outside = self._outside
-        self._journal.begin(self._engine.memory, 0)
-        self._resolver = Resolver(self._engine.lowered.layout)
+        self.edits: list[tuple[int, Edit]] = []
+        self._use(program, WatchedEngine(program.build(), program.scanner))
         self._on_rungs: dict[tuple[str, int], bool] = {}
         self._on_tags: dict[str, Any] = {}
         self._forces: dict[str, Value] = {}
         self._cross_reference: CrossReference | None = None
         self._again: WatchedEngine | None = None
+
+    def _use(self, program: LadderLogic, engine: WatchedEngine) -> None:
+        """Go on with a program; what is remembered begins with its next scan."""
+        self.program, self._engine = program, engine
+        self._journal = Journal(engine.lowered, program.scanner)
+        self._outside: list[Write] = []
+        engine.memory.outside = self._outside
+        self._journal.begin(engine.memory, engine.scans)
+        self._resolver = Resolver(engine.lowered.layout)
+        self._cross_reference = None
+        self._again = None
+
+    def edit(self, program: LadderLogic) -> Edit:
+        """Go on with an edited program, between two scans: an online edit, see `LadderLogic.take_over`.
+
+        Breakpoints are taken away, and so are forces of tags that the program has no longer. Scans before
+        the edit ran another program and are not remembered.
+
+        Raises:
+            BuildError: the edited program can't be built; the present one goes on.
+        """
+        engine = WatchedEngine(program.build(), program.scanner)
+        edit = carry_over(self._engine, engine)
+        engine.scans = self._engine.scans
+        forces, self._forces = self._forces, {}
+        self.clear_breakpoints()
+        self._use(program, engine)
+        for tag, value in forces.items():
+            if tag in self.tags:
+                self.force(tag, value)
+        self.edits.append((engine.scans, edit))
+        return edit
 
     # --- running
 

@@ -8,6 +8,7 @@ from pathlib import Path, PurePath
 
 from pydantic import ValidationError
 
+from ...ladder import LadderLogic
 from ...ladder.program import Form, Program, ProgramError, load_function, load_program, split_address
 from ..config.quantities import parse_duration
 from ..config.rackfile import RackFileError, explain, load_rack_file
@@ -37,6 +38,11 @@ class Job:
     program: Path
     rack_file: Path
     rack_name: str
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a ladder program may do and probably does not mean, such as two coils of one bit."""
+        return tuple(map(str, self.logic.warnings)) if isinstance(self.logic, LadderLogic) else ()
 
     @property
     def folder(self) -> Path:

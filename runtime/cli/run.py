@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 
 from ..app.loading import DEFAULT_RUN, Job, load_job, scans_to_run
+from ..app.retaining import Retained
 from ..app.running import JobRun
 from ..config.rackspec import RackSpec
 from ..loop.faults import Cause, CpuFault
@@ -69,6 +70,8 @@ def run_job(
             return complain(str(error), BAD_INPUT)
         except OSError as error:
             return complain(f"the trace can't be written: {reason(error)}", CANNOT_WRITE)
+        for each in () if quiet else job.warnings:
+            complain(each)
         start_ns = wall_ns()
         status = _run(run, scans, quiet=quiet)
         if summarised and not quiet:
@@ -194,6 +197,14 @@ def _run_command(
             "--live", help="Real ports in the rack file may move real motors. This is no safety system."
         ),
     ] = False,
+    retain: Annotated[
+        Path | None,
+        typer.Option(
+            "--retain",
+            metavar="FILE",
+            help="Begin with the ladder tags in this file, if there is one, and write them to it at the end.",
+        ),
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False,
 ) -> None:
     try:
@@ -203,10 +214,23 @@ def _run_command(
         check_ports(job.spec, realtime=realtime, live=live)
         if spin and not realtime:
             raise ValueError("--spin goes with --realtime only: virtual time does not wait")
+        retained = None if retain is None else Retained(job, retain, trace)
     except ValueError as error:
         raise typer.Exit(complain(str(error), BAD_INPUT)) from error
+    for said in retained.begin() if retained is not None else ():
+        complain(said)
     pacer = RealTime(spin=spin) if realtime else None
-    raise typer.Exit(run_job(job, count, trace, quiet=quiet, realtime=pacer, live=live))
+    status = run_job(job, count, trace, quiet=quiet, realtime=pacer, live=live)
+    raise typer.Exit(status if retained is None else _retained(retained, status))
+
+
+def _retained(retained: Retained, status: int) -> int:
+    """Write the retained tags; return the exit status."""
+    try:
+        retained.end()
+    except OSError as error:
+        return complain(f"the tags can't be written to {retained.path}: {reason(error)}", CANNOT_WRITE)
+    return status
 
 
 _HELP = f"""Run a rack's logic scan by scan against its modules and machine, and record every scan.
