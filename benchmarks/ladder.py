@@ -3,6 +3,9 @@
     python benchmarks/ladder.py            tables
     python benchmarks/ladder.py --smoke    a short run that only checks
 
+Then add-on instructions: building 400 calls of a block of 41 rungs (the ten rungs four times, and one more),
+and what a call costs beside the same rungs inline, for instances that are tags and for elements of an array.
+
 The results are checked: compiled and interpreted end in the same memory, and so
 does pyrung, if it is installed (`pip install pyrung`), as far as the two have the
 same tags. The ten rungs are what most rungs are: seal-in, timer, counter with
@@ -115,6 +118,95 @@ def ours(copies: int, seconds: float) -> dict[str, float]:
     return found
 
 
+BLOCKS = 4
+"""The ten rungs in an add-on instruction, so many times."""
+
+CALLS = 400
+BUILD_LIMIT_S = 0.5
+CALL_LIMIT = 2.0
+MEASURED_CALLS = 20
+
+
+def with_calls(calls: int, *, array: bool) -> str:
+    """Return the text of a program that calls a block of 41 rungs, its instances tags or one array."""
+    own = [line.format(copy).replace("TAG", "LOCAL", 1) for copy in range(BLOCKS) for line in TAGS]
+    rungs = [rung.format(copy) for copy in range(BLOCKS) for rung in RUNGS]
+    instances = [f"TAG Block : Forty[{calls}]"] if array else [f"TAG Block{n} : Forty" for n in range(calls)]
+    names = [f"Block[{n}]" if array else f"Block{n}" for n in range(calls)]
+    return "\n".join(
+        [
+            "PROGRAM calls",
+            "INSTRUCTION Forty",
+            "INPUT Go : BOOL REQUIRED",
+            "INPUT Preset : DINT REQUIRED",
+            "OUTPUT Done : BOOL REQUIRED",
+            *own,
+            "ROUTINE Logic",
+            *rungs,
+            "XIC(Go)GRT(Preset,3)OTE(Done);",
+            "END",
+            "END INSTRUCTION",
+            *instances,
+            *(f"TAG Go{n} : BOOL\nTAG Done{n} : BOOL" for n in range(calls)),
+            "ROUTINE Main",
+            *(f"Forty({name},Go{n},5,Done{n});" for n, name in enumerate(names)),
+            "END",
+        ]
+    )
+
+
+def without_calls(calls: int) -> str:
+    """Return the text of a program with the rungs of as many calls."""
+    lines = ["PROGRAM inline"]
+    lines += [line.format(copy) for copy in range(calls * BLOCKS) for line in TAGS]
+    lines += [f"TAG Go{n} : BOOL\nTAG Done{n} : BOOL\nTAG Preset{n} : DINT := 5" for n in range(calls)]
+    rungs = [rung.format(copy) for copy in range(calls * BLOCKS) for rung in RUNGS]
+    rungs += [f"XIC(Go{n})GRT(Preset{n},3)OTE(Done{n});" for n in range(calls)]
+    return "\n".join([*lines, "ROUTINE Main", *rungs, "END"])
+
+
+def played_calls(text: str, form: str):
+    """Return an engine in the state after the script; `form` is the name of a tag of a call and a copy."""
+    engine = parse_program(text).compile()
+    for changes in SCRIPT:
+        for call in range(MEASURED_CALLS):
+            engine.tags[f"Go{call}"] = True
+            for copy in range(BLOCKS):
+                for name, value in changes.items():
+                    engine.tags[form.format(call=call, name=name, copy=copy, flat=call * BLOCKS + copy)] = (
+                        value
+                    )
+        engine.step(PERIOD_MS)
+    return engine
+
+
+def add_ons(seconds: float) -> tuple[float, float, dict[str, float]]:
+    """Measure add-on instructions.
+
+    Returns:
+        Seconds of processor time to build `CALLS` calls, seconds of the rungs of a call inline, and what a
+        call costs as a multiple of that, by the kind of instance.
+    """
+    begin = time.process_time()
+    parse_program(with_calls(CALLS, array=False)).compile()
+    building = time.process_time() - begin
+    inline = played_calls(without_calls(MEASURED_CALLS), "{name}{flat}")
+    engines = {
+        "tags": played_calls(with_calls(MEASURED_CALLS, array=False), "Block{call}.{name}{copy}"),
+        "array": played_calls(with_calls(MEASURED_CALLS, array=True), "Block[{call}].{name}{copy}"),
+    }
+    for name in ("Total{copy}", "Level{copy}", "Fill{copy}.ACC"):
+        wanted = inline.tags[name.format(copy=0)]
+        assert engines["tags"].tags[f"Block0.{name.format(copy=0)}"] == wanted
+        assert engines["array"].tags[f"Block[0].{name.format(copy=0)}"] == wanted
+
+    def cost(engine) -> float:
+        return per_call(lambda: engine._scan(TIMED_OUT_NS), seconds) / MEASURED_CALLS
+
+    beside = cost(inline)
+    return building, beside, {kind: cost(engine) / beside for kind, engine in engines.items()}
+
+
 def pyrung_engines():
     """Return the same ten rungs in pyrung: (name, step, read) of either engine.
 
@@ -190,6 +282,12 @@ def main() -> None:
         )
         if copies == 1:
             ten = found
+    building, beside, ratios = add_ons(seconds)
+    print(f"\nadd-ons: {CALLS} calls of a block of {BLOCKS * len(RUNGS) + 1} rungs", end=" ")
+    print(f"built in {building:.2f} s of processor time (bar: {BUILD_LIMIT_S} s)")
+    for kind, ratio in ratios.items():
+        print(f"  a call, instances {kind:<6} {ratio:>5.2f} times its {beside * 1e6:.2f} us inline", end=" ")
+        print(f"(bar: {CALL_LIMIT:g})")
     other = theirs(seconds)
     if isinstance(other, str):
         print(other)
