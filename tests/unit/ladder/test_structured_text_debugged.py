@@ -6,6 +6,8 @@ from scanrack.ladder.debug import Debugger
 from scanrack.ladder.debug.crossref import cross_reference
 from scanrack.ladder.draw import routines_svg
 from scanrack.ladder.rungfile import parse_structured
+from scanrack.runtime.app.build import build_cpu, build_rack
+from scanrack.runtime.app.loading import load_job
 
 TEXT = """TAG Auto : BOOL
 TAG Start : BOOL
@@ -121,3 +123,36 @@ def test_forces_hold_against_statements(debugger):
     debugger.unforce()
     debugger.scan()
     assert debugger.tags.Run is False
+
+
+PULSES = """// a pulse every 100 ms
+SLOT axis : 1
+TAG Pause : FBD_TIMER := {"PRE": 100}
+TAG Pulses : DINT
+
+Pause.TimerEnable := NOT Pause.DN;
+TONR(Pause);
+axis.command.RESET_ERRORS := Pause.DN;
+IF Pause.DN THEN
+    Pulses := Pulses + 1;
+END_IF;
+"""
+
+RACK = """program = "line.st"
+scan_ms = 2
+
+[[slot]]
+number = 1
+module = "amci3601"
+"""
+
+
+def test_a_rack_runs_a_file_of_structured_text(tmp_path):
+    (tmp_path / "line.st").write_text(PULSES)
+    (tmp_path / "line.toml").write_text(RACK)
+    job = load_job(str(tmp_path / "line.toml"))
+    rack = build_rack(job.spec)
+    with build_cpu(job.spec, job.logic, rack) as cpu:
+        cpu.run(501)
+    # done in scan 50, off in 51, timing from 52: one pulse per 52 scans
+    assert job.logic.tags.Pulses == 9
