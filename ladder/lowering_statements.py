@@ -1,6 +1,6 @@
 """Structured text from tree to what the back ends run.
 
-FOR becomes an assignment in front of the loop, a condition before each pass and an assignment behind it;
+FOR becomes an assignment before the loop, a condition before each pass and an assignment after it;
 everything else keeps its shape. What Logix does not have in structured text is refused with what it has.
 """
 

@@ -75,7 +75,7 @@ class Return(Statement):
 
 @dataclass(frozen=True, slots=True)
 class Empty(Statement):
-    """`;`: nothing, or a comment behind the last statement of a block."""
+    """`;`: nothing, or a comment after the last statement of a block."""
 
     @property
     def head(self) -> str:
@@ -198,7 +198,7 @@ class For(Statement):
     Attributes:
         count: the tag that counts.
         first: its first value.
-        last: the value behind which the loop ends; computed before each pass.
+        last: the last value of the count; computed before each pass.
         step: what is added after each pass, None = 1; computed then.
         body: the block.
     """
@@ -224,7 +224,7 @@ class For(Statement):
 
 @dataclass(frozen=True, slots=True)
 class While(Statement):
-    """WHILE: a block as long as a condition is true in front of it."""
+    """WHILE: a block, as long as a condition is true before each pass."""
 
     condition: Operand
     body: Block
@@ -243,7 +243,7 @@ class While(Statement):
 
 @dataclass(frozen=True, slots=True)
 class Repeat(Statement):
-    """REPEAT: a block until a condition is true behind it.
+    """REPEAT: a block, until a condition is true after a pass.
 
     Attributes:
         body: the block.

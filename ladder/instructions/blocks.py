@@ -50,7 +50,7 @@ def _write_put(rungs: RungWriter, block: Group, **texts: str | bool | int) -> No
         rungs.values.assign(block.member(name), str(text))
 
 
-# --- timers: TON, TOF and RTO with TimerEnable for the rung, and Reset; a negative PRE is told, not timed
+# --- timers: TON, TOF and RTO with TimerEnable for the rung, and Reset; a negative PRE sets fault bits
 
 _INVALID: Mapping[str, bool | int] = {"InstructFault": True, "PresetInv": True, "Status": 3}
 _VALID: Mapping[str, bool | int] = {"InstructFault": False, "PresetInv": False, "Status": 0}

@@ -1,9 +1,8 @@
 """Structured text to statements of the tree; statements to text is `str()` of them.
 
-Comments are cut out first and given to statements by where they stand: one that begins behind a statement
-on its line belongs to it, any other to the statement that follows, or, behind the last statement of a
-block, to an empty one. lark parses what is left; expressions become operands while it parses, so that
-their depth costs no calls.
+Comments are cut out first. A comment that begins after a statement on the same line belongs to that
+statement, any other to the next statement. After the last statement of a block it gets an empty statement.
+lark parses what is left. Expressions become operands while it parses, so that their depth costs no calls.
 """
 
 from __future__ import annotations
@@ -255,7 +254,7 @@ class _Reader:
     # --- statements
 
     def _block(self, tree: Any, end: int) -> Block:
-        """Return a block and, behind its last statement, the comments up to `end`."""
+        """Return a block; comments after its last statement, up to `end`, become an empty one."""
         found = tuple(map(self._statement, tree.children))
         rest = self._comments_before(end)
         return (*found, Empty(comment=rest)) if rest else found
@@ -264,9 +263,9 @@ class _Reader:
         start = _start(tree)
         comment = self._comments_before(start)
         made = _MAKERS[tree.data](self, tree)
-        behind = self._comment_behind(tree.meta.end_pos)
+        after = self._comment_after(tree.meta.end_pos)
         line, origin = self._place(start)
-        return replace(made, comment="\n".join(filter(None, (comment, behind))), line=line, origin=origin)
+        return replace(made, comment="\n".join(filter(None, (comment, after))), line=line, origin=origin)
 
     def _assignment(self, tree: Any) -> Statement:
         operator = next(
@@ -328,7 +327,7 @@ class _Reader:
         return Case(selector, tuple(choices), otherwise)
 
     def _choice(self, tree: Any, end: int | None) -> Choice:
-        """Return a choice; comments behind the block of any but the last belong to the one that follows."""
+        """Return a choice. Comments after its block belong to the next choice, if `end` is None."""
         colon = next(each for each in tree.children if _is(each, "COLON"))
         comment = self._comments_before(colon.start_pos)
         labels = tuple(each for each in tree.children if isinstance(each, Range))
@@ -386,8 +385,8 @@ class _Reader:
             found.append(self._comments.pop().text)
         return "\n".join(found)
 
-    def _comment_behind(self, end: int) -> str:
-        """Return the comments that begin behind a statement on its line."""
+    def _comment_after(self, end: int) -> str:
+        """Return the comments that begin after a statement on its line."""
         found = []
         while self._comments:
             between = self._text[end : self._comments[-1].start]
