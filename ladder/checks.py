@@ -90,7 +90,7 @@ def _all_steps(lowered: Lowered, *, copies: bool = True) -> Iterator[tuple[Lower
 
 
 def _where(routine: LoweredRoutine, line: Line) -> str:
-    place = f"routine {routine.name}, rung {line.number}"
+    place = f"routine {routine.name}, {routine.unit} {line.number}"
     return f"{line.origin.file}:{line.origin.line}: {place}" if line.origin.file else place
 
 
@@ -126,8 +126,8 @@ def _call_problem(lowered: Lowered, call: Call) -> tuple[str, str] | None:
         for step in steps_of(line.nodes):
             if step.name == "RET" and len(step.operands) < len(call.returns):
                 return (
-                    f"RET in rung {line.number} of {target.name} returns {len(step.operands)} values, "
-                    f"{len(call.returns)} are wanted",
+                    f"RET in {target.unit} {line.number} of {target.name} returns "
+                    f"{len(step.operands)} values, {len(call.returns)} are wanted",
                     "make RET and JSR agree",
                 )
     return None

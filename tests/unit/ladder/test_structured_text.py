@@ -1,7 +1,19 @@
 """Structured text as text: what is read, how it prints, what is refused where, where comments go."""
 
 import pytest
-from scanrack.ladder import DINT, LadderError, Program, RungTextError, read_program, write_program
+from scanrack.ladder import (
+    BOOL,
+    DINT,
+    REAL,
+    STRING,
+    BuildError,
+    LadderError,
+    LadderFault,
+    Program,
+    RungTextError,
+    read_program,
+    write_program,
+)
 from scanrack.ladder.program import ProgramError, load_program
 from scanrack.ladder.rungfile import parse_program, program_text
 from scanrack.ladder.st import parse_statements
@@ -272,3 +284,57 @@ def test_a_routine_of_structured_text_from_python():
     program.statements("Main", "N := 7;")
     program.step()
     assert program.tags.N == 7
+
+
+@pytest.mark.parametrize(
+    ("statement", "says"),
+    [
+        ("N := A;", "A is a BOOL, a number is needed; decide with IF"),
+        ("A := N;", "N is a DINT, a bit or a condition is needed; compare it"),
+        ("A := 3;", "3 is the number 3, a bit or a condition is needed"),
+        ("IF N THEN END_IF;", "N is a DINT, a bit or a condition is needed"),
+        ("A := A > 2;", "A>2 is an expression, a bit or a condition is needed"),
+        ("T := N;", "N is a DINT, a string is needed"),
+        ("N := T;", "T is a STRING, a number is needed"),
+        ("D := D;", "D is an array of DINT, which is not assigned as a whole"),
+        ("FOR R := 0 TO 3 DO END_FOR;", "FOR counts in a REAL, an integer is needed"),
+        ("CASE A OF 1: ; END_CASE;", "A is a BOOL, a number is needed"),
+        ("EXIT;", "EXIT stands in no loop"),
+        ("MOV(N,N);", "MOV is not an instruction of structured text; write an assignment"),
+        ("XIC(A);", "XIC is not an instruction of structured text; write a condition"),
+        ("JSR(Nowhere);", "there is no routine NOWHERE"),
+        ("Q := 1;", "there is no tag Q"),
+    ],
+)
+def test_what_the_language_does_not_allow_is_refused_with_its_line(statement, says):
+    program = Program("p")
+    for names, kind, *dims in (("A", BOOL), ("N", DINT), ("D", DINT, 4), ("R", REAL), ("T", STRING)):
+        program.declare(names, kind, *dims)
+    program.statements("Main", f"A := 1;\n{statement}")
+    with pytest.raises(BuildError) as refused:
+        program.build()
+    (problem,) = refused.value.problems
+    assert says in str(problem)
+    assert "routine Main, line 2" in problem.where
+
+
+@pytest.mark.parametrize("loop", ["WHILE 1 DO N := 1; END_WHILE;", "REPEAT N := 1; UNTIL 0 END_REPEAT;"])
+def test_a_loop_without_end_is_stopped_by_the_watchdog(loop):
+    program = Program("p")
+    program.declare("N", DINT)
+    program.statements("Main", loop)
+    for engine in (program.compile(), program.interpret()):
+        with pytest.raises(LadderFault, match=r"routine Main, line 1, .* loop: watchdog: more than 200,000"):
+            engine.step()
+
+
+def test_a_non_retentive_assignment_clears_its_target_in_prescan():
+    program = Program("p")
+    program.declare("N M", DINT, initial=5)
+    program.declare("B", BOOL, initial=True)
+    program.declare("T", STRING, initial="abc")
+    text = "IF S:MINOR THEN N [:=] 1; M := 1; B [:=] 1; T [:=] 'x'; END_IF;"
+    program.statements("Main", text)
+    for engine in (program.compile(), program.interpret()):
+        engine.step()
+        assert (engine.tags.N, engine.tags.M, engine.tags.B, engine.tags.T) == (0, 5, False, "")
