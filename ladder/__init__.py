@@ -46,7 +46,25 @@ from .instructions import __all__ as _instructions
 from .logic import Program
 from .rungfile import read_program, write_program
 from .runnable import LadderLogic
-from .types import BOOL, CONTROL, COUNTER, DINT, INT, LINT, REAL, SINT, STRING, TIMER, Member, Structure
+from .types import (
+    BOOL,
+    CONTROL,
+    COUNTER,
+    DINT,
+    INT,
+    LINT,
+    LREAL,
+    REAL,
+    SINT,
+    STRING,
+    TIMER,
+    UDINT,
+    UINT,
+    ULINT,
+    USINT,
+    Member,
+    Structure,
+)
 
 __all__ = [
     "BOOL",
@@ -55,12 +73,17 @@ __all__ = [
     "DINT",
     "INT",
     "LINT",
+    "LREAL",
     "REAL",
     "REPEATED_COILS",
     "REPEATED_TIMERS",
     "SINT",
     "STRING",
     "TIMER",
+    "UDINT",
+    "UINT",
+    "ULINT",
+    "USINT",
     "BuildError",
     "Controller",
     "Engine",

@@ -30,11 +30,13 @@ def real(value: float) -> float:
 
 
 def wrap(value: int, bits: int) -> int:
-    """Keep the low bits, read as a signed number.
+    """Keep the low bits, read as a signed number; negative `bits` as one without a sign.
 
-    >>> wrap(65_665, 16), wrap(65_665, 8), wrap(2**31, 32)
-    (129, -127, -2147483648)
+    >>> wrap(65_665, 16), wrap(65_665, 8), wrap(2**31, 32), wrap(-1, -16)
+    (129, -127, -2147483648, 65535)
     """
+    if bits < 0:
+        return value & (1 << -bits) - 1
     half = 1 << bits - 1
     return ((value + half) & (half + half - 1)) - half
 

@@ -31,7 +31,6 @@ from .statements import (
     too_deep,
 )
 from .tree import Address, Block, Instruction, Operand, Operation, Origin, Statement, number
-from .types import STRING
 
 INSTEAD: Mapping[str, str] = {
     "OTE": "write bit := condition;",
@@ -273,12 +272,14 @@ class StatementLowering:
 
     def _target(self, operand: Address) -> Place | Group:
         resolved = self._resolved(operand)
-        if isinstance(resolved, Group) and (resolved.dims or resolved.type is not STRING):
+        if isinstance(resolved, Group) and not is_string(resolved):
             raise OperandError(
                 f"{operand} is {described(resolved)}, which is not assigned as a whole",
                 "assign its parts, or COP it",
             )
         assert isinstance(resolved, (Place, Group))
+        if isinstance(resolved, Place) and resolved.type.is_double:
+            raise _wrong(operand, resolved, "a number", "use a REAL; COP copies an LREAL")
         self._lowering.note_written(operand, resolved)
         return resolved
 

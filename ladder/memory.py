@@ -16,7 +16,7 @@ from ..io_images.image import Image
 from .arithmetic import real
 from .stretches import Spot
 from .tags import Layout, Leaf
-from .types import STRING, DataType, Elementary, Structure, count_of
+from .types import DataType, Elementary, Structure, count_of
 
 Value = bool | int | float
 
@@ -174,7 +174,7 @@ class Memory:
             return [self.dump(path, kind, inner, at * length + number) for number in range(length)]
         if isinstance(kind, Elementary):
             return self.read(self.layout.leaf(path), at)
-        if kind is STRING:
+        if kind.is_string:
             return self.text(path, at).decode("latin-1")
         return {
             each.name: self.dump(f"{path}.{each.name}", each.type, each.dims, at) for each in kind.members
@@ -190,7 +190,7 @@ class Memory:
             self._load_array(path, kind, dims, at, value)
         elif isinstance(kind, Elementary):
             self.write(self.layout.leaf(path), at, checked(path, kind, value))
-        elif kind is STRING and isinstance(value, str):
+        elif kind.is_string and isinstance(value, str):
             self._load_text(path, at, value)
         else:
             self._load_structure(path, kind, at, value)
@@ -341,7 +341,7 @@ def mask_of(kind: Elementary, bit: int) -> int:
     >>> mask_of(INT, 3), mask_of(INT, 15)
     (8, -32768)
     """
-    return kind.lowest if kind.lowest and bit == kind.bits - 1 else 1 << bit
+    return kind.lowest if kind.is_signed and bit == kind.bits - 1 else 1 << bit
 
 
 def text_in(store: Store, layout: Layout, path: str, at: int) -> bytes:
@@ -383,8 +383,8 @@ def checked(name: str, kind: Elementary, value: object) -> Value:
         raise ValueError(f"{name}: {value!r} is not a BOOL: allowed are False and True")
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise ValueError(f"{name}: {value!r} is not of type {kind.name}")
-    if kind.is_real:
-        return real(value)
+    if kind.is_real or kind.is_double:
+        return real(value) if kind.is_real else float(value)
     if isinstance(value, float):
         raise ValueError(f"{name}: {value!r} is not of type {kind.name}: a whole number is needed")
     if not kind.lowest <= value <= kind.highest:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from .operands import Calculation, Constant, Group, Place, Quoted, Resolved, is_integer, is_number, is_truth
 from .operators import BITWISE, RELATIONS
 from .spec import Use
-from .types import CONTROL, COUNTER, FBD_COUNTER, FBD_ONESHOT, FBD_TIMER, STRING, TIMER, Elementary, Structure
+from .types import CONTROL, COUNTER, FBD_COUNTER, FBD_ONESHOT, FBD_TIMER, TIMER, Elementary, Structure
 
 
 class OperandError(ValueError):
@@ -50,7 +50,7 @@ def _is_bit(resolved: Resolved) -> bool:
 
 
 def _is_plain_number(resolved: Resolved) -> bool:
-    return isinstance(resolved, (Place, Constant)) and not resolved.type.is_bool
+    return isinstance(resolved, (Place, Constant)) and is_number(resolved)
 
 
 def _is_plain_integer(resolved: Resolved) -> bool:
@@ -59,7 +59,9 @@ def _is_plain_integer(resolved: Resolved) -> bool:
 
 def is_string(resolved: Resolved) -> bool:
     """Whether an operand is a STRING or a string constant."""
-    return isinstance(resolved, Quoted) or _is_structure(resolved, STRING)
+    if not isinstance(resolved, Group):
+        return isinstance(resolved, Quoted)
+    return isinstance(resolved.type, Structure) and not resolved.dims and resolved.type.is_string
 
 
 def _is_structure(resolved: Resolved, *types: Structure) -> bool:
@@ -166,7 +168,7 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
     ),
     Use.INTEGER: _AN_INTEGER,
     Use.TARGET: OperandCheck(
-        lambda each: isinstance(each, Place) and not each.type.is_bool,
+        lambda each: isinstance(each, Place) and is_number(each),
         "a numeric tag to write",
         "use a numeric tag; bits are written by OTE, OTL, OTU",
     ),

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from .operators import BITWISE, FUNCTIONS, RELATIONS
 from .tags import Layout, Leaf
-from .types import BOOL, DINT, LINT, REAL, DataType, Elementary, fields_of
+from .types import BOOL, DINT, LINT, REAL, UDINT, ULINT, DataType, Elementary, fields_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +146,7 @@ def is_integer(resolved: Resolved) -> bool:
 def is_number(resolved: Resolved) -> bool:
     """Whether this has a value that one can compute with."""
     if isinstance(resolved, (Constant, Place)):
-        return not resolved.type.is_bool
+        return not (resolved.type.is_bool or resolved.type.is_double)
     return isinstance(resolved, Calculation) and all(map(is_number, resolved.operands))
 
 
@@ -184,11 +184,17 @@ def can_fault(resolved: Resolved) -> bool:
 
 
 def width_of(*operands: Resolved) -> int:
-    """Return the width in which operands are computed together: 0 for REAL, 64 with a LINT, else 32."""
+    """Return the width in which operands are computed together.
+
+    Returns:
+        0 for REAL, 128 with a ULINT, 64 with a LINT or a UDINT, else 32: a width that holds all their values.
+    """
     types = set().union(*map(types_in, operands))
     if REAL in types:
         return 0
-    return LINT.bits if LINT in types else DINT.bits
+    if ULINT in types:
+        return 2 * ULINT.bits
+    return LINT.bits if LINT in types or UDINT in types else DINT.bits
 
 
 def place_of(operand: Resolved) -> Place:

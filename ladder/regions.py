@@ -163,9 +163,11 @@ def fill(target: End, length: int, value: Value) -> None:
 def _converted(kind: Elementary, value: Value) -> Value:
     if kind.is_bool:
         return bool(value)
+    if kind.is_double:
+        return float(value)
     if kind.is_real:
         return real(value)
-    return wrap(whole(value) if isinstance(value, float) else int(value), kind.bits)
+    return wrap(whole(value) if isinstance(value, float) else int(value), kind.wraps)
 
 
 def take(memory: Store, region: Region, first: int, count: int) -> bytes:

@@ -4,7 +4,9 @@
 |---|---|--:|
 | BOOL | False, True | 1 |
 | SINT, INT, DINT, LINT | signed integers | 8, 16, 32, 64 |
+| USINT, UINT, UDINT, ULINT | integers from 0 | 8, 16, 32, 64 |
 | REAL | IEEE 754 single precision, rounded at every store | 32 |
+| LREAL | IEEE 754 double precision; set, copied and read, not computed with | 64 |
 
 Structures have members of any type. The byte layout matters to COP and CPS only
 [1756-RM003N p. 371: a straight byte-to-byte copy].
@@ -45,24 +47,39 @@ class Elementary:
         return self.code == "f"
 
     @property
+    def is_double(self) -> bool:
+        """Floating point of double precision, which is kept and copied; rungs compute in REAL."""
+        return self.code == "d"
+
+    @property
     def is_integer(self) -> bool:
-        """SINT, INT, DINT or LINT."""
-        return not (self.is_bool or self.is_real)
+        """SINT, INT, DINT, LINT, or one of the four without a sign."""
+        return not (self.is_bool or self.is_real or self.is_double)
+
+    @property
+    def is_signed(self) -> bool:
+        """Whether an integer type has negative values."""
+        return self.code.islower()
+
+    @property
+    def wraps(self) -> int:
+        """Its bits, negative without a sign: how `arithmetic.wrap` makes a number fit."""
+        return self.bits if self.is_signed else -self.bits
 
     @property
     def lowest(self) -> int:
         """Least value of an integer type."""
-        return -1 << self.bits - 1
+        return -1 << self.bits - 1 if self.is_signed else 0
 
     @property
     def highest(self) -> int:
         """Greatest value of an integer type."""
-        return (1 << self.bits - 1) - 1
+        return (1 << self.bits - self.is_signed) - 1
 
     @property
     def zero(self) -> bool | int | float:
         """Initial value of a tag without one of its own."""
-        return False if self.is_bool else 0.0 if self.is_real else 0
+        return False if self.is_bool else 0 if self.is_integer else 0.0
 
 
 BOOL = Elementary("BOOL", 1, "?")
@@ -70,7 +87,12 @@ SINT = Elementary("SINT", 8, "b")
 INT = Elementary("INT", 16, "h")
 DINT = Elementary("DINT", 32, "i")
 LINT = Elementary("LINT", 64, "q")
+USINT = Elementary("USINT", 8, "B")
+UINT = Elementary("UINT", 16, "H")
+UDINT = Elementary("UDINT", 32, "I")
+ULINT = Elementary("ULINT", 64, "Q")
 REAL = Elementary("REAL", 32, "f")
+LREAL = Elementary("LREAL", 64, "d")
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +127,16 @@ class Structure:
     name: str
     members: tuple[Member, ...]
     hidden: tuple[Member, ...] = field(default=())
+
+    @property
+    def is_string(self) -> bool:
+        """Whether it is a STRING, or a string type of another length: LEN and characters."""
+        if len(self.members) != 2:
+            return False
+        length, data = self.members
+        return (length.name, length.type, length.dims) == ("LEN", DINT, ()) and (
+            data.name == "DATA" and data.type == SINT and len(data.dims) == 1
+        )
 
     def __hash__(self) -> int:
         """Hash the name alone: types are keys often, and structures of one name are rare."""
@@ -177,7 +209,7 @@ FBD_ONESHOT = Structure(
 TYPES: Mapping[str, DataType] = {
     kind.name: kind
     for kind in (
-        *(BOOL, SINT, INT, DINT, LINT, REAL),
+        *(BOOL, SINT, INT, DINT, LINT, USINT, UINT, UDINT, ULINT, REAL, LREAL),
         *(TIMER, COUNTER, CONTROL, STRING),
         *(FBD_TIMER, FBD_COUNTER, FBD_ONESHOT),
     )

@@ -7,7 +7,7 @@ from typing import Any
 
 from .expressions import parse_address
 from .lowered import Lowered
-from .memory import Memory, checked
+from .memory import Memory, checked, mask_of
 from .operands import Calculation, Constant, Group, Place, Resolved, leaves_in
 from .resolver import Resolver
 from .tree import Address
@@ -90,7 +90,7 @@ class Tags:
             bits = place.leaf.type.bits
             number = self._index(place.bit, bits, place)
             word = int(self._memory.read(place.leaf, at))
-            mask = place.leaf.type.lowest if number == bits - 1 else 1 << number
+            mask = mask_of(place.leaf.type, number)
             value = word | mask if value else word & ~mask
         self._memory.write(place.leaf, at, value)
 

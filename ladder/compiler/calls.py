@@ -88,5 +88,5 @@ def _mask(values: Values, leaf: Leaf, operand: Place | Group) -> str:
         if isinstance(operand.bit, Constant):
             return str(mask_of(leaf.type, int(operand.bit.value)))
         bit = values.index(operand.bit, leaf.type.bits, operand.text)
-        return values.keep(f"mask({bit}, {leaf.type.bits}, {leaf.type.lowest < 0})")
+        return values.keep(f"mask({bit}, {leaf.type.bits}, {leaf.type.is_signed})")
     return values.writer.mask(leaf) or "None"

@@ -13,6 +13,7 @@ from ..memory import NOTHING, Listed, Store, Value, set_text_in, text_in
 from ..operators import CALLED
 from ..regions import Region, copy, fill, region_of
 from ..spec import Use
+from ..types import TYPES, Elementary
 
 if TYPE_CHECKING:
     from ..engine import Engine
@@ -174,7 +175,9 @@ class Services:
             return bool(value)
         if kind == "REAL":
             return math.real(value)
-        bits = {"SINT": 8, "INT": 16, "DINT": 32, "LINT": 64}[kind]
+        target = TYPES[kind]
+        assert isinstance(target, Elementary)
+        bits = target.wraps
         if isinstance(value, float):
             return self.integer(site, value, bits)
         return self.narrow(site, int(value), 64, bits)

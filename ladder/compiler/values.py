@@ -71,7 +71,7 @@ class Values:
             return f"({whole} if {mask} is None else {whole} & {mask} != 0)" if mask else whole
         if isinstance(place.bit, Constant):
             number = int(place.bit.value)
-            if number == place.leaf.type.bits - 1:
+            if number == place.leaf.type.bits - 1 and place.leaf.type.is_signed:
                 return f"({whole} < 0)"
             return f"({whole} & {1 << number} != 0)"
         if calculates(place.bit) and any(not isinstance(each, Constant) for each in place.indices):
@@ -177,7 +177,7 @@ class Values:
         bits = place.leaf.type.bits
         if isinstance(place.bit, Constant):
             number = int(place.bit.value)
-            top = number == bits - 1
+            top = number == bits - 1 and place.leaf.type.is_signed
             on, off = (
                 (place.leaf.type.lowest, place.leaf.type.highest) if top else (1 << number, ~(1 << number))
             )
@@ -185,7 +185,9 @@ class Values:
             self.writer.line(f"{target} = {changed or f'{target} | {on} if {power} else {target} & {off}'}")
             return
         mask = self.keep(f"1 << {self.index(place.bit, bits, place.text)}")
-        self.writer.line(f"{target} = wrap({target} | {mask} if {power} else {target} & ~{mask}, {bits})")
+        self.writer.line(
+            f"{target} = wrap({target} | {mask} if {power} else {target} & ~{mask}, {place.leaf.type.wraps})"
+        )
 
     def store(self, place: Place, term: Term, width: int) -> None:
         """Write lines that convert a number and set a place, then S:Z and S:N."""
@@ -200,13 +202,13 @@ class Values:
             exact = term.real or (term.low >= -(1 << 24) and term.high <= 1 << 24)
             return term.text if term.real else f"float({term.text})" if exact else f"real({term.text})"
         if term.real:
-            return f"integer({self.site}, {term.text}, {kind.bits})"
-        if term.fits(kind.bits) and term.fits(width or 64):
+            return f"integer({self.site}, {term.text}, {kind.wraps})"
+        if kind.lowest <= term.low and term.high <= kind.highest and term.fits(width or 64):
             return term.text
         least = max(kind.lowest, -1 << (width or 64) - 1)
         most = min(kind.highest, (1 << (width or 64) - 1) - 1)
         value = self.keep(term.text)
-        otherwise = f"narrow({self.site}, {value}, {width or 64}, {kind.bits})"
+        otherwise = f"narrow({self.site}, {value}, {width or 64}, {kind.wraps})"
         return f"{value} if {least} <= {value} <= {most} else {otherwise}"
 
     def result_flags(self, place: Place) -> None:
@@ -355,7 +357,7 @@ class Values:
             self.store(target, term, LINT.bits)
             return
         value = self.keep(term.text)
-        otherwise = f"narrow({self.site}, {value}, 256, {kind.bits})"
+        otherwise = f"narrow({self.site}, {value}, 256, {kind.wraps})"
         self.assign(target, f"{value} if {kind.lowest} <= {value} <= {kind.highest} else {otherwise}")
         if self.writer.flags:
             self.result_flags(target)
@@ -363,7 +365,9 @@ class Values:
     def store_bits(self, target: Place, text: str, *, direct: bool) -> None:
         """Write lines that set an integer to a pattern of bits; `direct`: it has the target's width."""
         self.clear_flags()
-        self.assign(target, text if direct else f"wrap({text}, {target.type.bits})")
+        self.assign(
+            target, text if direct and target.type.is_signed else f"wrap({text}, {target.type.wraps})"
+        )
         if self.writer.flags:
             self.result_flags(target)
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 
 from typing_extensions import override
 
+from ..arithmetic import wrap
 from ..compiler import Scanner
 from ..engine import Engine
 from ..errors import LadderFault, Site
@@ -133,7 +134,7 @@ class WatchedMemory(Memory):
             return forced
         bits = leaf.type.bits
         merged = (int(value) & ~mask | int(forced) & mask) & (1 << bits) - 1
-        return merged - (1 << bits) if merged >> (bits - 1) else merged
+        return wrap(merged, leaf.type.wraps)
 
 
 class WatchedInterpreter(Interpreter):

@@ -43,7 +43,7 @@ def _write_mvm(rungs: RungWriter, source: Resolved, mask: Resolved, target: Plac
 
 def _bits(operand: Resolved) -> int:
     assert isinstance(operand, (Place, Constant))
-    return operand.type.bits
+    return operand.type.wraps
 
 
 # --- BTD: a field of bits into another place
@@ -76,7 +76,7 @@ def _btd(
         int(machine.get(target)),
         int(target_bit.value),
         int(length.value),
-        target.type.bits,
+        target.type.wraps,
     )
     machine.put(target, value)
 
@@ -93,7 +93,7 @@ def _write_btd(
     rungs.values.assign(
         target,
         f"distributed({moved}, {source_bit.value}, {rungs.values.read(target)}, "
-        f"{target_bit.value}, {length.value}, {target.type.bits})",
+        f"{target_bit.value}, {length.value}, {target.type.wraps})",
     )
 
 

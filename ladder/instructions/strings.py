@@ -135,7 +135,7 @@ def _find(machine: Interpreter, source: Resolved, search: Resolved, start: Resol
     if not 1 <= at <= len(text):
         _misplaced(machine, f"start {at} is out of range, allowed are 1 to {len(text)}")
         return
-    machine.put(result, math.wrap(text.find(wanted, at - 1) + 1, result.type.bits))
+    machine.put(result, math.wrap(text.find(wanted, at - 1) + 1, result.type.wraps))
 
 
 # --- STOD, STOR: the first number in a string
@@ -165,7 +165,7 @@ def _store_number(machine: Interpreter, value: Decimal, target: Place) -> None:
         stored: int | float = math.real(float(value))
         fits = math.finite(stored)
     else:
-        stored = math.wrap(int(value), kind.bits)
+        stored = math.wrap(int(value), kind.wraps)
         fits = stored == int(value)
     if not fits:
         text = f"{value} does not fit {target.text}"

@@ -81,7 +81,7 @@ class Values:
             bits = place.leaf.type.bits
             mask = 1 << self.subscript(place.bit, bits, place.text)
             word = int(store.read(place.leaf, index))
-            value = math.wrap(word | mask if value else word & ~mask, bits)
+            value = math.wrap(word | mask if value else word & ~mask, place.leaf.type.wraps)
         store.write(place.leaf, index, value)
 
     def integer(self, operand: Resolved) -> int:
@@ -128,7 +128,7 @@ class Values:
             stored: Value = math.real(value)
         else:
             exact = math.whole(value) if isinstance(value, float) else int(value)
-            stored = math.wrap(exact, kind.bits)
+            stored = math.wrap(exact, kind.wraps)
             if stored != exact or (isinstance(value, float) and not math.finite(value)):
                 self.fault_log.overflow(self.site)
         self.put(place, stored)
@@ -214,7 +214,7 @@ class Values:
     def store_bits(self, target: Place, value: int) -> None:
         """Set an integer to the low bits of a pattern; nothing overflows."""
         self.clear_flags()
-        stored = math.wrap(value, target.type.bits)
+        stored = math.wrap(value, target.type.wraps)
         self.put(target, stored)
         self.set_flags(stored)
 

@@ -17,6 +17,10 @@ TAG Word : INT
 TAG Wide : DINT
 TAG Other : DINT
 TAG Long : LINT
+TAG Byte : USINT
+TAG Port : UINT
+TAG Sum32 : UDINT
+TAG Sum64 : ULINT
 TAG Ratio : REAL
 TAG Share : REAL
 TAG Index : DINT
@@ -44,6 +48,8 @@ BITS = (
     "Word.15",
     "Wide.31",
     "Small.7",
+    "Sum32.31",
+    "Byte.[Index]",
     "Wide.[Index]",
     "Block[Index].2",
     "Parts[1].Good",
@@ -62,6 +68,10 @@ INTEGERS = (
     "Wide",
     "Other",
     "Long",
+    "Byte",
+    "Port",
+    "Sum32",
+    "Sum64",
     "Index",
     "Block[2]",
     "Block[Index]",
@@ -106,6 +116,7 @@ REGIONS = (
     "Count",
     "Name",
     "Wide",
+    "Sum64",
     "Ratio",
     "Parts[Index].Marks",
 )
