@@ -1,4 +1,4 @@
-"""Types beside the common ones: integers without a sign, LREAL, strings of other lengths, in both back ends."""
+"""Types beside the common ones: without a sign, LREAL, strings of other lengths, in both back ends."""
 
 import pytest
 from ladder_bench import Named
