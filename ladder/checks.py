@@ -8,6 +8,7 @@ from .errors import Problem
 from .lowered import ADD_ON, AddOnCall, Call, Line, Lowered, LoweredRoutine, Step, steps_of
 from .operands import Constant, Group, Place
 from .regions import Region, region_of
+from .schedule import TaskKind
 from .spec import Use
 from .tags import Leaf
 
@@ -107,8 +108,18 @@ def _jumps(lowered: Lowered, routine: LoweredRoutine) -> Iterator[Problem]:
                 )
             elif step.name == "JSR":
                 problem = _call_problem(lowered, step.operands[0])
+            elif step.name == "EVENT":
+                problem = _event_problem(lowered, step.operands[0])
             if problem:
                 yield Problem(_where(routine, line), line.text, *problem)
+
+
+def _event_problem(lowered: Lowered, name: str) -> tuple[str, str] | None:
+    tasks = lowered.schedule.tasks if lowered.schedule is not None else ()
+    events = [each.task.name for each in tasks if each.task.kind is TaskKind.EVENT]
+    if name in map(str.upper, events):
+        return None
+    return f"there is no event task {name}", f"event tasks are {', '.join(events) or 'none'}"
 
 
 def _call_problem(lowered: Lowered, call: Call) -> tuple[str, str] | None:
@@ -203,7 +214,7 @@ def _main_with_inputs(lowered: Lowered) -> Iterator[Problem]:
 def _half_words(lowered: Lowered) -> Iterator[Problem]:
     """Copies of single bytes that may end in the middle of a word of an output image."""
     for routine, line, step in _all_steps(lowered):
-        if Use.SOURCE not in step.spec.operands:
+        if step.uses[:2] != (Use.SOURCE, Use.DESTINATION):
             continue
         source, target = (region_of(each) for each in step.operands[:2])
         length = step.operands[2]

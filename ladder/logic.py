@@ -172,12 +172,12 @@ class Program(LadderLogic):
         layout = Layout(self.declarations)
         lowering = Lowering(self.name, layout, self.first or "Main", self.add_ons)
         lowered = lowering.lowered
-        problems = self.lower_into(lowering)
-        if not self.names and not self.main:
-            problems.append(Problem(f"program {self.name}", "", "there is no routine Main", "add a routine"))
         if self.fault:
             task = Task(self.name, TaskKind.CONTINUOUS, (self.name,))
             lowered.schedule = schedule_of(layout, [task], [self.roots()])
+        problems = self.lower_into(lowering)
+        if not self.names and not self.main:
+            problems.append(Problem(f"program {self.name}", "", "there is no routine Main", "add a routine"))
         lowered.recursive = recursive_routines(lowered)
         problems = lowering.problems + check_whole(lowered) + problems + wrong_initials(lowered)
         if problems:

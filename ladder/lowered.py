@@ -11,7 +11,7 @@ from .operands import Constant, Group, Place, Resolved
 from .schedule import Schedule
 from .spec import Kind, Spec, Use
 from .tags import FrameLayout, Layout, program_of
-from .tree import Operand, Origin
+from .tree import Address, Operand, Origin
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +34,13 @@ class OperandResolver(Protocol):
 
     def named(self, routine: str) -> str:
         """Return the full name in capitals of a routine that the present one may call."""
+
+    def memory(self, address: Address, *, written: bool) -> Place | Group:
+        """Return a tag with bytes; of the first member of a structure, the structure.
+
+        Raises:
+            OperandError: it has no bytes.
+        """
 
     def value(self, operand: Operand) -> Resolved:
         """Return an operand with one value.

@@ -24,6 +24,7 @@ from .tree import (
     Address,
     Branch,
     Instruction,
+    MemberStep,
     Number,
     Operand,
     Origin,
@@ -34,7 +35,7 @@ from .tree import (
     addresses_in,
     too_deep,
 )
-from .types import DINT
+from .types import DINT, Structure
 
 _KEPT_FLAGS = frozenset({"S:V", "S:Z", "S:N", "S:C"})
 
@@ -354,6 +355,24 @@ class Lowering:
     def named(self, routine: str) -> str:
         """Return the full name of a routine of the present program, see `OperandResolver`."""
         return scoped(self._program, routine).upper()
+
+    def memory(self, address: Address, *, written: bool) -> Place | Group:
+        """Return a tag with bytes, see `OperandResolver`."""
+        resolved = self.resolver.address(address)
+        if isinstance(resolved, Place) and address.steps and isinstance(address.steps[-1], MemberStep):
+            around = self.resolver.address(replace(address, steps=address.steps[:-1]))
+            if (
+                isinstance(around, Group)
+                and isinstance(around.type, Structure)
+                and around.type.members[0].name.upper() == address.steps[-1].name.upper()
+            ):
+                resolved = around
+        check = OPERAND_CHECKS[Use.DESTINATION]
+        if not check.accepts(resolved):
+            raise OperandError(f"{address} is {described(resolved)}, {check.text} is needed", check.remedy)
+        if written:
+            self.note_written(address, resolved)
+        return resolved
 
     def value(self, operand: Operand) -> Resolved:
         """Return an operand with one value, see `OperandResolver`."""

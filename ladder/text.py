@@ -156,6 +156,8 @@ class RungParser(ExpressionParser):
             self.fail(f"{wanted} operands of {spec.name}", found)
 
     def _operand(self, use: Use | None) -> Operand:
+        if use is Use.LABEL and self.text.startswith(",", self.at):
+            return Address("")  # as in GSV(WallClockTime,,DateTime,Now)
         plain = _PLAIN.match(self.text, self.at)
         if plain:
             self.at = plain.end()

@@ -9,7 +9,7 @@ only list besides, for a new family. Names are those of the Logix 5000 general i
 from __future__ import annotations
 
 from ..spec import Spec
-from . import bits, blocks, compare, compute, control, files, move, strings, timing, trigonometry
+from . import bits, blocks, compare, compute, control, files, move, strings, system, timing, trigonometry
 from .bits import *  # noqa: F403
 from .blocks import *  # noqa: F403
 from .compare import *  # noqa: F403
@@ -18,10 +18,11 @@ from .control import *  # noqa: F403
 from .files import *  # noqa: F403
 from .move import *  # noqa: F403
 from .strings import *  # noqa: F403
+from .system import *  # noqa: F403
 from .timing import *  # noqa: F403
 from .trigonometry import *  # noqa: F403
 
-FAMILIES = (bits, timing, compare, compute, move, files, control, trigonometry, strings, blocks)
+FAMILIES = (bits, timing, compare, compute, move, files, control, trigonometry, strings, blocks, system)
 """The family files, in the manual's order; each lists its instructions in `__all__`."""
 
 SPECS: tuple[Spec, ...] = tuple(getattr(family, name) for family in FAMILIES for name in family.__all__)
@@ -41,3 +42,4 @@ __all__ += control.__all__
 __all__ += trigonometry.__all__
 __all__ += strings.__all__
 __all__ += blocks.__all__
+__all__ += system.__all__

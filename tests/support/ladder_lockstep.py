@@ -76,7 +76,7 @@ def check_debugged(text, scans, *, watched):
     engine = program.compile()
     debugger = Debugger(program)
     if watched:
-        debugger.break_at("Main", program.routines[0].numbers[0])
+        debugger.break_at(program.routines[0].name, program.routines[0].numbers[0])
     for ms, *groups in scans:
         for name, value in (pair for group in groups for pair in group.items()):
             engine.tags[name] = value
