@@ -20,6 +20,7 @@ import numpy as np
 from .columns import ALL, Columns, Selection, by_name, join, no_columns
 from .reader import Scan, Trace
 from .sections import ScanRows, Section
+from .tagplan import FIELD
 
 __all__ = [
     "ALL",
@@ -34,7 +35,7 @@ __all__ = [
 ]
 
 
-def read_columns(trace: Trace, selection: Selection = ALL) -> Columns:
+def read_columns(trace: Trace, selection: Selection = ALL, *, tags: bool = False) -> Columns:
     """Read the wanted scans of a trace into memory: 20 bytes per scan and 32 per scan and slot.
 
     Scans of a damaged chunk are missing, and told in `trace.notes`.
@@ -42,26 +43,31 @@ def read_columns(trace: Trace, selection: Selection = ALL) -> Columns:
     Args:
         trace: the open trace.
         selection: which scans; columns of no row where the trace has none of them.
+        tags: whether recorded tags are wanted, too: `read_columns(trace, tags=True).tags["fill_acc"]`.
     """
     parts = []
-    for columns in column_chunks(trace, selection):
+    for columns in column_chunks(trace, selection, tags=tags):
         start, stop = selection.rows(columns)
         parts.append(columns.rows(start, max(start, stop)))
-    return join(parts) if parts else no_columns(len(trace.head.slots))
+    plan = trace.head.tags if tags else None
+    return join(parts) if parts else no_columns(len(trace.head.slots), None if plan is None else plan.dtype)
 
 
-def column_chunks(trace: Trace, selection: Selection = ALL, *, margin: int = 0) -> Iterator[Columns]:
+def column_chunks(
+    trace: Trace, selection: Selection = ALL, *, margin: int = 0, tags: bool = False
+) -> Iterator[Columns]:
     """Iterate over a trace chunk by chunk, in the order of the file, without those that are not wanted.
 
     Args:
         trace: the open trace.
         selection: which scans; the first and the last chunk may hold others as well.
         margin: how many scans before and after them are to come as well, if the trace has them.
+        tags: whether recorded tags are wanted, too.
     """
     for section in _needed(trace, selection, margin):
         parts = trace.scan_rows(section)
         if parts:
-            yield _columns(parts[0] if len(parts) == 1 else np.concatenate(parts))
+            yield _columns(parts[0] if len(parts) == 1 else np.concatenate(parts), tags=tags)
 
 
 def scan_count(trace: Trace, selection: Selection = ALL, *, margin: int = 0) -> int:
@@ -124,8 +130,13 @@ def _ahead(trace: Trace, place: int, margin: int) -> int:
     return place
 
 
-def _columns(rows: ScanRows) -> Columns:
+def _columns(rows: ScanRows, *, tags: bool = False) -> Columns:
     words = np.ascontiguousarray(rows["images"]).view("<i2").reshape(len(rows), -1)
+    wanted = tags and FIELD in (rows.dtype.names or ())
     return Columns(
-        rows["scan"].astype(np.int64), rows["log_time"].astype(np.int64), rows["flags"].copy(), words
+        rows["scan"].astype(np.int64),
+        rows["log_time"].astype(np.int64),
+        rows["flags"].copy(),
+        words,
+        np.ascontiguousarray(rows[FIELD]) if wanted else None,
     )

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,20 +23,30 @@ class Columns(NamedTuple):
         time_ns: virtual time of its input latch, int64.
         flags: what the CPU was doing, uint32.
         words: the memory block as int16: per slot eight output words, then eight input words.
+        tags: recorded tags by field, each of its own type; None if they are not wanted, or there are none.
     """
 
     scan: NDArray[np.int64]
     time_ns: NDArray[np.int64]
     flags: NDArray[np.uint32]
     words: NDArray[np.int16]
+    tags: NDArray[np.void] | None = None
 
     def rows(self, start: int, stop: int) -> Columns:
         """Return some of the rows."""
-        return Columns._make(column[start:stop] for column in self)
+        return self.each(lambda column: column[start:stop])
 
     def at(self, rows: NDArray[np.intp]) -> Columns:
         """Return some of the rows, by number."""
-        return Columns._make(column[rows] for column in self)
+        return self.each(lambda column: column[rows])
+
+    def images(self) -> tuple[NDArray[Any], ...]:
+        """Return the columns of the images: all but the tags."""
+        return self[:4]
+
+    def each(self, change: Callable[[NDArray[Any]], NDArray[Any]]) -> Columns:
+        """Return the columns changed, all in the same way."""
+        return Columns._make(None if column is None else change(column) for column in self)
 
     def followed_by(self, other: Columns) -> Columns:
         """Return these rows and then those of another."""
@@ -45,16 +55,19 @@ class Columns(NamedTuple):
 
 def join(parts: Sequence[Columns]) -> Columns:
     """Return the rows of several columns, one after the other; at least one."""
-    return Columns._make(map(np.concatenate, zip(*parts, strict=True)))
+    return Columns._make(
+        None if columns[0] is None else np.concatenate(columns) for columns in zip(*parts, strict=True)
+    )
 
 
-def no_columns(slots: int) -> Columns:
-    """Return the columns of no scan of so many slots."""
+def no_columns(slots: int, tags: np.dtype[np.void] | None = None) -> Columns:
+    """Return the columns of no scan of so many slots, and of such tags."""
     return Columns(
         np.zeros(0, np.int64),
         np.zeros(0, np.int64),
         np.zeros(0, np.uint32),
         np.zeros((0, SLOT_WORDS * slots), np.int16),
+        None if tags is None else np.zeros(0, tags),
     )
 
 

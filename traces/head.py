@@ -14,7 +14,8 @@ from .finding import sound_summary
 from .layout import SlotInfo
 from .named_words import recorded_words
 from .records import Span, TraceError, read_chunk, read_record
-from .schema import FORMAT, MESSAGE_ENCODING, METADATA, SCHEMA_ENCODING, scan_schema
+from .schema import FORMAT, FORMAT_WITH_TAGS, MESSAGE_ENCODING, METADATA, SCHEMA_ENCODING, scan_schema
+from .tagplan import TagPlan, read_plan
 from .topics import SCAN_TOPIC
 
 
@@ -28,6 +29,7 @@ class TraceHead:
         metadata: the metadata record "scanrack".
         slots: what sat in the rack, in the order of the memory block.
         channels: topic -> channel.
+        tags: the tags that are recorded, None without any.
     """
 
     profile: str
@@ -35,6 +37,7 @@ class TraceHead:
     metadata: Mapping[str, str]
     slots: tuple[SlotInfo, ...]
     channels: Mapping[str, Channel]
+    tags: TagPlan | None = None
 
 
 def read_head(file: BinaryIO, spans: Sequence[Span]) -> TraceHead:
@@ -52,8 +55,9 @@ def read_head(file: BinaryIO, spans: Sequence[Span]) -> TraceHead:
     metadata = _metadata(file, spans)
     schema = schemas.get(channels[SCAN_TOPIC].schema_id)
     slots = _slots(metadata, schema)
-    _check_layout(channels[SCAN_TOPIC], schema, slots)
-    return TraceHead(headers[0].profile, headers[0].library, metadata, slots, channels)
+    tags = _tags(metadata, schema)
+    _check_layout(channels[SCAN_TOPIC], schema, slots, tags)
+    return TraceHead(headers[0].profile, headers[0].library, metadata, slots, channels, tags)
 
 
 def _channels(file: BinaryIO, spans: Sequence[Span]) -> tuple[dict[str, Channel], dict[int, Schema]]:
@@ -92,8 +96,9 @@ def _metadata(file: BinaryIO, spans: Sequence[Span]) -> Mapping[str, str]:
 
 def _slots(metadata: Mapping[str, str], schema: Schema | None) -> tuple[SlotInfo, ...]:
     version = metadata.get("format", "")
-    if version != str(FORMAT):
-        raise TraceError(f"its layout has format {version or 'none'}; this version reads format {FORMAT}")
+    if version not in _FORMATS:
+        known = " and ".join(_FORMATS)
+        raise TraceError(f"its layout has format {version or 'none'}; this version reads formats {known}")
     try:
         numbers = [int(number) for number in metadata["slots"].split()]
         words = {} if schema is None else recorded_words(schema.data.decode("utf-8", "replace"), metadata)
@@ -110,9 +115,27 @@ def _slots(metadata: Mapping[str, str], schema: Schema | None) -> tuple[SlotInfo
         raise TraceError(f"its metadata record {METADATA!r} does not tell its slots: {error}") from error
 
 
-def _check_layout(channel: Channel, schema: Schema | None, slots: Sequence[SlotInfo]) -> None:
+_FORMATS = (str(FORMAT), str(FORMAT_WITH_TAGS))
+
+
+def _tags(metadata: Mapping[str, str], schema: Schema | None) -> TagPlan | None:
+    """Read the plan of the tags off the schema of /scan."""
+    if schema is None or metadata["format"] != str(FORMAT_WITH_TAGS):
+        return None
+    try:
+        plan = read_plan(schema.data.decode("utf-8", "replace"))
+    except (IndexError, ValueError) as error:
+        raise TraceError(f"its schema does not tell its tags: {error}") from error
+    if plan is None:
+        raise TraceError("its schema does not tell its tags: it has none")
+    return plan
+
+
+def _check_layout(
+    channel: Channel, schema: Schema | None, slots: Sequence[SlotInfo], tags: TagPlan | None
+) -> None:
     found = (channel.message_encoding, schema.encoding, schema.name) if schema is not None else ()
-    wanted = (MESSAGE_ENCODING, SCHEMA_ENCODING, scan_schema(slots).name)
+    wanted = (MESSAGE_ENCODING, SCHEMA_ENCODING, scan_schema(slots, tags).name)
     if found != wanted:
         raise TraceError(
             f"its scans are laid out in a way this version does not know: "

@@ -50,7 +50,7 @@ class PackedScans:
         while len(rows.scan) - start >= CHUNK_SCANS:
             self._packed.append(self._pack(rows.rows(start, start + CHUNK_SCANS)))
             start += CHUNK_SCANS
-        self._waiting = Columns._make(column[start:].copy() for column in rows)
+        self._waiting = rows.each(lambda column: column[start:].copy())
 
     def chunk(self, number: int) -> Columns:
         """Return the scans of a chunk; none behind the last one."""
@@ -71,14 +71,14 @@ class PackedScans:
         return View(self, values)
 
     def _pack(self, columns: Columns) -> bytes:
-        packed = self._compressor.compress(b"".join(column.tobytes() for column in columns))
+        packed = self._compressor.compress(b"".join(column.tobytes() for column in columns.images()))
         return bytes(memoryview(packed))  # the compressor keeps room for what does not compress
 
     def _unpack(self, packed: bytes) -> Columns:
         data = zstandard.decompress(packed)
         like = no_columns(self._slots)
         offset, columns = 0, []
-        for column in like:
+        for column in like.images():
             width = column.shape[1] if column.ndim > 1 else 1
             count = CHUNK_SCANS * width
             read = np.frombuffer(data, column.dtype, count, offset)

@@ -28,7 +28,7 @@ from .layout import SLOT_BYTES
 from .records import DAMAGED, MAGIC, Message, Span, TraceError, TraceLimitError, read_attachment
 from .schema import LIBRARY, SCAN_HEAD
 from .sections import Part, ScanRows, ScanShape, Section, find_sections, held, take_apart, torn_chunk
-from .topics import SCAN_TOPIC, TOPICS
+from .topics import SCAN_TOPIC, TEXTS, TOPICS
 
 
 class Scan(NamedTuple):
@@ -67,7 +67,7 @@ class TraceEvent:
     Attributes:
         scan: number of the scan in which it became known.
         now_ns: when it happened.
-        topic: "/events", "/stimuli", "/indicators", "/forces", "/cpu" or "/faults".
+        topic: "/events", "/stimuli", "/indicators", "/forces", "/cpu", "/faults" or "/texts".
         fields: its values by name, less the scan.
     """
 
@@ -182,9 +182,11 @@ class Trace(Records):
             raise TraceError("; ".join([str(error), *self.notes])) from error
         self._topics = {channel.id: topic for topic, channel in self.head.channels.items()}
         self._places = {slot.number: SLOT_BYTES * place for place, slot in enumerate(self.head.slots)}
-        self._scan_bytes = SCAN_HEAD.size + SLOT_BYTES * len(self.head.slots)
         self._firsts: dict[int, int] = {}
-        self.shape = ScanShape(self.head.channels[SCAN_TOPIC].id, SLOT_BYTES * len(self.head.slots))
+        tags = None if self.head.tags is None else self.head.tags.dtype
+        memory_bytes = SLOT_BYTES * len(self.head.slots)
+        self._scan_bytes = SCAN_HEAD.size + memory_bytes + (0 if tags is None else tags.itemsize)
+        self.shape = ScanShape(self.head.channels[SCAN_TOPIC].id, memory_bytes, tags)
         if not ends_whole(file, self.spans):
             self.notes += self._where_it_ends()
 
@@ -358,7 +360,7 @@ def _opened(path: Path, kind: Callable[[BinaryIO, int], R]) -> R:
 _NO_SCAN = 1 << 32
 """More than any number of a scan."""
 
-_EVENT_TOPICS = frozenset(topic.name for topic in TOPICS)
+_EVENT_TOPICS = frozenset(topic.name for topic in (*TOPICS, TEXTS))
 
 
 def _event(message: Message, topic: str) -> TraceEvent:

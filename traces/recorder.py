@@ -21,14 +21,24 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Never
 
-from .batch import ScanBatch, message_layout
+from .batch import ScanBatch, TagBatch, message_layout
 from .chunks import ChunkWriter
 from .layout import SLOT_BYTES, SlotInfo, check_slots
 from .named_words import names_key, names_text
 from .output import SUMMARY_ROOM, TraceFile, TraceFull, open_trace_file
-from .schema import FORMAT, LIBRARY, MESSAGE_ENCODING, METADATA, PROFILE, SCHEMA_ENCODING, scan_schema
+from .schema import (
+    FORMAT,
+    FORMAT_WITH_TAGS,
+    LIBRARY,
+    MESSAGE_ENCODING,
+    METADATA,
+    PROFILE,
+    SCHEMA_ENCODING,
+    scan_schema,
+)
+from .tagplan import TagSource
 from .topics import MESSAGE_ENCODING as JSON_ENCODING
-from .topics import SCAN_TOPIC, TOPICS
+from .topics import SCAN_TOPIC, TEXTS, TOPICS, Topic
 from .topics import SCHEMA_ENCODING as JSON_SCHEMA_ENCODING
 from .wordmap import word_map
 from .writer import TraceWriter
@@ -72,6 +82,7 @@ class ScanRecorder:
         metadata: further entries of the metadata record.
         attachments: further files.
         chunk_scans: most scans in a chunk; fewer lose less when the process is killed.
+        tags: where the values of recorded tags come from; None = no tags.
 
     Raises:
         ValueError: slots and memory block do not fit, or a slot is given twice.
@@ -91,13 +102,16 @@ class ScanRecorder:
         metadata: Mapping[str, str] | None = None,
         attachments: Sequence[Attachment] = (),
         chunk_scans: int = CHUNK_SCANS,
+        tags: TagSource | None = None,
     ) -> None:
         self._slots = check_slots(slots)
         if len(memory) != SLOT_BYTES * len(slots):
             wanted = SLOT_BYTES * len(slots)
             raise ValueError(f"{len(slots)} slots need a memory block of {wanted} bytes, got {len(memory)}")
         self._memory = memory
-        self._schema = scan_schema(self._slots)
+        self._tags = tags
+        plan = None if tags is None else tags.plan
+        self._schema = scan_schema(self._slots, plan)
         self._states: dict[str, Mapping[str, Value]] = {}
         self._closed = False
         head = {
@@ -107,7 +121,9 @@ class ScanRecorder:
         }
         files = [file for file in (program, rack_file, *attachments) if file is not None]
         files.append(Attachment("words.json", word_map(self._slots).encode(), "application/json"))
-        message = message_layout(len(memory)).itemsize
+        if plan is not None:
+            files.append(Attachment("tags.json", plan.to_json().encode(), "application/json"))
+        message = message_layout(len(memory), None if plan is None else plan.dtype).itemsize
         self._batch_scans = max(1, min(chunk_scans, CHUNK_BYTES_MAX // message))
         self._chunk_bytes = chunk_bytes = self._batch_scans * message
         if not isinstance(target, TraceFile):
@@ -129,7 +145,7 @@ class ScanRecorder:
                 topic.name: self._writer.channel(
                     topic.name, JSON_ENCODING, topic.schema, JSON_SCHEMA_ENCODING, topic.schema_text
                 )
-                for topic in TOPICS
+                for topic in self._topics()
             }
             self._writer.add_metadata(METADATA, head)
             for file in files:
@@ -137,7 +153,8 @@ class ScanRecorder:
         except OSError:
             self._file.close()
             raise
-        self._batch = ScanBatch(self._channel, self._memory, self._batch_scans)
+        batch = self._channel, self._memory, self._batch_scans
+        self._batch = ScanBatch(*batch) if self._tags is None else TagBatch(*batch, self._tags)
         self._refusal: str | None = None
         if self._file.full:
             self.close()
@@ -157,6 +174,8 @@ class ScanRecorder:
         """
         if self._batch.add(scan, now_ns, flags):
             self._hand_over(scan)
+            if self._tags is not None and self._tags.pending:
+                self._write_pending(scan, now_ns)
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, Value]) -> None:
         """Record something that is not an image. A state that has not changed is not written again.
@@ -178,6 +197,21 @@ class ScanRecorder:
                 return
             self._states[topic] = dict(fields)
         self._hand_over(scan)  # the scans before it
+        self._write(scan, now_ns, topic, fields)
+
+    def _topics(self) -> tuple[Topic, ...]:
+        """Return the topics beside /scan."""
+        texts = self._tags is not None and self._tags.plan.has_texts
+        return (*TOPICS, TEXTS) if texts else TOPICS
+
+    def _write_pending(self, scan: int, now_ns: int) -> None:
+        """Write what the tags of a scan gave rise to: new texts, values that do not fit."""
+        assert self._tags is not None
+        for topic, fields in self._tags.pending:
+            self._write(scan, now_ns, topic, fields)
+        self._tags.pending.clear()
+
+    def _write(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, Value]) -> None:
         text = json.dumps(
             {"scan": scan, **fields}, ensure_ascii=False, allow_nan=False, separators=(",", ":")
         )
@@ -226,7 +260,7 @@ class ScanRecorder:
     def _facts(self, scan_period_ns: int, seed: int) -> dict[str, str]:
         """Return the metadata that every trace has."""
         facts = {
-            "format": str(FORMAT),
+            "format": str(FORMAT if self._tags is None else FORMAT_WITH_TAGS),
             "layout": self._schema.layout,
             "scan_period_ns": str(scan_period_ns),
             "seed": str(seed),

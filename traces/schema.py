@@ -21,6 +21,8 @@ no gap in it, so the rack's memory block is copied as it is:
     byte  0            4     8      12
           00 01 00 00  scan  flags  slot outputs, slot inputs, ...
 
+Tags, where a user names any, follow the slots; see `tagplan`.
+
 Viewers merge schemas of one name, so the name carries a hash of the text. It
 is joined without an underscore: ROS 2 allows letters and digits only in the
 name of a message, and its decoders hold to that.
@@ -35,9 +37,13 @@ from struct import Struct
 
 from .layout import SlotInfo
 from .named_words import SEPARATOR
+from .tagplan import FIELD, TagPlan
 
 FORMAT = 1
 """Version of what a trace holds and how; a reader refuses a later one."""
+
+FORMAT_WITH_TAGS = 2
+"""The version of a trace that holds tags; one without them keeps `FORMAT`, and its bytes."""
 
 LIBRARY = "scanrack "
 """What the name of the software that wrote a file begins with, where it was ours; the version follows."""
@@ -77,8 +83,8 @@ class ScanSchema:
         return NAME_STEM + self.layout
 
 
-def scan_schema(slots: Sequence[SlotInfo]) -> ScanSchema:
-    """Return the schema of a scan of these slots.
+def scan_schema(slots: Sequence[SlotInfo], tags: TagPlan | None = None) -> ScanSchema:
+    """Return the schema of a scan of these slots and tags.
 
     >>> schema = scan_schema([SlotInfo(1, "amci3601", "4.1")])
     >>> schema.text.splitlines()[:3], schema.name == "scanrack/msg/Scan" + schema.layout
@@ -87,12 +93,16 @@ def scan_schema(slots: Sequence[SlotInfo]) -> ScanSchema:
     words = [slot.words for slot in slots]
     scan = ["uint32 scan", "uint32 flags"]
     scan += [f"{names.message} slot{slot.number}" for slot, names in zip(slots, words, strict=True)]
+    if tags is not None:
+        scan.append(f"{tags.message} {FIELD}")
     lines = [*scan]
     for names in dict.fromkeys(words):
         stem = names.message
         lines += _message(stem, [f"{stem}Out out", f"{stem}In in"])
         lines += _message(f"{stem}Out", [f"int16 {name}" for name in names.outputs])
         lines += _message(f"{stem}In", [f"int16 {name}" for name in names.inputs])
+    for name, fields in tags.messages() if tags is not None else ():
+        lines += _message(name, fields)
     text = "\n".join(lines) + "\n"
     return ScanSchema(hashlib.sha256(text.encode()).hexdigest()[:_HASH_DIGITS], text)
 

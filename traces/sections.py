@@ -150,11 +150,12 @@ class ScanShape:
     Args:
         channel: id of the scans' channel; None for a trace without scans.
         memory_bytes: size of the rack's memory block.
+        tags: the row of tags behind it, None without any.
     """
 
-    def __init__(self, channel: int | None, memory_bytes: int) -> None:
+    def __init__(self, channel: int | None, memory_bytes: int, tags: np.dtype[np.void] | None = None) -> None:
         self.channel = channel
-        self.layout = message_layout(memory_bytes)
+        self.layout = message_layout(memory_bytes, tags)
         self.stride = self.layout.itemsize
         self._length = self.stride - RECORD_HEAD.size
         self._begin = b"" if channel is None else _SAME_HEAD.pack(Opcode.MESSAGE, self._length, channel)

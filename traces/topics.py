@@ -8,6 +8,7 @@ Every message carries the number of the scan in which it became known.
     /forces     which bits are forced, in full      told again when it changes
     /cpu        mode and health of the CPU, in full told again when it changes
     /faults     the CPU faulted                     scan and cause
+    /texts      a recorded text changed             only where texts are recorded
 """
 
 from __future__ import annotations
@@ -114,3 +115,15 @@ TOPICS = (
     ),
 )
 """Every topic beside /scan, in the order of their channels."""
+
+TEXTS = Topic(
+    "/texts",
+    "scanrack.Text",
+    "A recorded text changed.",
+    {
+        "tag": {"type": "string", "description": "full name of the tag"},
+        "code": {"type": "integer", "description": "what stands for the text in /scan"},
+        "text": {"type": "string", "description": "the text"},
+    },
+)
+"""The topic of a trace whose tags have texts; a code in /scan stands for each."""

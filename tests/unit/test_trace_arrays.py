@@ -63,7 +63,7 @@ def check(columns: Columns, first: int, last: int) -> None:
     assert columns.time_ns.tolist() == (scans * PERIOD_NS).tolist()
     assert columns.flags.tolist() == [1] * len(scans)
     assert columns.words.tolist() == NUMBERS[first : last + 1].tolist()
-    kinds = [column.dtype for column in columns]
+    kinds = [column.dtype for column in columns.images()]
     assert kinds == [np.int64, np.int64, np.uint32, np.int16]
 
 

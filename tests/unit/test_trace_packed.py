@@ -37,7 +37,7 @@ def test_what_was_added_is_there(parts: list[int]) -> None:
     scans = PackedScans.of(2, added)
     whole = join([columns_of(0, slots=2), *added])
     assert len(scans) == len(whole.scan)
-    for column, expected in zip(scans.columns(), whole, strict=True):
+    for column, expected in zip(scans.columns().images(), whole.images(), strict=True):
         np.testing.assert_array_equal(column, expected)
         assert column.dtype == expected.dtype
     numbers, memory = scans.view(lambda columns: columns.scan.tolist()), scans.view(memory_blocks)

@@ -326,8 +326,10 @@ def test_layouts_that_are_not_known_are_refused(tmp_path: Path) -> None:
     assert refusal(path) == "it has no channel /scan; its topics are: /imu"
     foreign(path)
     assert refusal(path) == "it has no metadata record 'scanrack', so its layout is not known"
+    foreign(path, metadata={**GOOD, "format": "3"})
+    assert refusal(path) == "its layout has format 3; this version reads formats 1 and 2"
     foreign(path, metadata={**GOOD, "format": "2"})
-    assert refusal(path) == "its layout has format 2; this version reads format 1"
+    assert refusal(path) == "its schema does not tell its tags: it has none"
     foreign(path, metadata={**GOOD, "slots": "1 2 3"})
     assert refusal(path) == "its metadata record 'scanrack' does not tell its slots: 'slot.3.module'"
     foreign(path, metadata={**GOOD, "slots": "2 1"})

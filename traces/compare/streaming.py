@@ -144,7 +144,7 @@ class Stream:
         keep = max(0, keep)
         if keep:
             columns = self.side.columns
-            self._held = [Columns._make(column[keep:].copy() for column in columns)]
+            self._held = [columns.each(lambda column: column[keep:].copy())]
             self._held_keys = [self.keys[keep:].copy()]
             self._rows -= keep
         self.row = row - keep
