@@ -84,7 +84,7 @@ class PackedScans:
             read = np.frombuffer(data, column.dtype, count, offset)
             columns.append(read.reshape((CHUNK_SCANS, *column.shape[1:])))
             offset += read.nbytes
-        return Columns._make(columns)
+        return Columns(*columns)
 
 
 class View(Sequence[T], Generic[T]):
