@@ -94,6 +94,7 @@ class Parameter:
         required: whether the call names what it stands for; an INOUT always is.
         comment: its comment.
         initial: what it starts with in every instance, see `tags.Tag`; None = zero. An InOut has none.
+        at: the part of a local tag that it is another name of, "" for one with memory of its own.
     """
 
     name: str
@@ -103,6 +104,7 @@ class Parameter:
     required: bool = False
     comment: str = ""
     initial: object = None
+    at: str = ""
 
 
 @dataclass(frozen=True)
@@ -212,7 +214,7 @@ class AddOn:
         """Type of an instance."""
         own = [Member(name, BOOL) for name in ENABLES]
         own += [
-            Member(each.name, each.type, each.dims, initial=each.initial)
+            Member(each.name, each.type, each.dims, initial=each.initial, at=each.at)
             for each in self.parameters
             if each.way is not Way.INOUT
         ]

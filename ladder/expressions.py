@@ -32,7 +32,10 @@ from .tree import (
 )
 
 NAME = re.compile(r"[A-Za-z_]\w*")
-TAG_BASE = r"[Ll]ocal:\d{1,5}:[IiOo]|[Ss]:[A-Za-z]+|\\[A-Za-z_]\w*\.[A-Za-z_]\w*|[A-Za-z_]\w*"
+TAG_NAME = r"[A-Za-z_]\w*(?:(?::\d{1,5})?:[IOCSiocs]\d?(?!\w))?"
+"""Names that a tag may have: `Run`, and those of modules: `Rack:3:O`, `Drive:I`, `Local:1:C`."""
+
+TAG_BASE = rf"[Ss]:[A-Za-z]+|\\[A-Za-z_]\w*\.[A-Za-z_]\w*|{TAG_NAME}"
 """Names that an address begins with, as a regular expression."""
 
 _BASE = re.compile(TAG_BASE)

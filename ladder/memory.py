@@ -9,14 +9,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from types import CellType, MappingProxyType
 from typing import Any, Protocol
 
 from ..io_images.image import Image
 from .arithmetic import real
+from .expressions import parse_address
 from .stretches import Spot
 from .tags import Layout, Leaf
-from .types import DataType, Elementary, Structure, count_of
+from .tree import BitStep, MemberStep, SubscriptStep
+from .types import BOOL, DataType, Elementary, Member, Structure, count_of
 
 Value = bool | int | float
 
@@ -67,11 +70,12 @@ class Memory:
         if isinstance(kind, Elementary) or not self._starts_with_something(kind):
             return
         for member in kind.members:
-            where = f"{path}.{member.name}"
-            self._load_defaults(where, member.type, count * count_of(member.dims))
+            if not member.at:
+                where = f"{path}.{member.name}"
+                self._load_defaults(where, member.type, count * count_of(member.dims))
             if member.initial is not None:
                 for at in range(count):
-                    self.load(where, member.type, member.dims, at, member.initial)
+                    self._load_member(path, kind, member, at, member.initial)
         for rest, value in self._defaults.get(kind.name.upper(), NOTHING).items():
             leaf = self.layout.leaf(f"{path}.{rest}")
             for at in range(count):
@@ -177,8 +181,28 @@ class Memory:
         if kind.is_string:
             return self.text(path, at).decode("latin-1")
         return {
-            each.name: self.dump(f"{path}.{each.name}", each.type, each.dims, at) for each in kind.members
+            each.name: self._dump_member(path, kind, each, at) for each in kind.members if not each.hidden
         }
+
+    def _dump_member(self, path: str, kind: Structure, member: Member, at: int) -> Any:
+        if not member.at:
+            return self.dump(f"{path}.{member.name}", member.type, member.dims, at)
+        there = meant_by(path, kind, member, at)
+        value = self.dump(there.path, there.type, there.dims, there.index)
+        return value if there.bit is None else bool(value >> there.bit & 1)
+
+    def _load_member(self, path: str, kind: Structure, member: Member, at: int, value: Any) -> None:
+        if not member.at:
+            self.load(f"{path}.{member.name}", member.type, member.dims, at, value)
+            return
+        there = meant_by(path, kind, member, at)
+        if there.bit is None:
+            self.load(there.path, there.type, there.dims, there.index, value)
+            return
+        leaf = self.layout.leaf(there.path)
+        word, mask = int(self.read(leaf, there.index)), mask_of(leaf.type, there.bit)
+        on = checked(f"{path}.{member.name}", BOOL, value)
+        self.write(leaf, there.index, word | mask if on else word & ~mask)
 
     def load(self, path: str, kind: DataType, dims: tuple[int, ...], at: int, value: Any) -> None:
         """Set a value in the form in which `dump` gives it; parts that are left out stay.
@@ -209,7 +233,7 @@ class Memory:
             if member is None:
                 names = ", ".join(member.name for member in kind.members)
                 raise ValueError(f"{path}: {kind.name} has no member {name}; members are {names}")
-            self.load(f"{path}.{member.name}", member.type, member.dims, at, each)
+            self._load_member(path, kind, member, at, each)
 
     def text(self, path: str, at: int) -> bytes:
         """Return the characters of a STRING."""
@@ -319,6 +343,56 @@ class Named:
             word, mask = int(self._memory.read(where, at)), mask_of(where.type, self.bit)
             value = word | mask if value else word & ~mask
         self._memory.write(where, at, value)
+
+
+@dataclass(frozen=True, slots=True)
+class Meant:
+    """What a member is that is another name of a part of its structure.
+
+    Attributes:
+        path: path of the part.
+        type: its type.
+        dims: its dimensions.
+        index: its number among all of that path.
+        bit: the bit of it that is meant, None for all.
+    """
+
+    path: str
+    type: DataType
+    dims: tuple[int, ...]
+    index: int
+    bit: int | None
+
+
+def meant_by(path: str, kind: Structure, member: Member, index: int) -> Meant:
+    """Return the part of a structure that a member is another name of.
+
+    Args:
+        path: path of the structure.
+        kind: its type.
+        member: the member.
+        index: number of the structure among all of that path.
+
+    Raises:
+        ValueError: there is no such part.
+    """
+    address = parse_address(member.at)
+    here: DataType = kind
+    dims: tuple[int, ...] = ()
+    bit = None
+    for step in (MemberStep(address.name), *address.steps):
+        if isinstance(step, MemberStep):
+            found = here.member(step.name) if isinstance(here, Structure) else None
+            if found is None:
+                raise ValueError(f"{member.name} of {kind.name} is at {member.at}: there is no {step.name}")
+            path, here, dims = f"{path}.{found.name}", found.type, found.dims
+        elif isinstance(step, SubscriptStep):
+            for given, length in zip(step.indices, dims, strict=False):
+                index = index * length + int(str(given))
+            dims = ()
+        elif isinstance(step, BitStep):
+            bit = int(str(step.index))
+    return Meant(path, here, dims, index, bit)
 
 
 def element_text(path: str, dims: tuple[int, ...], index: int) -> str:

@@ -19,6 +19,7 @@ from dataclasses import replace
 from ..io_images.amci3601.bits import PROFILE_BITS, CommandLsw, CommandMsw, ConfigMsw, StatusLsw, StatusMsw
 from ..io_images.image import WORDS
 from .errors import LadderError
+from .expressions import parse_address
 from .operands import Calculation, Constant, Group, Place, Quoted, Resolved, constant, is_integer
 from .tags import HELD, STATUS_FLAGS, Alias, Layout, SlotAlias, Tag, program_of
 from .tree import (
@@ -212,6 +213,8 @@ class Resolver:
             if isinstance(step, (SubscriptStep, WordStep)):
                 here = self._subscript(here, step)
             elif isinstance(step, MemberStep):
+                if meant := _meant(here, step.name):
+                    return self._walk(here, (*meant, *steps[position + 1 :]))
                 here = self._member(here, step.name)
             else:
                 if position != len(steps) - 1:
@@ -276,3 +279,12 @@ class Resolver:
         some = ", ".join([*names[:_NAMES_LISTED], *["..."] * (len(names) > _NAMES_LISTED)]) or "none"
         meant = f"did you mean {close[0]}?" if close else f"tags are {some}"
         return AddressError(f"there is no tag {name} ({meant})", "declare it")
+
+
+def _meant(here: Group, name: str) -> tuple[Step, ...]:
+    """Return the steps that a member stands for that is another name of a part of its structure."""
+    member = here.type.member(name) if isinstance(here.type, Structure) and not here.dims else None
+    if member is None or not member.at:
+        return ()
+    address = parse_address(member.at)
+    return (MemberStep(address.name), *address.steps)

@@ -3,6 +3,7 @@
     PROGRAM line
     USE axis3601                                  // add-on instructions that come with scanrack
     TYPE Step (Time : DINT, Valve : BOOL)
+    TYPE Flags (Host : SINT HIDDEN, Ready : BOOL AT Host.0)   // Ready is a name of a bit
     TAG Run : BOOL
     TAG Recipe : Step[10] := [{"Time": 100}]      // what a tag starts with is JSON, 16#FF among it
     SLOT axis : 1
@@ -198,7 +199,8 @@ def instruction_text(definition: AddOn) -> str:
         comment = f"  // {each.comment}" if each.comment else ""
         kind = f"{each.type.name}{_dims_text(each.dims)}"
         initial = "" if each.initial is None else f" := {json.dumps(each.initial)}"
-        lines.append(f"{each.way.value} {each.name} : {kind}{required}{initial}{comment}")
+        at = f" AT {each.at}" if each.at else ""
+        lines.append(f"{each.way.value} {each.name} : {kind}{required}{at}{initial}{comment}")
     for routine in definition.routines:
         lines += _routine_text(routine)
     return "\n".join([*lines, "END INSTRUCTION"]) + "\n"
@@ -234,7 +236,9 @@ def _types(logic: LadderLogic) -> Iterator[str]:
 
 
 def _member_text(member: Member) -> str:
-    return f"{member.name} : {member.type.name}{_dims_text(member.dims)}"
+    at = f" AT {member.at}" if member.at else ""
+    hidden = " HIDDEN" if member.hidden else ""
+    return f"{member.name} : {member.type.name}{_dims_text(member.dims)}{at}{hidden}"
 
 
 def _dims_text(dims: tuple[int, ...]) -> str:

@@ -14,7 +14,7 @@ from typing import NoReturn
 from .addon import ROUTINES, AddOn, Parameter, Way, specs_of
 from .controller import Controller
 from .errors import LadderError, RungTextError
-from .expressions import parse_address
+from .expressions import TAG_NAME, parse_address
 from .logic import Program
 from .schedule import Task, TaskKind
 from .tags import Alias, SlotAlias, Tag
@@ -66,14 +66,16 @@ _TASK = re.compile(
 _END_PROGRAM = re.compile(r"END\s+PROGRAM", re.IGNORECASE)
 _ALLOW = re.compile(r"ALLOW\s+(.+)", re.IGNORECASE)
 _TYPE = re.compile(rf"TYPE\s+({_NAME})\s*\((.*)\)", re.IGNORECASE)
-_TAG = re.compile(rf"TAG\s+({_NAME})\s*:\s*({_NAME})\s*(?:\[([\d,\s]+)\])?\s*(?::=\s*(.+))?", re.IGNORECASE)
+_TAG = re.compile(
+    rf"TAG\s+({TAG_NAME})\s*:\s*({_NAME})\s*(?:\[([\d,\s]+)\])?\s*(?::=\s*(.+))?", re.IGNORECASE
+)
 _SLOT = re.compile(rf"SLOT\s+({_NAME})\s*:\s*(\d{{1,5}})", re.IGNORECASE)
-_ALIAS = re.compile(rf"ALIAS\s+({_NAME})\s*:\s*(\S+)", re.IGNORECASE)
+_ALIAS = re.compile(rf"ALIAS\s+({TAG_NAME})\s*:\s*(\S+)", re.IGNORECASE)
 _USE = re.compile(rf"USE\s+({_NAME})", re.IGNORECASE)
 _INSTRUCTION = re.compile(rf"INSTRUCTION\s+({_NAME})", re.IGNORECASE)
 _PARAMETER = re.compile(
     rf"({'|'.join(way.value for way in Way)})\s+({_NAME})\s*:\s*({_NAME})\s*"
-    r"(?:\[([\d,\s]+)\])?(\s+REQUIRED)?\s*(?::=\s*(.+))?",
+    r"(?:\[([\d,\s]+)\])?(\s+REQUIRED)?(?:\s+AT\s+([^\s:=]+))?\s*(?::=\s*(.+))?",
     re.IGNORECASE,
 )
 _END_INSTRUCTION = re.compile(r"END\s+INSTRUCTION", re.IGNORECASE)
@@ -87,7 +89,9 @@ _COMMENTS = re.compile(r"(?:\s+|//[^\n]*|\(\*.*?\*\)|/\*.*?\*/)*", re.DOTALL)
 MAIN = "Main"
 """Name of the routine of a file of structured text."""
 
-_MEMBER = re.compile(rf"({_NAME})\s*:\s*({_NAME})\s*(?:\[([\d,\s]+)\])?")
+_MEMBER = re.compile(
+    rf"({_NAME})\s*:\s*({_NAME})\s*(?:\[([\d,\s]+)\])?(?:\s+AT\s+(\S+))?(\s+HIDDEN)?", re.IGNORECASE
+)
 
 _DIGITS = 9
 """Characters that the length of a dimension may take."""
@@ -255,7 +259,10 @@ class Reader:
             self._use(found.group(1))
         elif found := _TYPE.fullmatch(line):
             members = tuple(self._member(each) for each in _split(found.group(2)))
-            self._types[found.group(1)] = Structure(found.group(1), members)
+            try:
+                self._types[found.group(1)] = Structure(found.group(1), members)
+            except LadderError as error:
+                raise LadderError(f"{self._file}:{self._at + 1}: {error}") from None
         elif found := _INSTRUCTION.fullmatch(line):
             self._instruction(found.group(1))
             return True
@@ -302,7 +309,7 @@ class Reader:
         found = _PARAMETER.fullmatch(line)
         if found is None:
             self._fail("INPUT, OUTPUT, INOUT or LOCAL name : TYPE, ROUTINE, or END INSTRUCTION")
-        way, name, kind_name, dims, required, initial = found.groups()
+        way, name, kind_name, dims, required, at, initial = found.groups()
         kind = self._type(kind_name)
         comment = _comment_of(self._lines[self._at])
         parameter = Parameter(
@@ -313,6 +320,7 @@ class Reader:
             bool(required),
             comment,
             self._initial(initial, kind),
+            at or "",
         )
         self._at += 1
         return parameter
@@ -321,7 +329,8 @@ class Reader:
         found = _MEMBER.fullmatch(text.strip())
         if found is None:
             self._fail("members as name : TYPE", repr(text.strip()))
-        return Member(found.group(1), self._type(found.group(2)), self._dims(found.group(3)))
+        name, kind, dims, at, hidden = found.groups()
+        return Member(name, self._type(kind), self._dims(dims), at=at or "", hidden=bool(hidden))
 
     def _type(self, name: str) -> DataType:
         for known, kind in self._types.items():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
@@ -12,7 +13,7 @@ from .compiler import Scanner, scanner_of, source_of
 from .edit import Edit, carry_over
 from .engine import STEP_MS, Engine
 from .errors import LadderError, MinorFault, Problem
-from .expressions import parse_address
+from .expressions import TAG_NAME, parse_address
 from .lowered import Lowered
 from .memory import Memory
 from .tagref import TagRef
@@ -135,7 +136,7 @@ class LadderLogic(ABC):
         """
         self._refuse_if_built()
         name = declaration.name
-        if not name.isidentifier() or not name.isascii():
+        if not re.fullmatch(TAG_NAME, name, re.ASCII) or name.upper().startswith(("S:", "I:", "O:")):
             raise LadderError(f"{name!r} is not a tag name: letters, digits and _ are allowed")
         if name.upper() in self._names:
             raise LadderError(f"tag {name} is declared twice; names do not depend on case")

@@ -59,7 +59,7 @@ def stretch_of(kind: DataType) -> Stretch:
         return Stretch({"": Part(0)}, [kind.zero])
     zeros: list[bool | int | float] = []
     parts = {}
-    for member in kind.members:
+    for member in kind.own:
         inner = stretch_of(member.type)
         strides = row_strides(member.dims, inner.size)
         for path, part in inner.parts.items():

@@ -14,10 +14,11 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from .expressions import parse_address
 from .operators import CALLED
 from .stretches import Spot, spot_of, stretch_of
 from .tree import Address
-from .types import BOOL, DINT, HIDDEN, INT, DataType, Elementary, Structure, count_of, leaves_of
+from .types import BOOL, DINT, HIDDEN, INT, DataType, Elementary, Member, Structure, count_of, leaves_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -359,7 +360,7 @@ class FrameLayout(Layout):
         self.frame, self.own, self._program = frame.upper(), own, program
         handed = tuple(inouts)
         self.inouts = {each.name.upper(): f"of_{each.name}" for each in handed}
-        super().__init__((*(Tag(each.name, each.type, each.dims) for each in own.members), *handed))
+        super().__init__((*(_declared(each) for each in own.members), *handed))
 
     def leaf(self, path: str) -> Leaf:
         """Return the leaf of that path, in any case; status flags and kept subscripts are the program's."""
@@ -397,6 +398,13 @@ class FrameLayout(Layout):
         tag = self.declarations[head]
         assert isinstance(tag, Tag)
         return Leaf(path, kind, dims, "", slot, output, self.frame, head, len(tag.dims))
+
+
+def _declared(member: Member) -> Declaration:
+    """Return what a member of an instance is in the routines of its add-on instruction."""
+    if member.at:
+        return Alias(member.name, parse_address(member.at))
+    return Tag(member.name, member.type, member.dims)
 
 
 FRAME, BASE = "frame", "base"

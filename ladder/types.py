@@ -14,9 +14,12 @@ Structures have members of any type. The byte layout matters to COP and CPS only
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
+
+from .errors import LadderError
 
 MAX_DIMENSIONS = 3
 """Dimensions an array may have."""
@@ -105,6 +108,9 @@ class Member:
         dims: length per dimension, none for a single value.
         bit: for a BOOL of a predefined structure: its bit in the DINT that comes first.
         initial: what it starts with, see `tags.Tag`; None = zero. No part of its identity.
+        at: the part of the structure that it is another name of: `Host.3`, `Delay.PRE`; "" for a member with
+            memory of its own.
+        hidden: whether it is left out where people see the structure, as the host of packed bits is.
     """
 
     name: str
@@ -112,6 +118,8 @@ class Member:
     dims: tuple[int, ...] = ()
     bit: int | None = None
     initial: object = field(default=None, compare=False)
+    at: str = ""
+    hidden: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,6 +149,24 @@ class Structure:
     def __hash__(self) -> int:
         """Hash the name alone: types are keys often, and structures of one name are rare."""
         return hash(self.name)
+
+    def __post_init__(self) -> None:
+        """Refuse a second name of what has no memory.
+
+        Raises:
+            LadderError: `at` of a member names no member with memory of its own.
+        """
+        for each in self.members:
+            host = self.member(re.split(r"[.\[]", each.at)[0]) if each.at else each
+            if host is None or (each.at and host.at):
+                raise LadderError(
+                    f"{each.name} of {self.name} is at {each.at}, which is not a member of its own"
+                )
+
+    @property
+    def own(self) -> tuple[Member, ...]:
+        """The members that have memory of their own."""
+        return tuple(each for each in self.members if not each.at)
 
     def member(self, name: str) -> Member | None:
         """Return the member of that name in any case, None without one."""
@@ -269,7 +295,7 @@ class _Layout:
     def _structure(self, kind: Structure) -> None:
         if any(member.bit is not None for member in kind.members):
             self.size = 4
-        for member in kind.members:
+        for member in kind.own:
             if member.bit is not None:
                 self.fields.append(Field(member.name, BOOL, member.bit // 8, member.bit % 8))
             elif member.type is BOOL and not member.dims:
@@ -332,7 +358,7 @@ def leaves_of(
     if isinstance(kind, Elementary):
         yield "", kind, dims
         return
-    for member in kind.members:
+    for member in kind.own:
         for path, leaf, inner in leaves_of(member.type, dims + member.dims):
             yield f"{member.name}.{path}" if path else member.name, leaf, inner
     for member in kind.hidden:
