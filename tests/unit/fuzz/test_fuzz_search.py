@@ -160,6 +160,7 @@ def test_a_state_is_written_and_read(tmp_path):
     broken = Broken("name", "It holds.", 3, 6_000_000, "it is false", ("slot 1: idle",), ("a rule [CMD-01]",))
     state = State("line.toml", 2, 10, 500, Counter({"CMD-01": 2}), {"CMD-01": Scenario()}, {})
     state.found["name"] = Found(Scenario(), broken, 7)
+    state.folders["name"] = "name"
     write_state(state, tmp_path / "state.json")
     assert read_state(tmp_path / "state.json", "line.toml") == state
 
