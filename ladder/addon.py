@@ -65,7 +65,7 @@ ROUTINES = (LOGIC, OTHERWISE, PRESCAN)
 ENABLES = ("EnableIn", "EnableOut")
 """Members of every instance: the rung before the call, and after it."""
 
-REFUSED = ("JSR", "SBR", "RET")
+REFUSED = ("JSR", "SBR", "RET", "FOR", "BRK")
 """Instructions that do not stand in a definition: it knows no routines but its own [1756-PM010]."""
 
 

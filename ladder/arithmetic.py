@@ -117,6 +117,15 @@ def square_root(value: float) -> float:
     return math.inf if math.isinf(value) else real(math.sqrt(abs(value)))
 
 
+def root(value: float) -> float:
+    """Root in double precision.
+
+    >>> root(2.25)
+    1.5
+    """
+    return math.sqrt(value)
+
+
 def integer_root(value: int) -> int:
     """The same for an integer, its fraction cut off.
 

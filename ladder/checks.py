@@ -106,7 +106,7 @@ def _jumps(lowered: Lowered, routine: LoweredRoutine) -> Iterator[Problem]:
                     f"there is no label {step.operands[0]} in the routine",
                     "add LBL, or correct the name",
                 )
-            elif step.name == "JSR":
+            elif isinstance(step.operands[0], Call):
                 problem = _call_problem(lowered, step.operands[0])
             elif step.name == "EVENT":
                 problem = _event_problem(lowered, step.operands[0])

@@ -29,6 +29,16 @@ class Call:
     returns: tuple[Place, ...]
 
 
+class _Broken(tuple[Any, ...]):
+    """What a routine returns that BRK has left: nothing, and FOR knows it by its identity."""
+
+    __slots__ = ()
+
+
+BROKEN = _Broken()
+"""Returned by a routine that ends its FOR."""
+
+
 class OperandResolver(Protocol):
     """Resolves operands for an instruction that does it itself, see `Spec.resolve`."""
 

@@ -155,12 +155,13 @@ def fill(target: End, length: int, value: Value) -> None:
     store, region, first = target
     count = min(length, region.left(first, store))
     for part in region.parts:
-        converted = _converted(part.leaf.type, value)
+        filling = converted(part.leaf.type, value)
         for number in range(count):
-            store.write(part.leaf, (first + number) * part.per_element + part.field.index, converted)
+            store.write(part.leaf, (first + number) * part.per_element + part.field.index, filling)
 
 
-def _converted(kind: Elementary, value: Value) -> Value:
+def converted(kind: Elementary, value: Value) -> Value:
+    """Return a number as a type holds it, without flags and faults."""
     if kind.is_bool:
         return bool(value)
     if kind.is_double:

@@ -442,6 +442,7 @@ RESERVED = frozenset(
         "python",
         "answer",
         "interpret",
+        "broken",
         *CALLED,
         "real",
         "wrap",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from .. import arithmetic as math
 from ..errors import LadderFault
-from ..lowered import Lowered, Step, steps_of
+from ..lowered import BROKEN, Lowered, Step, steps_of
 from ..memory import NOTHING, Listed, Store, Value, set_text_in, text_in
 from ..operators import CALLED
 from ..regions import Region, copy, fill, region_of
@@ -208,6 +208,7 @@ def services(engine: Engine, regions: Regions) -> dict[str, Any]:
     if engine.scheduler is not None:
         named["rung_done"] = engine.scheduler.rung_done
     named["array"] = array
+    named["broken"] = BROKEN
     for name in (
         "real",
         "wrap",

@@ -242,7 +242,7 @@ def _operands(step: Step) -> Iterable[tuple[Resolved, frozenset[Use]]]:
     return [
         (operand, frozenset({use}))
         for operand, use in zip(step.operands, step.uses, strict=False)
-        if not isinstance(operand, str)
+        if not isinstance(operand, (str, Call))
     ]
 
 

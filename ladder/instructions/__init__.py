@@ -9,7 +9,23 @@ only list besides, for a new family. Names are those of the Logix 5000 general i
 from __future__ import annotations
 
 from ..spec import Spec
-from . import bits, blocks, compare, compute, control, files, move, strings, system, timing, trigonometry
+from . import (
+    arrays,
+    bits,
+    blocks,
+    compare,
+    compute,
+    control,
+    files,
+    move,
+    sequencers,
+    shifts,
+    strings,
+    system,
+    timing,
+    trigonometry,
+)
+from .arrays import *  # noqa: F403
 from .bits import *  # noqa: F403
 from .blocks import *  # noqa: F403
 from .compare import *  # noqa: F403
@@ -17,12 +33,29 @@ from .compute import *  # noqa: F403
 from .control import *  # noqa: F403
 from .files import *  # noqa: F403
 from .move import *  # noqa: F403
+from .sequencers import *  # noqa: F403
+from .shifts import *  # noqa: F403
 from .strings import *  # noqa: F403
 from .system import *  # noqa: F403
 from .timing import *  # noqa: F403
 from .trigonometry import *  # noqa: F403
 
-FAMILIES = (bits, timing, compare, compute, move, files, control, trigonometry, strings, blocks, system)
+FAMILIES = (
+    bits,
+    timing,
+    compare,
+    compute,
+    move,
+    files,
+    arrays,
+    shifts,
+    sequencers,
+    control,
+    trigonometry,
+    strings,
+    blocks,
+    system,
+)
 """The family files, in the manual's order; each lists its instructions in `__all__`."""
 
 SPECS: tuple[Spec, ...] = tuple(getattr(family, name) for family in FAMILIES for name in family.__all__)
@@ -38,6 +71,9 @@ __all__ += compare.__all__
 __all__ += compute.__all__
 __all__ += move.__all__
 __all__ += files.__all__
+__all__ += arrays.__all__
+__all__ += shifts.__all__
+__all__ += sequencers.__all__
 __all__ += control.__all__
 __all__ += trigonometry.__all__
 __all__ += strings.__all__

@@ -24,7 +24,8 @@ def computation(name: str, operator: str, *operands: Use) -> Spec:
     )
 
 
-def _cpt(machine: Interpreter, target: Place, expression: Resolved) -> None:
+def store_expression(machine: Interpreter, target: Place, expression: Resolved) -> None:
+    """Store the value of an expression."""
     machine.clear_flags()
     machine.store(target, machine.number(expression, width_of(expression, target)))
 
@@ -58,7 +59,7 @@ def _write_trn(rungs: RungWriter, source: Resolved, target: Place) -> None:
 
 # --- the rows
 
-CPT = action("CPT", Use.TARGET, Use.EXPRESSION, run=_cpt, write=_write_cpt)
+CPT = action("CPT", Use.TARGET, Use.EXPRESSION, run=store_expression, write=_write_cpt)
 ADD = computation("ADD", "+", Use.NUMBER, Use.NUMBER)
 SUB = computation("SUB", "-", Use.NUMBER, Use.NUMBER)
 MUL = computation("MUL", "*", Use.NUMBER, Use.NUMBER)

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from ..arithmetic import wrap
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
-from ..lowered import Call, OperandResolver
-from ..operand_checks import OperandError
-from ..operands import Place, Resolved
+from ..lowered import BROKEN, Call, OperandResolver
+from ..memory import Value
+from ..operand_checks import OperandError, described
+from ..operands import Place, Resolved, is_integer
 from ..spec import Use, action, always, condition
 from ..tags import OVERRIDE
 from ..tree import Address, Number, Operand
+from ..types import DINT
 
-__all__ = ["JMP", "LBL", "JSR", "RET", "SBR", "TND", "MCR", "AFI", "NOP"]  # noqa: RUF022
+__all__ = ["JMP", "LBL", "JSR", "RET", "SBR", "TND", "MCR", "AFI", "NOP", "FOR", "BRK"]  # noqa: RUF022
 
 
 def _write_jmp(rungs: RungWriter, label: str) -> None:
@@ -24,10 +30,15 @@ def _write_jmp(rungs: RungWriter, label: str) -> None:
 # --- JSR: call a routine, of rungs or in Python, and take its answers
 
 
-def _resolve_jsr(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[Call]:
-    name = given[0]
+def _routine(resolver: OperandResolver, name: Operand) -> str:
+    """Return the full name of a routine to call."""
     if not isinstance(name, Address) or name.steps:
         raise OperandError(f"{name} is not a routine", "write the routine's name")
+    return resolver.named(name.name)
+
+
+def _resolve_jsr(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[Call]:
+    routine = _routine(resolver, given[0])
     count = 0
     if len(given) > 1:
         number = given[1]
@@ -37,10 +48,15 @@ def _resolve_jsr(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple
     if count == 0 and [str(each) for each in given[2:]] == ["0"]:
         given = given[:2]  # JSR(Sub,0,0), as some exports have it: neither inputs nor returns
     inputs = tuple(map(resolver.value, given[2 : 2 + count]))
-    return (Call(resolver.named(name.name), inputs, tuple(map(resolver.target, given[2 + count :]))),)
+    return (Call(routine, inputs, tuple(map(resolver.target, given[2 + count :]))),)
 
 
 def _jsr(machine: Interpreter, call: Call) -> None:
+    machine.take(call.returns, _call(machine, call))
+
+
+def _call(machine: Interpreter, call: Call) -> tuple[Value, ...]:
+    """Run a routine; return what it returns."""
     inputs = [machine.value(each) for each in call.inputs]
     recursive = call.routine in machine.lowered.recursive
     if recursive:
@@ -48,7 +64,7 @@ def _jsr(machine: Interpreter, call: Call) -> None:
     answers = machine.call(call.routine, inputs)
     if recursive:
         machine.fault_log.returned()
-    machine.take(call.returns, answers)
+    return answers
 
 
 def _prescan_jsr(machine: Interpreter, call: Call) -> None:
@@ -61,7 +77,9 @@ def _prescan_jsr(machine: Interpreter, call: Call) -> None:
     machine.prescanned.discard(call.routine)
 
 
-def _write_jsr(rungs: RungWriter, call: Call) -> None:
+@contextmanager
+def _writing_call(rungs: RungWriter, call: Call) -> Iterator[str]:
+    """Write the lines before and after a call; yield text for what the routine returns."""
     inputs = "".join(f"{_plain(rungs, each)}, " for each in call.inputs)
     if call.routine in rungs.writer.lowered.functions:
         text = f"python({call.routine!r}, ({inputs}))"
@@ -70,13 +88,18 @@ def _write_jsr(rungs: RungWriter, call: Call) -> None:
     recursive = call.routine in rungs.writer.lowered.recursive
     if recursive:
         rungs.writer.line(f"called({rungs.values.site})")
-    answers = ""
-    if call.returns:
-        answers = rungs.values.keep(f"{text} or ()")
-    else:
-        rungs.writer.line(text)
+    yield text
     if recursive:
         rungs.writer.line("returned()")
+
+
+def _write_jsr(rungs: RungWriter, call: Call) -> None:
+    answers = ""
+    with _writing_call(rungs, call) as text:
+        if call.returns:
+            answers = rungs.values.keep(f"{text} or ()")
+        else:
+            rungs.writer.line(text)
     for number, place in enumerate(call.returns):
         with rungs.writer.block(f"if len({answers}) > {number}:"):
             _take(rungs, place, f"{answers}[{number}]")
@@ -129,6 +152,60 @@ def _write_sbr(rungs: RungWriter, *places: Place) -> str:
     return "True"
 
 
+# --- FOR, BRK: a routine again and again
+
+
+def _resolve_for(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[object, ...]:
+    routine = _routine(resolver, given[0])
+    index, *values = resolver.target(given[1]), *map(resolver.value, given[2:])
+    for operand, resolved in zip(given[1:], (index, *values), strict=True):
+        if not is_integer(resolved):
+            raise OperandError(f"{operand} is {described(resolved)}, an integer is needed", "use a DINT")
+    if index.type != DINT:
+        raise OperandError(f"{given[1]} is {described(index)}, a DINT is needed", "count in a DINT")
+    return (Call(routine, (), ()), index, *values)
+
+
+def _for(
+    machine: Interpreter, call: Call, index: Place, initial: Resolved, terminal: Resolved, step: Resolved
+) -> None:
+    machine.put(index, wrap(machine.integer(initial), DINT.bits))
+    while True:
+        count, last, by = (machine.integer(each) for each in (index, terminal, step))
+        if count < last if by < 0 else count > last:
+            return
+        if _call(machine, call) is BROKEN:
+            return
+        by = machine.integer(step)
+        machine.put(index, wrap(machine.integer(index) + by, DINT.bits))
+        machine.fault_log.jumped_back(machine.site)
+
+
+def _write_for(
+    rungs: RungWriter, call: Call, index: Place, initial: Resolved, terminal: Resolved, step: Resolved
+) -> None:
+    values = rungs.values
+
+    def term(operand: Resolved) -> str:
+        return values.keep(values.leaf_term(operand).text)
+
+    def count_to(text: str) -> None:
+        values.assign(index, f"wrap({text}, {DINT.bits})")
+
+    count_to(term(initial))
+    with rungs.writer.block("while True:"):
+        count, last, by = term(index), term(terminal), term(step)
+        with rungs.writer.block(f"if {count} < {last} if {by} < 0 else {count} > {last}:"):
+            rungs.writer.line("break")
+        with _writing_call(rungs, call) as text:
+            answers = values.keep(text)
+        with rungs.writer.block(f"if {answers} is broken:"):
+            rungs.writer.line("break")
+        by = term(step)
+        count_to(f"{term(index)} + {by}")
+        rungs.writer.line(f"jumped_back({values.site})")
+
+
 # --- MCR: a false rung toggles the override
 
 
@@ -175,6 +252,23 @@ TND = action(
     "TND",
     run=lambda machine: machine.leave(()),
     write=lambda rungs: rungs.writer.line("return ()"),
+)
+FOR = action(
+    "FOR",
+    Use.ROUTINE,
+    Use.INTEGER_TARGET,
+    Use.INTEGER,
+    Use.INTEGER,
+    Use.INTEGER,
+    resolve=_resolve_for,
+    run=_for,
+    write=_write_for,
+    prescan=lambda machine, call, *_values: _prescan_jsr(machine, call),
+)
+BRK = action(
+    "BRK",
+    run=lambda machine: machine.leave(BROKEN),
+    write=lambda rungs: rungs.writer.line("return broken"),
 )
 MCR = always("MCR", run=_mcr, write=_write_mcr)
 AFI = condition("AFI", run=lambda _machine: False, write=lambda _rungs: "False", alone=True)

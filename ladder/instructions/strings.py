@@ -20,6 +20,7 @@ from .. import arithmetic as math
 from ..errors import SHORT_STRING_CODE, STRING_CODE, STRING_NUMBER_CODE, STRING_PLACE_CODE
 from ..interpreter import Interpreter
 from ..operands import Group, Place, Quoted, Resolved, width_of
+from ..regions import converted
 from ..spec import Spec, Use, action
 
 __all__ = [  # noqa: RUF022 - the manual's order
@@ -135,7 +136,7 @@ def _find(machine: Interpreter, source: Resolved, search: Resolved, start: Resol
     if not 1 <= at <= len(text):
         _misplaced(machine, f"start {at} is out of range, allowed are 1 to {len(text)}")
         return
-    machine.put(result, math.wrap(text.find(wanted, at - 1) + 1, result.type.wraps))
+    machine.put(result, converted(result.type, text.find(wanted, at - 1) + 1))
 
 
 # --- STOD, STOR: the first number in a string
@@ -162,10 +163,10 @@ def _number_in(pattern: re.Pattern[bytes]) -> Callable[[Interpreter, Resolved, P
 def _store_number(machine: Interpreter, value: Decimal, target: Place) -> None:
     kind = target.type
     if kind.is_real:
-        stored: int | float = math.real(float(value))
+        stored = converted(kind, float(value))
         fits = math.finite(stored)
     else:
-        stored = math.wrap(int(value), kind.wraps)
+        stored = converted(kind, int(value))
         fits = stored == int(value)
     if not fits:
         text = f"{value} does not fit {target.text}"

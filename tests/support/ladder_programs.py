@@ -34,6 +34,10 @@ TAG Count : COUNTER := {"PRE": 3}
 TAG Edge : COUNTER := {"PRE": -2147483647, "ACC": 2147483646}
 TAG Name : STRING := "abc"
 TAG Text : STRING := "abd"
+TAG Table : DINT[6] := [3, -1, 2, 70000, 5]
+TAG Ctl : CONTROL := {"LEN": 3}
+TAG Ctls : CONTROL[2] := [{"LEN": 2}, {"LEN": 4, "POS": 1}]
+TAG Turn : DINT
 TAG Words : STRING[2] := ["x12", "-3.5"]
 SLOT axis : 1
 """
@@ -173,6 +177,11 @@ conditions = st.one_of(
     relations.map(lambda relation: f"NOT ({relation})"),
 )
 
+controls = st.sampled_from(("Ctl", "Ctls[1]", "Ctls[Index]"))
+tables = st.sampled_from(("Table", "Table[1]", "Table[Index]"))
+modes = st.sampled_from(("ALL", "INC", "2"))
+unset = st.just("?")
+
 _INPUTS = (
     _any_of(("XIC", "XIO"), read_bits),
     _any_of(("XIC", "XIO"), st.sampled_from("ABC")),
@@ -183,8 +192,40 @@ _INPUTS = (
     _joined("MEQ", integer_values, integer_values, integer_values),
     _joined("CMP", conditions),
     st.sampled_from(("AFI()", "NOP()")),
+    _joined("SQI", tables, integer_values, integer_values, controls, unset, unset),
 )
 small = st.integers(0, 7).map(str)
+queues = st.sampled_from(("Table", "Block[2]", "Block[Index]", "Parts[Index].Marks"))
+_FILE_OUTPUTS = (
+    _joined(
+        "FAL",
+        st.just("Ctl"),
+        unset,
+        unset,
+        modes,
+        st.sampled_from(("Table[Ctl.POS]", "Block[Ctl.POS]", "Grid[1,Ctl.POS]", "Ratio")),
+        st.one_of(expressions, st.sampled_from(("Block[Ctl.POS]*9", "Table[Ctl.POS]+Share"))),
+    ),
+    _joined("FSC", st.just("Ctl"), unset, unset, modes, st.one_of(conditions, st.just("Table[Ctl.POS]>2"))),
+    _any_of(("BSL", "BSR"), tables, controls, read_bits, unset),
+    _any_of(("FFL", "LFL"), values, queues, controls, unset, unset),
+    _any_of(("FFU", "LFU"), queues, targets, controls, unset, unset),
+    _any_of(("FFL", "LFL"), st.just("Parts[0]"), st.just("Parts[1]"), controls, unset, unset),
+    _any_of(("FFU", "LFU"), st.just("Parts[1]"), st.just("Parts[Index]"), controls, unset, unset),
+    _joined("SQO", tables, integer_values, integers, controls, unset, unset),
+    _joined("SQL", tables, integer_values, controls, unset, unset),
+    _any_of(("AVE", "STD"), queues, st.just("0"), targets, controls, unset, unset),
+    _any_of(("AVE", "STD"), st.just("Grid[0,Index]"), small, targets, controls, unset, unset).filter(
+        lambda text: text.split(",")[2] in "01"
+    ),
+    _joined("SRT", queues, st.just("0"), controls, unset, unset),
+    _joined("SIZE", st.just("Grid[1,1]"), st.sampled_from("01"), integers),
+    _joined(
+        "MOV", st.sampled_from(("2", "4", "Index")), st.sampled_from(("Ctl.LEN", "Ctl.POS", "Ctls[1].LEN"))
+    ),
+    _joined("RES", controls),
+    _any_of(("OTE", "OTU"), st.sampled_from(("Ctl.IN", "Ctl.ER", "Ctl.EN", "Ctl.EU"))),
+)
 STRINGS = ("Name", "Text", "Words[1]", "Words[Index]")
 strings = st.sampled_from(STRINGS)
 texts = st.sampled_from((*STRINGS, "'a-7.5e1'", "''"))
@@ -211,6 +252,7 @@ _OUTPUTS = (
     _any_of(FUNCTIONS, values, targets),
     _joined("XPY", values, values, targets),
     *_STRING_OUTPUTS,
+    *_FILE_OUTPUTS,
     _joined("MVM", integer_values, integer_values, integers),
     _joined("BTD", integer_values, small, integers, small, small.map(lambda text: str(int(text) + 1))),
     _joined("CLR", targets),
@@ -231,7 +273,9 @@ _OUTPUTS = (
     ),
     st.just("MOV(2,Index)"),
     st.just("MOV(0,Index)"),
-    st.sampled_from(("JSR(Sub,1,Wide,Other)", "JSR(Sub,1,Ratio,Word)")),
+    st.sampled_from(
+        ("JSR(Sub,1,Wide,Other)", "JSR(Sub,1,Ratio,Word)", "FOR(Pass,Turn,0,3,1)", "FOR(Pass,Turn,3,-1,-2)")
+    ),
     st.just("MCR()"),
 )
 
@@ -257,7 +301,13 @@ def rungs(draw, *, subroutine=False):
     choices = _OUTPUTS[:-2] if subroutine else _OUTPUTS
     end = draw(choices[draw(st.integers(0, len(choices) - 1))])
     text = f"{draw(series())}{end};"
-    return text.replace("JSR(Sub,1,", "ADD(1,") if subroutine else text
+    if not subroutine:
+        return text
+    return (
+        text.replace("JSR(Sub,1,", "ADD(1,")
+        .replace("FOR(Pass,Turn,0,3,1)", "NOP()")
+        .replace("FOR(Pass,Turn,3,-1,-2)", "NOP()")
+    )
 
 
 @st.composite
@@ -388,6 +438,7 @@ def programs(draw):
     """Text of a program with a main routine, a subroutine and an add-on instruction."""
     main = draw(jumping_routines())
     sub = draw(st.lists(rungs(subroutine=True), max_size=3))
+    again = draw(st.lists(rungs(subroutine=True), max_size=2))
     definition, calls = draw(add_ons())
     for call in calls:
         main.insert(draw(st.integers(0, len(main) - 1)), call)
@@ -401,6 +452,11 @@ def programs(draw):
         *sub,
         "XIC(A)RET(Word);",
         "RET(Long);",
+        "END",
+        "ROUTINE Pass",
+        *again,
+        "XIC(A)XIO(B)BRK();",
+        "ADD(Wide,Turn,Wide);",
         "END",
     ]
     return "\n".join(text) + "\n"

@@ -13,7 +13,7 @@ from scanrack.ladder.spec import Kind, Spec, Use
 from scanrack.ladder.text import parse_rung
 
 PAGE = Path(__file__).parents[3] / "docs" / "ladder.md"
-RESOLVED_AS_NAMES = {Use.LABEL, Use.MODE, Use.PRESET}
+RESOLVED_AS_NAMES = {Use.LABEL, Use.MODE, Use.PASSES, Use.PRESET}
 
 
 def test_the_page_lists_the_instructions_and_their_second_names():

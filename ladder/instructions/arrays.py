@@ -1,0 +1,236 @@
+"""Instructions on arrays: an expression per element, a search, the size, and statistics.
+
+FAL and FSC operate on the elements from POS on, of which their expressions name one by `Data[Control.POS]`:
+
+| mode | elements |
+|---|---|
+| ALL | all in the scan in which the rung becomes true |
+| INC | one each time the rung becomes true |
+| a number | so many per scan from then on, whatever the rung does, to the end |
+
+AVE, SRT and STD operate on one dimension of an array, from the named element on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from .. import arithmetic as math
+from ..interpreter import Interpreter
+from ..interpreter.files import Control, Elements
+from ..operand_checks import OperandError, array_of
+from ..operands import Constant, Group, Place, Resolved
+from ..regions import converted
+from ..spec import Spec, Use, action, always
+from ..types import Elementary, count_of
+from .compute import store_expression
+
+__all__ = ["FAL", "FSC", "SIZE", "AVE", "SRT", "STD"]  # noqa: RUF022 - the manual's order
+
+# --- FAL, FSC: passes
+
+
+def _passes(machine: Interpreter, power: bool, control: Control, mode: str, one: Callable[[], bool]) -> None:
+    """Do the passes of a scan.
+
+    Args:
+        machine: counts them for the watchdog.
+        power: of the rung.
+        control: of the instruction.
+        mode: ALL, INC or a number.
+        one: operates on the element at POS; returns whether to go on behind it.
+    """
+    rises = power and not control["EN"]
+    under_way = mode.isdigit() and control["EN"] and not control["DN"]
+    if not power and not under_way:
+        _end(control)
+        return
+    if rises:
+        control.set(EN=True)
+        if mode != "INC":
+            control.set(POS=0)
+    if control["DN"] or control["ER"] or (mode == "INC" and not rises):
+        return
+    control.check()
+    left = int(mode) if mode.isdigit() else control["LEN"] if mode == "ALL" else 1
+    while left and control["POS"] < control["LEN"]:
+        machine.fault_log.jumped_back(machine.site)
+        if not one():
+            return
+        control.set(POS=control["POS"] + 1)
+        left -= 1
+    control.set(DN=control["POS"] >= control["LEN"])
+
+
+def _end(control: Control) -> None:
+    """Get ready for the next time: the rung is false."""
+    if control["DN"]:
+        control.set(DN=False, POS=0)
+    control.set(EN=False)
+
+
+def _fal(
+    machine: Interpreter, power: bool, group: Group, mode: str, target: Place, expression: Resolved
+) -> None:
+    control = Control(machine, group)
+
+    def one() -> bool:
+        before = machine.fault_log.overflows
+        store_expression(machine, target, expression)
+        fits = machine.fault_log.overflows == before
+        control.set(ER=not fits)
+        return fits
+
+    _passes(machine, power, control, mode, one)
+
+
+def _fsc(machine: Interpreter, power: bool, group: Group, mode: str, expression: Resolved) -> None:
+    control = Control(machine, group)
+    if control["FD"]:
+        if not power:
+            control.set(FD=False, IN=False)
+            _end(control)
+            return
+        if control["IN"]:
+            return
+        control.set(FD=False, POS=control["POS"] + 1)  # the program has cleared IN: search on
+
+    def one() -> bool:
+        if not machine.condition(expression):
+            return True
+        control.set(FD=True, IN=True)
+        return False
+
+    _passes(machine, power, control, mode, one)
+
+
+# --- SIZE
+
+
+def _check_dimension(array: Resolved, dimension: Constant, *_others: Resolved) -> None:
+    count = len(array_of(array))
+    if not 0 <= dimension.value < count:
+        raise OperandError(f"dimension {dimension.value} is out of range", f"allowed are 0 to {count - 1}")
+
+
+def _size(machine: Interpreter, array: Resolved, dimension: Constant, target: Place) -> None:
+    dims = array_of(array)
+    if len(dims) > 1:
+        size = dims[int(dimension.value)]
+    else:
+        store, region, first = machine.end(array)
+        size = region.left(first, store) if region.whole else count_of(dims)
+    machine.put(target, converted(target.type, size))
+
+
+# --- AVE, STD, SRT: one dimension
+
+
+def _check_numbers(array: Resolved, dimension: Constant, *others: Resolved) -> None:
+    _check_dimension(array, dimension)
+    if isinstance(array, Group) and not isinstance(array.type, Elementary):
+        raise OperandError(f"{array.text} is an array of {array.type.name}", "use an array of numbers")
+
+
+def _once(machine: Interpreter, power: bool, group: Group, operate: Callable[[Control], bool]) -> None:
+    """Operate when the rung becomes true; `operate` returns whether there is a result."""
+    control = Control(machine, group)
+    if not power:
+        _end(control)
+        control.set(ER=False)
+    elif not control["EN"] and not control["ER"]:
+        control.set(EN=True, POS=0)
+        control.check()
+        if operate(control):
+            control.set(DN=True, POS=control["LEN"])
+        else:
+            control.set(ER=True)
+
+
+def _values(machine: Interpreter, array: Resolved, dimension: Constant, control: Control) -> list[float]:
+    elements = Elements(machine, array, int(dimension.value))
+    length = control["LEN"]
+    if length > len(elements):
+        elements[length - 1]  # stops the scan
+    return [elements[number] for number in range(length)]
+
+
+def _statistic(compute: Callable[[list[float]], float], least: int) -> Callable[..., None]:
+    """Return what stores a number computed of the values.
+
+    Args:
+        compute: the computation.
+        least: of how many values it exists.
+    """
+
+    def run(
+        machine: Interpreter, power: bool, array: Resolved, dimension: Constant, target: Place, group: Group
+    ) -> None:
+        def operate(control: Control) -> bool:
+            machine.clear_flags()
+            values = _values(machine, array, dimension, control)
+            if len(values) < least:
+                machine.fault_log.zero_divisor(machine.site)
+                return False
+            before = machine.fault_log.overflows
+            result = compute(values)
+            if target.type.is_real:
+                result = float(converted(target.type, result))
+            if not math.finite(result) and all(map(math.finite, values)):
+                machine.fault_log.overflow(machine.site)
+            machine.store(target, result)
+            return machine.fault_log.overflows == before
+
+        _once(machine, power, group, operate)
+
+    return run
+
+
+def _average(values: list[float]) -> float:
+    return sum(values) / len(values)
+
+
+def _deviation(values: list[float]) -> float:
+    mean = _average(values)
+    return math.root(sum((value - mean) * (value - mean) for value in values) / (len(values) - 1))
+
+
+def _srt(machine: Interpreter, power: bool, array: Resolved, dimension: Constant, group: Group) -> None:
+    def operate(control: Control) -> bool:
+        values = sorted(_values(machine, array, dimension, control))
+        elements = Elements(machine, array, int(dimension.value))
+        for number, value in enumerate(values):
+            elements[number] = value
+        return True
+
+    _once(machine, power, group, operate)
+
+
+def _clear_control(machine: Interpreter, *operands: Resolved) -> None:
+    group = operands[-1]
+    assert isinstance(group, Group)
+    Control(machine, group).set(EN=False, DN=False, ER=False)
+
+
+def _on_dimension(name: str, *uses: Use, run: Callable[..., None]) -> Spec:
+    return always(
+        name,
+        *uses,
+        Use.CONTROL,
+        Use.PRESET,
+        Use.PRESET,
+        optional=2,
+        check=_check_numbers,
+        run=run,
+        prescan=_clear_control,
+    )
+
+
+# --- the rows
+
+FAL = always("FAL", Use.CONTROL, Use.PRESET, Use.PRESET, Use.PASSES, Use.TARGET, Use.EXPRESSION, run=_fal)
+FSC = always("FSC", Use.CONTROL, Use.PRESET, Use.PRESET, Use.PASSES, Use.CONDITION, run=_fsc)
+SIZE = action("SIZE", Use.TABLE, Use.CONSTANT, Use.INTEGER_TARGET, check=_check_dimension, run=_size)
+AVE = _on_dimension("AVE", Use.TABLE, Use.CONSTANT, Use.TARGET, run=_statistic(_average, 1))
+SRT = _on_dimension("SRT", Use.ARRAY, Use.CONSTANT, run=_srt)
+STD = _on_dimension("STD", Use.TABLE, Use.CONSTANT, Use.TARGET, run=_statistic(_deviation, 2))

@@ -1,0 +1,110 @@
+"""Sequencer instructions: steps of a table of DINTs, of which only the bits of a mask count.
+
+LEN is the last step; step 0 is where a program starts, and after the last step comes step 1.
+"""
+
+from __future__ import annotations
+
+from ..interpreter import Interpreter
+from ..interpreter.files import Control, Elements
+from ..operands import Group, Place, Resolved
+from ..regions import converted
+from ..spec import Use, always, condition
+from ..types import DINT
+from .shifts import check_dints
+
+__all__ = ["SQI", "SQO", "SQL"]  # noqa: RUF022 - the manual's order
+
+
+# --- SQI: whether an input is as the step says
+
+
+def _sqi(machine: Interpreter, table: Resolved, mask: Resolved, source: Resolved, group: Group) -> bool:
+    control = Control(machine, group)
+    position = control["POS"]
+    wrong = control["LEN"] <= 0 or not 0 <= position <= control["LEN"]
+    control.set(ER=wrong)
+    if wrong:
+        return False
+    wanted = int(Elements(machine, table)[position])
+    return (machine.integer(source) ^ wanted) & machine.integer(mask) == 0
+
+
+# --- SQO, SQL: one step further when the rung becomes true
+
+
+def _step(control: Control) -> bool:
+    """Go one step further; return whether LEN and POS are possible."""
+    if control["LEN"] <= 0 or control["POS"] < 0:
+        control.set(ER=True)
+        return False
+    if not control["EN"]:
+        wraps = control["POS"] >= control["LEN"]
+        control.set(EN=True, ER=False, DN=False, POS=1 if wraps else control["POS"] + 1)
+    if control["POS"] > control["LEN"]:
+        control.set(ER=True)
+        return False
+    control.set(DN=control["DN"] or control["POS"] == control["LEN"])
+    return True
+
+
+def _sqo(
+    machine: Interpreter, power: bool, table: Resolved, mask: Resolved, target: Place, group: Group
+) -> None:
+    control = Control(machine, group)
+    if not power:
+        control.set(EN=False)
+        return
+    if _step(control):
+        bits, value = machine.integer(mask), int(Elements(machine, table)[control["POS"]])
+        machine.put(target, converted(target.type, int(machine.get(target)) & ~bits | value & bits))
+
+
+def _sql(machine: Interpreter, power: bool, table: Resolved, source: Resolved, group: Group) -> None:
+    control = Control(machine, group)
+    rises = power and not control["EN"]
+    if not power:
+        control.set(EN=False)
+    elif _step(control) and rises:
+        Elements(machine, table)[control["POS"]] = converted(DINT, machine.integer(source))
+
+
+# --- the rows
+
+SQI = condition(
+    "SQI",
+    Use.TABLE,
+    Use.INTEGER,
+    Use.INTEGER,
+    Use.CONTROL,
+    Use.PRESET,
+    Use.PRESET,
+    optional=2,
+    check=check_dints,
+    run=_sqi,
+)
+SQO = always(
+    "SQO",
+    Use.TABLE,
+    Use.INTEGER,
+    Use.INTEGER_TARGET,
+    Use.CONTROL,
+    Use.PRESET,
+    Use.PRESET,
+    optional=2,
+    check=check_dints,
+    run=_sqo,
+    prescan=lambda machine, _table, _mask, _target, group: Control(machine, group).set(EN=True),
+)
+SQL = always(
+    "SQL",
+    Use.ARRAY,
+    Use.INTEGER,
+    Use.CONTROL,
+    Use.PRESET,
+    Use.PRESET,
+    optional=2,
+    check=check_dints,
+    run=_sql,
+    prescan=lambda machine, _table, _source, group: Control(machine, group).set(EN=True),
+)

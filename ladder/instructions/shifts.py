@@ -1,0 +1,192 @@
+"""Shift instructions: bits of an array, and queues and stacks of elements.
+
+They act when the rung becomes true; .EN, of FFU and LFU .EU, remembers the rung. Prescan sets that bit of
+a queue, so that a rung that is true at power-up loads and unloads nothing, and clears it of BSL and BSR.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ..arithmetic import wrap
+from ..interpreter import Interpreter
+from ..interpreter.files import Control, Elements
+from ..operand_checks import OperandError, described
+from ..operands import Group, Place, Resolved, width_of
+from ..regions import converted
+from ..spec import Spec, Use, always
+from ..types import DINT, Elementary
+
+__all__ = ["BSL", "BSR", "FFL", "FFU", "LFL", "LFU"]
+
+# --- BSL, BSR: all bits of the DINTs that LEN reaches move by one
+
+
+def check_dints(array: Resolved, *_others: Resolved) -> None:
+    """Refuse an array of another type than DINT.
+
+    Raises:
+        OperandError: it is one.
+    """
+    if isinstance(array, (Place, Group)) and array.type != DINT:
+        raise OperandError(f"{array.text} is {described(array)}, an array of DINT is needed", "declare it so")
+
+
+def _shift(left: bool) -> Callable[[Interpreter, bool, Resolved, Group, Place], None]:
+    def run(machine: Interpreter, power: bool, array: Resolved, group: Group, source: Place) -> None:
+        control = Control(machine, group)
+        if not power:
+            control.set(EN=False, DN=False, ER=False, POS=0)
+        elif not control["EN"]:
+            control.set(EN=True)
+            if control["LEN"] < 0:
+                control.set(ER=True)
+            else:
+                _move_bits(machine, array, control, source, left=left)
+
+    return run
+
+
+def _move_bits(machine: Interpreter, array: Resolved, control: Control, source: Place, *, left: bool) -> None:
+    elements, length = Elements(machine, array), control["LEN"]
+    if not length:
+        control.set(DN=True, POS=0)
+        return
+    words = -(-length // DINT.bits)
+    value = sum((int(elements[word]) & 0xFFFF_FFFF) << DINT.bits * word for word in range(words))
+    new, last = int(machine.get(source)), length - 1
+    if left:
+        unloaded, value = value >> last & 1, value << 1 | new
+    else:
+        unloaded, value = value & 1, value >> 1 & ~(1 << last) | new << last
+    for word in range(words):
+        elements[word] = wrap(value >> DINT.bits * word, DINT.bits)
+    control.set(UL=unloaded, DN=True, POS=length)
+
+
+def _clear_shift(machine: Interpreter, _array: Resolved, group: Group, _source: Place) -> None:
+    Control(machine, group).set(EN=False, DN=False, ER=False, POS=0)
+
+
+def _bit_shift(name: str, *, left: bool) -> Spec:
+    return always(
+        name,
+        Use.ARRAY,
+        Use.CONTROL,
+        Use.BIT,
+        Use.PRESET,
+        optional=1,
+        check=check_dints,
+        run=_shift(left),
+        prescan=_clear_shift,
+    )
+
+
+# --- FFL, LFL: into a queue or onto a stack
+
+
+def _check_load(source: Resolved, queue: Resolved, _control: Resolved) -> None:
+    _check_same(queue, source)
+
+
+def _check_unload(queue: Resolved, target: Resolved, _control: Resolved) -> None:
+    _check_same(queue, target)
+
+
+def _check_same(queue: Resolved, single: Resolved) -> None:
+    """Refuse a structure with another type than that of the queue."""
+    assert isinstance(queue, (Place, Group))
+    if (isinstance(single, Group) or not isinstance(queue.type, Elementary)) and (
+        not isinstance(single, Group) or single.type != queue.type
+    ):
+        raise OperandError(
+            f"{described(single)} is not of the type of {queue.text}, {queue.type.name}", "use one type"
+        )
+
+
+def _load(machine: Interpreter, power: bool, source: Resolved, queue: Resolved, group: Group) -> None:
+    control = Control(machine, group)
+    rises = power and not control["EN"]
+    control.set(EN=power)
+    control.check()
+    length, position = control["LEN"], control["POS"]
+    if rises and position < length:
+        _store_item(machine, source, Elements(machine, queue), position)
+        control.set(POS=position + 1)
+    _tell_level(control)
+
+
+def _tell_level(control: Control) -> None:
+    control.set(DN=control["POS"] >= control["LEN"], EM=control["POS"] == 0)
+
+
+def _store_item(machine: Interpreter, source: Resolved, queue: Elements, number: int) -> None:
+    if isinstance(queue.type, Elementary):
+        queue[number] = converted(queue.type, machine.number(source, width_of(source)))
+    else:
+        queue.put(number, Elements(machine, source).take(0))
+
+
+# --- FFU, LFU: the first or the last element, 0 if there is none
+
+
+def _unload(first: bool) -> Callable[[Interpreter, bool, Resolved, Resolved, Group], None]:
+    def run(machine: Interpreter, power: bool, queue: Resolved, target: Resolved, group: Group) -> None:
+        control = Control(machine, group)
+        rises = power and not control["EU"]
+        control.set(EU=power)
+        control.check()
+        if rises:
+            level = min(control["POS"], control["LEN"])
+            control.set(POS=max(level - 1, 0))
+            elements = Elements(machine, queue)
+            _deliver(machine, elements, (0 if first else level - 1) if level else None, target)
+            if level:
+                _close_gap(elements, 0 if first else level - 1, control["LEN"] if first else level)
+        _tell_level(control)
+
+    return run
+
+
+def _deliver(machine: Interpreter, queue: Elements, number: int | None, target: Resolved) -> None:
+    """Write an element into the target, 0 for None."""
+    if isinstance(target, Place):
+        machine.put(target, converted(target.type, 0 if number is None else queue[number]))
+        return
+    into = Elements(machine, target)
+    into.put(0, bytes(len(into.take(0))) if number is None else queue.take(number))
+
+
+def _close_gap(queue: Elements, gap: int, length: int) -> None:
+    """Move the elements behind a gap up by one; the last place becomes 0."""
+    for number in range(gap + 1, length):
+        queue.put(number - 1, queue.take(number))
+    queue.put(length - 1, bytes(len(queue.take(length - 1))))
+
+
+def _set_enable(name: str) -> Callable[[Interpreter, Resolved, Resolved, Group], None]:
+    return lambda machine, _a, _b, group: Control(machine, group).set(**{name: True})
+
+
+def _queue(name: str, *uses: Use, run: Callable[..., None], check: Callable[..., None], enable: str) -> Spec:
+    return always(
+        name,
+        *uses,
+        Use.CONTROL,
+        Use.PRESET,
+        Use.PRESET,
+        optional=2,
+        check=check,
+        run=run,
+        prescan=_set_enable(enable),
+    )
+
+
+# --- the rows
+
+BSL = _bit_shift("BSL", left=True)
+BSR = _bit_shift("BSR", left=False)
+FFL = _queue("FFL", Use.ITEM, Use.ARRAY, run=_load, check=_check_load, enable="EN")
+FFU = _queue("FFU", Use.ARRAY, Use.ITEM_TARGET, run=_unload(True), check=_check_unload, enable="EU")
+LFL = _queue("LFL", Use.ITEM, Use.ARRAY, run=_load, check=_check_load, enable="EN")
+LFU = _queue("LFU", Use.ARRAY, Use.ITEM_TARGET, run=_unload(False), check=_check_unload, enable="EU")

@@ -1,0 +1,91 @@
+"""What file instructions work on: a CONTROL, and elements of an array from one on."""
+
+from __future__ import annotations
+
+from ..memory import Value
+from ..operand_checks import array_of
+from ..operands import Group, Resolved
+from ..regions import put, take
+from ..types import DataType, count_of
+from .values import Values
+
+
+class Control:
+    """A CONTROL in a scan: `control["POS"]`, `control.set(DN=True)`.
+
+    Args:
+        machine: reads and writes it.
+        group: where it is.
+    """
+
+    def __init__(self, machine: Values, group: Group) -> None:
+        self._machine, self._group = machine, group
+
+    def __getitem__(self, name: str) -> int:
+        """Return a member; a bit is 0 or 1."""
+        return int(self._machine.get(self._group.member(name)))
+
+    def set(self, **members: int) -> None:
+        """Set members; a bit by its truth."""
+        for name, value in members.items():
+            place = self._group.member(name)
+            self._machine.put(place, bool(value) if place.type.is_bool else value)
+
+    def check(self) -> None:
+        """Stop the scan if LEN or POS is negative."""
+        length, position = self["LEN"], self["POS"]
+        if length < 0 or position < 0:
+            machine = self._machine
+            machine.fault_log.negative_control(machine.site, self._group.text, length, position)
+
+
+class Elements:
+    """Elements of an array by their number, 0 for the one that the operand names.
+
+    A number out of range stops the scan.
+
+    Attributes:
+        type: type of an element.
+
+    Args:
+        machine: reads and writes them.
+        operand: an array or one of its elements.
+        dimension: the dimension to vary; None counts through all.
+    """
+
+    def __init__(self, machine: Values, operand: Resolved, dimension: int | None = None) -> None:
+        self._machine = machine
+        self._store, self._region, self._first = machine.end(operand)
+        self.type: DataType = self._region.type
+        self._stride, self._length = 1, self._region.left(self._first, self._store)
+        dims = array_of(operand)
+        if dimension is not None and len(dims) > 1:
+            self._stride = count_of(dims[dimension + 1 :])
+            place = self._first % count_of(dims) // self._stride % dims[dimension]
+            self._length = dims[dimension] - place
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return self._length
+
+    def _at(self, number: int) -> int:
+        if not 0 <= number < self._length:
+            machine = self._machine
+            machine.fault_log.subscript(machine.site, self._region.text, number, self._length)
+        return self._first + number * self._stride
+
+    def __getitem__(self, number: int) -> Value:
+        """Return an element of an elementary type."""
+        return self._store.read(self._region.parts[0].leaf, self._at(number))
+
+    def __setitem__(self, number: int, value: Value) -> None:
+        """Set an element to a value of its type."""
+        self._store.write(self._region.parts[0].leaf, self._at(number), value)
+
+    def take(self, number: int) -> bytes:
+        """Return an element of any type as bytes."""
+        return take(self._store, self._region, self._at(number), 1)
+
+    def put(self, number: int, data: bytes) -> None:
+        """Set an element of any type from bytes."""
+        put(self._store, self._region, self._at(number), 1, data)
