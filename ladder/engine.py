@@ -139,7 +139,7 @@ class Engine:
         """Call a routine in Python: with the tags, the inputs, and `jsr` if it asks for it."""
         function = self.lowered.functions[name]
         program = program_of(name)
-        tags = self._tags_of(program)
+        tags = self.tags_of(program)
         if self._with_jsr[name]:
             answer = function(tags, *inputs, jsr=partial(self._jsr_in, program))
         else:
@@ -148,7 +148,7 @@ class Engine:
             return ()
         return answer if isinstance(answer, tuple) else (answer,)
 
-    def _tags_of(self, program: str) -> Tags:
+    def tags_of(self, program: str) -> Tags:
         """Return the tags as a program names them, "" for the controller."""
         if not program:
             return self.tags

@@ -15,6 +15,7 @@ from ..memory import Value, checked
 from ..operands import Constant, Group, Place
 from ..resolver import Resolver
 from ..runnable import LadderLogic
+from ..tags import program_of
 from ..tree import Routine
 from ..view import Tags
 from .crossref import CrossReference
@@ -347,7 +348,8 @@ class Debugger:
         Raises:
             LadderError: there is no such routine.
         """
-        return with_values(self._routine(routine), self.tags)
+        found = self._routine(routine)
+        return with_values(found, self._engine.tags_of(program_of(found.name)))
 
     @property
     def cross_reference(self) -> CrossReference:

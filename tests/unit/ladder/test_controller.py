@@ -5,6 +5,8 @@ from scanrack.ladder import BOOL, DINT, BuildError, Controller, LadderError, Lad
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.rungfile import parse_program, program_text
 from scanrack.ladder.schedule import Task, TaskKind
+from scanrack.runtime.cli import build
+from typer.testing import CliRunner
 
 TWO_PROGRAMS = """CONTROLLER plant
 TAG Run : BOOL
@@ -325,3 +327,40 @@ def test_faults_and_questions_name_the_program():
     ]
     assert "Lamp" in debugger.picture(r"\Main.Step")
     assert debugger.truth(r"\Main.Step")[0] == (True, True)
+
+
+HIDDEN_TIMER = """CONTROLLER plant
+TAG Fill : TIMER := {"PRE": 111}
+PROGRAM Main
+TAG Fill : TIMER := {"PRE": 50}
+ROUTINE Step
+TON(Fill,?,?);
+END
+END PROGRAM
+"""
+
+
+def test_pictures_show_the_timer_of_the_program():
+    debugger = Debugger(parse_program(HIDDEN_TIMER))
+    debugger.scan(3)
+    (rung,) = debugger.routine_now(r"\Main.Step").rungs
+    assert str(rung) == "TON(Fill,50,20);"
+    assert debugger.tags["Fill.ACC"] == 0
+
+
+def test_the_commands_take_full_names(tmp_path):
+    (tmp_path / "plant.rung").write_text(TWO_PROGRAMS, encoding="utf-8")
+    rack = 'scan_ms = 10\nprogram = "plant.rung"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n'
+    (tmp_path / "plant.toml").write_text(rack, encoding="utf-8")
+    file, rack_file = str(tmp_path / "plant.rung"), str(tmp_path / "plant.toml")
+
+    def said(*words):
+        result = CliRunner().invoke(build(), list(words))
+        assert result.exit_code == 0, result.output
+        return result.stdout
+
+    assert said("ladder", file, "--routine", r"\filter.Sub", "--text").strip().endswith("ADD(Level,1,Level);")
+    assert "def jsr__Main_Step(now, given):" in said("ladder", file, "--source")
+    assert r"\Filter.Step, rung 0" in said("xref", file, "Count")
+    why = said("why", rack_file, r"\Main.Count", "--at", "0.05 s")
+    assert r"is 6 since scan 5 (0.05 s): ADD(Own,1,Own) in routine \Main.Step, rung 1" in why
