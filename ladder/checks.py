@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from ..io_images.image import WORDS
 from .errors import Problem
 from .lowered import ADD_ON, AddOnCall, Call, Line, Lowered, LoweredRoutine, Step, steps_of
-from .operands import Constant, Group, Place
+from .operands import Constant, Group, Place, first_leaf
 from .regions import Region, region_of
 from .schedule import TaskKind
 from .spec import Use
@@ -213,14 +214,15 @@ def _main_with_inputs(lowered: Lowered) -> Iterator[Problem]:
 
 def _half_words(lowered: Lowered) -> Iterator[Problem]:
     """Copies of single bytes that may end in the middle of a word of an output image."""
+    handed = _outputs_handed(lowered)
     for routine, line, step in _all_steps(lowered):
         if step.uses[:2] != (Use.SOURCE, Use.DESTINATION):
             continue
         source, target = (region_of(each) for each in step.operands[:2])
         length = step.operands[2]
-        room = target.fixed_left(target.fixed_first or 0)
+        room = WORDS if target.whole else target.fixed_left(target.fixed_first or 0)
         most = min(int(length.value), room) if isinstance(length, Constant) else room
-        if _in_outputs(target.parts[0].leaf) and _may_end_in_a_byte(source, most * target.size):
+        if _in_outputs(target.parts[0].leaf, handed) and _may_end_in_a_byte(source, most * target.size):
             yield Problem(
                 _where(routine, line),
                 line.text,
@@ -230,8 +232,27 @@ def _half_words(lowered: Lowered) -> Iterator[Problem]:
             )
 
 
-def _in_outputs(leaf: Leaf) -> bool:
-    return leaf.slot is not None and leaf.output
+def _outputs_handed(lowered: Lowered) -> set[tuple[str, str]]:
+    """Return the InOuts to which words of an output image are handed: add-on and InOut, in capitals."""
+    found: set[tuple[str, str]] = set()
+    if not any(each.output for each in lowered.layout.images):
+        return found
+    while True:
+        more = {
+            (call.name, name)
+            for _, _, step in _all_steps(lowered)
+            for call in step.operands
+            if isinstance(call, AddOnCall)
+            for name, operand in call.handed.items()
+            if _in_outputs(first_leaf(operand), found)
+        }
+        if more <= found:
+            return found
+        found |= more
+
+
+def _in_outputs(leaf: Leaf, handed: set[tuple[str, str]]) -> bool:
+    return (leaf.slot is not None and leaf.output) or (leaf.frame, leaf.root) in handed
 
 
 def _may_end_in_a_byte(source: Region, wanted: int) -> bool:

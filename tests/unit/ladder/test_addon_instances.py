@@ -224,6 +224,21 @@ def test_what_is_handed_over_has_to_be_of_the_type(call, message):
     assert message in str(refused.value)
 
 
+@pytest.mark.parametrize("target", ["Local:1:O.Data[2]", "Words[0]"])
+def test_half_a_word_of_an_output_is_refused_by_reference_too(target):
+    inner = (
+        "INSTRUCTION C\nINOUT To : INT\nLOCAL Bytes : SINT[3]\n"
+        "ROUTINE Logic\nCOP(Bytes,To,2);\nEND\nEND INSTRUCTION\n"
+    )
+    outer = "INSTRUCTION D\nINOUT To : INT\nLOCAL C : C\nROUTINE Logic\nC(C,To);\nEND\nEND INSTRUCTION\n"
+    tags = "TAG X : D\nTAG Words : INT[4]\n"
+    if target.startswith("Words"):
+        assert engines(f"D(X,{target});", inner + outer, tags)
+        return
+    with pytest.raises(BuildError, match="Bytes may end in the middle of a word of To"):
+        engines(f"D(X,{target});", inner + outer, tags)
+
+
 # --- what instances start with
 
 
