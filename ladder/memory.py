@@ -70,7 +70,7 @@ class Memory:
         if isinstance(kind, Elementary) or not self._starts_with_something(kind):
             return
         for member in kind.members:
-            if not member.at:
+            if isinstance(member.type, Structure) and not member.at:
                 where = f"{path}.{member.name}"
                 self._load_defaults(where, member.type, count * count_of(member.dims))
             if member.initial is not None:

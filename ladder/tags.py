@@ -181,6 +181,7 @@ class Layout:
         self.leaves: dict[str, Leaf] = {}
         self.boxed: dict[str, str] = {}
         self._spots: dict[str, Spot] = {}
+        self._single: tuple[tuple[int, int], list[Leaf]] = (0, 0), []
         self._idents: set[str] = set()
         self._held = 0
         for name in (*STATUS_FLAGS, OVERRIDE):
@@ -273,7 +274,12 @@ class Layout:
         boxed = self.boxed
         if not boxed:
             return list(self.leaves.values())
-        return [leaf for name, leaf in self.leaves.items() if name not in boxed and tag_in(name) not in boxed]
+        if self._single[0] != (len(boxed), len(self.leaves)):
+            found = [
+                each for name, each in self.leaves.items() if not (name in boxed or tag_in(name) in boxed)
+            ]
+            self._single = (len(boxed), len(self.leaves)), found
+        return self._single[1]
 
     @property
     def lists(self) -> Iterator[tuple[str, list[Any]]]:
