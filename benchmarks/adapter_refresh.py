@@ -33,6 +33,7 @@ from scanrack.runtime.config.rackspec import SlotSpec
 from scanrack.runtime.line import pcl601_frames as pcl601
 from scanrack.runtime.line import pmc006_frames as pmc006
 from scanrack.runtime.line.master import LineTiming
+from scanrack.runtime.modules.adapters.live import LiveAdapter
 from scanrack.runtime.modules.adapters.pcl601.driver import LINE_TIMING as PCL601_MANNERS
 from scanrack.runtime.modules.adapters.pmc006.driver import LINE_TIMING as PMC006_MANNERS
 
@@ -100,7 +101,9 @@ class Run:
     def __post_init__(self) -> None:
         """Open the port, and listen to the line."""
         slot = SlotSpec(number=1, module=self.kind.module, port=self.port, options=self.kind.options)
-        self.module = slot.open()
+        module = slot.open()
+        assert isinstance(module, LiveAdapter)
+        self.module: LiveAdapter[Any] = module
         self.start = perf_counter()
         line = self.module.controller.line
         send, take, line_timing = line.send, line.take, self.kind.line_timing

@@ -16,6 +16,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scanrack.traces.compare import EXACT, Tolerance, compare
@@ -44,7 +45,7 @@ def record(path: Path, images: np.ndarray, jitter_ns: int = 0) -> Path:
     """Record images, a rule every 1,000 scans beside them."""
     memory = bytearray(SLOT_BYTES)
     recorder = ScanRecorder(path, memory, [SlotInfo(1, "amci3601", "4.1")], scan_period_ns=PERIOD_NS)
-    rule = {"slot": 1, "kind": "rule", "name": "CMD-03", "text": "A rule."}
+    rule: dict[str, Any] = {"slot": 1, "kind": "rule", "name": "CMD-03", "text": "A rule."}
     for scan, image in enumerate(images):
         now_ns = scan * PERIOD_NS + (scan * 7_919 % jitter_ns if jitter_ns else 0)
         memory[:] = image.tobytes()

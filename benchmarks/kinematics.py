@@ -126,7 +126,7 @@ def evaluations(profiles: dict[str, Profile], count: int, rounds: int, floor: fl
 
 def plans_of(profile: Profile) -> dict[str, tuple[Callable[[int], Motion], int | None]]:
     """Return how each plan is made, `n` being one thing or another, and the steps that it has to make."""
-    rates = up, down = profile.acceleration_spmss, profile.deceleration_spmss
+    rates = up, down = int(profile.acceleration_spmss), int(profile.deceleration_spmss)
     start, shape = profile.start_sps, profile.shape
     running = run(0, 0, 1, profile)
     now_ns = running.segments[-1].start_ns + SECOND

@@ -18,7 +18,7 @@ import argparse
 import time
 from collections.abc import Callable
 
-from scanrack.ladder import Program
+from scanrack.ladder import LadderLogic
 from scanrack.ladder.rungfile import parse_program
 
 PERIOD_MS = 10
@@ -45,7 +45,7 @@ RUNGS = (
     "XIC(Reset{0})OTU(Alarm{0});",
 )
 
-SCRIPT = (
+SCRIPT: tuple[dict[str, bool | int], ...] = (
     {"Start": True, "Mode": 2},
     {},
     {"Start": False, "Sensor": True},
@@ -85,7 +85,7 @@ def _timed(function: Callable[[], object], calls: int) -> float:
     return time.perf_counter() - begin
 
 
-def played(built: Program, copies: int, *, compiled: bool):
+def played(built: LadderLogic, copies: int, *, compiled: bool):
     """Return an engine in the state after the script."""
     engine = built.compile() if compiled else built.interpret()
     for changes in SCRIPT:

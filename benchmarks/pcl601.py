@@ -68,10 +68,11 @@ def reads(count: int) -> None:
         unit.receive(now_ns, READ_ALL)
         check(unit.advance(now_ns), ALL, "38 registers")
 
-    bus = SerialBus(Pcl601())
+    on_bus = Pcl601()
+    bus = SerialBus(on_bus)
 
     def on_the_bus() -> None:
-        bus.send(READ_ALL, FORMATS[bus.devices[0].controller.protocol])
+        bus.send(READ_ALL, FORMATS[on_bus.controller.protocol])
         bus.run_until(bus.now_ns + 40 * MS)
         check(bus.take(), ALL, "38 registers over the bus")
 

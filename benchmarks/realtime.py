@@ -14,7 +14,8 @@ import json
 import os
 import subprocess
 import sys
-from contextlib import contextmanager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from typing import Any
 
 from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.pace import LATE_FROM_NS, RealTime
@@ -26,7 +27,7 @@ WAYS = {"before": (False, False), "after": (True, False), "after, --spin": (True
 """By name: whether the system is asked for real time, and whether the pacer spins."""
 
 
-def measure(way: str, period_ns: int, seconds: float) -> dict[str, object]:
+def measure(way: str, period_ns: int, seconds: float) -> dict[str, Any]:
     """Run one way; return its counts."""
     asks, spins = WAYS[way]
     scans = round(seconds * 1e9 / period_ns)
@@ -37,7 +38,8 @@ def measure(way: str, period_ns: int, seconds: float) -> dict[str, object]:
         if len(garbage) > 1000:
             garbage.clear()
 
-    with real_time() if asks else nullcontext([]) as outcomes:
+    asked: AbstractContextManager[Any] = real_time() if asks else nullcontext([])
+    with asked as outcomes:
         cpu = Cpu(Rack([Card(1, Amci3601())]), logic, period_ns, pacer=RealTime(spin=spins))
         with frozen_collector() if asks else nullcontext():
             cpu.run(scans)
@@ -64,14 +66,14 @@ def busy(loops: int):
             process.wait()
 
 
-def in_a_process(way: str, arguments: argparse.Namespace) -> dict[str, object]:
+def in_a_process(way: str, arguments: argparse.Namespace) -> dict[str, Any]:
     """Measure one way in a process of its own."""
     words = [sys.executable, __file__, "--way", way]
     words += ["--period", str(arguments.period), "--seconds", str(arguments.seconds)]
     return json.loads(subprocess.run(words, stdout=subprocess.PIPE, text=True, check=True).stdout)
 
 
-def row(way: str, counts: dict[str, object]) -> str:
+def row(way: str, counts: dict[str, Any]) -> str:
     """Return a line of the table."""
     late, total = counts["late"], sum(counts["late"])
     sizes = " ".join(f"{count:>7}" for count in late[1:])

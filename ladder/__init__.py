@@ -37,12 +37,12 @@ A use of operands that no instruction has yet is one more member of `spec.Use`, 
 `operand_checks.OPERAND_CHECKS`.
 """
 
+from . import instructions
 from .checks import REPEATED_COILS, REPEATED_TIMERS
 from .controller import Controller
 from .engine import Engine
 from .errors import BuildError, LadderError, LadderFault, MinorFault, RungTextError
 from .instructions import *  # noqa: F403
-from .instructions import __all__ as _instructions
 from .logic import Program
 from .rungfile import read_program, write_program
 from .runnable import LadderLogic
@@ -97,5 +97,5 @@ __all__ = [
     "Structure",
     "read_program",
     "write_program",
-    *_instructions,
+    *instructions.NAMES,
 ]

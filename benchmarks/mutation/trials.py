@@ -67,7 +67,7 @@ class ProjectCopy:
         """Run tests with the plugin; return what came of it."""
         task_file, report = self.place / "task.json", self.place / "report.json"
         report.unlink(missing_ok=True)
-        usual = {"trace": [], "order": None, "seconds": {}}
+        usual: dict[str, Any] = {"trace": [], "order": None, "seconds": {}}
         task = {**usual, **task, "root": str(self.place), "report": str(report)}
         task_file.write_text(json.dumps(task), encoding="utf-8")
         here = str(Path(__file__).parents[1])

@@ -8,6 +8,8 @@ only list besides, for a new family. Names are those of the Logix 5000 general i
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from ..spec import Spec
 from . import (
     arrays,
@@ -64,18 +66,8 @@ SPECS: tuple[Spec, ...] = tuple(getattr(family, name) for family in FAMILIES for
 BY_NAME = {name: spec for spec in SPECS for name in (spec.name, spec.other) if name}
 """Instructions by either name, in capitals."""
 
-__all__: list[str] = []
-__all__ += bits.__all__
-__all__ += timing.__all__
-__all__ += compare.__all__
-__all__ += compute.__all__
-__all__ += move.__all__
-__all__ += files.__all__
-__all__ += arrays.__all__
-__all__ += shifts.__all__
-__all__ += sequencers.__all__
-__all__ += control.__all__
-__all__ += trigonometry.__all__
-__all__ += strings.__all__
-__all__ += blocks.__all__
-__all__ += system.__all__
+NAMES = tuple(name for family in FAMILIES for name in family.__all__)
+"""What `from .instructions import *` gives."""
+
+if not TYPE_CHECKING:  # mypy understands literal lists only; without one it takes every public name
+    __all__ = NAMES

@@ -7,6 +7,7 @@ controller can't do it, that it says so in the 3601's own error bits, before any
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import pytest
 from scanrack.io_images import Image
@@ -17,7 +18,7 @@ from three_stories import ENCODER_STORIES, STORIES
 CAPTURE, EXTERNAL = InputBit.CAPTURE, InputBit.EXTERNAL
 
 
-def config(**changed: object) -> Image:
+def config(**changed: Any) -> Image:
     """Return the words of the usual configuration with something else in it."""
     return replace(CONFIGURATION, **changed).to_image()
 

@@ -87,5 +87,6 @@ def test_character_times_of_message_framing():
     """About 286.5 µs, 430 µs and (3.5 t_char) 1003 µs."""
     assert FORMATS[Protocol.MODBUS].bits == 11
     assert round(FORMATS[Protocol.MODBUS].span_ns(1) / 1000, 1) == 286.5
+    assert SERIAL_TIMING.pause_ns is not None
     assert round(SERIAL_TIMING.pause_ns / 1000) == 430
     assert round(SERIAL_TIMING.gap_ns / 1000) == 1003

@@ -43,7 +43,7 @@ def test_4_3_3_the_s_curve_stays_by_the_raised_cosine() -> None:
 def test_4_3_3_the_s_curve_meets_the_raised_cosine_in_speed(up: bool) -> None:
     """At 0, 1/3, 1/2, 2/3 and 1 of the ramp's time exactly, elsewhere within 0.6 % of the change of speed."""
     motion = plan_run(0, 0, 1, Speeds(600, 6000, 600, 3, 3))
-    start_ns, ramp_ns = 0, (6000 - 600) / 27170 * 1e9
+    start_ns, ramp_ns = 0.0, (6000 - 600) / 27170 * 1e9
     if not up:
         motion = plan_slowing(motion, 10**9, 600, 3)
         start_ns = (motion.end_ns or 0) - ramp_ns

@@ -112,6 +112,7 @@ def test_chapter_2_note_2_triangular_profile(shape: Shape, factor: Fraction) -> 
     profile = Profile(1000, 5000, 20, 10, shape)
     motion = move(0, 0, int(distance), profile)
     top_ns = int(factor * 150 * MS)
+    assert motion.end_ns is not None
     assert motion.end_ns == factor * 450 * MS
     assert motion.speed_at(top_ns) == 4_000_000
     assert motion.travel_at(top_ns) == factor * 375 * PICO

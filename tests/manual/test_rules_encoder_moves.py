@@ -7,6 +7,8 @@ With an encoder of two counts a step on the shaft, a relative move of 4000 count
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import pytest
 from bench3601 import ABSOLUTE, DIAGNOSTIC, ENCODER, HOME_CW, IMMEDIATE_STOP, PRESET_ENCODER, RELATIVE, Bench
 from bench3601 import configuration as configured
@@ -17,7 +19,7 @@ from scanrack.runtime.machine import EncoderSpec
 EVERY_SCAN = pytest.mark.parametrize("scan_ms", [0.25, 2])
 EITHER_WAY = pytest.mark.parametrize("sign", [1, -1], ids=["cw", "ccw"])
 COMPLETE = {"MODULE_OK", "MOVE_COMPLETE"}
-TWO_COUNTS_A_STEP = EncoderSpec(2)
+TWO_COUNTS_A_STEP = EncoderSpec(Fraction(2))
 
 
 def bench_with_encoder(counts: int = 0, *, spec: EncoderSpec | None = TWO_COUNTS_A_STEP, **kwargs) -> Bench:
@@ -173,7 +175,7 @@ def test_without_a_ramp_the_scan_of_the_last_count_shows_the_end(scan_ms):
     ("spec", "turned"),
     [
         pytest.param(None, 0, id="no encoder attached"),
-        pytest.param(EncoderSpec(2, direction=-1), 0, id="counts the other way"),
+        pytest.param(EncoderSpec(Fraction(2), direction=-1), 0, id="counts the other way"),
         pytest.param(None, 3_999, id="stalled a count short"),
     ],
 )

@@ -132,7 +132,7 @@ def test_the_direction_shown_is_that_of_the_steps_until_it_turns_back(direction)
     """Also between two of them, with what is owed lying on the other side already."""
     bench = follow(follower_bench(), direction, (1, 1), (20, 1)).turn_encoder(400, 400).turn_encoder(-400, 5)
     away, back = ("MOVING_CW", "MOVING_CCW") if direction > 0 else ("MOVING_CCW", "MOVING_CW")
-    shown = []
+    shown: list[tuple[int, bool]] = []
     while not shown or direction * (bench.position - shown[-1][0]) >= 0:
         shown.append((bench.position, away in bench.bits))
         bench.scan()

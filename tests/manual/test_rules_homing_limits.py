@@ -7,6 +7,7 @@ reached 0.2 s + 2400 steps at 5000/s = 680 ms after the start.
 
 from __future__ import annotations
 
+from collections.abc import Set
 from fractions import Fraction
 
 import pytest
@@ -31,7 +32,7 @@ NO_HOME = {"MODULE_OK", "HOME_INVALID", "INPUT_ERROR", "POSITION_INVALID"}
 """What is shown after either: no Command Error, no Invalid Profile, and Stopped is not for homing."""
 
 
-def told(bits: set[str]) -> set[str]:
+def told(bits: Set[str]) -> set[str]:
     """The bits without those that echo inputs and the proximity bit."""
     return {name for name in bits if not name.startswith(("IN_", "HOME_PROX"))}
 

@@ -6,7 +6,7 @@ rule table gives for each of the two.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import combinations_with_replacement
 
@@ -60,7 +60,7 @@ class Way:
 NO_RATE = Way({6: 0})
 TARGET = Way({3: 1})
 LSW_SET = Way(set_bits={1: 1})
-WAYS = {
+WAYS: dict[Callable[..., bool], Way] = {
     refusals.busy: Way(scene="busy"),
     refusals.external_still_on: Way(scene="still held"),
     refusals.parameters_out_of_range: NO_RATE,

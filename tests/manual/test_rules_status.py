@@ -197,7 +197,7 @@ def test_how_the_last_motion_ended(before, end, bits):
     lost = bench.bits & {"POSITION_INVALID"}
     end(bench)
     if end is home:
-        lost = set()
+        lost = frozenset()
     assert bench.bits == {"MODULE_OK"} | lost | bits
     assert len(bench.bits & COMPLETION) == 1
 

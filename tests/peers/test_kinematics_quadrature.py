@@ -8,6 +8,7 @@ the peak of a short move is searched for, and scipy does the integrals.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -55,9 +56,9 @@ class Course:
         return cls(time, speed, position)
 
 
-def ramp(from_sps: float, to_sps: float, rate_spmss: int, shape: Shape) -> tuple[Array, Array]:
+def ramp(from_sps: float, to_sps: float, rate_spmss: float | Fraction, shape: Shape) -> tuple[Array, Array]:
     """Return time and speed of a speed change with a peak rate."""
-    rate = rate_spmss * 1000 * np.interp(PART, *KNOTS[shape]) * np.sign(to_sps - from_sps)
+    rate = float(rate_spmss) * 1000 * np.interp(PART, *KNOTS[shape]) * np.sign(to_sps - from_sps)
     gained = integrate.cumulative_trapezoid(rate, PART, initial=0)
     seconds = (to_sps - from_sps) / gained[-1] if from_sps != to_sps else 0.0
     return seconds * PART, from_sps + seconds * gained

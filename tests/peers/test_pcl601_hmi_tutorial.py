@@ -35,7 +35,7 @@ class Hmi:
         self._seen = [False] * 3
 
     def read(self, reference: int, count: int = 1) -> list[int]:
-        return self._client.read_holding_registers(reference - 1, count=count, device_id=1).registers
+        return list(self._client.read_holding_registers(reference - 1, count=count, device_id=1).registers)
 
     def write(self, reference: int, *values: int) -> None:
         assert not self._client.write_registers(reference - 1, list(values), device_id=1).isError()
@@ -65,7 +65,7 @@ class Hmi:
 
     def refresh(self) -> None:
         """Read the inputs; run the macro of each that has come on since."""
-        now = self._client.read_discrete_inputs(0, count=3, device_id=1).bits[:3]
+        now = list(self._client.read_discrete_inputs(0, count=3, device_id=1).bits[:3])
         for stage, (before, bit) in enumerate(zip(self._seen, now, strict=True), 1):
             if bit and not before and self.enabled:
                 self.write(TARGET, STAGES[stage], 0)

@@ -105,6 +105,7 @@ def test_a_repaired_trace_is_read_as_well(node: str, path: Path, tmp_path: Path)
         last_chunk = trace.sections[-1].span.offset
     cut.write_bytes(path.read_bytes()[: last_chunk + 100])
     scans = repair(cut).scans
+    assert scans is not None
     assert LAST < scans < SCANS
     check(read(node, cut), scans)
 

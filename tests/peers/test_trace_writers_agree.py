@@ -47,7 +47,7 @@ def record(path, script, chunk_scans):
         messages = [
             (
                 channel.topic,
-                schema.name,
+                schema and schema.name,
                 message.sequence,
                 message.log_time,
                 message.publish_time,
@@ -56,7 +56,10 @@ def record(path, script, chunk_scans):
             for schema, channel, message in reader.iter_messages(log_time_order=False)
         ]
         header = reader.get_header()
-        statistics = reader.get_summary().statistics
+        summary = reader.get_summary()
+        assert summary is not None
+        statistics = summary.statistics
+        assert statistics is not None
         records = list(reader.iter_metadata()), list(reader.iter_attachments())
     by_topic = {topic: [entry for entry in messages if entry[0] == topic] for topic, *_ in messages}
     counted = statistics.message_count, statistics.message_start_time, statistics.message_end_time

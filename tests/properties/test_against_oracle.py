@@ -19,7 +19,7 @@ from hypothesis import given, target
 from lockstep3601 import GivenUp, Lockstep
 from stories3601 import THEMES, scripts
 
-PLAYED = set()
+PLAYED: set[str] = set()
 """Themes that have been played in this run of the tests."""
 
 MORE = 5 * CI_EXAMPLES

@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 from scanrack.io_images.amci3601 import Acceleration, BlendHeader, BlendSegment
 from scanrack.io_images.image import Image
 
-often = settings(max_examples=5 * settings.default.max_examples)
-very_often = settings(max_examples=20 * settings.default.max_examples)
+often = settings(max_examples=5 * settings().max_examples)
+very_often = settings(max_examples=20 * settings().max_examples)
 
 WORD = st.integers(-32_768, 32_767)
 TYPE = st.sampled_from(Acceleration)

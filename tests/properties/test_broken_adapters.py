@@ -44,7 +44,7 @@ def test_every_broken_adapter_is_found(mistake, controller):
 
 def search(strategy, shows_it):
     """Fail unless an example shows the mistake; it is played once, though `find` asks again."""
-    shown = []
+    shown: list[object] = []
 
     def has_shown_it(example):
         if not shown and shows_it(example):

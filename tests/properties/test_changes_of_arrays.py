@@ -36,11 +36,11 @@ def test_rows_of_arrays(
     ):
         one_by_one, by_arrays = (Changes(SLOTS, flag_names, every=every) for _ in range(2))
         expected: list[Row] = []
-        for scan in trace.scans():
-            if first <= scan.scan <= last:
-                expected += one_by_one.rows(scan)
+        for each in trace.scans():
+            if first <= each.scan <= last:
+                expected += one_by_one.rows(each)
             else:
-                one_by_one.skip(scan)
+                one_by_one.skip(each)
         found: list[Row] = []
         for section in trace.sections:
             for rows in trace.scan_rows(section):
@@ -60,7 +60,12 @@ def test_a_limit_stops_at_the_end_of_the_chunk_in_which_it_is_reached(
     path = record(tmp_path / "run.mcap", words, chunk_scans=100, events={5: ("/events", {"kind": "rule"})})
     read = []
     whole = Trace.entries
-    monkeypatch.setattr(Trace, "entries", lambda self, section: read.append(1) or whole(self, section))
+
+    def counted(trace, section):
+        read.append(section)
+        return whole(trace, section)
+
+    monkeypatch.setattr(Trace, "entries", counted)
     with open_trace(path) as trace:
         contents = Contents(trace, every=False, limit=1, scans=ALL_SCANS)
     assert len(read) == 1

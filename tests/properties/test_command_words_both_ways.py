@@ -25,8 +25,8 @@ from scanrack.io_images.amci3601 import (
 )
 from scanrack.io_images.image import Image
 
-often = settings(max_examples=5 * settings.default.max_examples)
-very_often = settings(max_examples=20 * settings.default.max_examples)
+often = settings(max_examples=5 * settings().max_examples)
+very_often = settings(max_examples=20 * settings().max_examples)
 
 WORD = st.integers(-32_768, 32_767)
 TARGET = st.integers(-8_388_608, 8_388_607)

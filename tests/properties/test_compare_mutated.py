@@ -142,12 +142,13 @@ def test_jitter_within_the_tolerance_is_the_same(jitter: list[int], seed: int) -
     rng = np.random.default_rng(seed)
     edges = np.sort(rng.choice(np.arange(2, 36), 6, replace=False)) * 3_000_000  # a pulse is in some scan
     times = np.arange(SCANS) * PERIOD_NS, np.maximum.accumulate(np.arange(SCANS) * PERIOD_NS + jitter)
-    both = []
+    made = []
     for time in times:
         words = idle()
         words[:, STATUS_MSW] |= (np.searchsorted(edges, time, "right") % 2).astype(np.int16)
-        both.append(columns(words, time.astype(np.int64)))
-    assert differ(*both, Tolerance(time_ns=PERIOD_NS + 800_000)).same
+        made.append(columns(words, time.astype(np.int64)))
+    first, second = made
+    assert differ(first, second, Tolerance(time_ns=PERIOD_NS + 800_000)).same
 
 
 @given(st.integers(1, 59), st.integers(1, 5))

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from scanrack.io_images.amci3601 import KNOWN, Configuration, Firmware, check
 from scanrack.io_images.image import Image
 
-often = settings(max_examples=5 * settings.default.max_examples)
+often = settings(max_examples=5 * settings().max_examples)
 NEWEST = KNOWN[-1]
 
 

@@ -7,7 +7,7 @@ from scanrack.io_images.image import IMAGE_BYTES, WORDS, Image, signed_word
 
 SIGNED = st.integers(-32_768, 32_767)
 EIGHT = st.lists(SIGNED, min_size=WORDS, max_size=WORDS)
-often = settings(max_examples=5 * settings.default.max_examples)
+often = settings(max_examples=5 * settings().max_examples)
 
 
 @given(st.integers(-32_768, 65_535))

@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, Phase, find, given, seed, settings
@@ -32,7 +33,9 @@ def axis_of_the_page():
 def never(bit):
     """Return the state machine of the page with a law that a bit breaks as soon as it is reached."""
 
-    class Broken(axis_of_the_page()):
+    axis: Any = axis_of_the_page()
+
+    class Broken(axis):
         def play(self, act):
             self.played.append(act.name)
             super().play(act)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
+from functools import partial
 from itertools import pairwise
+from operator import ne
 
 import pytest
 from hypothesis import assume, example, given
@@ -54,7 +56,7 @@ def blend_legs(draw: st.DrawFn) -> tuple[int, list[tuple[int, int, int, Shape]],
     legs: list[tuple[int, int, int, Shape]] = []
     before = start
     for number in range(count):
-        speed = draw(st.integers(start, 1_000_000).filter(lambda speed, before=before: speed != before))
+        speed = draw(st.integers(start, 1_000_000).filter(partial(ne, before)))
         rate, shape = draw(rates), draw(shapes)
         needed = ramp_distance(MILLI * before, MILLI * speed, rate, shape)
         if number == count - 1:

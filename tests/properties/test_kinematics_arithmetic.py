@@ -23,7 +23,7 @@ speeds = st.sampled_from([1, 1000, 5000, 1_000_000]) | st.integers(1, 1_000_000)
 rates = st.sampled_from([1, 3, 7, 10, 20, 1999, 2000]) | st.integers(1, 2000)
 
 
-def ramp_phases(dv: Fraction, rate_spmss: int, shape: Shape) -> list[Phase]:
+def ramp_phases(dv: Fraction, rate_spmss: int | Fraction, shape: Shape) -> list[Phase]:
     """Return the phases of a ramp that changes the speed by dv at a peak rate."""
     a = Fraction(rate_spmss * 1000) * (1 if dv > 0 else -1)
     plain, zero = dv / a, Fraction(0)

@@ -133,8 +133,9 @@ def test_events_do_not_depend_on_when_levels_are_asked(
 def test_every_change_at_rest_is_announced(spec: MachineSpec) -> None:
     plain = PlainInputs(spec, []).levels
     machine, announced = Machine(spec), []
-    now_ns: int | None = 0
-    while (now_ns := machine.next_change_ns(now_ns)) is not None:
+    now_ns = 0
+    while (change_ns := machine.next_change_ns(now_ns)) is not None:
+        now_ns = change_ns
         announced.append(now_ns)
     assert announced == sorted(set(announced))
     changes = {now_ns for now_ns in range(1, END_NS) if plain[now_ns] != plain[now_ns - 1]}

@@ -104,7 +104,7 @@ def _play(spec, script, period_ticks, odd_ns):
     odd_ns=st.sampled_from([0, 0, 123_457]),
 )
 def test_pieces_give_the_same_images(spec, config, script, period, odd_ns):
-    head = (4, (*config, 0, 0, 0, 0), {}, 0, True)
-    zero = (4, (0x0000, *(0,) * 7), {}, 0, True)
+    head: tuple[object, ...] = (4, (*config, 0, 0, 0, 0), {}, 0, True)
+    zero: tuple[object, ...] = (4, (0x0000, *(0,) * 7), {}, 0, True)
     script = [head, zero, *script]
     assert _play(spec, script, period, odd_ns) == _play(spec, script, None, 0)

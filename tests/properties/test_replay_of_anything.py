@@ -6,7 +6,9 @@ played as program mode, outputs of scans without logic played as well: each turn
 
 from __future__ import annotations
 
+from decimal import Decimal
 from pathlib import Path
+from typing import Any
 
 import pytest
 from amounts import amount
@@ -76,16 +78,16 @@ def trace(tmp_path_factory: pytest.TempPathFactory) -> Path:
     begin=st.sampled_from([0, 0, 14]),
 )
 def test_a_recording_replayed_is_the_recording(
-    trace: Path, choices: list[int], actions: dict[int, str], mode: str, rpi_ms: int | None, begin: int
+    trace: Path, choices: list[int], actions: dict[int, str], mode: Any, rpi_ms: int | None, begin: int
 ) -> None:
     if begin:  # in mid-life; what was before is not in the recording
         mode, actions = "run", {scan: action for scan, action in actions.items() if scan > begin}
-    exchange = {"controller": "compactlogix", "rpi_ms": rpi_ms} if rpi_ms else {}
+    exchange: dict[str, Any] = {"controller": "compactlogix", "rpi_ms": rpi_ms} if rpi_ms else {}
     spec = RackSpec(
         program=logic_of(choices),
         mode=mode,
-        slot=[SlotSpec(number=1, module="amci3601")],
-        watchdog_ms=0,
+        slot=(SlotSpec(number=1, module="amci3601"),),
+        watchdog_ms=Decimal(0),
         **exchange,
     )
     rack = build_rack(spec)

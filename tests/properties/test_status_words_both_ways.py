@@ -1,13 +1,15 @@
 """Status: meaning to words and back, words to meaning and back, and the live view agrees with both."""
 
+from typing import Any
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scanrack.io_images.amci3601 import ConfigurationStatus, Firmware, Status, StatusView, status_names
 from scanrack.io_images.image import Image
 
-often = settings(max_examples=5 * settings.default.max_examples)
-very_often = settings(max_examples=20 * settings.default.max_examples)
+often = settings(max_examples=5 * settings().max_examples)
+very_often = settings(max_examples=20 * settings().max_examples)
 
 WORD = st.integers(-32_768, 32_767)
 BITS = [name for name, kind in Status.__annotations__.items() if kind == "bool"]
@@ -59,8 +61,9 @@ def test_words_to_meaning_to_words(words):
 @pytest.mark.parametrize("name", ["position", "encoder", "captured"])
 def test_values_out_of_range_are_refused(name):
     for value in (-65_536_000, 65_536_000):
+        wrong: dict[str, Any] = {name: value}
         with pytest.raises(ValueError, match=f"{name} {value} is out of range"):
-            Status(**{name: value})
+            Status(**wrong)
 
 
 CONFIGURATION_STATUS = st.builds(

@@ -16,7 +16,7 @@ from scanrack.io_images.thousands import (
 
 WORDS = st.integers(-32_768, 32_767)
 SPLITTABLE = 32_767_999
-often = settings(max_examples=5 * settings.default.max_examples)
+often = settings(max_examples=5 * settings().max_examples)
 
 
 def plainly_legal(msw, lsw):

@@ -48,7 +48,9 @@ def test_a_pmc006_answers_every_whole_frame(pieces):
     for piece, answer in zip(pieces, answers(device, PLAIN, pieces, 300 * MS), strict=True):
         if piece.whole and device.controller.address == 1:
             assert answer is not None
-            assert decode(answer).second == REPLY
+            frame = decode(answer)
+    assert frame is not None
+    assert frame.second == REPLY
 
 
 def test_traffic_shrinks_to_a_plain_question():

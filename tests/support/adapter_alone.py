@@ -5,12 +5,19 @@ The adapter runs alone meanwhile; in the end the oracle is put where docs/adapte
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import Any
+
 import oracle_bits as bits
+from adapter_laws import Laws
 from lockstep3601 import describe
-from oracle3601 import TICK_NS
+from oracle3601 import TICK_NS, Oracle
 from oracle_bits import HOME
+from oracle_world import World
 from scanrack.io_images.image import Image
 from scanrack.io_images.thousands import join_reported
+from scanrack.runtime.modules.adapters.module import SimulatedAdapter
 from steps3601 import NOTHING
 
 MS = 1_000_000
@@ -20,8 +27,44 @@ STOP, RESET = (bits.IMMEDIATE_STOP, *NOTHING[1:]), (bits.RESET_ERRORS, *NOTHING[
 A_MANUAL_MOVE = (bits.MANUAL_CCW, 0, 0, 0, 5, 0, 100, 100)
 
 
-class AloneForAWhile:
+class AloneForAWhile(ABC):
     """What a bench adds to a lockstep."""
+
+    controller: str
+    module: SimulatedAdapter[Any]
+    oracle: Oracle
+    world: World
+    laws: Laws
+    now_ns: int
+    calm_ns: int
+    alone: bool
+    words: Sequence[int]
+    oracle_words: Sequence[int]
+    outputs: Image
+    image: list[int]
+
+    # ---- what the lockstep brings
+
+    @property
+    @abstractmethod
+    def motor(self) -> int:
+        """Where the motor truly stands."""
+
+    @abstractmethod
+    def updated(self) -> list[int]:
+        """Let the adapter advance to now; return its image."""
+
+    @abstractmethod
+    def meet(self, at_rest: bool = False) -> None:
+        """Let time run until adapter and oracle have settled."""
+
+    @abstractmethod
+    def note(self, text: str) -> None:
+        """Add a line to the log."""
+
+    @abstractmethod
+    def fail(self, why: str) -> None:
+        """Raise `Differ`."""
 
     # ---- what a 3601 does not know: its controller is away
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 from adapterbench import AdapterBench, AdapterBench006, move
 from hypothesis import strategies as st
@@ -237,7 +238,7 @@ def ordeals(*kinds: str) -> st.SearchStrategy[Ordeal]:
 
 def complaints(ordeal: Ordeal, over: type[AdapterBench] = AdapterBench) -> list[str]:
     """Put a fresh adapter through an ordeal; return the laws that were broken."""
-    options = {"hold": "immediate"} if over is AdapterBench006 else {}
+    options: dict[str, Any] = {"hold": "immediate"} if over is AdapterBench006 else {}
     bench = over(*LIMITS, **options)
     bench.give(*bench.configuration, ms=400).release(50).give(512, ms=50).release(50)
     if bench.bits != {"MODULE_OK"}:

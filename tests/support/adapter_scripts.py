@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import oracle_bits as bits
 import scripts3601 as one
@@ -166,7 +167,7 @@ def _script(draw, controller, theme):
     thrown = draw(st.binary(min_size=size, max_size=size))
     machines = MACHINES[controller][theme] if theme in MACHINES[controller] else MACHINES[controller]["any"]
     setting = pick(SETTING[controller], *CHOICES[controller], machines)(Dice(thrown, draw))
-    steps = [Out(setting.configuration, 20), Out(NOTHING, 20)]
+    steps: list[Any] = [Out(setting.configuration, 20), Out(NOTHING, 20)]
     for at in range(SETTING_BYTES, size, BYTES):
         dice = Dice(thrown[at : at + BYTES], draw)
         if dice.one_of([False, True, True, True]):

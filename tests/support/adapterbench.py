@@ -10,9 +10,11 @@ from scanrack.io_images.amci3601 import InputBit, status_names
 from scanrack.io_images.thousands import join_reported, split_thousands
 from scanrack.runtime.loop.events import JsonValue
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
-from scanrack.runtime.modules.adapters.module import Adapter
+from scanrack.runtime.modules.adapters.module import SimulatedAdapter
 from scanrack.runtime.modules.adapters.pcl601.module import Pcl601Adapter
+from scanrack.runtime.modules.adapters.pcl601.simulated import SimulatedPcl601
 from scanrack.runtime.modules.adapters.pmc006.module import Pmc006Adapter
+from scanrack.runtime.modules.adapters.pmc006.simulated import SimulatedPmc006
 
 MS = 1_000_000
 CONFIGURE = (0x843E, 63, 1, 0)
@@ -40,7 +42,7 @@ class AdapterBench:
         self.outputs = Image()
         self.image = self.module.update(0, self.outputs)
 
-    def make(self, machine: Machine, options: Mapping[str, JsonValue]) -> Adapter[Any]:
+    def make(self, machine: Machine, options: Mapping[str, JsonValue]) -> SimulatedAdapter[Any]:
         """Make the adapter."""
         return Pcl601Adapter(machine, options)
 
@@ -90,6 +92,13 @@ class AdapterBench:
         return join_reported(self.image[2], self.image[3])
 
     @property
+    def device(self) -> Any:
+        """The simulated controller: a Pcl601, or a Pmc006."""
+        plant = self.module.controller
+        assert isinstance(plant, SimulatedPcl601 | SimulatedPmc006)
+        return plant.device
+
+    @property
     def motor(self) -> int:
         """Where the motor truly stands."""
         return self.module.controller.motor_position
@@ -109,7 +118,7 @@ class AdapterBench006(AdapterBench):
 
     configuration = CONFIGURE_006
 
-    def make(self, machine: Machine, options: Mapping[str, JsonValue]) -> Adapter[Any]:
+    def make(self, machine: Machine, options: Mapping[str, JsonValue]) -> SimulatedAdapter[Any]:
         """Make the adapter."""
         return Pmc006Adapter(machine, {"home_stroke": 100_000, **options})
 

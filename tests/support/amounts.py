@@ -8,4 +8,4 @@ from hypothesis import settings
 
 def amount(examples: int) -> int:
     """Return so many in the CI profile, and in proportion with --long; see tests/conftest.py."""
-    return max(1, examples * settings.default.max_examples // CI_EXAMPLES)
+    return max(1, examples * settings().max_examples // CI_EXAMPLES)

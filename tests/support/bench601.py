@@ -44,7 +44,9 @@ class Bench601:
         end = self.bus.send(data, self.unit.line_format)
         self.bus.run_until(end + 2 * MS)
         while not self.bus.is_idle:
-            self.bus.run_until(self.bus.next_event_ns())
+            due_ns = self.bus.next_event_ns()
+            assert due_ns is not None
+            self.bus.run_until(due_ns)
         return self.bus.take()
 
     def ask(self, text):

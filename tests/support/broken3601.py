@@ -11,7 +11,7 @@ sentence what is wrong. Each stands for a class of mistakes that people make in 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
 from inspect import getattr_static
 from typing import Any
@@ -77,7 +77,9 @@ class Mistake:
     def made(self) -> Iterator[None]:
         """Make the mistake, and undo it."""
         if isinstance(self.owner, dict):
-            patch = mock.patch.dict(self.owner, {self.attribute: self.wrong(self.owner[self.attribute])})
+            patch: AbstractContextManager[Any] = mock.patch.dict(
+                self.owner, {self.attribute: self.wrong(self.owner[self.attribute])}
+            )
         else:
             patch = mock.patch.object(
                 self.owner, self.attribute, self.wrong(getattr_static(self.owner, self.attribute))

@@ -53,9 +53,9 @@ class Chromium:
         self._rest, self._number = b"", 0
         target = self._call("Target.createTarget", {"url": "about:blank"})["targetId"]
         attached = self._call("Target.attachToTarget", {"targetId": target, "flatten": True})
-        self._session: str | None = attached["sessionId"]
+        self._session = attached["sessionId"]
 
-    _session = None
+    _session: str | None = None
 
     def open(self, address: str) -> None:
         """Open a page and wait until it says that it is ready."""

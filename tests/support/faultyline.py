@@ -109,6 +109,9 @@ class BusLink:
         del self.bus.heard[:count]
         return data
 
+    def follow(self, line_format: LineFormat) -> None:
+        """The format is the device's."""
+
     def pause(self, seconds: float) -> None:
         self.bus.run_until(self.bus.now_ns + round(seconds * 1e9))
 

@@ -64,7 +64,7 @@ class Search:
         direction: int = 1,
         kind: str = HOME_SWITCH,
         *,
-        home: tuple[int, int] | None = None,
+        home: tuple[int, int | None] | None = None,
         ahead: tuple[int, int | None] | None = None,
         behind: tuple[int | None, int] | None = None,
         add: int = 0,

@@ -17,6 +17,8 @@ What the adapter's capabilities refuse (`adapter_wishes`), the oracle passes ove
 from __future__ import annotations
 
 import copy
+from collections.abc import Callable
+from typing import Any
 
 import adapter_wishes as wishes
 import oracle_bits as bits
@@ -33,10 +35,11 @@ from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.image import Image
 from scanrack.io_images.thousands import join_reported
 from scanrack.runtime.machine import EncoderSpec, Machine, MachineSpec, Switch
+from scanrack.runtime.modules.adapters.module import SimulatedAdapter
 from scanrack.runtime.modules.adapters.pcl601.module import Pcl601Adapter
 from scanrack.runtime.modules.adapters.pmc006.module import Pmc006Adapter
 
-MAKE = {"PCL601": Pcl601Adapter, "PMC006": Pmc006Adapter}
+MAKE: dict[str, Callable[..., SimulatedAdapter[Any]]] = {"PCL601": Pcl601Adapter, "PMC006": Pmc006Adapter}
 CALM_NS = {"PCL601": 65 * MS, "PMC006": 160 * MS}
 """The longest round trip: what has not changed for so long is settled [docs/adapters.md]."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from scanrack.traces.signals import stream
 PERIOD_NS = 2_000_000
 A3601 = SlotInfo(1, "amci3601", "4.1")
 
-Event = tuple[str, Mapping[str, object]]
+Event = tuple[str, Mapping[str, Any]]
 
 
 def record(

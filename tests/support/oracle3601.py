@@ -20,6 +20,8 @@ Oracle, called `m` (the module).
 
 from __future__ import annotations
 
+from typing import Any
+
 import oracle_commands
 import oracle_follower
 import oracle_homing
@@ -124,7 +126,9 @@ class Oracle:
         self.position_invalid = True
         self.clear_status()
         self.op = "idle"
-        self.course = None
+        self.course: Any = None
+        self.encoder_target = self.deceleration = 0
+        self.shape: Any = None
         self.direction = 1
         self.travelled = 0
         self.origin = 0

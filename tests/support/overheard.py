@@ -24,4 +24,4 @@ class Overheard:
             self.frames.append((data, str(line_format)))
             send(data, line_format)
 
-        line.send = overheard
+        line.send = overheard  # type: ignore[method-assign]

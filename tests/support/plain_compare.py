@@ -164,7 +164,9 @@ def first_of(
         if row in rows:
             bits = np.array([rows[row][1]], np.uint16) if field.kind is Kind.BITS else None
             pair = Differing(field, np.array([row]), np.array([rows[row][0]]), bits)
-            details.append(pair.detail(a, b, row))
+            detail = pair.detail(a, b, row)
+            assert detail is not None
+            details.append(detail)
     return First(
         int(a.columns.scan[row]),
         int(a.columns.time_ns[row]),

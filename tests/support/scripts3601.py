@@ -278,7 +278,9 @@ def made_odd(blocks, odd):
     if odd == "a block too many":
         blocks.append(blocks[-1])
     elif odd is not None:
-        block, index, word = TOLERATED[odd]
+        change = TOLERATED[odd]
+        assert change is not None, odd
+        block, index, word = change
         blocks[block][index] = word
     return blocks
 

@@ -37,7 +37,12 @@ class Serving:
         """Do something between two steps of the server; return what it returns."""
         results: list[Any] = []
         done = Event()
-        self._calls.put(lambda: (results.append(action()), done.set())[0])
+
+        def act() -> None:
+            results.append(action())
+            done.set()
+
+        self._calls.put(act)
         assert done.wait(5)
         return results[0]
 

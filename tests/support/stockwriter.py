@@ -43,7 +43,7 @@ class StockWriter:
         Channel(
             id=channel_id, topic=topic, message_encoding=encoding, metadata={}, schema_id=schema_id
         ).write(records)
-        self._file.write(records.end())  # type: ignore[no-untyped-call]
+        self._file.write(records.end())
         return channel_id
 
     def add_block(self, channel_id, log_times, block) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import oracle_bits as bits
 import scripts3601 as one
@@ -246,7 +247,7 @@ def _script(draw, theme):
     thrown = draw(st.binary(min_size=size, max_size=size))
     setting, config, start, position = _settings(theme)(Dice(thrown, draw))
     stories = list(THEMES[theme](start))
-    steps = [Out(config, 2), Out(NOTHING, 2)]
+    steps: list[Any] = [Out(config, 2), Out(NOTHING, 2)]
     for at in range(SETTING_BYTES, size, BYTES):
         dice = Dice(thrown[at : at + BYTES], draw)
         if dice.one_of([False, True, True, True]):

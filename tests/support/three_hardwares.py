@@ -17,6 +17,8 @@ from scanrack.io_images.thousands import join_reported
 from scanrack.runtime.config.rackspec import SlotSpec
 from scanrack.runtime.loop.events import JsonValue
 from scanrack.runtime.machine import MachineSpec, Switch
+from scanrack.runtime.modules.adapters.module import SimulatedAdapter
+from scanrack.runtime.modules.amci3601 import Amci3601
 
 MS = 1_000_000
 A3601, PCL601, PMC006 = "amci3601", "pcl601-adapter", "pmc006-adapter"
@@ -98,7 +100,9 @@ class Teller:
         given = HARDWARES[hardware] | dict(options or {})
         machine = MachineSpec(switches=tuple(switches))
         self.hardware = hardware
-        self.module = SlotSpec(number=1, module=hardware, options=given, machine=machine).make(seed=0)
+        module = SlotSpec(number=1, module=hardware, options=given, machine=machine).make(seed=0)
+        assert isinstance(module, Amci3601 | SimulatedAdapter)
+        self.module = module
         self.outputs = Image()
         self.now_ns = 0
         self.image = self.module.update(0, self.outputs)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import (
@@ -87,7 +88,7 @@ class Story:
     begin: tuple[Step, ...] = START
 
 
-def configured(refused: Mapping[str, Refusal] | None = None, **changed: object) -> tuple[Step, ...]:
+def configured(refused: Mapping[str, Refusal] | None = None, **changed: Any) -> tuple[Step, ...]:
     """Return how a story begins whose configuration has something else in it."""
     words = replace(CONFIGURATION, **changed).to_image()
     return replace(START[0], words=words, refused=refused or {}), *START[1:]

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from threading import Event
+from typing import Any
 
 import pytest
 from scanrack.io_images import Image
@@ -87,7 +88,7 @@ def shared(request: pytest.FixtureRequest) -> tuple[str, Process]:
 class Live:
     """A live adapter, looked at every 2 ms of real time, for so long at most."""
 
-    def __init__(self, module: LiveAdapter) -> None:  # type: ignore[type-arg]
+    def __init__(self, module: LiveAdapter[Any]) -> None:
         self.module, self.scans = module, 0
 
     def give(self, *words: int, until: str = "", without: str = "", seconds: float = 3.0) -> set[str]:
@@ -114,9 +115,11 @@ class Live:
         self.give(without="POSITION_INVALID")
 
 
-def opened(name: str, port: str, address: int | None = None) -> LiveAdapter:  # type: ignore[type-arg]
+def opened(name: str, port: str, address: int | None = None) -> LiveAdapter[Any]:
     slot = SlotSpec(number=1, module=name, port=port, address=address, options=OPTIONS[name])
-    return slot.open()
+    adapter = slot.open()
+    assert isinstance(adapter, LiveAdapter)
+    return adapter
 
 
 @pytest.mark.parametrize(("name", "controller"), [("pcl601-adapter", "pcl601"), ("pmc006-adapter", "pmc006")])
@@ -280,7 +283,7 @@ def test_a_real_port_is_refused_where_it_must_be(
         ({"module": "pmc006-adapter", "address": 3}, "goes with a real port only"),
     ],
 )
-def test_a_port_that_can_not_be_is_refused(keys: dict[str, object], said: str) -> None:
+def test_a_port_that_can_not_be_is_refused(keys: dict[str, Any], said: str) -> None:
     with pytest.raises(ValueError, match=said):
         SlotSpec(number=1, **keys)
 

@@ -154,7 +154,7 @@ def test_emergency_stop_through_the_diodes_is_no_limit():
 
 def test_the_counter_is_moved_before_its_range_ends():
     bench = AdapterBench().configured()
-    controller = bench.module.controller.device.controller
+    controller = bench.device.controller
     bench.give(*move(7_500_000, 50_000, 2000, 2000), ms=200)  # the counter is at 1,000,000 when idle
     assert controller.values[Register.POSITION] < 0
     bench.give(16).release()
@@ -164,7 +164,7 @@ def test_the_counter_is_moved_before_its_range_ends():
 def test_a_slew_goes_to_the_end_of_the_counters_range_and_begins_anew_behind_it():
     """Somebody has turned the counter to 7,900,000, which is position 0 then: its end is at 8,000,000."""
     bench = AdapterBench().configured()
-    bench.module.controller.device.controller.values[Register.POSITION] = 7_900_000
+    bench.device.controller.values[Register.POSITION] = 7_900_000
     bench.run(100).give(512).release()
     at = bench.motor
     slew = (128, 0, 0, 0, 50, 0, 2000, 2000)
@@ -178,8 +178,8 @@ def test_a_slew_goes_to_the_end_of_the_counters_range_and_begins_anew_behind_it(
 
 def test_a_controller_that_moves_by_itself_makes_the_position_invalid():
     bench = AdapterBench().configured()
-    bench.module.controller.device.controller.pins.connect("jog_plus", GROUND)
-    bench.module.controller.device.controller.settle(bench.now_ns)
+    bench.device.controller.pins.connect("jog_plus", GROUND)
+    bench.device.controller.settle(bench.now_ns)
     assert bench.run(100).bits == {"MODULE_OK", "POSITION_INVALID"}
     assert bench.position > 0
 

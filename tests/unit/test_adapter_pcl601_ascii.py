@@ -14,7 +14,7 @@ MODBUS, ASCII = "38400 8E1", "38400 8N1"
 
 
 def in_ascii(bench: AdapterBench) -> AdapterBench:
-    bench.module.controller.device.controller.speak(Protocol.ASCII)
+    bench.device.controller.speak(Protocol.ASCII)
     return bench
 
 
@@ -23,7 +23,7 @@ def test_a_controller_found_in_ascii_is_sent_back_to_modbus():
     heard = Overheard(bench)
     bench.run(490)
     assert bench.bits == {"MODULE_OK", "CONFIG_ERROR", "POSITION_INVALID"}
-    assert bench.module.controller.device.controller.protocol is Protocol.MODBUS
+    assert bench.device.controller.protocol is Protocol.MODBUS
     # the first request left before anything was overheard
     assert heard.frames[:2] == [(b"@%\r", ASCII), (b"@1|\r", ASCII)]
     assert {line_format for _, line_format in heard.frames[2:]} == {MODBUS}
@@ -46,11 +46,11 @@ def test_one_that_goes_to_ascii_in_mid_move_comes_back_as_from_a_lost_link():
 
 def test_another_unit_in_ascii_is_left_alone():
     bench = AdapterBench()
-    bench.module.controller.device.controller.values[Register.ADDRESS] = 2
+    bench.device.controller.values[Register.ADDRESS] = 2
     in_ascii(bench)
     heard = Overheard(bench)
     assert bench.run(1200).bits == {"POSITION_INVALID"}
-    assert bench.module.controller.device.controller.protocol is Protocol.ASCII
+    assert bench.device.controller.protocol is Protocol.ASCII
     assert {data for data, line_format in heard.frames if line_format == ASCII} == {b"@%\r"}
 
 

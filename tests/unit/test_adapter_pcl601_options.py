@@ -52,8 +52,8 @@ def test_a_normally_open_limit_on_an_input_stops_the_motor_by_itself_too():
 def test_each_limit_has_its_own_bit_at_rest(bit):
     """By the hard limits alone a limit met at rest, before any motion, shows on both sides."""
     sides = {CW: "IN_CW_LIMIT", CCW: "IN_CCW_LIMIT"}
-    for options, shown in (({"limit_sense": "inputs"}, {sides[bit]}), ({}, set(sides.values()))):
-        bench = AdapterBench(**options).configured()
+    for sense, shown in (("inputs", {sides[bit]}), ("hard_limits", set(sides.values()))):
+        bench = AdapterBench(limit_sense=sense).configured()
         bench.level(bit, True)
         assert bench.run(50).bits == {"MODULE_OK"} | shown
 
@@ -150,7 +150,7 @@ def test_a_search_that_somebody_else_stops_has_found_no_home(lsw):
     bench = proximity_bench()
     bench.give(*HOME_CW, ms=500)
     bench.give(32, lsw, *HOME_CW[2:], ms=500)
-    bench.module.controller.device.controller.stop_everything()
+    bench.device.controller.stop_everything()
     bench.run(100)
     assert bench.bits - {"HOME_PROX_ECHO"} == INVALID_HOME
     assert bench.reasons == ["stopped elsewhere"]
@@ -169,9 +169,9 @@ def test_a_search_that_is_stopped_leaves_no_proximity_behind():
     bench = proximity_bench(Switch(HOME, 60_000, 60_100))
     bench.give(32, 0, 0, 0, 5, 0, 20, 20, ms=500)
     bench.give(32, PROXIMITY, 0, 0, 5, 0, 20, 20, ms=500)
-    assert bench.module.controller.device.controller.outputs == 1 << 5
+    assert bench.device.controller.outputs == 1 << 5
     bench.give(16).release()
-    assert bench.module.controller.device.controller.outputs == 0
+    assert bench.device.controller.outputs == 0
 
 
 # ---- a mark that was left behind
@@ -181,9 +181,9 @@ def test_a_registration_move_that_is_stopped_leaves_no_mark_behind():
     bench = AdapterBench().configured()
     bench.give(128, 0, 3, 0, 5, 0, 20, 20, ms=500)
     bench.give(0, 0, 3, 0, 5, 0, 20, 20, ms=100)  # released: the mark is set
-    assert bench.module.controller.device.controller.outputs == 1 << 6
+    assert bench.device.controller.outputs == 1 << 6
     bench.give(16).release()
-    assert bench.module.controller.device.controller.outputs == 0
+    assert bench.device.controller.outputs == 0
 
 
 # ---- takeover
@@ -199,10 +199,10 @@ END
 def with_program(**options: object) -> AdapterBench:
     """Return a bench whose controller runs a program of its own, and starts it at power-up."""
     bench = AdapterBench(**options)  # type: ignore[arg-type]
-    controller = bench.module.controller.device.controller
+    controller = bench.device.controller
     controller.runner = ProgramMachine(parse_program(ENDLESS))
     controller.autorun = True
-    bench.module.controller.device.power_cycle(0)
+    bench.device.power_cycle(0)
     assert controller.program_running
     return bench
 
@@ -210,7 +210,7 @@ def with_program(**options: object) -> AdapterBench:
 @pytest.mark.parametrize("takeover", [False, True])
 def test_a_program_that_runs_is_stopped_and_by_option_does_not_start_again(takeover):
     bench = with_program(takeover=takeover)
-    controller = bench.module.controller.device.controller
+    controller = bench.device.controller
     bench.run(100)
     assert bench.bits == {"MODULE_OK", "CONFIG_ERROR", "POSITION_INVALID"}
     assert not controller.program_running
@@ -222,14 +222,14 @@ def test_a_program_that_runs_is_stopped_and_by_option_does_not_start_again(takeo
 
 def test_autorun_is_not_touched_where_no_program_runs():
     bench = AdapterBench(takeover=True)
-    bench.module.controller.device.controller.autorun = True
+    bench.device.controller.autorun = True
     bench.configured()
-    assert bench.module.controller.device.controller.autorun
+    assert bench.device.controller.autorun
 
 
 def test_a_program_started_by_a_loss_of_power_is_stopped_too():
     bench = with_program(takeover=True).configured()
-    controller = bench.module.controller.device.controller
+    controller = bench.device.controller
     controller.autorun = True
     bench.module.cycle_device()
     assert controller.program_running
@@ -242,7 +242,7 @@ def test_a_program_started_by_a_loss_of_power_is_stopped_too():
 
 def test_a_controller_that_does_not_stop_its_program_is_none(monkeypatch):
     bench = with_program(takeover=True)
-    controller = bench.module.controller.device.controller
+    controller = bench.device.controller
     with monkeypatch.context() as patch:
         patch.setattr(controller, "do", lambda code: code == Code.STOP_MOTION)
         assert bench.run(2000).bits == {"POSITION_INVALID"}
@@ -264,7 +264,7 @@ def test_a_polled_registration_stops_and_indexes_the_rest(external):
     switches = (Switch(InputBit.EXTERNAL, 6000, 6400),) if external else ()
     bench = AdapterBench(*switches, registration="polled").configured()
     bench.give(128, 0, 3, 0, 5, 0, 20, 20, ms=1000)
-    controller = bench.module.controller.device.controller
+    controller = bench.device.controller
     assert not controller.values[Register.INDEX_ON_FLY]  # nothing on input 2 counts
     at = 6000 if external else bench.motor
     bench.give(128 if external else 0, 0, 3, 0, 5, 0, 20, 20, ms=5000, until="STOPPED")
@@ -322,7 +322,7 @@ def test_the_controller_counts_from_its_input_where_nothing_can_come_too_early(
     with_minimum(bench.configured(*configuration), thousands)
     bench.give(128, 0, 3, 0, 5, 0, 20, 20, ms=1000)
     assert bench.bits & {"MOVING_CW", "COMMAND_ERROR"} == {"MOVING_CW"}
-    assert bench.module.controller.device.controller.values[Register.INDEX_ON_FLY] == on_the_fly
+    assert bench.device.controller.values[Register.INDEX_ON_FLY] == on_the_fly
 
 
 def test_a_move_without_a_minimum_counts_on_its_way_again():
@@ -330,4 +330,4 @@ def test_a_move_without_a_minimum_counts_on_its_way_again():
     bench = with_minimum(AdapterBench().configured(), 8)
     bench.give(128, 0, 3, 0, 5, 0, 20, 20, ms=600).give(0, 0, 3, 0, 5, 0, 20, 20, ms=9000, until="STOPPED")
     with_minimum(bench, 0).give(128, 0, 3, 0, 5, 0, 20, 20, ms=600)
-    assert bench.module.controller.device.controller.values[Register.INDEX_ON_FLY] == 1
+    assert bench.device.controller.values[Register.INDEX_ON_FLY] == 1

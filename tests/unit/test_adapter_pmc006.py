@@ -200,7 +200,7 @@ def test_a_reply_that_is_on_the_line_when_the_power_goes_answers_nothing_later(a
 )
 def test_a_controller_that_is_unfit_is_not_ok_until_it_is_well_again(ailment, within_ms):
     bench = AdapterBench006().configured()
-    controller = bench.module.controller.device.controller
+    controller = bench.device.controller
     well = {name: getattr(controller, name) for name in ailment}
     for name, value in ailment.items():
         setattr(controller, name, value)
@@ -214,13 +214,13 @@ def test_a_controller_that_is_unfit_is_not_ok_until_it_is_well_again(ailment, wi
 
 def test_a_motor_that_was_released_has_lost_its_position():
     bench = AdapterBench006().configured()
-    bench.module.controller.device.controller.memory["free_run"] = 1
+    bench.device.controller.memory["free_run"] = 1
     assert bench.run(900).bits == {"MODULE_OK", "POSITION_INVALID"}
 
 
 def test_a_stalled_motor_has_lost_its_position():
     bench = AdapterBench006().configured()
-    bench.module.controller.device.controller.axis.stalled = True
+    bench.device.controller.axis.stalled = True
     assert bench.run(200).bits == {"MODULE_OK", "POSITION_INVALID"}
     bench.release(100).give(512).release()
     assert bench.bits == {"MODULE_OK"}  # told once
@@ -252,7 +252,7 @@ def test_a_speed_change_is_refused_and_stops_the_move():
 
 def test_reset_errors_clears_an_external_stop_that_is_not_active_any_more():
     bench = AdapterBench006().configured()
-    flags = bench.module.controller.device.controller.axis
+    flags = bench.device.controller.axis
     bench.give(*move(10_000), ms=800)
     bench.level(InputBit.CW_LIMIT, True)
     bench.run(200)
@@ -268,7 +268,7 @@ def test_reset_errors_clears_an_external_stop_that_is_not_active_any_more():
 
 def test_start_speed_and_current_are_set_with_the_configuration():
     bench = AdapterBench006(peak_current=1500).configured()
-    memory = bench.module.controller.device.controller.memory
+    memory = bench.device.controller.memory
     assert (memory["start_speed"], memory["stop_speed"], memory["peak_current"]) == (1000, 1000, 1500)
 
 

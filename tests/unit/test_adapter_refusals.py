@@ -8,7 +8,7 @@ INVALID_PROFILE; a search for home with HOME_INVALID and COMMAND_ERROR.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import pytest
@@ -47,7 +47,7 @@ class Case:
     row: str
     words: Iterable[int]
     bits: set[str] = field(default_factory=set)
-    options: dict[str, object] = field(default_factory=dict)
+    options: Mapping[str, object] = field(default_factory=dict)
     configuration: tuple[int, ...] = ()
     before: tuple[Iterable[int], ...] = ()
 

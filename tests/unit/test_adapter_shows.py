@@ -41,4 +41,4 @@ def test_the_segments_of_a_blend_begin_at_the_starting_speed() -> None:
         bench.give(*block, ms=100).give(0, 256, ms=100)
     bench.give(ms=100).give(8192, ms=300)
     assert "BLEND_RUNNING" in bench.bits
-    assert bench.module.controller.device.controller.values[Register.BASE_SPEED] == 1000
+    assert bench.device.controller.values[Register.BASE_SPEED] == 1000

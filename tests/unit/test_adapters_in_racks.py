@@ -10,6 +10,7 @@ from scanrack.io_images.thousands import join_reported
 from scanrack.runtime.cli.summary import Tally
 from scanrack.runtime.config.rackspec import SlotSpec
 from scanrack.runtime.loop.addresses import parse_address
+from scanrack.runtime.loop.events import JsonValue
 from scanrack.runtime.machine import Jam, MachineSpec
 from scanrack.runtime.modules.registry import words_of
 
@@ -25,6 +26,7 @@ MS = 1_000_000
 def test_one_list_of_commands_stops_at_the_same_places(name):
     module = SlotSpec(number=1, module=name, options=HARDWARES[name]).make(seed=0)
     now_ns, stops = 0, []
+    words: tuple[int, ...]
     for words, ms in ((CONFIGURE, 500), ((), 100), (PRESET, 100), ((), 100)):
         now_ns += ms * MS
         image = module.update(now_ns, Image(words))
@@ -82,7 +84,13 @@ def test_its_words_have_the_names_of_the_3601_in_a_trace():
 
 def test_the_closing_summary_has_the_reason_of_a_refusal():
     tally = Tally()
-    fields = {"slot": 1, "kind": "refusal", "name": "speed", "bits": ["COMMAND_ERROR"], "text": "too fast"}
+    fields: dict[str, JsonValue] = {
+        "slot": 1,
+        "kind": "refusal",
+        "name": "speed",
+        "bits": ["COMMAND_ERROR"],
+        "text": "too fast",
+    }
     tally.event(7, 14_000_000, "/events", fields)
     assert [error.sentence for error in tally.errors.values()] == [
         "COMMAND_ERROR at scan 7: too fast [speed]"

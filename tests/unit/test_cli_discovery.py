@@ -106,6 +106,9 @@ class Mute:
     def receive(self, count: int, seconds: float) -> bytes:
         return b""
 
+    def follow(self, line_format: LineFormat) -> None:
+        return None
+
     def pause(self, seconds: float) -> None:
         return None
 

@@ -94,7 +94,8 @@ def test_a_new_address_is_followed() -> None:
 
 @pytest.mark.parametrize("fault", Fault)
 def test_a_new_address_is_followed_even_if_that_exchange_fails(fault: Fault) -> None:
-    for plans in ({0: fault}, {}), ({}, {0: fault}):
+    either_way: list[tuple[dict[int, Fault], dict[int, Fault]]] = [({0: fault}, {}), ({}, {0: fault})]
+    for plans in either_way:
         controller = Controller(address=9)
         client, _ = client_of(controller, *plans)
         try:

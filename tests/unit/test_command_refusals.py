@@ -42,7 +42,7 @@ def test_ranges_of_single_values():
 
 
 def test_parameters_of_an_empty_image():
-    parameters = Parameters.read(Image())
+    parameters = Parameters.read(list(Image()))
     assert parameters == Parameters(0, 0, 0, 0)
     assert parameters.target_in_range
     assert not parameters.speed_in_range

@@ -10,6 +10,7 @@ import io
 import json
 import shlex
 from pathlib import Path
+from typing import Any
 
 import pytest
 from scanrack import open_bench
@@ -182,9 +183,8 @@ def test_it_can_be_driven() -> None:
 
 
 def test_advancing_once_or_in_pieces_gives_the_same() -> None:
-    options = DiscreteOptions.of(
-        {"inputs": {"start": 4}, "timeline": [{"at_ms": 0.5, "input": "start", "for_ms": 1.25}]}
-    )
+    table: Any = {"inputs": {"start": 4}, "timeline": [{"at_ms": 0.5, "input": "start", "for_ms": 1.25}]}
+    options = DiscreteOptions.of(table)
     once, pieces = DiscreteCard(options), DiscreteCard(options)
     for at_ns in range(0, 3 * MS, MS // 4):
         level = 1 << 4 if MS // 2 <= at_ns < MS * 7 // 4 else 0

@@ -46,7 +46,9 @@ def moves_of(rack):
     """Run a rack; return how many moves its summary counts."""
     done = scanrack("run", rack, "--no-record")
     assert (done.exit_code, done.stderr) == (0, "")
-    return int(re.search(r"^moves +(\d+|none)$", done.stdout, re.MULTILINE)[1].replace("none", "0"))
+    moves = re.search(r"^moves +(\d+|none)$", done.stdout, re.MULTILINE)
+    assert moves is not None
+    return int(moves[1].replace("none", "0"))
 
 
 def test_there_is_something_to_run():
@@ -69,7 +71,7 @@ def test_a_rack_file_is_one(folder, language, text):
 
 
 def test_the_rack_of_the_page_about_running_moves_the_axis(folder):
-    (text,) = [str(each.values[1]) for each in RACKS if each.id.startswith("run-")]
+    (text,) = [str(each.values[1]) for each in RACKS if str(each.id).startswith("run-")]
     (folder / "line.toml").write_text(text, encoding="utf-8")
     assert moves_of("line.toml") > 0
 
@@ -101,4 +103,4 @@ def test_the_commands_of_a_page_run_one_after_the_other(clone, page, monkeypatch
 
 
 def test_the_logic_of_the_readme_is_the_first_to_be_tried():
-    assert LOGIC[0].id.startswith("README")
+    assert str(LOGIC[0].id).startswith("README")

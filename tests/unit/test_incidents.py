@@ -10,6 +10,7 @@ from scanrack.runtime.config.rackfile import RackFileError, load_rack_file
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.loop.exposed import Exposed
 from scanrack.runtime.loop.incidents import FaultKind, Incident
+from scanrack.runtime.loop.module_fault import ModuleFault
 from scanrack.runtime.modules.amci3601 import Amci3601
 
 MS = 1_000_000
@@ -113,9 +114,9 @@ def test_a_power_cycle_ends_a_fatal_error_only():
     fatal, link = Incident(0, FaultKind.FATAL_ERROR), Incident(0, FaultKind.LINK_LOST)
     slot = Exposed(module, [fatal, link, Incident(10 * MS, FaultKind.POWER_CYCLE)])
     slot.update(5 * MS, Image())
-    assert module.trouble.value == "fatal-error"
+    assert module.trouble is ModuleFault.FATAL_ERROR
     slot.update(15 * MS, Image())
-    assert module.trouble.value == "link-lost"
+    assert module.trouble is ModuleFault.LINK_LOST
 
 
 def test_a_module_that_cannot_fail_is_refused():
@@ -175,14 +176,17 @@ def test_the_key_is_turned_to_program_and_back():
         def close(self):
             pass
 
+    def logic(scan):
+        """Rest."""
+
     spec = RackSpec.model_validate(
         {
-            "program": lambda scan: None,
+            "program": logic,
             "slot": [{"number": 1, "module": "amci3601"}],
             "incident": [{"at_ms": 20, "what": "program-mode", "for_ms": 10}],
         }
     )
-    cpu = build_cpu(spec, spec.program, build_rack(spec), listeners=[Modes()])
+    cpu = build_cpu(spec, logic, build_rack(spec), listeners=[Modes()])
     cpu.run(30)
     # the scan at 20 ms is the last in run mode, that at 30 ms the last in program mode
     assert modes == [(0, "run"), (22, "program"), (32, "run")]

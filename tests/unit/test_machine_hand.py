@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import pytest
 from scanrack.runtime.machine import EncoderSpec, Machine, MachineSpec
 
@@ -40,7 +42,7 @@ def test_turns_that_cannot_be(start_ns: int, end_ns: int, message: str) -> None:
 
 
 def test_counts_reached_by_hand() -> None:
-    machine = Machine(MachineSpec(encoder=EncoderSpec(4)))
+    machine = Machine(MachineSpec(encoder=EncoderSpec(Fraction(4))))
     machine.follow(1, 25, 0)  # 100 counts
     machine.turn_encoder(10, 0, 100)
     machine.turn_encoder(-30, 100, 160)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from scanrack.runtime.loop.events import Event
 from scanrack.runtime.modules.amci3601.latches import COMMAND_ERROR, INVALID_PROFILE, Latches
 
 
@@ -17,7 +18,7 @@ def test_the_first_rule_is_the_cause_until_the_bit_is_cleared():
 
 
 def test_every_rule_that_fires_is_written_down_though_its_bit_is_set_already():
-    events = []
+    events: list[Event] = []
     latches = Latches(events)
     assert latches.fire(5, "CMD-04") == COMMAND_ERROR | INVALID_PROFILE
     assert latches.fire(6, "CMD-04", alone=True) == COMMAND_ERROR

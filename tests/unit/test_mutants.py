@@ -130,7 +130,8 @@ def test_rows_of_refusals_are_taken_out_and_change_places():
 
     def rows(name, mutant):
         tree = ast.parse(mutant.apply(TABLE))
-        [table] = [s for s in tree.body if isinstance(s, ast.AnnAssign) and s.target.id == name]
+        [table] = [s for s in tree.body if isinstance(s, ast.AnnAssign) and ast.unparse(s.target) == name]
+        assert isinstance(table.value, ast.Tuple | ast.List)
         return [ast.unparse(row).replace("'", "") for row in table.value.elts]
 
     found = mutants_of("x.py", TABLE)

@@ -126,34 +126,34 @@ def test_a_read_only_image_is_a_view_and_its_copy_is_not():
 
 
 BAD_WORDS = {
-    "a fraction": (lambda: Image().__setitem__(0, 1.5), "word 1.5 is not allowed: a word is a whole number"),
-    "text": (lambda: Image(["1"]), "word '1' is not allowed: a word is a whole number"),
+    "a fraction": (lambda: Image().__setitem__(0, 1.5), "word 1.5 is not allowed: a word is a whole number"),  # type: ignore[assignment]
+    "text": (lambda: Image(["1"]), "word '1' is not allowed: a word is a whole number"),  # type: ignore[list-item]
     "a ninth word": (lambda: Image().__setitem__(8, 1), "no such word: 8; words are 0 to 7"),
     "a ninth word, read": (lambda: Image()[8], "no such word: 8; words are 0 to 7"),
-    "a word by name": (lambda: Image()["speed"], "no such word: 'speed'; words are 0 to 7"),
-    "a list": (lambda: Image().load([1, 2]), r"\[1, 2\] is not an image: write load\(Image"),
-    "half a bit": (lambda: Image().set_bit(0, 1.5, True), "no such bit: word 0, bit 1.5"),
+    "a word by name": (lambda: Image()["speed"], "no such word: 'speed'; words are 0 to 7"),  # type: ignore[index]
+    "a list": (lambda: Image().load([1, 2]), r"\[1, 2\] is not an image: write load\(Image"),  # type: ignore[arg-type]
+    "half a bit": (lambda: Image().set_bit(0, 1.5, True), "no such bit: word 0, bit 1.5"),  # type: ignore[arg-type]
     "a kind as text": (
-        lambda: Move("ABSOLUTE", 1, 1, 1, 1),
+        lambda: Move("ABSOLUTE", 1, 1, 1, 1),  # type: ignore[arg-type]
         "kind 'ABSOLUTE' is not allowed: allowed are MoveKind.ABSOLUTE, MoveKind.RELATIVE",
     ),
     "a shape as text": (
-        lambda: Move(MoveKind.ABSOLUTE, 1, 1, 1, 1, shape="s"),
+        lambda: Move(MoveKind.ABSOLUTE, 1, 1, 1, 1, shape="s"),  # type: ignore[arg-type]
         "shape 's' is not allowed: allowed are Acceleration.CONSTANT",
     ),
     "a direction as text": (
-        lambda: Manual("cw", 1),
+        lambda: Manual("cw", 1),  # type: ignore[arg-type]
         "direction 'cw' is not allowed: allowed are Direction.CW, Direction.CCW",
     ),
-    "a search anywhere": (lambda: FindHome("cw", 1, 1, 1), "direction 'cw' is not allowed"),
-    "a profile anywhere": (lambda: RunBlend(None), "direction None is not allowed"),
-    "a follower anywhere": (lambda: Follower("cw", 1, 1), "direction 'cw' is not allowed"),
-    "segments as text": (lambda: BlendHeader(("s", "s"), 1), "acceleration type 's' is not allowed"),
+    "a search anywhere": (lambda: FindHome("cw", 1, 1, 1), "direction 'cw' is not allowed"),  # type: ignore[arg-type]
+    "a profile anywhere": (lambda: RunBlend(None), "direction None is not allowed"),  # type: ignore[arg-type]
+    "a follower anywhere": (lambda: Follower("cw", 1, 1), "direction 'cw' is not allowed"),  # type: ignore[arg-type]
+    "segments as text": (lambda: BlendHeader(("s", "s"), 1), "acceleration type 's' is not allowed"),  # type: ignore[arg-type]
     "a target as text": (
-        lambda: Move(MoveKind.ABSOLUTE, "5", 1, 1, 1),
+        lambda: Move(MoveKind.ABSOLUTE, "5", 1, 1, 1),  # type: ignore[arg-type]
         "target position '5' is not allowed: allowed are whole numbers, -8388608 to 8388607",
     ),
-    "half a step": (lambda: Manual(Direction.CW, 0.5), "programmed speed 0.5 is not allowed"),
+    "half a step": (lambda: Manual(Direction.CW, 0.5), "programmed speed 0.5 is not allowed"),  # type: ignore[arg-type]
 }
 
 
@@ -164,7 +164,7 @@ def test_values_of_another_type_are_refused_in_our_words(attempt, told):
 
 
 def test_members_and_whole_numbers_are_taken():
-    assert Move(MoveKind.RELATIVE, 1, 1, 1, 1, Acceleration.TRIANGULAR).to_image()[2:4].tolist() == [0, 1]
+    assert list(Move(MoveKind.RELATIVE, 1, 1, 1, 1, Acceleration.TRIANGULAR).to_image())[2:4] == [0, 1]
     assert Follower(None, 1, 1).to_image()[0] == 0
 
 

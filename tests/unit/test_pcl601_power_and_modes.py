@@ -25,7 +25,9 @@ def in_a_pulse() -> Bench601:
     bench.write(Register.NUMBER_OF_OUTPUTS, 2)
     bench.go(1000)
     while not bench.controller.axis.fly.positions:
-        bench.bus.run_until(bench.bus.next_event_ns())
+        due_ns = bench.bus.next_event_ns()
+        assert due_ns is not None
+        bench.bus.run_until(due_ns)
     assert bench.controller.output_pins == ON_FLY_OUTPUT
     return bench
 

@@ -43,7 +43,7 @@ class Heard:
 
 def play(score: Score, memory: list[bytes]) -> tuple[Heard, list[bool]]:
     """Play a recording into a 3601; return what a listener heard, and `first` of the scans with logic."""
-    spec = RackSpec(program=print, slot=[SlotSpec(number=1, module="amci3601")])
+    spec = RackSpec(program=print, slot=(SlotSpec(number=1, module="amci3601"),))
     rack = build_rack(spec)
     heard, firsts = Heard(rack.memory), []
     written = recorded_outputs(score, memory)

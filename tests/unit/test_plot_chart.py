@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from made_traces import A3601, PERIOD_NS, idle, record
+from made_traces import A3601, PERIOD_NS, Event, idle, record
 from scanrack.traces.layout import SlotInfo
 from scanrack.traces.plot import Chart, Curve, Envelope, NothingToPlotError, read_chart, save_figure
 from scanrack.traces.plot import envelope as envelope_module
@@ -39,7 +39,7 @@ def story() -> np.ndarray:
     return words
 
 
-EVENTS = {
+EVENTS: dict[int, Event] = {
     99: ("/stimuli", {"slot": 1, "name": "capture", "energised": True, "text": "A button."}),
     300: ("/events", {"slot": 1, "kind": "rule", "name": "CMD-03", "text": "No.", "bits": ["COMMAND_ERROR"]}),
     301: ("/cpu", {"mode": "run"}),

@@ -32,7 +32,7 @@ def test_a_program_is_loaded_with_source_and_fingerprint(write, tmp_path):
     text = "def logic(scan):\n    scan.append('called')\n"
     path = write("line.py", text)
     program = load_program("line.py", tmp_path)
-    called = []
+    called: list[object] = []
     program.function(called)
     assert called == ["called"]
     assert (program.path, program.name, program.source) == (path, "logic", text)

@@ -49,7 +49,7 @@ def test_every_row_is_in_the_table_once(sources):
 
 def test_table_is_complete():
     """Rows by prefix; the prefixes without a list of the manual's own have one row a statement."""
-    counts = {}
+    counts: dict[str, int] = {}
     for rule in RULES.values():
         prefix = rule.id.split("-")[0]
         counts[prefix] = counts.get(prefix, 0) + 1
@@ -175,7 +175,8 @@ UNTIL = {
 
 
 def test_firmware_gates():
-    since, until = {}, {}
+    since: dict[Firmware | None, set[str]] = {}
+    until: dict[Firmware | None, set[str]] = {}
     for rule in RULES.values():
         since.setdefault(rule.firmware_from, set()).add(rule.id)
         until.setdefault(rule.firmware_until, set()).add(rule.id)
@@ -212,7 +213,9 @@ def test_rows_are_in_the_order_of_the_manual():
             return 0
         if rule.section.startswith("Manual Revision History"):
             return 7
-        return int(re.match(r"chapter ([1-6]), ", rule.section)[1])
+        match = re.match(r"chapter ([1-6]), ", rule.section)
+        assert match is not None
+        return int(match[1])
 
     chapters = [chapter(rule) for rule in RULES.values()]
     assert chapters == sorted(chapters)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from scanrack.io_images.amci3601 import Move, MoveKind, PresetPosition, StoreMinimumRegistration
 from scanrack.io_images.image import Image
 from scanrack.ladder.program import ProgramError, load_program
-from scanrack.ladder.steps import Steps, parse_steps
+from scanrack.ladder.steps import parse_steps
 from scanrack.runtime.loop.rack import Card, Rack
 from scanrack.runtime.loop.scan import Scan
 
@@ -23,7 +24,7 @@ class Shown:
         self.events: list[object] = []
 
 
-def scans(program: Steps, status: list[int], slot: int = 1) -> list[list[int]]:
+def scans(program: Any, status: list[int], slot: int = 1) -> list[list[int]]:
     """Return the output words of scans in which input word 0 is as given."""
     rack = Rack([Card(slot, Shown())])  # type: ignore[arg-type]
     scan = Scan(rack.slots, PERIOD_NS)

@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 from scanrack.io_images import strategies as images
@@ -15,7 +16,7 @@ TEXT = (Path(__file__).parents[2] / "docs" / "strategies.md").read_text(encoding
 
 @pytest.fixture(scope="module")
 def page():
-    names = {}
+    names: dict[str, Any] = {}
     for block in re.findall(r"```python\n(.*?)```", TEXT, flags=re.DOTALL):
         exec(compile(block, "docs/strategies.md", "exec"), names)
     return names
@@ -38,7 +39,9 @@ def test_the_broken_gateway_of_the_page_is_found_out(page):
     with pytest.raises(AssertionError) as caught:
         page["test_the_gateway"]()
     notes = "".join(caught.value.__notes__)
-    shown = [int(word) for word in re.search(r"Image\(\[(.*?)\]\)", notes)[1].split(", ")]
+    found = re.search(r"Image\(\[(.*?)\]\)", notes)
+    assert found is not None
+    shown = [int(word) for word in found[1].split(", ")]
     assert shown[2] < 0
     assert all(word >= 0 for index, word in enumerate(shown) if index not in (2, 3))  # one number takes two
 

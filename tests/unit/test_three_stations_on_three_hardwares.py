@@ -6,6 +6,7 @@ A round is 0, 4000, 8000, 0: three absolute moves, each after the signal of a st
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from scanrack.io_images import Image
@@ -39,7 +40,8 @@ STORY = [
 
 @pytest.mark.parametrize("rack", ["line.toml", "line_pcl601.toml", "line_pmc006.toml"])
 def test_the_line_decides_and_stops_alike(rack):
-    job, written, witness = load_job(str(LINE / rack)), [], Witness()
+    written: list[Any] = []
+    job, witness = load_job(str(LINE / rack)), Witness()
 
     def logic(scan):
         job.logic(scan)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -178,7 +179,7 @@ def test_a_trace_without_scans(tmp_path: Path) -> None:
             scan_at(trace, 0)
 
 
-def foreign(path: Path, **options: object) -> Path:
+def foreign(path: Path, **options: Any) -> Path:
     """Write the same scans with the stock writer, another channel between them."""
     schema = scan_schema(SLOTS)
     with path.open("wb") as file:

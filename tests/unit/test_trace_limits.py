@@ -54,7 +54,10 @@ def run(*arguments: object) -> tuple[int, str]:
 def test_a_chunk_that_unpacks_to_too_much_is_refused_by_every_command(path: Path, command: str) -> None:
     """256 MB in 24 KB."""
     with_chunk(path, 256 * MIB, zeros(256))
-    words = {"query": ["slot1.in.MODULE_OK"], "export": ["--csv", path.with_suffix(".csv")]}
+    words: dict[str, list[object]] = {
+        "query": ["slot1.in.MODULE_OK"],
+        "export": ["--csv", path.with_suffix(".csv")],
+    }
     status, err = run(command, path, *words.get(command, []))
     assert status == 2
     assert "unpacks to 268,435,456 bytes; the limit is 33,554,432" in err

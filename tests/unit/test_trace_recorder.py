@@ -63,9 +63,9 @@ def test_every_scan_is_a_copy_of_the_memory_block_at_that_time(tmp_path: Path) -
     with open_trace(tmp_path / "two.mcap") as trace:
         scans = list(trace.scans())
     assert [scan.scan for scan in scans] == list(range(50))
-    for scan in scans:
-        expected = bytes((scan.scan + place) % 256 for place in range(64))
-        images = (scan.outputs(1), scan.inputs(1), scan.outputs(4), scan.inputs(4))
+    for each in scans:
+        expected = bytes((each.scan + place) % 256 for place in range(64))
+        images = (each.outputs(1), each.inputs(1), each.outputs(4), each.inputs(4))
         assert b"".join(bytes(image) for image in images) == expected
 
 

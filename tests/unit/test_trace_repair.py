@@ -114,6 +114,7 @@ def test_a_damaged_chunk_is_left_out_and_the_original_stays(path: Path, content:
     assert (result.damaged, result.original) == (1, path.with_name("run.mcap.orig"))
     assert path.with_name("run.mcap.orig").read_bytes() == bad
     left = scans(path)
+    assert result.scans is not None
     assert len(left) == result.scans < SCANS
     lost = sorted(set(range(SCANS)) - set(left))
     assert lost == list(range(lost[0], lost[-1] + 1))
@@ -261,6 +262,7 @@ def test_a_killed_recording_loses_the_open_chunk_at_most(tmp_path: Path, lines: 
     assert process.returncode == -signal.SIGKILL
     told += [int(line) for line in rest.splitlines(keepends=True) if line.endswith("\n")]
     result = repair(path)
+    assert result.scans is not None
     assert scans(path) == list(range(result.scans))
     assert result.scans >= told[-1] - 64
     assert repair(path).needed is False

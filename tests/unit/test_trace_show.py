@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 import typer
@@ -60,11 +61,16 @@ def tell(path: Path) -> Path:
         if scan == 0:
             recorder.event(0, 0, "/cpu", {"mode": "run"})
         if scan == 12:
-            rule = {"bits": ["COMMAND_ERROR"], "section": "chapter 6, Command Error 3"}
+            rule: dict[str, Any] = {"bits": ["COMMAND_ERROR"], "section": "chapter 6, Command Error 3"}
             rule |= {"slot": 1, "kind": "rule", "name": "CMD-03", "text": TOO_SOON}
             recorder.event(12, now_ns - 750_000, "/events", rule)
         if scan == 14:
-            stimulus = {"slot": 1, "kind": "stimulus", "name": "CAPTURE", "text": "CAPTURE energised"}
+            stimulus: dict[str, Any] = {
+                "slot": 1,
+                "kind": "stimulus",
+                "name": "CAPTURE",
+                "text": "CAPTURE energised",
+            }
             recorder.event(14, now_ns, "/stimuli", stimulus)
             recorder.event(14, now_ns, "/forces", {"slot3.I.5": -7})
         if scan == 19:

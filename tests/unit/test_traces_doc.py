@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -31,9 +32,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def run(code: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, object]:
+def run(code: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     monkeypatch.chdir(folder)
-    names: dict[str, object] = {}
+    names: dict[str, Any] = {}
     exec(compile(code, "docs/traces.md", "exec"), names)
     return names
 

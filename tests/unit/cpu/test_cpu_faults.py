@@ -1,6 +1,7 @@
 """What ends a run early, and that everything is closed in order."""
 
 import inspect
+from typing import Any
 
 import pytest
 from scanrack.runtime.loop.cpu import Cpu, CpuFault, CpuMode, ScanFlag
@@ -56,6 +57,9 @@ def test_blame_follows_the_phase_that_ran(rack):
 
         def scan(self, scan, now_ns, flags):
             cpu.logic()
+
+        def close(self):
+            """Nothing is held."""
 
     cpu = Cpu(rack, logic, 2 * MS, listeners=[Again()])
     with pytest.raises(CpuFault) as caught:
@@ -125,7 +129,7 @@ def test_a_mistake_below_the_program_is_shown_in_the_program(rack):
 
 def test_a_program_that_is_no_python_function_has_a_place_too(rack):
     with pytest.raises(CpuFault) as caught:
-        Cpu(rack, int).run(1)
+        Cpu(rack, int).run(1)  # type: ignore[arg-type]
     assert caught.value.fault.cause is Cause.PROGRAM
     assert "phases.py:" in caught.value.fault.where
 
@@ -180,7 +184,9 @@ def test_a_listener_that_fails_hears_nothing_further_and_the_others_do(rack, mod
 
 
 def test_what_fails_while_stopping_is_noted_and_does_not_hide_the_fault(rack, module, diary):
-    class Stubborn(type(diary)):
+    plain: Any = type(diary)
+
+    class Stubborn(plain):
         def close(self):
             super().close()
             raise OSError("cannot be closed")

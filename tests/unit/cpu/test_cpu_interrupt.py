@@ -6,6 +6,7 @@ import subprocess
 import sys
 import textwrap
 import threading
+from typing import Any
 
 import pytest
 from scanrack.runtime.loop.cpu import Cpu
@@ -60,7 +61,9 @@ def test_a_second_ctrl_c_breaks_out_of_the_logic():
 
 
 def test_a_second_ctrl_c_outside_the_logic_lets_the_scan_be_finished(rack, diary):
-    class Impatient(type(diary)):
+    plain: Any = type(diary)
+
+    class Impatient(plain):
         """Somebody presses Ctrl-C while it writes: twice in scan 3, which is enough."""
 
         def scan(self, scan, now_ns, flags):

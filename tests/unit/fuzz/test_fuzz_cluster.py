@@ -41,7 +41,8 @@ def test_a_campaign_outlives_a_worker(tmp_path, cluster):
     rack = tmp_path / "line.toml"
     rack.write_text(RACK, encoding="utf-8")
     workers = sorted(worker["pid"] for worker in _told(cluster).values())
-    state, killed = State(), []
+    state = State()
+    killed: list[object] = []
 
     def news(found):
         if not killed:

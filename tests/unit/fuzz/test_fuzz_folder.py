@@ -72,7 +72,7 @@ def test_a_state_with_a_flipped_bit_is_refused_or_read(state):
         assert refused(state) in (True, False)  # nothing else is raised
 
 
-WRONG = (None, True, -1, 1.5, "text", [], [1], {}, {"a": 1}, [[1]], {"1": "9.9"})
+WRONG: tuple[object, ...] = (None, True, -1, 1.5, "text", [], [1], {}, {"a": 1}, [[1]], {"1": "9.9"})
 
 
 def changed(value, path=()):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from operator import attrgetter
+
 import pytest
 from scanrack.io_images.amci3601 import (
     Configuration,
@@ -113,7 +115,7 @@ def reported(program, invariants, kinds, *, examples=30, start=0):
     return search(bench, strategy, examples=examples, start=start).found
 
 
-@pytest.mark.parametrize("kind", sorted(possible_kinds(SPEC) - {Kind.TORN}, key=lambda kind: kind.value))
+@pytest.mark.parametrize("kind", sorted(possible_kinds(SPEC) - {Kind.TORN}, key=attrgetter("value")))
 def test_a_careful_program_raises_no_alarm(kind):
     assert not reported(Careful, [acts, jogs_while_the_logic_rests, STANDARD["one-motion"]], {kind})
 

@@ -1,6 +1,7 @@
 """Invariants: when they count as broken, what is told, and which files are refused."""
 
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from scanrack.io_images import Image
@@ -17,13 +18,21 @@ def watched(invariant, *moments):
     return [watch(moment(ms, value)) for ms, value in moments]
 
 
-def moment(ms, value=None, *, resting=False):
+def moment(ms, value=None, *, resting=False) -> Any:
     return SimpleNamespace(ns=ms * MS, seconds=ms / 1e3, scan=ms, value=value, resting=resting)
 
 
 def value(now):
     """The value is there."""
     return now.value
+
+
+def going(now):
+    return now.value == "go"
+
+
+def done(now):
+    return now.value == "done"
 
 
 def test_always_and_never_ask_in_every_scan():
@@ -41,7 +50,7 @@ def test_the_docstring_is_the_sentence_and_the_name_stands_in_without_one():
 
 
 def test_within_starts_its_clock_once_and_stops_it_when_it_has_come_true():
-    stops = within("10 ms", after=lambda now: now.value == "go")(lambda now: now.value == "done")
+    stops = within("10 ms", after=going)(done)
     assert watched(stops, (0, "go"), (10, "go"), (12, "done"), (30, "")) == [None] * 4
     late = watched(stops, (0, "go"), (5, "go"), (10, ""), (12, ""))
     assert late[:3] == [None] * 3
@@ -49,27 +58,29 @@ def test_within_starts_its_clock_once_and_stops_it_when_it_has_come_true():
 
 
 def test_every_run_has_a_clock_of_its_own():
-    stops = within("10 ms", after=lambda now: now.value)(lambda now: False)
+    stops = within("10 ms", after=value)(lambda now: False)
     first, second = stops.start(), stops.start()
     assert first(moment(0, True)) is None
     assert second(moment(50, True)) is None
 
 
 def test_what_a_condition_raises_is_told_with_its_place():
+    without_value: Any = SimpleNamespace(ns=2 * MS, seconds=0.002)
     with pytest.raises(InvariantError, match=r"invariant value raised at 0.002 s: AttributeError.*\.py:"):
-        always(value).start()(SimpleNamespace(ns=2 * MS, seconds=0.002))
+        always(value).start()(without_value)
 
 
 def test_a_name_that_is_nearly_right_is_told():
-    misspelt = always(lambda now: now.status.MOVE_COMPLET)
+    misspelt: Any = always(lambda now: now.status.MOVE_COMPLET)  # type: ignore[attr-defined]
     status = StatusView(Image())
     with pytest.raises(InvariantError, match=r"did you mean MOVE_COMPLETE\?"):
         misspelt.start()(SimpleNamespace(ns=0, seconds=0, status=status))
 
 
 def test_a_slot_that_is_not_there_is_told():
+    slots: dict[int, Any] = {1: None, 4: None}
     with pytest.raises(LookupError, match="there is no slot 2: modules sit in 1, 4"):
-        Slots({1: None, 4: None})[2]
+        Slots(slots)[2]
 
 
 def test_a_limit_needs_a_unit():

@@ -41,6 +41,7 @@ def test_five_minutes_end_with_a_failure_that_can_be_looked_at_and_mended(folder
     first = scanrack(*command, "--runs", 40)
     assert first.exit_code == 1, first.output
     page = re.search(r"( +)broken: No COMMAND_ERROR.*?line-fuzz/command_error\n", TEXT, flags=re.DOTALL)
+    assert page is not None
     assert told(first.stdout) == told(page[0].replace("\n" + page[1], "\n"))
     found = folder / "line-fuzz" / "command_error"
     table = TEXT[TEXT.index("## What comes out") : TEXT.index("The summary tells")]

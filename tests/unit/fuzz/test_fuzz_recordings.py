@@ -140,7 +140,7 @@ def test_of_a_real_controller_the_status_bits_tell_what_was_pressed(tmp_path):
     )
     job = load_job(str(rack))
     rack.write_text(LINKED + 'port = "/dev/ttyUSB9"\n', encoding="utf-8")
-    assert run_job(job, 250, trace, realtime=False, quiet=True) == 0
+    assert run_job(job, 250, trace, realtime=None, quiet=True) == 0
     learned = learn(trace, tmp_path / "recording", trust=True)
     assert not load_job(str(learned.rack)).spec.slot[0].is_live
     (press,) = learned.scenario.presses

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import time
+from typing import Any
 
 import pytest
 from scanrack.runtime.app.fuzz.state import read_state
@@ -45,7 +46,7 @@ def processes(tmp_path):
     started = []
 
     def start(*words):
-        streams = SILENT if "distributed" in words[1] else HEARD
+        streams: dict[str, Any] = SILENT if "distributed" in words[1] else HEARD
         started.append(subprocess.Popen([sys.executable, *map(str, words)], cwd=tmp_path, **streams))
         return started[-1]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from functools import partial
+from typing import Any
 
 import pytest
 from scanrack.io_images.amci3601 import Configuration, Idle, InputBit, Move, MoveKind, StatusView
@@ -69,7 +70,7 @@ def rack(module):
 
 def recorded(module, scenario):
     """Run a scenario; return the images of the run, and those of its script on the bench."""
-    kept = []
+    kept: list[Any] = []
 
     def listeners(spec, made):
         assert obstacle(spec, spec.slot[0]) is None

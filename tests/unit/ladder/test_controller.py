@@ -73,6 +73,8 @@ def test_the_text_reads_as_the_same_controller():
     controller = parse_program(TWO_PROGRAMS)
     text = program_text(controller)
     again = parse_program(text)
+    assert isinstance(controller, Controller)
+    assert isinstance(again, Controller)
     assert program_text(again) == text
     assert [each.name for each in again.routines] == [
         r"\Main.Step",
@@ -151,6 +153,7 @@ def test_a_task_that_is_due_twice_runs_once_and_counts_an_overlap():
         + logging("P1", 1)
         + logging("P2", 2)
     )
+    assert isinstance(controller, Controller)
     for _ in range(3):
         controller.step(10)
     # due at 0; at 4 and 8 before the scan at 10; at 12, 16 and 20 before the scan at 20

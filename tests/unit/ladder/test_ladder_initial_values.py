@@ -1,9 +1,10 @@
 """Initial values with a radix: the bits of the type that they stand in."""
 
 import pytest
-from scanrack.ladder import LadderError
+from scanrack.ladder import LadderError, Program
 from scanrack.ladder.program import load_program
 from scanrack.ladder.rungfile import parse_program, program_text
+from scanrack.ladder.tags import Tag
 
 TYPE = "TYPE S (A : INT, B : DINT[2])\n"
 
@@ -44,6 +45,8 @@ def test_what_is_no_number_or_does_not_fit(text):
 
 def test_the_feeder_shows_its_configuration_in_hexadecimal():
     program = load_program("examples/feeder/feeder.rung")
+    assert isinstance(program.function, Program)
     words = next(each for each in program.function.declarations if each.name == "Words")
+    assert isinstance(words, Tag)
     assert words.initial == [-31684, 60, 0, 500, 0, 0, 0, 0]
     assert "16#843C" in program.source

@@ -80,7 +80,7 @@ def test_python_rungs_that_go_too_deep_name_their_line():
         rung(inner)
 
     def endless(rung):
-        inner = []
+        inner: list[object] = []
         inner.append(inner)
         rung(inner)
 

@@ -103,7 +103,9 @@ def test_the_debugger_runs_a_scan_with_its_fault_again():
     cpu.run(3)
     module.inject(ModuleFault.LINK_LOST)
     cpu.run(5)
-    assert debugger.last_change("Bad").scan == 3
+    change = debugger.last_change("Bad")
+    assert change is not None
+    assert change.scan == 3
     assert debugger.truth("Main")[1] == (True, True)
     assert debugger.why("Local:1:I.Fault") == (
         "Local:1:I.Fault is -1 because the module says so: it is an input image."

@@ -4,6 +4,7 @@ from dataclasses import replace
 from xml.etree import ElementTree
 
 import pytest
+from scanrack.ladder import Program
 from scanrack.ladder.draw import captions_of, routine_text, routines_svg, rung_text
 from scanrack.ladder.program import load_program
 from scanrack.ladder.text import parse_rung
@@ -115,6 +116,7 @@ def test_truth_of_another_length_is_refused():
 
 def test_an_add_on_instruction_shows_its_parameters_names():
     program = load_program("examples/feeder/feeder.rung").function
+    assert isinstance(program, Program)
     rung = next(each for each in program.routines[0].rungs if "MC_Reset(" in str(each))
     picture = "\n".join(rung_text(rung, 80, captions=captions_of(program.add_ons.values())))
     for line in ("Instance    Reset", "Axis         Axis", "Execute  Quiet.DN"):

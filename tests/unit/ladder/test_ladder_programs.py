@@ -195,6 +195,7 @@ def test_what_python_answers_overflows_a_dint_as_an_instruction_does(given, kept
     program = parse_program(
         "PROGRAM p\nTAG D : DINT\nTAG Late : BOOL\nROUTINE Main\nJSR(answer,0,D);\nXIC(S:V)OTE(Late);\nEND\n"
     )
+    assert isinstance(program, Program)
 
     @program.function
     def answer(tags):

@@ -24,7 +24,9 @@ A, B, C = map(Address, "ABC")
 
 
 def value(text):
-    return parse_statements(f"X := {text};")[0].value
+    (statement,) = parse_statements(f"X := {text};")
+    assert isinstance(statement, Assignment)
+    return statement.value
 
 
 def test_a_text_prints_one_statement_a_line():
@@ -229,6 +231,7 @@ def test_a_file_of_structured_text_declares_its_tags_first(tmp_path):
     program.step()
     assert program.tags.N == 6
     (routine,) = program.routines
+    assert routine.statements is not None
     first = routine.statements[0]
     assert (first.line, first.origin.line, first.comment) == (9, 9, "of the first statement")
     write_program(program, path)
