@@ -49,8 +49,8 @@ def test_a_pmc006_answers_every_whole_frame(pieces):
         if piece.whole and device.controller.address == 1:
             assert answer is not None
             frame = decode(answer)
-    assert frame is not None
-    assert frame.second == REPLY
+            assert frame is not None
+            assert frame.second == REPLY
 
 
 def test_traffic_shrinks_to_a_plain_question():
