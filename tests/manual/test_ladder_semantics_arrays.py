@@ -36,7 +36,7 @@ class Both:
         self.tags = self.engines[0].tags
 
     def scan(self, **values):
-        faults = []
+        faults: list[LadderFault | None] = []
         for engine in self.engines:
             for name, value in values.items():
                 engine.tags[name] = value

@@ -4,7 +4,7 @@ from amounts import amount
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from ladder_lockstep import check_debugged, check_lockstep
-from scanrack.ladder import LadderFault
+from scanrack.ladder import Controller, LadderFault
 from scanrack.ladder.memory import same
 from scanrack.ladder.rungfile import parse_program, program_text
 
@@ -52,7 +52,7 @@ bodies = st.lists(rungs, min_size=1, max_size=6)
 def controllers(draw):
     """Text of a controller with three programs, some with tags and a fault routine of their own."""
     parts = [TAGS]
-    tasks = {"C": [], "Fast": [], "Bell": []}
+    tasks: dict[str, list[str]] = {"C": [], "Fast": [], "Bell": []}
     for name in NAMES:
         tasks[draw(st.sampled_from(sorted(tasks)))].append(name)
     listed = {name: f" RUNS {', '.join(programs)}" if programs else "" for name, programs in tasks.items()}
@@ -107,6 +107,8 @@ def test_a_controller_as_text_reads_as_the_same(text):
     again = parse_program(program_text(controller))
     assert program_text(again) == program_text(controller)
     assert again.routines == controller.routines
+    assert isinstance(again, Controller)
+    assert isinstance(controller, Controller)
     assert again.tasks == controller.tasks
 
 

@@ -25,7 +25,7 @@ def fired() -> Iterator[str]:
                 and getattr(node.func, "attr", getattr(node.func, "id", "")) in FIRES
             ):
                 constants = (each.value for each in node.args if isinstance(each, ast.Constant))
-                yield from (each for each in constants if each in RULES)
+                yield from (each for each in constants if isinstance(each, str) and each in RULES)
 
 
 @pytest.mark.parametrize("rule", sorted(set(fired())))

@@ -105,9 +105,10 @@ def test_messages_follow_the_scan_that_gave_rise_to_them(tmp_path: Path) -> None
     tags = Values(memory, [Tag("Name", "TEXT")])
     recorder = ScanRecorder(path, memory, SLOTS, scan_period_ns=2_000_000, tags=tags)
     for scan in range(10):
-        tags.values = [0 if scan < 5 else 1]
+        code = 0 if scan < 5 else 1
+        tags.values = [code]
         if scan in (0, 5):
-            tags.pending.append(("/texts", {"tag": "Name", "code": tags.values[0], "text": f"at {scan}"}))
+            tags.pending.append(("/texts", {"tag": "Name", "code": code, "text": f"at {scan}"}))
         recorder.scan(scan, scan * 2_000_000, 0)
     recorder.close()
     with open_trace(path) as trace:

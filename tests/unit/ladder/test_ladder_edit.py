@@ -1,7 +1,7 @@
 """Values that outlive a program: in an edited one, and in the next run."""
 
 import pytest
-from scanrack.ladder import LadderError
+from scanrack.ladder import Controller, LadderError
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.edit import retain, retained_text
 from scanrack.ladder.rungfile import parse_program
@@ -104,6 +104,7 @@ def test_tasks_go_on_too():
         new.step(10)
     assert new.tags[r"\Quick.Own"] == 2 + 200  # due at 0 and 20; then at 40 and 60
     assert new.tags.Count == 1  # its first scan was before the edit
+    assert isinstance(new, Controller)
     assert new.overlaps == {"Cycle": 0, "Fast": 0}
 
 

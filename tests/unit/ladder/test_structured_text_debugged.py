@@ -1,7 +1,7 @@
 """Structured text under the debugger: why and cross reference by line, breakpoints, pictures."""
 
 import pytest
-from scanrack.ladder import LadderError
+from scanrack.ladder import LadderError, LadderLogic
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.debug.crossref import cross_reference
 from scanrack.ladder.draw import routines_svg
@@ -155,4 +155,5 @@ def test_a_rack_runs_a_file_of_structured_text(tmp_path):
     with build_cpu(job.spec, job.logic, rack) as cpu:
         cpu.run(501)
     # done in scan 50, off in 51, timing from 52: one pulse per 52 scans
+    assert isinstance(job.logic, LadderLogic)
     assert job.logic.tags.Pulses == 9
