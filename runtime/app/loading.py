@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import traceback
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
 
 from pydantic import ValidationError
@@ -65,6 +66,11 @@ def load_job(rack: str, program: str | None = None) -> Job:
         return _job(spec, load_program(program), path, rack)
     path = _rack_path(rack)
     return _from_toml(path) if rack_form(path) is Form.DATA else _from_python(rack)
+
+
+def with_tags(job: Job, patterns: Sequence[str]) -> Job:
+    """Return a job that records further tags."""
+    return replace(job, spec=job.spec.model_copy(update={"tags": (*job.spec.tags, *patterns)}))
 
 
 def load_spec(rack: str) -> tuple[RackSpec, Path]:

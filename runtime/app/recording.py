@@ -9,6 +9,7 @@ from ...traces.recorder import ScanRecorder
 from ..loop.rack import Rack
 from .attachments import attachment, imported, made_by, program_name, unit_programs
 from .loading import Job
+from .tag_source import tags_of
 
 
 def recorder_for(job: Job, rack: Rack, trace: Path) -> ScanRecorder:
@@ -16,8 +17,10 @@ def recorder_for(job: Job, rack: Rack, trace: Path) -> ScanRecorder:
 
     Raises:
         OSError: the trace can't be written.
+        ValueError: a tag that is to be recorded can't be.
     """
     spec = job.spec
+    tags = tags_of(job.logic, spec.tags, rack.memory) if spec.tags else None
     return ScanRecorder(
         trace,
         rack.memory,
@@ -32,6 +35,8 @@ def recorder_for(job: Job, rack: Rack, trace: Path) -> ScanRecorder:
             "name": spec.name,
             "logic": job.logic_name,
             "controller": spec.controller,
+            **({"tags": " ".join(spec.tags)} if spec.tags else {}),
             **({"rpi_ns": str(spec.rpi_ns)} if spec.controller == "compactlogix" else {}),
         },
+        tags=tags,
     )

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from ..app.loading import DEFAULT_RUN, Job, load_job, scans_to_run
+from ..app.loading import DEFAULT_RUN, Job, load_job, scans_to_run, with_tags
 from ..app.retaining import Retained
 from ..app.running import JobRun
 from ..config.rackspec import RackSpec
@@ -205,10 +205,19 @@ def _run_command(
             help="Begin with the ladder tags in this file, if there is one, and write them to it at the end.",
         ),
     ] = None,
+    tag: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--tag",
+            metavar="PATTERN",
+            help="Record tags of the program beside those that the rack file names; '*' is all.",
+            show_default=False,
+        ),
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False,
 ) -> None:
     try:
-        job = load_job(rack)
+        job = with_tags(load_job(rack), tag or ())
         count = scans_to_run(job.spec, duration, scans, endless=realtime)
         trace = trace_path(job, record, no_record)
         check_ports(job.spec, realtime=realtime, live=live)

@@ -242,6 +242,7 @@ class RackSpec(Table):
         rpi_ms: the RPI of a CompactLogix, 0.01 to 1000 ms; 2 if left out.
         watchdog_ms: longest that the logic of one scan may take on the wall clock; 0 = no watchdog.
         run_for_s: machine time that a run takes, if the command line says nothing else.
+        tags: patterns of the program's tags that are recorded beside the images.
         trace: path of the recording, relative to the rack file.
         seed: of what is left to chance.
         mode: the CPU's mode at power-up.
@@ -259,6 +260,7 @@ class RackSpec(Table):
     watchdog_ms: Annotated[Number, between("0", "3600000")] = Decimal(500)
     run_for_s: Annotated[Number, between("0.00001", "1000000000")] | None = None
     trace: str | None = None
+    tags: Annotated[tuple[str, ...], Field(strict=False)] = ()
     seed: Annotated[int, Field(ge=0)] = 0
     mode: Literal["run", "program", "test"] = "run"
     slot: Annotated[tuple[SlotSpec, ...], Field(strict=False, min_length=1)]
