@@ -282,3 +282,35 @@ def test_why_and_the_cross_reference_tell_of_one_instance():
     assert not [
         each for each in debugger.cross_reference.of("B[0].Own") if each.site.routine == "Adder.Logic"
     ]
+
+
+def test_logic_in_structured_text():
+    text = """\
+INSTRUCTION Sums
+INPUT By : DINT REQUIRED
+INOUT List : DINT[3]
+INOUT Label : STRING
+LOCAL Inner : Adder
+LOCAL I : DINT
+LOCAL Own : STRING := "sum"
+OUTPUT Sum : DINT REQUIRED
+ROUTINE Logic ST
+Sum := 0;
+FOR I := 0 TO 2 DO
+    Sum := Sum + List[I];
+    List[I] := List[I] + By;
+END_FOR;
+Adder(Inner, By, Sum);
+IF Sum > 3 THEN
+    Label := Own;
+END_IF;
+END
+END INSTRUCTION
+"""
+    tags = "TAG S : Sums[2]\nTAG Lists : DINT[4] := [1, 2, 3, 4]\nTAG Name : STRING\n"
+    for engine in engines("Sums(S[I],N,Lists,Name,R);", ADDER + text, tags):
+        engine.tags.I = 1
+        engine.step()
+        assert (engine.tags.Lists, engine.tags.R, engine.tags.Name) == ([4, 5, 6, 4], 3, ""), engine
+        engine.step()
+        assert (engine.tags.R, engine.tags.Name, engine.tags["S[1].Inner.Own"]) == (6, "sum", 6), engine
