@@ -287,7 +287,7 @@ def test_why_and_the_cross_reference_tell_of_one_instance():
 def test_logic_in_structured_text():
     text = """\
 INSTRUCTION Sums
-INPUT By : DINT REQUIRED
+INPUT Amount : DINT REQUIRED
 INOUT List : DINT[3]
 INOUT Label : STRING
 LOCAL Inner : Adder
@@ -298,9 +298,9 @@ ROUTINE Logic ST
 Sum := 0;
 FOR I := 0 TO 2 DO
     Sum := Sum + List[I];
-    List[I] := List[I] + By;
+    List[I] := List[I] + Amount;
 END_FOR;
-Adder(Inner, By, Sum);
+Adder(Inner, Amount, Sum);
 IF Sum > 3 THEN
     Label := Own;
 END_IF;
