@@ -11,6 +11,7 @@ from .operands import Constant, Group, Place, first_leaf
 from .regions import Region, region_of
 from .schedule import TaskKind
 from .spec import Use
+from .stubs import stub_of
 from .tags import Leaf
 
 REPEATED_COILS = "repeated coils"
@@ -48,7 +49,19 @@ def check_whole(lowered: Lowered) -> list[Problem]:
     problems.extend(_chains(lowered))
     problems.extend(_main_with_inputs(lowered))
     problems.extend(_half_words(lowered))
+    problems.extend(_without_stub(lowered))
     return problems
+
+
+def _without_stub(lowered: Lowered) -> Iterator[Problem]:
+    """Messages of which nothing says how they end."""
+    for routine, line, step in _all_steps(lowered, copies=False):
+        if step.name == "MSG" and stub_of(lowered.stubs, step.operands[0].path) is None:
+            remedy = (
+                'describe its end: STUB MSG : done after 20 ms, or program.stub("MSG", "done after 20 ms")'
+            )
+            text = f"nothing says how the message {step.operands[0].text} ends"
+            yield Problem(_where(routine, line), line.text, text, remedy)
 
 
 def _repeated(lowered: Lowered, allowed: frozenset[str]) -> Iterator[Problem]:

@@ -166,6 +166,7 @@ class Controller(LadderLogic):
             lowered.schedule = schedule_of(layout, tasks, roots)
         for program in self.programs:
             problems += program.lower_into(lowering, program.name)
+        lowered.stubs = dict(self.stubs)
         lowered.recursive = recursive_routines(lowered)
         problems = lowering.problems + check_whole(lowered) + problems + wrong_initials(lowered)
         if problems:

@@ -178,6 +178,7 @@ class Program(LadderLogic):
         problems = self.lower_into(lowering)
         if not self.names and not self.main:
             problems.append(Problem(f"program {self.name}", "", "there is no routine Main", "add a routine"))
+        lowered.stubs = dict(self.stubs)
         lowered.recursive = recursive_routines(lowered)
         problems = lowering.problems + check_whole(lowered) + problems + wrong_initials(lowered)
         if problems:

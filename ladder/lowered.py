@@ -10,6 +10,7 @@ from .errors import Site
 from .operands import Constant, Group, Place, Resolved
 from .schedule import Schedule
 from .spec import Kind, Spec, Use
+from .stubs import Stub
 from .tags import FrameLayout, Layout, program_of
 from .tree import Address, Operand, Origin
 
@@ -299,6 +300,7 @@ class Lowered:
         override: whether there is an MCR.
         schedule: tasks and programs, None for a program without them.
         recursive: routines that call themselves, directly or through others, in capitals.
+        stubs: how messages end, see `stubs`, by name in capitals.
         written_inputs: identifiers of the inputs that the program writes.
     """
 
@@ -314,6 +316,7 @@ class Lowered:
     override: bool = False
     schedule: Schedule | None = None
     recursive: frozenset[str] = frozenset()
+    stubs: dict[str, Stub] = field(default_factory=dict)
     written_inputs: set[str] = field(default_factory=set)
 
     @property

@@ -58,6 +58,7 @@ INSTEAD: Mapping[str, str] = {
     "SRT": "write it in a routine of rungs",
     "SQO": "write CASE",
     "SQL": "write CASE",
+    "MSG": "write it in a routine of rungs",
     "BRK": "write EXIT in a loop",
     "JMP": "write IF, or a loop",
     "MCR": "write IF",

@@ -8,7 +8,17 @@ from dataclasses import dataclass
 from .operands import Calculation, Constant, Group, Place, Quoted, Resolved, is_integer, is_number, is_truth
 from .operators import BITWISE, RELATIONS
 from .spec import Use
-from .types import CONTROL, COUNTER, FBD_COUNTER, FBD_ONESHOT, FBD_TIMER, TIMER, Elementary, Structure
+from .types import (
+    CONTROL,
+    COUNTER,
+    FBD_COUNTER,
+    FBD_ONESHOT,
+    FBD_TIMER,
+    MESSAGE,
+    TIMER,
+    Elementary,
+    Structure,
+)
 
 
 class OperandError(ValueError):
@@ -195,6 +205,9 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
     ),
     Use.CONTROL: OperandCheck(
         lambda each: _is_structure(each, CONTROL), "a CONTROL", "declare the tag as CONTROL"
+    ),
+    Use.MESSAGE: OperandCheck(
+        lambda each: _is_structure(each, MESSAGE), "a MESSAGE", "declare the tag as MESSAGE"
     ),
     Use.RESETTABLE: OperandCheck(
         lambda each: _is_structure(each, TIMER, COUNTER, CONTROL),

@@ -8,6 +8,7 @@
     TAG Recipe : Step[10] := [{"Time": 100}]      // what a tag starts with is JSON, 16#FF among it
     SLOT axis : 1
     ALIAS Go : Local:1:I.Data[1].2
+    STUB MSG : done after 20 ms                   // how every message ends, see `stubs`
     ROUTINE Main
     // a comment on the rung below
     [XIC(Go),XIC(Run)]XIO(axis.status.INPUT_ERROR)OTE(Run);
@@ -255,3 +256,5 @@ def _declarations(logic: LadderLogic) -> Iterator[str]:
         else:
             text = f"ALIAS {each.name} : {each.target}"
         yield text + (f"  // {each.comment}" if each.comment else "")
+    for name, stub in logic.stubs.items():
+        yield f"STUB {name} : {stub}"

@@ -71,6 +71,7 @@ _TAG = re.compile(
 )
 _SLOT = re.compile(rf"SLOT\s+({_NAME})\s*:\s*(\d{{1,5}})", re.IGNORECASE)
 _ALIAS = re.compile(rf"ALIAS\s+({TAG_NAME})\s*:\s*(\S+)", re.IGNORECASE)
+_STUB = re.compile(rf"STUB\s+(\\?{_NAME}(?:\.{_NAME})*)\s*:\s*(\S.*)", re.IGNORECASE)
 _USE = re.compile(rf"USE\s+({_NAME})", re.IGNORECASE)
 _INSTRUCTION = re.compile(rf"INSTRUCTION\s+({_NAME})", re.IGNORECASE)
 _PARAMETER = re.compile(
@@ -80,7 +81,7 @@ _PARAMETER = re.compile(
 )
 _END_INSTRUCTION = re.compile(r"END\s+INSTRUCTION", re.IGNORECASE)
 _ROUTINE = re.compile(rf"ROUTINE\s+({_NAME})(\s+ST)?", re.IGNORECASE)
-_DECLARES = re.compile(r"(?:USE|TYPE|INSTRUCTION|TAG|SLOT|ALIAS)\s+[A-Za-z_]", re.IGNORECASE)
+_DECLARES = re.compile(r"(?:USE|TYPE|INSTRUCTION|TAG|SLOT|ALIAS|STUB)\s+[A-Za-z_]", re.IGNORECASE)
 """The beginning of a line that declares something, as no statement begins."""
 
 _COMMENTS = re.compile(r"(?:\s+|//[^\n]*|\(\*.*?\*\)|/\*.*?\*/)*", re.DOTALL)
@@ -116,6 +117,7 @@ class Reader:
         self._types = dict(TYPES)
         self._add_ons: dict[str, AddOn] = {}
         self._specs = specs_of(self._add_ons)
+        self._in_program = False
 
     def library(self) -> Library:
         """Read a library."""
@@ -161,9 +163,11 @@ class Reader:
 
     def _block(self, program: Program) -> None:
         """Read a program of a controller."""
+        self._in_program = True
         while (line := self._peek()) and not _END_PROGRAM.fullmatch(line):
             self._declaration(program)
         self._next(_END_PROGRAM, "END PROGRAM")
+        self._in_program = False
 
     def _task(self, found: re.Match[str], comment: str) -> Task:
         name, word, rate, priority, preempt, programs = found.groups()
@@ -243,6 +247,13 @@ class Reader:
             program.add(Tag(found.group(1), kind, dims, self._initial(found.group(4), kind), comment))
         elif found := _SLOT.fullmatch(line):
             program.add(SlotAlias(found.group(1), int(found.group(2)), comment))
+        elif found := _STUB.fullmatch(line):
+            if self._in_program:
+                self._fail("STUB before the programs of a controller")
+            try:
+                program.stub(found.group(1), found.group(2))
+            except LadderError as error:
+                raise LadderError(f"{self._file}:{self._at + 1}: {error}") from None
         elif found := _ALIAS.fullmatch(line):
             program.add(Alias(found.group(1), parse_address(found.group(2)), comment))
         elif isinstance(program, Program) and (found := _ROUTINE.fullmatch(line)):
@@ -250,7 +261,7 @@ class Reader:
             return
         else:
             own = "ROUTINE" if isinstance(program, Program) else "TASK, PROGRAM"
-            self._fail(f"USE, TYPE, INSTRUCTION, TAG, SLOT, ALIAS or {own}")
+            self._fail(f"USE, TYPE, INSTRUCTION, TAG, SLOT, ALIAS, STUB or {own}")
         self._at += 1
 
     def _definition(self, line: str) -> bool:

@@ -16,6 +16,7 @@ from .errors import LadderError, MinorFault, Problem
 from .expressions import TAG_NAME, parse_address
 from .lowered import Lowered
 from .memory import Memory
+from .stubs import Stub, parse_stub
 from .tagref import TagRef
 from .tags import Alias, Declaration, SlotAlias, Tag
 from .tree import Routine
@@ -37,6 +38,7 @@ class LadderLogic(ABC):
         declarations: tags and aliases, in order.
         add_ons: the add-on instructions that it uses, by name in capitals.
         allowed: what is not reported, see `checks.ALLOWANCES`.
+        stubs: how messages end, by name in capitals.
 
     Args:
         name: its name.
@@ -57,6 +59,7 @@ class LadderLogic(ABC):
         unknown = self.allowed.difference(ALLOWANCES)
         if unknown:
             raise LadderError(f"{min(unknown)!r} can't be allowed; what can is {', '.join(ALLOWANCES)}")
+        self.stubs: dict[str, Stub] = {}
         self._names: set[str] = set()
         self._lowered: Lowered | None = None
         self._scanner: Scanner | None = None
@@ -85,6 +88,20 @@ class LadderLogic(ABC):
         """
 
     # --- declaring
+
+    def stub(self, name: str, text: str) -> None:
+        r"""Say how a message ends.
+
+        Args:
+            name: its tag, in a controller `\Program.tag` for that of a program; MSG for all without
+                a stub of their own.
+            text: `done after 20 ms`, or `error 16#00CB after 20 ms`.
+
+        Raises:
+            LadderError: the text says something else.
+        """
+        self._refuse_if_built()
+        self.stubs[name.upper()] = parse_stub(text)
 
     def declare(
         self,

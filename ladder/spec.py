@@ -53,6 +53,7 @@ class Use(Enum):
     BLOCK = auto()
     """Reads and writes the structure with the parameters of an instruction of structured text."""
     CONTROL = auto()
+    MESSAGE = auto()
     RESETTABLE = auto()
     """A TIMER, COUNTER or CONTROL."""
     PRESET = auto()

@@ -232,12 +232,33 @@ FBD_ONESHOT = Structure(
 )
 """What OSRI and OSFI work on; `before` is InputBit of the scan before."""
 
+MESSAGE_BITS = {"EW": 2, "ER": 4, "DN": 5, "ST": 6, "EN": 7, "TO": 8, "EN_CC": 9}
+"""Bits of FLAGS of a MESSAGE [Studio 5000 help, MESSAGE structure]."""
+
+MESSAGE = Structure(
+    "MESSAGE",
+    (
+        Member("FLAGS", INT),
+        *(Member(name, BOOL, at=f"FLAGS.{bit}") for name, bit in MESSAGE_BITS.items()),
+        *(Member("ERR", INT), Member("EXERR", DINT), Member("ERR_SRC", SINT)),
+        *(Member(name, INT) for name in ("DN_LEN", "REQ_LEN", "DestinationLink", "DestinationNode")),
+        *(Member(name, INT) for name in ("SourceLink", "Class", "Attribute")),
+        *(Member(name, DINT) for name in ("Instance", "LocalIndex")),
+        *(Member(name, SINT) for name in ("Channel", "Rack", "Group", "Slot")),
+        *(Member("Path", STRING), Member("RemoteIndex", DINT), Member("RemoteElement", STRING)),
+        *(Member("UnconnectedTimeout", DINT), Member("ConnectionRate", DINT)),
+        Member("TimeoutMultiplier", SINT),
+    ),
+    hidden=(Member("started_ns", LINT),),
+)
+"""What MSG works on."""
+
 TYPES: Mapping[str, DataType] = {
     kind.name: kind
     for kind in (
         *(BOOL, SINT, INT, DINT, LINT, USINT, UINT, UDINT, ULINT, REAL, LREAL),
         *(TIMER, COUNTER, CONTROL, STRING),
-        *(FBD_TIMER, FBD_COUNTER, FBD_ONESHOT),
+        *(FBD_TIMER, FBD_COUNTER, FBD_ONESHOT, MESSAGE),
     )
 }
 """The types that every program has, by name."""

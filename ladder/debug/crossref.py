@@ -15,7 +15,7 @@ from ..resolver import Resolver
 from ..spec import Use
 from ..tags import HELD, OWN
 
-BOTH_WAYS = frozenset({Use.STORAGE, Use.TIMER, Use.COUNTER, Use.BLOCK, Use.CONTROL, Use.ARRAY})
+BOTH_WAYS = frozenset({Use.STORAGE, Use.TIMER, Use.COUNTER, Use.BLOCK, Use.CONTROL, Use.MESSAGE, Use.ARRAY})
 """Uses in which an instruction reads its operand and writes it."""
 
 TARGETS = WRITTEN | BOTH_WAYS | {Use.RESETTABLE}

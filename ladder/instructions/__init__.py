@@ -19,6 +19,7 @@ from . import (
     compute,
     control,
     files,
+    messages,
     move,
     sequencers,
     shifts,
@@ -34,6 +35,7 @@ from .compare import *  # noqa: F403
 from .compute import *  # noqa: F403
 from .control import *  # noqa: F403
 from .files import *  # noqa: F403
+from .messages import *  # noqa: F403
 from .move import *  # noqa: F403
 from .sequencers import *  # noqa: F403
 from .shifts import *  # noqa: F403
@@ -57,6 +59,7 @@ FAMILIES = (
     strings,
     blocks,
     system,
+    messages,
 )
 """The family files, in the manual's order; each lists its instructions in `__all__`."""
 

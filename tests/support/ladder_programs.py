@@ -38,6 +38,8 @@ TAG Table : DINT[6] := [3, -1, 2, 70000, 5]
 TAG Ctl : CONTROL := {"LEN": 3}
 TAG Ctls : CONTROL[2] := [{"LEN": 2}, {"LEN": 4, "POS": 1}]
 TAG Turn : DINT
+TAG Order : MESSAGE
+STUB MSG : error 16#00CB after 15 ms
 TAG Words : STRING[2] := ["x12", "-3.5"]
 SLOT axis : 1
 """
@@ -224,6 +226,7 @@ _FILE_OUTPUTS = (
         "MOV", st.sampled_from(("2", "4", "Index")), st.sampled_from(("Ctl.LEN", "Ctl.POS", "Ctls[1].LEN"))
     ),
     _joined("RES", controls),
+    st.sampled_from(("MSG(Order)", "OTL(Order.TO)", "OTU(Order.EN)", "OTE(Order.DN)")),
     _any_of(("OTE", "OTU"), st.sampled_from(("Ctl.IN", "Ctl.ER", "Ctl.EN", "Ctl.EU"))),
 )
 STRINGS = ("Name", "Text", "Words[1]", "Words[Index]")

@@ -273,7 +273,7 @@ def test_program_files_both_ways(tmp_path):
         ("PROGRAM p\nTAG Run : BOLL\n", r"f.rung:2: column 1: expected a type .*found BOLL"),
         (
             "PROGRAM p\n\n  TAGG Run\n",
-            r"f.rung:3: column 3: expected USE, TYPE, INSTRUCTION, TAG, SLOT, ALIAS or ROUTINE",
+            r"f.rung:3: column 3: expected USE, TYPE, INSTRUCTION, TAG, SLOT, ALIAS, STUB or ROUTINE",
         ),
         ("PROGRAM p\nROUTINE Main\nNOP();\n", r"f.rung:4: column 1: expected END of the routine"),
         (
