@@ -442,6 +442,7 @@ RESERVED = frozenset(
         "real_divide",
         "real_modulo",
         "copy",
+        "copy_row",
         "fill",
         "text",
         "set_text",

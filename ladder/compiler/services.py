@@ -135,6 +135,15 @@ class Services:
         """Copy bytes between regions; without a store they are in the program's memory."""
         copy((origin or self._memory, source, first), (goal or self._memory, target, at), length)
 
+    def copy_row(self, goal: Any, at: int, origin: Any, first: int, count: int) -> None:
+        """Copy numbers of one type; either side is a list or the words of an image."""
+        if count <= 0:
+            return
+        row = origin[first : first + count]
+        if isinstance(row, list) and not isinstance(goal, list):
+            row = array("h", row)
+        goal[at : at + count] = row
+
     def fill(self, target: Region, at: int, length: int, value: Value, goal: Store | None = None) -> None:
         """Fill elements with a converted value."""
         fill((goal or self._memory, target, at), length, value)

@@ -43,7 +43,7 @@ def _write_slices(rungs: RungWriter, source: Region, target: Region, length: int
     if plain(source) is None or plain(source) != plain(target) or first is None or at is None:
         return False
     if source.whole or target.whole:
-        return False
+        return _write_row(rungs, (source, first), (target, at), length)
     count = min(length, target.fixed_left(at), source.fixed_left(first))
     if count < 1:
         return True
@@ -54,6 +54,24 @@ def _write_slices(rungs: RungWriter, source: Region, target: Region, length: int
     if rungs.writer.is_live(goal):
         text = f'array("h", {text})'
     rungs.writer.line(f"{_write_slice(rungs, goal, at, count)} = {text}")
+    return True
+
+
+def _write_row(
+    rungs: RungWriter, source: tuple[Region, int], target: tuple[Region, int], length: int
+) -> bool:
+    """Write a copy from or to an InOut as a whole: only the call knows how far its array goes."""
+    kind = plain(source[0])
+    if kind is None or kind.is_bool:  # an InOut may be a bit of an integer
+        return False
+    ends = [str(length)]
+    places = []
+    for region, first in (target, source):
+        leaf = region.parts[0].leaf
+        places += [rungs.writer.name(leaf), rungs.values.row(leaf, first)]
+        left = rungs.writer.handed(leaf.root)[2] if region.whole else str(region.fixed_left(first))
+        ends.append(f"{left} - {first}" if region.whole and first else left)
+    rungs.writer.line(f"copy_row({', '.join(places)}, min({', '.join(ends)}))")
     return True
 
 
