@@ -1,6 +1,7 @@
 """The files that travel with a trace: what a run was made of, on the way in and out again.
 
 rack file and program      by the metadata's `rack_file` and `program_file`, path[:function]
+retained tags              by the metadata's `retained_file`: what a ladder program begins with
 what the program imports   Python files beside it, which stay beside it, by their path from there
 words.json                 the map of words and bits, which a run does not need
 
@@ -17,14 +18,19 @@ from dataclasses import replace
 from importlib.machinery import all_suffixes
 from pathlib import Path, PurePosixPath
 
+from ...ladder import LadderLogic
 from ...ladder.program import Form
 from ...traces.reader import Trace
 from ...traces.recorder import Attachment
 from ..config.rackspec import RackSpec
 from .loading import Job, load_job, load_spec, rack_form
+from .retaining import retaining
 from .trust import Given, address_name, admitted, check_names
 
 PYTHON = ".py"
+RETAINED = "retained/tags.json"
+"""What the file of tags that a run begins with is called in a trace."""
+
 _NOT_OF_THE_RUN = "words.json"
 
 
@@ -41,11 +47,12 @@ def program_name(job: Job) -> str:
 
 
 def made_by(job: Job) -> dict[str, str]:
-    """Return the metadata that tell which of the files are rack file and program."""
+    """Return the metadata that tell which of the files are rack file, program and retained tags."""
     name = program_name(job)
     if job.program.suffix == PYTHON:
         name = f"{name}:{job.logic_name.rpartition(':')[2]}"
-    return {"rack_file": job.rack_name, "program_file": name}
+    own = {} if job.retained is None else {"retained_file": RETAINED}
+    return {"rack_file": job.rack_name, "program_file": name, **own}
 
 
 def imported(job: Job) -> list[Attachment]:
@@ -66,6 +73,11 @@ def unit_programs(job: Job) -> list[Attachment]:
     """Return the stored programs of the units beside the rack, each once, in the order of the units."""
     paths = dict.fromkeys(Path(unit.program) for unit in job.spec.unit if unit.program is not None)
     return [attachment(job.folder / path, path.as_posix()) for path in paths]
+
+
+def retained_tags(job: Job) -> list[Attachment]:
+    """Return the file of tags that a ladder program begins with, if there is one."""
+    return [] if job.retained is None else [Attachment(RETAINED, job.retained, "application/json")]
 
 
 def forget_imported(folder: Path) -> None:
@@ -136,7 +148,8 @@ def job_of(trace: Trace, folder: Path, *, trust: bool, program: str | None = Non
         trace: the trace.
         folder: where its files are written.
         trust: run Python that came with it; without, only what is the same as in the current folder.
-        program: a program of the user's in place of the trace's, `path[:function]`.
+        program: a program of the user's in place of the trace's, `path[:function]`. A ladder program
+            begins with the trace's retained tags, as far as it has them.
 
     Raises:
         UntrustedError: Python of the trace would be run.
@@ -146,8 +159,11 @@ def job_of(trace: Trace, folder: Path, *, trust: bool, program: str | None = Non
     own = None if program is not None else _recorded(trace, "program_file")
     if own is not None and _holds_logic(rack, own):
         own = None
-    _take_out(trace, folder, rack, own, trust=trust)
+    retained = trace.head.metadata.get("retained_file")
+    _take_out(trace, folder, rack, own, trust=trust, retained=retained)
     job = load_job(f"{folder / rack}", program if own is None else f"{folder / own}")
+    if retained is not None and (program is None or isinstance(job.logic, LadderLogic)):
+        job, _ = retaining(job, (folder / retained).read_bytes(), retained)
     return replace(job, spec=_of_trace(job.spec))
 
 
@@ -173,10 +189,12 @@ def _holds_logic(rack: str, program: str) -> bool:
     return name == address_name(program) and rack_form(PurePosixPath(name)) is Form.PYTHON
 
 
-def _take_out(trace: Trace, folder: Path, rack: str, program: str | None, *, trust: bool) -> None:
+def _take_out(
+    trace: Trace, folder: Path, rack: str, program: str | None, *, trust: bool, retained: str | None = None
+) -> None:
     """Write the files that a run needs into a folder, once it is known that they may be used."""
     files = {name: data for name, data in attached_files(trace).items() if name != _NOT_OF_THE_RUN}
-    given = Given(address_name(rack), None if program is None else address_name(program))
+    given = Given(address_name(rack), None if program is None else address_name(program), retained)
     wanted = admitted(files, given, trust=trust)
     _check_alone(folder, wanted)
     extract(wanted, folder)

@@ -31,6 +31,7 @@ class Job:
         program: the file with the logic.
         rack_file: the rack file; for a rack in Python it may be the program, too.
         rack_name: the rack file's name, with the function of one in Python.
+        retained: the file of tags that the ladder program begins with; None without one.
     """
 
     spec: RackSpec
@@ -39,6 +40,7 @@ class Job:
     program: Path
     rack_file: Path
     rack_name: str
+    retained: bytes | None = None
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ from pathlib import Path
 from ...traces.layout import SlotInfo
 from ...traces.recorder import ScanRecorder
 from ..loop.rack import Rack
-from .attachments import attachment, imported, made_by, program_name, unit_programs
+from .attachments import attachment, imported, made_by, program_name, retained_tags, unit_programs
 from .loading import Job
 from .tag_source import tags_of
 
@@ -29,7 +29,7 @@ def recorder_for(job: Job, rack: Rack, trace: Path) -> ScanRecorder:
         seed=spec.seed,
         program=attachment(job.program, program_name(job)),
         rack_file=attachment(job.rack_file, job.rack_file.name) if job.rack_file != job.program else None,
-        attachments=[*imported(job), *unit_programs(job)],
+        attachments=[*imported(job), *unit_programs(job), *retained_tags(job)],
         metadata={
             **made_by(job),
             "name": spec.name,

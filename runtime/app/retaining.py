@@ -1,8 +1,12 @@
-"""Tags of a ladder program from run to run: read before the first scan, written after the last."""
+"""Tags of a ladder program from run to run: read before the first scan, written after the last.
+
+The file that a run begins with travels with its trace, so that a rerun begins with it, too.
+"""
 
 from __future__ import annotations
 
-from os import replace
+import os
+from dataclasses import replace
 from os.path import realpath
 from pathlib import Path
 
@@ -16,6 +20,7 @@ class Retained:
 
     Attributes:
         path: its file.
+        job: the job with its program's tags as the file has them; a recording brings the file.
 
     Args:
         job: runs a ladder program.
@@ -34,19 +39,16 @@ class Retained:
         if realpath(path) in map(realpath, used):
             raise ValueError(f"--retain would replace {path}: give the tags a file of their own")
         self.path, self._program = path, job.logic
-        self._said = self._load()
+        self.job, self._said = self._load(job)
 
-    def _load(self) -> list[str]:
+    def _load(self, job: Job) -> tuple[Job, list[str]]:
         try:
-            text = self.path.read_text(encoding="utf-8")
+            data = self.path.read_bytes()
         except FileNotFoundError:
-            return []
-        except (OSError, UnicodeDecodeError) as error:
+            return job, []
+        except OSError as error:
             raise ValueError(f"{self.path}: the retained tags can't be read: {error}") from None
-        try:
-            return retain(self._program.engine, text)
-        except LadderError as error:
-            raise ValueError(f"{self.path}: {error}") from None
+        return retaining(job, data, str(self.path))
 
     def begin(self) -> list[str]:
         """Return what was not taken over, a sentence each."""
@@ -60,4 +62,29 @@ class Retained:
         """
         part = self.path.with_name(f"{self.path.name}.part")
         part.write_text(retained_text(self._program.engine), encoding="utf-8")
-        replace(part, self.path)
+        os.replace(part, self.path)
+
+
+def retaining(job: Job, data: bytes, name: str) -> tuple[Job, list[str]]:
+    """Let a job's ladder program begin with retained tags.
+
+    Args:
+        job: its program has done no scan yet.
+        data: contents of the file of tags.
+        name: what the file is called in messages.
+
+    Returns:
+        The job with the file, and what was not taken over, a sentence each.
+
+    Raises:
+        ValueError: it is no file of retained tags, or the program is a Python function.
+    """
+    if not isinstance(job.logic, LadderLogic):
+        raise ValueError(f"{name}: the program is a Python function; it has no tags to retain")
+    try:
+        said = retain(job.logic.engine, data.decode("utf-8"))
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{name}: the retained tags can't be read: {error}") from None
+    except LadderError as error:
+        raise ValueError(f"{name}: {error}") from None
+    return replace(job, retained=data), said

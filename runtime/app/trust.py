@@ -2,7 +2,7 @@
 
 A file that came with a trace is judged by what will be done with it, not by what it is called.
 
-    read      rack file in TOML, rungs, steps, stored program of a unit: parsed as data
+    read      rack file in TOML, rungs, steps, stored program of a unit, retained tags: parsed as data
     run       rack file or program in Python: it may do anything that its user may
     reached   everything else, once Python runs beside it: Python can import, load or open it
 
@@ -44,10 +44,12 @@ class Given(NamedTuple):
     Attributes:
         rack: the rack file.
         program: the program; None if it is in the rack file, or not the trace's.
+        retained: the tags that the program begins with; None if it begins with its own.
     """
 
     rack: str
     program: str | None
+    retained: str | None = None
 
 
 _BAD_PARTS = {
@@ -140,6 +142,8 @@ def uses_of(files: Mapping[str, bytes], given: Given) -> dict[str, Use]:
         forms[given.program] = program_form(PurePosixPath(checked_name(given.program)))
     python = Form.PYTHON in forms.values()
     named = _named_in_rack(files, given.rack) if forms[given.rack] is Form.DATA else []
+    if given.retained is not None:
+        named.append(checked_name(given.retained))
     uses = dict.fromkeys([*files, *named], Use.REACHED) if python else dict.fromkeys(named, Use.READ)
     return uses | {name: Use.RUN if form is Form.PYTHON else Use.READ for name, form in forms.items()}
 

@@ -226,8 +226,10 @@ def _run_command(
         retained = None if retain is None else Retained(job, retain, trace)
     except ValueError as error:
         raise typer.Exit(complain(str(error), BAD_INPUT)) from error
-    for said in retained.begin() if retained is not None else ():
-        complain(said)
+    if retained is not None:
+        job = retained.job
+        for said in retained.begin():
+            complain(said)
     pacer = RealTime(spin=spin) if realtime else None
     status = run_job(job, count, trace, quiet=quiet, realtime=pacer, live=live)
     raise typer.Exit(status if retained is None else _retained(retained, status))

@@ -1,8 +1,11 @@
-"""`scanrack run --retain FILE`: tags from run to run, and the warnings of a ladder program."""
+"""`scanrack run --retain FILE`: tags from run to run, in the trace as well; warnings of a ladder program."""
 
 import json
 
 import pytest
+from scanrack import open_trace
+from scanrack.runtime.app.attachments import attached_files
+from scanrack.runtime.app.trust import Given, Use, uses_of
 from scanrack.runtime.cli import build
 from typer.testing import CliRunner
 
@@ -18,6 +21,7 @@ TAG Count : DINT
 TAG Lamp : BOOL
 ROUTINE Main
 ADD(Count,1,Count);
+MOV(Count,Local:1:O.Data[7]);
 OTE(Lamp);
 {more}
 END
@@ -43,6 +47,55 @@ def test_the_second_run_begins_with_the_tags_of_the_first(line):
         assert (result.exit_code, result.stderr) == (0, "")
         assert json.loads(file.read_text(encoding="utf-8"))["tags"]["Count"] == ["DINT", count]
     assert [each.name for each in line.glob("*.part")] == []
+
+
+def recorded(folder, *words):
+    """Run with a trace; return its path."""
+    trace = folder / "line.mcap"
+    rack, tags = str(folder / "line.toml"), str(folder / "tags.json")
+    words = ["run", rack, "--scans", "3", "--record", str(trace), "-q", "--retain", tags, *words]
+    assert CliRunner().invoke(build(), words).exit_code == 0
+    return trace
+
+
+def test_the_trace_brings_the_tags_and_a_rerun_begins_with_them(line):
+    recorded(line)
+    before = (line / "tags.json").read_bytes()
+    trace = recorded(line)
+    with open_trace(trace) as opened:
+        assert attached_files(opened)["retained/tags.json"] == before
+        assert [each.outputs(1)[7] for each in opened.scans()] == [4, 5, 6]
+    (line / "tags.json").unlink()
+    (line / "line.rung").unlink()
+    result = CliRunner().invoke(build(), ["rerun", str(trace)])
+    assert (result.exit_code, result.stdout) == (0, "line.mcap: 3 scans, the same byte for byte\n")
+
+
+def test_a_first_run_begins_with_nothing_and_its_trace_says_so(line):
+    trace = recorded(line)
+    with open_trace(trace) as opened:
+        assert "retained_file" not in opened.head.metadata
+    result = CliRunner().invoke(build(), ["rerun", str(trace)])
+    assert (result.exit_code, result.stdout) == (0, "line.mcap: 3 scans, the same byte for byte\n")
+
+
+def test_an_edited_program_is_replayed_from_the_tags_of_the_recording(line):
+    recorded(line)
+    trace = recorded(line)
+    text = PROGRAM.format(more="")
+    (line / "new.rung").write_text(text.replace("TAG Lamp", "TAG More : DINT\nTAG Lamp"), encoding="utf-8")
+    words = ["replay", str(trace), "--into", "program", "--program", str(line / "new.rung")]
+    result = CliRunner().invoke(build(), words)
+    assert result.exit_code == 0, result.output
+
+
+def test_retained_tags_of_a_trace_are_read_and_never_run():
+    rungs = {"rack.toml": RACK.encode(), "a.rung": b"", "tags.json": b"{}"}
+    assert uses_of(rungs, Given("rack.toml", "a.rung", "tags.json"))["tags.json"] is Use.READ
+    forged = uses_of({"rack.py": b""}, Given("rack.py", None, "rack.py"))
+    assert forged == {"rack.py": Use.RUN}
+    with pytest.raises(ValueError, match="leads out of its folder"):
+        uses_of(rungs, Given("rack.toml", "a.rung", "../tags.json"))
 
 
 def test_what_does_not_fit_is_reported(line):
