@@ -45,7 +45,9 @@ class ModuleWords:
         groups: its named bits.
         profile: bits of input word 0 by the names of the module's add-on profile, as in
             `Local:1:I.ModuleOK`.
-        one_word: each image is one word, called Data: `Local:2:I.Data.3` is a bit of it.
+        profile_words: words by the names of that profile, as in `Local:3:I.Ch0Data`: image and word.
+        data_bits: each image is one value called Data of so many bits, 16 or 32, from word 0 on:
+            `Local:2:I.Data.3` is a bit of it; 0 = it is an array of words.
     """
 
     message: str
@@ -53,7 +55,8 @@ class ModuleWords:
     inputs: tuple[str, ...]
     groups: Groups = field(default_factory=dict, compare=False)
     profile: Mapping[str, int] = field(default_factory=dict, compare=False)
-    one_word: bool = field(default=False, compare=False)
+    profile_words: Mapping[str, tuple[str, int]] = field(default_factory=dict, compare=False)
+    data_bits: int = field(default=0, compare=False)
 
     def bits(self, image: str, word: int) -> Iterator[tuple[str, int]]:
         """Yield the named bits of a word: name and number."""

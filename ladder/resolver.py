@@ -5,7 +5,8 @@
 | `Run`, `Fill.ACC` | a place: a leaf |
 | `Data[3]`, `Data[i,j+1]` | a place: an element, its indices known or computed |
 | `Word.5`, `Word.[n]` | a place: a bit of an integer |
-| `Local:2:I.Data.5` | a place: a bit of word 0, as a card with one word names it |
+| `Local:2:I.Data.5` | a place: a bit of a digital card; bits 16 to 31 are in word 1 |
+| `Local:3:I.Ch0Data` | a place: a word of an analog card |
 | `Fill`, `Data`, `Recipe[2]` | a group: a structure or an array |
 """
 
@@ -72,14 +73,25 @@ MEANINGS: Mapping[str, tuple[bool, Mapping[str, tuple[int, int]]]] = {
 
 _PROFILE_BITS = {name.upper(): bit for name, bit in PROFILE_BITS.items()}
 
-_WORDS = {f"DATA{word}": word for word in range(WORDS)}
-"""Words by the names of that profile; the generic profile has one array Data."""
+_WORDS = {f"DATA{word}": word for word in range(WORDS)} | {f"CH{word}DATA": word for word in range(WORDS)}
+"""Words by the names of that profile and of an analog card's; the generic profile has one array Data."""
 
 MODULE_TYPES: Mapping[bool, Structure] = {
     False: Structure("AM:1769_3601:I:0", (Member("Fault", DINT), Member("Data", INT, (WORDS,)))),
     True: Structure("AM:1769_3601:O:0", (Member("Data", INT, (WORDS,)),)),
 }
 """A module's tags as a whole: output image? -> type. The bytes are the same in either profile."""
+
+_WORD_BITS = 16
+
+
+def _of_card(step: BitStep) -> tuple[Step, Step]:
+    """Return word and bit of `Local:2:I.Data.20`: the data of a card with 32 terminals are words 0 and 1."""
+    bit = step.index
+    if not isinstance(bit, Number) or not _WORD_BITS <= int(bit.value) < 2 * _WORD_BITS:
+        return WordStep(0, "."), step
+    return WordStep(1, "."), BitStep(number(int(bit.value) - _WORD_BITS))
+
 
 _LOCAL = re.compile(r"LOCAL:(\d+):([IO])")
 _SLOT_FILE = re.compile(r"([IO]):(\d+)")
@@ -187,8 +199,8 @@ class Resolver:
         return Group(MODULE_TYPES[output], path, (), (), self._layout, str(shown))
 
     def _data(self, slot: int, output: bool, steps: tuple[Step, ...], shown: Address) -> Place | Group:
-        if steps and isinstance(steps[0], BitStep):  # Local:2:I.Data.3 of a card with one word
-            steps = (WordStep(0, "."), *steps)
+        if steps and isinstance(steps[0], BitStep):
+            steps = (*_of_card(steps[0]), *steps[1:])
         leaf = self._layout.image(slot, output=output)
         return self._walk(Group(leaf.type, leaf.path, (), leaf.dims, self._layout, str(shown)), steps)
 

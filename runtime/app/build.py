@@ -13,7 +13,7 @@ from ..loop.exposed import Exposed
 from ..loop.incidents import FaultKind
 from ..loop.key_switch import KeySwitch
 from ..loop.listeners import ScanListener
-from ..loop.module import Module
+from ..loop.module import Follower, Module
 from ..loop.pace import Pacer, Watchdog
 from ..loop.rack import Card, Rack
 from ..loop.scan import CpuMode, Logic
@@ -32,20 +32,29 @@ def build_rack(spec: RackSpec, ports: ExitStack | None = None) -> Rack:
     Raises:
         ValueError: there is a real port and should be none, or it can't be opened.
     """
+    modules = {slot.number: _module(slot, slot_seed(spec.seed, slot.number), ports) for slot in spec.slot}
+    for module in modules.values():
+        if isinstance(module, Follower):
+            module.join(modules)
     return Rack(
-        Card(slot.number, _module(spec, slot, ports), slot.module, slot.recorded_firmware, slot.words)
+        Card(
+            slot.number,
+            _exposed(spec, slot.number, modules[slot.number]),
+            slot.module,
+            slot.recorded_firmware,
+            slot.words,
+        )
         for slot in spec.slot
     )
 
 
-def _module(spec: RackSpec, slot: SlotSpec, ports: ExitStack | None) -> Module:
-    """Make a slot's module, exposed to the incidents that are to come."""
-    module = _plain_module(slot, slot_seed(spec.seed, slot.number), ports)
-    coming = [each for each in spec.incidents if each.slot == slot.number]
+def _exposed(spec: RackSpec, slot: int, module: Module) -> Module:
+    """Return a slot's module, exposed to the incidents that are to come."""
+    coming = [each for each in spec.incidents if each.slot == slot]
     return Exposed(module, coming) if coming else module
 
 
-def _plain_module(slot: SlotSpec, seed: int, ports: ExitStack | None) -> Module:
+def _module(slot: SlotSpec, seed: int, ports: ExitStack | None) -> Module:
     if not slot.is_live:
         return slot.make(seed)
     if ports is None:

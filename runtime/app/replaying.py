@@ -139,11 +139,17 @@ def _forces(recording: Recording) -> Mapping[int, Mapping[str, int]]:
 
 
 def recorded_stimuli(recording: Recording) -> Iterator[Stimulus]:
-    """Yield what acted on the inputs, as a trace tells it; incidents come with the rack."""
+    """Yield what acted on the machines' inputs, as a trace tells it; incidents come with the rack.
+
+    A card's input may have the name of a machine's one: cards have no machine.
+    """
+    bolted = {slot.number for slot in recording.slots if slot.speaks_3601}
     for event in recording.events:
         name = str(event.fields.get("name")).upper()
         if event.topic == "/stimuli" and name in InputBit.__members__:
             slot, level = int(str(event.fields["slot"])), event.fields.get("energised")
+            if slot not in bolted:
+                continue
             yield Stimulus(event.now_ns, slot, InputBit[name], None if level is None else bool(level))
 
 

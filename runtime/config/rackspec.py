@@ -27,8 +27,8 @@ from ..loop.forces import check_value
 from ..loop.incidents import ON_THE_LINE, FaultKind, Incident
 from ..loop.module import Module
 from ..machine import MachineSpec
-from ..modules.record import LiveModule
-from ..modules.registry import MODULES, live_port, words_of
+from ..modules.record import LiveModule, Trait
+from ..modules.registry import MODULES, has, live_port, words_of
 from .machine_tables import MachineTable, Table
 from .quantities import Milliseconds, Number, Seconds, between, exact_ns
 from .serial_units import UnitSpec
@@ -287,6 +287,7 @@ class RackSpec(Table):
     def _is_sound(self) -> Self:
         self._check_times()
         self._check_slots()
+        self._check_cams()
         self._check_forces()
         self._check_incidents()
         self._check_units()
@@ -311,6 +312,16 @@ class RackSpec(Table):
                 path = ("slot", index, "firmware")
                 check = MODULES[slot.module].check_controller
                 _at(path, slot.firmware, check, slot.firmware, self.controller)
+
+    def _check_cams(self) -> None:
+        """Refuse a card whose inputs follow a slot without a simulated machine."""
+        bolted = [each.number for each in self.slot if has(each.module, Trait.MACHINE) and not each.is_live]
+        for index, slot in enumerate(self.slot):
+            for number in sorted(MODULES[slot.module].follows(slot.options)):
+                if number not in bolted:
+                    there = ", ".join(map(str, bolted)) or "none"
+                    says = f"cam: slot {number} has no simulated stepper; there is one in {there}"
+                    raise MisplacedError(("slot", index, "options", "cam"), number, says)
 
     def _check_forces(self) -> None:
         words = {slot.number: slot.words for slot in self.slot}

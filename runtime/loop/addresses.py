@@ -2,7 +2,8 @@
 
     Local:1:I.Data[0].14            CompactLogix, slot 1, input word 0, bit 14
     Local:1:I.Data0.14              the same, as add-on profiles name the words
-    Local:2:I.Data.3                CompactLogix, bit 3 of a card with one word
+    Local:2:I.Data.3                CompactLogix, bit 3 of a digital card
+    Local:3:I.Ch0Data               CompactLogix, channel 0 of an analog card
     I:1.0/14                        MicroLogix, bit 14 of word 0
     Local:1:I.ModuleOK              a bit of input word 0, as the module's profile of V20 names it
     Local:1:O.Data[2], O:1.2        output word 2 as a whole
@@ -18,7 +19,7 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ...io_images.image import WORDS
 from ...io_images.module_words import ModuleWords
@@ -60,8 +61,10 @@ _RAW_FORMS = tuple(
         r"(?P<image>[IO]):(?P<slot>\d+)\.(?P<word>\d+)(?:/(?P<bit>\d+))?",
     )
 )
-_PROFILE_FORM = re.compile(r"Local:(?P<slot>\d+):I\.(?P<name>\w+)", re.IGNORECASE)
-_ONE_WORD_FORM = re.compile(r"Local:(?P<slot>\d+):(?P<image>[IO])\.Data(?:\.(?P<bit>\d+))?", re.IGNORECASE)
+_PROFILE_FORM = re.compile(
+    r"Local:(?P<slot>\d+):(?P<image>[IO])\.(?P<name>\w+)(?:\.(?P<bit>\d+))?", re.IGNORECASE
+)
+_CARD_FORM = re.compile(r"Local:(?P<slot>\d+):(?P<image>[IO])\.Data(?:\.(?P<bit>\d+))?", re.IGNORECASE)
 _NAMED_FORM = re.compile(r"slot(?P<slot>\d+)\.(?P<group>\w+)\.(?P<name>\w+)", re.IGNORECASE)
 
 
@@ -85,8 +88,8 @@ def parse_address(text: str, slots: Mapping[int, ModuleWords]) -> Address:
     for form in _RAW_FORMS:
         if match := form.fullmatch(stripped):
             return _raw(text, match, slots)
-    if (match := _ONE_WORD_FORM.fullmatch(stripped)) and _has_one_word(int(match["slot"]), slots):
-        return _raw(text, match, slots, word=0)
+    if (match := _CARD_FORM.fullmatch(stripped)) and (bits := _data_bits(int(match["slot"]), slots)):
+        return _of_card(text, match, bits)
     if match := _PROFILE_FORM.fullmatch(stripped):
         return _of_profile(text, match, slots)
     if match := _NAMED_FORM.fullmatch(stripped):
@@ -94,15 +97,25 @@ def parse_address(text: str, slots: Mapping[int, ModuleWords]) -> Address:
     raise ValueError(f"{text!r} is no address: write it like {FORMS}")
 
 
-def _has_one_word(slot: int, slots: Mapping[int, ModuleWords]) -> bool:
-    return slot in slots and slots[slot].one_word
+def _data_bits(slot: int, slots: Mapping[int, ModuleWords]) -> int:
+    return slots[slot].data_bits if slot in slots else 0
 
 
-def _raw(
-    text: str, match: re.Match[str], slots: Mapping[int, ModuleWords], word: int | None = None
-) -> Address:
+def _of_card(text: str, match: re.Match[str], bits: int) -> Address:
+    slot, image = int(match["slot"]), match["image"].upper()
+    if match["bit"] is None:
+        if bits > BITS:
+            raise ValueError(f"{text!r}: Data of slot {slot} has {bits} bits: write Data[0] or Data[1]")
+        return Address(slot, image, 0, None)
+    bit = int(match["bit"])
+    if bit >= bits:
+        raise ValueError(f"{text!r}: there is no bit {bit}, bits are 0 to {bits - 1}")
+    return Address(slot, image, *divmod(bit, BITS))
+
+
+def _raw(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords]) -> Address:
     slot = int(match["slot"])
-    word = int(match["word"]) if word is None else word
+    word = int(match["word"])
     bit = None if match["bit"] is None else int(match["bit"])
     _check_slot(text, slot, slots)
     if word >= WORDS:
@@ -119,12 +132,26 @@ def _of_profile(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords
         raise ValueError(
             f"{text!r}: the fault of a connection is no word of an image; a ladder program reads it"
         )
-    profile = slots[slot].profile
+    image, words = match["image"].upper(), slots[slot]
+    channels = {each: at for each, at in words.profile_words.items() if at[0] == image}
+    by_name = {each.upper(): word for each, (_, word) in channels.items()}
+    if name in by_name:
+        return _word_of_profile(text, Address(slot, image, by_name[name], None), match["bit"])
+    profile = words.profile if image == "I" and match["bit"] is None else {}
     bits = {each.upper(): bit for each, bit in profile.items()}
     if name not in bits:
-        names = allowed(match["name"], (*profile, "Data0"))
-        raise ValueError(f"{text!r}: slot {slot} has no input {match['name']!r}; {names}")
+        names = allowed(match["name"], (*profile, *channels, "Data0"))
+        what = "input" if image == "I" else "output"
+        raise ValueError(f"{text!r}: slot {slot} has no {what} {match['name']!r}; {names}")
     return Address(slot, "I", 0, bits[name])
+
+
+def _word_of_profile(text: str, word: Address, bit: str | None) -> Address:
+    if bit is None:
+        return word
+    if int(bit) >= BITS:
+        raise ValueError(f"{text!r}: there is no bit {bit}, bits are 0 to {BITS - 1}")
+    return replace(word, bit=int(bit))
 
 
 def _named(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords]) -> Address:

@@ -152,16 +152,22 @@ class EveryRpi(Exchange):
 
 
 def _lines(rack: Rack, sent: bytearray) -> tuple[Line, ...]:
-    """Wire every slot to its place in `sent`, a block laid out like the rack's memory."""
+    """Wire every slot to its place in `sent`, a block laid out like the rack's memory.
+
+    Modules that follow others come after them, so that both are at the same instant.
+    """
     view = memoryview(sent)
-    return tuple(
+    lines = [
         (
             slot.module.update,
             Image(buffer=view[SLOT_BYTES * place : SLOT_BYTES * place + IMAGE_BYTES]),
             slot.inputs.raw,
         )
         for place, slot in enumerate(rack.slots.values())
-    )
+    ]
+    follow = [bool(getattr(slot.module, "follows", ())) for slot in rack.slots.values()]
+    order = sorted(range(len(lines)), key=lambda place: follow[place])
+    return tuple(lines[place] for place in order)
 
 
 def _tell_modules(rack: Rack, running: bool) -> None:

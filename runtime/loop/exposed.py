@@ -89,6 +89,11 @@ class Exposed(Module):
         """Whether the PLC reaches the module."""
         return getattr(self.module, "linked", True)
 
+    @property
+    def follows(self) -> frozenset[int]:
+        """The slots to be advanced before this one."""
+        return getattr(self.module, "follows", frozenset())
+
     @override
     def update(self, now_ns: int, outputs: Image) -> Image:
         self._tear(outputs)

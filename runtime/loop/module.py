@@ -8,7 +8,8 @@ None of them owns a clock, a thread or unseeded randomness: time is what
 
 from __future__ import annotations
 
-from typing import Protocol
+from collections.abc import Mapping
+from typing import Protocol, runtime_checkable
 
 from ...io_images.image import Image
 from .events import Event
@@ -47,4 +48,22 @@ class Module(Protocol):
 
     def power_cycle(self) -> None:
         """Remove and restore power at the last `now_ns`; what is volatile is lost, the clock goes on."""
+        ...
+
+
+@runtime_checkable
+class Follower(Module, Protocol):
+    """A module whose inputs depend on what other slots' modules do at the same instant."""
+
+    @property
+    def follows(self) -> frozenset[int]:
+        """The slots to be advanced before this one in every exchange; none of them follows another."""
+        ...
+
+    def join(self, modules: Mapping[int, Module]) -> None:
+        """Take the modules of the rack by slot number, before the first `update`.
+
+        Raises:
+            ValueError: a slot that it follows has no module it can follow.
+        """
         ...

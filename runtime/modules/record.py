@@ -12,6 +12,7 @@ from ...io_images.image import Image
 from ...io_images.module_words import PLAIN_WORDS, ModuleWords
 from ..loop.events import JsonValue
 from ..loop.module import Module
+from ..machine import Machine
 
 Options = Mapping[str, JsonValue]
 """A slot's options by name, as a rack file gives them."""
@@ -31,6 +32,15 @@ class NamedInputs(Protocol):
 
     def set_input(self, name: str, energised: bool) -> None:
         """Give an input a level from now on; ValueError for an unknown input."""
+        ...
+
+
+@runtime_checkable
+class Bolted(Protocol):
+    """A module that is bolted to a simulated machine."""
+
+    def machine_at(self, now_ns: int) -> Machine:
+        """Return the machine as it is at `now_ns`, the instant of the last `update`."""
         ...
 
 
@@ -98,6 +108,8 @@ class ModuleRecord:
         status: its input image by meaning; what a test reads.
         live: how it is put on a real port; None if it can't be.
         traits: what can happen to it.
+        follows: the slots whose machines operate its inputs, with these options.
+        buttons: names of the inputs that a person operates, with these options.
         check_controller: refuses (firmware, controller) that do not go together, with a ValueError.
         capabilities: the table of what it refuses, Markdown; None if it refuses nothing of its own.
     """
@@ -109,5 +121,7 @@ class ModuleRecord:
     status: Callable[[Image, ModuleWords], Any] = lambda image, _words: StatusView(image)
     live: LivePort | None = None
     traits: frozenset[Trait] = frozenset()
+    follows: Callable[[Options], frozenset[int]] = lambda _options: frozenset()
+    buttons: Callable[[Options], tuple[str, ...]] = lambda _options: ()
     check_controller: Callable[[str, str], None] = _any_controller
     capabilities: Callable[[], str] | None = None

@@ -10,7 +10,7 @@ from ...io_images.module_words import PLAIN_WORDS, ModuleWords
 from .adapters.pcl601.record import RECORD as PCL601_ADAPTER
 from .adapters.pmc006.record import RECORD as PMC006_ADAPTER
 from .amci3601.record import RECORD as AMCI3601
-from .discrete.record import RECORD as DISCRETE
+from .cards.record import RECORDS as CARDS
 from .record import LivePort, ModuleRecord, Options, Trait
 
 MODULES: dict[str, ModuleRecord] = {
@@ -19,7 +19,7 @@ MODULES: dict[str, ModuleRecord] = {
         AMCI3601,
         PCL601_ADAPTER,
         PMC006_ADAPTER,
-        DISCRETE,
+        *CARDS,
     )
 }
 """The modules by catalog name; a rack in Python may add its own before it is built."""

@@ -15,7 +15,7 @@ from ...config.rackspec import RackSpec
 from ...loop.incidents import Incident
 from ...machine import TimelineEntry
 from ...machine.spec import input_name
-from .scenario import Scenario, entries_of
+from .scenario import Push, Scenario, entries_of
 
 Table = dict[str, Any]
 
@@ -51,6 +51,9 @@ def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, f
         presses = [each for each in scenario.presses if each.slot == slot.number]
         entries = [entry for each in presses for entry in entries_of(each, slot.machine)]
         _extend(machine, "timeline", map(_entry, entries))
+        pushes = [_push(each) for each in scenario.pushes if each.slot == slot.number]
+        if pushes:
+            _extend(table.setdefault("options", {}), "timeline", pushes)
     _extend(document, "incident", map(_incident, scenario.incidents))
     return tomli_w.dumps(document)
 
@@ -108,6 +111,10 @@ def _ms(time_ns: int) -> Decimal | int:
 def _entry(entry: TimelineEntry) -> Table:
     level = "wired" if entry.energised is None else entry.energised
     return {"at_ms": _ms(entry.at_ns), "input": input_name(entry.input), "energised": level}
+
+
+def _push(push: Push) -> Table:
+    return {"at_ms": _ms(push.at_ns), "input": push.input, "for_ms": _ms(push.for_ns)}
 
 
 def _incident(incident: Incident) -> Table:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from decimal import Decimal
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 from pydantic import (
     BeforeValidator,
@@ -18,15 +18,18 @@ from pydantic import (
     PlainSerializer,
     StrictBool,
     StrictInt,
+    StrictStr,
     TypeAdapter,
     ValidationError,
 )
 
 from ....io_images.amci3601.firmware import Firmware
 from ...config.rackspec import IncidentSpec, RackSpec, SlotSpec
+from ...loop.events import JsonValue
 from ...loop.incidents import FaultKind, Incident
 from ...machine import MachineSpec, Slip, TimelineEntry
 from ...machine.spec import InputName
+from ...modules.registry import MODULES
 
 Time = Annotated[StrictInt, Field(ge=0)]
 NO_MORE_KEYS = ConfigDict(extra="forbid")
@@ -65,6 +68,25 @@ class Press:
     energised: StrictBool
     at_ns: Time
     for_ns: Time
+
+
+@dataclass(frozen=True, slots=True)
+class Push:
+    """A contact of a card is operated for a time: a button, a selector switch.
+
+    Attributes:
+        slot: of which card.
+        input: which, as the rack file names it.
+        at_ns: from when on, ns since power-up.
+        for_ns: how long.
+    """
+
+    __pydantic_config__ = NO_MORE_KEYS
+
+    slot: StrictInt
+    input: StrictStr
+    at_ns: Time
+    for_ns: Annotated[Time, Field(gt=0)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +131,7 @@ class Scenario:
         incidents: what happens to modules and CPU.
         shifts: switches that are elsewhere.
         lost: steps that are lost.
+        pushes: what people do to the contacts of cards.
     """
 
     __pydantic_config__ = NO_MORE_KEYS
@@ -118,6 +141,7 @@ class Scenario:
     incidents: tuple[Incident, ...] = ()
     shifts: tuple[Shift, ...] = ()
     lost: tuple[Lost, ...] = ()
+    pushes: tuple[Push, ...] = ()
 
     def laid_over(self, spec: RackSpec) -> RackSpec:
         """Return a rack with this scenario in it."""
@@ -136,7 +160,12 @@ class Scenario:
         entries = tuple(entry for each in presses for entry in entries_of(each, machine))
         if slips or entries:
             machine = replace(machine, slips=(*machine.slips, *slips), timeline=(*machine.timeline, *entries))
-        return slot.model_copy(update={"firmware": firmware, "machine": machine})
+        options = slot.options
+        pushes = [push_entry(each) for each in self.pushes if each.slot == slot.number]
+        if pushes:
+            before = cast("list[JsonValue]", options.get("timeline", []))
+            options = {**options, "timeline": [*before, *pushes]}
+        return slot.model_copy(update={"firmware": firmware, "machine": machine, "options": options})
 
     def to_json(self) -> dict[str, Any]:
         """Return the scenario as JSON can hold it; `from_json` is the way back."""
@@ -162,8 +191,9 @@ class Scenario:
             ValueError: it is about a slot that the rack does not have.
         """
         have = [slot.number for slot in spec.slot]
-        parts: Sequence[Press | Incident | Shift | Lost] = (
+        parts: Sequence[Press | Push | Incident | Shift | Lost] = (
             *self.presses,
+            *self.pushes,
             *(each for each in self.incidents if each.what is not FaultKind.PROGRAM_MODE),
             *self.shifts,
             *self.lost,
@@ -172,6 +202,13 @@ class Scenario:
             if slot not in have:
                 slots = ", ".join(map(str, have))
                 raise ValueError(f"scenario: there is no slot {slot}; the rack has {slots}")
+        buttons = {slot.number: MODULES[slot.module].buttons(slot.options) for slot in spec.slot}
+        for push in self.pushes:
+            if push.input not in buttons[push.slot]:
+                names = ", ".join(buttons[push.slot]) or "none"
+                raise ValueError(
+                    f"scenario: slot {push.slot} has no button {push.input!r}: there are {names}"
+                )
 
     def is_possible(self, spec: RackSpec) -> bool:
         """Return whether no module has an older firmware here than the rack's program needs."""
@@ -189,6 +226,7 @@ class Scenario:
             self.incidents,
             self.shifts,
             self.lost,
+            self.pushes,
         )
         return sum(map(len, parts))
 
@@ -208,6 +246,11 @@ def first_mistake(error: ValidationError) -> str:
     if kind == "missing":
         return f"key {key} is missing"
     return f"{key} = {first['input']!r:.40}: {first.get('ctx', {}).get('error', first['msg'])}"
+
+
+def push_entry(push: Push) -> dict[str, JsonValue]:
+    """Return a push as a row of a card's timeline."""
+    return {"at_ms": push.at_ns / 1e6, "input": push.input, "for_ms": push.for_ns / 1e6}
 
 
 def _incident_spec(incident: Incident) -> IncidentSpec:

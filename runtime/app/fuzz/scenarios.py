@@ -16,11 +16,11 @@ from ...config.rackspec import RackSpec, SlotSpec
 from ...loop.incidents import FaultKind, Incident
 from ...machine import MachineSpec
 from ...modules.record import Trait
-from ...modules.registry import has
-from .scenario import Lost, Press, Scenario, Shift
+from ...modules.registry import MODULES, has
+from .scenario import Lost, Press, Push, Scenario, Shift
 
 T = TypeVar("T")
-Timed = TypeVar("Timed", Press, Incident)
+Timed = TypeVar("Timed", Press, Push, Incident)
 """What happens at an instant."""
 
 
@@ -47,7 +47,18 @@ class Kind(Enum):
 
 def possible_kinds(spec: RackSpec) -> frozenset[Kind]:
     """Return what can happen to a rack: some of it to a 3601 only, some to an adapter only."""
-    return frozenset(kind for kind in Kind if kind not in _NEEDS or _with(spec, _NEEDS[kind]))
+    with_trait = frozenset(kind for kind in Kind if kind not in _NEEDS or _with(spec, _NEEDS[kind]))
+    return with_trait | {Kind.INPUTS} if card_buttons(spec) else with_trait
+
+
+def card_buttons(spec: RackSpec) -> list[tuple[int, str]]:
+    """Return the contacts of cards that a person operates: slot and name."""
+    return [
+        (slot.number, name)
+        for slot in spec.slot
+        if slot.module in MODULES
+        for name in MODULES[slot.module].buttons(slot.options)
+    ]
 
 
 _NEEDS = {
@@ -92,9 +103,11 @@ def scenarios(
     """
     kinds = possible_kinds(spec).intersection(kinds)
     times = st.integers(0, scans - 1).map(lambda scan: scan * spec.scan_ns)
-    slots = st.sampled_from([slot for slot in spec.slot if has(slot.module, Trait.MACHINE)] or spec.slot)
+    bolted = [slot for slot in spec.slot if has(slot.module, Trait.MACHINE)]
+    slots = st.sampled_from(bolted or spec.slot)
+    contacts = card_buttons(spec) if Kind.INPUTS in kinds else []
     nothing: st.SearchStrategy[tuple[()]] = st.just(())
-    presses = {slot.number: _presses(slot, times) for slot in spec.slot}  # made once: a draw costs half
+    presses = {slot.number: _presses(slot, times) for slot in bolted}  # made once: a draw costs half
 
     def some(kind: Kind, part: st.SearchStrategy[object], limit: int = most) -> st.SearchStrategy[object]:
         return st.lists(part, max_size=limit).map(tuple) if kind in kinds else nothing
@@ -103,10 +116,11 @@ def scenarios(
     made = st.builds(
         Scenario,
         firmware=_firmware(spec) if Kind.FIRMWARE in kinds else nothing,
-        presses=some(Kind.INPUTS, slots.flatmap(lambda slot: presses[slot.number])),
+        presses=some(Kind.INPUTS, slots.flatmap(lambda slot: presses[slot.number])) if bolted else nothing,
         incidents=st.lists(st.one_of(happening), max_size=most).map(tuple) if happening else nothing,
         shifts=some(Kind.MACHINE, st.builds(Shift, slots.map(_number), st.sampled_from(STEPS)), 1),
         lost=some(Kind.MACHINE, _lost(_with(spec, Trait.SLIPS)), 1) if _with(spec, Trait.SLIPS) else nothing,
+        pushes=some(Kind.INPUTS, _pushes(contacts, times)) if contacts else nothing,
     )
     return made if base is None else st.builds(_joined, _parts_of(base, spec.scan_ns), made)
 
@@ -139,6 +153,11 @@ def _presses(slot: SlotSpec, times: st.SearchStrategy[int]) -> st.SearchStrategy
         either = st.booleans().map(_on_first)
         parts.append(st.builds(Press, number, st.sampled_from(wired), either, times, durations))
     return st.one_of(parts)
+
+
+def _pushes(contacts: Sequence[tuple[int, str]], times: st.SearchStrategy[int]) -> st.SearchStrategy[Push]:
+    one = st.sampled_from(contacts)
+    return st.builds(lambda at, begin, lasts: Push(*at, begin, lasts), one, times, _durations())
 
 
 def sensors(slot: SlotSpec) -> list[InputBit]:
@@ -220,6 +239,7 @@ def _parts_of(base: Scenario, scan_ns: int) -> st.SearchStrategy[Scenario]:
         moved(base.incidents),
         kept(base.shifts),
         kept(base.lost),
+        moved(base.pushes),
     )
     return varied | st.just(base)
 
@@ -235,4 +255,5 @@ def _joined(a: Scenario, b: Scenario) -> Scenario:
         (*a.incidents, *b.incidents),
         a.shifts or b.shifts,
         (*a.lost, *b.lost),
+        (*a.pushes, *b.pushes),
     )

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from ...loop.incidents import FaultKind, Incident
 from ...machine.spec import input_name
-from .scenario import Press, Scenario
+from .scenario import Press, Push, Scenario
 
 HAPPENS = {
     FaultKind.POWER_CYCLE: "the power of slot {slot} goes and comes back",
@@ -34,6 +34,7 @@ def told(scenario: Scenario) -> list[str]:
     ['nothing: the rack as its file has it']
     """
     timed = [(each.at_ns, _press(each)) for each in scenario.presses]
+    timed += [(each.at_ns, _push(each)) for each in scenario.pushes]
     timed += [(each.at_ns, _incident(each)) for each in scenario.incidents]
     lines = list(_from_the_start(scenario))
     lines += [f"{at_ns / 1e9:g} s: {text}" for at_ns, text in sorted(timed, key=lambda entry: entry[0])]
@@ -53,6 +54,10 @@ def _from_the_start(scenario: Scenario) -> Iterator[str]:
 def _press(press: Press) -> str:
     level = "on" if press.energised else "off"
     return f"input {input_name(press.input)} of slot {press.slot} is {level}{_for(press.for_ns)}"
+
+
+def _push(push: Push) -> str:
+    return f"input {push.input} of slot {push.slot} is operated{_for(push.for_ns)}"
 
 
 def _incident(incident: Incident) -> str:

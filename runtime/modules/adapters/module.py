@@ -18,6 +18,7 @@ from ....io_images.amci3601 import Firmware, StatusMsw
 from ....io_images.image import Image, signed_word
 from ...loop.events import Event
 from ...loop.incidents import FaultKind
+from ...machine import Machine
 from ..amci3601 import Amci3601Options, CommandLayer, Refusal
 from ..amci3601.report import report
 from .axis import LinkedAxis
@@ -138,6 +139,10 @@ class Adapter(Generic[Drive]):
     def cycle_device(self) -> None:
         """Remove and restore the controller's power only."""
         self.controller.power_cycle(self._now_ns)
+
+    def machine_at(self, now_ns: int) -> Machine:
+        """Return the machine as it is at `now_ns`, the instant of the last `update`, which sensed it."""
+        return self.machine
 
     def look_again(self) -> None:
         """Sense the machine's inputs after a change from outside."""

@@ -129,6 +129,11 @@ class Amci3601:
         self.trouble = None
         self._power_up()
 
+    def machine_at(self, now_ns: int) -> Machine:
+        """Return the machine as it is at `now_ns`, the instant of the last `update`."""
+        self.axis.advance(now_ns)
+        return self.machine
+
     @property
     def linked(self) -> bool:
         """Whether the PLC reaches the module; one with a fatal error answers with MODULE_OK clear."""

@@ -18,8 +18,8 @@ from scanrack.io_images.image import Image
 from scanrack.runtime.cli import build
 from scanrack.runtime.cli.drive import bench_for, converse
 from scanrack.runtime.config.rackfile import RackFileError, parse_rack_file
-from scanrack.runtime.modules.discrete.module import DiscreteCard
-from scanrack.runtime.modules.discrete.options import DiscreteOptions
+from scanrack.runtime.modules.cards.module import GenericCard
+from scanrack.runtime.modules.cards.options import CardOptions
 from scanrack.traces.reader import open_trace
 from typer.testing import CliRunner
 
@@ -184,8 +184,8 @@ def test_it_can_be_driven() -> None:
 
 def test_advancing_once_or_in_pieces_gives_the_same() -> None:
     table: Any = {"inputs": {"start": 4}, "timeline": [{"at_ms": 0.5, "input": "start", "for_ms": 1.25}]}
-    options = DiscreteOptions.of(table)
-    once, pieces = DiscreteCard(options), DiscreteCard(options)
+    options = CardOptions.of(table)
+    once, pieces = GenericCard(options), GenericCard(options)
     for at_ns in range(0, 3 * MS, MS // 4):
         level = 1 << 4 if MS // 2 <= at_ns < MS * 7 // 4 else 0
         assert pieces.update(at_ns, Image())[0] == level
@@ -194,7 +194,7 @@ def test_advancing_once_or_in_pieces_gives_the_same() -> None:
 
 
 def test_outputs_are_off_in_program_mode() -> None:
-    card = DiscreteCard()
+    card = GenericCard()
     card.update(MS, Image([0xFFFF]))
     assert card.lit == 0xFFFF
     card.plc_run(False)
@@ -205,18 +205,18 @@ def test_outputs_are_off_in_program_mode() -> None:
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        ({"inputs": {"start": 16}}, "16"),
+        ({"inputs": {"start": 16}}, "a discrete16 has no terminal 16: 0 to 15"),
         ({"inputs": {"Start": 1}}, "'Start' is not a name: small letters"),
         ({"inputs": {"data": 1}}, "'data' is the name of a word"),
         ({"inputs": {"a": 1, "b": 1}}, "terminal 1 of 'a' is used twice"),
         ({"inputs": {"a": 1}, "normally_closed": ["b"]}, "there is no input 'b': inputs are a"),
         ({"timeline": [{"at_ms": 1, "input": "a"}]}, "there is no input 'a': inputs are none"),
-        ({"lamps": {}}, "the discrete card has no such option"),
+        ({"lamps": {}}, "the card has no such option"),
     ],
 )
 def test_wiring_that_cannot_be_is_refused(options: dict[str, object], says: str) -> None:
     with pytest.raises(ValueError, match=says):
-        DiscreteOptions.of(options)  # type: ignore[arg-type]
+        GenericCard(CardOptions.of(options))  # type: ignore[arg-type]
 
 
 def test_it_has_no_machine(rack: Path) -> None:

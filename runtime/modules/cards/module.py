@@ -1,0 +1,185 @@
+"""A card in its slot: inputs follow what is wired to them at once, outputs follow the image.
+
+scan n         the program reads the inputs as they were at the scan's instant
+the program writes the output words; lamps show them until the next ones
+program mode   outputs are off
+
+A cam is a function of another slot's machine at the instant of `update`. The exchange advances that slot
+first, so the order of the slots does not matter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from typing import NamedTuple
+
+from typing_extensions import override
+
+from ....io_images.image import Image, signed_word
+from ...loop.events import Event
+from ...loop.module import Module
+from ...machine.spec import INPUT_NAMES
+from ..record import Bolted
+from .kinds import DISCRETE16, CardKind
+from .options import WORD_BITS, Cam, CardOptions
+
+WORD_MASK = (1 << WORD_BITS) - 1
+Contact = Callable[[int], bool]
+"""Whether a contact is operated, at a time in ns."""
+
+
+class Change(NamedTuple):
+    """An input changes.
+
+    Attributes:
+        at_ns: when.
+        input: which, by its name.
+        acted_on: of a contact: True = operated from then on, False = released.
+        value: of an analog input: what it shows from then on.
+    """
+
+    at_ns: int
+    input: str
+    acted_on: bool
+    value: int | None
+
+
+class GenericCard(Module):
+    """A card with its power on, at t = 0.
+
+    Attributes:
+        options: its wiring.
+        kind: what it is sold as.
+        lit: mask of the digital outputs that are on.
+
+    Args:
+        options: its wiring.
+        kind: its row of the table.
+
+    Raises:
+        ValueError: the kind of card lacks a terminal of the wiring.
+    """
+
+    def __init__(self, options: CardOptions | None = None, kind: CardKind = DISCRETE16) -> None:
+        self.options = options or CardOptions()
+        self.options.check(kind)
+        self.kind = kind
+        self.events: list[Event] = []
+        self.lit = 0
+        self._levels = self.options.at_rest
+        self._cams: list[tuple[str, Contact]] = []
+        self._changes = sorted(_changes(self.options), key=lambda change: change.at_ns)
+        self._next = 0
+        self._runs = True
+        self._image = Image()
+
+    @property
+    def follows(self) -> frozenset[int]:
+        """The slots that must be advanced before this one; see `runtime.loop.module.Follower`."""
+        return self.options.follows
+
+    def join(self, modules: Mapping[int, Module]) -> None:
+        """Wire the cams to the machines of the modules that it follows, by slot number.
+
+        Raises:
+            ValueError: there is no machine that can be seen in a slot.
+        """
+        self._cams = [(each.input, _contact(each, modules)) for each in self.options.cam]
+
+    @override
+    def update(self, now_ns: int, outputs: Image) -> Image:
+        while self._next < len(self._changes) and self._changes[self._next].at_ns <= now_ns:
+            self._act(self._changes[self._next])
+            self._next += 1
+        for name, operated in self._cams:
+            self.set_input(name, self._energised(name, operated(now_ns)))
+        self.lit = self._outputs(outputs) if self._runs else 0
+        if not self.kind.analog:
+            self._show(self.lit if self.kind.echo else self._levels)
+        return self._image
+
+    @override
+    def plc_run(self, running: bool) -> None:
+        self._runs = running
+
+    @override
+    def power_cycle(self) -> None:
+        """Nothing is volatile: contacts stay as they are, and the next image is the same."""
+
+    def set_input(self, name: str, energised: bool) -> None:
+        """Give a digital input a level from now on.
+
+        Raises:
+            ValueError: an unknown input, or an analog one.
+        """
+        place = self._place(name)
+        if self.kind.analog:
+            raise ValueError(f"input {name!r} is an analog one: it has a value, no level")
+        self._levels = self._levels | 1 << place if energised else self._levels & ~(1 << place)
+
+    def set_value(self, name: str, value: int) -> None:
+        """Give an analog input a raw value from now on, -32,768 to 32,767.
+
+        Raises:
+            ValueError: an unknown input, a digital one, or a value that is not allowed.
+        """
+        place = self._place(name)
+        if not self.kind.analog:
+            raise ValueError(f"input {name!r} is a contact: it has a level, no value")
+        self._image[place] = value
+
+    def _place(self, name: str) -> int:
+        if name not in self.options.inputs:
+            known = ", ".join(self.options.inputs) or "none"
+            raise ValueError(f"there is no input {name!r}: inputs are {known}")
+        return self.options.inputs[name]
+
+    def _outputs(self, outputs: Image) -> int:
+        """Return the outputs that a card has as one mask."""
+        both = outputs[0] & WORD_MASK | (outputs[1] & WORD_MASK) << WORD_BITS
+        return both & ((1 << self.kind.outputs) - 1)
+
+    def _show(self, bits: int) -> None:
+        self._image[0] = signed_word(bits & WORD_MASK)
+        self._image[1] = signed_word(bits >> WORD_BITS)
+
+    def _energised(self, name: str, acted_on: bool) -> bool:
+        return acted_on is not (name in self.options.normally_closed)
+
+    def _act(self, change: Change) -> None:
+        name = change.input
+        if change.value is not None:
+            self.set_value(name, change.value)
+            text = f"The {name} input is {change.value}."
+            self.events.append(Event(change.at_ns, "stimulus", name, text, {"value": change.value}))
+            return
+        energised = self._energised(name, change.acted_on)
+        self.set_input(name, energised)
+        level = "energised" if energised else "de-energised"
+        text = f"The {name} input is {level}."
+        self.events.append(Event(change.at_ns, "stimulus", name, text, {"energised": energised}))
+
+
+def _changes(options: CardOptions) -> Iterator[Change]:
+    for press in options.timeline:
+        yield Change(press.begin_ns, press.input, True, press.value)
+        if press.end_ns is not None:
+            yield Change(press.end_ns, press.input, False, None)
+
+
+def _contact(cam: Cam, modules: Mapping[int, Module]) -> Contact:
+    """Return what says whether a cam is operated."""
+    stepper = modules.get(cam.slot)
+    if not isinstance(stepper, Bolted):
+        raise ValueError(f"cam {cam.input}: slot {cam.slot} has no machine that can be seen")
+    return partial(_at_switch if cam.switch is not None else _in_range, cam, stepper)
+
+
+def _at_switch(cam: Cam, stepper: Bolted, now_ns: int) -> bool:
+    return bool(stepper.machine_at(now_ns).levels(now_ns) & INPUT_NAMES[str(cam.switch)].value)
+
+
+def _in_range(cam: Cam, stepper: Bolted, now_ns: int) -> bool:
+    shaft = stepper.machine_at(now_ns).shaft
+    return (cam.first is None or shaft >= cam.first) and (cam.last is None or shaft <= cam.last)

@@ -1,0 +1,222 @@
+"""Options of a card in a rack file: the wiring of its terminals, and a timeline of its inputs.
+
+[slot.options]
+inputs = { start = 0, stop = 1, at_two = 2, home = 3 }
+outputs = { lamp = 0 }
+normally_closed = ["stop"]
+timeline = [{ at_ms = 100, input = "start", for_ms = 50 }]
+cam = [
+    { input = "at_two", slot = 1, first = 3990, last = 4010 },   # the shaft of slot 1
+    { input = "home", slot = 1, switch = "home" },               # a switch of its machine
+]
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from decimal import Decimal
+from typing import Annotated, ClassVar, Self
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+
+from ....io_images.image import WORD_MAX, WORD_MIN, WORDS
+from ....io_images.module_words import BitPlace, ModuleWords
+from ...loop.options import Options
+from ...machine.spec import INPUT_NAMES
+from .kinds import CardKind
+
+WORD_BITS = 16
+CHANNEL_NAMES = tuple(f"ch{at}_data" for at in range(WORDS))
+WORD_NAMES = ("data", *(f"word{index}" for index in range(1, WORDS)))
+
+
+def _exact(value: object) -> object:
+    """Return a number as it was written: 0.1 is a tenth."""
+    return Decimal(str(value)) if isinstance(value, int | float) and not isinstance(value, bool) else value
+
+
+Terminal = Annotated[int, Field(ge=0)]
+Milliseconds = Annotated[Decimal, BeforeValidator(_exact), Field(ge=0, le=10**9, decimal_places=6)]
+
+
+class _Row(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+
+class Press(_Row):
+    """An input is operated, or an analog input gets a value.
+
+    Attributes:
+        at_ms: when, ms since power-up.
+        input: which, by its name.
+        for_ms: how long, ms; left out = it stays operated.
+        value: of an analog input: what the channel shows from then on, raw.
+    """
+
+    at_ms: Milliseconds
+    input: str
+    for_ms: Annotated[Milliseconds, Field(gt=0)] | None = None
+    value: Annotated[int, Field(ge=WORD_MIN, le=WORD_MAX)] | None = None
+
+    @property
+    def begin_ns(self) -> int:
+        """When it begins, ns since power-up."""
+        return int(self.at_ms * 1_000_000)
+
+    @property
+    def end_ns(self) -> int | None:
+        """When it ends, ns since power-up; None = never."""
+        return None if self.for_ms is None else self.begin_ns + int(self.for_ms * 1_000_000)
+
+
+class Cam(_Row):
+    """A contact that the machine of another slot's stepper operates.
+
+    Attributes:
+        input: the card's input, by its name.
+        slot: the stepper's slot.
+        first: lowest position of the shaft that operates it, steps; left out = no lower end.
+        last: highest position, inclusive.
+        switch: instead of a range: the input of the stepper whose level it has, such as "home".
+    """
+
+    input: str
+    slot: Annotated[int, Field(ge=1)]
+    first: int | None = None
+    last: int | None = None
+    switch: str | None = None
+
+    @model_validator(mode="after")
+    def _is_sound(self) -> Self:
+        has_range = self.first is not None or self.last is not None
+        if has_range is (self.switch is not None):
+            raise ValueError("a cam has first or last (or both), or else a switch")
+        if self.switch is not None and self.switch not in INPUT_NAMES:
+            raise ValueError(f"there is no switch {self.switch!r}: allowed are {', '.join(INPUT_NAMES)}")
+        if self.first is not None and self.last is not None and self.first > self.last:
+            raise ValueError(f"first {self.first} lies behind last {self.last}")
+        return self
+
+
+class CardOptions(Options):
+    """The wiring of a card.
+
+    Attributes:
+        inputs: names of inputs by terminal, or of analog inputs by channel.
+        outputs: names of outputs by terminal or channel.
+        normally_closed: inputs whose contacts are closed at rest: acting on one de-energises it.
+        timeline: what happens to the inputs.
+        cam: inputs that the machine of another slot operates.
+    """
+
+    owner: ClassVar[str] = "card"
+
+    inputs: Mapping[str, Terminal] = Field(default_factory=dict)
+    outputs: Mapping[str, Terminal] = Field(default_factory=dict)
+    normally_closed: Annotated[tuple[str, ...], Field(strict=False)] = ()
+    timeline: Annotated[tuple[Press, ...], Field(strict=False)] = ()
+    cam: Annotated[tuple[Cam, ...], Field(strict=False)] = ()
+
+    @model_validator(mode="after")
+    def _is_sound(self) -> Self:
+        for field in ("inputs", "outputs"):
+            _check_names(field, getattr(self, field))
+        known = ", ".join(self.inputs) or "none"
+        by_machine = [each.input for each in self.cam]
+        by_hand = [press.input for press in self.timeline]
+        for name in (*self.normally_closed, *by_hand, *by_machine):
+            if name not in self.inputs:
+                raise ValueError(f"there is no input {name!r}: inputs are {known}")
+        for name in by_machine:
+            if name in by_hand or by_machine.count(name) > 1:
+                raise ValueError(f"cam: {name!r} is wired twice: one cam, or the timeline")
+        return self
+
+    def check(self, kind: CardKind) -> None:
+        """Refuse a wiring that a kind of card can't have.
+
+        Raises:
+            ValueError: a terminal or channel that it lacks, or a contact on an analog one.
+        """
+        for field, digital, analog in (
+            ("inputs", kind.inputs, kind.channels_in),
+            ("outputs", kind.outputs, kind.channels_out),
+        ):
+            _check_places(kind, field, getattr(self, field), digital or analog)
+        if kind.analog and (self.normally_closed or self.cam):
+            raise ValueError(f"a {kind.name} has no contacts: normally_closed and cam go with a digital card")
+        for press in self.timeline:
+            if kind.analog is not (press.value is not None):
+                says = "needs a value" if kind.analog else "is a contact and has no value"
+                raise ValueError(f"timeline: {press.input!r} {says}")
+            if kind.analog and press.for_ms is not None:
+                raise ValueError(f"timeline: {press.input!r} has a value until the next one: no for_ms")
+
+    @property
+    def at_rest(self) -> int:
+        """Mask of the inputs that are energised at rest."""
+        return sum(1 << self.inputs[name] for name in set(self.normally_closed))
+
+    @property
+    def follows(self) -> frozenset[int]:
+        """The slots whose machines operate inputs."""
+        return frozenset(each.slot for each in self.cam)
+
+    @property
+    def buttons(self) -> tuple[str, ...]:
+        """The inputs that only a person operates."""
+        by_machine = {each.input for each in self.cam}
+        return tuple(name for name in self.inputs if name not in by_machine)
+
+    def words(self, kind: CardKind) -> ModuleWords:
+        """What the words and bits of a kind of card are called with this wiring."""
+        return _analog_words(kind, self) if kind.analog else _digital_words(kind, self)
+
+
+def _digital_words(kind: CardKind, options: CardOptions) -> ModuleWords:
+    return ModuleWords(
+        "Discrete",
+        WORD_NAMES,
+        WORD_NAMES,
+        groups={
+            "input": {name: BitPlace("I", *divmod(at, WORD_BITS)) for name, at in options.inputs.items()},
+            "output": {name: BitPlace("O", *divmod(at, WORD_BITS)) for name, at in options.outputs.items()},
+        },
+        data_bits=32 if max(kind.inputs, kind.outputs) > WORD_BITS else WORD_BITS,
+    )
+
+
+def _analog_words(kind: CardKind, options: CardOptions) -> ModuleWords:
+    """Name the channels as they are wired; the stem of the message types tells one wiring from another."""
+    named = [("I", options.inputs, kind.channels_in), ("O", options.outputs, kind.channels_out)]
+    images, stem, profile = {}, "Analog", {}
+    for image, wired, channels in named:
+        names = [f"ch{at}_data" if at < channels else f"word{at}" for at in range(WORDS)]
+        for name, at in sorted(wired.items(), key=lambda pair: pair[1]):
+            names[at] = name
+            stem += f"{image}{at}{name.title().replace('_', '')}"
+        images[image] = tuple(names)
+        profile |= {f"Ch{at}Data": (image, at) for at in range(channels)}
+    stem += "Out" * (kind.channels_out > 0) * (not options.outputs)
+    return ModuleWords(stem, images["O"], images["I"], profile_words=profile)
+
+
+def _check_names(field: str, names: Mapping[str, int]) -> None:
+    for name in names:
+        if not (name.isascii() and name.isidentifier() and name == name.lower()):
+            raise ValueError(f"{field}: {name!r} is not a name: small letters, digits and _ only")
+        if name in WORD_NAMES or name in CHANNEL_NAMES:
+            raise ValueError(f"{field}: {name!r} is the name of a word: choose another one")
+    terminals = list(names.values())
+    for name, terminal in names.items():
+        if terminals.count(terminal) > 1:
+            raise ValueError(f"{field}: terminal {terminal} of {name!r} is used twice")
+
+
+def _check_places(kind: CardKind, field: str, names: Mapping[str, int], places: int) -> None:
+    what = "channel" if kind.analog else "terminal"
+    if names and not places:
+        raise ValueError(f"{field}: a {kind.name} has none")
+    for name, at in names.items():
+        if at >= places:
+            raise ValueError(f"{field}: {name!r}: a {kind.name} has no {what} {at}: 0 to {places - 1}")

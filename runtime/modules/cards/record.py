@@ -1,0 +1,76 @@
+"""The cards as the registry knows them: a record for every row of the table."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from ....io_images.image import Image
+from ....io_images.module_words import BitPlace, ModuleWords
+from ...loop.module import Module
+from ...machine import MachineSpec
+from ..record import ModuleRecord, Options
+from .kinds import KINDS, CardKind
+from .options import CardOptions
+
+
+class CardView:
+    """A card's inputs by name.
+
+    >>> from scanrack.io_images import Image
+    >>> wired = CardOptions(inputs={"start": 0, "stop": 1})
+    >>> view = CardView(Image([0b10]), wired.words(KINDS["1769-IQ16"]))
+    >>> view["start"], view["stop"], str(view)
+    (False, True, 'stop')
+
+    An analog input has a value:
+
+    >>> view = CardView(Image([6240]), CardOptions(inputs={"level": 0}).words(KINDS["1769-IF4"]))
+    >>> view["level"]
+    6240
+    """
+
+    def __init__(self, inputs: Image, words: ModuleWords) -> None:
+        self._inputs = inputs
+        self._bits: dict[str, BitPlace] = dict(words.groups.get("input", {}))
+        self._words = {name: at for at, name in enumerate(words.inputs)} if words.profile_words else {}
+
+    def __getitem__(self, name: str) -> bool | int:
+        if name in self._words:
+            return self._inputs[self._words[name]]
+        at = self._bits[name]
+        return self._inputs.bit(at.word, at.bit)
+
+    def __str__(self) -> str:
+        return " ".join(name for name in self._bits if self[name]) or "no input"
+
+
+def make(
+    kind: CardKind, firmware: str, machine: MachineSpec, seed: int, options: Options, wiring: str | None
+) -> Module:
+    """Make a card; it has neither machine nor wiring nor firmware, and nothing is left to chance.
+
+    Raises:
+        ValueError: an option, or a machine or wiring.
+    """
+    from .module import GenericCard
+
+    if machine != MachineSpec():
+        raise ValueError(f"machine: a {kind.name} is bolted to none; its inputs are wired in its options")
+    if wiring is not None:
+        raise ValueError(f"wiring {wiring}: a {kind.name} has none; leave it out")
+    return GenericCard(CardOptions.of(options), kind)
+
+
+def _record(kind: CardKind) -> ModuleRecord:
+    return ModuleRecord(
+        name=kind.name,
+        make=partial(make, kind),
+        words=lambda options: CardOptions.of(options).words(kind),
+        has_firmware=False,
+        status=CardView,
+        follows=lambda options: CardOptions.of(options).follows,
+        buttons=lambda options: () if kind.analog else CardOptions.of(options).buttons,
+    )
+
+
+RECORDS = tuple(map(_record, KINDS.values()))
