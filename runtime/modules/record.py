@@ -36,7 +36,7 @@ class NamedInputs(Protocol):
 
 
 @runtime_checkable
-class Bolted(Protocol):
+class Bolted(Module, Protocol):
     """A module that is bolted to a simulated machine."""
 
     def machine_at(self, now_ns: int) -> Machine:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from decimal import Decimal
-from typing import Annotated, Any, cast
+from typing import Annotated, Any
 
 from pydantic import (
     BeforeValidator,
@@ -25,7 +25,6 @@ from pydantic import (
 
 from ....io_images.amci3601.firmware import Firmware
 from ...config.rackspec import IncidentSpec, RackSpec, SlotSpec
-from ...loop.events import JsonValue
 from ...loop.incidents import FaultKind, Incident
 from ...machine import MachineSpec, Slip, TimelineEntry
 from ...machine.spec import InputName
@@ -163,8 +162,8 @@ class Scenario:
         options = slot.options
         pushes = [push_entry(each) for each in self.pushes if each.slot == slot.number]
         if pushes:
-            before = cast("list[JsonValue]", options.get("timeline", []))
-            options = {**options, "timeline": [*before, *pushes]}
+            rows: Any = options.get("timeline", ())
+            options = {**options, "timeline": [*rows, *pushes]}
         return slot.model_copy(update={"firmware": firmware, "machine": machine, "options": options})
 
     def to_json(self) -> dict[str, Any]:
@@ -206,9 +205,7 @@ class Scenario:
         for push in self.pushes:
             if push.input not in buttons[push.slot]:
                 names = ", ".join(buttons[push.slot]) or "none"
-                raise ValueError(
-                    f"scenario: slot {push.slot} has no button {push.input!r}: there are {names}"
-                )
+                raise ValueError(f"scenario: slot {push.slot} has no button {push.input!r}, only {names}")
 
     def is_possible(self, spec: RackSpec) -> bool:
         """Return whether no module has an older firmware here than the rack's program needs."""
@@ -248,7 +245,7 @@ def first_mistake(error: ValidationError) -> str:
     return f"{key} = {first['input']!r:.40}: {first.get('ctx', {}).get('error', first['msg'])}"
 
 
-def push_entry(push: Push) -> dict[str, JsonValue]:
+def push_entry(push: Push) -> dict[str, Any]:
     """Return a push as a row of a card's timeline."""
     return {"at_ms": push.at_ns / 1e6, "input": push.input, "for_ms": push.for_ns / 1e6}
 

@@ -156,8 +156,10 @@ def _presses(slot: SlotSpec, times: st.SearchStrategy[int]) -> st.SearchStrategy
 
 
 def _pushes(contacts: Sequence[tuple[int, str]], times: st.SearchStrategy[int]) -> st.SearchStrategy[Push]:
-    one = st.sampled_from(contacts)
-    return st.builds(lambda at, begin, lasts: Push(*at, begin, lasts), one, times, _durations())
+    def pushed(contact: tuple[int, str], at_ns: int, for_ns: int) -> Push:
+        return Push(*contact, at_ns, for_ns)
+
+    return st.builds(pushed, st.sampled_from(contacts), times, _durations())
 
 
 def sensors(slot: SlotSpec) -> list[InputBit]:

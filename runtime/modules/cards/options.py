@@ -189,7 +189,9 @@ def _digital_words(kind: CardKind, options: CardOptions) -> ModuleWords:
 def _analog_words(kind: CardKind, options: CardOptions) -> ModuleWords:
     """Name the channels as they are wired; the stem of the message types tells one wiring from another."""
     named = [("I", options.inputs, kind.channels_in), ("O", options.outputs, kind.channels_out)]
-    images, stem, profile = {}, "Analog", {}
+    images: dict[str, tuple[str, ...]] = {}
+    profile: dict[str, tuple[str, int]] = {}
+    stem = "Analog"
     for image, wired, channels in named:
         names = [f"ch{at}_data" if at < channels else f"word{at}" for at in range(WORDS)]
         for name, at in sorted(wired.items(), key=lambda pair: pair[1]):

@@ -1,0 +1,226 @@
+"""The table of cards: words and addresses of each kind, cams of another slot's machine, analog channels."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from scanrack import Configuration, InputBit, Move, MoveKind, PresetPosition
+from scanrack.io_images.image import Image
+from scanrack.runtime.app.build import build_cpu, build_rack
+from scanrack.runtime.config.rackfile import RackFileError, parse_rack_file
+from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
+from scanrack.runtime.loop.addresses import Address, parse_address
+from scanrack.runtime.machine import MachineSpec, Switch, press
+from scanrack.runtime.modules.cards.kinds import KINDS
+from scanrack.runtime.modules.cards.module import GenericCard
+from scanrack.runtime.modules.cards.options import CardOptions
+from scanrack.runtime.modules.registry import MODULES, words_of
+
+SOLD = (
+    *("1762-IQ8", "1762-IQ16", "1762-OB8", "1762-OB16", "1762-OW8", "1762-IF4", "1762-OF4"),
+    *("1769-IQ16", "1769-IQ32", "1769-OB16", "1769-OB32", "1769-OW8", "1769-IF4", "1769-OF4"),
+)
+
+
+def card(kind: str, **options: object) -> GenericCard:
+    """Return a card with its power on."""
+    return GenericCard(CardOptions(**options), KINDS[kind])
+
+
+@pytest.mark.parametrize("name", SOLD)
+def test_every_card_that_is_sold_can_be_put_into_a_slot(name: str) -> None:
+    spec = RackSpec(program=lambda scan: None, slot=[SlotSpec(number=2, module=name)])
+    assert build_rack(spec).slots[2].catalog == name
+    assert MODULES[name].name == name
+
+
+def test_a_card_has_as_many_terminals_as_its_name_says() -> None:
+    for name in SOLD:
+        kind = KINDS[name]
+        family = name[5:7]
+        count = int(name[7:])
+        has = {"IQ": kind.inputs, "IF": kind.channels_in, "OF": kind.channels_out}.get(family, kind.outputs)
+        assert has == count
+        assert kind.inputs + kind.outputs + kind.channels_in + kind.channels_out == count
+
+
+def test_terminal_20_is_bit_20_of_a_dint_and_bit_4_of_word_1() -> None:
+    words = {2: words_of("1769-IQ32", {"inputs": {"gate": 20}})}
+    for text in ("Local:2:I.Data.20", "I:2.1/4", "Local:2:I.Data[1].4", "slot2.input.gate"):
+        assert parse_address(text, words) == Address(2, "I", 1, 4)
+    with pytest.raises(ValueError, match="there is no bit 32, bits are 0 to 31"):
+        parse_address("Local:2:I.Data.32", words)
+    with pytest.raises(ValueError, match="has 32 bits"):
+        parse_address("Local:2:I.Data", words)
+    shown = card("1769-IQ32", inputs={"gate": 20}, normally_closed=["gate"]).update(0, Image())
+    assert list(shown) == [0, 1 << 4, 0, 0, 0, 0, 0, 0]
+
+
+def test_an_analog_channel_is_a_word_with_the_profiles_name() -> None:
+    words = {3: words_of("1769-IF4", {"inputs": {"level": 2}})}
+    assert parse_address("Local:3:I.Ch2Data", words) == Address(3, "I", 2, None)
+    assert parse_address("Local:3:I.Ch2Data.15", words) == Address(3, "I", 2, 15)
+    assert (
+        parse_address("Local:3:I.Data[2]", words) == parse_address("I:3.2", words) == Address(3, "I", 2, None)
+    )
+    assert words[3].inputs[:4] == ("ch0_data", "ch1_data", "level", "ch3_data")
+    with pytest.raises(ValueError, match="did you mean Ch3Data"):
+        parse_address("Local:3:I.Ch7Data", words)
+    with pytest.raises(ValueError, match="slot 3 has no output 'Ch0Data'"):
+        parse_address("Local:3:O.Ch0Data", words)
+
+
+def test_two_wirings_have_message_types_of_their_own() -> None:
+    wirings = ({"inputs": {"a_b": 0}}, {"inputs": {"a": 0, "b": 1}}, {"inputs": {"a_b": 1}}, {})
+    found = [words_of("1762-IF4", each) for each in wirings] + [words_of("1762-OF4", {})]
+    assert len({each.message for each in found}) == len(found)
+
+
+def test_an_analog_input_keeps_its_value_until_the_next() -> None:
+    timeline = [{"at_ms": 1, "input": "level", "value": 6240}, {"at_ms": 3, "input": "level", "value": -5}]
+    module = card("1769-IF4", inputs={"level": 1}, timeline=timeline)
+    shown = [module.update(ms * 1_000_000, Image())[1] for ms in range(5)]
+    assert shown == [0, 6240, 6240, -5, -5]
+    assert [event.text for event in module.events] == ["The level input is 6240.", "The level input is -5."]
+
+
+def test_a_compact_output_card_repeats_the_outputs_in_force() -> None:
+    """The output data echo; the card has 8 outputs, so bit 8 goes nowhere. In program mode it is 0."""
+    module = card("1769-OW8")
+    assert module.update(0, Image([0x181]))[0] == 0x81
+    module.plc_run(False)
+    assert module.update(1, Image([0x181]))[0] == 0
+    assert card("1762-OW8").update(0, Image([0x181]))[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("kind", "options", "says"),
+    [
+        ("1762-IQ8", {"inputs": {"a": 8}}, "a 1762-IQ8 has no terminal 8: 0 to 7"),
+        ("1762-IQ8", {"outputs": {"a": 0}}, "outputs: a 1762-IQ8 has none"),
+        ("1769-IF4", {"inputs": {"a": 4}}, "a 1769-IF4 has no channel 4: 0 to 3"),
+        ("1769-IF4", {"inputs": {"a": 0}, "normally_closed": ["a"]}, "a 1769-IF4 has no contacts"),
+        ("1769-IF4", {"inputs": {"a": 0}, "timeline": [{"at_ms": 1, "input": "a"}]}, "needs a value"),
+        (
+            "1769-IF4",
+            {"inputs": {"a": 0}, "timeline": [{"at_ms": 1, "input": "a", "value": 1, "for_ms": 1}]},
+            "no for_ms",
+        ),
+        (
+            "1769-IQ16",
+            {"inputs": {"a": 0}, "timeline": [{"at_ms": 1, "input": "a", "value": 1}]},
+            "has no value",
+        ),
+        ("1769-IQ16", {"inputs": {"a": 0}, "cam": [{"input": "a", "slot": 1}]}, "first or last"),
+        (
+            "1769-IQ16",
+            {"inputs": {"a": 0}, "cam": [{"input": "a", "slot": 1, "first": 2, "last": 1}]},
+            "first 2 lies behind last 1",
+        ),
+        (
+            "1769-IQ16",
+            {"inputs": {"a": 0}, "cam": [{"input": "a", "slot": 1, "switch": "hom"}]},
+            "there is no switch 'hom'",
+        ),
+        (
+            "1769-IQ16",
+            {"inputs": {"a": 0}, "cam": [{"input": "a", "slot": 1, "first": 2}] * 2},
+            "'a' is wired twice",
+        ),
+    ],
+)
+def test_wiring_that_a_card_cannot_have_is_refused(kind: str, options: dict[str, object], says: str) -> None:
+    with pytest.raises(ValueError, match=says):
+        card(kind, **options)
+
+
+CONFIGURATION = Configuration(
+    inputs_used=InputBit.CAPTURE | InputBit.HOME | InputBit.CW_LIMIT,
+    step_and_direction=True,
+    starting_speed=500,
+)
+MACHINE = MachineSpec(
+    switches=(Switch(InputBit.CW_LIMIT, 900, None),),
+    timeline=press(41_300_000, InputBit.CAPTURE, 20_000_000),
+)
+
+
+def move(scan: object) -> None:
+    """Configure at once, preset in scan 200, move to 1000 in scan 300; a limit switch stands at 900."""
+    outputs = scan.slot[STEPPER].outputs  # type: ignore[attr-defined]
+    if scan.number == 0:  # type: ignore[attr-defined]
+        outputs.load(CONFIGURATION.to_image())
+    elif scan.number in (150, 250):  # type: ignore[attr-defined]
+        outputs.clear()
+    elif scan.number == 200:  # type: ignore[attr-defined]
+        outputs.load(PresetPosition(0).to_image())
+    elif scan.number == 300:  # type: ignore[attr-defined]
+        outputs.load(Move(MoveKind.ABSOLUTE, 1000, speed=5000, acceleration=1, deceleration=1).to_image())
+
+
+STEPPER = 2
+CAMS = {
+    "inputs": {"half": 3, "home": 5, "sensed": 4},
+    "normally_closed": ["home"],
+    "cam": [
+        {"input": "half", "slot": STEPPER, "first": 300, "last": 600},
+        {"input": "home", "slot": STEPPER, "last": -1},
+        {"input": "sensed", "slot": STEPPER, "switch": "capture"},
+    ],
+}
+
+
+def images(*cards: int, module: str = "amci3601") -> list[tuple[bytes, list[int], int]]:
+    """Run a move; return by scan the stepper's inputs, its words, and the word of the first card."""
+    slots = [SlotSpec(number=number, module="1769-IQ16", options=CAMS) for number in cards]
+    slots.append(SlotSpec(number=STEPPER, module=module, machine=MACHINE))
+    spec = RackSpec(program=move, slot=slots)
+    rack = build_rack(spec)
+    seen = []
+
+    def look(scan: object) -> None:
+        stepper = rack.slots[STEPPER].inputs
+        first = rack.slots[cards[0]].inputs[0] if cards else 0
+        seen.append((bytes(stepper), list(stepper), first))
+        move(scan)
+
+    build_cpu(spec, look, rack).run(900)
+    return seen
+
+
+@pytest.mark.parametrize("module", ["amci3601", "pcl601-adapter"])
+def test_a_cam_is_closed_while_the_shaft_is_in_its_range(module: str) -> None:
+    """In the scan's own instant, whichever of the two slots comes first; the 3601 notices nothing."""
+    before, behind, alone = images(1, module=module), images(3, module=module), images(module=module)
+    assert [each[0] for each in before] == [each[0] for each in behind] == [each[0] for each in alone]
+    assert [each[2] for each in before] == [each[2] for each in behind]
+    if module == "amci3601":
+        for _, words, shown in before[300:]:
+            position = 1000 * words[2] + words[3]
+            assert bool(shown >> 3 & 1) is (300 <= position <= 600)
+    assert {each[2] >> 3 & 1 for each in before} == {0, 1}
+    assert all(each[2] >> 5 & 1 for each in before)  # normally closed, and the shaft is never below 0
+
+
+def test_a_card_sees_a_switch_of_the_machine_in_the_instant_of_the_scan() -> None:
+    """Capture is energised from 41.3 to 61.3 ms: in the scans at 42 to 60 ms, which are 21 to 30."""
+    shown = [each[2] >> 4 & 1 for each in images(1)]
+    assert [scan for scan, level in enumerate(shown) if level] == list(range(21, 31))
+
+
+def test_a_cam_needs_a_simulated_stepper(tmp_path: Path) -> None:
+    text = """
+program = "p.py"
+[[slot]]
+number = 1
+module = "1769-IQ16"
+[slot.options]
+inputs = { a = 0 }
+cam = [{ input = "a", slot = 3, first = 0 }]
+[[slot]]
+number = 2
+module = "amci3601"
+"""
+    with pytest.raises(RackFileError, match="slot 3 has no simulated stepper; there is one in 2"):
+        parse_rack_file(text, tmp_path / "rack.toml")
