@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from scanrack import Configuration, InputBit, Move, MoveKind, PresetPosition
@@ -23,14 +24,19 @@ SOLD = (
 )
 
 
-def card(kind: str, **options: object) -> GenericCard:
+def card(kind: str, **options: Any) -> GenericCard:
     """Return a card with its power on."""
     return GenericCard(CardOptions(**options), KINDS[kind])
 
 
+def wired(**inputs: int) -> Any:
+    """Return options that name inputs."""
+    return {"inputs": inputs}
+
+
 @pytest.mark.parametrize("name", SOLD)
 def test_every_card_that_is_sold_can_be_put_into_a_slot(name: str) -> None:
-    spec = RackSpec(program=lambda scan: None, slot=[SlotSpec(number=2, module=name)])
+    spec = RackSpec(program=lambda scan: None, slot=(SlotSpec(number=2, module=name),))
     assert build_rack(spec).slots[2].catalog == name
     assert MODULES[name].name == name
 
@@ -46,7 +52,7 @@ def test_a_card_has_as_many_terminals_as_its_name_says() -> None:
 
 
 def test_terminal_20_is_bit_20_of_a_dint_and_bit_4_of_word_1() -> None:
-    words = {2: words_of("1769-IQ32", {"inputs": {"gate": 20}})}
+    words = {2: words_of("1769-IQ32", wired(gate=20))}
     for text in ("Local:2:I.Data.20", "I:2.1/4", "Local:2:I.Data[1].4", "slot2.input.gate"):
         assert parse_address(text, words) == Address(2, "I", 1, 4)
     with pytest.raises(ValueError, match="there is no bit 32, bits are 0 to 31"):
@@ -58,7 +64,7 @@ def test_terminal_20_is_bit_20_of_a_dint_and_bit_4_of_word_1() -> None:
 
 
 def test_an_analog_channel_is_a_word_with_the_profiles_name() -> None:
-    words = {3: words_of("1769-IF4", {"inputs": {"level": 2}})}
+    words = {3: words_of("1769-IF4", wired(level=2))}
     assert parse_address("Local:3:I.Ch2Data", words) == Address(3, "I", 2, None)
     assert parse_address("Local:3:I.Ch2Data.15", words) == Address(3, "I", 2, 15)
     assert (
@@ -72,7 +78,7 @@ def test_an_analog_channel_is_a_word_with_the_profiles_name() -> None:
 
 
 def test_two_wirings_have_message_types_of_their_own() -> None:
-    wirings = ({"inputs": {"a_b": 0}}, {"inputs": {"a": 0, "b": 1}}, {"inputs": {"a_b": 1}}, {})
+    wirings = (wired(a_b=0), wired(a=0, b=1), wired(a_b=1), {})
     found = [words_of("1762-IF4", each) for each in wirings] + [words_of("1762-OF4", {})]
     assert len({each.message for each in found}) == len(found)
 
@@ -146,21 +152,21 @@ MACHINE = MachineSpec(
 )
 
 
-def move(scan: object) -> None:
+def move(scan: Any) -> None:
     """Configure at once, preset in scan 200, move to 1000 in scan 300; a limit switch stands at 900."""
-    outputs = scan.slot[STEPPER].outputs  # type: ignore[attr-defined]
-    if scan.number == 0:  # type: ignore[attr-defined]
+    outputs = scan.slot[STEPPER].outputs
+    if scan.number == 0:
         outputs.load(CONFIGURATION.to_image())
-    elif scan.number in (150, 250):  # type: ignore[attr-defined]
+    elif scan.number in (150, 250):
         outputs.clear()
-    elif scan.number == 200:  # type: ignore[attr-defined]
+    elif scan.number == 200:
         outputs.load(PresetPosition(0).to_image())
-    elif scan.number == 300:  # type: ignore[attr-defined]
+    elif scan.number == 300:
         outputs.load(Move(MoveKind.ABSOLUTE, 1000, speed=5000, acceleration=1, deceleration=1).to_image())
 
 
 STEPPER = 2
-CAMS = {
+CAMS: Any = {
     "inputs": {"half": 3, "home": 5, "sensed": 4},
     "normally_closed": ["home"],
     "cam": [
@@ -175,11 +181,11 @@ def images(*cards: int, module: str = "amci3601") -> list[tuple[bytes, list[int]
     """Run a move; return by scan the stepper's inputs, its words, and the word of the first card."""
     slots = [SlotSpec(number=number, module="1769-IQ16", options=CAMS) for number in cards]
     slots.append(SlotSpec(number=STEPPER, module=module, machine=MACHINE))
-    spec = RackSpec(program=move, slot=slots)
+    spec = RackSpec(program=move, slot=tuple(slots))
     rack = build_rack(spec)
     seen = []
 
-    def look(scan: object) -> None:
+    def look(scan: Any) -> None:
         stepper = rack.slots[STEPPER].inputs
         first = rack.slots[cards[0]].inputs[0] if cards else 0
         seen.append((bytes(stepper), list(stepper), first))
