@@ -78,7 +78,7 @@ def test_an_analog_channel_is_a_word_with_the_profiles_name() -> None:
 
 
 def test_two_wirings_have_message_types_of_their_own() -> None:
-    wirings = (wired(a_b=0), wired(a=0, b=1), wired(a_b=1), {})
+    wirings: Any = (wired(a_b=0), wired(a=0, b=1), wired(a_b=1), {})
     found = [words_of("1762-IF4", each) for each in wirings] + [words_of("1762-OF4", {})]
     assert len({each.message for each in found}) == len(found)
 
