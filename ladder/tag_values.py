@@ -25,7 +25,7 @@ from .operands import Constant, Group, Place
 from .resolver import Resolver
 from .tags import Alias, Layout, Leaf
 from .tree import Address, BitStep
-from .types import STRING, DataType, Elementary, count_of
+from .types import DataType, Elementary, count_of
 
 TEXT = "TEXT"
 
@@ -36,7 +36,7 @@ class TagValue:
 
     Attributes:
         name: its full name.
-        type: BOOL, SINT, INT, DINT, LINT or REAL; TEXT for a STRING.
+        type: name of its elementary type, such as DINT; TEXT for a STRING.
         length: elements of an array; 0 for a single value.
         source: the expression that reads it: `*name` for an array, length and data for a TEXT.
     """
@@ -99,12 +99,12 @@ def _values(layout: Layout, path: str, kind: DataType, dims: tuple[int, ...]) ->
     if isinstance(kind, Elementary):
         leaf = layout.leaf(path)
         yield _value(layout, path, leaf, 0, leaf.size if leaf.dims else 0)
-    elif kind is STRING:
+    elif kind.is_string:
         for at, indices in enumerate(product(*map(range, dims))):
             subscript = f"[{','.join(map(str, indices))}]" if dims else ""
             yield _text(layout, path, f"{path}{subscript}", at)
     else:
-        for member in kind.members:
+        for member in kind.own:
             yield from _values(layout, f"{path}.{member.name}", member.type, dims + member.dims)
 
 
@@ -120,10 +120,16 @@ def _at_address(layout: Layout, known: Sequence[TagValue], address: Address) -> 
     if not isinstance(where, Place | Group):
         raise LadderError(f"{address} is no tag")
     if isinstance(where, Place):
-        if where.leaf.is_image or where.bit is not None or where.fixed_index is None:
+        if where.leaf.is_image or where.fixed_index is None:
             raise LadderError(f"{address} is no tag of its own")
-        return [_value(layout, str(address), where.leaf, where.fixed_index, 0)]
+        name = str(address) if where.bit is None else _element_name(where.leaf, where.fixed_index)
+        return [_value(layout, name, where.leaf, where.fixed_index, 0)]
     return list(_members(layout, where, str(address)))
+
+
+def _element_name(leaf: Leaf, at: int) -> str:
+    """Return the name of the word in which a packed bit lies."""
+    return f"{leaf.path}[{at}]" if leaf.dims else leaf.path
 
 
 def _members(layout: Layout, group: Group, name: str) -> Iterator[TagValue]:

@@ -28,6 +28,7 @@ from .layout import SLOT_BYTES
 from .records import DAMAGED, MAGIC, Message, Span, TraceError, TraceLimitError, read_attachment
 from .schema import LIBRARY, SCAN_HEAD
 from .sections import Part, ScanRows, ScanShape, Section, find_sections, held, take_apart, torn_chunk
+from .tagplan import FIELD
 from .topics import SCAN_TOPIC, TEXTS, TOPICS
 
 
@@ -40,6 +41,7 @@ class Scan(NamedTuple):
         flags: what the CPU was doing.
         memory: the rack's memory block: per slot the output image, then the input image.
         places: slot number -> offset of the slot in the memory block.
+        tags: the row of tags; nothing without any.
     """
 
     scan: int
@@ -47,6 +49,7 @@ class Scan(NamedTuple):
     flags: int
     memory: bytes
     places: Mapping[int, int]
+    tags: bytes = b""
 
     def outputs(self, slot: int) -> Image:
         """Return a copy of a slot's output image (logic to module); KeyError for no such slot."""
@@ -226,6 +229,17 @@ class Trace(Records):
                 if isinstance(part, Message):
                     yield from self._events(part, section)
 
+    def texts(self) -> dict[int, str]:
+        """Return what the codes of recorded texts stand for."""
+        if TEXTS.name not in self.head.channels:
+            return {}
+        found = {}
+        for event in self.events():
+            code = event.fields.get("code")
+            if event.topic == TEXTS.name and isinstance(code, int):
+                found[code] = str(event.fields.get("text", ""))
+        return found
+
     def scan_rows(self, section: Section) -> list[ScanRows]:
         """Return the scans of a section as arrays; none for a damaged one, which is noted."""
         return [part for part in self._messages(section) if not isinstance(part, Message)]
@@ -234,9 +248,11 @@ class Trace(Records):
         """Iterate over the scans of an array."""
         size = rows.dtype["images"].itemsize
         memory = rows["images"].tobytes()
+        tags = [row.tobytes() for row in rows[FIELD]] if FIELD in (rows.dtype.names or ()) else None
         columns = (rows[name].tolist() for name in ("scan", "log_time", "flags"))
         for place, (scan, now_ns, flags) in enumerate(zip(*columns, strict=True)):
-            yield Scan(scan, now_ns, flags, memory[place * size : place * size + size], self._places)
+            image = memory[place * size : place * size + size]
+            yield Scan(scan, now_ns, flags, image, self._places, tags[place] if tags else b"")
 
     def edge(self, *, last: bool) -> ScanRows | None:
         """Return the first scan, or the last one, as an array of one; None for a trace without scans."""

@@ -64,21 +64,27 @@ class Format(NamedTuple):
 
 FORMATS: Mapping[str, Format] = {
     "LINT": Format("int64", "q", 8),
+    "ULINT": Format("uint64", "Q", 8),
     "LREAL": Format("float64", "d", 8),
     "DINT": Format("int32", "i", 4),
+    "UDINT": Format("uint32", "I", 4),
     "REAL": Format("float32", "f", 4),
     "INT": Format("int16", "h", 2),
+    "UINT": Format("uint16", "H", 2),
     "ENUM": Format("", "H", 2),  # a message of its own
     "TEXT": Format("uint16", "H", 2),
     "SINT": Format("int8", "b", 1),
+    "USINT": Format("uint8", "B", 1),
     "BOOL": Format("bool", "?", 1),
 }
 """By type of tag, widest first."""
 
-_TYPES = {each.ros: name for name, each in FORMATS.items()}
+_TYPES = {each.ros: name for name, each in FORMATS.items() if name != "TEXT"}
 _HASH_DIGITS = 12
 _NAMES_DIGITS = 8
-_FIELD = re.compile(r"(?P<type>\w+?)(?:\[(?P<length>[1-9]\d*)\])? (?P<field>[a-z][a-z0-9_]*)  # (?P<name>.+)")
+_FIELD = re.compile(
+    r"(?P<type>\w+?)(?:\[(?P<length>[1-9]\d*)\])? (?P<field>[a-z][a-z0-9_]*)  # (?P<name>.+?)(?P<text>, text)?"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,7 +137,9 @@ class TagField:
     def line(self) -> str:
         """Its line in the schema."""
         kind = FORMATS[self.tag.type].ros or self.enum_message
-        return f"{kind}{f'[{self.tag.length}]' if self.tag.length else ''} {self.name}  # {self.tag.name}"
+        length = f"[{self.tag.length}]" if self.tag.length else ""
+        mark = ", text" if self.tag.type == "TEXT" else ""
+        return f"{kind}{length} {self.name}  # {self.tag.name}{mark}"
 
 
 @dataclass(frozen=True)
@@ -249,6 +257,8 @@ def _read_field(line: str, bodies: Mapping[str, Sequence[str]]) -> TagField:
     if match is None:
         raise ValueError(f"{line!r} is no tag")
     kind, length, name = match["type"], int(match["length"] or 0), match["name"]
+    if match["text"] and kind == FORMATS["TEXT"].ros:
+        return TagField(Tag(name, "TEXT", length), match["field"])
     if kind in _TYPES:
         return TagField(Tag(name, _TYPES[kind], length), match["field"])
     if kind not in bodies:

@@ -30,6 +30,8 @@ TAGS = [
     Tag("Recipe", "INT", 3),
     Tag("Small", "SINT"),
     Tag("Name", "TEXT"),
+    Tag("Port", "UINT"),
+    Tag("Byte", "USINT"),
 ]
 
 
@@ -50,8 +52,20 @@ class Values:
 def test_fields_stand_widest_first_and_keep_their_order() -> None:
     plan = plan_of(TAGS)
     names = [field.name for field in plan.fields]
-    assert names == ["count", "ratio", "fill_acc", "level", "main_step", "recipe", "name", "run", "small"]
-    assert plan.dtype.itemsize == 8 + 8 + 4 + 4 + 2 + 3 * 2 + 2 + 1 + 1
+    assert names == [
+        "count",
+        "ratio",
+        "fill_acc",
+        "level",
+        "main_step",
+        "recipe",
+        "name",
+        "port",
+        "run",
+        "small",
+        "byte",
+    ]
+    assert plan.dtype.itemsize == 8 + 8 + 4 + 4 + 2 + 3 * 2 + 2 + 2 + 1 + 1 + 1
 
 
 def test_the_schema_tells_the_whole_plan() -> None:
@@ -73,7 +87,21 @@ def test_rows_are_read_in_the_types_of_the_tags(tmp_path: Path) -> None:
     recorder = ScanRecorder(path, memory, SLOTS, scan_period_ns=2_000_000, tags=tags)
     for scan in range(5000):
         memory[0] = scan & 0xFF
-        tags.values = [2**62 + scan, 1 / 3, -scan, 0.5, scan & 1, scan, 2, 3, 0, scan % 3 == 0, -7]
+        tags.values = [
+            2**62 + scan,
+            1 / 3,
+            -scan,
+            0.5,
+            scan & 1,
+            scan,
+            2,
+            3,
+            0,
+            0xFFFF,
+            scan % 3 == 0,
+            -7,
+            255,
+        ]
         recorder.scan(scan, scan * 2_000_000, 0)
     recorder.close()
     with open_trace(path) as trace:
@@ -89,6 +117,7 @@ def test_rows_are_read_in_the_types_of_the_tags(tmp_path: Path) -> None:
     assert (columns.tags["main_step"] == scans % 2).all()
     assert (columns.tags["recipe"] == np.stack([scans, 0 * scans + 2, 0 * scans + 3], axis=1)).all()
     assert (columns.tags["run"] == (scans % 3 == 0)).all()
+    assert (columns.tags["port"] == 0xFFFF).all()
     assert (columns.words[:, 0] == scans & 0xFF).all()
     rows = json.loads(attached["tags.json"])["tags"]
     assert {"name": "Recipe", "field": "tags.recipe", "type": "INT", "length": 3} in rows

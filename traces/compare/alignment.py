@@ -83,7 +83,7 @@ def _times_of(trace: Trace, at: str) -> tuple[int, ...]:
     """Return when something happened, at least once."""
     if at == START:
         return (next(int(block.time_ns[0]) for block in blocks(trace)),)
-    signal = Catalog(trace.head.slots)[at]
+    signal = Catalog.of(trace)[at]
     if signal.kind is not Kind.BIT:
         raise ValueError(f"{at} is no bit: traces are aligned at 'start' or where a bit rises")
     before, times = True, list[int]()

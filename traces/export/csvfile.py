@@ -70,7 +70,18 @@ def _bits(columns: Sequence[Column]) -> list[str]:
 
 def _numbers(column: Column) -> list[str]:
     values = list(map(str, column.values.tolist()))
+    if column.values.dtype == object:
+        values = list(map(_quoted, values))
     if column.missing is not None:
         for row in np.flatnonzero(column.missing):
             values[row] = ""
     return values
+
+
+def _quoted(text: str) -> str:
+    """Return a text as a cell [RFC 4180].
+
+    >>> _quoted("FILL"), _quoted('a "b", c')
+    ('FILL', '"a ""b"", c"')
+    """
+    return '"' + text.replace('"', '""') + '"' if any(each in text for each in ',"\r\n') else text

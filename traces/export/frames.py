@@ -53,7 +53,9 @@ def to_polars(trace: Trace, signals: Sequence[str] = (), selection: Selection = 
     pl = need("polars", "frames")
 
     def series(column: Column) -> Any:
-        values = pl.Series(column.name, column.values)
+        values = pl.Series(
+            column.name, column.values if column.values.dtype != object else column.values.tolist()
+        )
         if column.missing is None:
             return values
         return values.set(pl.Series(column.missing), None)

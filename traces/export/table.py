@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..reader import Trace
 from ..signals import ALL, Block, Catalog, Kind, Selection, Signal, blocks
-from ..signals.signal import whole_numbers
+from ..signals.signal import named, whole_numbers
 
 Array = NDArray[Any]
 
@@ -22,7 +22,7 @@ class Column:
 
     Attributes:
         name: the signal's name, "scan" or "time_ns".
-        values: bool, whole numbers, or float64.
+        values: bool, whole numbers, floats, or texts (of type object).
         missing: where there is no value; None if there is one everywhere.
     """
 
@@ -50,7 +50,7 @@ def table(
         UnknownSignalError: there is no such signal; raised at once.
         EmptySelectionError: no scan is in the selection.
     """
-    wanted = Catalog(trace.head.slots).matching(signals)
+    wanted = Catalog.of(trace).matching(signals)
     return (_columns(block, wanted) for block in blocks(trace, selection, progress=progress))
 
 
@@ -62,4 +62,6 @@ def _columns(block: Block, wanted: Sequence[Signal]) -> list[Column]:
 def _column(signal: Signal, values: Array) -> Column:
     if signal.kind is Kind.VALUE:
         return Column(signal.name, *whole_numbers(values))
+    if signal.kind is Kind.CODE:
+        return Column(signal.name, np.array(named(values, signal.names), dtype=object))
     return Column(signal.name, values)

@@ -5,6 +5,8 @@
       $var wire 1 ! COMMAND_ERROR $end           a bit
       $var wire 16 " status_msw [15:0] $end      a word
       $var integer 32 # position $end            a decoded value; x where there is none
+    $var real 64 $ fill_acc $end               a number of the program's
+    $var string 1 % step $end                  the name that a code stands for
 
 The timescale is 1 ns, and only what changes is written.
 """
@@ -21,7 +23,7 @@ from numpy.typing import NDArray
 from ..newfile import Target, new_file
 from ..reader import Trace
 from ..signals import ALL, Block, Catalog, Kind, Selection, Signal, blocks
-from ..signals.signal import whole_numbers
+from ..signals.signal import named, whole_numbers
 
 Array = NDArray[Any]
 
@@ -52,7 +54,7 @@ def write_vcd(
         UnknownSignalError: there is no such signal.
         EmptySelectionError: no scan is in the selection.
     """
-    catalog = Catalog(trace.head.slots)
+    catalog = Catalog.of(trace)
     wanted = catalog.matching(signals) if signals else [catalog[name] for name in catalog]
     variables = [Variable(signal, _identifier(place)) for place, signal in enumerate(_in_scopes(wanted))]
     scans = 0
@@ -101,6 +103,10 @@ class Variable:
             new[0] &= not (none[0] and self._last is not None and np.isnan(self._last))
         self._last = values[-1]
         rows = np.flatnonzero(new)
+        if self.signal.kind is Kind.CODE:
+            return rows, [
+                f"s{_word(name)} {self._identifier}\n" for name in named(values[rows], self.signal.names)
+            ]
         return rows, _lines(values[rows], self.signal.kind, self._identifier)
 
 
@@ -109,14 +115,26 @@ _DECLARED = {
     Kind.WORD: ("wire", 16, " [15:0]"),
     Kind.VALUE: ("integer", 32, ""),
     Kind.MEASURED: ("real", 64, ""),
+    Kind.NUMBER: ("real", 64, ""),
+    Kind.CODE: ("string", 1, ""),
 }
+
+
+def _word(text: str) -> str:
+    """Return a text as a word of ASCII, as a dump has it.
+
+    >>> _word("wait for oil"), _word("")
+    ('wait_for_oil', '""')
+    """
+    plain = "".join(each if "!" <= each <= "~" else "_" for each in text)
+    return plain or '""'
 
 
 def _lines(values: Array, kind: Kind, identifier: str) -> list[str]:
     """Return a line per value."""
     if kind is Kind.BIT:
         return [f"{value:d}{identifier}\n" for value in values.tolist()]
-    if kind is Kind.MEASURED:
+    if kind in (Kind.MEASURED, Kind.NUMBER):
         return [f"r{value:.16g} {identifier}\n" for value in values.tolist()]
     if kind is Kind.WORD:
         mask = 0xFFFF if values.dtype == np.int16 else 0xFFFF_FFFF

@@ -146,7 +146,7 @@ def read_chart(
         EmptySelectionError: no scan is in the selection.
         NothingToPlotError: there is no 3601, or none in a slot that is asked for.
     """
-    catalog = Catalog(trace.head.slots)
+    catalog = Catalog.of(trace)
     tracks = [Tracks(slot, catalog, maker) for slot in wanted_slots(trace, slots)]
     extent = Extent()
     for block in blocks(trace, selection, progress=progress):

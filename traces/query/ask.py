@@ -35,7 +35,7 @@ def query(
         QueryError: the query can't be understood.
         UnknownSignalError: there is no signal that is to be shown.
     """
-    catalog = Catalog(trace.head.slots)
+    catalog = Catalog.of(trace)
     asked = parse(text, catalog)
     shown = [catalog[name] for name in show]
     scans = read_scans(trace, (*asked.signals, *shown), progress)

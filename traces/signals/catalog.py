@@ -6,17 +6,23 @@ from collections.abc import Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from functools import partial
+from types import MappingProxyType
 
 import numpy as np
 
 from ...io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw, StatusMsw
 from ..layout import SlotInfo
+from ..reader import Trace
+from ..tagplan import TagPlan
 from . import decode
 from .signal import Array, Kind, Signal
 from .stream import Block
+from .tags import constant, short_names, tag_signals
 
 FLAGS = Signal("cpu.flags", Kind.WORD, lambda block: block.flags)
 """What the CPU was doing, as recorded; see the table of flags in docs/traces.md."""
+
+NO_TEXTS: Mapping[int, str] = MappingProxyType({})
 
 _DIRECTIONS = ("in", "out")
 
@@ -39,26 +45,39 @@ class Catalog(Mapping[str, Signal]):
 
     Args:
         slots: the slots of the trace.
+        tags: its tags, None without any.
+        texts: what the codes of its texts stand for.
     """
 
-    def __init__(self, slots: Sequence[SlotInfo]) -> None:
+    def __init__(
+        self, slots: Sequence[SlotInfo], tags: TagPlan | None = None, texts: Mapping[int, str] = NO_TEXTS
+    ) -> None:
         self.slots = tuple(slots)
         signals = [FLAGS, *(signal for slot in slots for signal in _slot_signals(slot))]
+        self._short: Mapping[str, str] = {}
+        if tags is not None:
+            signals += tag_signals(tags, texts)
+            self._short = short_names(tags)
         self._signals = {signal.name: signal for signal in signals}
 
+    @classmethod
+    def of(cls, trace: Trace) -> Catalog:
+        """Return the signals of a trace."""
+        return cls(trace.head.slots, trace.head.tags, trace.texts())
+
     def __getitem__(self, name: str) -> Signal:
-        """Return a signal.
+        """Return a signal; a tag also by its plain name, where only one tag has it.
 
         Raises:
             UnknownSignalError: there is none of that name; it names the closest.
         """
-        found = self._signals.get(name) or self._numbered_bit(name)
+        found = self._found(name) or self._found(self._full_name(name))
         if found is None:
             raise UnknownSignalError(self._unknown(name))
         return found
 
     def __contains__(self, name: object) -> bool:
-        return isinstance(name, str) and (name in self._signals or self._numbered_bit(name) is not None)
+        return isinstance(name, str) and self._found(name) is not None
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._signals)
@@ -90,12 +109,26 @@ class Catalog(Mapping[str, Signal]):
             return True
         return not signal.name.endswith(("_msw", "_lsw"))
 
+    def _found(self, name: str) -> Signal | None:
+        return self._signals.get(name) or self._numbered_bit(name) or self._constant(name)
+
+    def _full_name(self, name: str) -> str:
+        """Return the name of the signal that a plain name means, with what follows it."""
+        if name.lower() in self._short:
+            return self._short[name.lower()]
+        head, dot, rest = name.rpartition(".")
+        return f"{self._short[head.lower()]}{dot}{rest}" if head.lower() in self._short else name
+
+    def _constant(self, name: str) -> Signal | None:
+        code, _, wanted = name.rpartition(".")
+        return constant(self._signals[code], wanted) if code in self._signals else None
+
     def _numbered_bit(self, name: str) -> Signal | None:
         word, _, number = name.rpartition(".")
         source = self._signals.get(word)
-        if source is None or source.kind is not Kind.WORD:
+        if source is None or source.kind not in (Kind.WORD, Kind.NUMBER):
             return None
-        width = 32 if source is FLAGS else 16
+        width = source.bits if source.kind is Kind.NUMBER else 32 if source is FLAGS else 16
         if not (number.isdecimal() and number.isascii() and int(number) < width):
             return None
         return Signal(name, Kind.BIT, partial(_bit_of, source, int(number)))

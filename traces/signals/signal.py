@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
@@ -27,6 +27,12 @@ class Kind(Enum):
     VALUE = "value"
     """A whole number joined from two words; an array of float64, NaN where the image has none."""
 
+    NUMBER = "number"
+    """A number of the program's; an array of the tag's own type."""
+
+    CODE = "code"
+    """A whole number that stands for a name; an array of uint16."""
+
     MEASURED = "measured"
     """A number that is worked out from several scans; an array of float64."""
 
@@ -39,16 +45,29 @@ class Signal:
         name: its public name, such as "slot1.in.COMMAND_ERROR".
         kind: what its values are.
         read: returns its values in a block, one per scan.
+        names: of kind CODE: what the codes stand for.
+        bits: of kind NUMBER: the bits of an integer; 0 for a float.
     """
 
     name: str
     kind: Kind
     read: Callable[[Block], Array]
+    names: Mapping[int, str] = field(default_factory=dict)
+    bits: int = 0
 
     @property
     def path(self) -> tuple[str, ...]:
         """The parts of its name: slot, direction, name proper."""
         return tuple(self.name.split("."))
+
+
+def named(codes: Array, names: Mapping[int, str]) -> list[str]:
+    """Return what codes stand for; a code without a name is told as a number.
+
+    >>> named(np.array([1, 0, 7]), {0: "IDLE", 1: "FILL"})
+    ['FILL', 'IDLE', '7']
+    """
+    return [names.get(code, str(code)) for code in codes.tolist()]
 
 
 def whole_numbers(values: Array) -> tuple[Array, Array]:

@@ -61,6 +61,12 @@ class Block:
         """The CPU's flags in the scans."""
         return self.wide.flags[self.start : self.stop]
 
+    @property
+    def tags(self) -> NDArray[np.void]:
+        """The recorded tags in the scans, by field."""
+        assert self.wide.tags is not None, "the trace has tags"
+        return self.wide.tags[self.start : self.stop]
+
     def image(self, slot: int, direction: str) -> NDArray[np.int16]:
         """Return an image's eight words in every scan; `direction` is "in" or "out"."""
         return self.wide_image(slot, direction)[self.start : self.stop]
@@ -92,7 +98,7 @@ def blocks(
     margin = half_window(trace)
     places = {slot.number: SLOT_BYTES // 2 * place for place, slot in enumerate(trace.head.slots)}
     found = False
-    columns = column_chunks(trace, selection, margin=margin)
+    columns = column_chunks(trace, selection, margin=margin, tags=True)
     for wide, start, stop in _with_margins(columns, margin):
         progress(stop - start)
         low, high = selection.rows(wide)

@@ -1,0 +1,149 @@
+"""Recorded tags are signals like any other: query, CSV, Parquet, VCD, show, compare, plot."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from pathlib import Path
+from struct import pack
+
+import numpy as np
+import pytest
+from scanrack.traces.export import write_csv, write_vcd
+from scanrack.traces.layout import SlotInfo
+from scanrack.traces.query import query
+from scanrack.traces.reader import open_trace
+from scanrack.traces.recorder import ScanRecorder
+from scanrack.traces.signals import Catalog
+from scanrack.traces.signals.catalog import UnknownSignalError
+from scanrack.traces.tagplan import Tag, TagPlan, plan_of
+
+SCANS = 300
+SLOTS = [SlotInfo(1, "amci3601", "4.1")]
+TEXTS = ("water", 'oil, "hot"', "")
+TAGS = [
+    Tag(r"\Main.Lamp", "BOOL"),
+    Tag("Fill.ACC", "DINT"),
+    Tag("Step", "ENUM", 0, ("IDLE", "FILL", "HOLD")),
+    Tag("Recipe", "INT", 2),
+    Tag("Level", "REAL"),
+    Tag("Medium", "TEXT"),
+]
+
+
+class Made:
+    """Tags that follow from the number of the scan."""
+
+    def __init__(self, memory: bytearray, changed: Mapping[int, int]) -> None:
+        self.plan: TagPlan = plan_of(TAGS)
+        self.pending: list[tuple[str, Mapping[str, str | int]]] = []
+        self._memory, self._changed, self._scan = memory, changed, -1
+
+    def take(self) -> bytes:
+        """Return memory block and row of the next scan."""
+        self._scan = scan = self._scan + 1
+        if scan % 100 == 0:
+            self.pending.append(
+                ("/texts", {"tag": "Medium", "code": scan // 100, "text": TEXTS[scan // 100]})
+            )
+        step = self._changed.get(scan, scan // 10 % 3)
+        row = pack("<ifHhhH?", 2 * scan, scan / 2, step, scan, 7, scan // 100, scan % 20 < 5)
+        return bytes(self._memory) + row
+
+
+def made(path: Path, changed: Mapping[int, int] = {}) -> Path:
+    memory = bytearray(32)
+    recorder = ScanRecorder(path, memory, SLOTS, scan_period_ns=2_000_000, tags=Made(memory, changed))
+    for scan in range(SCANS):
+        recorder.scan(scan, scan * 2_000_000, 0)
+    recorder.close()
+    return path
+
+
+@pytest.fixture(scope="module")
+def trace(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a trace with tags of every kind."""
+    return made(tmp_path_factory.mktemp("tags") / "made.mcap")
+
+
+def test_the_order_of_the_row_is_that_of_the_plan() -> None:
+    fields = [field.name for field in plan_of(TAGS).fields]
+    assert fields == ["fill_acc", "level", "step", "recipe", "medium", "main_lamp"]
+
+
+@pytest.mark.parametrize(
+    ("text", "count"),
+    [
+        ("rose(tags.main_lamp)", SCANS // 20 - 1),  # on from scan 0, where nothing rises
+        ("rose(Lamp)", SCANS // 20 - 1),
+        ("rose(main_lamp)", SCANS // 20 - 1),
+        ("tags.step.FILL", SCANS // 30),
+        ("Step.HOLD", SCANS // 30),
+        ("tags.fill_acc >= 100", 1),
+        ("Fill.ACC == 100", 1),
+        ("tags.fill_acc.2", SCANS * 2 // 8),  # bit 2 of 0, 2, 4, ...: on for two scans in four
+        ("tags.recipe.0 == 7", 1),
+        ("tags.recipe.1 == 7", 1),
+        ("changed(tags.medium)", 2),
+    ],
+)
+def test_queries(trace: Path, text: str, count: int) -> None:
+    with open_trace(trace) as opened:
+        assert query(opened, f"count({text})").count == count
+
+
+@pytest.mark.parametrize("name", ["tags.level.3", "tags.step.NONE", "tags.recipe.2", "Lam"])
+def test_there_is_no_such_signal(trace: Path, name: str) -> None:
+    with open_trace(trace) as opened, pytest.raises(UnknownSignalError):
+        Catalog.of(opened)[name]
+
+
+def test_a_name_of_two_tags_means_neither() -> None:
+    catalog = Catalog(SLOTS, plan_of([Tag(r"\A.Run", "BOOL"), Tag(r"\B.Run", "BOOL")]))
+    assert "Run" not in catalog
+    assert catalog["a_run"].name == "tags.a_run"
+
+
+def test_csv_has_names_for_codes(trace: Path, tmp_path: Path) -> None:
+    with open_trace(trace) as opened:
+        write_csv(opened, tmp_path / "tags.csv", ["tags.*"])
+    with (tmp_path / "tags.csv").open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == SCANS
+    assert rows[115]["tags.fill_acc"] == "230"
+    assert rows[115]["tags.step"] == "HOLD"
+    assert rows[115]["tags.medium"] == 'oil, "hot"'
+    assert rows[115]["tags.recipe.0"] == "115"
+    assert rows[115]["tags.level"] == "57.5"
+    assert rows[115]["tags.main_lamp"] == "0"
+
+
+def test_parquet_and_frames_have_names_for_codes(trace: Path, tmp_path: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    from scanrack.traces.export import write_parquet
+
+    with open_trace(trace) as opened:
+        write_parquet(opened, tmp_path / "tags.parquet", ["tags.*"])
+    read = parquet.read_table(tmp_path / "tags.parquet").to_pydict()
+    assert read["tags.step"][115] == "HOLD"
+    assert read["tags.fill_acc"][115] == 230
+
+
+def test_vcd_has_strings_and_numbers(trace: Path, tmp_path: Path) -> None:
+    with open_trace(trace) as opened:
+        write_vcd(opened, tmp_path / "tags.vcd", ["tags.*"])
+    lines = (tmp_path / "tags.vcd").read_text("ascii").splitlines()
+    (step,) = [line.split()[3] for line in lines if line.endswith(" step $end")]
+    told = [line for line in lines if line.startswith("s") and line.endswith(f" {step}")]
+    assert told[:4] == [f"sIDLE {step}", f"sFILL {step}", f"sHOLD {step}", f"sIDLE {step}"]
+    assert len(told) == SCANS // 10
+
+
+def test_columns_keep_the_type_of_the_tag(trace: Path) -> None:
+    from scanrack.traces.signals import blocks
+
+    with open_trace(trace) as opened:
+        catalog = Catalog.of(opened)
+        (block,) = blocks(opened)
+        assert catalog["tags.level"].read(block).dtype == np.float32
+        assert catalog["tags.fill_acc"].read(block).dtype == np.int32
