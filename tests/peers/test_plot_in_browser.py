@@ -58,9 +58,9 @@ def test_every_scan_is_in_the_page_as_it_was_recorded(page: Path, browser: Chrom
     assert browser.evaluate("time.length") == SCANS
     assert browser.evaluate(f"{rows}.map(row => time[row])") == [row * PERIOD_NS for row in rows]
     assert browser.evaluate(f"{rows}.map(row => scan[row])") == rows
-    positions = browser.evaluate(f"{rows}.map(row => data.panels[0].position.values[row])")
+    positions = browser.evaluate(f"{rows}.map(row => data.panels[0].curves[0].curve.values[row])")
     assert positions == [0, 0, 3, 3003, 9000, 9000, missing]
-    assert browser.evaluate("data.panels[0].speed.values[2000]") == 1500  # 3 steps in 2 ms
+    assert browser.evaluate("data.panels[0].curves[1].curve.values[2000]") == 1500  # 3 steps in 2 ms
     lane = "data.panels[0].lanes.find(lane => lane.name === 'COMMAND_ERROR')"
     assert browser.evaluate(f"[2499, 2500, 2501].map(row => valueAt({lane}, row))") == [0, 1, 0]
 

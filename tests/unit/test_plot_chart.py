@@ -75,6 +75,7 @@ def test_a_lane_has_every_change(path: Path) -> None:
 
 def test_the_ramp_has_its_states_by_name(path: Path) -> None:
     ramp = chart(path).panels[0].ramp
+    assert ramp is not None
     states = [RAMP_STATES[value] for value in ramp.value]
     expected = {0: "at rest", 100: "accelerating", 120: "constant speed", 180: "decelerating"}
     expected |= {200: "held", 210: "at rest"}
@@ -82,7 +83,7 @@ def test_the_ramp_has_its_states_by_name(path: Path) -> None:
 
 
 def test_the_speed_is_of_motion_only(path: Path) -> None:
-    speed = chart(path).panels[0].speed.high
+    speed = chart(path).panels[0].curves[1][1].high
     assert speed[150] == 5000  # ten steps in 2 ms
     assert speed[105] == 5000  # from scan 100 to scan 110, 100 steps in 20 ms
     assert speed[99] == 2500  # 10 ms either way: the five scans from 100 on move, ten steps each
@@ -114,7 +115,9 @@ def test_a_trace_without_scans_says_so(tmp_path: Path) -> None:
 
 def test_a_trace_without_a_3601_has_nothing_to_plot(tmp_path: Path) -> None:
     path = record(tmp_path / "toy.mcap", idle(3), [SlotInfo(5, "a toy")])
-    with pytest.raises(NothingToPlotError, match=r"no amci3601 in the trace to plot \(slot 5: a toy\)"):
+    with pytest.raises(
+        NothingToPlotError, match=r"no card with names in the trace to plot \(slot 5: a toy\)"
+    ):
         chart(path)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
@@ -13,7 +14,7 @@ from ..layout import SlotInfo
 from ..reader import Trace
 from ..signals import ALL, Block, Catalog, Selection, blocks
 from .changes import ChangeFinder
-from .lanes import Lane, bit_lanes, ramp_lane
+from .lanes import GROUPS, Lane, bit_lanes, card_lanes, ramp_lane
 from .marks import Mark, marks
 
 C = TypeVar("C")
@@ -32,22 +33,20 @@ class CurveMaker(Protocol[C_co]):
 
 @dataclass(frozen=True, slots=True)
 class Panel(Generic[C]):
-    """One 3601 on the chart.
+    """One module on the chart.
 
     Attributes:
         slot: what sits in which slot.
-        position: the position, steps.
-        speed: the speed, steps/s.
-        ramp: the ramp state.
+        curves: names and curves from top to bottom; of a 3601 position and speed.
+        ramp: the ramp state of a 3601; None for a card.
         lanes: the bits that change, from top to bottom.
         steady: the bits that do not.
         marks: what happened in the slot; what happened in the rack is with the first panel.
     """
 
     slot: SlotInfo
-    position: C
-    speed: C
-    ramp: Lane
+    curves: Sequence[tuple[str, C]]
+    ramp: Lane | None
     lanes: Sequence[Lane]
     steady: Sequence[Lane]
     marks: Sequence[Mark]
@@ -64,7 +63,7 @@ class Chart(Generic[C]):
         first: number of its first scan.
         last: number of its last.
         scans: how many scans it shows.
-        panels: one per 3601, in the order of the slots.
+        panels: one per module, in the order of the slots.
     """
 
     title: str
@@ -76,43 +75,49 @@ class Chart(Generic[C]):
     panels: Sequence[Panel[C]]
 
 
+def groups_of(chart: Chart[C]) -> list[str]:
+    """Return the kinds of bits that a chart has, from top to bottom."""
+    there = {lane.group for panel in chart.panels for lane in (*panel.lanes, *panel.steady)}
+    return [group for group in GROUPS if group in there]
+
+
 class NothingToPlotError(ValueError):
-    """The trace has no 3601."""
+    """The trace has neither a 3601 nor a card with names."""
 
 
 class Tracks(Generic[C]):
     """Gathers what one panel shows.
 
     Args:
-        slot: a slot with a 3601.
+        slot: a slot that can be drawn.
         catalog: the signals of the trace.
         maker: makes a maker of curves.
     """
 
     def __init__(self, slot: SlotInfo, catalog: Catalog, maker: Callable[[], CurveMaker[C]]) -> None:
         self.slot = slot
-        self._position = catalog[f"slot{slot.number}.in.position"]
-        self._speed = catalog[f"slot{slot.number}.speed"]
-        self._positions, self._speeds = maker(), maker()
+        self._sources = [(title, catalog[name]) for title, name in _curve_signals(slot)]
+        self._curves = [maker() for _ in self._sources]
         self._inputs = ChangeFinder(slot.number, "in")
         self._outputs = ChangeFinder(slot.number, "out")
 
     def add(self, block: Block) -> None:
         """Take a block."""
-        self._positions.add(block.time_ns, self._position.read(block))
-        self._speeds.add(block.time_ns, self._speed.read(block))
+        for (_, signal), curve in zip(self._sources, self._curves, strict=True):
+            curve.add(block.time_ns, signal.read(block).astype(np.float64))
         self._inputs.add(block)
         self._outputs.add(block)
 
     def panel(self, happened: Sequence[Mark]) -> Panel[C]:
         """Return the panel."""
-        inputs = self._inputs.changes()
-        lanes = bit_lanes(inputs, self._outputs.changes())
+        inputs, outputs = self._inputs.changes(), self._outputs.changes()
+        is_axis = self.slot.speaks_3601
+        lanes = bit_lanes(inputs, outputs) if is_axis else card_lanes(self.slot.words, inputs, outputs)
+        titles = [title for title, _ in self._sources]
         return Panel(
             self.slot,
-            self._positions.curve(),
-            self._speeds.curve(),
-            ramp_lane(inputs),
+            list(zip(titles, [curve.curve() for curve in self._curves], strict=True)),
+            ramp_lane(inputs) if is_axis else None,
             [lane for lane in lanes if not lane.steady],
             [lane for lane in lanes if lane.steady],
             happened,
@@ -136,7 +141,7 @@ def read_chart(
         trace: the open trace.
         maker: makes a maker of curves: `Envelope` for a picture, `PackedCurve` for a page.
         selection: which scans.
-        slots: numbers of the slots to show; none at all for every slot with a 3601.
+        slots: numbers of the slots to show; none at all for every slot that can be drawn.
         title: what to write above it; the rack's name if None.
         more: marks beside those of the trace's events.
         watch: given every block, too.
@@ -144,7 +149,7 @@ def read_chart(
 
     Raises:
         EmptySelectionError: no scan is in the selection.
-        NothingToPlotError: there is no 3601, or none in a slot that is asked for.
+        NothingToPlotError: there is neither a 3601 nor a card with names, or none in a slot asked for.
     """
     catalog = Catalog.of(trace)
     tracks = [Tracks(slot, catalog, maker) for slot in wanted_slots(trace, slots)]
@@ -180,20 +185,45 @@ class Extent:
         self.scans += len(block)
 
 
+_PLAIN = re.compile(r"word\d|data|ch\d_data")
+"""Names of words that no rack file gave."""
+
+
+def _curve_signals(slot: SlotInfo) -> list[tuple[str, str]]:
+    """Return titles and signals of a slot's curves: of a card the channels that the rack file names."""
+    stem = f"slot{slot.number}"
+    if slot.speaks_3601:
+        return [("position, steps", f"{stem}.in.position"), ("speed, steps/s", f"{stem}.speed")]
+    named = (("in", slot.words.inputs), ("out", slot.words.outputs))
+    return [
+        (name, f"{stem}.{direction}.{name}")
+        for direction, names in named
+        for name in names
+        if not _PLAIN.fullmatch(name)
+    ]
+
+
+def _can_be_drawn(slot: SlotInfo) -> bool:
+    return slot.speaks_3601 or any(slot.words.groups.values()) or bool(_curve_signals(slot))
+
+
 def wanted_slots(trace: Trace, numbers: Sequence[int]) -> list[SlotInfo]:
-    """Return the slots with a 3601 that are asked for.
+    """Return the slots that are asked for and can be drawn.
 
     Raises:
         NothingToPlotError: there is none, or none in a slot that is asked for.
     """
-    have = {slot.number: slot for slot in trace.head.slots if slot.speaks_3601}
+    have = {slot.number: slot for slot in trace.head.slots if _can_be_drawn(slot)}
     if not have:
         modules = ", ".join(f"slot {slot.number}: {slot.module or '-'}" for slot in trace.head.slots)
-        raise NothingToPlotError(f"there is no amci3601 in the trace to plot ({modules})")
+        raise NothingToPlotError(
+            f"there is no amci3601 and no card with names in the trace to plot ({modules})"
+        )
     for number in numbers:
         if number not in have:
             slots = ", ".join(map(str, have))
-            raise NothingToPlotError(f"there is no amci3601 in slot {number}; there is one in {slots}")
+            says = f"there is no amci3601 and no card with names in slot {number}; there is one in {slots}"
+            raise NothingToPlotError(says)
     return [have[number] for number in dict.fromkeys(numbers or have)]
 
 

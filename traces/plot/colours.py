@@ -9,6 +9,7 @@ LANES: Mapping[str, str] = {
     "status": "#0060a0",
     "error": "#99004c",
     "input": "#00735c",
+    "output": "#7a5c00",
 }
 """Colour of a lane and its name, by group; dark enough for small letters on white."""
 

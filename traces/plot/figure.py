@@ -20,7 +20,7 @@ import numpy as np
 from ..extras import need
 from ..newfile import new_file
 from . import axis, colours
-from .chart import Chart, Panel
+from .chart import Chart, Panel, groups_of
 from .envelope import Curve
 from .labels import placed
 from .lanes import RAMP_STATES, REST, Lane, at_pixels
@@ -91,7 +91,17 @@ def draw(chart: Chart[Curve], figure_class: Any) -> Any:
 
 
 def _panel_height(panel: Panel[Curve]) -> float:
-    return MARKS + POSITION + SPEED + LANE * (1 + len(panel.lanes)) + AXIS + 2 * GAP
+    curves = sum(_curve_height(panel, place) + GAP for place in range(len(panel.curves)))
+    return MARKS + curves + LANE * _rows(panel) + AXIS
+
+
+def _curve_height(panel: Panel[Curve], place: int) -> float:
+    return POSITION if place == 0 and panel.ramp is not None else SPEED
+
+
+def _rows(panel: Panel[Curve]) -> int:
+    """Return how many rows the lanes of a panel take; at least one, which bears the time axis."""
+    return max(1, len(panel.lanes) + (panel.ramp is not None))
 
 
 class _Canvas:
@@ -131,11 +141,13 @@ def _title(figure: Any, chart: Chart[Curve], height: float) -> None:
     about = axis.about(chart.first, chart.last, chart.start_ns, chart.end_ns)
     figure.text(1 - RIGHT / WIDTH, 1 - 0.24 / height, about, size=NAME_SIZE, va="center", ha="right")
     at = LEFT / WIDTH
-    for group, colour in colours.LANES.items():
+    for group in groups_of(chart):
+        colour = colours.LANES[group]
         text = f"■ {_GROUP_TITLES[group]}"
         figure.text(at, 1 - 0.48 / height, text, size=NAME_SIZE, color=colour, va="center")
         at += (0.35 + 0.075 * len(text)) / WIDTH
-    for state, colour in list(zip(RAMP_STATES, colours.RAMP, strict=True))[1:]:
+    ramps = zip(RAMP_STATES, colours.RAMP, strict=True)
+    for state, colour in list(ramps)[1:] if any(panel.ramp for panel in chart.panels) else ():
         figure.text(at, 1 - 0.48 / height, "■", size=NAME_SIZE + 2, color=colour, va="center")
         figure.text(at + 0.16 / WIDTH, 1 - 0.48 / height, state, size=NAME_SIZE, va="center")
         at += (0.4 + 0.075 * len(state)) / WIDTH
@@ -146,6 +158,7 @@ _GROUP_TITLES = {
     "status": "status bits",
     "error": "error bits",
     "input": "inputs",
+    "output": "outputs",
 }
 
 
@@ -153,16 +166,14 @@ def _draw_panel(canvas: _Canvas, panel: Panel[Curve], top: float) -> float:
     """Draw a panel; return where the next one begins."""
     _draw_marks(canvas, panel, top)
     top -= MARKS
-    position = canvas.axes(top, POSITION)
-    _draw_curve(position, panel.position, "position, steps")
-    top -= POSITION + GAP
-    speed = canvas.axes(top, SPEED)
-    _draw_curve(speed, panel.speed, "speed, steps/s")
-    speed.axhline(0, color=colours.INK, linewidth=0.4)
-    for axes in (position, speed):
+    for place, (name, curve) in enumerate(panel.curves):
+        axes = canvas.axes(top, _curve_height(panel, place))
+        _draw_curve(axes, curve, name)
+        if place == 1 and panel.ramp is not None:  # the speed
+            axes.axhline(0, color=colours.INK, linewidth=0.4)
         _draw_instants(axes, panel)
-    top -= SPEED + GAP
-    height = LANE * (1 + len(panel.lanes))
+        top -= _curve_height(panel, place) + GAP
+    height = LANE * _rows(panel)
     lanes = canvas.axes(top, height)
     _draw_lanes(lanes, panel, canvas.chart)
     _draw_time(lanes, canvas.chart)
@@ -225,10 +236,12 @@ def _draw_label(axes: Any, mark: Mark, height: float) -> None:
 
 def _draw_lanes(axes: Any, panel: Panel[Curve], chart: Chart[Curve]) -> None:
     """Draw ramp and bits, the ramp on top."""
-    rows = [panel.ramp, *panel.lanes]
-    axes.set_ylim(len(rows), 0)
-    _draw_ramp(axes, panel.ramp, chart)
-    for row, lane in enumerate(panel.lanes, start=1):
+    ramp = [] if panel.ramp is None else [panel.ramp]
+    rows = [*ramp, *panel.lanes]
+    axes.set_ylim(_rows(panel), 0)
+    for lane in ramp:
+        _draw_ramp(axes, lane, chart)
+    for row, lane in enumerate(panel.lanes, start=len(ramp)):
         _draw_bit(axes, lane, chart, row)
     axes.set_yticks(np.arange(len(rows)) + 0.5, labels=[lane.name for lane in rows])
     for label, lane in zip(axes.get_yticklabels(), rows, strict=True):

@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...io_images.amci3601 import ERROR_BITS, CommandLsw, CommandMsw, StatusLsw, StatusMsw
+from ...io_images.module_words import ModuleWords
 from ..signals import decode
 from .changes import Changes
 
-GROUPS = ("command", "status", "error", "input")
+GROUPS = ("command", "status", "error", "input", "output")
 """Kinds of lanes, from top to bottom."""
 
 REST, ACCELERATING, CONSTANT, DECELERATING, HELD = range(5)
@@ -57,6 +58,17 @@ def bit_lanes(inputs: Changes, outputs: Changes) -> list[Lane]:
     """Return a lane for every command and status bit of a 3601, those that never change among them."""
     lanes = [*_command_lanes(outputs), *_status_lanes(inputs)]
     return sorted(lanes, key=lambda lane: GROUPS.index(lane.group))
+
+
+def card_lanes(words: ModuleWords, inputs: Changes, outputs: Changes) -> list[Lane]:
+    """Return a lane for every bit that a card names, inputs above outputs."""
+    lanes = []
+    for image, changes, group in (("I", inputs, "input"), ("O", outputs, "output")):
+        for names in words.groups.values():
+            for name, at in names.items():
+                if at.image == image:
+                    lanes.append(_lane(name, group, changes, changes.words[:, at.word] >> at.bit & 1))
+    return lanes
 
 
 def ramp_lane(inputs: Changes) -> Lane:

@@ -21,8 +21,8 @@ from ..newfile import new_file
 from ..reader import Trace
 from ..signals import ALL, Block, Selection
 from . import axis, colours
-from .chart import Chart, Panel, read_chart
-from .lanes import GROUPS, RAMP_STATES, Lane
+from .chart import Chart, Panel, groups_of, read_chart
+from .lanes import RAMP_STATES, Lane
 from .marks import Mark
 from .pack import Packer, whole
 
@@ -131,7 +131,7 @@ def _data(chart: Chart[str]) -> dict[str, object]:
         "start": chart.start_ns,
         "end": chart.end_ns,
         "steps": axis.STEPS_NS,
-        "groups": GROUPS,
+        "groups": groups_of(chart),
         "ramp": RAMP_STATES,
         "colours": {
             "lanes": colours.LANES,
@@ -148,9 +148,8 @@ def _panel(panel: Panel[str]) -> dict[str, object]:
     return {
         "slot": panel.slot.number,
         "module": panel.slot.module,
-        "position": panel.position,
-        "speed": panel.speed,
-        "ramp": {"rows": panel.ramp.row.tolist(), "values": panel.ramp.value.tolist()},
+        "curves": [{"name": name, "curve": curve} for name, curve in panel.curves],
+        "ramp": panel.ramp and {"rows": panel.ramp.row.tolist(), "values": panel.ramp.value.tolist()},
         "lanes": [_lane(lane) for lane in panel.lanes],
         "steady": [_lane(lane) for lane in panel.steady],
         "marks": [_mark(mark) for mark in panel.marks],

@@ -3,7 +3,9 @@
 const width = () => canvas.clientWidth - LEFT - RIGHT;
 const xOf = moment => LEFT + (moment - view.start) / (view.end - view.start) * width();
 const timeAt = x => view.start + (x - LEFT) / width() * (view.end - view.start);
-const panelHeight = panel => MARKS + POSITION + SPEED + LANE * (1 + panel.lanes.length) + 2 * GAP + AXIS;
+const curveHeight = (panel, place) => panel.ramp && place === 0 ? POSITION : SPEED;
+const curvesHeight = panel => panel.curves.reduce((sum, _, place) => sum + curveHeight(panel, place) + GAP, 0);
+const panelHeight = panel => MARKS + curvesHeight(panel) + LANE * (panel.lanes.length + (panel.ramp ? 1 : 0)) + AXIS;
 
 // The scheme of colours: as light, or dark with every colour of the chart made lighter.
 const dark = window.matchMedia("(prefers-color-scheme: dark)");
@@ -26,7 +28,8 @@ function fit() {
   const needed = TOP + data.panels.reduce((sum, panel) => sum + panelHeight(panel), 0);
   const room = window.innerHeight - canvas.getBoundingClientRect().top - window.scrollY;
   const beside = canvas.clientWidth < canvas.parentElement.clientWidth;
-  if (beside) POSITION += Math.max(0, Math.floor((room - needed) / data.panels.length));
+  const axes = data.panels.filter(panel => panel.ramp).length;
+  if (beside && axes) POSITION += Math.max(0, Math.floor((room - needed) / axes));
 }
 
 function draw() {
@@ -50,14 +53,17 @@ function drawPanel(panel, top) {
   drawTicks(top + MARKS, bottom);
   text(`slot ${panel.slot}`, 8, top + 18, ink(), "bold 14px system-ui");
   text(panel.module, 8, top + 34, soft(), "12px system-ui");
-  drawMarks(panel, top, top + MARKS + POSITION + GAP + SPEED, bottom);
+  drawMarks(panel, top, top + MARKS + Math.max(0, curvesHeight(panel) - GAP), bottom);
   top += MARKS;
-  drawCurve(panel.position, "position, steps", top, POSITION);
-  top += POSITION + GAP;
-  drawCurve(panel.speed, "speed, steps/s", top, SPEED);
-  top += SPEED + GAP;
-  drawRamp(panel.ramp, top);
-  for (const lane of panel.lanes) drawBit(lane, top += LANE);
+  panel.curves.forEach(({ name, curve }, place) => {
+    drawCurve(curve, name, top, curveHeight(panel, place));
+    top += curveHeight(panel, place) + GAP;
+  });
+  if (panel.ramp) {
+    drawRamp(panel.ramp, top);
+    top += LANE;
+  }
+  panel.lanes.forEach((lane, place) => drawBit(lane, top + place * LANE));
   return bottom + AXIS;
 }
 

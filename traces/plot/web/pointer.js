@@ -70,8 +70,7 @@ async function begin() {
   time = await unpack(data.time, Float64Array);
   scan = await unpack(data.scan, Int32Array);
   for (const panel of data.panels) {
-    panel.position = curve(await unpack(panel.position, Int32Array));
-    panel.speed = curve(await unpack(panel.speed, Int32Array));
+    for (const each of panel.curves) each.curve = curve(await unpack(each.curve, Int32Array));
   }
   drawLegend();
   listen();

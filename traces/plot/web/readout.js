@@ -8,7 +8,10 @@ function tell() {
 }
 
 function tellPanel(panel, row) {
-  const position = panel.position.values[row];
+  const shown = ({ name, curve }) => {
+    const [title, unit] = name.split(", "), value = curve.values[row];
+    return [title, value === MISSING ? "–" : unit && title !== "position" ? `${number(value)} ${unit}` : number(value)];
+  };
   const on = group => [...panel.lanes, ...panel.steady].filter(
     lane => lane.group === group && valueAt(lane, row)).map(lane => lane.name).join(" ") || "–";
   const near = Math.abs(timeAt(6) - timeAt(0));
@@ -16,11 +19,10 @@ function tellPanel(panel, row) {
   return [
     element("h2", `slot ${panel.slot}`),
     pairs([
-      ["position", position === MISSING ? "–" : number(position)],
-      ["speed", `${number(panel.speed.values[row])} steps/s`],
-      ["ramp", data.ramp[valueAt(panel.ramp, row)]],
+      ...panel.curves.map(shown),
+      ...(panel.ramp ? [["ramp", data.ramp[valueAt(panel.ramp, row)]]] : []),
     ]),
-    ...data.groups.map(group => {
+    ...data.groups.filter(group => [...panel.lanes, ...panel.steady].some(lane => lane.group === group)).map(group => {
       const bits = element("div", `${group}: ${on(group)}`);
       bits.className = "bits";
       bits.style.color = shade(data.colours.lanes[group]);
@@ -47,7 +49,7 @@ function pairs(list) {
 function drawLegend() {
   document.getElementById("legend").replaceChildren();
   const entries = data.groups.map(group => [shade(data.colours.lanes[group]), `${group} bits`]);
-  data.ramp.forEach((state, place) => { if (place) entries.push([data.colours.ramp[place], state]); });
+  if (data.panels.some(panel => panel.ramp)) data.ramp.forEach((state, place) => { if (place) entries.push([data.colours.ramp[place], state]); });
   for (const [colour, says] of entries) {
     const square = document.createElement("i"), entry = document.createElement("span");
     square.style.background = colour;
