@@ -83,7 +83,8 @@ _TYPES = {each.ros: name for name, each in FORMATS.items() if name != "TEXT"}
 _HASH_DIGITS = 12
 _NAMES_DIGITS = 8
 _FIELD = re.compile(
-    r"(?P<type>\w+?)(?:\[(?P<length>[1-9]\d*)\])? (?P<field>[a-z][a-z0-9_]*)  # (?P<name>.+?)(?P<text>, text)?"
+    r"(?P<type>\w+?)(?:\[(?P<length>[1-9]\d*)\])? (?P<field>[a-z][a-z0-9_]*)"
+    r"  # (?P<name>.+?)(?P<text>, text)?"
 )
 
 

@@ -56,7 +56,7 @@ def run(path: Path, *options: str, scans: int = 100) -> Path:
     return trace
 
 
-def recorded(trace: Path) -> tuple[Mapping[str, Any], list[tuple[str, Mapping[str, object]]]]:
+def recorded(trace: Path) -> tuple[Mapping[str, Any], list[tuple[str, dict[str, object]]]]:
     with open_trace(trace) as opened:
         columns = read_columns(opened, tags=True).tags
         events = [(event.topic, dict(event.fields)) for event in opened.events()]

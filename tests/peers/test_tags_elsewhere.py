@@ -1,0 +1,109 @@
+"""Recorded tags read by other people's decoders: in Python, and in JavaScript as viewers do."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from collections.abc import Mapping
+from pathlib import Path
+from struct import pack
+from typing import Any
+
+import pytest
+from mcap.reader import make_reader
+from scanrack.traces.layout import SlotInfo
+from scanrack.traces.recorder import ScanRecorder
+from scanrack.traces.tagplan import Tag, TagPlan, plan_of
+
+SCANS = 300
+SCRIPT = Path(__file__).with_name("read_tags.cjs")
+PACKAGES = ("@mcap/core", "fzstd", "@foxglove/rosmsg", "@foxglove/rosmsg2-serialization")
+SLOTS = [SlotInfo(1, "amci3601", "4.1"), SlotInfo(2, "a toy")]
+TAGS = [
+    Tag("bool", "BOOL"),
+    Tag("Count", "LINT"),
+    Tag("Big", "ULINT"),
+    Tag("Level", "REAL"),
+    Tag("time", "LREAL"),
+    Tag(r"\Main.Step", "ENUM", 0, ("IDLE", "wait for it")),
+    Tag("Recipe[1].Times", "DINT", 3),
+    Tag("Flags", "BOOL", 3),
+    Tag("Medium", "TEXT"),
+    Tag("Small", "SINT"),
+]
+
+
+class Made:
+    """Tags that follow from the number of the scan."""
+
+    def __init__(self) -> None:
+        self.plan: TagPlan = plan_of(TAGS)
+        self.pending: list[tuple[str, Mapping[str, str | int]]] = []
+        self._scan = -1
+
+    def take(self) -> bytes:
+        """Return memory block and row of the next scan."""
+        self._scan = n = self._scan + 1
+        wide = pack("<qQdf3i", 2**53 + n, 2**64 - 1 - n, n / 4, n / 2, n, -n, 7)
+        return bytes(64) + wide + pack("<HH?3?b", n % 2, 0, n % 3 == 0, True, False, True, -5)
+
+
+def wanted(n: int) -> dict[str, Any]:
+    """Return the tags of a scan; 64-bit integers as text, as JSON has no others."""
+    return {
+        "count": str(2**53 + n),
+        "big": str(2**64 - 1 - n),
+        "time": n / 4,
+        "level": n / 2,
+        "recipe_1_times": [n, -n, 7],
+        "main_step": {"value": n % 2},
+        "medium": 0,
+        "bool": n % 3 == 0,
+        "flags": [True, False, True],
+        "small": -5,
+    }
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a trace with tags of every type."""
+    path = tmp_path_factory.mktemp("tags") / "run.mcap"
+    recorder = ScanRecorder(path, bytearray(64), SLOTS, scan_period_ns=2_000_000, tags=Made(), chunk_scans=70)
+    for scan in range(SCANS):
+        recorder.scan(scan, scan * 2_000_000, 0)
+    recorder.close()
+    return path
+
+
+def plain(value: Any) -> Any:
+    """Return a decoded value as `wanted` has it."""
+    if hasattr(value, "__slots__"):
+        return {name: plain(getattr(value, name)) for name in value.__slots__}
+    return list(map(plain, value)) if isinstance(value, list | tuple) else value
+
+
+def test_mcap_ros2_support_reads_every_type(path: Path) -> None:
+    decoder = pytest.importorskip("mcap_ros2.decoder", reason="mcap-ros2-support is not installed")
+    found = []
+    with path.open("rb") as file:
+        reader = make_reader(file, validate_crcs=True, decoder_factories=[decoder.DecoderFactory()])
+        for _, _, _, message in reader.iter_decoded_messages(topics=["/scan"]):
+            tags = plain(message.tags)
+            found.append({**tags, "count": str(tags["count"]), "big": str(tags["big"])})
+    assert found == [wanted(n) for n in range(SCANS)]
+
+
+def test_foxglove_reads_every_type(path: Path) -> None:
+    node = shutil.which("node")
+    if node is None:
+        pytest.skip("node is not installed")
+    for package in PACKAGES:
+        script = f"require.resolve({package!r}, {{paths: [{str(SCRIPT.parent)!r}]}})"
+        if subprocess.run([node, "-e", script], capture_output=True, check=False).returncode:
+            pytest.skip(f"the npm package {package} is not installed where node finds it (NODE_PATH)")
+    done = subprocess.run(
+        [node, str(SCRIPT), str(path)], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert json.loads(done.stdout) == [wanted(n) for n in range(SCANS)]
