@@ -144,6 +144,9 @@ STRING_NUMBER_CODE = 53
 STRING_PLACE_CODE = 56
 """Minor: a start or a quantity is not inside of a string [1756-RM003N p. 614, 618]."""
 
+PID_TIME_CODE, PID_SETPOINT_CODE = 35, 36
+"""Minor: the update time of a PID is not above 0; its setpoint is out of range [1756-PM014]."""
+
 OVERFLOW_CODE = 4
 """Minor: overflow, or a divisor of zero [1756-RM003N p. 277]."""
 

@@ -280,7 +280,7 @@ class Frame:
     written: set[str] = field(default_factory=set)
     bits: set[str] = field(default_factory=set)
     calls: list[AddOnCall] = field(default_factory=list)
-    presets: dict[str, int] = field(default_factory=dict)
+    presets: dict[str, int | float] = field(default_factory=dict)
 
 
 @dataclass(slots=True)
@@ -310,7 +310,7 @@ class Lowered:
     routines: dict[str, LoweredRoutine] = field(default_factory=dict)
     functions: dict[str, Callable[..., Any]] = field(default_factory=dict)
     sites: list[Site] = field(default_factory=list)
-    presets: dict[str, int] = field(default_factory=dict)
+    presets: dict[str, int | float] = field(default_factory=dict)
     frames: dict[str, Frame] = field(default_factory=dict)
     flags: bool = False
     override: bool = False
@@ -335,7 +335,7 @@ class Lowered:
         return program_of(routine).upper() in self.schedule.preempted
 
     @property
-    def defaults(self) -> Mapping[str, Mapping[str, int]]:
+    def defaults(self) -> Mapping[str, Mapping[str, int | float]]:
         """Initial values that rungs of add-on instructions give, by add-on in capitals and path."""
         return {name: frame.presets for name, frame in self.frames.items() if frame.presets}
 

@@ -328,15 +328,16 @@ class Lowering:
         for name, operand in zip(names, given, strict=False):
             if isinstance(operand, Unknown):
                 continue
-            if not isinstance(operand, Number) or not isinstance(operand.value, int):
+            place = structure.member(name)
+            real = place.type.is_real
+            if not isinstance(operand, Number) or not (real or isinstance(operand.value, int)):
                 raise OperandError(
                     f"{name} {operand} is not a whole number", f"write a number, or MOV to .{name}"
                 )
-            if not DINT.lowest <= operand.value <= DINT.highest:
+            if not real and not DINT.lowest <= operand.value <= DINT.highest:
                 raise OperandError(
                     f"{name} {operand} is not a DINT", f"write a number up to {DINT.highest:,}"
                 )
-            place = structure.member(name)
             if place.fixed_index is None or place.leaf.dims:
                 raise OperandError(
                     f"{name} of an array element can't stand in the rung", "write ? and MOV to it"
@@ -346,8 +347,9 @@ class Lowering:
                 if place.leaf.root != OWN:
                     raise OperandError(f"{name} of an InOut can't stand in the rung", "write ? and MOV to it")
                 presets = self._frame.presets
-            known = presets.setdefault(place.leaf.path, operand.value)
-            if known != operand.value:
+            value = float(operand.value) if real else operand.value
+            known = presets.setdefault(place.leaf.path, value)
+            if known != value:
                 raise OperandError(
                     f"{place.leaf.path} is {known} in another rung", "write the same number, or ?"
                 )

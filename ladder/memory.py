@@ -43,8 +43,8 @@ class Memory:
     def __init__(
         self,
         layout: Layout,
-        presets: Mapping[str, int] = NOTHING,
-        defaults: Mapping[str, Mapping[str, int]] = NOTHING,
+        presets: Mapping[str, int | float] = NOTHING,
+        defaults: Mapping[str, Mapping[str, int | float]] = NOTHING,
     ) -> None:
         self.layout = layout
         self.left = 1

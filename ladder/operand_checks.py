@@ -4,17 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
-from .operands import Calculation, Constant, Group, Place, Quoted, Resolved, is_integer, is_number, is_truth
+from .operands import (
+    Calculation,
+    Constant,
+    Group,
+    Place,
+    Quoted,
+    Resolved,
+    constant,
+    is_integer,
+    is_number,
+    is_truth,
+)
 from .operators import BITWISE, RELATIONS
 from .spec import Use
 from .types import (
+    ALARM_ANALOG,
+    ALARM_DIGITAL,
     CONTROL,
     COUNTER,
     FBD_COUNTER,
     FBD_ONESHOT,
     FBD_TIMER,
     MESSAGE,
+    PID,
     TIMER,
     Elementary,
     Structure,
@@ -142,6 +157,14 @@ def array_of(resolved: Resolved) -> tuple[int, ...]:
     return resolved.array if isinstance(resolved, (Place, Group)) else ()
 
 
+def _is_of(kind: Structure, resolved: Resolved) -> bool:
+    return _is_structure(resolved, kind)
+
+
+def _is_switch(resolved: Resolved) -> bool:
+    return _is_bit(resolved) or resolved in (constant(0), constant(1))
+
+
 WRITTEN = frozenset(
     {
         Use.COIL,
@@ -153,6 +176,7 @@ WRITTEN = frozenset(
         Use.TEXT_TARGET,
         Use.ITEM_TARGET,
         Use.ARRAY,
+        Use.OPTIONAL_TARGET,
     }
 )
 """Uses in which an instruction writes its operand."""
@@ -206,6 +230,21 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
     Use.CONTROL: OperandCheck(
         lambda each: _is_structure(each, CONTROL), "a CONTROL", "declare the tag as CONTROL"
     ),
+    **{
+        use: OperandCheck(partial(_is_of, kind), f"a {kind.name}", f"declare the tag as {kind.name}")
+        for use, kind in (
+            (Use.PID, PID),
+            (Use.ALARM_DIGITAL, ALARM_DIGITAL),
+            (Use.ALARM_ANALOG, ALARM_ANALOG),
+        )
+    },
+    Use.SWITCH: OperandCheck(_is_switch, "a bit, 0 or 1", "use a BOOL"),
+    Use.OPTIONAL_TARGET: OperandCheck(
+        lambda each: each == constant(0) or (isinstance(each, Place) and not each.type.is_bool),
+        "a numeric tag to write, or 0",
+        "use a numeric tag",
+    ),
+    Use.IGNORED: OperandCheck(lambda _each: True, "an operand", "write 0"),
     Use.MESSAGE: OperandCheck(
         lambda each: _is_structure(each, MESSAGE), "a MESSAGE", "declare the tag as MESSAGE"
     ),

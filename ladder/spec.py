@@ -54,6 +54,15 @@ class Use(Enum):
     """Reads and writes the structure with the parameters of an instruction of structured text."""
     CONTROL = auto()
     MESSAGE = auto()
+    PID = auto()
+    ALARM_DIGITAL = auto()
+    ALARM_ANALOG = auto()
+    SWITCH = auto()
+    """Reads a bit, or is 0 or 1."""
+    OPTIONAL_TARGET = auto()
+    """Writes a number; 0 for none."""
+    IGNORED = auto()
+    """Is not used here."""
     RESETTABLE = auto()
     """A TIMER, COUNTER or CONTROL."""
     PRESET = auto()
@@ -90,6 +99,8 @@ WITH_PRESETS = {
     Use.TIMER: ("PRE", "ACC"),
     Use.COUNTER: ("PRE", "ACC"),
     Use.CONTROL: ("LEN", "POS"),
+    Use.ALARM_DIGITAL: ("MinDurationPRE", "MinDurationACC"),
+    Use.ALARM_ANALOG: ("HHLimit", "HLimit", "LLimit", "LLLimit"),
 }
 """Uses of structures whose members stand in exported rungs, and which members."""
 

@@ -253,12 +253,110 @@ MESSAGE = Structure(
 )
 """What MSG works on."""
 
+PID_BITS = {
+    **{name: 31 - number for number, name in enumerate(("EN", "CT", "CL", "PVT", "DOE", "SWM", "CA", "MO"))},
+    **{name: 23 - number for number, name in enumerate(("PE", "NDF", "NOBC", "NOZC"))},
+    **{name: 15 - number for number, name in enumerate(("INI", "SPOR", "OLL", "OLH", "EWD"))},
+    **{name: 10 - number for number, name in enumerate(("DVNA", "DVPA", "PVLA", "PVHA"))},
+}
+"""Bits of CTL of a PID [1756-RM003N p. 512]."""
+
+_PID_REALS = (
+    *("SP", "KP", "KI", "KD", "BIAS", "MAXS", "MINS", "DB", "SO", "MAXO", "MINO", "UPD", "PV", "ERR", "OUT"),
+    *(
+        "PVH",
+        "PVL",
+        "DVP",
+        "DVN",
+        "PVDB",
+        "DVDB",
+        "MAXI",
+        "MINI",
+        "TIE",
+        "MAXCV",
+        "MINCV",
+        "MINTIE",
+        "MAXTIE",
+    ),
+)
+
+PID = Structure(
+    "PID",
+    (
+        Member("CTL", DINT),
+        *(Member(name, BOOL, at=f"CTL.{bit}") for name, bit in PID_BITS.items()),
+        *(Member(name, REAL) for name in _PID_REALS),
+        Member("DATA", REAL, (17,)),
+    ),
+    hidden=(Member("sum", LREAL), Member("last", LREAL), Member("error", LREAL), Member("crossed", BOOL)),
+)
+"""What PID works on; `sum` is the integral term, `last` and `error` are those of the update before."""
+
+_ALARM_COMMANDS = ("Suppress", "Unsuppress", "Disable", "Enable")
+
+
+def _commands(*names: str) -> tuple[Member, ...]:
+    return tuple(Member(f"{who}{name}", BOOL) for name in names for who in ("Prog", "Oper"))
+
+
+_ALARM_HIDDEN = (Member("active", BOOL), Member("since_ns", LINT))
+
+ALARM_DIGITAL = Structure(
+    "ALARM_DIGITAL",
+    (
+        *(Member(name, BOOL) for name in ("EnableIn", "In", "InFault")),
+        *(Member("Condition", BOOL, initial=True), Member("AckRequired", BOOL, initial=True)),
+        Member("Latched", BOOL),
+        *_commands("Ack", "Reset", *_ALARM_COMMANDS),
+        *(Member(name, BOOL) for name in ("AlarmCountReset", "UseProgTime")),
+        *(Member("ProgTime", LINT), Member("Severity", DINT, initial=500), Member("MinDurationPRE", DINT)),
+        *(Member(name, BOOL) for name in ("EnableOut", "InAlarm")),
+        Member("Acked", BOOL, initial=True),
+        *(Member(name, BOOL) for name in ("InAlarmUnack", "Suppressed", "Disabled")),
+        *(Member("MinDurationACC", DINT), Member("InAlarmTime", LINT), Member("AlarmCount", DINT)),
+        *(Member(name, BOOL) for name in ("InstructFault", "InFaulted", "SeverityInv")),
+        Member("Status", DINT),
+    ),
+    hidden=(Member("Ack", BOOL), Member("Reset", BOOL), *_ALARM_HIDDEN),
+)
+"""What ALMD works on [1756-RM003N p. 45-48]."""
+
+ALARM_LEVELS = ("HH", "H", "L", "LL")
+"""Levels of an ALARM_ANALOG."""
+
+ALARM_ANALOG = Structure(
+    "ALARM_ANALOG",
+    (
+        *(Member("EnableIn", BOOL), Member("In", REAL), Member("InFault", BOOL)),
+        *(Member(f"{name}Enabled", BOOL, initial=True) for name in ALARM_LEVELS),
+        Member("AckRequired", BOOL, initial=True),
+        *_commands("AckAll", *_ALARM_COMMANDS),
+        *(Member(f"{name}Limit", REAL) for name in ALARM_LEVELS),
+        *(Member(f"{name}Severity", DINT, initial=500) for name in (*ALARM_LEVELS, "ROCPos", "ROCNeg")),
+        *(Member("MinDurationPRE", DINT), Member("Deadband", REAL)),
+        *(Member(name, REAL) for name in ("ROCPosLimit", "ROCNegLimit", "ROCPeriod", "ROC")),
+        *(Member(name, BOOL) for name in ("EnableOut", "InAlarm", "AnyInAlarmUnack")),
+        *(
+            Member(f"{name}{state}", BOOL, initial=state == "Acked" or None)
+            for state in ("InAlarm", "Acked", "InAlarmUnack")
+            for name in (*ALARM_LEVELS, "ROCPos", "ROCNeg")
+        ),
+        *(Member(name, BOOL) for name in ("Suppressed", "Disabled")),
+        *(Member("MinDurationACC", DINT), Member("Status", DINT)),
+    ),
+    hidden=(
+        *(Member("AckAll", BOOL), *_ALARM_HIDDEN),
+        *(Member("sampled", BOOL), Member("sampled_ns", LINT), Member("sample", REAL)),
+    ),
+)
+"""What ALMA works on [1756-RM003N p. 56-63]."""
+
 TYPES: Mapping[str, DataType] = {
     kind.name: kind
     for kind in (
         *(BOOL, SINT, INT, DINT, LINT, USINT, UINT, UDINT, ULINT, REAL, LREAL),
         *(TIMER, COUNTER, CONTROL, STRING),
-        *(FBD_TIMER, FBD_COUNTER, FBD_ONESHOT, MESSAGE),
+        *(FBD_TIMER, FBD_COUNTER, FBD_ONESHOT, MESSAGE, PID, ALARM_DIGITAL, ALARM_ANALOG),
     )
 }
 """The types that every program has, by name."""

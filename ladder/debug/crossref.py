@@ -15,7 +15,20 @@ from ..resolver import Resolver
 from ..spec import Use
 from ..tags import HELD, OWN
 
-BOTH_WAYS = frozenset({Use.STORAGE, Use.TIMER, Use.COUNTER, Use.BLOCK, Use.CONTROL, Use.MESSAGE, Use.ARRAY})
+BOTH_WAYS = frozenset(
+    {
+        Use.STORAGE,
+        Use.TIMER,
+        Use.COUNTER,
+        Use.BLOCK,
+        Use.CONTROL,
+        Use.MESSAGE,
+        Use.ARRAY,
+        Use.PID,
+        Use.ALARM_DIGITAL,
+        Use.ALARM_ANALOG,
+    }
+)
 """Uses in which an instruction reads its operand and writes it."""
 
 TARGETS = WRITTEN | BOTH_WAYS | {Use.RESETTABLE}

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from ..spec import Spec
 from . import (
+    alarms,
     arrays,
     bits,
     blocks,
@@ -21,6 +22,7 @@ from . import (
     files,
     messages,
     move,
+    process,
     sequencers,
     shifts,
     strings,
@@ -28,6 +30,7 @@ from . import (
     timing,
     trigonometry,
 )
+from .alarms import *  # noqa: F403
 from .arrays import *  # noqa: F403
 from .bits import *  # noqa: F403
 from .blocks import *  # noqa: F403
@@ -37,6 +40,7 @@ from .control import *  # noqa: F403
 from .files import *  # noqa: F403
 from .messages import *  # noqa: F403
 from .move import *  # noqa: F403
+from .process import *  # noqa: F403
 from .sequencers import *  # noqa: F403
 from .shifts import *  # noqa: F403
 from .strings import *  # noqa: F403
@@ -60,6 +64,8 @@ FAMILIES = (
     blocks,
     system,
     messages,
+    process,
+    alarms,
 )
 """The family files, in the manual's order; each lists its instructions in `__all__`."""
 

@@ -1,17 +1,17 @@
-"""What file instructions work on: a CONTROL, and elements of an array from one on."""
+"""What instructions work on: the members of a structure, and elements of an array from one on."""
 
 from __future__ import annotations
 
 from ..memory import Value
 from ..operand_checks import array_of
 from ..operands import Group, Resolved
-from ..regions import put, take
+from ..regions import converted, put, take
 from ..types import DataType, count_of
 from .values import Values
 
 
-class Control:
-    """A CONTROL in a scan: `control["POS"]`, `control.set(DN=True)`.
+class Members:
+    """A structure in a scan: `alarm["Acked"]`, `alarm.set(Acked=True)`.
 
     Args:
         machine: reads and writes it.
@@ -21,15 +21,23 @@ class Control:
     def __init__(self, machine: Values, group: Group) -> None:
         self._machine, self._group = machine, group
 
-    def __getitem__(self, name: str) -> int:
-        """Return a member; a bit is 0 or 1."""
-        return int(self._machine.get(self._group.member(name)))
+    def __getitem__(self, name: str) -> Value:
+        """Return a member."""
+        return self._machine.get(self._group.member(name))
 
-    def set(self, **members: int) -> None:
-        """Set members; a bit by its truth."""
+    def set(self, **members: Value) -> None:
+        """Set members, without flags and faults."""
         for name, value in members.items():
             place = self._group.member(name)
-            self._machine.put(place, bool(value) if place.type.is_bool else value)
+            self._machine.put(place, converted(place.type, value))
+
+
+class Control(Members):
+    """A CONTROL in a scan."""
+
+    def __getitem__(self, name: str) -> int:
+        """Return a member; a bit is 0 or 1."""
+        return int(super().__getitem__(name))
 
     def check(self) -> None:
         """Stop the scan if LEN or POS is negative."""

@@ -39,6 +39,9 @@ TAG Ctl : CONTROL := {"LEN": 3}
 TAG Ctls : CONTROL[2] := [{"LEN": 2}, {"LEN": 4, "POS": 1}]
 TAG Turn : DINT
 TAG Order : MESSAGE
+TAG Loop : PID := {"UPD": 0.5, "MAXS": 50.0, "KP": 1.5, "KI": 0.25, "KD": 0.1}
+TAG Alarm : ALARM_DIGITAL := {"MinDurationPRE": 10}
+TAG Level : ALARM_ANALOG := {"HLimit": 5.0, "HHLimit": 9.0, "Deadband": 1.0, "ROCPeriod": 0.02}
 STUB MSG : error 16#00CB after 15 ms
 TAG Words : STRING[2] := ["x12", "-3.5"]
 SLOT axis : 1
@@ -226,6 +229,18 @@ _FILE_OUTPUTS = (
         "MOV", st.sampled_from(("2", "4", "Index")), st.sampled_from(("Ctl.LEN", "Ctl.POS", "Ctls[1].LEN"))
     ),
     _joined("RES", controls),
+    _joined(
+        "PID", st.just("Loop"), values, values, targets, st.just("0"), st.sampled_from(("A", "0")), values
+    ),
+    _joined("ALMD", st.just("Alarm"), *[st.sampled_from(("A", "B", "C", "0", "1"))] * 4, unset, unset),
+    _joined("ALMA", st.just("Level"), values, *[st.sampled_from(("A", "B", "0"))] * 3, *[unset] * 4),
+    _any_of(
+        ("OTL", "OTU"),
+        st.sampled_from(("Loop.MO", "Loop.SWM", "Loop.PE", "Loop.DOE", "Alarm.Latched", "Level.LEnabled")),
+    ),
+    _joined(
+        "MOV", values, st.sampled_from(("Loop.SP", "Loop.KI", "Loop.MAXO", "Loop.DB", "Alarm.MinDurationPRE"))
+    ),
     st.sampled_from(("MSG(Order)", "OTL(Order.TO)", "OTU(Order.EN)", "OTE(Order.DN)")),
     _any_of(("OTE", "OTU"), st.sampled_from(("Ctl.IN", "Ctl.ER", "Ctl.EN", "Ctl.EU"))),
 )
