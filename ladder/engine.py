@@ -78,7 +78,7 @@ class Engine:
         """Do one scan of a rack.
 
         Args:
-            scan: has `slot`, `now_ns` and `first`.
+            scan: has `slot`, `now_ns`, `first` and, for programs that write inputs, `updated`.
 
         Raises:
             LadderFault: a major fault.
@@ -94,8 +94,10 @@ class Engine:
             ValueError: the program uses a slot that the rack does not have.
         """
         if scan is not self._rack:
-            self.memory.attach(scan.slot)
+            self.memory.attach(scan.slot, self.lowered.written_inputs)
             self._rack = scan
+        if self.memory.copies_inputs:
+            self.memory.take_inputs(updated=scan.updated or scan.first)
         self.memory.take_faults(scan.slot)
 
     def go_on_from(self, other: Engine) -> None:

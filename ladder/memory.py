@@ -8,7 +8,7 @@ the same list; an image is the eight words of the rack.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 from types import CellType, MappingProxyType
 from typing import Any, Protocol
@@ -24,6 +24,15 @@ from .types import BOOL, DataType, Elementary, Member, Structure, count_of
 Value = bool | int | float
 
 NOTHING: Mapping[str, Any] = MappingProxyType({})
+
+
+@dataclass(slots=True)
+class _Copied:
+    """The input image of a slot that the program writes: its own, the rack's, and the latest one taken."""
+
+    own: memoryview
+    rack: memoryview
+    taken: bytes = b""
 
 
 class Memory:
@@ -50,6 +59,7 @@ class Memory:
         self.left = 1
         self.cells: dict[str, CellType] = {}
         self._own: dict[Leaf, Image] = {}
+        self._copied: list[_Copied] = []
         self._faults = layout.faults
         self._lists = dict(layout.lists)
         for ident, values in self._lists.items():
@@ -136,11 +146,13 @@ class Memory:
             return [values[spot.at(index)] for index in range(leaf.size)] if leaf.dims else values[spot.at(0)]
         return list(cell.cell_contents) if leaf.dims else cell.cell_contents
 
-    def attach(self, slots: Mapping[int, Any]) -> None:
+    def attach(self, slots: Mapping[int, Any], written: Container[str] = ()) -> None:
         """Use the images of a rack's slots as memory.
 
         Args:
             slots: by number, each with `inputs` and `outputs`.
+            written: identifiers of the inputs that the program writes. They are copies, since the rack's
+                inputs are what its modules say, and are recorded as that; see `take_inputs`.
 
         Raises:
             ValueError: the program names a slot that the rack does not have.
@@ -153,6 +165,29 @@ class Memory:
             slot = slots[leaf.slot]  # type: ignore[index]  # as checked above
             image = slot.outputs if leaf.output else slot.inputs
             self.cells[leaf.ident].cell_contents = image.words
+        self._copied = []
+        for leaf in self.layout.images:
+            if leaf.ident in written and not leaf.output:
+                own = self._own[leaf]
+                self.cells[leaf.ident].cell_contents = own.words
+                self._copied.append(_Copied(own.raw, slots[leaf.slot].inputs.raw))  # type: ignore[index]
+
+    @property
+    def copies_inputs(self) -> bool:
+        """Whether there are inputs to take before each scan."""
+        return bool(self._copied)
+
+    def take_inputs(self, *, updated: bool) -> None:
+        """Take the inputs that the program writes: what it wrote stays until its module's next update.
+
+        Args:
+            updated: the modules have updated their inputs since the scan before. An image that differs
+                from the one taken last is taken in any case: a force has changed it.
+        """
+        for each in self._copied:
+            if updated or each.taken != each.rack:
+                each.taken = bytes(each.rack)
+                each.own[:] = each.taken
 
     def take_faults(self, slots: Mapping[int, Any]) -> None:
         """Take the connection faults that the program reads, as the rack has them now.

@@ -387,13 +387,17 @@ class Debugger:
         where = self._resolver.address(parse_address(tag))
         if tag in self._forces:
             return f"{tag} is {shown(value)} because it is forced."
-        if isinstance(where, Place) and where.leaf.slot is not None and not where.leaf.output:
+        lowered = self._engine.lowered
+        image = where.leaf if isinstance(where, Place) and where.leaf.slot is not None else None
+        is_input = image is not None and not image.output
+        asked = image is None or image.output or image.ident in lowered.written_inputs
+        change = self.last_change(tag) if asked else None
+        if is_input and change is None:
             return f"{tag} is {shown(value)} because the module says so: it is an input image."
-        change = self.last_change(tag)
         if change is None:
             said = state_of(where, value)
             return untouched(tag, said, [each for each in self.cross_reference.of(tag) if each.writes])
-        return told(self._engine.lowered, tag, where, change, value)
+        return told(lowered, tag, where, change, value)
 
     def _routine(self, name: str) -> Routine:
         for each in self.program.routines:

@@ -8,7 +8,7 @@ from contextlib import ExitStack, closing
 from ..config.quantities import exact_ns
 from ..config.rackspec import RackSpec, SlotSpec
 from ..loop.cpu import Cpu
-from ..loop.exchange import EndOfScan, EveryRpi, Exchange
+from ..loop.exchange import EndOfScan, EveryRpi, Exchange, RecordedAtRpi
 from ..loop.exposed import Exposed
 from ..loop.incidents import FaultKind
 from ..loop.key_switch import KeySwitch
@@ -116,7 +116,7 @@ def build_playback(
         rack,
         logic,
         spec.scan_ns,
-        exchange=EndOfScan() if recorded else _exchange(spec),
+        exchange=_recorded_exchange(spec) if recorded else _exchange(spec),
         listeners=listeners,
         watchdog=Watchdog(exact_ns(spec.watchdog_ms, "ms")),
     )
@@ -129,6 +129,10 @@ def slot_seed(seed: int, number: int) -> int:
     (7, 4294967303)
     """
     return seed + ((number - 1) << 32)
+
+
+def _recorded_exchange(spec: RackSpec) -> Exchange:
+    return RecordedAtRpi(spec.rpi_ns) if spec.controller == "compactlogix" else EndOfScan()
 
 
 def _exchange(spec: RackSpec) -> Exchange:

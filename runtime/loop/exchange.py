@@ -42,8 +42,12 @@ class Exchange(Protocol):
         """Use a rack's memory and modules; nothing has been sent yet, all outputs are 0."""
         ...
 
-    def latch_inputs(self, now_ns: int) -> None:
-        """Advance the modules and write the input images of a scan at `now_ns` to the rack's memory."""
+    def latch_inputs(self, now_ns: int) -> bool:
+        """Advance the modules and write the input images of a scan at `now_ns` to the rack's memory.
+
+        Returns:
+            Whether there was an exchange, even one that changed nothing.
+        """
         ...
 
     def latch_outputs(self) -> None:
@@ -74,10 +78,11 @@ class EndOfScan(Exchange):
         self._sent = bytearray(len(rack.memory))
         self._lines = _lines(rack, self._sent)
 
-    def latch_inputs(self, now_ns: int) -> None:
+    def latch_inputs(self, now_ns: int) -> bool:
         """Advance every module to `now_ns` and take its inputs."""
         for update, outputs, inputs in self._lines:
             inputs[:] = update(now_ns, outputs).raw
+        return True
 
     def latch_outputs(self) -> None:
         """Send all outputs; they are in force from the scan's own instant on."""
@@ -91,6 +96,29 @@ class EndOfScan(Exchange):
     @override
     def stop(self) -> None:
         _tell_modules(self._rack, False)
+
+
+class RecordedAtRpi(EndOfScan):
+    """Inputs of a recording, which are in force from scan to scan, at the exchanges of an `EveryRpi`.
+
+    Args:
+        rpi_ns: interval between the exchanges of the recording.
+    """
+
+    __slots__ = ("_next_ns", "_rpi_ns")
+
+    def __init__(self, rpi_ns: int) -> None:
+        self._rpi_ns = rpi_ns
+        self._next_ns = 0
+
+    @override
+    def latch_inputs(self, now_ns: int) -> bool:
+        """Take the inputs of every scan; there was an exchange if one was due by `now_ns`."""
+        super().latch_inputs(now_ns)
+        due = self._next_ns <= now_ns
+        if due:
+            self._next_ns = (now_ns // self._rpi_ns + 1) * self._rpi_ns
+        return due
 
 
 class EveryRpi(Exchange):
@@ -122,11 +150,13 @@ class EveryRpi(Exchange):
         self._next_ns = 0
         self._starting = False
 
-    def latch_inputs(self, now_ns: int) -> None:
+    def latch_inputs(self, now_ns: int) -> bool:
         """Carry out all exchanges due by `now_ns`; between exchanges the inputs do not change."""
+        due = self._next_ns <= now_ns
         while self._next_ns <= now_ns:
             self._exchange(self._next_ns)
             self._next_ns += self.rpi_ns
+        return due
 
     def latch_outputs(self) -> None:
         """Queue all outputs for the next exchange."""

@@ -87,7 +87,7 @@ class ScanPhases(ABC):
 
     def input_latch(self) -> None:
         """Bring the modules up to now and take their inputs."""
-        self._exchange.latch_inputs(self._view.now_ns)
+        self._view.updated = self._exchange.latch_inputs(self._view.now_ns)
 
     def input_forces(self) -> None:
         """Give the logic its own outputs back, and put the input forces over the inputs."""

@@ -65,9 +65,11 @@ class Scan:
         period_ns: time from scan to scan.
         first: the logic is called for the first time: since power-up, or since the CPU left
             program mode for run or test mode.
+        updated: the modules have updated their inputs since the scan before; on a CompactLogix that
+            is so in scans behind an exchange.
     """
 
-    __slots__ = ("first", "now_ns", "number", "period_ns", "slot")
+    __slots__ = ("first", "now_ns", "number", "period_ns", "slot", "updated")
 
     def __init__(self, slot: Mapping[int, Slot], period_ns: int) -> None:
         self.slot = as_logic_sees(slot)
@@ -75,6 +77,7 @@ class Scan:
         self.now_ns = 0
         self.period_ns = period_ns
         self.first = True
+        self.updated = True
 
 
 Logic = Callable[[Scan], None]

@@ -166,12 +166,12 @@ def test_fll_fills_structures_member_by_member():
 
 class Slot:
     def __init__(self):
-        self.inputs, self.outputs, self.fault = Image([3]), Image(), 0
+        self.inputs, self.outputs, self.fault = Image([3]).read_only(), Image(), 0
 
 
 class Scan:
     def __init__(self):
-        self.slot, self.now_ns, self.first = {1: Slot()}, 0, True
+        self.slot, self.now_ns, self.first, self.updated = {1: Slot()}, 0, True, True
 
 
 def test_inputs_may_be_written_and_that_is_a_warning():
@@ -188,5 +188,6 @@ def test_inputs_may_be_written_and_that_is_a_warning():
         engine.attach(scan)
         engine.tags.B = True
         engine(scan)
-        assert list(scan.slot[1].inputs) == [19, 0, 7, 0, 19, 0, 7, 0]
+        assert [engine.tags[f"Local:1:I.Data[{word}]"] for word in range(8)] == [19, 0, 7, 0, 19, 0, 7, 0]
+        assert list(scan.slot[1].inputs) == [3, 0, 0, 0, 0, 0, 0, 0]  # what the module said
         assert scan.slot[1].outputs[1] == 19
