@@ -3,7 +3,8 @@
 A row tells one direction of one slot in one scan, in the order of the scan:
 the input image, which the logic saw, before the output image, which it wrote.
 Scans in which nothing changed have no row. Scans in which only positions and
-counts of 3601s changed are counted, and one row tells how many they were.
+counts of 3601s changed are counted, and one row tells how many they were. Tags
+that are numbers, as the ACC of a timer, are told only where every change is.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ from .image_text import Words, in_configuration_mode, module_text, risen_and_fal
 from .layout import SLOT_BYTES, SlotInfo
 from .reader import Scan
 from .sections import ScanRows
+from .tag_text import TagText
+from .tagplan import FIELD
 
 _IMAGE = Struct("<8h")
 _POSITION = slice(4, 8)
@@ -41,7 +44,7 @@ class Row:
         scan: number of the scan; None for a row that stands for several scans.
         now_ns: virtual time of the scan; None likewise.
         slot: number of the slot; None where the row is about the CPU.
-        direction: "in", "out" or "cpu"; empty for several scans.
+        direction: "in", "out", "cpu" or "tags"; empty for several scans.
         position: reported position, steps; None where the image has none.
         encoder: reported count; None likewise.
         text: what changed.
@@ -63,11 +66,19 @@ class Changes:
         slots: the slots of the trace.
         flag_names: names of the CPU's flags that are set in a scan.
         every: a row for every change, positions and counts included.
+        tags: tells tags; None for a trace without any.
     """
 
     def __init__(
-        self, slots: Sequence[SlotInfo], flag_names: Callable[[int], Sequence[str]], *, every: bool = False
+        self,
+        slots: Sequence[SlotInfo],
+        flag_names: Callable[[int], Sequence[str]],
+        *,
+        every: bool = False,
+        tags: TagText | None = None,
     ) -> None:
+        self._tags = tags
+        self._tag_row = b""
         self._slots = [(slot, SLOT_BYTES * place) for place, slot in enumerate(slots)]
         self._reporting = [place + IMAGE_BYTES for slot, place in self._slots if slot.speaks_3601]
         self._flag_names = flag_names
@@ -79,13 +90,18 @@ class Changes:
 
     def rows(self, scan: Scan) -> Iterator[Row]:
         """Tell what changed since the scan before; everything that is not 0 in the first scan."""
-        if scan.memory == self._memory and scan.flags == self._flags:
+        tags = "" if self._tags is None else self._tags.changes(self._tag_row, scan.tags)
+        if not tags and scan.memory == self._memory and scan.flags == self._flags:
+            self._tag_row = scan.tags
             return
-        if not self._every and scan.flags == self._flags and self._only_reports_differ(scan.memory):
+        same = scan.flags == self._flags and not tags
+        if not self._every and same and self._only_reports_differ(scan.memory):
             self._fold(scan.memory)
         else:
             yield from self.rest()
             yield from self._found(scan)
+            if tags:
+                yield Row(scan.scan, scan.now_ns, None, "tags", None, None, tags)
         self.skip(scan)
 
     def rows_of(
@@ -128,7 +144,8 @@ class Changes:
         differs[1:] = words[1:] != words[:-1]
         flags = np.ones(len(scans), bool)
         flags[1:] = scans["flags"][1:] != scans["flags"][:-1]
-        changed = differs.any(axis=1) | flags
+        tags = np.zeros(len(scans), bool) if self._tags is None else self._tags.changed(scans[FIELD])
+        changed = differs.any(axis=1) | flags | tags
         counted = {name: np.zeros(words.shape[1], bool) for name in self._folded_what}
         configured = np.zeros(len(scans), bool)
         for place in self._reporting:
@@ -136,7 +153,7 @@ class Changes:
             for name, span in _REPORTS.items():
                 counted[name][(place + span.start) // 2 : (place + span.stop) // 2] = True
         told = differs[:, ~np.logical_or.reduce(list(counted.values()))].any(axis=1)
-        folded = changed & ~(told | flags | configured)
+        folded = changed & ~(told | flags | configured | tags)
         if self._every:
             folded[:] = False
         return changed, folded, {name: np.any(differs[:, each], axis=1) for name, each in counted.items()}
@@ -153,7 +170,7 @@ class Changes:
 
     def skip(self, scan: Scan) -> None:
         """Take notice of a scan that is not to be told."""
-        self._memory, self._flags = scan.memory, scan.flags
+        self._memory, self._flags, self._tag_row = scan.memory, scan.flags, scan.tags
 
     def rest(self) -> Iterator[Row]:
         """Tell how many scans were folded since the last row."""

@@ -21,6 +21,7 @@ from ...traces.flags import flag_names
 from ...traces.image_text import seconds
 from ...traces.reader import Trace, TraceEvent, open_trace
 from ...traces.sections import Section
+from ...traces.tag_text import TagText
 from ..app.attachments import attached_files, extract
 from .complaints import reported_mistakes
 from .status import DONE
@@ -87,8 +88,8 @@ class Capped(Generic[T]):
         self.more += sum(1 for _ in rest)
 
 
-ASIDE = frozenset({"/indicators"})
-"""Topics that are printed with --every only: the status bits tell the same."""
+ASIDE = frozenset({"/indicators", "/texts"})
+"""Topics that are printed with --every only: the status bits and tags tell the same."""
 
 
 class Contents:
@@ -109,7 +110,8 @@ class Contents:
         self._first, self._last = scans[0], sys.maxsize if scans[1] is None else scans[1]
         self._every = every
         self._scans = 0
-        self._changes = Changes(trace.head.slots, flag_names, every=every)
+        tags = None if trace.head.tags is None else TagText(trace.head.tags, trace.texts(), every=every)
+        self._changes = Changes(trace.head.slots, flag_names, every=every, tags=tags)
         for section in trace.sections:
             if self.events.full and self.rows.full:
                 self.events.stopped = self.rows.stopped = True

@@ -9,14 +9,19 @@ from struct import pack
 
 import numpy as np
 import pytest
+from scanrack.runtime.cli import build
+from scanrack.traces.changes import Changes
 from scanrack.traces.export import write_csv, write_vcd
+from scanrack.traces.flags import flag_names
 from scanrack.traces.layout import SlotInfo
 from scanrack.traces.query import query
 from scanrack.traces.reader import open_trace
 from scanrack.traces.recorder import ScanRecorder
 from scanrack.traces.signals import Catalog
 from scanrack.traces.signals.catalog import UnknownSignalError
+from scanrack.traces.tag_text import TagText
 from scanrack.traces.tagplan import Tag, TagPlan, plan_of
+from typer.testing import CliRunner
 
 SCANS = 300
 SLOTS = [SlotInfo(1, "amci3601", "4.1")]
@@ -147,3 +152,47 @@ def test_columns_keep_the_type_of_the_tag(trace: Path) -> None:
         (block,) = blocks(opened)
         assert catalog["tags.level"].read(block).dtype == np.float32
         assert catalog["tags.fill_acc"].read(block).dtype == np.int32
+
+
+@pytest.mark.parametrize("every", [False, True])
+def test_show_tells_changes_by_full_name(trace: Path, *, every: bool) -> None:
+    with open_trace(trace) as opened:
+        assert opened.head.tags is not None
+        tags = TagText(opened.head.tags, opened.texts(), every=every)
+        changes = Changes(SLOTS, flag_names, every=every, tags=tags)
+        rows = [
+            row
+            for section in opened.sections
+            for part in opened.scan_rows(section)
+            for row in changes.rows_of(part, np.ones(len(part), bool), opened.as_scans)
+        ]
+    told = {row.scan: row.text for row in rows if row.direction == "tags"}
+    if every:
+        assert told[11] == "Fill.ACC 20 -> 22 Level 5.0 -> 5.5 Recipe[0] 10 -> 11"
+    else:
+        assert told[0] == r"Step IDLE Medium 'water' +\Main.Lamp"
+        assert told[5] == r"-\Main.Lamp"
+        assert told[10] == "Step IDLE -> FILL"
+        assert told[100] == r"""Step IDLE -> FILL Medium 'water' -> 'oil, "hot"' +\Main.Lamp"""
+        assert 11 not in told
+
+
+def test_rows_one_by_one_are_those_of_arrays(trace: Path) -> None:
+    with open_trace(trace) as opened:
+        assert opened.head.tags is not None
+        tags = TagText(opened.head.tags, opened.texts())
+        one, other = (Changes(SLOTS, flag_names, tags=tags) for _ in range(2))
+        by_scan = [row for scan in opened.scans() for row in one.rows(scan)]
+        by_array = [
+            row
+            for section in opened.sections
+            for part in opened.scan_rows(section)
+            for row in other.rows_of(part, np.ones(len(part), bool), opened.as_scans)
+        ]
+    assert by_scan == by_array
+
+
+def test_show_prints_tags(trace: Path) -> None:
+    result = CliRunner().invoke(build(), ["show", str(trace)])
+    assert result.exit_code == 0, result.output
+    assert "Step FILL -> HOLD" in result.output
