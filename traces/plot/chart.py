@@ -207,9 +207,6 @@ def _can_be_drawn(slot: SlotInfo) -> bool:
     return slot.speaks_3601 or any(slot.words.groups.values()) or bool(_curve_signals(slot))
 
 
-_NO_CARD = "no card with names"
-
-
 def wanted_slots(trace: Trace, numbers: Sequence[int]) -> list[SlotInfo]:
     """Return the slots that are asked for and can be drawn.
 
