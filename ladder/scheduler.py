@@ -31,6 +31,9 @@ Run = Callable[[str, int], object]
 class Scheduler:
     """Runs the tasks of one controller.
 
+    Attributes:
+        handled: major faults so far after which a fault routine ran.
+
     Args:
         lowered: the controller.
         schedule: its schedule.
@@ -50,6 +53,7 @@ class Scheduler:
         self._run: Run = lambda _name, _now_ns: None
         self._start_ns = self._end_ns = 0
         self._rungs = 0
+        self.handled = 0
 
     def begin(self, now_ns: int) -> None:
         """Set the state for a first scan.
@@ -155,6 +159,7 @@ class Scheduler:
         self, program: ScheduledProgram, routine: str, fault: LadderFault, now_ns: int
     ) -> None:
         """Run a fault routine; the rest of the program's scan is left out if it clears the fault."""
+        self.handled += 1
         write, read = self._memory.write, self._memory.read
         write(program.fault_type, 0, fault.type)
         write(program.fault_code, 0, fault.code)

@@ -153,6 +153,7 @@ class Spec:
         decides: whether it sees a false rung, too, and decides the power behind it.
         alone: whether a rung may consist of it alone although it is an input.
         in_rungs: whether rungs have it, not only structured text.
+        leaves: whether it may go on elsewhere than behind it, so that the power behind it does not count.
     """
 
     name: str
@@ -169,6 +170,7 @@ class Spec:
     decides: bool = field(default=False, kw_only=True)
     alone: bool = field(default=False, kw_only=True)
     in_rungs: bool = field(default=True, kw_only=True)
+    leaves: bool = field(default=False, kw_only=True)
 
     @property
     def variadic(self) -> bool:

@@ -17,10 +17,12 @@ from typing import Any
 
 from ..engine import Engine
 from ..lowered import Lowered
+from ..memory import NOTHING
+from .observed import UNOBSERVED, Holding, Observation
 from .program import ProgramText, text_of
 from .services import regions_of, services
 
-__all__ = ["Scanner", "scanner_of", "source_of"]
+__all__ = ["ObservedScanner", "Scanner", "observed_scanner_of", "scanner_of", "source_of"]
 
 
 def source_of(lowered: Lowered) -> str:
@@ -32,14 +34,24 @@ Scanner = Callable[[Engine], Callable[[int], object]]
 """Binds a compiled program to an engine's memory; returns what does one scan."""
 
 
+ObservedScanner = Callable[[Engine, Mapping[str, Any]], Callable[[int], object]]
+"""A `Scanner` that gets the names of `observed`, too: the list with the power, the values that are forced."""
+
+
 def scanner_of(lowered: Lowered) -> Scanner:
     """Compile a program once, for any number of engines."""
-    text = text_of(lowered)
-    code = _code(text)
+    bind = observed_scanner_of(lowered, UNOBSERVED)
+    return lambda engine: bind(engine, NOTHING)
+
+
+def observed_scanner_of(lowered: Lowered, observation: Observation) -> ObservedScanner:
+    """Compile a program that notes power and holds forces, see `observed`."""
+    text = text_of(lowered, observation)
+    code = _code(text, observation)
     regions = regions_of(lowered)
 
-    def bind(engine: Engine) -> Callable[[int], object]:
-        namespace: dict[str, Any] = services(engine, regions)
+    def bind(engine: Engine, observed: Mapping[str, Any]) -> Callable[[int], object]:
+        namespace: dict[str, Any] = {**services(engine, regions), **observed}
         functions: dict[str, FunctionType] = {}
         for constant in code.co_consts:
             if isinstance(constant, CodeType):
@@ -81,11 +93,13 @@ def _scheduled(engine: Engine, functions: Mapping[str, FunctionType], now_ns: in
     engine.scheduler.scan(now_ns, run)
 
 
-def _code(text: ProgramText) -> CodeType:
+def _code(text: ProgramText, observation: Observation) -> CodeType:
     """Compile the text; return the code in which the functions are constants."""
     tree = ast.parse(text.text)
     for node in ast.walk(tree):
         if isinstance(node, (ast.expr, ast.stmt)):
             node.lineno = node.end_lineno = text.lines[node.lineno - 1]
+    if observation.held:
+        tree = Holding(observation.held).visit(tree)
     module = compile(tree, text.file, "exec")
     return next(each for each in module.co_consts if isinstance(each, CodeType))

@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 import textwrap
 from dataclasses import dataclass
+from functools import partial
 
 from ..lowered import Line, Lowered, LoweredRoutine
 from .calls import function_name, parameters_of
+from .observed import UNOBSERVED, Notes, Observation
 from .rungs import RungWriter
 from .statements import StatementWriter
 from .writer import INDENT, Writer
@@ -30,20 +32,22 @@ class ProgramText:
     functions: dict[str, str]
 
 
-def text_of(lowered: Lowered) -> ProgramText:
-    """Return the Python of a program."""
+def text_of(lowered: Lowered, observation: Observation = UNOBSERVED) -> ProgramText:
+    """Return the Python of a program, with lines that note power where that is wanted."""
+    notes = partial(Notes.of, observation)
     functions = _function_names(lowered)
     idents = lowered.layout.idents
     lines: list[tuple[str, int]] = []
     called: set[tuple[str, bool]] = set()
     for key, name in functions.items():
-        lines += _routine(lowered, lowered.routines[key], functions, name, called)
+        lines += _routine(lowered, lowered.routines[key], functions, name, called, notes(key))
     names = list(functions.values())
     written: set[tuple[str, bool]] = set()
     while waiting := sorted(called - written):
         for key, based in waiting:
             name = function_name(key, based=based)
-            lines += _routine(lowered, lowered.routines[key], functions, name, called, based=based)
+            routine = lowered.routines[key]
+            lines += _routine(lowered, routine, functions, name, called, notes(key), based=based)
             names.append(name)
         written.update(waiting)
     head = [f"def program({', '.join(idents)}):"]
@@ -79,12 +83,13 @@ def _routine(
     functions: dict[str, str],
     name: str,
     called: set[tuple[str, bool]],
+    notes: Notes,
     *,
     based: bool = False,
 ) -> list[tuple[str, int]]:
     """Return the lines of a function, and note the routines of add-on instructions that it calls."""
     writer = Writer(lowered, routine.frame, based=based)
-    rungs = RungWriter(writer, functions)
+    rungs = RungWriter(writer, functions, notes)
     if routine.name.upper() == lowered.main and lowered.override:
         rungs.set_override("False")
     if routine.body is not None:
@@ -117,7 +122,7 @@ def _rung(writer: Writer, rungs: RungWriter, line: Line, *, preempted: bool) -> 
         writer.comment(line.comment)
     writer.comment(f"{line.number}: {line.text}")
     power = f"not {rungs.override}" if writer.lowered.override else "True"
-    rungs.series(line.nodes, power, needed=False)
+    rungs.rung(line, power)
     if preempted:
         writer.line("rung_done()")
 

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from ..lowered import Node, Parallel, Step
+from ..lowered import Line, Node, Parallel, Step
 from ..operands import can_fault
 from ..spec import Kind
 from ..tags import OVERRIDE
+from .observed import Notes
 from .values import Values, calculates
 from .writer import Writer, both, either_of
 
@@ -20,12 +21,14 @@ class RungWriter:
 
     Attributes:
         functions: name of each routine's Python function, by the routine in capitals.
+        notes: the lines whose power is noted.
         override: variable of the override that MCR toggles.
         sections: number of the section that a label starts.
         section: number of the section that is being written.
     """
 
-    def __init__(self, writer: Writer, functions: dict[str, str]) -> None:
+    def __init__(self, writer: Writer, functions: dict[str, str], notes: Notes) -> None:
+        self.notes = notes
         self.writer = writer
         self.values = Values(writer)
         self.sections: dict[str, int] = {}
@@ -38,6 +41,32 @@ class RungWriter:
         """Write a line that sets the override."""
         self.writer.assigned(self._override)
         self.writer.line(f"{self.override} = {text}")
+
+    def rung(self, line: Line, power: str) -> None:
+        """Write a rung, which notes its power where that is wanted."""
+        place = self.notes.place(line.number)
+        if place is None:
+            self.series(line.nodes, power, needed=False)
+            return
+        behind: list[str] = []
+        self._noted(line.nodes, self.kept(power), place, behind)
+        self._note(place, behind)
+
+    def _noted(self, nodes: tuple[Node, ...], power: str, place: str, behind: list[str]) -> str:
+        """Write a series and add the power behind each instruction; return that behind the last one."""
+        for node in nodes:
+            if isinstance(node, Parallel):
+                legs = [self._noted(leg, power, place, behind) for leg in node.legs]
+                power = self.kept(either_of(legs))
+                continue
+            if node.spec.leaves:
+                self._note(place, behind)
+            power = self.kept(self._step(node, power, needed=True))
+            behind.append(power)
+        return power
+
+    def _note(self, place: str, behind: list[str]) -> None:
+        self.writer.line(f"{place} = ({''.join(f'{each}, ' for each in behind)})")
 
     def series(self, nodes: tuple[Node, ...], power: str, *, needed: bool) -> str:
         """Write a series; return the power behind it, which means nothing unless `needed`."""

@@ -45,7 +45,30 @@ class StatementWriter:
 
     def _act(self, line: Line) -> None:
         self._begin(line)
-        self._rungs.series(line.nodes, "True", needed=False)
+        noted = self._is_noted(line)
+        leaves = noted and _step(line).spec.leaves
+        if leaves:
+            self._note(line, "True")
+        power = self._rungs.series(line.nodes, "True", needed=noted)
+        if noted and not leaves:
+            self._note(line, power)
+
+    def _is_noted(self, line: Line) -> bool:
+        return self._rungs.notes.place(line.number) is not None
+
+    def _note(self, line: Line, power: str) -> None:
+        """Note that a line ran, and whether it or another one of that number was true."""
+        place = self._rungs.notes.place(line.number)
+        truth = "True" if power == "True" else f"{power} or {place} == (True,)"
+        self._writer.line(f"{place} = ({truth},)")
+
+    def _condition(self, line: Line) -> str:
+        """Write what a condition needs; return its text."""
+        text = self._head(line)
+        if self._is_noted(line):
+            text = self._rungs.values.keep(text)
+            self._note(line, text)
+        return text
 
     def _head(self, line: Line) -> str:
         """Write what a condition or a selector needs; return its text."""
@@ -63,9 +86,9 @@ class StatementWriter:
 
     def _arms(self, arms: Arms) -> None:
         lines = [line for line, _ in arms.arms]
-        if all(is_plain(_step(line).operands[0]) for line in lines[1:]):
+        if all(map(self._is_one_expression, lines[1:])):
             for position, (line, body) in enumerate(arms.arms):
-                self._inside(f"{'elif' if position else 'if'} {self._head(line)}:", body)
+                self._inside(f"{'elif' if position else 'if'} {self._condition(line)}:", body)
         else:
             chosen = self._choose(lines)
             for position, (_, body) in enumerate(arms.arms):
@@ -76,18 +99,24 @@ class StatementWriter:
     def _choose(self, lines: Sequence[Line]) -> str:
         """Write the conditions one by one; return a variable with the number of the first true one, or -1."""
         chosen = self._writer.lasting()
-        self._writer.line(f"{chosen} = 0 if {self._head(lines[0])} else -1")
+        self._writer.line(f"{chosen} = 0 if {self._condition(lines[0])} else -1")
         for position, line in enumerate(lines[1:], start=1):
             with self._writer.block(f"if {chosen} < 0:"):
-                text = self._head(line)
+                text = self._condition(line)
                 self._writer.line(f"if {text}: {chosen} = {position}")
         return chosen
+
+    def _is_one_expression(self, line: Line) -> bool:
+        """Whether a condition takes no lines of its own."""
+        return not self._is_noted(line) and is_plain(_step(line).operands[0])
 
     # --- CASE
 
     def _selection(self, selection: Selection) -> None:
         value = self._writer.lasting()
         self._writer.line(f"{value} = {self._head(selection.line)}")
+        if self._is_noted(selection.line):
+            self._note(selection.line, "True")
         word = "if"
         for ranges, body in selection.choices:
             tests = [self._in_range(value, low, high, selection.width) for low, high in ranges]
@@ -105,16 +134,16 @@ class StatementWriter:
     def _loop(self, loop: Loop) -> None:
         if loop.start is not None:
             self._act(loop.start)
-        plain = loop.test is not None and is_plain(_step(loop.test).operands[0])
+        plain = loop.test is not None and self._is_one_expression(loop.test)
         head = self._head(loop.test) if plain and loop.test else "True"
         with self._writer.block(f"while {head}:"):
             if loop.test and not plain:
-                self._leave(f"not ({self._head(loop.test)})")
+                self._leave(f"not ({self._condition(loop.test)})")
             self.body(loop.body)
             if loop.advance is not None:
                 self._act(loop.advance)
             if loop.until is not None:
-                self._leave(self._head(loop.until))
+                self._leave(self._condition(loop.until))
             self._writer.line(f"jumped_back({loop.site})")
 
     def _leave(self, condition: str) -> None:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ..compiler.observed import LineKey
 from ..draw import captions_of, routine_text, routines_svg
 from ..edit import Edit, carry_over
 from ..engine import STEP_MS
@@ -26,6 +27,12 @@ from .why import bits_of, changes_of, is_counted, state_of, telling, told, untou
 
 Condition = Callable[["Debugger"], Any] | str
 """Something to run to: a function of the debugger, or the address of a bit that is to be on."""
+
+Truths = Mapping[LineKey, tuple[bool, ...]]
+"""Power behind each instruction, by routine and number of the rung."""
+
+PICTURED = 100
+"""Scans that note the power of all rungs after a question about it: a second of most programs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,13 +56,15 @@ class Stop:
 class Debugger:
     """A ladder program under observation; callable as the logic of a rack, as the program itself is.
 
-    It runs compiled; a question about a scan is answered by running that scan again in the interpreter
-    (see `journal`). While something is forced, a breakpoint is on a rung, or the program has routines in
-    Python, which may remember things of their own, every scan is interpreted. A breakpoint is met at the
-    end of the scan in which it is: a scan is always finished, as in a controller.
+    It runs compiled, holds what is forced, and notes the power of the rungs on which there are breakpoints. A
+    question about a scan is answered by running that scan again (see `journal`); after `truth`, the power
+    of all rungs is noted for a while. A program that has routines in Python, which may remember things of
+    their own, is interpreted in every scan. A breakpoint is met at the end of the scan in which it is: a
+    scan is always finished, as in a controller.
 
     Attributes:
         program: the program.
+        interpreted: whether every scan is interpreted, as programs with routines in Python always are.
         stops: the breakpoints that were met in the latest scan.
         edits: edits of the running program, each with the number of the first scan behind it.
 
@@ -70,22 +79,25 @@ class Debugger:
         self.stops: tuple[Stop, ...] = ()
         self.edits: list[tuple[int, Edit]] = []
         self._use(program, WatchedEngine(program.build(), program.scanner))
-        self._on_rungs: dict[tuple[str, int], bool] = {}
+        self._on_rungs: dict[LineKey, bool] = {}
         self._on_tags: dict[str, Any] = {}
         self._forces: dict[str, Value] = {}
         self._cross_reference: CrossReference | None = None
-        self._again: WatchedEngine | None = None
+        self._truths: Truths = {}
+        self._truths_of: int | None = None
+        self._pictured: int | None = None
 
     def _use(self, program: LadderLogic, engine: WatchedEngine) -> None:
         """Go on with a program; what is remembered begins with its next scan."""
         self.program, self._engine = program, engine
+        self.interpreted = bool(program.functions)
         self._journal = Journal(engine.lowered, program.scanner)
         self._outside: list[Write] = []
         engine.memory.outside = self._outside
         self._journal.begin(engine.memory, engine.scans)
         self._resolver = Resolver(engine.lowered.layout)
         self._cross_reference = None
-        self._again = None
+        self._truths_of = None
 
     def edit(self, program: LadderLogic) -> Edit:
         """Go on with an edited program, between two scans: an online edit, see `LadderLogic.take_over`.
@@ -150,15 +162,15 @@ class Debugger:
 
     def _do(self, now_ns: int, *, first: bool) -> None:
         engine = self._engine
-        forces = dict(engine.memory.forces)
-        engine.watching = bool(forces or self._on_rungs or self.program.functions)
+        engine.watching = self.interpreted
+        self._note_power(engine)
         writes = tuple(self._outside)
         self._journal.note(
             engine.memory,
             now_ns,
             first=first,
             writes=writes,
-            forces=forces,
+            forces=engine.memory.forces,
         )
         engine.memory.outside = None
         try:
@@ -168,6 +180,14 @@ class Debugger:
             engine.memory.outside = self._outside
             self._journal.begin(engine.memory, engine.scans)
         self._look()
+
+    def _note_power(self, engine: WatchedEngine) -> None:
+        """Note the power of the rungs with breakpoints; after a question of all rungs, for a while."""
+        if self._pictured is not None and self.scans - self._pictured <= PICTURED:
+            engine.note_all()
+        else:
+            self._pictured = None
+            engine.note(tuple(self._on_rungs))
 
     def run_until(self, condition: Condition, limit: int, ms: float = STEP_MS) -> bool:
         """Do scans without a rack until a condition holds; return whether it does.
@@ -224,8 +244,9 @@ class Debugger:
     def _look(self) -> None:
         """Note which breakpoints are met."""
         stops = []
+        truths = self._noted_truths() if self._on_rungs else {}
         for (routine, rung), before in self._on_rungs.items():
-            truth = self._engine.interpreter.truths.get((routine, rung), ())
+            truth = truths.get((routine, rung), ())
             now = bool(truth) and truth[-1]
             self._on_rungs[routine, rung] = now
             if now and not before:
@@ -255,15 +276,17 @@ class Debugger:
         """
         place = self._single(tag)
         key, mask = self._key(place)
+        forces = dict(self._engine.memory.forces)
         bit = place.bit
         if bit is None:
             entry: tuple[int | None, Value] = (None, checked(tag, place.type, value))
         else:
             assert mask is not None
-            known = self._engine.memory.forces.get(key, (0, 0))
+            known = forces.get(key, (0, 0))
             on = mask if checked(tag, place.type, value) else 0
             entry = ((known[0] or 0) | mask, int(known[1]) & ~mask | on)
-        self._engine.memory.forces[key] = entry
+        forces[key] = entry
+        self._engine.hold(forces)
         self._forces[tag] = checked(tag, place.type, value)
         self.tags[tag] = value
 
@@ -275,16 +298,18 @@ class Debugger:
         """
         if tag is None:
             self._forces.clear()
-            self._engine.memory.forces.clear()
+            self._engine.hold({})
             return
         if tag not in self._forces:
             forced = ", ".join(self._forces) or "none"
             raise ValueError(f"{tag} is not forced; forced are {forced}")
         del self._forces[tag]
         key, mask = self._key(self._single(tag))
-        kept, value = self._engine.memory.forces.pop(key)
+        forces = dict(self._engine.memory.forces)
+        kept, value = forces.pop(key)
         if mask is not None and kept is not None and kept & ~mask:
-            self._engine.memory.forces[key] = (kept & ~mask, int(value) & ~mask)
+            forces[key] = (kept & ~mask, int(value) & ~mask)
+        self._engine.hold(forces)
 
     @property
     def forces(self) -> dict[str, Value]:
@@ -319,17 +344,27 @@ class Debugger:
             LadderError: there is no such routine.
         """
         name = self._routine(routine).name.upper()
-        truths = self._watched().interpreter.truths if self.scans else {}
+        truths = self._latest_truths() if self.scans else {}
         numbers = self._routine(routine).numbers
         return [truths.get((name, number)) for number in range(max(numbers, default=-1) + 1)]
 
-    def _watched(self) -> WatchedEngine:
-        """Return an engine that has watched the latest scan."""
-        if self._engine.watching:
-            return self._engine
-        if self._again is None or self._again.scans != self.scans:
-            self._again = self._journal.again(self.scans - 1)
-        return self._again
+    def _latest_truths(self) -> Truths:
+        """Return the truth of all rungs that the latest scan ran, and see that the next scans note it."""
+        self._pictured = self.scans
+        if self._truths_of != self.scans:
+            noted = self._engine.watching or self._engine.notes_all
+            self._truths = self._noted_truths() if noted else self._journal.again(self.scans - 1).truths
+            self._truths_of = self.scans
+        return self._truths
+
+    def _noted_truths(self) -> Truths:
+        """Return the truth of the rungs that the latest scan has noted.
+
+        A rung in which a fault has stopped the compiled program is not among them: that scan runs again.
+        """
+        engine = self._engine
+        again = engine.broken_off and not engine.watching
+        return self._journal.again(self.scans - 1).truths if again else engine.truths
 
     def picture(self, routine: str, rungs: Sequence[int] | None = None, width: int = 96) -> str:
         """Return a routine drawn with box characters; wires with power in the latest scan are heavy."""
@@ -374,7 +409,6 @@ class Debugger:
             scan = self._journal.last_change(lambda engine: engine.tags[tag])
         if scan is None:
             return None
-        self._again = None
         return telling(changes_of(self._journal.again(scan).history, where), where)
 
     def why(self, tag: str) -> str:

@@ -11,13 +11,16 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
 from ..compiler import Scanner
+from ..errors import LadderFault
 from ..lowered import Lowered
 from ..memory import Memory, Value
 from ..tags import Leaf
+from .forces import Forces
 from .watching import WatchedEngine
 
 EVERY = 256
@@ -25,6 +28,9 @@ EVERY = 256
 
 MOST = 2_000
 """Snapshots that are kept, the latest ones: half a million scans."""
+
+NO_FORCES: Forces = {}
+"""Nothing is forced."""
 
 Write = tuple[Leaf, int, Value]
 """A value that somebody outside of the program has set."""
@@ -46,7 +52,7 @@ class Entry:
     first: bool
     images: tuple[bytes, ...]
     writes: tuple[Write, ...]
-    forces: dict[tuple[str, int], tuple[int | None, Value]]
+    forces: Forces
 
 
 @dataclass(slots=True)
@@ -103,7 +109,7 @@ class Journal:
         *,
         first: bool,
         writes: tuple[Write, ...],
-        forces: dict[tuple[str, int], tuple[int | None, Value]],
+        forces: Forces,
     ) -> None:
         """Note a scan that is about to be done.
 
@@ -162,6 +168,7 @@ class Journal:
     def _engine(self, chapter: Chapter) -> WatchedEngine:
         if self._again is None:
             self._again = WatchedEngine(self._lowered, self._scanner)
+        self._again.hold(NO_FORCES)
         restore(self._again.memory, chapter.memory)
         self._again.scans = chapter.scan
         return self._again
@@ -170,10 +177,11 @@ class Journal:
         memory = engine.memory
         for leaf, image in zip(self._images, entry.images, strict=True):
             memory.cells[leaf.ident].cell_contents.cast("B")[:] = image
-        engine.watching = watched or bool(entry.forces)
-        memory.forces = entry.forces
+        engine.watching = watched
+        engine.hold(entry.forces)
         engine.outside = entry.writes
-        engine.do(entry.now_ns, first=entry.first)
+        with suppress(LadderFault):  # it has stopped that scan then, too
+            engine.do(entry.now_ns, first=entry.first)
 
 
 def snapshot(memory: Memory) -> dict[str, Any]:

@@ -1,26 +1,28 @@
 """A program that is watched while it runs: the truth of its rungs, and every change of its memory.
 
-It is the interpreter that is watched: it executes the tree plainly, and the compiler has to equal it. Scans
-that nobody looks into run compiled.
+Changes are watched in the interpreter: it executes the tree plainly, and the compiler has to equal it. The
+compiled program notes the power of rungs and holds forces where that is wanted, see `compiler.observed`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from typing_extensions import override
 
-from ..arithmetic import wrap
-from ..compiler import Scanner
+from ..compiler import ObservedScanner, Scanner, observed_scanner_of
+from ..compiler.observed import NOTED, UNOBSERVED, LineKey, Observation, lines_of
 from ..engine import Engine
 from ..errors import LadderFault, Site
 from ..interpreter import Interpreter
 from ..lowered import Body, Line, Lowered, LoweredRoutine, Node, Parallel, Step
-from ..memory import Memory, Named, Value, same
+from ..memory import NOTHING, Memory, Named, Value, same
 from ..operands import Calculation, Place
 from ..spec import Kind
 from ..tags import OWN, Leaf
+from .forces import Forces, Held, HeldList, held_values, in_lists, in_variables, names_of
 
 
 def shown(value: object) -> str:
@@ -103,38 +105,50 @@ class WatchedMemory(Memory):
     Attributes:
         watcher: told of every change while a scan is watched.
         outside: collects what is written between scans, None while it is not wanted.
-        forces: mask and value of forced values by identifier and index; a mask of None is the whole value.
+        forces: what is forced; the mapping is replaced, never changed, see `hold`.
+        held: the same, with the leaves.
     """
 
     watcher: Callable[[Leaf, int, Value, Value], None] | None = None
     outside: list[tuple[Leaf, int, Value]] | None = None
-    forces: dict[tuple[str, int], tuple[int | None, Value]]
+    forces: Forces = NOTHING  # type: ignore[assignment]  # it is empty
+    held: Mapping[tuple[str, int], Held] = NOTHING  # type: ignore[assignment]
+
+    def hold(self, forces: Forces) -> tuple[Held, ...]:
+        """Hold these values from now on and no others; return those that have a variable of their own."""
+        held = held_values(self.layout, forces)
+        self.forces = forces
+        self.held = {(each.leaf.ident, each.index): each for each in held}
+        lists = in_lists(self.layout, held)
+        for ident, cell in self.cells.items():
+            values = cell.cell_contents
+            if ident in lists or isinstance(values, HeldList):
+                self._put_list(ident, HeldList(values, lists[ident]) if ident in lists else list(values))
+        return in_variables(self.layout, held)
+
+    def _put_list(self, ident: str, values: list[Any]) -> None:
+        self.cells[ident].cell_contents = values
+        if ident in self._lists:
+            self._lists[ident] = values
 
     def write(self, leaf: Leaf, index: int, value: Value) -> None:
         """Set a value, as far as it is not forced; tell if that changes it."""
         watcher = self.watcher
+        after = self.forced(leaf, index, value) if self.held else value
         if watcher is None:
             if self.outside is not None:
-                self.outside.append((leaf, index, value))
-            super().write(leaf, index, value)
+                self.outside.append((leaf, index, after))
+            super().write(leaf, index, after)
             return
         before = self.read(leaf, index)
-        after = self.forced(leaf, index, value)
         super().write(leaf, index, after)
         if not same(before, after):
             watcher(leaf, index, before, after)
 
     def forced(self, leaf: Leaf, index: int, value: Value) -> Value:
         """Return a value with the forces of its place in it."""
-        force = self.forces.get((leaf.ident, index))
-        if force is None:
-            return value
-        mask, forced = force
-        if mask is None:
-            return forced
-        bits = leaf.type.bits
-        merged = (int(value) & ~mask | int(forced) & mask) & (1 << bits) - 1
-        return wrap(merged, leaf.type.wraps)
+        held = self.held.get((leaf.ident, index))
+        return value if held is None else held.merged(value)
 
 
 class WatchedInterpreter(Interpreter):
@@ -296,6 +310,8 @@ class WatchedEngine(Engine):
 
     Attributes:
         watching: whether the next scans are watched.
+        noted: the lines whose power is noted.
+        broken_off: whether a fault has ended the latest scan, or a rung of it.
         history: what has changed in scans that were watched.
         scans: number of scans so far.
         outside: what is written in front of the next scan, as somebody outside of the program did.
@@ -313,14 +329,71 @@ class WatchedEngine(Engine):
     def __init__(self, lowered: Lowered, scanner: Scanner) -> None:
         super().__init__(lowered, scanner)
         self._compiled = self._scan
+        self._calling = self._calling_compiled = self.call_routine
+        self._variants: dict[Observation, ObservedScanner] = {}
+        self._bound: Callable[[int], object] | None = self._compiled
+        self._variables: tuple[Held, ...] = ()
+        self._notes: list[tuple[bool, ...] | None] = []
+        self._blank: list[tuple[bool, ...] | None] = []
+        self.noted: tuple[LineKey, ...] = ()
+        self._all_lines = lines_of(lowered)
         self.watching = False
+        self.broken_off = False
         self.history: list[Change] = []
         self.scans = 0
         self.outside: tuple[tuple[Leaf, int, Value], ...] = ()
-        self.memory.forces = {}
+
+    # --- what is observed
+
+    def hold(self, forces: Forces) -> None:
+        """Hold these values from the next scan on and no others; the mapping is kept and must not change."""
+        if forces is self.memory.forces:
+            return
+        self._variables = self.memory.hold(forces)
+        self._bound = None
+
+    def note(self, lines: tuple[LineKey, ...]) -> None:
+        """Note the power of these lines from the next scan on, and of no others."""
+        if lines is not self.noted and lines != self.noted:
+            self.noted = lines
+            self._blank = [None] * len(lines)
+            self._notes = self._blank.copy()
+            self._bound = None
+
+    def note_all(self) -> None:
+        """Note the power of all lines from the next scan on."""
+        self.note(self._all_lines)
+
+    @property
+    def notes_all(self) -> bool:
+        """Whether the latest scan has noted the power of all lines."""
+        return self.noted is self._all_lines
+
+    @property
+    def truths(self) -> Mapping[LineKey, tuple[bool, ...]]:
+        """The truth of the lines in the latest scan: of all if it was watched, else of those noted."""
+        if self.watching:
+            return dict(self.interpreter.truths)
+        return {key: truth for key, truth in zip(self.noted, self._notes, strict=True) if truth is not None}
+
+    def _observed(self) -> Callable[[int], object]:
+        """Return the compiled program that notes and holds what is wanted now."""
+        if self._bound is None:
+            held = frozenset((each.leaf.ident, each.left is not None) for each in self._variables)
+            observation = Observation(held, self.noted)
+            self._bound, self._calling = self._compiled, self._calling_compiled
+            if observation != UNOBSERVED:
+                variant = self._variants.get(observation)
+                if variant is None:
+                    variant = self._variants[observation] = observed_scanner_of(self.lowered, observation)
+                self._bound = variant(self, {NOTED: self._notes, **names_of(self._variables)})
+                self._calling = self.call_routine
+        return self._bound
+
+    # --- scans
 
     def do(self, now_ns: int, *, first: bool) -> None:
-        """Do one scan, forced values held if it is watched.
+        """Do one scan.
 
         Raises:
             LadderFault: a major fault.
@@ -331,25 +404,35 @@ class WatchedEngine(Engine):
         self.history.clear()
         self.interpreter.truths.clear()
         self.now_ns = now_ns
-        self._scan = self.interpreter.scan if self.watching else self._compiled
+        self._notes[:] = self._blank
+        if self.watching:
+            self._scan, self.call_routine = self.interpreter.scan, self.interpreter.run
+        else:
+            self._scan = self._observed()
+            self.call_routine = self._calling
         self.memory.watcher = self._changed if self.watching else None
+        self.broken_off, handled = True, self._handled
         try:
             for leaf, index, value in self.outside:
                 self.memory.write(leaf, index, value)
             self.outside = ()
-            if self.watching:
+            if self.memory.forces:
                 self.apply_forces()
             super()._do(now_ns, first=first)
+            self.broken_off = handled != self._handled
         finally:
             self.memory.watcher = None
             self.scans += 1
 
+    @property
+    def _handled(self) -> int:
+        return self.scheduler.handled if self.scheduler is not None else 0
+
     def apply_forces(self) -> None:
         """Put the forced values into the memory."""
-        leaves = {leaf.ident: leaf for leaf in self.lowered.layout.leaves.values()}
-        for ident, index in self.memory.forces:
-            leaf = leaves[ident]
-            self.memory.write(leaf, index, self.memory.forced(leaf, index, self.memory.read(leaf, index)))
+        memory = self.memory
+        for each in memory.held.values():
+            memory.write(each.leaf, each.index, memory.read(each.leaf, each.index))
 
     def _changed(self, leaf: Leaf, index: int, before: Value, after: Value) -> None:
         interpreter = self.interpreter

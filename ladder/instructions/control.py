@@ -223,7 +223,7 @@ def _write_mcr(rungs: RungWriter, power: str) -> None:
 
 # --- the rows
 
-JMP = action("JMP", Use.LABEL, run=lambda machine, label: machine.jump(label), write=_write_jmp)
+JMP = action("JMP", Use.LABEL, run=lambda machine, label: machine.jump(label), write=_write_jmp, leaves=True)
 LBL = condition(
     "LBL", Use.LABEL, run=lambda _machine, _label: True, write=lambda _rungs, _label: "True", alone=True
 )
@@ -238,7 +238,7 @@ JSR = action(
     write=_write_jsr,
     prescan=_prescan_jsr,
 )
-RET = action("RET", Use.PARAMETERS, resolve=_resolve_ret, run=_ret, write=_write_ret)
+RET = action("RET", Use.PARAMETERS, resolve=_resolve_ret, run=_ret, write=_write_ret, leaves=True)
 SBR = condition(
     "SBR",
     Use.PARAMETERS,
@@ -252,6 +252,7 @@ TND = action(
     "TND",
     run=lambda machine: machine.leave(()),
     write=lambda rungs: rungs.writer.line("return ()"),
+    leaves=True,
 )
 FOR = action(
     "FOR",
@@ -269,6 +270,7 @@ BRK = action(
     "BRK",
     run=lambda machine: machine.leave(BROKEN),
     write=lambda rungs: rungs.writer.line("return broken"),
+    leaves=True,
 )
 MCR = always("MCR", run=_mcr, write=_write_mcr)
 AFI = condition("AFI", run=lambda _machine: False, write=lambda _rungs: "False", alone=True)

@@ -94,9 +94,11 @@ EXIT = action(
     "EXIT",
     run=lambda machine: machine.leave_loop(),
     write=lambda rungs: rungs.writer.line("break"),
+    leaves=True,
 )
 RETURN = action(
     "RETURN",
     run=lambda machine: machine.leave(()),
     write=lambda rungs: rungs.writer.line("return ()"),
+    leaves=True,
 )

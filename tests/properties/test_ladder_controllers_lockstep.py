@@ -3,7 +3,7 @@
 from amounts import amount
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from ladder_lockstep import check_debugged, check_lockstep
+from ladder_lockstep import check_debugged, check_lockstep, check_observed
 from scanrack.ladder import Controller, LadderFault
 from scanrack.ladder.memory import same
 from scanrack.ladder.rungfile import parse_program, program_text
@@ -92,6 +92,12 @@ chosen = settings(
 @given(controllers(), scans)
 def test_both_back_ends_in_lockstep(text, moments):
     check_lockstep(text, moments)
+
+
+@settings(chosen, max_examples=amount(15))
+@given(controllers(), scans, st.data())
+def test_controllers_under_forces_and_breakpoints(text, moments, data):
+    check_observed(text, moments, lambda choices: data.draw(st.sampled_from(choices)))
 
 
 @chosen

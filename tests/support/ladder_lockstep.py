@@ -1,12 +1,14 @@
 """Programs run on both back ends, and under the debugger, side by side."""
 
 import tempfile
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
+from unittest.mock import patch
 
-from scanrack.ladder import LadderFault
+from scanrack.ladder import LadderError, LadderFault
 from scanrack.ladder.debug import Debugger
-from scanrack.ladder.memory import same
+from scanrack.ladder.memory import element_text, same
 from scanrack.ladder.rungfile import parse_program
 
 
@@ -59,6 +61,65 @@ def check_lockstep(text, scans):
             )
         if fault:
             return
+
+
+def forceable(debugger):
+    """Return the addresses of values and of some bits that can be forced, and their types."""
+    found = {}
+    for leaf in debugger._engine.lowered.layout.leaves.values():
+        for index in range(min(leaf.size, 3)):
+            element = element_text(leaf.path, leaf.dims, index) if leaf.path.count(".") == 0 else leaf.path
+            for address in (element, f"{element}.1", f"{element}.{leaf.type.bits - 1}"):
+                with suppress(ValueError, LadderError):
+                    debugger._single(address)
+                    found[address] = debugger._single(address).type
+    return found
+
+
+def check_observed(text, scans, draw):
+    """Run a program under the debugger with random forces and breakpoints, compiled and interpreted.
+
+    Args:
+        text: the program.
+        scans: what is set before each scan, and how long after the one before it runs.
+        draw: draws from a list.
+    """
+    program = parse_program(text)
+    ours, theirs = Debugger(program), Debugger(program)
+    theirs.interpreted = True
+    rungs = [(each.name, number) for each in program.routines for number in each.numbers]
+    forces = sorted(forceable(ours).items())
+    for ms, *groups in scans:
+        for act, given in _observations(draw, ours, rungs, forces):
+            for each in (ours, theirs):
+                getattr(each, act)(*given)
+        for name, value in (pair for group in groups for pair in group.items()):
+            for each in (ours, theirs):
+                each.tags[name] = value
+        with patch("scanrack.ladder.fault_log.MOST_JUMPS", 300):  # a forced loop variable ends no loop
+            faults = [step(partial(each.scan, 1), ms) for each in (ours, theirs)]
+        assert faults[0] == faults[1]
+        values = [each._engine.memory.snapshot() for each in (ours, theirs)]
+        assert differences(*values) == {}, saved(text)
+        assert ours.stops == theirs.stops, saved(text)
+        if draw([True, False]):
+            for each in program.routines:
+                assert ours.truth(each.name) == theirs.truth(each.name), (each.name, saved(text))
+        if faults[0]:
+            return
+
+
+def _observations(draw, debugger, rungs, forces):
+    """Draw what is forced, let go and stopped at before a scan."""
+    for _ in range(draw([0, 1, 2])):
+        address, kind = draw(forces)
+        yield "force", (address, draw([0, 1] if kind.is_bool else [0, 1, 2, 7, 100]))
+    if debugger.forces and draw([True, False, False]):
+        yield "unforce", (draw(sorted(debugger.forces)),)
+    if draw([True, False]):
+        yield "break_at", draw(rungs)
+    if draw([True, False, False, False]):
+        yield "clear_breakpoints", ()
 
 
 def step(run, ms):

@@ -1,0 +1,119 @@
+"""What a compiled program does for its observer: it notes power and holds forces.
+
+Each is a variant of the compiled text, made when it is wanted; the program as it is pays for neither.
+
+Noted: a rung keeps the power behind each of its instructions in a variable and, at its end, puts them into a
+list as a tuple; see `rungs.RungWriter.noted` and `statements`.
+
+Held: behind every line that assigns to a forced variable stands one that forces it again. The value is
+computed as ever, since that may record a fault. Lists are held by the memory, see `debug.watching.HeldList`.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from typing_extensions import override
+
+from ..lowered import Lowered
+
+NOTED = "__noted"
+"""Variable of the list with the power that was noted."""
+
+LineKey = tuple[str, int]
+"""A routine, in capitals, and the number of a rung or of a line in it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """What is wanted of a compiled program.
+
+    Attributes:
+        held: variables that are forced, each with whether that means some of its bits only.
+        noted: the lines whose power is noted, in the order in which the list has them.
+    """
+
+    held: frozenset[tuple[str, bool]] = frozenset()
+    noted: tuple[LineKey, ...] = ()
+
+
+UNOBSERVED = Observation()
+
+
+@dataclass(frozen=True, slots=True)
+class Notes:
+    """The lines of one routine whose power is noted.
+
+    Attributes:
+        places: where in the list, by number of the line.
+    """
+
+    places: Mapping[int, int] = field(default_factory=dict)
+
+    @staticmethod
+    def of(observation: Observation, routine: str) -> Notes:
+        """Return those of a routine, named in capitals."""
+        noted = enumerate(observation.noted)
+        return Notes({number: place for place, (name, number) in noted if name == routine})
+
+    def place(self, number: int) -> str | None:
+        """Return text for the place of a line in the list, None if the line is not noted."""
+        place = self.places.get(number)
+        return None if place is None else f"{NOTED}[{place}]"
+
+
+def lines_of(lowered: Lowered) -> tuple[LineKey, ...]:
+    """Return all lines whose power can be noted."""
+    found = {
+        (routine.name.upper(), line.number): None
+        for routine in lowered.routines.values()
+        for line in routine.lines
+    }
+    return tuple(found)
+
+
+def held_name(ident: str) -> str:
+    """Return the name of the value that a variable is forced to."""
+    return f"__held_{ident}"
+
+
+def kept_name(ident: str) -> str:
+    """Return the name of the mask of the bits that are not forced."""
+    return f"__left_{ident}"
+
+
+class Holding(ast.NodeTransformer):
+    """Puts a line that forces a variable behind every line that assigns to it.
+
+    Args:
+        held: see `Observation`.
+    """
+
+    def __init__(self, held: frozenset[tuple[str, bool]]) -> None:
+        self._again = {ident: _force(ident, in_part=in_part) for ident, in_part in held}
+
+    @override
+    def visit_Assign(self, node: ast.Assign) -> ast.AST | list[ast.stmt]:
+        """Return the line and the one behind it."""
+        forced = [
+            self._again[target.id]
+            for target in node.targets
+            if isinstance(target, ast.Name) and target.id in self._again
+        ]
+        return [node, *(_placed(ast.parse(text).body[0], node) for text in forced)]
+
+
+def _force(ident: str, *, in_part: bool) -> str:
+    if in_part:
+        return f"{ident} = {ident} & {kept_name(ident)} | {held_name(ident)}"
+    return f"{ident} = {held_name(ident)}"
+
+
+def _placed(line: ast.stmt, where: ast.stmt) -> ast.stmt:
+    """Return a line as one of where another is from, so that messages name that."""
+    for node in ast.walk(line):
+        if isinstance(node, (ast.expr, ast.stmt)):
+            ast.copy_location(node, where)
+    return line

@@ -1,0 +1,115 @@
+"""Forces: values that hold, whatever a program writes.
+
+A value in a variable of its own is held by the compiled program, see `compiler.observed`. A value in a list
+is held by the list, so that it does not matter who writes it: an array, a copy, an add-on instruction on its
+instance. The interpreter writes through the memory, which holds both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from typing_extensions import override
+
+from ..arithmetic import wrap
+from ..compiler.observed import held_name, kept_name
+from ..memory import Value
+from ..tags import Layout, Leaf
+
+Force = tuple[int | None, Value]
+"""A mask of the bits that are forced, None for the whole value; and their values."""
+
+Forces = Mapping[tuple[str, int], Force]
+"""Forces by identifier of the leaf and number of the element."""
+
+
+@dataclass(frozen=True, slots=True)
+class Held:
+    """A forced value.
+
+    Attributes:
+        leaf: what is forced.
+        index: which element of it.
+        left: the bits that are not forced, as a value of the leaf's type; None if all are.
+        value: the others, all others 0.
+    """
+
+    leaf: Leaf
+    index: int
+    left: int | None
+    value: Value
+
+    def merged(self, value: Any) -> Any:
+        """Return a value with the forced bits in it."""
+        return self.value if self.left is None else value & self.left | self.value
+
+
+def held_values(layout: Layout, forces: Forces) -> tuple[Held, ...]:
+    """Return the forced values of a program."""
+    leaves = {leaf.ident: leaf for leaf in layout.leaves.values()}
+    return tuple(_held(leaves[ident], index, force) for (ident, index), force in forces.items())
+
+
+def _held(leaf: Leaf, index: int, force: Force) -> Held:
+    mask, value = force
+    if mask is None:
+        return Held(leaf, index, None, value)
+    bits = leaf.type.wraps
+    return Held(leaf, index, wrap(~mask, bits), wrap(int(value) & mask, bits))
+
+
+class HeldList(list[Any]):
+    """A list of which some elements are forced.
+
+    Attributes:
+        held: the forced elements by number.
+    """
+
+    __slots__ = ("held",)
+
+    def __init__(self, values: Iterable[Any], held: Mapping[int, Held]) -> None:
+        super().__init__(values)
+        self.held = held
+        self._hold()
+
+    @override
+    def __setitem__(self, place: Any, value: Any) -> None:
+        if place.__class__ is int:
+            held = self.held.get(place)
+            super().__setitem__(place, value if held is None else held.merged(value))
+            return
+        super().__setitem__(place, value)
+        self._hold()
+
+    def _hold(self) -> None:
+        for number, held in self.held.items():
+            super().__setitem__(number, held.merged(self[number]))
+
+
+def in_lists(layout: Layout, held: Iterable[Held]) -> dict[str, dict[int, Held]]:
+    """Return the forced values that lie in lists, by the list's identifier and their number in it."""
+    found: dict[str, dict[int, Held]] = {}
+    for each in held:
+        spot = layout.spot(each.leaf)
+        if spot is not None:
+            found.setdefault(spot.ident, {})[spot.at(each.index)] = each
+        elif each.leaf.dims:
+            found.setdefault(each.leaf.ident, {})[each.index] = each
+    return found
+
+
+def in_variables(layout: Layout, held: Iterable[Held]) -> tuple[Held, ...]:
+    """Return the forced values that have a variable of their own."""
+    return tuple(each for each in held if not each.leaf.dims and layout.spot(each.leaf) is None)
+
+
+def names_of(held: Iterable[Held]) -> dict[str, Value]:
+    """Return what the compiled program names to hold variables."""
+    names: dict[str, Value] = {}
+    for each in held:
+        names[held_name(each.leaf.ident)] = each.value
+        if each.left is not None:
+            names[kept_name(each.leaf.ident)] = each.left
+    return names
