@@ -104,7 +104,10 @@ def main() -> None:
     parser.add_argument("--period", type=float, default=2.0, help="ms")
     parser.add_argument("--busy", type=int, default=2, help="endless loops beside it")
     parser.add_argument("--way", choices=WAYS, help=argparse.SUPPRESS)
+    parser.add_argument("--smoke", action="store_true", help="one short round, to see that it works")
     arguments = parser.parse_args()
+    if arguments.smoke:
+        arguments.seconds, arguments.rounds = 0.2, 1
     if arguments.way is None:
         compare(arguments)
     else:
