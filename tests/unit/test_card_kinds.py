@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,8 @@ import pytest
 from scanrack import Configuration, InputBit, Move, MoveKind, PresetPosition
 from scanrack.io_images.image import Image
 from scanrack.runtime.app.build import build_cpu, build_rack
+from scanrack.runtime.app.drive.card_bench import CardBench
+from scanrack.runtime.app.drive.requests import RequestError
 from scanrack.runtime.config.rackfile import RackFileError, parse_rack_file
 from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
 from scanrack.runtime.loop.addresses import Address, parse_address
@@ -230,3 +233,20 @@ module = "amci3601"
 """
     with pytest.raises(RackFileError, match="slot 3 has no simulated stepper; there is one in 2"):
         parse_rack_file(text, tmp_path / "rack.toml")
+
+
+def test_only_the_machine_operates_a_cam() -> None:
+    """Also on the bench of `drive`, where there is no machine."""
+    module = card("1769-IQ16", inputs={"a": 0}, cam=[{"input": "a", "slot": 1, "first": 0}])
+    with pytest.raises(ValueError, match="wired to a cam"):
+        module.set_input("a", True)
+    cams = {"inputs": {"a": 0}, "cam": [{"input": "a", "slot": 1, "first": 0}]}
+    with pytest.raises(RequestError, match="no other slot on this bench"):
+        CardBench(MODULES["1769-IQ16"]).answer_line(json.dumps({"new": {"options": cams}}))
+
+
+def test_the_bench_knows_the_terminals_of_the_second_word() -> None:
+    bench = CardBench(MODULES["1769-IQ32"])
+    request = {"new": {"options": {"inputs": {"gate": 20}}}, "inputs": {"gate": 1}}
+    reply = bench.answer_line(json.dumps(request))
+    assert (reply["in"][:2], reply["bits"]) == ([0, 16], ["gate"])

@@ -51,6 +51,8 @@ class CardBench:
             )
         except ValueError as error:
             raise RequestError(f"new: {error}") from None
+        if self._record.follows(options.options):
+            raise RequestError("new: options.cam: there is no other slot on this bench")
         self.words = self._record.words(options.options)
         self.scan_ns = int(options.scan_ms * NS_PER_MS)
         self.now_ns = self.scan = 0
@@ -77,7 +79,7 @@ class CardBench:
         return self._reply() | ({"changes": changes} if request.changes else {})
 
     def _set_inputs(self, levels: dict[str, int]) -> None:
-        known = dict(self.words.bits("I", 0))
+        known = self.words.groups.get("input", {})
         for name in levels:
             if name not in known or not isinstance(self.module, NamedInputs):
                 raise RequestError(f"inputs.{name}: unknown key; allowed are {', '.join(known) or 'none'}")
@@ -97,6 +99,11 @@ class CardBench:
                 changes.append([time_ms(self.now_ns), before])
         return changes
 
+    def _on(self, group: str, image: Image) -> list[str]:
+        """Return the named bits of an image that are on."""
+        places = self.words.groups.get(group, {})
+        return [name for name, at in places.items() if image.bit(at.word, at.bit)]
+
     def _reply(self) -> dict[str, Any]:
         events = [event.text for event in self.module.events]
         self.module.events.clear()
@@ -104,7 +111,7 @@ class CardBench:
             "t_ms": time_ms(self.now_ns),
             "scan": self.scan,
             "in": list(self._inputs),
-            "bits": [name for name, bit in self.words.bits("I", 0) if self._inputs.bit(0, bit)],
-            "outputs": [name for name, bit in self.words.bits("O", 0) if self._outputs.bit(0, bit)],
+            "bits": self._on("input", self._inputs),
+            "outputs": self._on("output", self._outputs),
             "events": events,
         }

@@ -93,7 +93,7 @@ class GenericCard(Module):
             self._act(self._changes[self._next])
             self._next += 1
         for name, operated in self._cams:
-            self.set_input(name, self._energised(name, operated(now_ns)))
+            self._set_level(name, self._energised(name, operated(now_ns)))
         self.lit = self._outputs(outputs) if self._runs else 0
         if not self.kind.analog:
             self._show(self.lit if self.kind.echo else self._levels)
@@ -111,11 +111,17 @@ class GenericCard(Module):
         """Give a digital input a level from now on.
 
         Raises:
-            ValueError: an unknown input, or an analog one.
+            ValueError: an unknown input, an analog one, or one that a cam operates.
         """
-        place = self._place(name)
         if self.kind.analog:
             raise ValueError(f"input {name!r} is an analog one: it has a value, no level")
+        self._place(name)
+        if name not in self.options.buttons:
+            raise ValueError(f"input {name!r} is wired to a cam: the machine operates it")
+        self._set_level(name, energised)
+
+    def _set_level(self, name: str, energised: bool) -> None:
+        place = self._place(name)
         self._levels = self._levels | 1 << place if energised else self._levels & ~(1 << place)
 
     def set_value(self, name: str, value: int) -> None:
@@ -155,7 +161,7 @@ class GenericCard(Module):
             self.events.append(Event(change.at_ns, "stimulus", name, text, {"value": change.value}))
             return
         energised = self._energised(name, change.acted_on)
-        self.set_input(name, energised)
+        self._set_level(name, energised)
         level = "energised" if energised else "de-energised"
         text = f"The {name} input is {level}."
         self.events.append(Event(change.at_ns, "stimulus", name, text, {"energised": energised}))

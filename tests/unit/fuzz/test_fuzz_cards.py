@@ -1,0 +1,65 @@
+"""The fuzz search operates the contacts of cards, and writes down which."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import find
+from scanrack.runtime.app.build import build_cpu, build_rack
+from scanrack.runtime.app.fuzz.rackdoc import rack_text
+from scanrack.runtime.app.fuzz.scenario import Push, Scenario
+from scanrack.runtime.app.fuzz.scenarios import Kind, card_buttons, possible_kinds, scenarios
+from scanrack.runtime.app.fuzz.shrink import parts_of, scenario_of
+from scanrack.runtime.app.fuzz.words import told
+from scanrack.runtime.config.rackfile import parse_rack_file
+from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
+
+MS = 1_000_000
+OPTIONS: Any = {
+    "inputs": {"start": 0, "home": 1, "at_two": 2},
+    "cam": [{"input": "at_two", "slot": 1, "first": 10}],
+}
+CARDS = (SlotSpec(number=2, module="1769-IQ16", options=OPTIONS), SlotSpec(number=3, module="1769-OB16"))
+RACK = RackSpec(program=lambda scan: None, slot=(SlotSpec(number=1, module="amci3601"), *CARDS))
+PUSHED = Scenario(pushes=(Push(2, "home", 20 * MS, 10 * MS),))
+
+
+def test_a_contact_that_a_cam_operates_is_no_button() -> None:
+    assert card_buttons(RACK) == [(2, "start"), (2, "home")]
+
+
+def test_a_rack_of_cards_alone_has_inputs_to_press() -> None:
+    wired: Any = {"inputs": {"start": 0}}
+    cards = RackSpec(program=print, slot=(SlotSpec(number=1, module="1762-IQ8", options=wired),))
+    assert Kind.INPUTS in possible_kinds(cards)
+    assert find(scenarios(cards, 100, {Kind.INPUTS}), lambda found: bool(found.pushes)).presses == ()
+
+
+def test_a_push_is_what_the_program_sees() -> None:
+    """From 20 to 30 ms, scans 10 to 14 of 2 ms."""
+    rack = build_rack(PUSHED.laid_over(RACK))
+    seen: list[bool] = []
+    build_cpu(RACK, lambda scan: seen.append(scan.slot[2].inputs.bit(0, 1)), rack).run(20)
+    assert [scan for scan, on in enumerate(seen) if on] == [10, 11, 12, 13, 14]
+
+
+def test_a_push_is_written_and_read_again(tmp_path: Path) -> None:
+    assert Scenario.from_json(PUSHED.to_json()) == PUSHED == scenario_of(parts_of(PUSHED))
+    assert told(PUSHED) == ["0.02 s: input home of slot 2 is operated for 10 ms"]
+    file = tmp_path / "rack.toml"
+    file.write_text(
+        'program = "p"\n[[slot]]\nnumber = 2\nmodule = "1769-IQ16"\n[slot.options]\ninputs = { home = 1 }\n'
+    )
+    text = rack_text(file, parse_rack_file(file.read_text(), file).spec, PUSHED, 100, tmp_path)
+    (slot,) = tomllib.loads(text)["slot"]
+    assert slot["options"]["timeline"] == [{"at_ms": 20, "input": "home", "for_ms": 10}]
+    parse_rack_file(text, file)
+
+
+def test_a_push_of_another_rack_is_refused() -> None:
+    PUSHED.check(RACK)
+    with pytest.raises(ValueError, match="slot 2 has no button 'at_two', only start, home"):
+        Scenario(pushes=(Push(2, "at_two", 0, MS),)).check(RACK)
