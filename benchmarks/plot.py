@@ -79,7 +79,7 @@ def chart(trace: Trace, scans: int) -> Chart[Curve]:
         pulses = next(lane for lane in panel.lanes if lane.name == "IN_CAPTURE")
         if pulses.value.sum() != (scans + PULSE_EVERY // 2 - 1) // PULSE_EVERY:
             raise AssertionError(f"{pulses.value.sum()} pulses found")
-        position = dict(panel.curves)["position"]
+        position = panel.curves[0][1]
         if (position.low.min(), position.high.max()) != (0, 10 * STROKE):
             raise AssertionError("the curve does not reach the ends of the moves")
     return made
