@@ -2,7 +2,8 @@
 
 Every message carries the number of the scan in which it became known.
 
-    /events     something happened in a module      a rule fired, a move began or ended
+    /events     something happened in a module      a rule fired, a move began or ended; or the program
+                                                    was edited between two scans
     /stimuli    the machine or a person acted       a button of the timeline, a station's pulse
     /indicators the lights of a module changed      as the front panel shows them
     /forces     which bits are forced, in full      told again when it changes

@@ -67,6 +67,7 @@ class Debugger:
         interpreted: whether every scan is interpreted, as programs with routines in Python always are.
         stops: the breakpoints that were met in the latest scan.
         edits: edits of the running program, each with the number of the first scan behind it.
+        on_edit: called with every edit, once the edited program is in place.
 
     Args:
         program: the program; it is built if that has not been done.
@@ -78,6 +79,7 @@ class Debugger:
     def __init__(self, program: LadderLogic) -> None:
         self.stops: tuple[Stop, ...] = ()
         self.edits: list[tuple[int, Edit]] = []
+        self.on_edit: Callable[[Edit], object] = lambda _edit: None
         self._use(program, WatchedEngine(program.build(), program.scanner))
         self._on_rungs: dict[LineKey, bool] = {}
         self._on_tags: dict[str, Any] = {}
@@ -118,6 +120,7 @@ class Debugger:
             if tag in self.tags:
                 self.force(tag, value)
         self.edits.append((engine.scans, edit))
+        self.on_edit(edit)
         return edit
 
     # --- running

@@ -9,6 +9,7 @@ from itertools import pairwise
 
 from ...io_images.amci3601 import InputBit
 from ...traces.compare import Tolerance
+from ...traces.reader import TraceEvent
 from ...traces.replay import Follower, Image, Recording
 from ..config.rackspec import RackSpec
 from ..loop.faults import CpuFault
@@ -67,6 +68,8 @@ class Replay:
         directions = {Into.MODULE: ("in",), Into.PROGRAM: ("out",), Into.RACK: ("in", "out")}[into]
         self._images: list[Image] = [(slot, direction) for slot in slots for direction in directions]
         self.notes = list(_assumptions(into, self._score))
+        if into is not Into.MODULE:
+            self.notes += edit_notes(recording.events)
 
     def run(self, allowed: Tolerance, *, to_the_end: bool, observed: Observer = unobserved) -> Follower:
         """Play it, until it differs or to the end; return who has followed it.
@@ -97,6 +100,15 @@ class Replay:
             )
             for slot in recording.slots
         )
+
+
+def edit_notes(events: Iterable[TraceEvent]) -> list[str]:
+    """Return a note for each edit of the running program: a trace brings only the program it began with."""
+    return [
+        f"the program was edited before scan {event.scan:,}: the trace brings the one that it began with"
+        for event in events
+        if event.topic == "/events" and event.fields.get("kind") == "edit"
+    ]
 
 
 _GAPS_TOLD = 3

@@ -13,6 +13,7 @@ from ...traces.arrays import extent
 from ...traces.compare import compare
 from ...traces.reader import Trace, open_trace
 from ..app.attachments import job_of
+from ..app.replaying import edit_notes
 from .compare import JsonOption, tell
 from .complaints import reported_mistakes
 from .run import run_job
@@ -60,6 +61,8 @@ def _rerun(
     if not ends:
         raise ValueError(f"{path}: the trace has no scans to compare with")
     tell_notes(trace)
+    for note in edit_notes(trace.events()):
+        say(f"note: {note}", err=True)
     scans = ends[-1] + 1
     if run_job(job, scans, again, quiet=quiet, summarised=False) == BAD_INPUT:
         return BAD_INPUT

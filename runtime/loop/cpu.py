@@ -13,6 +13,7 @@ from itertools import repeat
 from types import TracebackType
 from typing import NoReturn, Self
 
+from .events import Event
 from .exchange import EndOfScan, Exchange
 from .faults import Cause, CpuFault, Fault, place_of, words_of
 from .listeners import ScanListener
@@ -111,6 +112,15 @@ class Cpu(ScanPhases):
     def add_listener(self, listener: ScanListener) -> None:
         """Tell a further listener, from the next scan on."""
         self._listeners.add(listener)
+
+    def announce(self, event: Event) -> None:
+        """Tell the listeners of an event of the program's own, with the next scan.
+
+        Args:
+            event: not earlier than the latest scan.
+        """
+        self._announced.append(event)
+        self._ask_for_attention()
 
     def run(self, scans: int | None = None) -> None:
         """Run scans in virtual time (or as the pacer says), until they are done or `stop` is called.

@@ -18,7 +18,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 
-from .events import JsonValue
+from .events import Event, JsonValue
 from .exchange import Exchange
 from .faults import Cause
 from .forces import Forces
@@ -81,6 +81,7 @@ class ScanPhases(ABC):
         self._view = Scan(rack.slots, period_ns)
         self._flags = self._scan_flags = 0
         self._news: dict[str, Mapping[str, JsonValue]] = {}
+        self._announced: list[Event] = []
         self._attention = False
         self._phases: tuple[Phase, ...] = ()
         self._blame: Mapping[Phase, Cause] = {}
@@ -152,6 +153,10 @@ class ScanPhases(ABC):
         for topic, fields in self._news.items():
             self._listeners.event(self._view.number, self._view.now_ns, topic, fields)
         self._news.clear()
+        for event in self._announced:
+            own = {"kind": event.kind, "name": event.name, "text": event.text}
+            self._listeners.event(self._view.number, event.at_ns, "/events", {**event.fields, **own})
+        self._announced.clear()
 
     def _prepare(self, mode: CpuMode) -> None:
         """List the phases that have something to do in the next scan, and the cause of an error in each."""
@@ -159,6 +164,7 @@ class ScanPhases(ABC):
         logic_runs = "logic" not in idle
         first = logic_runs and self._view.first
         starting = mode is CpuMode.RUN and not self._modules_run
+        news = bool(self._news or self._announced)
         forced_in, forced_out = self.forces.on_inputs, logic_runs and self.forces.on_outputs
         call_logic = self._timed_logic if self._watchdog.timed else self.logic
         send = self._first_output_latch if starting else self.output_latch
@@ -169,14 +175,14 @@ class ScanPhases(ABC):
             (logic_runs, call_logic, Cause.PROGRAM),
             (forced_out, self.output_forces, Cause.MODULE),
             ("output_latch" not in idle, send, Cause.MODULE),
-            (bool(self._news), self._tell_news, Cause.LISTENER),
+            (news, self._tell_news, Cause.LISTENER),
             (True, self.record, Cause.LISTENER),
             (True, self.housekeeping, Cause.MODULE),
         )
         self._phases = tuple(phase for needed, phase, _ in plan if needed)
         self._blame = {phase: cause for needed, phase, cause in plan if needed}
         self._flags = self._scan_flags = _flags(mode, first, forced_in, forced_out)
-        if first or starting or self._news or mode is CpuMode.SINGLE_SCAN:
+        if first or starting or news or mode is CpuMode.SINGLE_SCAN:
             self._attention = True
 
 

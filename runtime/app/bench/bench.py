@@ -9,6 +9,7 @@ from typing import Any, Protocol, Self, runtime_checkable
 from ...config.quantities import parse_duration
 from ...config.rackspec import RackSpec
 from ...loop.addresses import parse_address
+from ...loop.events import Event
 from ...loop.listeners import ScanListener
 from ...loop.pace import Watchdog
 from ...loop.rack import Rack, Slots
@@ -27,6 +28,7 @@ class Observed(Protocol):
     """Logic that can be looked into: a ladder program under a debugger."""
 
     stops: tuple[Any, ...]
+    on_edit: Callable[[Any], object]
 
     @property
     def tags(self) -> Any:
@@ -79,6 +81,8 @@ class Bench:
         self.spec = spec
         self.logic: Any = logic
         self._observed = isinstance(logic, Observed)
+        if self._observed:
+            self.logic.on_edit = self._record_edit
         rack = build_rack(spec)
         self._ear = ear = Ear()
         self.told = ear.told
@@ -178,6 +182,21 @@ class Bench:
         if not self._observed:
             raise ValueError("the program is a Python function: it has no tags and no rungs")
         return self.logic
+
+    def edit(self, program: Any) -> Any:
+        """Go on with an edited ladder program from the next scan on, see `Debugger.edit`.
+
+        The next scan is recorded with an event of kind "edit": which tags are new, changed and dropped.
+
+        Raises:
+            ValueError: the program is a Python function, or the edited one can't be built.
+        """
+        return self.program.edit(program)
+
+    def _record_edit(self, edit: Any) -> None:
+        groups = {"new": edit.new, "changed": edit.changed, "dropped": edit.dropped}
+        fields = {name: list(tags) for name, tags in groups.items()}
+        self.cpu.announce(Event(self.now_ns, "edit", self.logic.program.name, str(edit), fields))
 
     def __getitem__(self, tag: str) -> Any:
         return self.program.tags[tag]
