@@ -82,7 +82,7 @@ class Bench:
         self.logic: Any = logic
         self._observed = isinstance(logic, Observed)
         if self._observed:
-            self.logic.on_edit = self._record_edit
+            self.program.on_edit = self._record_edit
         rack = build_rack(spec)
         self._ear = ear = Ear()
         self.told = ear.told
