@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from scanrack.runtime.cli import build
 from scanrack.traces.changes import Changes
+from scanrack.traces.compare import Tolerance, compare, report
 from scanrack.traces.export import write_csv, write_vcd
 from scanrack.traces.flags import flag_names
 from scanrack.traces.layout import SlotInfo
@@ -196,3 +197,39 @@ def test_show_prints_tags(trace: Path) -> None:
     result = CliRunner().invoke(build(), ["show", str(trace)])
     assert result.exit_code == 0, result.output
     assert "Step FILL -> HOLD" in result.output
+
+
+def test_the_same_tags_compare_equal(trace: Path, tmp_path: Path) -> None:
+    with open_trace(trace) as one, open_trace(made(tmp_path / "same.mcap")) as other:
+        assert compare(one, other).same
+
+
+@pytest.mark.parametrize("tolerance", [Tolerance(), Tolerance(time_ns=2_000_000)])
+def test_a_tag_that_differs_is_told_by_name(trace: Path, tmp_path: Path, tolerance: Tolerance) -> None:
+    with open_trace(trace) as one, open_trace(made(tmp_path / "other.mcap", {115: 0})) as other:
+        found = compare(one, other, tolerance)
+    assert found.first is not None
+    assert (found.first.scan, found.differing) == (115, 1)
+    (detail,) = found.first.details
+    assert (detail.direction, detail.name, detail.text_a, detail.text_b) == ("tags", "Step", "HOLD", "IDLE")
+    assert [extent.name for extent in found.extents] == ["tags.Step"]
+    assert any("Step" in line and "HOLD" in line and "IDLE" in line for line in report(found, ("a", "b")))
+
+
+def test_codes_are_compared_by_what_they_stand_for(tmp_path: Path) -> None:
+    def write(name: str, names: tuple[str, ...], code: int, more: list[Tag]) -> Path:
+        memory, path = bytearray(32), tmp_path / name
+        tags = Made(memory, {})
+        tags.plan = plan_of([Tag("Step", "ENUM", 0, names), Tag("Level", "REAL"), *more])
+        tags.take = lambda: bytes(32) + pack("<fH", float("nan"), code) + bytes(len(more))  # type: ignore[method-assign]
+        recorder = ScanRecorder(path, memory, SLOTS, scan_period_ns=2_000_000, tags=tags)
+        recorder.scan(0, 0, 0)
+        recorder.close()
+        return path
+
+    one = write("one.mcap", ("IDLE", "FILL"), 1, [])
+    other = write("other.mcap", ("FILL", "IDLE"), 0, [Tag("Lamp", "BOOL")])
+    with open_trace(one) as a, open_trace(other) as b:
+        found = compare(a, b)
+    assert found.same, "FILL is FILL, and NaN is NaN"
+    assert ("tags of one trace only", "", "Lamp") in found.heads

@@ -19,6 +19,7 @@ from .fields import all_fields
 from .findings import Findings
 from .reading import Progress, read_parts
 from .streaming import Stream, keyed_by_number, keyed_by_time
+from .tagged import CommonTags
 from .tolerance import EXACT, Tolerance
 
 
@@ -93,12 +94,14 @@ def compare(
     Raises:
         TraceError: one of the files is damaged beyond what can be left out.
     """
+    tags = CommonTags(one, other)
     found = compare_parts(
-        (one.head.slots, read_parts(one, progress)),
-        (other.head.slots, column_chunks(other)),
+        (one.head.slots, tags.rows(read_parts(one, progress), 0)),
+        (other.head.slots, tags.rows(column_chunks(other, tags=True), 1)),
         tolerance,
         clock=clock,
-        heads=_heads(one, other),
+        heads=_heads(one, other) + _tags_of_one(tags),
+        tags=tags,
     )
     if found.first is None:
         return found
@@ -131,6 +134,7 @@ def compare_parts(
     clock: Clock = SAME_CLOCK,
     heads: tuple[tuple[str, str, str], ...] = (),
     only: frozenset[tuple[int | None, str]] | None = None,
+    tags: CommonTags | None = None,
     block_scans: int = BLOCK_SCANS,
 ) -> Comparison:
     """Compare scans that come part by part, see `compare`.
@@ -143,6 +147,7 @@ def compare_parts(
         heads: metadata that differ, for the result.
         only: which images are compared: slot and direction; all if left out. (None, "cpu") stands
             for flags and times.
+        tags: the recorded tags of the scans; None = they have none.
         block_scans: how many scans are compared at once, 1 or more. The result does not depend on it.
 
     Raises:
@@ -152,13 +157,15 @@ def compare_parts(
     both = numbers[0] & numbers[1]
     common = [slot for slot in one[0] if slot.number in both]
     fields = [field for field in all_fields(common) if only is None or (field.slot, field.direction) in only]
+    fields += [] if tags is None else tags.fields()
+    row = None if tags is None else tags.dtype
     by_number = tolerance.exact and clock == SAME_CLOCK
     keyed = (
         [keyed_by_number(parts) for _, parts in (one, other)]
         if by_number
         else [keyed_by_time(one[1], SAME_CLOCK), keyed_by_time(other[1], clock)]
     )
-    a, b = Stream(one[0], both, keyed[0]), Stream(other[0], both, keyed[1])
+    a, b = Stream(one[0], both, keyed[0], row), Stream(other[0], both, keyed[1], row)
     found = Findings(common)
     if by_number:
         for numbered in blocks_by_number(a, b, block_scans):
@@ -182,6 +189,12 @@ def compare_parts(
         tolerance=tolerance,
         aligned=clock != SAME_CLOCK,
     )
+
+
+def _tags_of_one(tags: CommonTags) -> tuple[tuple[str, str, str], ...]:
+    """Return the tags that only one trace has, as an entry of what differs beside the scans."""
+    a, b = (", ".join(names) for names in tags.only)
+    return (("tags of one trace only", a, b),) if a or b else ()
 
 
 def _heads(one: Trace, other: Trace) -> tuple[tuple[str, str, str], ...]:

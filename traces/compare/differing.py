@@ -44,7 +44,7 @@ class Detail:
 
     Attributes:
         slot: number of the slot; None for the CPU.
-        direction: "in", "out" or "cpu".
+        direction: "in", "out", "cpu" or "tags".
         name: name of the word or value in its image.
         word: index of the (first) word in the image.
         words_a: the word or words in the first trace.
@@ -52,6 +52,8 @@ class Detail:
         a: the value that the words stand for; None for bits, and where they stand for none.
         b: the same in the second trace.
         bits: of a word of bits, each that differs: name, level in the first trace, in the second.
+        text_a: of a tag, its value in the first trace in words.
+        text_b: the same in the second.
     """
 
     slot: int | None
@@ -63,6 +65,8 @@ class Detail:
     a: int | None = None
     b: int | None = None
     bits: tuple[tuple[str, bool, bool], ...] = ()
+    text_a: str = ""
+    text_b: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,8 +104,11 @@ class Side(NamedTuple):
 
     def images(self, field: Field, rows: Rows | None = None) -> Array:
         """Return what a field is read from, in all rows or some."""
-        if field.slot is None:
-            images: Array = self.columns.time_ns if field is TIME else self.columns.flags
+        if field.kind is Kind.TAG:
+            assert self.columns.tags is not None, "tags are compared"
+            images: Array = self.columns.tags
+        elif field.slot is None:
+            images = self.columns.time_ns if field is TIME else self.columns.flags
         else:
             first = self.places[field.slot] + (WORDS if field.direction == "in" else 0)
             images = self.columns.words[:, first : first + WORDS]
@@ -129,6 +136,8 @@ class Differing(NamedTuple):
                 yield _extent(f"{self.field.stem}.{name}", numbers, rows, None)
 
     def _most(self, one: Side, other: Side) -> int | None:
+        if self.field.kind is Kind.TAG:
+            return None
         values = [
             _numbers(self.field, side.images(self.field, rows))
             for side, rows in ((one, self.a), (other, self.b))
@@ -146,6 +155,9 @@ class Differing(NamedTuple):
             side.images(field, rows[place : place + 1]) for side, rows in ((one, self.a), (other, self.b))
         ]
         place_in_image = field.slot, field.direction, field.name, field.word
+        if field.kind is Kind.TAG:
+            texts = [field.text(image[0]) for image in images]
+            return Detail(*place_in_image, (), (), text_a=texts[0], text_b=texts[1])
         words = _words(field, images[0]), _words(field, images[1])
         if self.bits is not None:
             keys = [int(field.key(image)[0]) for image in images]

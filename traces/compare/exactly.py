@@ -43,6 +43,8 @@ def _unequal(block: NumberedBlock) -> Rows:
     unequal = (a.time_ns != b.time_ns) | (a.flags != b.flags)
     if not np.array_equal(a.words, b.words):
         unequal |= (a.words != b.words).any(axis=1)
+    if a.tags is not None and b.tags is not None and a.tags.dtype.names:
+        unequal |= a.tags != b.tags
     return np.flatnonzero(unequal)
 
 

@@ -45,20 +45,24 @@ class Kind(Enum):
     WORD = "word"
     """A word as it stands."""
 
+    TAG = "tag"
+    """A recorded tag."""
+
 
 @dataclass(frozen=True, slots=True)
 class Field:
     """A part of an image that is compared.
 
     Attributes:
-        slot: number of the slot; None for the CPU's flags.
-        direction: "in", "out" or "cpu".
+        slot: number of the slot; None for the CPU's flags and for tags.
+        direction: "in", "out", "cpu" or "tags".
         name: its name in the image.
         kind: what it is.
         word: index of its first word in the image.
         words: how many words it has.
         key: of images, what has to be equal, a number per scan.
         bits: names of the sixteen bits, lowest first; of kind BITS only.
+        text: of kind TAG: the value in a row of tags, in words.
     """
 
     slot: int | None
@@ -69,6 +73,7 @@ class Field:
     words: int
     key: Callable[[Array], Array]
     bits: tuple[str, ...] = ()
+    text: Callable[[Array], str] = str
 
     @property
     def path(self) -> str:
@@ -78,7 +83,7 @@ class Field:
     @property
     def stem(self) -> str:
         """What stands before the name of a field or bit, such as "slot1.in"."""
-        return "cpu" if self.slot is None else f"slot{self.slot}.{self.direction}"
+        return self.direction if self.slot is None else f"slot{self.slot}.{self.direction}"
 
     def values(self, images: Array) -> Array:
         """Return its value in some scans, float64; NaN where it has none. Of COUNT and VALUE only."""

@@ -14,6 +14,6 @@ Progress = Callable[[int], None]
 
 def read_parts(trace: Trace, progress: Progress) -> Iterator[Columns]:
     """Yield the scans of a trace chunk by chunk, and report how many with each chunk."""
-    for columns in column_chunks(trace):
+    for columns in column_chunks(trace, tags=True):
         progress(len(columns.scan))
         yield columns

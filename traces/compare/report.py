@@ -92,6 +92,8 @@ def _detail(detail: Detail) -> Iterator[tuple[str, ...]]:
         yield (where, detail.name, "", *hexes, words)
         for name, a, b in detail.bits:
             yield ("", "", name, str(int(a)), str(int(b)), "")
+    elif detail.direction == "tags":
+        yield ("tags", detail.name, "", detail.text_a, detail.text_b, "")
     elif detail.name == "time_ns":
         yield (where, "time", "", span(detail.words_a[0]), span(detail.words_b[0]), "")
     else:

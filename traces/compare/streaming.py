@@ -76,6 +76,7 @@ class Stream:
         slots: the slots of the trace.
         wanted: numbers of the slots whose words are wanted.
         parts: its scans.
+        tags: a row of their tags, None without any.
 
     Attributes:
         row: the row at which the next block begins.
@@ -85,7 +86,9 @@ class Stream:
         first_key: its key; None if there is none, or it has not been read.
     """
 
-    def __init__(self, slots: Sequence[SlotInfo], wanted: set[int], parts: Keyed) -> None:
+    def __init__(
+        self, slots: Sequence[SlotInfo], wanted: set[int], parts: Keyed, tags: np.dtype[np.void] | None = None
+    ) -> None:
         self._columns_of = [
             slice(SLOT_WORDS * place, SLOT_WORDS * (place + 1))
             for place, slot in enumerate(slots)
@@ -95,7 +98,7 @@ class Stream:
         numbers = [slot.number for slot in slots if slot.number in wanted]
         self._places = {number: SLOT_WORDS * place for place, number in enumerate(numbers)}
         self._parts = parts
-        self._held = [no_columns(len(numbers))]
+        self._held = [no_columns(len(numbers), tags)]
         self._held_keys = [np.zeros(0, np.int64)]
         self._rows = 0
         self._last_key: int | None = None

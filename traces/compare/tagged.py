@@ -1,0 +1,122 @@
+"""Recorded tags of two traces, brought into one row: by full name, and codes by what they stand for.
+
+first trace     | Run | Step (0 = IDLE, 1 = FILL) | Level |
+second trace    | Step (0 = FILL, 1 = IDLE) | Run |
+both            | Run | Step (one number per name) |
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..columns import Columns
+from ..reader import Trace
+from ..signals.tags import CODES, code_names
+from ..tagplan import TagField
+from .fields import Field, Kind
+
+Array = NDArray[Any]
+
+
+class CommonTags:
+    """The tags that two traces share.
+
+    Args:
+        one: the first trace.
+        other: the second.
+
+    Attributes:
+        dtype: a row of them, a field per value, called by its full name.
+        only: full names of the tags that only the first trace has, and only the second.
+    """
+
+    def __init__(self, one: Trace, other: Trace) -> None:
+        own = [_by_name(trace) for trace in (one, other)]
+        self._texts = [trace.texts() for trace in (one, other)]
+        self._pairs = {name: (own[0][name], own[1][name]) for name in own[0] if _alike(name, *own)}
+        self._codes: dict[str, int] = {}
+        layout = [(name, kind) for pair in self._pairs.values() for name, kind in _values(*pair)]
+        self.dtype: np.dtype[np.void] = np.dtype(layout)
+        a, b = (sorted(each.keys() - self._pairs.keys()) for each in own)
+        self.only = (tuple(a), tuple(b))
+
+    def rows(self, parts: Iterable[Columns], side: int) -> Iterator[Columns]:
+        """Yield the parts of a trace with the shared tags in place of its own.
+
+        Args:
+            parts: scans of the trace with its tags, if it has any.
+            side: 0 for the first trace, 1 for the second.
+        """
+        for columns in parts:
+            tags = np.zeros(len(columns.scan), self.dtype)
+            for name, pair in self._pairs.items():
+                field = pair[side]
+                assert columns.tags is not None, "the trace has tags"
+                values = columns.tags[field.name]
+                if field.tag.type in CODES:
+                    values = self._shared(values, code_names(field, self._texts[side]))
+                for place in range(field.tag.length):
+                    tags[f"{name}[{place}]"] = values[:, place]
+                if not field.tag.length:
+                    tags[name] = values
+            yield columns._replace(tags=tags)
+
+    def fields(self) -> Iterator[Field]:
+        """Yield a field for every value."""
+        for pair in self._pairs.values():
+            codes = pair[0].tag.type in CODES
+            for value, _ in _values(*pair):
+                key, text = partial(_key, value), self._name if codes else str
+                yield Field(None, "tags", value, Kind.TAG, 0, 0, key, text=partial(_text, value, text))
+
+    def _shared(self, codes: Array, names: Mapping[int, str]) -> Array:
+        """Return codes of a trace as codes of both."""
+        known, places = np.unique(codes, return_inverse=True)
+        texts = [names.get(code, str(code)) for code in known.tolist()]
+        shared = np.array([self._codes.setdefault(text, len(self._codes)) for text in texts], np.int64)
+        return shared[places].reshape(codes.shape)
+
+    def _name(self, code: int) -> str:
+        return next(text for text, known in self._codes.items() if known == code)
+
+
+def _by_name(trace: Trace) -> dict[str, TagField]:
+    return {} if trace.head.tags is None else {field.tag.name: field for field in trace.head.tags.fields}
+
+
+def _alike(name: str, one: Mapping[str, TagField], other: Mapping[str, TagField]) -> bool:
+    """Return whether both have a tag of that name that can be compared."""
+    if name not in other:
+        return False
+    a, b = one[name].tag, other[name].tag
+    return a.length == b.length and (a.type in CODES) == (b.type in CODES)
+
+
+def _values(one: TagField, other: TagField) -> Iterator[tuple[str, str]]:
+    """Yield name and numpy type of each value of a shared tag."""
+    kinds = [np.dtype(f"<{field.letters[-1]}") for field in (one, other)]
+    kind = "<i8" if one.tag.type in CODES else np.result_type(*kinds).str
+    if not one.tag.length:
+        yield one.tag.name, kind
+    for place in range(one.tag.length):
+        yield f"{one.tag.name}[{place}]", kind
+
+
+def _key(name: str, rows: Array) -> Array:
+    """Return values as integers that are equal where the values are: NaN is equal to NaN, 0.0 to -0.0."""
+    values: Array = rows[name]
+    if values.dtype.kind != "f":
+        return values
+    wide = values.astype(np.float64) + 0.0
+    wide[np.isnan(wide)] = np.nan
+    keys: Array = wide.view(np.int64)
+    return keys
+
+
+def _text(name: str, text: Any, row: Array) -> str:
+    return str(text(row[name].item()))
