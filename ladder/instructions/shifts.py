@@ -121,10 +121,11 @@ def _tell_level(control: Control) -> None:
 
 
 def _store_item(machine: Interpreter, source: Resolved, queue: Elements, number: int) -> None:
-    if isinstance(queue.type, Elementary):
-        queue[number] = converted(queue.type, machine.number(source, width_of(source)))
-    else:
+    if isinstance(source, (Place, Group)) and source.type == queue.type:
         queue.put(number, Elements(machine, source).take(0))
+    else:
+        assert isinstance(queue.type, Elementary)
+        queue[number] = converted(queue.type, machine.number(source, width_of(source)))
 
 
 # --- FFU, LFU: the first or the last element, 0 if there is none
@@ -150,7 +151,7 @@ def _unload(first: bool) -> Callable[[Interpreter, bool, Resolved, Resolved, Gro
 
 def _deliver(machine: Interpreter, queue: Elements, number: int | None, target: Resolved) -> None:
     """Write an element into the target, 0 for None."""
-    if isinstance(target, Place):
+    if isinstance(target, Place) and target.type != queue.type:
         machine.put(target, converted(target.type, 0 if number is None else queue[number]))
         return
     into = Elements(machine, target)

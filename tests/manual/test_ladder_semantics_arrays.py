@@ -21,6 +21,8 @@ TAG Table : DINT[5] := [0, 11, 22, 33, 44]
 TAG Data : INT[6] := [5, 1, 4, 2, 3, 9]
 TAG Copy : DINT[6]
 TAG Queue : INT[4]
+TAG Fine : LREAL
+TAG Fines : LREAL[3]
 TAG Grid : DINT[2,3] := [[1, 2, 3], [40, 60, 50]]
 TAG One : Part := {"Size": 3, "Good": true, "Weight": 1.5}
 TAG Two : Part
@@ -278,6 +280,20 @@ def test_a_queue_of_structures():
     bench.scan(Bit=True)
     assert (bench.tags["Two.Size"], bench.tags["Two.Good"], bench.tags["Two.Weight"]) == (3, True, 1.5)
     assert bench.tags["Stack[0].Size"] == 0
+
+
+def test_an_lreal_keeps_its_precision_in_a_queue():
+    bench = Both("XIC(Go)FFL(Fine,Fines,C,3,0);", "XIC(Bit)LFU(Fines,Fine,C,3,0);").scan()
+    bench.pulse(Fine=0.1)
+    bench.scan(Bit=True, Fine=0.0)
+    assert bench.tags.Fine == 0.1
+
+
+def test_a_queue_converts_what_it_takes():
+    bench = Both("XIC(Go)FFL(R,Queue,C,3,0);", "XIC(Bit)FFU(Queue,R,C,3,0);").scan()
+    bench.pulse(R=2.5)
+    bench.scan(Bit=True, R=0.0)
+    assert bench.tags.R == 2.0
 
 
 def test_a_queue_shorter_than_its_length_is_a_major_fault():
