@@ -1,5 +1,7 @@
 """Structured text as text: what is read, how it prints, what is refused where, where comments go."""
 
+import math
+
 import pytest
 from scanrack.ladder import (
     BOOL,
@@ -125,11 +127,29 @@ def test_a_number_takes_its_sign_and_an_expression_gets_one():
         (".5", 0.5),
         ("2.", 2.0),
         ("1e-2", 0.01),
+        ("1.$", math.inf),
+        ("1.#INF00", math.inf),
+        ("T#1m30s", 90_000),
+        ("time#1.5s", 1500),
     ],
 )
 def test_literals(text, number):
     assert value(text).value == number
     assert value(str(value(text))) == value(text)
+
+
+def test_literals_beside_other_text():
+    assert math.isnan(value("1.#QNAN").value)
+    assert value("T+1") == Operation("+", (Address("T"), Number(1, "1")))
+    (case,) = parse_statements("CASE A OF T#1ms..T#3ms: B := 1; 5..7: B := 2; END_CASE;")
+    assert [(str(each.low), str(each.high)) for choice in case.choices for each in choice.labels] == [
+        ("T#1MS", "T#3MS"),
+        ("5", "7"),
+    ]
+    with pytest.raises(LadderError, match=r"expected a time such as T#5s"):
+        value("T#5")
+    with pytest.raises(LadderError, match=r"expected a number, 1\.\$"):
+        value("1.#HM")
 
 
 def test_comments_stay_with_their_statements():
