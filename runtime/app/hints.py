@@ -100,11 +100,7 @@ class SlotHints:
             self._configures = False
             for bit in InputBit:
                 if bit.value & self._wired & ~msw & ALL_INPUTS:
-                    name = input_name(bit)
-                    self._tell(
-                        f"slot {self.number}: {name} is wired to the machine, but the configuration does not "
-                        f"use it: it has no effect"
-                    )
+                    self._tell(not_configured(self.number, bit))
 
 
 class Hints:
@@ -133,6 +129,14 @@ class Hints:
         """Return the hints of a finished run."""
         told = [(slot.number, slot.unheard) for slot in self.slots if slot.unheard is not None]
         return [f"slot {number}: {unheard}" for number, unheard in told]
+
+
+def not_configured(slot: int, bit: InputBit) -> str:
+    """Return the sentence about an input that is wired and that the configuration does not use."""
+    return (
+        f"slot {slot}: {input_name(bit)} is wired to the machine, but the configuration does not use it: "
+        f"it has no effect"
+    )
 
 
 def wired_inputs(machine: MachineSpec) -> int:

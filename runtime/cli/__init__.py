@@ -55,6 +55,7 @@ COMMANDS = {
     "ports": Entry("discovery", "List the serial devices of this machine."),
     "probe": Entry("discovery", "Say what controller answers on a port."),
     "pclt": Entry("pclt", "Check and list stored programs of the PCL601."),
+    "check": Entry("check", "Check a rack without running it."),
     "rules": Entry("rules", "Print the rules of a module's manual."),
 }
 """The commands in the order in which --help lists them."""

@@ -1,0 +1,14 @@
+"""Checks of a rack without running it: rules about the machine, the wiring and the program.
+
+facts.py            what a program says, whatever its language
+ladder_facts.py     facts of rungs
+python_facts.py     facts of a Python program's text
+rules.py            the rules, one row each; they read the facts and the rack
+"""
+
+from __future__ import annotations
+
+from .facts import Place
+from .rules import RULES, Finding, Report, check_rack
+
+__all__ = ["RULES", "Finding", "Place", "Report", "check_rack"]

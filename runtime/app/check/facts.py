@@ -1,0 +1,76 @@
+"""Facts that a reader finds in a program's text, whatever its language."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+
+class Place(NamedTuple):
+    """A line of a file.
+
+    Attributes:
+        file: its path as given.
+        line: from 1.
+    """
+
+    file: str
+    line: int
+
+
+@dataclass(frozen=True, slots=True)
+class Remark:
+    """Something in the program that breaks a rule by itself.
+
+    Attributes:
+        place: where.
+        text: what it is.
+    """
+
+    place: Place
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Sent:
+    """Output words, or a command, that the program sends to a 3601.
+
+    Attributes:
+        place: where.
+        slot: the slot; None if that can't be seen.
+        words: the eight output words; empty for a command whose words do not matter.
+    """
+
+    place: Place
+    slot: int | None
+    words: tuple[int, ...] = ()
+
+
+UsesBit = Callable[[int, str, str, int, int], bool]
+"""Whether a program uses a bit of a card: slot, image "I" or "O", name, word, bit."""
+
+
+@dataclass(slots=True)
+class Facts:
+    """Facts of a program.
+
+    Attributes:
+        configurations: the configurations that it sends.
+        searches: the home searches that it starts.
+        repeated: bits with several coils.
+        unused: tags that no instruction names.
+        held: command bits that it sets and never takes back.
+        out_of_range: constants that a 3601 refuses.
+        uses_bit: whether it uses a bit of a card; None if that can't be seen.
+        not_seen: sentences about what the reader can't see.
+    """
+
+    configurations: list[Sent] = field(default_factory=list)
+    searches: list[Sent] = field(default_factory=list)
+    repeated: list[Remark] = field(default_factory=list)
+    unused: list[Remark] = field(default_factory=list)
+    held: list[Remark] = field(default_factory=list)
+    out_of_range: list[Remark] = field(default_factory=list)
+    uses_bit: UsesBit | None = None
+    not_seen: list[str] = field(default_factory=list)

@@ -1,0 +1,176 @@
+"""Facts of a Python program, read from its text: nothing of it is called.
+
+A command is a call of a class of `io_images.amci3601` by its name:
+
+    Move(MoveKind.ABSOLUTE, STATIONS[line.station], speed=5000, acceleration=1, deceleration=1)
+
+Constants and names of the module are values; anything else is unknown, and legal.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Mapping, Set
+from inspect import signature
+from pathlib import Path
+from typing import Any
+
+from ....io_images import amci3601
+from ....io_images.amci3601 import Acceleration, Configuration, Direction, MoveKind
+from .facts import Facts, Place, Remark, Sent, UsesBit
+
+NEUTRAL: Mapping[str, object] = {
+    "kind": MoveKind.ABSOLUTE,
+    "direction": Direction.CW,
+    "shape": Acceleration.CONSTANT,
+    "target": 0,
+    "value": 0,
+    "speed": 1,
+    "acceleration": 1,
+    "deceleration": 1,
+    "starting_speed": 1,
+}
+"""A legal value for each required argument, in place of an unknown one."""
+
+GIVEN = ("Move", "FindHome", "Manual", "PresetPosition", "PresetEncoder", "ResetErrors", "Resume", "RunBlend")
+"""Commands that have a bit in word 0."""
+
+CHECKED = (*GIVEN, "Configuration")
+"""Classes whose arguments are checked."""
+
+_VALUES = (ast.Constant, ast.Name, ast.Attribute, ast.UnaryOp, ast.BinOp, ast.unaryop, ast.operator, ast.Load)
+
+
+class _UnknownError(Exception):
+    """An argument whose value the text does not tell."""
+
+
+def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str]) -> Facts:
+    """Read the facts of a Python program.
+
+    Args:
+        path: its file.
+        names: the names of its module, with their values.
+        terminals: the names of the cards' terminals.
+    """
+    tree = ast.parse(path.read_text("utf-8"))
+    reader = _Reader(str(path), tree, names)
+    facts = Facts(not_seen=["values that the program computes", "words written without a command's class"])
+    for kind, call in reader.calls():
+        place = Place(str(path), call.lineno)
+        if kind == "FindHome":
+            facts.searches.append(Sent(place, None))
+        try:
+            made = reader.make(kind, call)
+        except ValueError as error:
+            facts.out_of_range.append(Remark(place, f"{kind}: {error}"))
+            continue
+        if isinstance(made, Configuration):
+            facts.configurations.append(Sent(place, None, tuple(made.to_image().words.tolist())))
+    facts.held.extend(reader.held())
+    facts.uses_bit = reader.uses_bit(terminals)
+    if terminals and facts.uses_bit is None:
+        facts.not_seen.append("which terminals of the cards the program uses: it names none of them")
+    return facts
+
+
+class _Reader:
+    def __init__(self, file: str, tree: ast.Module, names: Mapping[str, Any]) -> None:
+        self.file, self.tree, self.names = file, tree, names
+        self.local = {
+            name
+            for function in ast.walk(tree)
+            if isinstance(function, (ast.FunctionDef, ast.Lambda))
+            for name in _bound(function)
+        }
+
+    def calls(self) -> Iterator[tuple[str, ast.Call]]:
+        """Yield the calls of command classes, by the class's name."""
+        for node in ast.walk(self.tree):
+            if isinstance(node, ast.Call):
+                name = (
+                    node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+                )
+                if name in CHECKED and (name not in self.names or self.names[name] is _class(name)):
+                    yield name, node
+
+    def make(self, kind: str, call: ast.Call) -> object | None:
+        """Make a command of the arguments that are known; None if a required one can't be replaced.
+
+        Raises:
+            ValueError: an argument is out of range.
+        """
+        parameters = list(signature(_class(kind)).parameters)
+        given = dict(zip(parameters, call.args, strict=False))
+        given |= {each.arg: each.value for each in call.keywords if each.arg is not None}
+        complete = not any(isinstance(each, ast.Starred) for each in call.args) and None not in (
+            each.arg for each in call.keywords
+        )
+        arguments: dict[str, object] = {}
+        for name, node in given.items():
+            try:
+                arguments[name] = self.value(node)
+            except _UnknownError:
+                if kind == "Configuration":
+                    return None
+                if name in NEUTRAL:
+                    arguments[name] = NEUTRAL[name]
+        try:
+            return _class(kind)(**arguments) if complete else None
+        except TypeError:  # the call itself would fail, or an argument is unknown
+            return None
+
+    def value(self, node: ast.expr) -> object:
+        """Return the value of an expression of constants and names of the module.
+
+        Raises:
+            _UnknownError: it has other parts, or no value.
+        """
+        for part in ast.walk(node):
+            is_local = isinstance(part, ast.Name) and part.id in self.local
+            if is_local or isinstance(part, ast.Pow) or not isinstance(part, _VALUES):
+                raise _UnknownError
+        try:
+            return eval(compile(ast.Expression(node), self.file, "eval"), dict(self.names))
+        except (NameError, AttributeError, TypeError, ArithmeticError) as error:
+            raise _UnknownError from error
+
+    def held(self) -> Iterator[Remark]:
+        """Yield the last command of a program that never zeroes word 0."""
+        given = [(call.lineno, kind) for kind, call in self.calls() if kind in GIVEN]
+        if given and not self._may_zero():
+            line, kind = max(given)
+            text = f"{kind} sets its command bit, and nothing takes it back: no Idle, word 0 is never zeroed"
+            yield Remark(Place(self.file, line), text)
+
+    def _may_zero(self) -> bool:
+        """Tell whether something else than a command may be written to word 0."""
+        for node in ast.walk(self.tree):
+            if isinstance(node, ast.Name) and node.id in ("Idle", "Hold", "ImmediateStop", "Image"):
+                return True
+            if isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Store):
+                return True
+            if isinstance(node, ast.Attribute) and node.attr in ("clear", "set_bit", "words", "raw"):
+                return True
+        return False
+
+    def uses_bit(self, terminals: Set[str]) -> UsesBit | None:
+        """Return whether a program names a terminal; None if it names none, and may go by numbers."""
+        words = {node.value for node in ast.walk(self.tree) if isinstance(node, ast.Constant)}
+        words |= {node.attr for node in ast.walk(self.tree) if isinstance(node, ast.Attribute)}
+        if words.isdisjoint(terminals):
+            return None
+        return lambda _slot, _image, name, _word, _bit: name in words
+
+
+def _class(name: str) -> Any:
+    return getattr(amci3601, name)
+
+
+def _bound(function: ast.FunctionDef | ast.Lambda) -> Iterator[str]:
+    """Yield the names that a function gives values to."""
+    for node in ast.walk(function):
+        if isinstance(node, ast.arg):
+            yield node.arg
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            yield node.id

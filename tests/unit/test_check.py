@@ -1,0 +1,205 @@
+"""`scanrack check`: each rule finds its planted mistake, with file and line; sound racks have none."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from scanrack.runtime.app.check import RULES
+from scanrack.runtime.cli import build
+from typer.testing import CliRunner
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+
+RACK = """\
+program = "line{suffix}"
+
+[[slot]]
+number = 1
+module = "amci3601"
+
+[slot.machine]
+switches = [
+    {{ input = "home", first = 10, last = 20 }},
+    {{ input = "cw_limit", first = 8500 }},
+]
+
+[[slot]]
+number = 2
+module = "1769-IQ16"
+
+[slot.options]
+inputs = {{ start = 0, stop = 1 }}
+
+[[slot]]
+number = 3
+module = "1769-OB16"
+
+[slot.options]
+outputs = {{ lamp = 0 }}
+"""
+
+RUNGS = """\
+PROGRAM line
+SLOT axis : 1
+TAG Words : INT[8] := [16#8414, 16#0014, 0, 500, 0, 0, 0, 0]
+TAG Go : INT[8] := [1, 0, 4, 0, 5, 0, 1, 1]
+TAG Pulse : BOOL
+
+ROUTINE Main
+XIC(S:FS)COP(Words,axis.O.Data,8);
+XIC(axis.status.MODE_CONFIG)FLL(0,axis.O.Data,8);
+XIC(Local:2:I.Data.0)XIO(Local:2:I.Data.1)ONS(Pulse)COP(Go,axis.O.Data,8);
+XIC(axis.status.MOVING_CW)CLR(axis.O.Data[0]);
+XIC(axis.status.AT_HOME)OTE(Local:3:O.Data.0);
+END
+"""
+
+PYTHON = """\
+from scanrack import Configuration, FindHome, Direction, Idle, InputBit, Move, MoveKind
+
+FAST = 5000
+SETTINGS = Configuration(inputs_used=InputBit.HOME | InputBit.CW_LIMIT, starting_speed=500)
+
+
+def logic(scan):
+    buttons = scan.slot[2].inputs["start"], scan.slot[2].inputs["stop"]
+    scan.slot[3].outputs["lamp"] = buttons[0]
+    target = scan.slot[2].inputs[3]
+    scan.slot[1].outputs.load(SETTINGS.to_image())
+    scan.slot[1].outputs.load(FindHome(Direction.CW, 500, 1, 1).to_image())
+    scan.slot[1].outputs.load(Move(MoveKind.ABSOLUTE, target, FAST, 1, 1).to_image())
+    scan.slot[1].outputs.load(Idle().to_image())
+"""
+
+HOME = '    {{ input = "home", first = 10, last = 20 }},\n'
+"""The home switch, line 9 of the rack."""
+
+PLANTED = {
+    "not-configured": (".rung", RUNGS.replace("16#8414", "16#8424"), RACK, "line.toml:10"),
+    "search-without-switch": (
+        ".rung",
+        RUNGS.replace("[1, 0, 4", "[32, 0, 0"),
+        RACK.replace(HOME, ""),
+        "line.rung:10",
+    ),
+    "unused-terminal": (
+        ".rung",
+        RUNGS.replace("OTE(Local:3:O.Data.0)", "OTE(Lamp)").replace(
+            "TAG Pulse", "TAG Lamp : BOOL\nTAG Pulse"
+        ),
+        RACK,
+        "line.toml:25",
+    ),
+    "repeated-coil": (
+        ".rung",
+        RUNGS.replace("END", "XIC(Pulse)OTE(Local:3:O.Data.0);\nEND"),
+        RACK,
+        "line.rung:13",
+    ),
+    "unused-tag": (".rung", RUNGS.replace("TAG Pulse", "TAG Spare : DINT\nTAG Pulse"), RACK, "line.rung:5"),
+    "command-held": (
+        ".rung",
+        RUNGS.replace("XIC(axis.status.MOVING_CW)CLR(axis.O.Data[0]);\n", ""),
+        RACK,
+        "line.rung:10",
+    ),
+    "out-of-range": (".rung", RUNGS.replace("5, 0, 1, 1]", "5, 0, 2001, 1]"), RACK, "line.rung:10"),
+}
+"""By rule: suffix, program and rack with the mistake, and where it is found."""
+
+
+@pytest.fixture
+def check(tmp_path, monkeypatch):
+    """Checks a rack with a program; returns exit status, findings as (rule, place, text), and not_seen."""
+    monkeypatch.chdir(tmp_path)
+
+    def go(suffix, program, rack=RACK):
+        Path(f"line{suffix}").write_text(program, encoding="utf-8")
+        Path("line.toml").write_text(rack.format(suffix=suffix), encoding="utf-8")
+        done = CliRunner().invoke(build(), ["check", "line.toml", "--json"])
+        assert done.exit_code in (0, 1), done.output
+        report = json.loads(done.stdout)
+        findings = [
+            (each["rule"], f"{Path(each['file']).name}:{each['line']}", each["text"])
+            for each in report["findings"]
+        ]
+        return done.exit_code, findings, report["not_seen"]
+
+    return go
+
+
+@pytest.mark.parametrize("rack", sorted(EXAMPLES.glob("*/*.toml")), ids=lambda path: f"{path.parent.name}")
+def test_examples_are_clean(rack):
+    done = CliRunner().invoke(build(), ["check", str(rack)])
+    assert (done.exit_code, done.stdout.splitlines()[0]) == (0, "no findings")
+    assert "not seen: " in done.stdout
+
+
+@pytest.mark.parametrize(("suffix", "program"), [(".rung", RUNGS), (".py", PYTHON)])
+def test_a_sound_rack_has_no_findings(check, suffix, program):
+    assert check(suffix, program)[:2] == (0, [])
+
+
+def test_every_rule_has_a_planted_mistake():
+    assert list(PLANTED) == [rule.id for rule in RULES]
+
+
+@pytest.mark.parametrize("rule", PLANTED)
+def test_a_planted_mistake_is_found(check, rule):
+    suffix, program, rack, place = PLANTED[rule]
+    status, findings, _ = check(suffix, program, rack)
+    assert status == 1
+    assert [each[0] for each in findings] == [rule]
+    assert findings[0][1] == place
+
+
+PYTHON_PLANTED = {
+    "not-configured": ("CW_LIMIT", "CCW_LIMIT", "line.toml:10"),
+    "unused-terminal": ('["lamp"]', '["lump"]', "line.toml:25"),
+    "command-held": (PYTHON.splitlines()[-1], "    pass", "line.py:13"),
+    "out-of-range": ("target, FAST, 1, 1", "target, FAST * 300, 1, 1", "line.py:13"),
+}
+"""By rule: what is replaced in the Python program by what, and where the mistake is found."""
+
+
+@pytest.mark.parametrize("rule", PYTHON_PLANTED)
+def test_a_planted_mistake_in_python_is_found(check, rule):
+    old, new, place = PYTHON_PLANTED[rule]
+    program = PYTHON.replace(old, new)
+    if rule == "command-held":
+        program = program.replace('scan.slot[3].outputs["lamp"] = buttons[0]', 'print("lamp")')
+    status, findings, _ = check(".py", program)
+    assert (status, [each[:2] for each in findings]) == (1, [(rule, place)])
+
+
+def test_a_search_in_python_without_a_switch(check):
+    rack = RACK.replace(HOME, "")
+    _, findings, _ = check(".py", PYTHON, rack)
+    assert [each[:2] for each in findings] == [("search-without-switch", "line.py:12")]
+
+
+def test_a_block_with_a_velocity_out_of_range_and_a_search(tmp_path):
+    folder = tmp_path / "feeder"
+    shutil.copytree(EXAMPLES / "feeder", folder)
+    rungs, rack = folder / "feeder.rung", folder / "feeder.toml"
+    rungs.write_text(rungs.read_text().replace("OutGo,6000,4000", "OutGo,6000,4000000"))
+    rack.write_text(rack.read_text().replace('    { input = "home", first = -1500, last = -1300 },\n', ""))
+    done = CliRunner().invoke(build(), ["check", str(rack)])
+    assert done.exit_code == 1
+    assert [line.removeprefix(str(folder)).split(": ")[:2] for line in done.stdout.splitlines()[:2]] == [
+        ["/feeder.rung:37", "search-without-switch"],
+        ["/feeder.rung:42", "out-of-range"],
+    ]
+
+
+def test_a_configuration_that_cannot_be_seen_is_said(check):
+    program = RUNGS.replace("ONS(Pulse)", "ONS(Pulse)MOV(3,Words[0])")
+    status, findings, not_seen = check(".rung", program)
+    assert (status, findings) == (0, [])
+    assert any("slot 1: no configuration in constants" in each for each in not_seen)
+
+
+def test_what_cannot_be_used_is_refused(tmp_path):
+    done = CliRunner().invoke(build(), ["check", str(tmp_path / "none.toml")])
+    assert done.exit_code == 2
