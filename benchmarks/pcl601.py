@@ -105,7 +105,7 @@ def moves(count: int) -> None:
 
 
 def damaged(draw: Random) -> bytes:
-    """Return a frame as lines spoil it: cut, flipped, noise, or somebody else's."""
+    """Return a frame as lines spoil it: cut, flipped, noise, or of another unit."""
     kind = draw.randrange(4)
     if kind == 0:
         return draw.randbytes(draw.randrange(1, 40))

@@ -5,7 +5,7 @@
 A million scans of 1 and of 4 slots, mid-move:
 
     arrays     read_columns: all scans as named arrays, CRCs checked
-    slice      1,000 scans in the midst of it, by number, the file opened anew
+    slice      1,000 scans in the midst of it, by number, the file opened again
     one        one scan at random, in a trace that is open
     scans      iterating over Trace.scans(), an object per scan
     stock      iterating over the `mcap` library's reader, CRC validation on, nothing decoded

@@ -15,7 +15,7 @@ value makes both words negative independently [3601 manual r3.1, Module Overview
        -345     0   -345
 
 Parameters that the PLC sends are checked: an LSW beyond 999 or words of
-opposite signs are no value at all [chapter 5 notes 3 to 5; chapter 6, Command
+opposite signs are illegal [chapter 5 notes 3 to 5; chapter 6, Command
 Error 4]. What the module reports is not limited to the parameter range: up to
 65,535,999 all 16 bits of the MSW carry the thousands, so it reads negative
 once it passes 7FFFh [chapter 6, Current Position].
@@ -111,7 +111,7 @@ def split_reported(value: int) -> tuple[int, int]:
 def join_reported(msw: int, lsw: int) -> int:
     """Join reported words into the value; the inverse of `split_reported` up to 32,767,999.
 
-    Beyond that the sign of the LSW tells a wrapped MSW from a negative value.
+    Beyond that the sign of the LSW distinguishes a wrapped MSW from a negative value.
     With an LSW of 0 it cannot, and the plain reading is returned.
 
     >>> join_reported(-1, 999), join_reported(-1, -999), join_reported(16_777, 214)

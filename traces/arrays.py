@@ -38,7 +38,7 @@ __all__ = [
 def read_columns(trace: Trace, selection: Selection = ALL, *, tags: bool = False) -> Columns:
     """Read the wanted scans of a trace into memory: 20 bytes per scan and 32 per scan and slot.
 
-    Scans of a damaged chunk are missing, and told in `trace.notes`.
+    Scans of a damaged chunk are missing; `trace.notes` lists them.
 
     Args:
         trace: the open trace.
@@ -71,7 +71,7 @@ def column_chunks(
 
 
 def scan_count(trace: Trace, selection: Selection = ALL, *, margin: int = 0) -> int:
-    """Return how many scans `column_chunks` goes through, as far as the indexes tell. Nothing is read."""
+    """Return how many scans `column_chunks` goes through, as far as the indexes show. Nothing is read."""
     return sum(map(trace.shape.expected, _needed(trace, selection, margin)))
 
 

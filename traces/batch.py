@@ -76,7 +76,7 @@ class ScanBatch:
         return len(self._images) >= self.room
 
     def take(self) -> tuple[NDArray[np.uint64], bytes]:
-        """Return the times of the scans and their message records, one after the other, and start anew."""
+        """Return the times of the scans and their message records, one after the other, and start again."""
         rows = self._arena[: len(self._images)]
         times = np.array(array("Q", self._times))
         numbers = np.array(array("Q", self._numbers)) & np.uint64(_SEQUENCE_MASK)

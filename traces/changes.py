@@ -1,10 +1,10 @@
-"""What changed from scan to scan, by name: the rows of a table for people.
+"""Changes from scan to scan by name: the rows of a table for people.
 
-A row tells one direction of one slot in one scan, in the order of the scan:
+A row shows one direction of one slot in one scan, in the order of the scan:
 the input image, which the logic saw, before the output image, which it wrote.
 Scans in which nothing changed have no row. Scans in which only positions and
-counts of 3601s changed are counted, and one row tells how many they were. Tags
-that are numbers, as the ACC of a timer, are told only where every change is.
+counts of 3601s changed are counted, and one row states how many they were. Tags
+that are numbers, as the ACC of a timer, are shown with `every` only.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ class Changes:
         self._folded_what = dict.fromkeys(_REPORTS, False)
 
     def rows(self, scan: Scan) -> Iterator[Row]:
-        """Tell what changed since the scan before; everything that is not 0 in the first scan."""
+        """Return what changed since the scan before; everything that is not 0 in the first scan."""
         tags = "" if self._tags is None else self._tags.changes(self._tag_row, scan.tags)
         if not tags and scan.memory == self._memory and scan.flags == self._flags:
             self._tag_row = scan.tags
@@ -110,11 +110,11 @@ class Changes:
         inside: NDArray[np.bool_],
         as_scans: Callable[[ScanRows], Iterator[Scan]],
     ) -> Iterator[Row]:
-        """Tell what changed in scans that follow one another; as `rows`, but fast where little does.
+        """Return what changed in scans that follow one another; as `rows`, but fast where little does.
 
         Args:
             scans: the scans, 1 or more.
-            inside: which of them are to be told.
+            inside: which of them become rows.
             as_scans: makes scans of an array, `Trace.as_scans`.
         """
         changed, folded, moved = self._compared(scans)
@@ -173,7 +173,7 @@ class Changes:
         self._memory, self._flags, self._tag_row = scan.memory, scan.flags, scan.tags
 
     def rest(self) -> Iterator[Row]:
-        """Tell how many scans were folded since the last row."""
+        """Return how many scans were folded since the last row."""
         if self._folded:
             scans = "scan" if self._folded == 1 else "scans"
             what = " and ".join(name for name, changed in self._folded_what.items() if changed)

@@ -61,7 +61,7 @@ def join(parts: Sequence[Columns]) -> Columns:
 
 
 def no_columns(slots: int, tags: np.dtype[np.void] | None = None) -> Columns:
-    """Return the columns of no scan of so many slots, and of such tags."""
+    """Return columns without scans, for a number of slots and such tags."""
     return Columns(
         np.zeros(0, np.int64),
         np.zeros(0, np.int64),
@@ -116,7 +116,7 @@ class Selection:
         )
 
     def says(self) -> str:
-        """Tell it in words, for a message.
+        """Return it in words, for a message.
 
         >>> Selection(first=5, end_ns=2_500_000_000).says()
         'scans from 5, time up to 2.5 s'

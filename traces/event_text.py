@@ -9,7 +9,7 @@ OF_ADAPTERS = ("refusal", "adapter")
 
 
 def move_wording(kind: object, outcome: object) -> str:
-    """Tell a kind of move and how it ended.
+    """Return a kind of move and how it ended, as text.
 
     >>> move_wording("absolute", "complete"), move_wording("home", "home")
     ('absolute: complete', 'search for home: found')
@@ -22,7 +22,7 @@ _FOUND = "found"
 
 
 def describe(topic: str, scan: int, fields: Mapping[str, object]) -> str:
-    """Tell a message of one of the topics beside /scan.
+    """Return a message of a topic other than /scan as text.
 
     >>> fields = {"slot": 1, "kind": "rule", "name": "CMD-03", "bits": ["COMMAND_ERROR"],
     ...     "section": "chapter 6, Command Error 3", "text": "A move was started before the last one ended."}
@@ -30,11 +30,6 @@ def describe(topic: str, scan: int, fields: Mapping[str, object]) -> str:
     'COMMAND_ERROR at scan 4711: a move was started before the last one ended [CMD-03, chapter 6]'
     >>> describe("/cpu", 0, {"mode": "run"}), describe("/forces", 9, {"slot1.I.2": 5})
     ('the CPU is in run mode', 'forces: slot1.I.2 = 5')
-
-    Args:
-        topic: the topic.
-        scan: number of the scan in which it became known.
-        fields: its fields, less the scan.
     """
     return _BY_TOPIC.get(topic, _event)(scan, fields)
 

@@ -16,10 +16,6 @@ def need(module: str, extra: str) -> ModuleType:
     >>> need("json", "plot").__name__
     'json'
 
-    Args:
-        module: what to import.
-        extra: the extra of this project that it belongs to.
-
     Raises:
         MissingExtraError: it is not installed; the message says what to install.
     """

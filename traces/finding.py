@@ -2,7 +2,7 @@
 
     head | chunk | index | chunk | index | data end | summary | footer | magic
 
-Reading does not lean on the summary, which a killed process did not get to write. A chunk tells its
+Reading does not lean on the summary, which a killed process did not get to write. A chunk states its
 length twice, in its head and by the length of its data, so either may be damaged:
 
     06 | length | times, size, CRC | "zstd" | length of the data | data
@@ -39,11 +39,7 @@ _OPCODES = frozenset(opcode.value for opcode in Opcode)
 
 
 def find_records(file: BinaryIO, size: int) -> tuple[list[Span], list[str]]:
-    """Hop over the records of a file. Where a hop leads astray, go on with the next chunk, or the end.
-
-    Args:
-        file: open for reading, its magic checked.
-        size: its size in bytes.
+    """Hop over the records of a file. After a damaged length, continue at the next chunk, or the end.
 
     Returns:
         The whole records in order, and what is wrong with the file.
@@ -109,7 +105,7 @@ def _record_at(file: BinaryIO, size: int, offset: int, notes: list[str]) -> Span
 
 
 def _chunk_content_bytes(head: bytes) -> int | None:
-    """Return the length of a chunk's content by the length of its data; None if this is no chunk."""
+    """Return the length of a chunk's content by the length of its data; None if this is not a chunk."""
     match = _COMPRESSION.match(head, _CHUNK_NAME)
     if match is None or len(head) < match.end() + _LENGTH.size:
         return None
@@ -118,7 +114,7 @@ def _chunk_content_bytes(head: bytes) -> int | None:
 
 
 def _contradicts_itself(file: BinaryIO, size: int, offset: int) -> bool:
-    """Return whether a chunk at `offset` tells two lengths: it is damaged, not cut off."""
+    """Return whether a chunk at `offset` states two lengths: it is damaged, not cut off."""
     if offset + RECORD_HEAD.size > size:
         return False
     file.seek(offset)
@@ -160,7 +156,7 @@ def sound_summary(file: BinaryIO, spans: Sequence[Span]) -> int | None:
 
 
 def summary_damage(file: BinaryIO, spans: Sequence[Span]) -> str | None:
-    """Say that the CRC of the summary does not fit; None if it does, or there is none."""
+    """Return a note if the CRC of the summary does not fit; None if it fits, or there is none."""
     footer = _footer(file, spans)
     if footer is None or not footer.summary_start or not footer.summary_crc:
         return None
@@ -181,7 +177,7 @@ def data_crc(file: BinaryIO, spans: Sequence[Span]) -> int | None:
 
 
 def data_damage(file: BinaryIO, spans: Sequence[Span]) -> str | None:
-    """Say that the CRC of all data does not fit; None if it does, or the file states none."""
+    """Return a note if the CRC of all data does not fit; None if it fits, or the file states none."""
     told = data_crc(file, spans)
     if not told:
         return None

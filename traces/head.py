@@ -1,4 +1,4 @@
-"""The head of a trace: all that says how its scans are to be read, checked before the first one is."""
+"""The head of a trace: everything needed to read its scans, checked first."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .topics import SCAN_TOPIC
 
 @dataclass(frozen=True, slots=True)
 class TraceHead:
-    """What a trace is a trace of.
+    """The contents of a trace: rack, metadata and layout.
 
     Attributes:
         profile: the MCAP profile.

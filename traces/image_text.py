@@ -18,7 +18,7 @@ _OTHER_USE = (CommandLsw.BLEND_PROGRAM | CommandLsw.ENC_FOLLOWER).value
 
 
 def output_wording(before: Words, after: Words) -> str:
-    """Tell a changed output image of a 3601: the command, and the parameters that changed or belong to it.
+    """Return a changed output image of a 3601 as text: command, and parameters that changed or belong to it.
 
     >>> output_wording((0,) * 8, (2, 0, 12, 345, 5, 0, 20, 10))
     'RELATIVE_MOVE, target 12,345, speed 5,000, acceleration 20, deceleration 10'
@@ -51,7 +51,7 @@ _PARAMETERS: Mapping[str, tuple[int, ...]] = {
 
 
 def input_wording(before: Words, after: Words) -> str:
-    """Tell a changed input image of a 3601: bits that rose and fell, and a captured value.
+    """Return a changed input image of a 3601 as text: bits that rose and fell, and a captured value.
 
     Position and counts have columns of their own.
 
@@ -78,7 +78,7 @@ def in_configuration_mode(inputs: Words) -> bool:
 
 
 def plain_wording(names: Sequence[str], before: Words, after: Words) -> str:
-    """Tell changed words of any other module.
+    """Return changed words of any other module as text.
 
     >>> plain_wording(["a", "b"], (1, 2), (1, -3))
     'b 2 -> -3'
@@ -89,7 +89,7 @@ def plain_wording(names: Sequence[str], before: Words, after: Words) -> str:
 
 
 def risen_and_fallen(before: Sequence[str], after: Sequence[str]) -> str:
-    """Tell the difference of two lists of names.
+    """Return the difference of two lists of names as text.
 
     >>> risen_and_fallen(["A", "B"], ["B", "C"])
     '+C -A'
@@ -120,7 +120,7 @@ def seconds(time_ns: int) -> str:
 
 
 def module_text(slot: SlotInfo, direction: str, before: Words, after: Words) -> str:
-    """Tell what changed in an image of a slot; `direction` is "out" or "in"."""
+    """Return what changed in an image of a slot as text; `direction` is "out" or "in"."""
     if slot.speaks_3601:
         return (output_wording if direction == "out" else input_wording)(before, after)
     image, names = ("O", slot.words.outputs) if direction == "out" else ("I", slot.words.inputs)
@@ -157,7 +157,7 @@ def _configuration(words: Words) -> str:
 
 
 def _value(words: Words) -> str:
-    """Return a parameter of one or two words as text; a pair that is no value as the pair."""
+    """Return a parameter of one or two words as text; an illegal pair as the pair."""
     if len(words) == 1:
         return f"{words[0]:,}"
     return f"{join_thousands(*words):,}" if is_legal_pair(*words) else f"({words[0]}, {words[1]})"

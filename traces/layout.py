@@ -61,7 +61,7 @@ class SlotInfo:
 
 
 def check_slots(slots: Sequence[SlotInfo]) -> tuple[SlotInfo, ...]:
-    """Return the slots as given, once they are known to be recordable.
+    """Check that the slots are recordable; return them.
 
     Raises:
         ValueError: no slot at all, a negative number, or a number used twice.

@@ -1,4 +1,4 @@
-"""How much work a trace may ask for: a small file can unpack to gigabytes, or have millions of records."""
+"""Limits of the work for a trace: a small file can unpack to gigabytes, or have millions of records."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A serial line's recorder: what was said on it and what its units held, as an MCAP file.
+"""Records a serial line and the values of its units as an MCAP file.
 
     /line       bytes as they came and went, as hex and as text
     /unit1      registers, inputs and outputs of the unit at address 1, by name; on change only
@@ -82,7 +82,7 @@ class LineRecorder:
         self._bytes(now_ns, "sent", data)
 
     def unit(self, now_ns: int, address: int, values: Mapping[str, int]) -> None:
-        """Record what a unit holds, unless it is what it held before."""
+        """Record the values of a unit, unless they are unchanged."""
         if self._latest.get(address) != values:
             self._latest[address] = dict(values)
             self._message(self._units[address], now_ns, values)

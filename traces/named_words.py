@@ -1,4 +1,4 @@
-"""What the words and bits of a recorded module are called, read off the trace: no list of modules is needed.
+"""Names of the words and bits of a recorded module, read from the trace, without a list of modules.
 
     schema of /scan            message type and word names of every slot
     metadata slot.N.names      bits with names of their own: group -> name -> [image, word, bit]

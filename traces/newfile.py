@@ -1,4 +1,4 @@
-"""A file that is whole, or not there: what writing it leaves half-done is removed."""
+"""Writes a file completely or not at all: an incomplete file is removed."""
 
 from __future__ import annotations
 

@@ -110,7 +110,7 @@ class Ballast:
 
 
 class TraceFile:
-    """Takes whole records and keeps its word about them.
+    """Takes whole records, and cuts the file back to whole records on an error.
 
     `full` becomes true once the ballast has been used up: what was written by
     then is safe, the summary still fits, and nothing else should follow.
@@ -136,7 +136,7 @@ class TraceFile:
         return self._whole
 
     def flush(self) -> None:
-        """Do nothing: nothing is kept back."""
+        """Do nothing: nothing is buffered."""
 
     def write(self, data: bytes, /) -> int:
         """Append whole records.
@@ -242,7 +242,7 @@ def is_being_recorded(path: Path) -> bool:
     try:
         with path.open("rb") as file:
             return not could_lock(file.fileno())
-    except OSError:  # who reads it will say so
+    except OSError:  # reading it reports the error
         return False
 
 

@@ -67,7 +67,7 @@ class PackedScans:
         return join([no_columns(self._slots), *self.chunks(first)])
 
     def view(self, values: Callable[[Columns], Sequence[T]]) -> View[T]:
-        """Return what a function makes of the scans as one sequence; it is called with a chunk at a time."""
+        """Return the values that a function computes from the scans, chunk by chunk, as one sequence."""
         return View(self, values)
 
     def _pack(self, columns: Columns) -> bytes:
@@ -88,7 +88,7 @@ class PackedScans:
 
 
 class View(Sequence[T], Generic[T]):
-    """A sequence of what is made of each scan; fast where it is read in order.
+    """A sequence of values computed from each scan; fast when read in order.
 
     Args:
         scans: the scans.

@@ -1,4 +1,4 @@
-"""Reads a trace: what it is a trace of, its scans and its events.
+"""Reads a trace: its head, its scans and its events.
 
     with open_trace(path) as trace:
         for scan in trace.scans():
@@ -124,7 +124,7 @@ class Records:
         self.file.close()
 
     def parts(self, section: Section) -> list[Part] | None:
-        """Take a section apart; None for a damaged one, which is noted.
+        """Take a section apart; note a damaged one and return None.
 
         Raises:
             TraceLimitError: it unpacks to more, or has more records, than the limits allow.
@@ -138,7 +138,7 @@ class Records:
             return None
 
     def check_data(self) -> None:
-        """Note where the CRC of all data does not fit, though nothing damaged has been met.
+        """Note a CRC of all data that does not fit, though no part read was damaged.
 
         It guards what has no CRC of its own: the metadata.
 
@@ -155,7 +155,7 @@ class Records:
         return self.file.read(span.end - span.offset)
 
     def note(self, note: str) -> None:
-        """Take a note, once."""
+        """Add a note, once."""
         if note not in self.notes:
             self.notes.append(note)
 
@@ -172,7 +172,7 @@ class Trace(Records):
         shape: how the scans lie in its sections.
 
     Raises:
-        TraceError: it is no trace, or none that this version knows.
+        TraceError: the file is not a trace, or not of a version that is known.
     """
 
     def __init__(self, file: BinaryIO, size: int) -> None:
@@ -194,7 +194,7 @@ class Trace(Records):
             self.notes += self._where_it_ends()
 
     def __iter__(self) -> Iterator[Scan | TraceEvent]:
-        """Iterate over scans and events in the order of the file; what is damaged is left out and noted."""
+        """Iterate over scans and events in the order of the file; leave out and note damaged parts."""
         for section in self.sections:
             for entry in self.entries(section):
                 if isinstance(entry, TraceEvent):
@@ -262,11 +262,7 @@ class Trace(Records):
         return None
 
     def first_scan(self, place: int) -> int:
-        """Return the first scan in a section or behind it, 2**32 if there is none any more.
-
-        Args:
-            place: the section's place in `sections`.
-        """
+        """Return the first scan in a section or behind it, 2**32 if there is none any more."""
         if place not in self._firsts:
             found = (rows for section in self.sections[place:] for rows in self.scan_rows(section)[:1])
             rows = next(found, None)
@@ -291,7 +287,7 @@ class Trace(Records):
         return [message for message in messages if self._is_sound(message, section)]
 
     def _is_sound(self, part: ScanRows | Message, section: Section) -> bool:
-        """Return whether a message is no scan in disguise: one not laid out as the trace says is noted."""
+        """Return whether a message is not a malformed scan; note one that is."""
         if not isinstance(part, Message) or part.channel != self.shape.channel:
             return True
         self.note(
@@ -320,7 +316,7 @@ class Trace(Records):
             self.note(f"the topic {topic!r} is not known; its messages are left out")
 
     def _where_it_ends(self) -> Iterator[str]:
-        """Tell the last scan that there is, and what was begun after it."""
+        """Yield as notes the last scan of a trace without an end, and what was begun after it."""
         row = self.edge(last=True)
         if row is None:
             yield "there is no whole chunk with scans"

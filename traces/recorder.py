@@ -1,4 +1,4 @@
-"""The flight recorder: every scan into an MCAP file, and what is not an image beside it.
+"""The flight recorder: writes every scan to an MCAP file, and events on topics of their own.
 
     /scan      one message per scan: its number, flags and the rack's memory block as it stands
     /events /stimuli /indicators /forces /cpu /faults      JSON, on change only
@@ -7,7 +7,7 @@
 virtual ns. Nothing in the file depends on when, where or in which process it
 was written, so equal runs give equal bytes.
 
-The calls must not be broken off half-way: who handles Ctrl-C does so between
+The calls must not be interrupted half-way: a caller handles Ctrl-C between
 scans, with a signal handler that takes a note.
 """
 
@@ -178,7 +178,7 @@ class ScanRecorder:
                 self._write_pending(scan, now_ns)
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, Value]) -> None:
-        """Record something that is not an image. A state that has not changed is not written again.
+        """Record an event. An unchanged state is not written again.
 
         Args:
             scan: number of the scan in which it became known.
@@ -205,7 +205,7 @@ class ScanRecorder:
         return (*TOPICS, TEXTS) if texts else TOPICS
 
     def _write_pending(self, scan: int, now_ns: int) -> None:
-        """Write what the tags of a scan gave rise to: new texts, values that do not fit."""
+        """Write the events of the tags of a scan: new texts, values that do not fit."""
         assert self._tags is not None
         for topic, fields in self._tags.pending:
             self._write(scan, now_ns, topic, fields)
@@ -229,7 +229,7 @@ class ScanRecorder:
             self._after_writing(scan)
 
     def _after_writing(self, scan: int) -> None:
-        """Look at the disk, and let the batch be full when the chunk is."""
+        """Check the disk, and set the batch's room to the rest of the chunk."""
         if self._file.full:
             self._refuse(f"at scan {scan}")
         self._batch.room = max(1, -(-(self._chunk_bytes - self._writer.open_bytes) // self._batch.stride))
@@ -252,7 +252,7 @@ class ScanRecorder:
             self._file.close()
 
     def _refuse(self, when: str) -> Never:
-        """Take nothing more, and raise `TraceFull`."""
+        """Refuse further scans, and raise `TraceFull`."""
         self._refusal = f"{self._file.name}: the disk is full; it is complete and ends {when}"
         self._batch.room = 1  # so that every further scan is refused at once
         raise TraceFull(self._refusal, complete=True)

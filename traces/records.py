@@ -32,20 +32,20 @@ RECORD_HEAD = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<HIQQ")
 _CRC = struct.Struct("<I")
 BROKEN = (McapError, struct.error, ValueError, OverflowError, RuntimeError, EOFError, MemoryError, ZstdError)
-"""What the libraries raise on bytes that are not what they should be."""
+"""Exceptions of the libraries on malformed bytes."""
 
 DAMAGED = "damaged "
-"""What every note of damage begins with; the others tell of an end that was never written."""
+"""Every note of damage begins so; other notes report a missing end."""
 
 R = TypeVar("R")
 
 
 class TraceError(ValueError):
-    """A file that can't be read as a trace; the message says what is the matter, and where."""
+    """A file that can't be read as a trace; the message gives reason and place."""
 
 
 class TraceLimitError(TraceError):
-    """A trace that asks for more work than the limits allow; see `limits.Limits`.
+    """A trace that exceeds the limits; see `limits.Limits`.
 
     Attributes:
         limit: which of them, by name.
@@ -124,7 +124,7 @@ def chunk_data(file: BinaryIO, span: Span) -> bytes:
 
 
 def _unpacked(chunk: Chunk, where: str) -> bytes:
-    """Return what is in a chunk; never unpack more than its head tells, and the limit allows."""
+    """Return what is in a chunk; never unpack more than its head states, and the limit allows."""
     if chunk.compression not in _UNPACK:
         raise ValueError(f"compression {chunk.compression!r} is not known")
     size, most = chunk.uncompressed_size, limits().chunk_bytes
@@ -181,7 +181,7 @@ def records_in(data: bytes) -> Iterator[tuple[int, Message | Channel | Schema]]:
     """Yield the records in a chunk's data with their offsets, those of other kinds left out.
 
     Raises:
-        ValueError, struct.error: they are no whole records.
+        ValueError, struct.error: they are not whole records.
         TraceLimitError: they are too many; the message is the end of a sentence.
     """
     offset = count = 0
@@ -204,7 +204,7 @@ def split(data: bytes, offset: int) -> tuple[Message | Channel | Schema | None, 
     """Return the record that begins at `offset`, None for one of another kind, and where the next one does.
 
     Raises:
-        ValueError, struct.error: it is no whole record.
+        ValueError, struct.error: it is not a whole record.
     """
     opcode, length = RECORD_HEAD.unpack_from(data, offset)
     start = offset + RECORD_HEAD.size

@@ -1,4 +1,4 @@
-"""Completes a trace that has no end, or a damaged one: whole records stay, indexes and end are made anew.
+"""Completes a trace that has no end, or a damaged one: whole records stay, indexes and end are rebuilt.
 
     head | chunk | index | chunk | index | chu                      the process was killed here
     head | chunk | index | chunk | index | summary | footer         after repair
@@ -53,7 +53,7 @@ ORIGINAL_SUFFIX = ".orig"
 
 @dataclass(slots=True)
 class Repair:
-    """What came of a repair.
+    """The result of a repair.
 
     Attributes:
         notes: what was wrong with the trace; nothing at all and it has been left as it is.
@@ -89,10 +89,10 @@ def repair(
     Args:
         path: the trace, of scans or of a serial line.
         output: where the repaired trace is written; None to replace the trace.
-        progress: told how many bytes of the trace have been gone through with each record.
+        progress: called at each record with the number of bytes read so far.
 
     Raises:
-        TraceError: it is no trace, or none that this version knows; see `open_trace`. Or it is
+        TraceError: the file is not a trace, or not of a version that is known; see `open_trace`. Or it is
             being recorded.
         OSError: the repaired trace can't be written. The original is as it was.
     """
@@ -142,7 +142,7 @@ def _header(records: Records) -> Header:
 def _misfits(trace: Records, library: str, made: Path, path: Path) -> Iterator[str]:
     """Yield what is wrong with a trace in which everything could be read.
 
-    Ours are compared with what they would be if written anew; others are read by the stock reader.
+    Ours are compared with what they would be if written again; others are read by the stock reader.
     """
     if library.startswith(LIBRARY):
         if made.stat().st_size != path.stat().st_size or not _begin_alike(made, path, trace.size):
@@ -193,13 +193,13 @@ def _free_name(path: Path) -> Path:
 
 
 class Rewriter:
-    """Writes what is whole of a trace, and an end.
+    """Writes the whole records of a trace, and an end.
 
     Args:
         trace: the open trace.
         file: where to.
         result: its counts are kept.
-        progress: told of the bytes gone through.
+        progress: called with the number of bytes read so far.
 
     Attributes:
         library: the software that wrote the trace.
@@ -217,7 +217,7 @@ class Rewriter:
         self._registered = 0
 
     def run(self) -> None:
-        """Write all of it."""
+        """Write the repaired trace."""
         if not isinstance(self._trace, Trace):
             self._result.scans = None
         self._write(MAGIC)
@@ -242,7 +242,7 @@ class Rewriter:
         """Return the CRC to be written; note where the trace states another, though all could be read."""
         told = data_crc(self._trace.file, self._trace.spans)
         if told == 0 and ends_whole(self._trace.file, self._trace.spans):
-            return 0  # its writer does without
+            return 0  # its writer states none
         if told not in (None, self._crc) and not any(note.startswith(DAMAGED) for note in self._trace.notes):
             self._trace.note(DATA_DAMAGE)
         return self._crc
@@ -273,14 +273,14 @@ class Rewriter:
             self._registered += 1
 
     def _take(self, record: Schema | Channel) -> None:
-        """Let the summary know of a schema or channel."""
+        """Add a schema or channel to the summary."""
         if isinstance(record, Schema):
             self._summary.schema(record)
         else:
             self._summary.channel(record)
 
     def _index(self, span: Span) -> None:
-        """Let the summary know of a record outside of chunks.
+        """Add a record outside of chunks to the summary.
 
         Raises:
             TraceError: it is damaged.
@@ -310,7 +310,7 @@ class Rewriter:
             self._result.scans += len(entries.get(self._trace.shape.channel, ()))
 
     def _chunk(self, section: Section, entries: Mapping[int, Entries]) -> None:
-        """Copy a chunk, its times made anew: no checksum guards them."""
+        """Copy a chunk and rebuild its times: no checksum guards them."""
         chunk = read_record(self._trace.file, section.span, Chunk.read)
         times = np.concatenate([rows[:, 0] for rows in entries.values()] or [np.zeros(1, np.uint64)])
         chunk.message_start_time, chunk.message_end_time = int(times.min()), int(times.max())
@@ -318,7 +318,7 @@ class Rewriter:
         self._write(content + self._summary.chunk(start, len(content), chunk, entries))
 
     def _entries(self, parts: Sequence[Part]) -> dict[int, Entries]:
-        """Return times and offsets of the messages, by channel; let the summary know of anything else."""
+        """Return times and offsets of the messages, by channel; add other records to the summary."""
         entries: dict[int, list[Entries]] = {}
         for part in parts:
             what = part.what
@@ -361,4 +361,4 @@ _NOT_COPIED = frozenset({Opcode.MESSAGE, Opcode.MESSAGE_INDEX, Opcode.FOOTER, Op
     Opcode.METADATA_INDEX,
     Opcode.SUMMARY_OFFSET,
 }
-"""Records that are made anew, or copied with their section."""
+"""Records that are rebuilt, or copied with their section."""

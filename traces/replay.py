@@ -1,10 +1,10 @@
-"""Replay: a recording is played to a module, a program or a whole rack, and what they make of it is compared.
+"""Replay: plays a recording to a module, a program or a whole rack, and compares the outcome.
 
     recording ---> whatever answers ---> its images in each scan
         |                                        |
         +-------------- Follower ----------------+   stops at the first scan that differs
 
-What answers knows nothing of traces: it is run scan by scan by who has it, and a
+The answering side knows nothing of traces: its owner runs it scan by scan, and a
 `Follower` listens to that run as a recorder would.
 """
 
@@ -100,7 +100,7 @@ class Follower:
 
     Args:
         recording: what is replayed.
-        memory: the memory block of whoever answers, laid out as in the recording.
+        memory: the memory block of the side that answers, laid out as in the recording.
         images: which images are compared.
         tolerance: what may differ.
 
@@ -132,12 +132,12 @@ class Follower:
         self._rules: list[tuple[int, object, str]] = []
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, object]) -> None:
-        """Take notice of the rules that fire."""
+        """Note the rules that fire."""
         if fields.get("kind") == "rule":
             self._rules.append((scan, fields.get("slot"), describe(topic, scan, fields)))
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Take notice of a scan, and have the replay stopped if it differs."""
+        """Note a scan, and stop the replay if it differs."""
         block, recorded = bytes(self._memory), self._recorded[self.scans]
         self._heads.append((scan, now_ns, flags))
         self._blocks.append(block)
@@ -151,7 +151,7 @@ class Follower:
         return block != recorded and any(block[span] != recorded[span] for span in self._spans)
 
     def close(self) -> None:
-        """Nothing is held open."""
+        """Nothing is open."""
 
     @property
     def scans(self) -> int:
@@ -159,7 +159,7 @@ class Follower:
         return len(self._replayed) + len(self._blocks)
 
     def _pack(self) -> None:
-        """Pack the scans that have been noticed since the last time."""
+        """Pack the scans noted since the last call."""
         if not self._blocks:
             return
         heads = np.array(self._heads, np.int64).reshape(-1, 3)
@@ -169,7 +169,7 @@ class Follower:
         self._blocks.clear()
 
     def comparison(self) -> Comparison:
-        """Return what came of it, the recording first, the replay second.
+        """Return the comparison, the recording first, the replay second.
 
         A replay that was not stopped here and is not at its end is the shorter of the two.
         """

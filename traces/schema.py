@@ -46,7 +46,7 @@ FORMAT_WITH_TAGS = 2
 """The version of a trace that holds tags; one without them keeps `FORMAT`, and its bytes."""
 
 LIBRARY = "scanrack "
-"""What the name of the software that wrote a file begins with, where it was ours; the version follows."""
+"""The name of our software in the header of a file begins so; the version follows."""
 
 METADATA = "scanrack"
 """Name of the metadata record."""

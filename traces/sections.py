@@ -42,7 +42,7 @@ _INDEX_ENTRY_BYTES = 16
 _LOOSE_BYTES = 1 << 20
 _EVER = 1 << 64
 _SAME_HEAD = struct.Struct("<BQH")
-"""What all messages of one size on one channel begin with."""
+"""The common first bytes of all messages of one size on one channel."""
 
 _PREFIX = CDR_PREFIX.to_bytes(4, "little")
 _PREFIX_AT = 31
@@ -180,7 +180,7 @@ class ScanShape:
         A message on the scans' channel that is laid out in another way comes as a `Message`.
 
         Raises:
-            ValueError: they are no whole records.
+            ValueError: they are not whole records.
             TraceLimitError: they are too many; the message is the end of a sentence.
         """
         offset = singles = single_bytes = 0
@@ -228,7 +228,7 @@ class ScanShape:
 
 
 def held(shape: ScanShape, section: Section) -> str:
-    """Tell how many scans a section should hold, and of what time, as far as that is known."""
+    """State how many scans a section should hold, and of what time, as far as that is known."""
     count = shape.expected(section)
     if not count or section.end_ns >= _EVER:
         return "its scans"
@@ -252,7 +252,7 @@ def take_apart(file: BinaryIO, section: Section, shape: ScanShape) -> list[Part]
     """Read a section and take it apart.
 
     Raises:
-        TraceError: as `read_section`, or its messages are no whole records.
+        TraceError: as `read_section`, or its messages are not whole records.
         TraceLimitError: it unpacks to more, or has more records, than the limits allow.
     """
     data = read_section(file, section)

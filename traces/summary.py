@@ -52,7 +52,7 @@ _GROUPS = (
 
 
 class Summary:
-    """Gathers what the end of a trace tells of what comes before."""
+    """Gathers what the end of a trace says of the records before it."""
 
     def __init__(self) -> None:
         self._groups: dict[Opcode, bytearray] = {opcode: bytearray() for opcode in _GROUPS}
@@ -102,12 +102,6 @@ class Summary:
 
     def chunk(self, offset: int, length: int, chunk: Chunk, entries: Mapping[int, Entries]) -> bytes:
         """Take a chunk.
-
-        Args:
-            offset: where it is.
-            length: its bytes, opcode and length included.
-            chunk: the chunk.
-            entries: the messages in it by channel.
 
         Returns:
             Its message indexes, which follow it.

@@ -6,8 +6,8 @@ Every message carries the number of the scan in which it became known.
                                                     was edited between two scans
     /stimuli    the machine or a person acted       a button of the timeline, a station's pulse
     /indicators the lights of a module changed      as the front panel shows them
-    /forces     which bits are forced, in full      told again when it changes
-    /cpu        mode and health of the CPU, in full told again when it changes
+    /forces     which bits are forced, in full      written again when it changes
+    /cpu        mode and health of the CPU, in full written again when it changes
     /faults     the CPU faulted                     scan and cause
     /texts      a recorded text changed             only where texts are recorded
 """
@@ -36,9 +36,9 @@ class Topic:
     Attributes:
         name: the channel's topic.
         schema: name of its schema.
-        says: what it tells, for the schema.
+        says: what it says, for the schema.
         properties: JSON schema of the fields it is known to carry; others may come with them.
-        state: a message tells a state in full, so an unchanged one is not written again.
+        state: a message states everything, so an unchanged one is not written again.
     """
 
     name: str

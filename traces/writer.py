@@ -1,4 +1,4 @@
-"""What a recorder asks of whoever lays out its MCAP records."""
+"""What a recorder needs of the writer of its MCAP records."""
 
 from __future__ import annotations
 

@@ -120,7 +120,7 @@ ERROR_BITS = (
     | StatusMsw.COMMAND_ERROR
     | StatusMsw.CONFIG_ERROR
 )
-"""Bits of input word 0 that tell of something wrong."""
+"""Error bits of input word 0."""
 
 COMPLETION_BITS = StatusMsw.MOVE_COMPLETE | StatusMsw.STOPPED | StatusMsw.HOLD_STATE | StatusMsw.AT_HOME
 """How a motion ended; at most one of them is set [chapter 6, The Stopped Bit]."""

@@ -213,7 +213,7 @@ def decode(image: Image) -> Command:
     Move(kind=<MoveKind.RELATIVE: 2>, target=12345, speed=5000, acceleration=20, deceleration=10, ...)
 
     Raises:
-        ValueError: words that no command has; it tells why.
+        ValueError: words that no command has; the message says why.
     """
     words = image.words.tolist()
     if words[0] & _MODE:
@@ -221,7 +221,7 @@ def decode(image: Image) -> Command:
     command = _reader(words[0], words[1])(words)
     written = command.to_image()
     if written != image:
-        raise ValueError(f"words {words} are no command: {list(written)} would be the nearest one")
+        raise ValueError(f"words {words} are not a command; the nearest one is {list(written)}")
     return command
 
 

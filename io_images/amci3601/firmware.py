@@ -93,7 +93,7 @@ FW_3_1 = Firmware(3, 1)
 FW_4_1 = Firmware(4, 1)
 
 KNOWN = (FW_2_0, FW_2_1, FW_2_2, FW_3_1, FW_4_1)
-"""The versions that the manual tells apart, oldest first."""
+"""The versions that the manual distinguishes, oldest first."""
 
 _SERIALS = ((4_060_162, FW_4_1), (96_317, FW_3_1), (78_769, FW_2_2))
 """First serial number of a version, newest first."""

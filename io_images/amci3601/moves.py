@@ -193,7 +193,7 @@ class Manual:
         speed: 0 to 1,000,000 steps/s; 0 makes one step; up to the starting speed there is no ramp.
         acceleration: 0 to 2000 steps/ms/s; above the starting speed the module needs 1 or more.
         deceleration: 0 to 2000 steps/ms/s; likewise.
-        registration: steps still to make once the move is told to stop, 0 to 8,388,607 (firmware 3.1).
+        registration: steps still to make after the stop command, 0 to 8,388,607 (firmware 3.1).
         shape: how the speed changes.
         proximity: the backplane home proximity bit, which a move overlooks.
 

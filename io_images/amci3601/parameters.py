@@ -45,7 +45,7 @@ class Parameters:
     Parameters(target=12345, speed=None, acceleration=20, deceleration=10)
 
     Attributes:
-        target: steps or counts; None for a pair of words that is no value (CMD-04).
+        target: steps or counts; None for an illegal pair of words (CMD-04).
         speed: steps/s; None likewise.
         acceleration: steps/ms/s.
         deceleration: steps/ms/s.

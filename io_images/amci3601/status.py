@@ -8,7 +8,7 @@
     6     captured value MSW                  firmware, major
     7     captured value LSW                  firmware, minor
 
-Bit 15 of word 0 tells which of the two it is. Bits 11 and 13 to 15 and bit 6
+Bit 15 of word 0 says which of the two it is. Bits 11 and 13 to 15 and bit 6
 of the status LSW are reserved and read 0.
 
 `Status` and `ConfigurationStatus` are values: one image, read once.
@@ -101,7 +101,7 @@ class Status:
     def from_image(cls, image: Image) -> Status:
         """Read an input image in command mode.
 
-        A position beyond ±32,767,999 whose LSW is 0 cannot be told from one of the other sign; see
+        A position beyond ±32,767,999 whose LSW is 0 looks like one of the other sign; see
         `thousands.join_reported`.
 
         Raises:
@@ -149,7 +149,7 @@ class ConfigurationStatus:
     def __post_init__(self) -> None:
         if self.mirror[0] & LIVE_BITS:
             raise ValueError(
-                f"mirror of word 0 is {self.mirror[0] & 0xFFFF:04X}h: bits 13 to 15 are no mirror"
+                f"mirror of word 0 is {self.mirror[0] & 0xFFFF:04X}h: bits 13 to 15 are not in the mirror"
             )
 
     def to_image(self) -> Image:
@@ -197,7 +197,7 @@ def _bit(word: int, bit: StatusMsw | StatusLsw) -> bool:
 
 
 class StatusView:
-    """The status bits and values of an input image, read anew each time.
+    """The status bits and values of an input image, read at each access.
 
     The attributes have the names of the bits, as they stand in traces and tag addresses. In
     configuration mode, in which most of the image is a mirror, only MODE_CONFIG, MODULE_OK and

@@ -120,4 +120,4 @@ VERIFY: dict[str, Register] = {
     for command in COMMANDS
     if command.register is not None and command.name != "P"
 } | {"EP": Register.ENCODER_POSITION, "F": Register.BUSY, "+": Register.DIRECTION}
-"""What V reads [Verify]; L, O, `:` and `;` are no registers of their own, P cannot be verified."""
+"""What V reads [Verify]; L, O, `:` and `;` are not registers, and P cannot be verified."""

@@ -24,7 +24,7 @@ ENCODER_CPRS = (200, 400, 500, 600, 800, 1000, 1024, 1200, 1600)
 """Encoder counts per revolution [4.3.10, which prints 1000 twice]."""
 
 ACCELERATIONS_PPS2 = (0, 77440, 48410, 27170, 21510, 14080, 10460, 6915, 5210)
-"""Acceleration in steps/s/s by coefficient [4.3.3]; coefficient 0 is no ramp at all."""
+"""Acceleration in steps/s/s by coefficient [4.3.3]; coefficient 0 means no ramp."""
 
 ATTENUATION_PERCENT = (100, 50, 25, 12.5)
 """What remains of the phase current while the motor rests, by attenuation factor [4.3.7]."""

@@ -25,7 +25,7 @@ PLAIN_INPUTS = (InputBit.EXTERNAL | InputBit.HOME | InputBit.ESTOP).value | LIMI
 
 
 class FaultyConfiguration(NamedTuple):
-    """Words that are no configuration.
+    """Words that are not a configuration.
 
     Attributes:
         image: the output image; bit 15 of word 0 is set.

@@ -336,7 +336,7 @@ def _mistakes(starting_speed: int) -> st.SearchStrategy[Act]:
             image[at] = word
         wrong.append(image)
     alone = [acting("mistake", Showing(image)) for image in wrong]
-    # Hold during a move is no mistake.
+    # Hold during a move is not a mistake.
     during = [
         acting("mistake in a move", Showing(move, 20), Showing(image), waiting(IDLE.image))
         for image in wrong[1:]

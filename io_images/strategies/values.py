@@ -82,5 +82,5 @@ def shapes() -> st.SearchStrategy[Acceleration]:
 
 
 def firmwares() -> st.SearchStrategy[Firmware]:
-    """Return a strategy of the firmware versions that the manual tells apart, the newest first."""
+    """Return a strategy of the firmware versions that the manual distinguishes, the newest first."""
     return st.sampled_from(KNOWN[::-1])

@@ -1,4 +1,4 @@
-"""The files that travel with a trace: what a run was made of, on the way in and out again.
+"""The files that travel with a trace: attach them to a recording, and extract them again.
 
 rack file and program      by the metadata's `rack_file` and `program_file`, path[:function]
 retained tags              by the metadata's `retained_file`: what a ladder program begins with
@@ -40,14 +40,14 @@ def attachment(path: Path, name: str) -> Attachment:
 
 
 def program_name(job: Job) -> str:
-    """Return what the program's file is called in a trace: not as the rack file is."""
+    """Return the program's file name in a trace; it differs from the rack file's."""
     name = job.program.name
     same = name == job.rack_file.name and job.program != job.rack_file
     return f"program/{name}" if same else name
 
 
 def made_by(job: Job) -> dict[str, str]:
-    """Return the metadata that tell which of the files are rack file, program and retained tags."""
+    """Return the metadata that name rack file, program and retained tags among the files."""
     name = program_name(job)
     if job.program.suffix == PYTHON:
         name = f"{name}:{job.logic_name.rpartition(':')[2]}"
@@ -110,7 +110,7 @@ def attached_files(trace: Trace) -> dict[str, bytes]:
 
 
 def extract(files: Mapping[str, bytes], folder: Path) -> list[Path]:
-    """Write files into a folder, which is made if need be; return where they are.
+    """Write files into a folder; make the folder if it is missing. Return their paths.
 
     No symbolic link below the folder is followed.
 
@@ -142,7 +142,7 @@ def _check_free(target: Path, data: bytes, folder: Path) -> None:
 
 
 def job_of(trace: Trace, folder: Path, *, trust: bool, program: str | None = None) -> Job:
-    """Load what a trace was made by.
+    """Load the rack and the program that made a trace.
 
     Args:
         trace: the trace.
@@ -175,7 +175,7 @@ def spec_of(trace: Trace, folder: Path, *, trust: bool) -> RackSpec:
 
 
 def _recorded(trace: Trace, key: str) -> str:
-    """Return what the metadata tell of a file, `path[:function]`."""
+    """Return what the metadata say of a file, `path[:function]`."""
     address = trace.head.metadata.get(key)
     if address is None:
         what = key.replace("_", " ")
@@ -184,7 +184,7 @@ def _recorded(trace: Trace, key: str) -> str:
 
 
 def _holds_logic(rack: str, program: str) -> bool:
-    """Whether a trace's rack file is its program, too, which only Python can be."""
+    """Whether a trace's rack file is its program, too; then it is Python."""
     name = address_name(rack)
     return name == address_name(program) and rack_form(PurePosixPath(name)) is Form.PYTHON
 
@@ -192,7 +192,7 @@ def _holds_logic(rack: str, program: str) -> bool:
 def _take_out(
     trace: Trace, folder: Path, rack: str, program: str | None, *, trust: bool, retained: str | None = None
 ) -> None:
-    """Write the files that a run needs into a folder, once it is known that they may be used."""
+    """Check that the files of a run may be used, and write them into a folder."""
     files = {name: data for name, data in attached_files(trace).items() if name != _NOT_OF_THE_RUN}
     given = Given(address_name(rack), None if program is None else address_name(program), retained)
     wanted = admitted(files, given, trust=trust)

@@ -49,7 +49,7 @@ def build_rack(spec: RackSpec, ports: ExitStack | None = None) -> Rack:
 
 
 def _exposed(spec: RackSpec, slot: int, module: Module) -> Module:
-    """Return a slot's module, exposed to the incidents that are to come."""
+    """Return a slot's module, exposed to the incidents of the rack file."""
     coming = [each for each in spec.incidents if each.slot == slot]
     return Exposed(module, coming) if coming else module
 
@@ -80,7 +80,7 @@ def build_cpu(
         spec: the specification.
         logic: called once per scan.
         rack: the rack of `build_rack`.
-        listeners: who is told of every scan.
+        listeners: called with every scan and event.
         pacer: makes scans wait for the wall clock; as fast as possible if left out.
         watchdog: ends logic that does not come back; the rack's if left out.
     """

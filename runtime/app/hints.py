@@ -1,4 +1,4 @@
-"""Hints about a run: what a program does that a 3601 takes no notice of.
+"""Hints about a run: what a program does that a 3601 ignores.
 
     wired, not configured       an input of the machine that the accepted configuration does not use
     changed without an edge     parameters changed while their move's bit stayed on; no move followed
@@ -115,7 +115,7 @@ class Hints:
         ]
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        """Take no notice: what matters is in the images."""
+        """Ignore events: what matters is in the images."""
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Look at the images of a scan."""
@@ -123,7 +123,7 @@ class Hints:
             slot.look(scan)
 
     def close(self) -> None:
-        """There is nothing to close."""
+        """Nothing is open."""
 
     def sentences(self) -> list[str]:
         """Return the hints of a finished run."""

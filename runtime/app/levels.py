@@ -1,4 +1,4 @@
-"""The levels of a 3601's inputs, from the status bits of a recording: all that real hardware tells of them.
+"""The levels of a 3601's inputs, from the status bits of a recording: all that real hardware records of them.
 
 configuration, word 1     which level is active       [chapter 3]
 input word 1, bits 0-5    which inputs are active     [chapter 6]

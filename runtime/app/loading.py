@@ -1,4 +1,4 @@
-"""From the path of a rack to all that a run needs: specification, logic, and the files they come from."""
+"""From the path of a rack to the parts of a run: specification, logic, and their files."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Job:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What a ladder program may do and probably does not mean, such as two coils of one bit."""
+        """Warnings of a ladder program, such as two coils of one bit."""
         return tuple(map(str, self.logic.warnings)) if isinstance(self.logic, LadderLogic) else ()
 
     @property
@@ -92,7 +92,7 @@ def rack_form(path: PurePath) -> Form:
     """Return what `load_spec` does with a rack file.
 
     Raises:
-        RackFileError: nothing: this is no rack file.
+        RackFileError: this is not a rack file.
     """
     if path.suffix not in RACK_FORMS:
         raise RackFileError(f"{path}: a rack is a .toml or a .py file")
@@ -115,7 +115,7 @@ def scans_to_run(spec: RackSpec, duration: str | None, scans: int | None, *, end
         endless: without any of them a run has no end; otherwise it takes `DEFAULT_RUN`.
 
     Raises:
-        ValueError: both are given, or one of them is no time or no number to run for.
+        ValueError: both are given, or one of them is not a time or not a number to run for.
     """
     if scans is not None and duration is not None:
         raise ValueError("--scans and --for say the same thing: give one of them")
@@ -133,7 +133,7 @@ def scans_to_run(spec: RackSpec, duration: str | None, scans: int | None, *, end
 
 
 DEFAULT_RUN = "10 s"
-"""Machine time of a run in virtual time, if nobody says how long."""
+"""Default machine time of a run in virtual time."""
 
 
 def _from_toml(path: Path) -> Job:

@@ -58,7 +58,7 @@ class Playback(Cpu):
         logic: called once per scan, in the modes in which logic runs.
         period_ns: nominal time from scan to scan.
         exchange: how images cross the backplane.
-        listeners: who is told of every scan.
+        listeners: called with every scan and event.
         watchdog: ends logic that does not come back.
     """
 
@@ -88,7 +88,7 @@ class Playback(Cpu):
         self._turn_to(0)
 
     def play(self) -> None:
-        """Repeat all scans, or as many as there are until somebody calls `stop`.
+        """Repeat all scans, or those up to a call of `stop`.
 
         Raises:
             CpuFault: see `Cpu.run`.
@@ -193,7 +193,7 @@ def stimulated(machine: MachineSpec, stimuli: Iterable[Stimulus], *, switches: b
     Args:
         machine: the machine.
         stimuli: those of its slot, in order of time.
-        switches: whether the machine's switches act, too; if not, the stimuli tell all levels.
+        switches: whether the machine's switches act, too; if not, the stimuli give all levels.
     """
     bare = replace(machine, timeline=(), stations=(), switches=machine.switches if switches else ())
     entries = []

@@ -1,4 +1,4 @@
-"""The units on a serial line beside a rack: their time is the rack's, their recording is beside its trace."""
+"""The units on a serial line of a rack: they run in its time, and their recording lies beside its trace."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .served_units import pcl601_values
 
 
 class UnitsBeside:
-    """Lets the units' time run with the scans; a listener of the scan loop.
+    """Advances the units with the scans; a listener of the scan loop.
 
     Args:
         units: by their addresses, one at least.
@@ -35,10 +35,10 @@ class UnitsBeside:
         return LineRecorder(path, columns, {"controller": "pcl601"})
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        """Take no notice: the line knows nothing of the modules."""
+        """Ignore events: the line knows nothing of the modules."""
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Let the time of the line run to this scan, and record what came of it."""
+        """Advance the line to this scan, and record its traffic."""
         said = self._line.advance(now_ns)
         if said and self._recorder is not None:
             self._recorder.said(now_ns, said)

@@ -33,13 +33,13 @@ class Stimuli(StrEnum):
     """What acts on the machine."""
 
     MACHINE = "machine"
-    """The rack file's timeline and stations, anew."""
+    """The rack file's timeline and stations act again."""
 
     RECORDED = "recorded"
-    """The stimuli that the trace tells of."""
+    """The stimuli of the trace."""
 
     INPUTS = "inputs"
-    """The levels of the inputs as the recorded status bits show them; all that hardware tells."""
+    """The levels of the inputs as the recorded status bits show them; real hardware records no more."""
 
 
 class Replay:
@@ -72,7 +72,7 @@ class Replay:
             self.notes += edit_notes(recording.events)
 
     def run(self, allowed: Tolerance, *, to_the_end: bool, observed: Observer = unobserved) -> Follower:
-        """Play it, until it differs or to the end; return who has followed it.
+        """Replay to the first difference, or to the end; return the follower with the comparison.
 
         A program that raises or does not come back ends it, too, and is noted.
         """
@@ -121,7 +121,7 @@ _FRESH = {
 
 
 def _assumptions(into: Into, score: Score) -> Iterator[str]:
-    """Yield what is taken for granted of a trace."""
+    """Yield what a replay assumes of a trace."""
     first = score.numbers[0]
     if first:
         yield f"the trace begins with scan {first:,}, in mid-life: {_FRESH[into]} then"
@@ -134,7 +134,7 @@ def _assumptions(into: Into, score: Score) -> Iterator[str]:
 
 
 def _gaps(numbers: Sequence[int]) -> Iterator[str]:
-    """Yield what is taken for granted of scans that are missing."""
+    """Yield what a replay assumes of missing scans."""
     for before, after in pairwise(numbers):
         if after != before + 1:
             missing = f"scans {before + 1} to {after - 1} are missing"
@@ -151,7 +151,7 @@ def _forces(recording: Recording) -> Mapping[int, Mapping[str, int]]:
 
 
 def recorded_stimuli(recording: Recording) -> Iterator[Stimulus]:
-    """Yield what acted on the machines' inputs, as a trace tells it; incidents come with the rack.
+    """Yield what acted on the machines' inputs, as a trace has it; incidents come with the rack.
 
     A card's input may have the name of a machine's one: cards have no machine.
     """
@@ -166,7 +166,7 @@ def recorded_stimuli(recording: Recording) -> Iterator[Stimulus]:
 
 
 def with_stimuli(spec: RackSpec, recording: Recording, stimuli: Stimuli) -> RackSpec:
-    """Return a rack on whose machines the stimuli act that are asked for."""
+    """Return a rack on whose machines the selected stimuli act."""
     if stimuli is Stimuli.MACHINE:
         return spec
     found = recorded_stimuli(recording) if stimuli is Stimuli.RECORDED else recorded_levels(recording)
@@ -187,7 +187,7 @@ def with_stimuli(spec: RackSpec, recording: Recording, stimuli: Stimuli) -> Rack
 
 
 def check_slots(recording: Recording, spec: RackSpec, only: int | None) -> list[int]:
-    """Return the slots of which the images are compared.
+    """Return the slots whose images are compared.
 
     Raises:
         ValueError: trace and rack have different slots, or the wanted one is not there.

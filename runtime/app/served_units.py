@@ -46,7 +46,7 @@ class Unit:
         values: what it holds at this moment, by name, as it is recorded.
         wire: gives an input a state, by name; raises ValueError if there is no such input or state.
         answer: answers a Modbus request PDU; None for what speaks no Modbus.
-        do: carries out a command code as if it had been told to; None for what has no such codes.
+        do: carries out a command code as if received; None for what has no such codes.
     """
 
     device: Device
@@ -59,7 +59,7 @@ class Unit:
 
 
 def addresses_in(texts: list[str]) -> list[int]:
-    """Return the addresses that are meant.
+    """Return the addresses of the units.
 
     >>> addresses_in(["7", "1-3"])
     [7, 1, 2, 3]
@@ -68,7 +68,7 @@ def addresses_in(texts: list[str]) -> list[int]:
         texts: each an address, or the first and the last of a row of them.
 
     Raises:
-        ValueError: this is no address, or one is given twice.
+        ValueError: not an address, or one is given twice.
     """
     found: list[int] = []
     for text in texts:
@@ -89,7 +89,7 @@ def pcl601_units(
     thumbwheels: Sequence[str] = (),
     gap_ms: float = PORT_GAP_MS,
 ) -> list[Unit]:
-    """Make PCL601s, one for each address, 1 if there is none; frames are told by their length.
+    """Make PCL601s, one for each address, 1 if there is none; a frame ends by its length.
 
     Silence of `gap_ms` of real time is the way back after anything else than a frame.
 
@@ -123,7 +123,7 @@ def pcl601_units(
 
 
 def _wirings(addresses: list[int], thumbwheels: Sequence[str]) -> dict[int, Wiring]:
-    """Return what is plugged into each unit: a thumbwheel where one is given, as DIGITS or ADDRESS:DIGITS."""
+    """Return the thumbwheels of the units, given as DIGITS or ADDRESS:DIGITS."""
     wirings = dict.fromkeys(addresses, Wiring())
     for text in thumbwheels:
         address, _, digits = text.rpartition(":")

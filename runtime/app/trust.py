@@ -1,4 +1,4 @@
-"""What of a trace may be read, and what may be run: the one place that decides.
+"""Decides what of a trace may be read, and what may be run.
 
 A file that came with a trace is judged by what will be done with it, not by what it is called.
 
@@ -27,7 +27,7 @@ from .loading import rack_form
 
 
 class UntrustedError(ValueError):
-    """Python of a trace would run, and its reader has not said that it may."""
+    """Python of a trace would run, and the user has not allowed it."""
 
 
 class Use(StrEnum):
@@ -155,7 +155,7 @@ def _named_in_rack(files: Mapping[str, bytes], rack: str) -> list[str]:
     try:
         text = files[rack].decode("utf-8")
     except UnicodeDecodeError as error:
-        raise RackFileError(f"{rack}: the rack file is no text in UTF-8: {error.reason}") from None
+        raise RackFileError(f"{rack}: the rack file is not text in UTF-8: {error.reason}") from None
     spec = parse_rack_file(text, Path(rack)).spec
     return [f"{PurePosixPath(rack).parent / name}" for name in stored_programs(spec)]
 

@@ -69,7 +69,7 @@ class Lazy(TyperGroup):
         return list(COMMANDS)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """Return a command; refuse what is not one, with what was meant."""
+        """Return a command; refuse an unknown name with the closest one."""
         entry = COMMANDS.get(cmd_name)
         if entry is None:
             return ctx.fail(_unknown(cmd_name))
@@ -78,7 +78,7 @@ class Lazy(TyperGroup):
         return typer.main.get_group(app).commands[cmd_name]
 
     def invoke(self, ctx: Any) -> Any:
-        """Run a command; what asks the process to end breaks it off, with one message.
+        """Run a command; a signal to end the process interrupts it, with one message.
 
         Commands that have something to finish, such as a trace, do so on their way out.
         """
@@ -122,7 +122,7 @@ def _application(group: type[TyperGroup]) -> typer.Typer:
 
 
 def main() -> None:
-    """Run the `scanrack` command; whatever ends it, there is at most one message.
+    """Run the `scanrack` command; print at most one message, whatever ends it.
 
     Raises:
         SystemExit: always, with a status of `cli.status`.

@@ -42,7 +42,7 @@ def tolerance(time: str, counts: int) -> Tolerance:
     Tolerance(time_ns=4000000, counts=2)
 
     Raises:
-        ValueError: `time` is no time.
+        ValueError: `time` is not a time.
     """
     return Tolerance(parse_time(time), counts)
 

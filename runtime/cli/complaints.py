@@ -1,4 +1,4 @@
-"""How a command ends with a message: one line on standard error and an exit status of `cli.status`."""
+"""Ends a command with a message: one line on standard error and an exit status of `cli.status`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`scanrack fuzz RACK`: look for surroundings in which a program breaks what must hold."""
+"""`scanrack fuzz RACK`: search for conditions under which a program breaks an invariant."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .status import DONE, NO
 from .terminal import say
 
 DEFAULT_CHECKS = ("no-command-error", "no-invalid-profile", "one-motion")
-"""What is checked if neither --check nor --invariants is given."""
+"""The checks without --check and --invariants."""
 
 
 def _kinds(job: Job, only: list[str], without: list[str]) -> frozenset[Kind]:
@@ -126,7 +126,7 @@ def _fuzz_command(
             notes=folder,
         )
         bench_of.cache_clear()  # the files may have changed since another call in this process
-        bench_of(setup)  # what can't be used is told before a search begins
+        bench_of(setup)  # refuse what can't be used before a search begins
         if scenario is not None:
             raise typer.Exit(_replay(setup, scenario))
         session = Session(

@@ -1,4 +1,4 @@
-"""What a session of `scanrack fuzz` does: look again at what is known, search on, tell and hand over."""
+"""A session of `scanrack fuzz`: confirm what is known, search on, report, write the files."""
 
 from __future__ import annotations
 
@@ -44,9 +44,9 @@ With an adapter in the rack a scan takes ten times as long, or more.
 
 @contextmanager
 def noting_ctrl_c() -> Iterator[Callable[[], bool]]:
-    """Raise KeyboardInterrupt on Ctrl-C, and know of it even if somebody swallows that; yield who knows.
+    """Raise KeyboardInterrupt on Ctrl-C, and note it even if the exception is swallowed; yield the note.
 
-    Where Ctrl-C is ignored, as in the background of a shell, or somebody else's, it stays so.
+    An ignored signal, as in the background of a shell, and a foreign handler stay as they are.
     """
     times = 0
 
@@ -67,7 +67,7 @@ def noting_ctrl_c() -> Iterator[Callable[[], bool]]:
 
 @dataclass(frozen=True, slots=True)
 class Session:
-    """What one call of the command is asked to do.
+    """The options of one call of the command.
 
     Attributes:
         job: the rack.
@@ -78,7 +78,7 @@ class Session:
         jobs: how many searches at a time.
         dask: address of a Dask scheduler, or None.
         base: the scenario of a recording, or None.
-        quiet: only what is broken is told.
+        quiet: print only what is broken.
     """
 
     job: Job
@@ -93,7 +93,7 @@ class Session:
 
     @property
     def state_file(self) -> Path:
-        """Where all that is known is kept."""
+        """The file that keeps the state of the campaign."""
         return self.folder / "state.json"
 
     @property
@@ -103,7 +103,7 @@ class Session:
 
     @property
     def tasks(self) -> int | None:
-        """How many tasks there are; None = as many as there is time for."""
+        """How many tasks to run; None = as many as the time allows."""
         return None if self.limit_ns is not None else -(-self.runs // self._most_examples)
 
     @property
@@ -145,7 +145,7 @@ class Session:
         return status or (NO if broken else DONE)
 
     def _undisturbed(self, bench: Bench, state: State) -> list[Found]:
-        """Run the program with nothing random around it, and say what it uses that may differ."""
+        """Run the program without disturbances, and report what it uses that may differ between runs."""
         uses = Uses()
         found = undisturbed(
             uses.watching(bench), self.base or Scenario(), state.found, confirm=Confirmation(self.setup)
@@ -155,7 +155,7 @@ class Session:
         return found
 
     def _look_again(self, bench: Bench, state: State) -> None:
-        """Look whether what was broken still is, and tell what is not."""
+        """Run known failures again, and report those that are gone."""
         for broken in state.recheck(bench):
             say(f"mended: {broken.sentence.rstrip('.')} [{broken.invariant}]")
             mended(self._folder_of(state, broken) / "report.txt")
@@ -197,7 +197,7 @@ class Session:
         return DONE
 
     def _keep(self, bench: Bench, state: State, found: Iterable[Found]) -> None:
-        """Write down all that is known, and hand over what is new."""
+        """Save the state, and write the files of new failures."""
         for each in found:
             hand_over(self.job, self.setup, bench, each, self._folder_of(state, each.broken))
         write_state(state, self.state_file)
@@ -207,8 +207,8 @@ class Session:
 
     @contextmanager
     def _progress(self, state: State) -> Iterator[Callable[[list[Found]], None]]:
-        """Show how far the search is, if there is a terminal; yield what is told after every task."""
-        console = Console(file=sys.stderr)  # the real one, whatever a running program prints to
+        """Show the progress of the search on a terminal; yield the function to call after every task."""
+        console = Console(file=sys.stderr)  # the real one: a running program may replace it
         if self.quiet or not console.is_terminal:
             yield lambda found: None
             return

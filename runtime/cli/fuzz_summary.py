@@ -1,4 +1,4 @@
-"""What `scanrack fuzz` tells: a failure in words, and what a campaign came to."""
+"""What `scanrack fuzz` prints: a failure in words, and the summary of a campaign."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ WIDTH = 100
 
 
 def failure(found: Found) -> str:
-    """Return a failure in a few lines: what is broken, what it takes, and what is to be seen then.
+    """Return a failure in a few lines: what is broken, the scenario, and what it shows.
 
-    The first line tells which invariant and when, the others are indented.
+    The first line names the invariant and the time; the others are indented.
     """
     broken = found.broken
     lines = [*told(found.scenario), *broken.shows, *broken.rules]
@@ -26,7 +26,7 @@ def failure(found: Found) -> str:
 
 
 def summary(state: State, before: State, seconds: float) -> str:
-    """Return what a campaign came to, for people."""
+    """Return the summary of a campaign, for people."""
     return "\n".join([*_figures(state, before, seconds), *_rules(state)])
 
 
@@ -56,7 +56,7 @@ def _rules(state: State) -> Iterator[str]:
 
 
 def held(names: Collection[str], state: State) -> str:
-    """Return a line with the invariants that held, and what has never been put to the test."""
+    """Return a line with the invariants that held, and those that were never tested."""
     untried = {name for name in names if name not in state.applied and name != NO_FAULT and state.runs}
     told_of = [f"{name} (its clock never started)" if name in untried else name for name in sorted(names)]
     return f"held          {', '.join(told_of) or 'nothing'}"

@@ -53,7 +53,7 @@ def chosen(program: LadderLogic, name: str | None) -> list[Routine]:
 
 
 def with_rung(routines: Sequence[Routine], number: int | None) -> list[tuple[Routine, list[int]]]:
-    """Return routines with the numbers of the rungs, or of the lines, that are wanted of them.
+    """Return routines with the numbers of their wanted rungs or lines.
 
     Raises:
         ValueError: no routine has a rung of that number.
@@ -72,7 +72,7 @@ def bench_at(file: str, at: str) -> Bench:
     """Run a rack to a time.
 
     Raises:
-        ValueError: this is no rack with rungs, or no time.
+        ValueError: not a rack with rungs, or not a time.
     """
     if not file.endswith((".toml", ".py")):
         raise ValueError(f"{file}: --at needs a rack file to run")

@@ -1,4 +1,4 @@
-"""What the commands for real controllers have in common: how a fault is told, and the progress of a move."""
+"""Shared by the commands for real controllers: messages of faults, and the progress of a move."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ TimeoutOption = Annotated[
     ),
 ]
 TIMEOUT_S = ANSWER_S
-"""How long an answer may take without --timeout."""
+"""Default of --timeout."""
 
 REOPENINGS = 6
 """How often a line that was lost during a motion is opened again to stop the motor."""
@@ -107,7 +107,7 @@ def open_link(port: str | None, tcp: str | None, line_format: LineFormat) -> Lin
 def opened_client(
     place: Place, line_format: LineFormat, client_on: Callable[[Link], Client]
 ) -> Iterator[Client]:
-    """Open the line to a controller for as long as the context lasts; print what goes wrong, and end.
+    """Open the line to a controller within the context; print a fault of it, and end.
 
     If the line is lost while the motor moves, it is opened again to stop it.
 
@@ -170,7 +170,7 @@ def travel(client: Mover, steps: int, *, quiet: bool) -> None:
 
 @contextmanager
 def reported_faults() -> Iterator[None]:
-    """Tell mistakes and faults of the line in one line on standard error, and end."""
+    """Print a mistake or a fault of the line on standard error, and end."""
     with reported_mistakes():
         try:
             yield
@@ -180,7 +180,7 @@ def reported_faults() -> Iterator[None]:
 
 @contextmanager
 def stopped_by_interrupt(stop: Callable[[], None]) -> Iterator[Callable[[], None]]:
-    """Stop the motor when Ctrl-C is pressed, and say so; yield what looks whether it was.
+    """Stop the motor on Ctrl-C, and say so; yield a function that checks for Ctrl-C.
 
     An exchange is not broken off: the line would have to fall silent before the stop can be sent.
 
@@ -206,7 +206,7 @@ def stopped_by_interrupt(stop: Callable[[], None]) -> Iterator[Callable[[], None
 def shown_travel(
     start: int, target: int | None, each: Callable[[], None], *, quiet: bool
 ) -> Iterator[Progress]:
-    """Show how far a motion has come, on standard error if that is a terminal; yield what is told positions.
+    """Show the progress of a motion, if standard error is a terminal; yield what takes positions.
 
     Args:
         start: position at the start.

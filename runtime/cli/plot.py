@@ -64,7 +64,7 @@ def _plot_command(
         kind = target.suffix.lower()
         if kind not in _PICTURES + _PAGES:
             allowed = ", ".join(_PICTURES + _PAGES)
-            raise ValueError(f"{target}: what to draw is told by the file's suffix: {allowed}")
+            raise ValueError(f"{target}: the file's suffix says what to draw: {allowed}")
         check_target(target, trace)
         with open_trace(trace) as opened, reading(opened, wanted, quiet=quiet) as progress, writing(target):
             if kind in _PAGES:

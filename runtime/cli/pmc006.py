@@ -52,7 +52,7 @@ NO_DOWNLOAD = (
 
 @contextmanager
 def client_at(context: typer.Context) -> Iterator[Pmc006Client]:
-    """Open the port that the group's options name; tell what goes wrong."""
+    """Open the port that the group's options name; complain if that fails."""
     place: Place
     place, by_zero = context.obj
 

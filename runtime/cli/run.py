@@ -23,7 +23,7 @@ from .summary import Tally, summary
 from .terminal import say
 
 NO_SAFETY_SYSTEM = (
-    "this is no safety system: the controller has no watchdog, and if scanrack dies in a manual move "
+    "this is not a safety system: the controller has no watchdog, and if scanrack dies in a manual move "
     "the axis goes on until a limit stops it; wire end limits and emergency stop so that they act "
     "without any software"
 )
@@ -194,7 +194,7 @@ def _run_command(
     live: Annotated[
         bool,
         typer.Option(
-            "--live", help="Real ports in the rack file may move real motors. This is no safety system."
+            "--live", help="Real ports in the rack file may move real motors. This is not a safety system."
         ),
     ] = False,
     retain: Annotated[

@@ -56,7 +56,7 @@ RECORDED_EVERY_S = 0.01
 """How often registers are recorded at least, if they change."""
 
 REFRESH_NS = 250_000_000
-"""How often the status is shown anew."""
+"""How often the status is redrawn."""
 
 
 class Served(StrEnum):
@@ -79,7 +79,7 @@ def socket_address(text: str) -> tuple[str, int]:
     (('127.0.0.1', 5020), ('0.0.0.0', 502), ('::1', 502))
 
     Raises:
-        ValueError: it is no address.
+        ValueError: not an address.
     """
     try:
         host, port = split_address(text)
@@ -166,7 +166,7 @@ def wire(units: list[Unit], text: str) -> None:
 
 
 class Typed:
-    """Lines that somebody types while it serves: each gives an input a state."""
+    """Lines typed while it serves: each gives an input a state."""
 
     def __init__(self, units: list[Unit]) -> None:
         self._units = units
@@ -174,7 +174,7 @@ class Typed:
         self._due_ns = 0
 
     def look(self) -> None:
-        """Take a line, if there is one; a mistake is told and changes nothing."""
+        """Take a line, if there is one; a mistake prints a message and changes nothing."""
         if not self._open or wall_ns() < self._due_ns:
             return
         self._due_ns = wall_ns() + REFRESH_NS
@@ -196,7 +196,7 @@ def begin(units: list[Unit], *, ascii_mode: bool, start: bool) -> None:
         ValueError: these units have nothing of the kind.
     """
     if (ascii_mode or start) and any(unit.do is None for unit in units):
-        raise ValueError("--ascii and --start: only a PCL601 can be told so")
+        raise ValueError("--ascii and --start: only a PCL601 has them")
     for unit in units:
         if unit.do is not None and ascii_mode:
             unit.do(Code.SWITCH_TO_ASCII)
@@ -277,7 +277,7 @@ def _serve_command(
         typer.Option(
             "--gap-ms",
             metavar="MS",
-            help="PCL601: silence that ends what is no frame; 5, on a serial port 25.",
+            help="PCL601: silence that ends bytes that are not a frame; 5, on a serial port 25.",
         ),
     ] = None,
     record: Annotated[

@@ -89,7 +89,7 @@ class Capped(Generic[T]):
 
 
 ASIDE = frozenset({"/indicators", "/texts"})
-"""Topics that are printed with --every only: the status bits and tags tell the same."""
+"""Topics that are printed with --every only: the status bits and tags show the same."""
 
 
 class Contents:

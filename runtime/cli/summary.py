@@ -79,7 +79,7 @@ class Tally:
 
     @property
     def slots(self) -> int:
-        """How many slots there is something to tell of."""
+        """How many slots the summary has something about."""
         return len({key[0] for key in (*self.moves, *self.errors, *self.of_start)})
 
 

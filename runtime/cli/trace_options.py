@@ -41,7 +41,7 @@ def selection(scans: str | None, time: str | None) -> Selection:
     Selection(first=10, last=20, start_ns=1500000000, end_ns=None)
 
     Raises:
-        ValueError: one of them is no range.
+        ValueError: one of them is not a range.
     """
     first, last = (0, None) if scans is None else parse_range(scans)
     start_ns, end_ns = (0, None) if time is None else parse_time_range(time)
@@ -55,15 +55,15 @@ def parse_range(text: str) -> ScanRange:
     ((100, 200), (100, None), (0, 200), (7, 7))
 
     Raises:
-        ValueError: it is no such range.
+        ValueError: not such a range.
     """
     match = re.fullmatch(r"(\d*)(:?)(\d*)", text)
     if match is None or not (match[1] or match[3]):
-        raise ValueError(f"{text!r} is no range of scans: allowed are A:B, A:, :B and A")
+        raise ValueError(f"{text!r} is not a range of scans: allowed are A:B, A:, :B and A")
     first = int(match[1] or 0)
     last = first if not match[2] else int(match[3]) if match[3] else None
     if last is not None and last < first:
-        raise ValueError(f"{text!r} is no range of scans: it ends before it begins")
+        raise ValueError(f"{text!r} is not a range of scans: it ends before it begins")
     return first, last
 
 
@@ -74,15 +74,15 @@ def parse_time_range(text: str) -> tuple[int, int | None]:
     ((1500000000, 3000000000), (0, 250000000), (120000000000, None))
 
     Raises:
-        ValueError: it is no such range.
+        ValueError: not such a range.
     """
     start, colon, end = (part.strip() for part in text.partition(":"))
     if not colon or not (start or end):
-        raise ValueError(f"--time {text!r} is no range of time: allowed are A:B, A: and :B, as in 1.5s:3s")
+        raise ValueError(f"--time {text!r} is not a range of time: allowed are A:B, A: and :B, as in 1.5s:3s")
     start_ns = parse_time(start) if start else 0
     end_ns = parse_time(end) if end else None
     if end_ns is not None and end_ns < start_ns:
-        raise ValueError(f"--time {text!r} is no range of time: it ends before it begins")
+        raise ValueError(f"--time {text!r} is not a range of time: it ends before it begins")
     return start_ns, end_ns
 
 

@@ -61,7 +61,7 @@ def _why_command(
     """
     try:
         bench = open_bench(rack, watched=True)
-        _ = bench[tag]  # an unknown tag is told before the run
+        _ = bench[tag]  # refuse an unknown tag before the run
         try:
             _run(bench, at, scans, until)
         except CpuFault as error:

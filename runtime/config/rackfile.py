@@ -108,7 +108,7 @@ def _read(path: Path) -> str:
     except OSError as error:
         raise RackFileError(f"{path}: the rack file can't be read: {error.strerror}") from None
     except UnicodeDecodeError as error:
-        raise RackFileError(f"{path}: the rack file is no text in UTF-8: {error.reason}") from None
+        raise RackFileError(f"{path}: the rack file is not text in UTF-8: {error.reason}") from None
 
 
 def _syntax_error(path: Path, message: str) -> str:

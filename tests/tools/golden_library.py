@@ -221,7 +221,7 @@ def index_of(library: Library) -> str:
         "# Golden recordings",
         "",
         "What a 3601 does, a short recording each: `.mcap` for any MCAP tool, `.txt` to read, and the",
-        f"scenario in [{SCENARIOS}]({SCENARIOS}). `python tests/tools/golden.py` makes them anew and shows",
+        f"scenario in [{SCENARIOS}]({SCENARIOS}). `python tests/tools/golden.py` makes them again and shows",
         "what has changed, see [replay](../../docs/replay.md).",
     ]
     for group, scenarios in groupby(library.scenario, lambda scenario: scenario.group):

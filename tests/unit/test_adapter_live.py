@@ -256,7 +256,7 @@ def rack_file(folder: Path, rest: str, module: str = "pcl601-adapter") -> str:
     [
         (["run"], "does not wait for virtual time: give --realtime"),
         (["run", "--live"], "does not wait for virtual time: give --realtime"),
-        (["run", "--realtime"], "this is no safety system"),
+        (["run", "--realtime"], "this is not a safety system"),
         (["run", "--realtime", "--live"], "/dev/nothing-here can't be opened: No such file or directory"),
         (["fuzz"], "only scanrack run --realtime --live drives it"),
     ],

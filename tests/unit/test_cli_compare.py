@@ -190,7 +190,7 @@ def test_what_is_the_same_as_far_as_it_goes_is_not_the_same(tmp_path: Path) -> N
     [
         (["--tolerance-time", "4"], "4"),
         (["--align", "slot1.in.MOVE_COMPLET"], "did you mean slot1.in.MOVE_COMPLETE"),
-        (["--align", "slot1.in.position"], "slot1.in.position is no bit"),
+        (["--align", "slot1.in.position"], "slot1.in.position is not a bit"),
         (
             ["--align", "start", "--realign", "slot1.in.STOPPED"],
             "--align and --realign contradict each other",

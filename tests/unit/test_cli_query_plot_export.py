@@ -62,7 +62,7 @@ def test_query_that_finds_nothing_ends_with_1(path: Path) -> None:
         (("query", "{}", "rose(slot1.in.X)"), "column 6: there is no signal 'slot1.in.X'"),
         (("query", "{}", "scan > 1", "--show", "slot1.in.positon"), "did you mean slot1.in.position"),
         (("query", "none.mcap", "scan > 1"), "none.mcap: No such file or directory"),
-        (("plot", "{}", "--out", "{}.gif"), "what to draw is told by the file's suffix: .png, .svg, .html"),
+        (("plot", "{}", "--out", "{}.gif"), "the file's suffix says what to draw: .png, .svg, .html"),
         (("plot", "{}", "--slot", 2), "no card with names in slot 2; there is one in 1"),
         (("plot", "{}", "--scans", "500:"), "no scan in scans from 500; it holds scans 0 to 99"),
         (("plot", "{}", "--time", "3s:1s"), "it ends before it begins"),

@@ -229,7 +229,7 @@ def test_programs_are_started_in_ascii_mode_as_by_smc60win(tmp_path: Path) -> No
 
 
 def test_a_pmc006_has_no_ascii_mode() -> None:
-    with pytest.raises(ValueError, match="only a PCL601 can be told so"):
+    with pytest.raises(ValueError, match="only a PCL601 has them"):
         begin(pmc006_units([], [], 1.0), ascii_mode=True, start=False)
 
 

@@ -16,11 +16,11 @@ from scanrack.io_images.image import Image
         pytest.param([0x0002, 0, 0, 1, 0, 0, 1, 1], "programmed speed 0 is out of range", id="no speed"),
         pytest.param([0x0002, 0, 1, -1, 1, 0, 1, 1], r"words \(1, -1\) are no value", id="opposite signs"),
         pytest.param([0x0002, 2, 0, 1, 1, 0, 1, 1], "acceleration type 10b", id="no such acceleration"),
-        pytest.param([0x0002, 8, 0, 1, 1, 0, 1, 1], "are no command", id="reserved LSW bit"),
-        pytest.param([0x0800, 1], "are no command", id="Reset Errors with an LSW"),
-        pytest.param([0x1000, 0, 0, 1], "are no command", id="Run Blend with data"),
-        pytest.param([0x0200, 0, 0, 1, 0, 1], "are no command", id="preset with a speed"),
-        pytest.param([0x0020, 0, 0, 1, 1, 0, 1, 1], "are no command", id="Find Home with a target"),
+        pytest.param([0x0002, 8, 0, 1, 1, 0, 1, 1], "are not a command", id="reserved LSW bit"),
+        pytest.param([0x0800, 1], "are not a command", id="Reset Errors with an LSW"),
+        pytest.param([0x1000, 0, 0, 1], "are not a command", id="Run Blend with data"),
+        pytest.param([0x0200, 0, 0, 1, 0, 1], "are not a command", id="preset with a speed"),
+        pytest.param([0x0020, 0, 0, 1, 1, 0, 1, 1], "are not a command", id="Find Home with a target"),
     ],
 )
 def test_refusals_say_why(words, message):

@@ -394,7 +394,7 @@ def test_a_folder(tmp_path):
 def test_a_file_that_is_no_text(tmp_path):
     path = tmp_path / "line.toml"
     path.write_bytes(b"name = '\xff'")
-    with pytest.raises(RackFileError, match="the rack file is no text in UTF-8: invalid start byte"):
+    with pytest.raises(RackFileError, match="the rack file is not text in UTF-8: invalid start byte"):
         load_rack_file(path)
 
 

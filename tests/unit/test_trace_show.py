@@ -219,14 +219,14 @@ def test_a_trace_without_scans_is_shown(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("text", ["", ":", "5:3", "-1:2", "a:b", "1:2:3", "1.5"])
 def test_no_range(text: str) -> None:
-    with pytest.raises(ValueError, match=r"is no range of scans"):
+    with pytest.raises(ValueError, match=r"is not a range of scans"):
         parse_range(text)
 
 
 def test_no_range_is_a_usage_error(path: Path) -> None:
     status, out, err = run(str(path), "--scans", "5:3")
     assert (status, out) == (2, "")
-    assert "'5:3' is no range of scans: it ends before it begins" in err
+    assert "'5:3' is not a range of scans: it ends before it begins" in err
 
 
 @pytest.mark.parametrize(

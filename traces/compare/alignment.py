@@ -1,4 +1,4 @@
-"""Clocks of two traces brought together: by their first scans, or by the rises of a bit.
+"""Aligns the clocks of two traces: by their first scans, or by the rises of a bit.
 
 first trace     0 ----- rise --------- rise ------------ rise ---
 second trace    7 ------- rise ---------- rise --------- rise ---
@@ -67,11 +67,6 @@ def realign(one: Trace, other: Trace, signal: str) -> Clock:
 
     What takes a little longer each time, as on a real machine, so does not add up.
 
-    Args:
-        one: the first trace.
-        other: the second.
-        signal: the name of the bit.
-
     Raises:
         ValueError: there is no such bit, or it never rises in one of them.
     """
@@ -85,7 +80,7 @@ def _times_of(trace: Trace, at: str) -> tuple[int, ...]:
         return (next(int(block.time_ns[0]) for block in blocks(trace)),)
     signal = Catalog.of(trace)[at]
     if signal.kind is not Kind.BIT:
-        raise ValueError(f"{at} is no bit: traces are aligned at 'start' or where a bit rises")
+        raise ValueError(f"{at} is not a bit: traces are aligned at 'start' or where a bit rises")
     before, times = True, list[int]()
     for block in blocks(trace):
         levels = signal.read(block)

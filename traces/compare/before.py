@@ -1,4 +1,4 @@
-"""What led to a scan: the changes before it, and the rules that fired in it."""
+"""The context of a scan: the changes before it, and the rules that fired in it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..reader import Scan, Trace
 from .differing import Side
 
 SCANS_BEFORE = 5
-"""How many scans in which something changed are told."""
+"""How many scans with changes a report lists."""
 
 LOOKED_AT = 4096
 """How far back these are looked for, scans."""
@@ -49,14 +49,7 @@ _TOLD_WITHIN_NS = 2_000_000_000
 
 
 def rules_in(trace: Trace, scan: int, time_ns: int, slots: Set[int | None]) -> tuple[str, ...]:
-    """Return the rules that fired in a scan in any of some slots, in words.
-
-    Args:
-        trace: the trace.
-        scan: number of the scan.
-        time_ns: its time.
-        slots: numbers of the slots.
-    """
+    """Return the rules that fired in a scan in any of some slots, in words."""
     return tuple(
         describe(event.topic, event.scan, event.fields)
         for event in trace.events(time_ns - _TOLD_WITHIN_NS, time_ns)

@@ -23,11 +23,6 @@ def tolerantly(fields: Sequence[Field], block: TimedBlock, tolerance: Tolerance)
     A word, or the level of a bit, has to be there at some time within the tolerance; a count may
     lie between those that are. So an edge may be early or late by the tolerance, and a position
     that moves may be off by as much as it moves meanwhile and the tolerance in counts.
-
-    Args:
-        fields: what is compared.
-        block: the scans of either trace.
-        tolerance: what may differ.
     """
     one, other = block.one, block.other
     found = []
@@ -100,7 +95,7 @@ def _missing(field: Field, asked: _Question, other: Array, tolerance: Tolerance)
 
 
 def _missing_bits(wanted: Array, values: Array, first: Rows, end: Rows) -> Array:
-    """Return which bits stand otherwise throughout the window."""
+    """Return which bits differ throughout the window."""
     never_set = ~over_windows(values, first, end, np.bitwise_or)
     always_set = over_windows(values, first, end, np.bitwise_and)
     missing: Array = (wanted & never_set) | (~wanted & always_set)
@@ -116,7 +111,7 @@ def _beyond(wanted: Array, values: Array, first: Rows, end: Rows, counts: int) -
 
 
 def _merged(field: Field, there: Differing, back: Differing) -> Differing:
-    """Join what was found either way, by rows of the first trace; a row once."""
+    """Join the findings of both directions, by rows of the first trace; a row once."""
     a, b = np.concatenate((there.a, back.b)), np.concatenate((there.b, back.a))
     rows, place = np.unique(a, return_index=True)
     if there.bits is None or back.bits is None:

@@ -25,7 +25,7 @@ from .tolerance import EXACT, Tolerance
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """What came of comparing two traces.
+    """The result of comparing two traces.
 
     Attributes:
         first: the first scan that differs; None if none does.
@@ -89,7 +89,7 @@ def compare(
         tolerance: what may differ.
         clock: turns times of the second trace into times of the first, see `align`; another than
             that of both makes it a comparison by time.
-        progress: told how many scans of the first trace have been read with each chunk.
+        progress: called at each chunk with the scans of the first trace read so far.
 
     Raises:
         TraceError: one of the files is damaged beyond what can be left out.

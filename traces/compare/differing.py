@@ -1,4 +1,4 @@
-"""Where fields differ, and what is told of it."""
+"""Where fields differ, and what a report says of it."""
 
 from __future__ import annotations
 

@@ -192,5 +192,5 @@ def _configuration_word(word: int, images: Words) -> Array:
 
 
 def all_fields(slots: Sequence[SlotInfo]) -> list[Field]:
-    """Return the fields of a trace in the order in which they are told."""
+    """Return the fields of a trace in the order of a report."""
     return [TIME, FLAGS, *(field for slot in slots for field in fields_of(slot))]

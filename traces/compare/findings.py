@@ -1,4 +1,4 @@
-"""What was found block by block, joined: the first scan that differs, and how much differs in all."""
+"""Joins the findings of all blocks: the first scan that differs, and how much differs in all."""
 
 from __future__ import annotations
 
@@ -14,9 +14,6 @@ from .differing import Differing, Extent, First, Side
 
 class Findings:
     """What differs in the blocks of two traces.
-
-    Args:
-        slots: the slots that both have.
 
     Attributes:
         first: the first scan that differs; None if none does.

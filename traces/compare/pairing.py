@@ -69,7 +69,7 @@ def by_number(a: NDArray[np.int64], b: NDArray[np.int64]) -> Pairs:
 
 
 class Ends(NamedTuple):
-    """Between which times the scans of a trace tell what was in force.
+    """Between which times the scans of a trace show what was in force.
 
     Attributes:
         first_ns: time of the first scan.

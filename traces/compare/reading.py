@@ -9,7 +9,7 @@ from ..columns import Columns
 from ..reader import Trace
 
 Progress = Callable[[int], None]
-"""Told how many more scans have been read."""
+"""Called with the number of further scans read."""
 
 
 def read_parts(trace: Trace, progress: Progress) -> Iterator[Columns]:

@@ -16,12 +16,7 @@ _UNITS = ((1_000_000_000, "s"), (1_000_000, "ms"), (1_000, "µs"), (1, "ns"))
 
 
 def report(found: Comparison, names: Names) -> Iterator[str]:
-    """Yield the lines that tell a comparison to people.
-
-    Args:
-        found: what came of it.
-        names: what the first and the second trace are called.
-    """
+    """Yield the lines of a report of a comparison."""
     yield _verdict(found, names)
     if found.first is not None:
         yield from first_lines(found.first, names)
@@ -35,7 +30,7 @@ def report(found: Comparison, names: Names) -> Iterator[str]:
 
 
 def first_lines(first: First, names: Names) -> Iterator[str]:
-    """Yield the lines that tell the first scan that differs, and what led to it."""
+    """Yield the lines about the first scan that differs, and what led to it."""
     cells: list[tuple[str, ...]] = [("", "", "", *names, "")]
     cells += [row for detail in first.details for row in _detail(detail)]
     yield from ("", *_aligned(cells, "lllrrl"))

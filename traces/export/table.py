@@ -44,7 +44,7 @@ def table(
         trace: the open trace.
         signals: names or patterns, see `Catalog.matching`.
         selection: which scans.
-        progress: told how many scans have been gone through with each block of them.
+        progress: called at each block with the number of scans read so far.
 
     Raises:
         UnknownSignalError: there is no such signal; raised at once.

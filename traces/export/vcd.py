@@ -45,7 +45,7 @@ def write_vcd(
         path: of the file, replaced if it exists.
         signals: names or patterns, see `Catalog.matching`; none at all for everything.
         selection: which scans.
-        progress: told how many scans have been gone through with each block of them.
+        progress: called at each block with the number of scans read so far.
 
     Returns:
         How many scans were gone through.
@@ -71,12 +71,7 @@ def write_vcd(
 
 
 class Variable:
-    """A signal in a dump.
-
-    Args:
-        signal: the signal.
-        identifier: its short name in the file.
-    """
+    """A signal in a dump."""
 
     def __init__(self, signal: Signal, identifier: str) -> None:
         self.signal = signal

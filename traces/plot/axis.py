@@ -62,7 +62,7 @@ def label(time_ns: int, step_ns: int, unit: str) -> str:
 
 
 def about(first: int, last: int, start_ns: int, end_ns: int) -> str:
-    """Tell what an axis shows.
+    """Return what an axis shows.
 
     >>> about(700, 1700, 1_400_000_000, 3_400_000_000)
     'scans 700 to 1,700, 1.400 to 3.400 s of machine time'

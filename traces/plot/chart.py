@@ -1,4 +1,4 @@
-"""All that a timing chart shows, read in one pass over a trace."""
+"""The contents of a timing chart, read in one pass over a trace."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ def read_chart(
         title: what to write above it; the rack's name if None.
         more: marks beside those of the trace's events.
         watch: given every block, too.
-        progress: told how many scans have been gone through with each block of them.
+        progress: called at each block with the number of scans read so far.
 
     Raises:
         EmptySelectionError: no scan is in the selection.
@@ -228,7 +228,7 @@ def wanted_slots(trace: Trace, numbers: Sequence[int]) -> list[SlotInfo]:
 
 
 def chart_title(trace: Trace) -> str:
-    """Return the rack's name, or what sits in it."""
+    """Return the rack's name, or the names of its modules."""
     return trace.head.metadata.get("name") or ", ".join(
         dict.fromkeys(slot.module for slot in trace.head.slots)
     )

@@ -105,13 +105,7 @@ def _rows(panel: Panel[Curve]) -> int:
 
 
 class _Canvas:
-    """Places axes on a figure, from top to bottom, all with the chart's time axis.
-
-    Args:
-        figure: the figure.
-        chart: the chart.
-        height: of the figure, inches.
-    """
+    """Places axes on a figure, from top to bottom, all with the chart's time axis."""
 
     def __init__(self, figure: Any, chart: Chart[Curve], height: float) -> None:
         self.figure, self.chart, self._height = figure, chart, height

@@ -18,7 +18,7 @@ MANY = 30
 def placed(
     marks: Sequence[Mark], start_ns: int, end_ns: int, letter: float, rows: int
 ) -> list[tuple[Mark, int]]:
-    """Choose the marks to be labelled, and a row for each label, which begins at its mark.
+    """Choose the marks with labels, and a row for each label; a label begins at its mark.
 
     The most telling kinds come first; within a kind the earlier mark does. Of very many with one label
     the first tells how many there are.

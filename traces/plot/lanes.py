@@ -32,7 +32,7 @@ _MODE_CONFIG = "MODE_CONFIG"
 
 @dataclass(frozen=True, slots=True)
 class Lane:
-    """Something that has one of a few values at a time.
+    """A quantity with a few values, one at a time.
 
     Attributes:
         name: the bit's name.

@@ -1,6 +1,6 @@
-"""What happened, as marks on the time axis: rules that fired, moves that ended, stimuli, the CPU.
+"""Events as marks on the time axis: rules that fired, moves that ended, stimuli, the CPU.
 
-What must hold and is broken is no event of a trace: who knows of it gives the mark.
+A broken invariant is not an event of a trace; the caller gives its mark.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ KINDS = ("broken", "rule", "stimulus", "move", "cpu")
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """Something that happened at an instant.
+    """An event at an instant.
 
     Attributes:
         time_ns: virtual time.
@@ -72,7 +72,7 @@ def _kind_and_label(event: TraceEvent) -> tuple[str, str]:
 
 
 def _stimulus(name: str, fields: Mapping[str, object]) -> str:
-    """Return what switched, or began, or is over."""
+    """Return the label of a stimulus, of the begin or of the end of an incident."""
     if fields.get("begins") is False:
         return _OVER.get(name, f"{name} over")
     return " ".join(filter(None, (name, _SWITCHED.get(fields.get("energised")))))

@@ -1,6 +1,6 @@
 """The chart as one HTML page that zooms down to single scans; it needs nothing but a browser.
 
-Every scan is in the page, packed, so that what is told under the pointer is
+Every scan is in the page, packed, so that the page shows under the pointer
 what was recorded. The page asks nothing of any network.
 """
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Occurrence:
-    """One time that it happened.
+    """One occurrence.
 
     Attributes:
         first: number of the scan in which it began.

@@ -1,4 +1,4 @@
-"""Puts a query to a trace: reads the columns it names, finds, and picks."""
+"""Runs a query on a trace: reads its columns, finds occurrences, and picks."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def query(
         trace: the open trace.
         text: the query, see docs/query.md.
         show: further signals whose values are wanted at the beginning of each occurrence.
-        progress: told how many scans have been read with each block of them.
+        progress: called at each block with the number of scans read so far.
 
     Raises:
         QueryError: the query can't be understood.

@@ -46,7 +46,7 @@ class Expression:
 
 
 class MeaningError(Exception):
-    """A query that is grammatical but means nothing."""
+    """A query that is grammatical but has no meaning."""
 
     def __init__(self, column: int, says: str) -> None:
         super().__init__(says)

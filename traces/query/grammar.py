@@ -1,4 +1,4 @@
-"""The grammar of a query, and what its words are called in a message."""
+"""The grammar of a query, and the names of its terminals in messages."""
 
 from __future__ import annotations
 

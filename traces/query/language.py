@@ -1,7 +1,7 @@
 """From the text of a query to a function of whole columns.
 
 Every expression has one of three types, and its place in the text, so that a
-mistake is told with its column before the first scan is read:
+mistake is reported with its column before the first scan is read:
 
     condition   true or false in every scan    slot1.in.COMMAND_ERROR, time > 2 s
     number      a number in every scan         slot1.in.position, scan, 4000
@@ -66,12 +66,8 @@ class Query:
 def parse(text: str, catalog: Catalog) -> Query:
     """Understand a query.
 
-    Args:
-        text: the query, see docs/query.md.
-        catalog: the signals it may name.
-
     Raises:
-        QueryError: it is no query, mixes types, or names an unknown signal.
+        QueryError: it is not a query, mixes types, or names an unknown signal.
     """
     try:
         tree = _parser().parse(text)
@@ -136,7 +132,7 @@ _EDGES: Mapping[str, Callable[[Array], Array]] = {
 
 
 _Found = tuple[Pattern, tuple[Signal, ...]]
-"""What finds occurrences, and the signals it reads."""
+"""A function that finds occurrences, and the signals that it reads."""
 
 
 def _two(

@@ -134,7 +134,7 @@ class Catalog(Mapping[str, Signal]):
         return Signal(name, Kind.BIT, partial(_bit_of, source, int(number)))
 
     def _unknown(self, name: str) -> str:
-        """Say that there is no such signal, and what there is that it may have meant."""
+        """Raise UnknownSignalError; its message suggests the closest names."""
         folded = {known.lower(): known for known in self._signals}
         close = [folded[match] for match in get_close_matches(name.lower(), list(folded), 3, 0.7)]
         if not close:  # perhaps a name without its slot and direction

@@ -67,7 +67,7 @@ def travel(words: Words) -> NDArray[np.float64]:
     """Return how far the position words moved since the scan before, steps; 0 where that was no motion.
 
     A preset, a homing that ends or a configuration sets the position without a step: what happens
-    while neither MOVING bit is set, or against its direction, is no travel.
+    while neither MOVING bit is set, or against its direction, is not travel.
 
     Args:
         words: an input image's eight words, a row per scan.

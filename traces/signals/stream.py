@@ -89,7 +89,7 @@ def blocks(
     Args:
         trace: the open trace.
         selection: which scans.
-        progress: told how many scans of the trace have been gone through with each block.
+        progress: called at each block with the number of scans read so far.
 
     Raises:
         EmptySelectionError: the trace has no such scan.
@@ -111,7 +111,7 @@ def blocks(
 
 
 def count(trace: Trace, selection: Selection = ALL) -> int:
-    """Return how many scans `blocks` tells its `progress` of, as far as the indexes tell."""
+    """Return with how many scans `blocks` calls its `progress` in the end, as far as the indexes show."""
     return scan_count(trace, selection, margin=half_window(trace))
 
 

@@ -39,9 +39,6 @@ def parse_program(text: str) -> Program:
     >>> program.steps[1], program.size
     (Step(name='MOVE', values=(4000,)), 12)
 
-    Args:
-        text: the program in the format `pclt`.
-
     Raises:
         ProgramError: it is none; the message names the line, the column and what is allowed.
     """

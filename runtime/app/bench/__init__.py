@@ -1,11 +1,11 @@
-"""The bench: a rack with its program and its machine in one's hands, scan by scan.
+"""The bench: a rack with its program and its machine, driven scan by scan.
 
     line = open_bench("line.toml")           # of scanrack.runtime.cli
     line.run_until(lambda line: line.slot[1].status.MOVE_COMPLETE, within="5 s")
     line.slot[1].press("estop", "100 ms")
     assert line["Trouble"], line.why("Trouble")
 
-Made for tests that read as a story. What does not come about is told with what the bench shows then.
+Made for tests that read as a story. A condition that stays false is reported with what the bench shows then.
 """
 
 from .bench import Bench, NotReachedError, Observed

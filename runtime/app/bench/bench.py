@@ -20,12 +20,12 @@ from .slot import SlotBench
 
 
 class NotReachedError(AssertionError):
-    """A condition that did not come about in its time; says what the bench shows instead."""
+    """A condition that did not come true in time; the message says what the bench shows."""
 
 
 @runtime_checkable
 class Observed(Protocol):
-    """Logic that can be looked into: a ladder program under a debugger."""
+    """Logic with a debugger: a ladder program."""
 
     stops: tuple[Any, ...]
     on_edit: Callable[[Any], object]
@@ -44,16 +44,16 @@ class Observed(Protocol):
         ...
 
     def unforce(self, tag: str | None = None) -> None:
-        """Let a tag go."""
+        """Release a tag."""
         ...
 
 
 Condition = Callable[["Bench"], Any] | str
-"""What a run goes on to: a function of the bench, or a tag that is to be true."""
+"""The condition that ends a run: a function of the bench, or a tag that becomes true."""
 
 
 class Bench:
-    """A rack in one's hands.
+    """A rack under test.
 
     Attributes:
         spec: the rack.
@@ -135,7 +135,7 @@ class Bench:
         """Run for a machine time with its unit, such as "2 s", rounded up to whole scans.
 
         Raises:
-            ValueError: this is no time.
+            ValueError: not a time.
             CpuFault: the program faults the CPU.
         """
         self.scan(-(-parse_duration(time) // self.cpu.period_ns))
@@ -149,7 +149,7 @@ class Bench:
 
         Raises:
             NotReachedError: it does not come about in time; what the bench shows then.
-            ValueError: `within` is no time, or there is no such tag.
+            ValueError: `within` is not a time, or there is no such tag.
             CpuFault: the program faults the CPU.
         """
         scans = -(-parse_duration(within) // self.cpu.period_ns)
@@ -220,7 +220,7 @@ class Bench:
             self.program.force(address, value)
 
     def unforce(self, address: str) -> None:
-        """Let go of what is forced.
+        """Release a force.
 
         Raises:
             ValueError: it is not forced.
@@ -252,7 +252,7 @@ class Bench:
     # --- the end
 
     def close(self) -> None:
-        """Close all listeners; a recording is whole then."""
+        """Close all listeners; this completes a recording."""
         self.cpu.close()
 
     def __enter__(self) -> Self:

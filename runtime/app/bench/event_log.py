@@ -1,4 +1,4 @@
-"""What a bench hears of its rack."""
+"""The events of the rack on a bench."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Told:
         scan: number of the scan in which it became known.
         now_ns: when, ns since power-up.
         slot: the module, 0 for the CPU.
-        kind: "rule", "move", "stimulus", "indicator", or the topic of what the CPU tells.
+        kind: "rule", "move", "stimulus", "indicator", or the topic of an event of the CPU.
         name: the rule's id, the move's kind, the input's name; the topic for the CPU.
         text: a sentence.
     """
@@ -35,7 +35,7 @@ class Told:
 
 
 class Ear:
-    """A listener that remembers what is told, and ends a run when it is told to.
+    """A listener that keeps events, and ends a run on request.
 
     Attributes:
         told: what has happened, oldest first.
@@ -48,7 +48,7 @@ class Ear:
         self.cpu: Cpu
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        """Remember what is told."""
+        """Keep an event."""
         slot = fields.get("slot", 0)
         text = fields.get("text", ", ".join(f"{key} {value}" for key, value in fields.items()))
         kind = str(fields.get("kind", topic.strip("/")))

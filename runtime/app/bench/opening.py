@@ -18,7 +18,7 @@ def open_bench(rack: str | Path, record: str | Path | None = None, *, watched: b
     """Put a rack with its program onto a bench, powered up and not yet scanned.
 
     A ladder program runs under a debugger: it can be asked why, forced and stopped. A Python program
-    is loaded anew, so that nothing of an earlier bench is remembered.
+    is loaded again, so that nothing of an earlier bench remains.
 
     Args:
         rack: path of the rack file, TOML or Python.

@@ -1,4 +1,4 @@
-"""A module on the bench: what it shows, what it is bolted to, and what can be done to it."""
+"""A module on the bench: its words, its machine, and what a test can do to it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ...modules.registry import MODULES, has
 
 
 class SlotBench:
-    """A module on the bench, and what it is bolted to.
+    """A module on the bench, and its machine.
 
     Attributes:
         number: its slot.
@@ -71,10 +71,10 @@ class SlotBench:
         self._device.look_again()
 
     def press(self, name: str, for_: str = "50 ms") -> None:
-        """Energise an input for a time, during which the bench runs; then let it go.
+        """Energise an input and run for a time; then release it.
 
         Raises:
-            ValueError: see `set_input`; or `for_` is no time.
+            ValueError: as `set_input`; or `for_` is not a time.
         """
         self.set_input(name, True)
         self._run_for(for_)

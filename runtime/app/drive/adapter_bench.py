@@ -14,7 +14,7 @@ Count = Annotated[int, Field(ge=1, le=1_000_000, strict=True)]
 
 
 class LinkFault(Strict):
-    """What befalls the next replies."""
+    """What happens to the next replies."""
 
     drop_next: Count | None = None
     corrupt_next: Count | None = None

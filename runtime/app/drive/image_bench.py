@@ -24,12 +24,12 @@ ERROR_NAMES = frozenset(str(bit.name) for bit in StatusMsw if bit & ERROR_BITS)
 
 
 class BenchModule(Module, Protocol):
-    """A module on the bench: its machine can be reached, and it can be told to look again."""
+    """A module on the bench: its machine, and a call after a change of an input."""
 
     machine: Machine
 
     def look_again(self) -> None:
-        """Let the next tick look at the inputs, whatever was foreseen."""
+        """Make the next tick read the inputs."""
         ...
 
 
@@ -85,7 +85,7 @@ class ImageBench:
         return reply
 
     def _befall(self, request: Request) -> None:
-        """Let happen what else a request may hold, before the words."""
+        """Apply the rest of a request, before the words."""
 
     def _check(self, request: Request) -> None:
         wired = self._wired

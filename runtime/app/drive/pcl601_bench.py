@@ -54,7 +54,7 @@ PIN_FORMS = (
 
 
 def _contact(value: Any) -> Contact:
-    """Return the contact that is meant by a pin's value.
+    """Return the contact that a pin's value names.
 
     Raises:
         ValueError: it means none.
@@ -91,7 +91,7 @@ class Env(Strict):
     @model_validator(mode="before")
     @classmethod
     def _last_of_input_1(cls, data: Any) -> Any:
-        """The last given of the two that set input 1 holds."""
+        """Of two keys that set input 1 the last one holds."""
         both = [key for key in data if key in ("in1", "in1_volts")] if isinstance(data, dict) else []
         return {key: data[key] for key in data if key not in both[:-1]} if both else data
 

@@ -1,4 +1,4 @@
-"""How `scanrack drive` reads requests; what one for an image target may hold, and the errors of the rest.
+"""How `scanrack drive` reads requests: the keys of one for an image target, and the errors of all.
 
 Numbers are read as exact decimals, so that a time is the time that was written.
 """
@@ -78,7 +78,7 @@ class Bench(Strict):
 
 
 class Encoder(Strict):
-    """Somebody turns the encoder during this request."""
+    """A hand turns the encoder during this request."""
 
     counts: Steps = 0
     markers_ms: list[Milliseconds] = []

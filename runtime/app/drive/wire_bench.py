@@ -37,7 +37,7 @@ class WireTarget(Protocol[Env_contra]):
     """
 
     silence_ns: int
-    """How long a reply is waited for, from the end of the last byte."""
+    """How long the bench waits for a reply, from the end of the last byte."""
 
     signals: Collection[str]
     """What can be observed, marks left out."""
@@ -172,7 +172,7 @@ class WireBench(Generic[New, Env]):
         return {"t_ms": time_ms(self.bus.now_ns), **reply}
 
     def _checked(self, request: WireRequest[New, Env]) -> WireTarget[Env] | None:
-        """Refuse what can't be taken; return the target of a fresh bench, if one is asked for."""
+        """Refuse an illegal request; return the target of a fresh bench, if it asks for one."""
         fresh = None
         if request.new is not None:
             try:
@@ -186,12 +186,12 @@ class WireBench(Generic[New, Env]):
             if name not in self.target.signals and name not in marks:
                 allowed = ", ".join((*self.target.signals, MARKED + "NAME"))
                 raise RequestError(
-                    f'observe: "{name}" is no signal, or no such mark is set; allowed are {allowed}'
+                    f'observe: "{name}" is not a signal or a mark that is set; allowed are {allowed}'
                 )
         return fresh
 
     def _touch(self, request: WireRequest[New, Env]) -> None:
-        """Do what is done to the bench by hand, before anything is sent."""
+        """Apply changes by hand, before anything is sent."""
         now_ns = self.bus.now_ns
         self.bus.run_until(now_ns)
         if request.power_cycle:

@@ -1,4 +1,4 @@
-"""A machine that looks for trouble in a user's logic.
+"""Searches a user's logic for failures under random conditions.
 
     from scanrack.runtime.app.fuzz import never, within
 
@@ -13,7 +13,7 @@
         return not now.slot[1].moving
 
 Random surroundings (`scenario`) are tried one after the other (`trial`), each with the logic
-and the rack made anew; what breaks an invariant is shrunk by Hypothesis (`search`).
+and the rack is built again; what breaks an invariant is shrunk by Hypothesis (`search`).
 """
 
 from .invariants import Invariant, InvariantError, always, load_invariants, never, within

@@ -1,4 +1,4 @@
-"""A campaign: many searches, on all cores or on a cluster, that can be broken off and gone on with.
+"""A campaign: many searches, on all cores or on a cluster, that can be interrupted and continued.
 
 A search is a task: a seed and a number of examples. Tasks go to an executor of the standard library's
 kind; what they report is added to the state, which is written after every one of them. Every other task
@@ -17,7 +17,7 @@ from .search import Found, Report
 from .state import CampaignError, State
 
 TRIES = 3
-"""How often a task is given out whose worker dies."""
+"""How often a task is tried whose worker dies."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,18 +53,18 @@ def campaign(
     go_on: Callable[[], bool] = lambda: True,
     news: Callable[[list[Found]], None] = lambda _found: None,
 ) -> None:
-    """Do tasks until they are done, or until `go_on` says no; the state holds what came out of them.
+    """Run tasks until all are done, or until `go_on` returns False; the state holds the results.
 
     Args:
         work: does a task.
         state: what is known; it is added to.
-        executor: makes the executor, and makes it anew should its workers die.
+        executor: makes the executor, and again if its workers die.
         examples: scenarios per task.
         tasks: how many tasks; None = until `go_on` says no.
         jobs: how many at a time.
         known: names of invariants that are not looked for.
         go_on: asked after every task.
-        news: told after every task, with what it found.
+        news: called after every task with its findings.
 
     Raises:
         CampaignError: a task's worker has died several times.
@@ -84,7 +84,7 @@ def campaign(
 
 
 class _Desk:
-    """Gives out tasks and takes their reports.
+    """Submits tasks and collects their reports.
 
     Reports are passed on in the order of their tasks, and each is followed by a new task: so what a task
     knows does not hang on which worker was faster, and the same campaign finds the same.
@@ -105,7 +105,7 @@ class _Desk:
         return bool(self._running)
 
     def give_out(self) -> None:
-        """Give out the next task, if there is one."""
+        """Submit the next task, if there is one."""
         task = next(self._waiting, None)
         if task is not None:
             self._submit(task)
@@ -117,7 +117,7 @@ class _Desk:
         self._running[self._pool.submit(self._work, task)] = task
 
     def wait(self, number: int) -> Iterator[Report]:
-        """Wait until a task is done; yield the reports from a task's number on, as far as they have come."""
+        """Wait until a task is done; yield the reports that have arrived, from a task's number on."""
         done, _ = wait(self._running, return_when=FIRST_COMPLETED)
         self._take(done)
         while number in self._early:
@@ -125,7 +125,7 @@ class _Desk:
             number += 1
 
     def _take(self, done: set[Future[Report]]) -> None:
-        """Keep what is reported; give out again what a worker has died of, or with."""
+        """Keep a report; submit a task again if its worker died."""
         lost = []
         broken = False
         for future in done:
@@ -147,7 +147,7 @@ class _Desk:
             self._submit(task)
 
     def close(self) -> None:
-        """Give up what is under way."""
+        """Cancel the running tasks."""
         self._pool.shutdown(wait=True, cancel_futures=True)
 
 
@@ -156,7 +156,7 @@ def _worker_died(error: BaseException) -> bool:
 
 
 def _tasks(state: State, examples: int, count: int | None, known: frozenset[str]) -> Iterator[Task]:
-    """Return tasks with what is known when each is given out."""
+    """Return tasks with what is known when each is submitted."""
     number = state.tasks
     end = None if count is None else number + count
     while end is None or number < end:

@@ -1,4 +1,4 @@
-"""A failure counts when it has happened twice: here, and in a new process with other surroundings."""
+"""A failure counts if it happens twice: here, and in a new process with other surroundings."""
 
 from __future__ import annotations
 

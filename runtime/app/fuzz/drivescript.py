@@ -1,4 +1,4 @@
-"""A run as a script for `scanrack drive`: what one module was told, request by request."""
+"""A run as a script for `scanrack drive`: what one module received, request by request."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def obstacle(spec: RackSpec, slot: SlotSpec) -> str | None:
             spec.controller != "micrologix" or any(each.what is FaultKind.TORN_UPDATE for each in told),
             "updates that do not wait for the scan's end",
         ),
-        (bool(spec.scan_ns % BENCH_TICK_NS), "a scan that is no multiple of 0.25 ms"),
+        (bool(spec.scan_ns % BENCH_TICK_NS), "a scan that is not a multiple of 0.25 ms"),
     )
     return next((text for is_there, text in beyond if is_there), None)
 
@@ -66,7 +66,7 @@ def _fed_by_bench(machine: MachineSpec) -> list[Switch]:
 
 
 class DriveScript(ScanListener):
-    """A listener that writes down what a module is told.
+    """A listener that records what a module receives.
 
     Attributes:
         by_level: inputs with a switch that the script sets, see `set_by_level`.
@@ -141,7 +141,7 @@ def _bench(spec: RackSpec, slot: SlotSpec) -> dict[str, Any]:
 
 
 def _acts(incidents: tuple[Incident, ...], slot: int, scan_ns: int) -> dict[int, dict[str, Any]]:
-    """Return what the bench is told besides words and levels, by scan."""
+    """Return the requests besides words and levels, by scan."""
     acts: dict[int, dict[str, Any]] = {}
     for each in incidents:
         at = -(-each.at_ns // scan_ns)

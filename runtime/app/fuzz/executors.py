@@ -1,4 +1,4 @@
-"""Who does the tasks of a campaign: this process, a pool of processes, or a Dask cluster."""
+"""Executors for the tasks of a campaign: this process, a pool of processes, or a Dask cluster."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Here(Executor):
     """Does every task at once, in this process."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Do it, and return what came out of it."""
+        """Run it, and return the result."""
         future: Future[Any] = Future()
         try:
             future.set_result(fn(*args, **kwargs))
@@ -30,7 +30,7 @@ class Here(Executor):
 
 
 class Processes(Executor):
-    """Has tasks done by processes, and ends them with what they do when it is shut down."""
+    """Runs tasks in processes, and ends the processes at shutdown, in the middle of their work."""
 
     def __init__(self, jobs: int) -> None:
         self._others = set(active_children())
@@ -49,7 +49,7 @@ class Processes(Executor):
 
 
 def _end_in_time() -> None:
-    """Let a worker end without a word on Ctrl-C, which a terminal sends to all, and when its parent dies."""
+    """End a worker silently on Ctrl-C, which a terminal sends to all, and when its parent dies."""
     signal.signal(signal.SIGINT, lambda _number, _frame: os._exit(130))
     Thread(target=_end_with_the_parent, daemon=True).start()
 
@@ -62,7 +62,7 @@ def _end_with_the_parent() -> None:
 
 
 class OnCluster(Executor):
-    """Has tasks done by a Dask cluster, and leaves it when it is shut down."""
+    """Runs tasks on a Dask cluster, and leaves the cluster at shutdown."""
 
     def __init__(self, client: Any, address: str, say: Say) -> None:
         self._client = client
@@ -104,7 +104,7 @@ class OnCluster(Executor):
         )
 
     def _look_for_workers(self, say: Say) -> None:
-        """Say when there has been no worker for some time."""
+        """Print a message when there has been no worker for some time."""
         since_ns, told = wall_ns(), False
         while not self._over.wait(0.5):
             try:
@@ -124,7 +124,7 @@ class OnCluster(Executor):
         """Close the connection; the cluster goes on."""
         self._over.set()
         if self._lost:
-            with suppress(*CONNECTION_LOST):  # there is nobody to say goodbye to
+            with suppress(*CONNECTION_LOST):  # the connection is gone already
                 self._client.close(timeout=1)
             return
         self._executor.shutdown(wait=wait)
@@ -134,7 +134,7 @@ class OnCluster(Executor):
 Say = Callable[[str], object]
 
 NO_WORKER_NS = 5_000_000_000
-"""For how long a cluster may be without a worker before it is said."""
+"""How long a cluster may be without a worker before a message says so."""
 
 CONNECTION_LOST = (OSError, AssertionError, RuntimeError, CancelledError)
 """What Dask raises, or answers, where a connection breaks in the middle of something."""
@@ -170,7 +170,7 @@ def _dask(address: str, say: Say) -> Executor:
 
 
 def _silence(library: str) -> None:
-    """Keep a library's log from the terminal; what matters of it is said by us."""
+    """Keep a library's log off the terminal; our messages say what matters of it."""
     for name in [library, *logging.root.manager.loggerDict]:
         if name.partition(".")[0] == library:
             logger = logging.getLogger(name)

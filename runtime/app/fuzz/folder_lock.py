@@ -10,12 +10,12 @@ from pathlib import Path
 from ....traces.output import could_lock
 
 NAME = ".lock"
-"""The file that is locked; it stays when the campaign is over, and means nothing then."""
+"""The file that is locked; it stays after the campaign, without meaning."""
 
 
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Hold a folder for as long as the context lasts; the system gives it up when the process dies.
+    """Hold a folder within the context; the system releases it when the process dies.
 
     Raises:
         ValueError: another process holds it.

@@ -1,4 +1,4 @@
-"""A function done by a process of its own, which knows nothing of what this one has loaded.
+"""Runs a function in a process of its own, without the modules that this one has loaded.
 
     this process                     the new one
     sys.path, function, arguments -> standard input     (pickled)
@@ -36,7 +36,7 @@ def in_fresh_process(
     *args: P.args,
     **kwargs: P.kwargs,
 ) -> Result:
-    """Have a function done by a new process.
+    """Run a function in a new process.
 
     Raises:
         BrokenExecutor: the process died.
@@ -46,7 +46,7 @@ def in_fresh_process(
 
 
 def in_other_surroundings(function: Callable[P, Result], *args: P.args, **kwargs: P.kwargs) -> Result:
-    """Have a function done by a new process with another hash seed and another order of modules.
+    """Run a function in a new process with another hash seed and another order of modules.
 
     Raises:
         BrokenExecutor: the process died.
@@ -58,7 +58,7 @@ def in_other_surroundings(function: Callable[P, Result], *args: P.args, **kwargs
 
 
 HASH_SEEDS = ("20601", "3601")
-"""Two of them, so that there is always another one."""
+"""Two of them, so that there is always a different one."""
 
 LOADED_FIRST = ("wave", "sched", "colorsys", "zipfile", "random", "threading")
 """Modules that the other process loads before all others, in this order."""
@@ -95,7 +95,7 @@ def _done(
 
 
 def _send(pipe: BinaryIO | Any, *what: object) -> None:
-    """Write to a process; one that has died says so by its silence."""
+    """Write to a process; a dead one shows by its missing answer."""
     try:
         for each in what:
             pickle.dump(each, pipe)

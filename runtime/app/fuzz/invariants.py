@@ -16,12 +16,12 @@ from ...config.quantities import parse_duration
 from .scan_view import Moment
 
 Condition = Callable[[Moment], Any]
-"""Asks something of a moment; its answer counts as true or false."""
+"""A condition of a moment; its answer counts as true or false."""
 
 Watch = Callable[[Moment], str | None]
 """Looks at every scan of one run; returns how the invariant is broken, or None.
 
-Where it may have nothing to look at, its attribute `applied` tells whether it had. Where it breaks
+Where it may have nothing to look at, its attribute `applied` says whether it had. Where it breaks
 later than what led to it, its attribute `origin_scan` is the scan of that.
 """
 
@@ -32,7 +32,7 @@ class InvariantError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Invariant:
-    """Something that must hold.
+    """A condition that must hold.
 
     Attributes:
         name: its short name.
@@ -68,7 +68,7 @@ def within(limit: str, *, after: Condition, while_resting: bool = False) -> Call
         while_resting: let the clock run in program mode, too, for what the machine must do by itself.
 
     Raises:
-        ValueError: `limit` is no time, or the condition does not take one argument.
+        ValueError: `limit` is not a time, or the condition does not take one argument.
     """
     limit_ns = parse_duration(limit)
 
@@ -130,10 +130,10 @@ def _single(condition: Condition, *, wanted: bool) -> Invariant:
 
 
 def _check(condition: Condition) -> None:
-    """Refuse what can't be asked of a moment.
+    """Refuse a condition that does not take a moment.
 
     Raises:
-        InvariantError: it is no function of one argument.
+        InvariantError: it is not a function of one argument.
     """
     try:
         inspect.signature(condition).bind(None)
@@ -154,7 +154,7 @@ def _ms(time_ns: int) -> str:
 
 
 def _ask(condition: Condition, now: Moment) -> Any:
-    """Ask a user's condition; what it raises is told with its place."""
+    """Evaluate a user's condition; an exception becomes an InvariantError with its place."""
     try:
         return condition(now)
     except (Exception, SystemExit) as error:
@@ -167,7 +167,7 @@ def _ask(condition: Condition, now: Moment) -> Any:
 
 
 def _hint(error: BaseException) -> str:
-    """Return which name may have been meant."""
+    """Return the closest name, as a hint."""
     if not isinstance(error, AttributeError) or error.obj is None:
         return ""
     close = get_close_matches(str(error.name), dir(error.obj), n=1)

@@ -1,4 +1,4 @@
-"""What `scanrack fuzz` searches, made anew in every worker, and what it hands over."""
+"""What `scanrack fuzz` searches, built again in every worker, and the files that it writes."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def bench_of(setup: Setup) -> Bench:
 
 
 NEEDS_FIRMWARE = "NEEDS_FIRMWARE"
-"""What a Python program calls the oldest firmware that it works with."""
+"""The name by which a Python program states the oldest firmware that it works with."""
 
 
 def with_needs(job: Job) -> RackSpec:
@@ -138,7 +138,7 @@ def invariants_of(setup: Setup) -> list[Invariant]:
 
 
 def logic_maker(job: Job, rack: str) -> Callable[[], Logic]:
-    """Return what makes a job's logic anew, with nothing remembered."""
+    """Return a factory of a job's logic."""
     logic = job.logic
     if isinstance(logic, LadderLogic):
         return logic.compile
@@ -219,7 +219,7 @@ def _recorded(job: Job, bench: Bench, scenario: Scenario, scans: int, folder: Pa
         told.append(f"scanrack drive {modules[number]} < {shlex.quote(str(file))}")
         if script.by_level:
             inputs = ", ".join(map(input_name, script.by_level))
-            told.append(f"(up to a scan late where {inputs} is met: the bench is told its level)")
+            told.append(f"(up to a scan late where {inputs} is met: the script sets its level)")
     return told
 
 

@@ -37,7 +37,7 @@ class Learned(NamedTuple):
 
 
 def _stimuli(recording: Recording, spec: RackSpec) -> Iterator[Stimulus]:
-    """Yield what acted on the inputs; of real hardware only the status bits tell it."""
+    """Yield what acted on the inputs; for real hardware only the status bits show it."""
     live = {slot.number for slot in spec.slot if slot.is_live}
     told = [each for each in recorded_stimuli(recording) if each.slot not in live]
     shown = [each for each in recorded_levels(recording) if each.slot in live]

@@ -3,7 +3,7 @@
     line.py:37    out.load(OUT)        the words change here
     line.py:38    line.step = "back"   a later change counts; the same words once more do not
 
-It tells failures of one invariant apart where no rule of the manual fired.
+It distinguishes failures of one invariant where no rule of the manual fired.
 """
 
 from __future__ import annotations

@@ -15,8 +15,8 @@ from .scenario import Press, Scenario
 def recorded_scenario(stimuli: Iterable[Stimulus], spec: RackSpec, end_ns: int) -> Scenario:
     """Return the scenario that a recording shows.
 
-    Signals of stations are left out, since the machine makes them anew. What happened to modules and
-    CPU is taken from the rack, which tells it exactly.
+    Signals of stations are left out, since the machine makes them again. What happened to modules and
+    CPU is taken from the rack, which has it exactly.
     """
     machines = {slot.number: slot.machine for slot in spec.slot}
     by_input: dict[tuple[int, InputBit], list[Stimulus]] = defaultdict(list)

@@ -57,7 +57,7 @@ class Broken:
         shows: what each slot shows at the end of that scan, in words.
         rules: sentences of the manual's rules that fired in that scan, and of an adapter's refusals,
             with their ids.
-        cause: what tells it from other failures of the same invariant: of a fault, its place; of others
+        cause: distinguishes it from other failures of the same invariant: of a fault, its place; of others
             the rule that refused a command in that scan (or in the one that started a clock), or else the
             line that last changed an output word, or of a ladder program the commands in force.
     """
@@ -264,7 +264,7 @@ class Bench:
 
     Attributes:
         spec: the rack, as its file describes it.
-        fresh_logic: makes the logic anew, with nothing remembered.
+        fresh_logic: makes fresh logic.
         invariants: what must hold.
         scans: how long a run is.
         tags_of: the tags of a logic by name.

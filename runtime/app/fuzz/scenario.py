@@ -50,7 +50,7 @@ Versions = Annotated[tuple[tuple[int, str], ...], BeforeValidator(_versions), Pl
 
 @dataclass(frozen=True, slots=True)
 class Press:
-    """Somebody holds an input at a level for a time; on an input with a switch that is a fault of it.
+    """An input is held at a level for a time; on an input with a switch, the switch fails.
 
     Attributes:
         slot: of which module.

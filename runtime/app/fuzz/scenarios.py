@@ -36,7 +36,7 @@ class Kind(Enum):
     POWER = "power"
     """Modules lose power for a moment."""
     MODE = "mode"
-    """Somebody turns the CPU's key to program and back."""
+    """The CPU's key is turned to program and back."""
     TORN = "torn"
     """An update falls into the middle of a scan, and some words come late."""
     FIRMWARE = "firmware"

@@ -88,7 +88,7 @@ class UnsteadyError(ValueError):
 
 
 class _BrokenError(Exception):
-    """What tells Hypothesis that an example is one."""
+    """The exception that makes an example a failure for Hypothesis."""
 
 
 Confirm = Callable[[Found, Collection[str]], bool]
@@ -115,7 +115,7 @@ def search(
     """Look for scenarios in which invariants are broken.
 
     When one is found it is made as small as can be and confirmed, and the search goes on behind it
-    until the examples are used up. Failures of one invariant are told apart by their cause.
+    until the examples are used up. Failures of one invariant differ by their cause.
 
     Args:
         bench: the program and what must hold.

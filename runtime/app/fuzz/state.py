@@ -154,28 +154,28 @@ class State:
                 set(_texts(given["applied"])),
             )
         except (KeyError, TypeError, AttributeError) as error:
-            raise ValueError(f"this is no state of a campaign: {error!r}") from None
+            raise ValueError(f"this is not the state of a campaign: {error!r}") from None
         homeless = state.found.keys() - state.folders.keys()
         if homeless:
-            raise ValueError(f"this is no state of a campaign: {min(homeless)} has no folder")
+            raise ValueError(f"this is not the state of a campaign: {min(homeless)} has no folder")
         return state
 
 
 def _count(value: object) -> int:
     if type(value) is not int or value < 0:
-        raise ValueError(f"this is no state of a campaign: {value!r:.40} is not a count")
+        raise ValueError(f"this is not the state of a campaign: {value!r:.40} is not a count")
     return value
 
 
 def _text(value: object) -> str:
     if not isinstance(value, str):
-        raise ValueError(f"this is no state of a campaign: {value!r:.40} is not a text")
+        raise ValueError(f"this is not the state of a campaign: {value!r:.40} is not a text")
     return value
 
 
 def _texts(value: object) -> tuple[str, ...]:
     if not isinstance(value, list):
-        raise ValueError(f"this is no state of a campaign: {value!r:.40} is not a list")
+        raise ValueError(f"this is not the state of a campaign: {value!r:.40} is not a list")
     return tuple(map(_text, value))
 
 
@@ -183,7 +183,7 @@ def _folder(value: object) -> str:
     """Return a name that stays in the campaign's folder."""
     name = _text(value)
     if PurePath(name).name != name or "\\" in name:
-        raise ValueError(f"this is no state of a campaign: {name!r:.40} is not the name of a folder")
+        raise ValueError(f"this is not the state of a campaign: {name!r:.40} is not the name of a folder")
     return name
 
 
@@ -228,7 +228,7 @@ def read_state(file: Path, rack: str) -> State:
     try:
         state = State.from_json(json.loads(file.read_text(encoding="utf-8")))
     except (OSError, ValueError, RecursionError) as error:
-        raise CampaignError(f"{file}: {error}; move it away to begin anew") from error
+        raise CampaignError(f"{file}: {error}; move it away to start again") from error
     if state.rack != rack:
         raise CampaignError(
             f"{file} is of a search of {state.rack}, not of {rack}: give --out another folder"

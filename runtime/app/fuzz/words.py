@@ -1,4 +1,4 @@
-"""A scenario in words: a line for every part of it, what is so from the start first."""
+"""A scenario in words: a line for every part of it, permanent conditions first."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ HAPPENS = {
 
 
 def told(scenario: Scenario) -> list[str]:
-    """Tell what surrounds a program in a scenario.
+    """Return the surroundings of a program in a scenario, as sentences.
 
     >>> from ....io_images.amci3601 import InputBit
     >>> told(Scenario(presses=(Press(1, InputBit.ESTOP, True, 1_500_000_000, 20_000_000),)))

@@ -1,4 +1,4 @@
-"""What a worker of a campaign does: one task, in this process or in one of its own."""
+"""A worker of a campaign: runs one task, in this process or in one of its own."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .scenarios import scenarios
 
 @dataclass(frozen=True, slots=True)
 class Work:
-    """Does a task of a campaign, see `runtime.app.fuzz.campaign.Work`."""
+    """Runs a task of a campaign, see `runtime.app.fuzz.campaign.Work`."""
 
     setup: Setup
 
@@ -30,7 +30,7 @@ class Work:
         bench = bench_of(self.setup)
         strategy = scenarios(bench.spec, bench.scans, self.setup.kinds, base=task.base)
         with _kept_in(self.setup.notes), catch_warnings():
-            # threads of a cluster's worker use `random`, which is taken for the strategies' doing
+            # threads of a cluster's worker use `random`; Hypothesis would blame the strategies
             simplefilter("ignore", HypothesisDeprecationWarning)
             return search(
                 bench,
@@ -44,7 +44,7 @@ class Work:
 
 @dataclass(frozen=True, slots=True)
 class Apart:
-    """Does a task in a process of its own.
+    """Runs a task in a process of its own.
 
     The worker of a cluster may do several tasks in threads of one process, which modules that a program
     imports, and the redirected output, do not survive.
@@ -62,7 +62,7 @@ class Apart:
 
 @contextmanager
 def _kept_in(folder: Path) -> Iterator[None]:
-    """Have Hypothesis keep what it keeps in a folder, not in the one where the user happens to be."""
+    """Make Hypothesis keep its files in a folder, not in the current one."""
     set_hypothesis_home_dir(folder / ".hypothesis")
     try:
         yield

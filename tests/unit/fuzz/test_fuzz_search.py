@@ -168,5 +168,5 @@ def test_a_state_is_written_and_read(tmp_path):
 def test_a_file_that_is_no_state_is_refused(tmp_path):
     file = tmp_path / "state.json"
     file.write_text("{}", encoding="utf-8")
-    with pytest.raises(CampaignError, match="move it away to begin anew"):
+    with pytest.raises(CampaignError, match="move it away to start again"):
         read_state(file, "line.toml")

@@ -58,7 +58,7 @@ function listen() {
   });
 }
 
-// Shows what the address asks for, and everything where that is no time.
+// Shows what the address asks for, and everything where that is not a time.
 function showAsked() {
   const asked = new URLSearchParams(location.hash.slice(1));
   const [from, to] = ["from", "to"].map(name => asked.has(name) ? Number(asked.get(name) || NaN) * 1e9 : NaN);
