@@ -44,7 +44,7 @@ def foreign(path: Path) -> None:
 
 
 def newer(path: Path, patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(recorder, "FORMAT", 2)
+    patch.setattr(recorder, "FORMAT", 3)
     record(path, idle(10))
 
 
@@ -103,7 +103,7 @@ def test_a_layout_newer_than_this_version_is_refused(
 ) -> None:
     record(tmp_path / "good.mcap", idle(10))
     newer(tmp_path / "bad.mcap", monkeypatch)
-    refused(tmp_path, command, "its layout has format 2; this version reads format 1")
+    refused(tmp_path, command, "its layout has format 3; this version reads formats 1 and 2")
 
 
 @pytest.mark.parametrize("command", COMMANDS)

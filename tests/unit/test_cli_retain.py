@@ -53,8 +53,8 @@ def recorded(folder, *words):
     """Run with a trace; return its path."""
     trace = folder / "line.mcap"
     rack, tags = str(folder / "line.toml"), str(folder / "tags.json")
-    words = ["run", rack, "--scans", "3", "--record", str(trace), "-q", "--retain", tags, *words]
-    assert CliRunner().invoke(build(), words).exit_code == 0
+    line = ["run", rack, "--scans", "3", "--record", str(trace), "-q", "--retain", tags, *words]
+    assert CliRunner().invoke(build(), line).exit_code == 0
     return trace
 
 
