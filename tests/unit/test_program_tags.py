@@ -59,9 +59,7 @@ def run(path: Path, *options: str, scans: int = 100) -> Path:
 def recorded(trace: Path) -> tuple[Mapping[str, Any], list[tuple[str, dict[str, object]]]]:
     with open_trace(trace) as opened:
         columns = read_columns(opened, tags=True).tags
-        events: list[tuple[str, Mapping[str, object]]] = [
-            (event.topic, event.fields) for event in opened.events()
-        ]
+        events = [(event.topic, dict(event.fields)) for event in opened.events()]
     assert columns is not None
     return {name: columns[name] for name in columns.dtype.names or ()}, events
 
