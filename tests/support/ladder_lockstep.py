@@ -103,8 +103,8 @@ def check_observed(text, scans, draw):
         assert differences(*values) == {}, saved(text)
         assert ours.stops == theirs.stops, saved(text)
         if draw([True, False]):
-            for each in program.routines:
-                assert ours.truth(each.name) == theirs.truth(each.name), (each.name, saved(text))
+            for name in (routine.name for routine in program.routines):
+                assert ours.truth(name) == theirs.truth(name), (name, saved(text))
         if faults[0]:
             return
 
