@@ -93,7 +93,7 @@ class Debugger:
         """Go on with a program; what is remembered begins with its next scan."""
         self.program, self._engine = program, engine
         self.interpreted = bool(program.functions)
-        self._journal = Journal(engine.lowered, program.scanner)
+        self._journal = Journal(engine.lowered, program.scanner, engine.variants)
         self._outside: list[Write] = []
         engine.memory.outside = self._outside
         self._journal.begin(engine.memory, engine.scans)
@@ -355,8 +355,10 @@ class Debugger:
         """Return the truth of all rungs that the latest scan ran, and see that the next scans note it."""
         self._pictured = self.scans
         if self._truths_of != self.scans:
-            noted = self._engine.watching or self._engine.notes_all
-            self._truths = self._noted_truths() if noted else self._journal.again(self.scans - 1).truths
+            if self._engine.watching or self._engine.notes_all:
+                self._truths = self._noted_truths()
+            else:
+                self._truths = self._journal.again(self.scans - 1, noted=True).truths
             self._truths_of = self.scans
         return self._truths
 

@@ -15,7 +15,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from ..compiler import Scanner
+from ..compiler import ObservedScanner, Scanner
+from ..compiler.observed import Observation
 from ..errors import LadderFault
 from ..lowered import Lowered
 from ..memory import Memory, Value
@@ -23,10 +24,10 @@ from ..tags import Leaf
 from .forces import Forces
 from .watching import WatchedEngine
 
-EVERY = 256
+EVERY = 64
 """Scans from snapshot to snapshot."""
 
-MOST = 2_000
+MOST = 8_000
 """Snapshots that are kept, the latest ones: half a million scans."""
 
 NO_FORCES: Forces = {}
@@ -76,10 +77,13 @@ class Journal:
     Args:
         lowered: the program.
         scanner: the compiled program.
+        variants: the compiled programs that observe, see `WatchedEngine`.
     """
 
-    def __init__(self, lowered: Lowered, scanner: Scanner) -> None:
-        self._lowered, self._scanner = lowered, scanner
+    def __init__(
+        self, lowered: Lowered, scanner: Scanner, variants: dict[Observation, ObservedScanner]
+    ) -> None:
+        self._lowered, self._scanner, self._variants = lowered, scanner, variants
         self._chapters: deque[Chapter] = deque(maxlen=MOST)
         self._images = [leaf for leaf in lowered.layout.images if not leaf.output]
         self._again: WatchedEngine | None = None
@@ -123,8 +127,13 @@ class Journal:
         images = tuple(bytes(memory.cells[leaf.ident].cell_contents) for leaf in self._images)
         self._chapters[-1].entries.append(Entry(now_ns, first, images, writes, forces))
 
-    def again(self, scan: int) -> WatchedEngine:
+    def again(self, scan: int, *, noted: bool = False) -> WatchedEngine:
         """Run up to a scan again, that one watched; return the engine as it stands behind it.
+
+        Args:
+            scan: the scan.
+            noted: note its power in the compiled program, which is faster and tells nothing else; a scan with
+                a fault is watched all the same.
 
         Raises:
             ValueError: the scan is not remembered.
@@ -135,9 +144,13 @@ class Journal:
             )
         chapter = next(each for each in reversed(self._chapters) if each.scan <= scan)
         engine = self._engine(chapter)
-        for entry in chapter.entries[: scan - chapter.scan + 1]:
-            self._do(engine, entry, watched=engine.scans == scan)
-        return engine
+        *before, wanted = chapter.entries[: scan - chapter.scan + 1]
+        for entry in before:
+            self._do(engine, entry, watched=False)
+        if noted:
+            engine.note_all()
+        self._do(engine, wanted, watched=not noted)
+        return self.again(scan) if noted and engine.broken_off else engine
 
     def last_change(self, read: Callable[[WatchedEngine], Any]) -> int | None:
         """Return the last scan behind which a value was another than in front of it, None without one.
@@ -168,7 +181,9 @@ class Journal:
     def _engine(self, chapter: Chapter) -> WatchedEngine:
         if self._again is None:
             self._again = WatchedEngine(self._lowered, self._scanner)
+            self._again.variants = self._variants
         self._again.hold(NO_FORCES)
+        self._again.note(())
         restore(self._again.memory, chapter.memory)
         self._again.scans = chapter.scan
         return self._again

@@ -311,6 +311,7 @@ class WatchedEngine(Engine):
     Attributes:
         watching: whether the next scans are watched.
         noted: the lines whose power is noted.
+        variants: the compiled programs that observe; engines of one program may share them.
         broken_off: whether a fault has ended the latest scan, or a rung of it.
         history: what has changed in scans that were watched.
         scans: number of scans so far.
@@ -330,7 +331,8 @@ class WatchedEngine(Engine):
         super().__init__(lowered, scanner)
         self._compiled = self._scan
         self._calling = self._calling_compiled = self.call_routine
-        self._variants: dict[Observation, ObservedScanner] = {}
+        self.variants: dict[Observation, ObservedScanner] = {}
+        self._unapplied = False
         self._bound: Callable[[int], object] | None = self._compiled
         self._variables: tuple[Held, ...] = ()
         self._notes: list[tuple[bool, ...] | None] = []
@@ -350,6 +352,7 @@ class WatchedEngine(Engine):
         if forces is self.memory.forces:
             return
         self._variables = self.memory.hold(forces)
+        self._unapplied = True
         self._bound = None
 
     def note(self, lines: tuple[LineKey, ...]) -> None:
@@ -383,9 +386,9 @@ class WatchedEngine(Engine):
             observation = Observation(held, self.noted)
             self._bound, self._calling = self._compiled, self._calling_compiled
             if observation != UNOBSERVED:
-                variant = self._variants.get(observation)
+                variant = self.variants.get(observation)
                 if variant is None:
-                    variant = self._variants[observation] = observed_scanner_of(self.lowered, observation)
+                    variant = self.variants[observation] = observed_scanner_of(self.lowered, observation)
                 self._bound = variant(self, {NOTED: self._notes, **names_of(self._variables)})
                 self._calling = self.call_routine
         return self._bound
@@ -416,7 +419,7 @@ class WatchedEngine(Engine):
             for leaf, index, value in self.outside:
                 self.memory.write(leaf, index, value)
             self.outside = ()
-            if self.memory.forces:
+            if self._unapplied:
                 self.apply_forces()
             super()._do(now_ns, first=first)
             self.broken_off = handled != self._handled
@@ -430,6 +433,7 @@ class WatchedEngine(Engine):
 
     def apply_forces(self) -> None:
         """Put the forced values into the memory."""
+        self._unapplied = False
         memory = self.memory
         for each in memory.held.values():
             memory.write(each.leaf, each.index, memory.read(each.leaf, each.index))
