@@ -84,7 +84,7 @@ def files(path: Path, folder: Path) -> dict[str, str]:
         save_page(trace, folder / "a.html")
     page = json.loads(re.findall(r'application/json">(.*?)</script>', (folder / "a.html").read_text())[0])
     panel = page["panels"][0]
-    packed = {name: unpacked(panel.pop(name), np.int32) for name in ("position", "speed")}
+    packed = {each["name"]: unpacked(each["curve"], np.int32) for each in panel.pop("curves")}
     packed |= {"time": unpacked(page.pop("time"), np.float64), "scan": unpacked(page.pop("scan"), np.int32)}
     texts = {name: (folder / name).read_text() for name in ("a.csv", "a.vcd")}
     return texts | {"chart": repr(chart), "page": repr(page), "packed": repr(packed)}
