@@ -4,7 +4,11 @@
 |---|---|---|
 | REAL to integer | to the nearest, half to even; upper bits are cut off | 1756-RM003N p. 653 |
 | integer to a smaller one | low bits stay: 65,665 as INT is 129, as SINT -127 | 1756-RM006K p. 544 |
-| anything to REAL | rounded to single precision | 1756-RM003N p. 652 |
+| anything to REAL | rounded to single precision, half to even | 1756-RM003N p. 652 |
+| anything to LREAL | rounded to double precision, half to even | as for REAL |
+
+Functions on floating-point numbers compute in double precision. A computation in REAL rounds each result by
+`real`; one in LREAL keeps it.
 """
 
 from __future__ import annotations
@@ -25,7 +29,7 @@ def real(value: float) -> float:
     """
     try:
         return _unpack(_pack(value))[0]  # type: ignore[no-any-return]
-    except OverflowError:
+    except (OverflowError, struct.error):  # a float too large; an integer beyond any float
         return math.inf if value > 0 else -math.inf
 
 
@@ -75,37 +79,38 @@ def remainder(a: int, b: int) -> int:
 
 
 def real_remainder(a: float, b: float) -> float:
-    """The same for REAL values; NaN where it is undefined.
+    """The same for floating-point values; NaN where it is undefined.
 
     >>> real_remainder(-7.5, 2.0)
     -1.5
     """
     if not math.isfinite(a) or math.isnan(b) or b == 0:
         return math.nan
-    return real(math.fmod(a, b))
+    return math.fmod(a, b)
 
 
 def real_quotient(a: float, b: float) -> float:
-    """Divide REAL values; infinite for a divisor of 0, NaN for 0/0."""
+    """Divide floating-point values; infinite for a divisor of 0, NaN for 0/0."""
     if b == 0:
         if a == 0 or math.isnan(a):
             return math.nan
         return math.copysign(math.inf, a) * math.copysign(1.0, b)
-    return real(a / b)
-
-
-def real_product(a: float, b: float) -> float:
-    """Multiply REAL values."""
-    return real(a * b)
+    return a / b
 
 
 def power(a: float, b: float) -> float:
-    """Raise a to b; NaN where it is not defined, infinite where it is too large."""
+    """Raise a to b; NaN where it is not defined, infinite where it is too large.
+
+    >>> power(-1e200, 3.0), power(0.0, -1.0), power(-8.0, 0.5)
+    (-inf, inf, nan)
+    """
     try:
         result = a**b
-    except (OverflowError, ZeroDivisionError):
+    except ZeroDivisionError:
         return math.inf
-    return math.nan if isinstance(result, complex) else real(result)
+    except OverflowError:
+        return -math.inf if a < 0 and math.fmod(b, 2.0) else math.inf
+    return math.nan if isinstance(result, complex) else result
 
 
 def square_root(value: float) -> float:
@@ -114,7 +119,7 @@ def square_root(value: float) -> float:
     >>> square_root(-25.0)
     5.0
     """
-    return math.inf if math.isinf(value) else real(math.sqrt(abs(value)))
+    return math.sqrt(abs(value))
 
 
 def root(value: float) -> float:
@@ -141,7 +146,7 @@ def sine(value: float) -> float:
     >>> sine(0.0)
     0.0
     """
-    return _real_or_nan(math.sin, value)
+    return _or_nan(math.sin, value)
 
 
 def cosine(value: float) -> float:
@@ -150,7 +155,7 @@ def cosine(value: float) -> float:
     >>> cosine(0.0)
     1.0
     """
-    return _real_or_nan(math.cos, value)
+    return _or_nan(math.cos, value)
 
 
 def tangent(value: float) -> float:
@@ -159,16 +164,16 @@ def tangent(value: float) -> float:
     >>> tangent(0.0)
     0.0
     """
-    return _real_or_nan(math.tan, value)
+    return _or_nan(math.tan, value)
 
 
 def arc_sine(value: float) -> float:
     """Angle of a sine, radians; NaN for a size above 1.
 
     >>> arc_sine(1.0), arc_sine(1.5)
-    (1.5707963705062866, nan)
+    (1.5707963267948966, nan)
     """
-    return _real_or_nan(math.asin, value)
+    return _or_nan(math.asin, value)
 
 
 def arc_cosine(value: float) -> float:
@@ -177,16 +182,16 @@ def arc_cosine(value: float) -> float:
     >>> arc_cosine(1.0), arc_cosine(-1.5)
     (0.0, nan)
     """
-    return _real_or_nan(math.acos, value)
+    return _or_nan(math.acos, value)
 
 
 def arc_tangent(value: float) -> float:
     """Angle of a tangent, radians.
 
     >>> arc_tangent(math.inf)
-    1.5707963705062866
+    1.5707963267948966
     """
-    return _real_or_nan(math.atan, value)
+    return _or_nan(math.atan, value)
 
 
 def natural_log(value: float) -> float:
@@ -195,7 +200,7 @@ def natural_log(value: float) -> float:
     >>> natural_log(1.0), natural_log(0.0), natural_log(-1.0)
     (0.0, -inf, nan)
     """
-    return -math.inf if value == 0 else _real_or_nan(math.log, value)
+    return -math.inf if value == 0 else _or_nan(math.log, value)
 
 
 def common_log(value: float) -> float:
@@ -204,30 +209,30 @@ def common_log(value: float) -> float:
     >>> common_log(1000.0), common_log(0.0)
     (3.0, -inf)
     """
-    return -math.inf if value == 0 else _real_or_nan(math.log10, value)
+    return -math.inf if value == 0 else _or_nan(math.log10, value)
 
 
 def degrees(value: float) -> float:
     """Degrees of an angle in radians.
 
-    >>> degrees(real(math.pi))
+    >>> degrees(math.pi)
     180.0
     """
-    return real(value * (180 / math.pi))
+    return value * (180 / math.pi)
 
 
 def radians(value: float) -> float:
     """Radians of an angle in degrees.
 
     >>> radians(180.0)
-    3.1415927410125732
+    3.141592653589793
     """
-    return real(value * (math.pi / 180))
+    return value * (math.pi / 180)
 
 
-def _real_or_nan(function: Callable[[float], float], value: float) -> float:
+def _or_nan(function: Callable[[float], float], value: float) -> float:
     try:
-        return real(function(value))
+        return function(value)
     except ValueError:
         return math.nan
 
@@ -242,12 +247,12 @@ def truncated(value: float) -> int:
 
 
 def real_truncated(value: float) -> float:
-    """Cut a REAL off toward zero.
+    """Cut a floating-point value off toward zero.
 
     >>> real_truncated(-2.9)
     -2.0
     """
-    return real(truncated(value))
+    return float(truncated(value))
 
 
 def swapped(value: int, bits: int, mode: str) -> int:

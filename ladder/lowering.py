@@ -379,14 +379,14 @@ class Lowering:
     def value(self, operand: Operand) -> Resolved:
         """Return an operand with one value, see `OperandResolver`."""
         resolved = self.resolver.operand(operand)
-        if not isinstance(resolved, (Place, Constant)) or resolved.type.is_double:
+        if not isinstance(resolved, (Place, Constant)):
             raise OperandError(f"{operand} is {described(resolved)}, one value is needed", "pass its members")
         return resolved
 
     def target(self, operand: Operand) -> Place:
         """Return a tag that may be written, see `OperandResolver`."""
         resolved = self.resolver.operand(operand)
-        if not isinstance(resolved, Place) or resolved.type.is_double:
+        if not isinstance(resolved, Place):
             raise OperandError(
                 f"{operand} is {described(resolved)}, a tag is needed", "name the tag to write"
             )

@@ -296,8 +296,6 @@ class StatementLowering:
                 "assign its parts, or COP it",
             )
         assert isinstance(resolved, (Place, Group))
-        if isinstance(resolved, Place) and resolved.type.is_double:
-            raise _wrong(operand, resolved, "a number", "use a REAL; COP copies an LREAL")
         self._lowering.note_written(operand, resolved)
         return resolved
 

@@ -49,7 +49,7 @@ def described(resolved: Resolved) -> str:
     if isinstance(resolved, Constant):
         return f"the number {resolved.value}"
     if isinstance(resolved, Place):
-        return f"{'an' if resolved.type.name == 'INT' else 'a'} {resolved.type.name}"
+        return f"{'an' if resolved.type.name in ('INT', 'LREAL') else 'a'} {resolved.type.name}"
     if isinstance(resolved, Group):
         return f"an array of {resolved.type.name}" if resolved.dims else f"a {resolved.type.name}"
     return "a string" if isinstance(resolved, Quoted) else "an expression"

@@ -6,12 +6,21 @@ from dataclasses import dataclass
 
 from .operators import BITWISE, FUNCTIONS, RELATIONS
 from .tags import Layout, Leaf
-from .types import BOOL, DINT, LINT, REAL, UDINT, ULINT, DataType, Elementary, fields_of
+from .types import BOOL, DINT, LINT, LREAL, REAL, UDINT, ULINT, DataType, Elementary, fields_of
+
+SINGLE = 0
+"""Width of a computation in REAL."""
+
+DOUBLE = -1
+"""Width of a computation in LREAL."""
 
 
 @dataclass(frozen=True, slots=True)
 class Constant:
-    """A number with its type: DINT, LINT if it needs to be, or REAL."""
+    """A number with its type: DINT, LINT if it needs to be, or REAL.
+
+    The value has double precision: a computation in LREAL takes it as it is, any other rounds it.
+    """
 
     value: int | float
     type: Elementary
@@ -146,7 +155,7 @@ def is_integer(resolved: Resolved) -> bool:
 def is_number(resolved: Resolved) -> bool:
     """Whether this has a value that one can compute with."""
     if isinstance(resolved, (Constant, Place)):
-        return not (resolved.type.is_bool or resolved.type.is_double)
+        return not resolved.type.is_bool
     return isinstance(resolved, Calculation) and all(map(is_number, resolved.operands))
 
 
@@ -187,14 +196,22 @@ def width_of(*operands: Resolved) -> int:
     """Return the width in which operands are computed together.
 
     Returns:
-        0 for REAL, 128 with a ULINT, 64 with a LINT or a UDINT, else 32: a width that holds all their values.
+        DOUBLE with an LREAL, SINGLE with a REAL, 128 with a ULINT, 64 with a LINT or a UDINT, else 32: a
+        width that holds all their values.
     """
     types = set().union(*map(types_in, operands))
+    if LREAL in types:
+        return DOUBLE
     if REAL in types:
-        return 0
+        return SINGLE
     if ULINT in types:
         return 2 * ULINT.bits
     return LINT.bits if LINT in types or UDINT in types else DINT.bits
+
+
+def width_moved(source: Resolved, *kinds: Elementary) -> int:
+    """Return the width in which a value is taken that goes into tags of these types."""
+    return DOUBLE if LREAL in kinds else width_of(source)
 
 
 def place_of(operand: Resolved) -> Place:

@@ -14,10 +14,10 @@ class Function:
 
     Attributes:
         name: the name it prints under.
-        real: its value for a REAL.
-        whole: its value for an integer; None for a function that makes its expression REAL.
+        real: its value for a REAL or an LREAL, in double precision.
+        whole: its value for an integer; None for a function that makes its expression REAL, or LREAL.
         other: its second name, "" without one.
-        safe: `real` rounds, and is finite for whatever is finite.
+        safe: `real` is finite for whatever is finite.
         positive: its value is never negative.
     """
 
@@ -64,4 +64,4 @@ RELATIONS = ("=", "<>", "<", "<=", ">", ">=")
 """Operators that compare."""
 
 BITWISE = ("AND", "OR", "XOR", "NOT")
-"""Operators on bits: computed in integers, even where the rest of the expression is REAL."""
+"""Operators on bits: computed in integers, even where the rest of the expression is REAL or LREAL."""

@@ -6,7 +6,7 @@
 | SINT, INT, DINT, LINT | signed integers | 8, 16, 32, 64 |
 | USINT, UINT, UDINT, ULINT | integers from 0 | 8, 16, 32, 64 |
 | REAL | IEEE 754 single precision, rounded at every store | 32 |
-| LREAL | IEEE 754 double precision; set, copied and read, not computed with | 64 |
+| LREAL | IEEE 754 double precision | 64 |
 
 Structures have members of any type. The byte layout matters to COP and CPS only
 [1756-RM003N p. 371: a straight byte-to-byte copy].
@@ -46,12 +46,12 @@ class Elementary:
 
     @property
     def is_real(self) -> bool:
-        """Floating point."""
+        """Floating point of single precision."""
         return self.code == "f"
 
     @property
     def is_double(self) -> bool:
-        """Floating point of double precision, which is kept and copied; rungs compute in REAL."""
+        """Floating point of double precision."""
         return self.code == "d"
 
     @property

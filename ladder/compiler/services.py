@@ -122,6 +122,24 @@ class Services:
             self._fault_log.zero_divisor(site)
         return self.real_result(site, math.real_remainder(a, b), a, b)
 
+    def double_result(self, site: int, value: float, *operands: float) -> float:
+        """Record a fault if an LREAL result is not finite though its operands are."""
+        if not math.finite(value) and all(map(math.finite, operands)):
+            self._fault_log.overflow(site)
+        return value
+
+    def double_divide(self, site: int, a: float, b: float) -> float:
+        """Divide LREAL values."""
+        if b == 0:
+            self._fault_log.zero_divisor(site)
+        return self.double_result(site, math.real_quotient(a, b), a, b)
+
+    def double_modulo(self, site: int, a: float, b: float) -> float:
+        """Remainder of LREAL values."""
+        if b == 0:
+            self._fault_log.zero_divisor(site)
+        return self.double_result(site, math.real_remainder(a, b), a, b)
+
     def copy(
         self,
         source: Region,
@@ -183,7 +201,9 @@ class Services:
         if kind == "BOOL":
             return bool(value)
         if kind == "REAL":
-            return math.real(value)
+            return self.real_result(site, value, value)
+        if kind == "LREAL":
+            return float(value)
         target = TYPES[kind]
         assert isinstance(target, Elementary)
         bits = target.wraps

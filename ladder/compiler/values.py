@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 
 from ..arithmetic import real
 from ..operands import (
+    DOUBLE,
+    SINGLE,
     Calculation,
     Constant,
     Group,
@@ -21,8 +23,11 @@ from ..operands import (
 from ..operators import BITWISE, FUNCTIONS, RELATIONS
 from ..stretches import row_strides
 from ..tags import OWN, FrameLayout, Leaf
-from ..types import DINT, LINT, REAL, Elementary
+from ..types import DINT, LINT, LREAL, REAL, Elementary
 from .writer import Writer
+
+_REAL_HOLDS = 1 << 127
+"""Size up to which an integer never overflows a REAL."""
 
 PYTHON_RELATION = {"=": "==", "<>": "!=", **{each: each for each in RELATIONS[2:]}}
 
@@ -35,13 +40,15 @@ class Term:
         text: an expression; a name, a number or something in parentheses.
         low: for an integer: least value it can have.
         high: greatest value.
-        real: whether it is a REAL.
+        real: whether it is a floating-point number.
+        double: whether that needs rounding to be a REAL.
     """
 
     text: str
     low: int = 0
     high: int = 0
     real: bool = False
+    double: bool = False
 
     def fits(self, bits: int) -> bool:
         """Whether it is an integer that never overflows that many bits."""
@@ -199,8 +206,9 @@ class Values:
     def converted(self, term: Term, kind: Elementary, width: int) -> str:
         """Return text for a number as a type holds it."""
         if kind.is_real:
-            exact = term.real or (term.low >= -(1 << 24) and term.high <= 1 << 24)
-            return term.text if term.real else f"float({term.text})" if exact else f"real({term.text})"
+            return self._as_real(term)
+        if kind.is_double:
+            return term.text if term.real else f"float({term.text})"
         if term.real:
             return f"integer({self.site}, {term.text}, {kind.wraps})"
         if kind.lowest <= term.low and term.high <= kind.highest and term.fits(width or 64):
@@ -210,6 +218,14 @@ class Values:
         value = self.keep(term.text)
         otherwise = f"narrow({self.site}, {value}, {width or 64}, {kind.wraps})"
         return f"{value} if {least} <= {value} <= {most} else {otherwise}"
+
+    def _as_real(self, term: Term) -> str:
+        """Return text for a number as a REAL holds it."""
+        if term.double or -term.low > _REAL_HOLDS or term.high > _REAL_HOLDS:
+            value = self.keep(term.text)
+            return f"real_result({self.site}, {value}, {value})"
+        exact = term.low >= -(1 << 24) and term.high <= 1 << 24
+        return term.text if term.real else f"float({term.text})" if exact else f"real({term.text})"
 
     def result_flags(self, place: Place) -> None:
         """Write the lines for S:Z and S:N."""
@@ -240,19 +256,22 @@ class Values:
     # --- computing
 
     def term(self, operand: Resolved, width: int) -> Term:
-        """Return a number, computed in integers of that width or, width 0, in REAL."""
+        """Return a number, computed in integers of that width, or in SINGLE or DOUBLE."""
         if isinstance(operand, Calculation):
-            if width == 0 and operand.name in BITWISE:
-                whole = self.term(operand, width_of(operand))
-                return Term(self.converted(whole, REAL, LINT.bits), real=True)
+            if width <= 0 and operand.name in BITWISE:
+                return self._floating(self.term(operand, width_of(operand)), width)
             terms = self.terms(operand.operands, width)
-            if width == 0:
-                return Term(self.keep(self.real_operation(operand.name, terms).text), real=True)
+            if width <= 0:
+                result = self.real_operation(operand.name, terms, width)
+                return replace(result, text=self.keep(result.text))
             return self.narrowed(operand.name, terms, width)
-        term = self.leaf_term(operand)
-        if width == 0 and not term.real:
-            return Term(self.converted(term, REAL, 64), real=True)
-        return term
+        term = self.leaf_term(operand, width)
+        return term if width > 0 or term.real else self._floating(term, width)
+
+    def _floating(self, term: Term, width: int) -> Term:
+        """Return an integer in the precision of SINGLE or DOUBLE."""
+        kind = REAL if width == SINGLE else LREAL
+        return Term(self.converted(term, kind, LINT.bits), real=True, double=kind is LREAL)
 
     def terms(self, operands: Sequence[Resolved], width: int) -> list[Term]:
         """Return numbers; one that may stop the scan does so before a later one writes lines."""
@@ -264,18 +283,19 @@ class Values:
             found.append(term)
         return found
 
-    def leaf_term(self, operand: Resolved) -> Term:
-        """Return a constant or a place as it is."""
+    def leaf_term(self, operand: Resolved, width: int = SINGLE) -> Term:
+        """Return a constant or a place as it is; DOUBLE keeps all digits of a constant."""
         if isinstance(operand, Constant):
             value = operand.value
             if isinstance(value, float):
-                text = repr(real(value))
-                return Term(text if text[-1].isdigit() else f'float("{text}")', real=True)
+                text = repr(value if width == DOUBLE else real(value))
+                double = width == DOUBLE
+                return Term(text if text[-1].isdigit() else f'float("{text}")', real=True, double=double)
             return Term(str(value) if value >= 0 else f"({value})", value, value)
         assert isinstance(operand, Place)
         kind = operand.type
-        if kind.is_real:
-            return Term(self.read(operand), real=True)
+        if kind.is_real or kind.is_double:
+            return Term(self.read(operand), real=True, double=kind.is_double)
         return Term(self.read(operand), kind.lowest, kind.highest)
 
     def narrowed(self, name: str, terms: list[Term], width: int) -> Term:
@@ -307,7 +327,9 @@ class Values:
             sign = {"AND": "&", "OR": "|", "XOR": "^"}[name]
             return Term(f"({texts[0]} {sign} {texts[1]})", -(1 << bits), (1 << bits) - 1)
         if name == "**":
-            return Term(f"truncated(power(float({texts[0]}), float({texts[1]})))", -(1 << 4000), 1 << 4000)
+            return Term(
+                f"truncated(real(power(float({texts[0]}), float({texts[1]}))))", -(1 << 4000), 1 << 4000
+            )
         if name == "NOT":
             return Term(f"(~{texts[0]})", ~a.high, ~a.low)
         if name == "NEG":
@@ -316,15 +338,16 @@ class Values:
         assert row.whole is not None
         return Term(f"{row.whole.__name__}({texts[0]})", 0 if row.positive else a.low, size)
 
-    def real_operation(self, name: str, terms: list[Term]) -> Term:
-        """Return a REAL operation."""
+    def real_operation(self, name: str, terms: list[Term], width: int) -> Term:
+        """Return an operation in SINGLE or DOUBLE."""
         texts = [each.text for each in terms]
+        kind = "real" if width == SINGLE else "double"
         if name in ("+", "-", "*", "**"):
             kept = [each if _simple(each) else self.keep(each) for each in texts]
             exact = f"power({kept[0]}, {kept[1]})" if name == "**" else f"{kept[0]} {name} {kept[1]}"
-            text = f"real_result({self.site}, {exact}, {kept[0]}, {kept[1]})"
+            text = f"{kind}_result({self.site}, {exact}, {kept[0]}, {kept[1]})"
         elif name in ("/", "MOD"):
-            text = f"real_{'divide' if name == '/' else 'modulo'}({self.site}, {texts[0]}, {texts[1]})"
+            text = f"{kind}_{'divide' if name == '/' else 'modulo'}({self.site}, {texts[0]}, {texts[1]})"
         elif name == "NEG":
             text = f"(-{texts[0]})"
         else:
@@ -332,18 +355,20 @@ class Values:
             value = texts[0] if function.safe or _simple(texts[0]) else self.keep(texts[0])
             text = f"{function.real.__name__}({value})"
             if not function.safe:
-                text = f"real_result({self.site}, {text}, {value})"
-        return Term(text, real=True)
+                text = f"{kind}_result({self.site}, {text}, {value})"
+            elif width == SINGLE and name == "SQR":
+                text = f"real({text})"  # ABS and TRN of a REAL are exact
+        return Term(text, real=True, double=width == DOUBLE)
 
     def compute(self, name: str, operands: tuple[Resolved, ...], target: Place) -> None:
         """Write lines that store the result of an operator; S:C is its carry."""
         self.clear_flags()
         width = width_of(Calculation(name, operands), target)
-        if self.writer.flags and width and name in _CARRIES:
+        if self.writer.flags and width > 0 and name in _CARRIES:
             self._carry(name, operands, width)
         terms = self.terms(operands, width)
-        operation = self.operation if width else self.real_operation
-        self.store(target, operation(name, terms), width)
+        result = self.operation(name, terms) if width > 0 else self.real_operation(name, terms, width)
+        self.store(target, result, width)
 
     def _carry(self, name: str, operands: tuple[Resolved, ...], width: int) -> None:
         mask = (1 << width) - 1
@@ -353,7 +378,7 @@ class Values:
     def store_wide(self, target: Place, term: Term) -> None:
         """Write lines that store an integer of any width."""
         kind = target.type
-        if kind.is_real or term.fits(LINT.bits):
+        if not kind.is_integer or term.fits(LINT.bits):
             self.store(target, term, LINT.bits)
             return
         value = self.keep(term.text)

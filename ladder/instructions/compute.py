@@ -33,7 +33,7 @@ def store_expression(machine: Interpreter, target: Place, expression: Resolved) 
 def _write_cpt(rungs: RungWriter, target: Place, expression: Resolved) -> None:
     rungs.values.clear_flags()
     width = width_of(expression, target)
-    rungs.values.store(target, rungs.values.term(expression, width), 0 if width == 0 else LINT.bits)
+    rungs.values.store(target, rungs.values.term(expression, width), width if width <= 0 else LINT.bits)
 
 
 # --- TRN: a REAL without its fraction
@@ -53,7 +53,7 @@ def _write_trn(rungs: RungWriter, source: Resolved, target: Place) -> None:
     rungs.values.clear_flags()
     term = rungs.values.term(source, width_of(source))
     if term.real:
-        term = Term(f"cut({rungs.values.site}, {term.text})", -(1 << 200), 1 << 200)
+        term = Term(f"cut({rungs.values.site}, {term.text})", -(1 << 1024), 1 << 1024)
     rungs.values.store_wide(target, term)
 
 

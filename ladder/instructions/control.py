@@ -11,7 +11,7 @@ from ..interpreter import Interpreter
 from ..lowered import BROKEN, Call, OperandResolver
 from ..memory import Value
 from ..operand_checks import OperandError, described
-from ..operands import Place, Resolved, is_integer
+from ..operands import DOUBLE, Place, Resolved, is_integer
 from ..spec import Use, action, always, condition
 from ..tags import OVERRIDE
 from ..tree import Address, Number, Operand
@@ -106,7 +106,7 @@ def _write_jsr(rungs: RungWriter, call: Call) -> None:
 
 
 def _plain(rungs: RungWriter, operand: Resolved) -> str:
-    return rungs.values.leaf_term(operand).text
+    return rungs.values.leaf_term(operand, DOUBLE).text  # `answer` rounds it
 
 
 def _take(rungs: RungWriter, place: Place, text: str) -> None:

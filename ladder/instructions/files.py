@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
-from ..operands import Constant, Resolved, width_of
+from ..operands import Constant, Resolved, width_moved
 from ..regions import Region, copy, fill, plain, region_of
 from ..spec import Use, action
 from ..tags import Leaf
@@ -87,17 +87,21 @@ def _write_slice(rungs: RungWriter, leaf: Leaf, first: int, count: int) -> str:
 
 def _fll(machine: Interpreter, source: Resolved, target: Resolved, length: Resolved) -> None:
     end = machine.end(target)
-    fill(end, machine.integer(length), machine.number(source, width_of(source)))
+    fill(end, machine.integer(length), machine.number(source, _width_filled(source, end[1])))
 
 
 def _write_fll(rungs: RungWriter, source: Resolved, target: Resolved, length: Resolved) -> None:
     region = region_of(target)
     first = _write_first(rungs, region)
     count = rungs.values.term(length, LINT.bits).text
-    value = rungs.values.term(source, width_of(source)).text
+    value = rungs.values.term(source, _width_filled(source, region)).text
     store = rungs.values.store_of(region.parts[0].leaf)
     goal = f", {store}" if store != "None" else ""
     rungs.writer.line(f"fill(region[{rungs.values.site}, 1], {first}, {count}, {value}{goal})")
+
+
+def _width_filled(source: Resolved, region: Region) -> int:
+    return width_moved(source, *(part.leaf.type for part in region.parts))
 
 
 # --- the rows

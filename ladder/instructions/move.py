@@ -8,7 +8,7 @@ from .. import arithmetic as math
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
 from ..operand_checks import OperandError, described
-from ..operands import Constant, Place, Resolved, width_of
+from ..operands import Constant, Place, Resolved, width_moved
 from ..spec import Spec, Use, action
 from ..types import LINT
 
@@ -17,12 +17,12 @@ __all__ = ["MOV", "MVM", "BTD", "CLR", "SWPB", "AND", "OR", "XOR", "NOT"]  # noq
 
 def _mov(machine: Interpreter, source: Resolved, target: Place) -> None:
     machine.clear_flags()
-    machine.store(target, machine.number(source, width_of(source)))
+    machine.store(target, machine.number(source, width_moved(source, target.type)))
 
 
 def _write_mov(rungs: RungWriter, source: Resolved, target: Place) -> None:
     rungs.values.clear_flags()
-    rungs.values.store(target, rungs.values.term(source, width_of(source)), LINT.bits)
+    rungs.values.store(target, rungs.values.term(source, width_moved(source, target.type)), LINT.bits)
 
 
 # --- MVM: the bits where the mask has ones

@@ -12,7 +12,7 @@ from ..arithmetic import wrap
 from ..interpreter import Interpreter
 from ..interpreter.files import Control, Elements
 from ..operand_checks import OperandError, described
-from ..operands import Group, Place, Resolved, width_of
+from ..operands import Group, Place, Resolved, width_moved
 from ..regions import converted
 from ..spec import Spec, Use, always
 from ..types import DINT, Elementary
@@ -125,7 +125,7 @@ def _store_item(machine: Interpreter, source: Resolved, queue: Elements, number:
         queue.put(number, Elements(machine, source).take(0))
     else:
         assert isinstance(queue.type, Elementary)
-        queue[number] = converted(queue.type, machine.number(source, width_of(source)))
+        queue[number] = converted(queue.type, machine.number(source, width_moved(source, queue.type)))
 
 
 # --- FFU, LFU: the first or the last element, 0 if there is none

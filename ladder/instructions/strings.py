@@ -162,7 +162,7 @@ def _number_in(pattern: re.Pattern[bytes]) -> Callable[[Interpreter, Resolved, P
 
 def _store_number(machine: Interpreter, value: Decimal, target: Place) -> None:
     kind = target.type
-    if kind.is_real:
+    if not kind.is_integer:
         stored = converted(kind, float(value))
         fits = math.finite(stored)
     else:

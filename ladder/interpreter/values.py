@@ -9,7 +9,18 @@ from .. import arithmetic as math
 from ..fault_log import FaultLog
 from ..lowered import Lowered
 from ..memory import Memory, Store, Value, set_text_in, text_in
-from ..operands import Calculation, Constant, Group, Place, Quoted, Resolved, is_truth, place_of, width_of
+from ..operands import (
+    SINGLE,
+    Calculation,
+    Constant,
+    Group,
+    Place,
+    Quoted,
+    Resolved,
+    is_truth,
+    place_of,
+    width_of,
+)
 from ..operators import BITWISE, FUNCTIONS, RELATIONS
 from ..regions import End, region_of
 from ..tags import Leaf
@@ -89,18 +100,18 @@ class Values:
         return int(self.number(operand, DINT.bits))
 
     def number(self, operand: Resolved, width: int) -> Value:
-        """Return the value of an expression, computed in integers of that width or, width 0, in REAL."""
+        """Return the value of an expression, computed in integers of that width, or in SINGLE or DOUBLE."""
         if isinstance(operand, Calculation):
-            if not width and operand.name in BITWISE:
-                return math.real(self.number(operand, width_of(operand)))
+            if width <= 0 and operand.name in BITWISE:
+                return _rounded(self.number(operand, width_of(operand)), width)
             values = [self.number(each, width) for each in operand.operands]
             return self._calculate(operand.name, values, width)
         value = operand.value if isinstance(operand, Constant) else self.get(place_of(operand))
-        return value if width else math.real(value)
+        return value if width > 0 else _rounded(value, width)
 
     def _calculate(self, name: str, values: Sequence[Any], width: int) -> Value:
-        if width == 0:
-            return self._calculate_real(name, values)
+        if width <= 0:
+            return self._calculate_real(name, values, width)
         if name in ("/", "MOD") and values[1] == 0:
             self.fault_log.zero_divisor(self.site)
             return values[0]  # type: ignore[no-any-return]
@@ -110,10 +121,10 @@ class Values:
             self.fault_log.overflow(self.site)
         return result
 
-    def _calculate_real(self, name: str, values: Sequence[Any]) -> float:
+    def _calculate_real(self, name: str, values: Sequence[Any], width: int) -> float:
         if name in ("/", "MOD") and values[1] == 0:
             self.fault_log.zero_divisor(self.site)
-        result: float = _REAL[name](*values)
+        result = _rounded(_REAL[name](*values), width)
         if not math.finite(result) and all(map(math.finite, values)):
             self.fault_log.overflow(self.site)
         return result
@@ -126,6 +137,10 @@ class Values:
             return
         if kind.is_real:
             stored: Value = math.real(value)
+            if not math.finite(stored) and math.finite(value):
+                self.fault_log.overflow(self.site)
+        elif kind.is_double:
+            stored = float(value)
         else:
             exact = math.whole(value) if isinstance(value, float) else int(value)
             stored = math.wrap(exact, kind.wraps)
@@ -151,7 +166,7 @@ class Values:
         self.clear_flags()
         expression = Calculation(name, operands)
         width = width_of(expression, target)
-        if self.lowered.flags and width:
+        if self.lowered.flags and width > 0:
             self.set_status("S:C", self._carry(name, operands, width))
         self.store(target, self.number(expression, width))
 
@@ -219,6 +234,11 @@ class Values:
         self.set_flags(stored)
 
 
+def _rounded(value: Value, width: int) -> float:
+    """Return a number in the precision of a computation in SINGLE or DOUBLE."""
+    return math.real(value) if width == SINGLE else float(value)
+
+
 _RELATIONS: Mapping[str, Callable[[Any, Any], bool]] = {
     "=": lambda a, b: a == b,
     "<>": lambda a, b: a != b,
@@ -242,7 +262,7 @@ _WHOLE: Mapping[str, Callable[..., int]] = {
     "*": lambda a, b: a * b,
     "/": math.quotient,
     "MOD": math.remainder,
-    "**": lambda a, b: math.truncated(math.power(float(a), float(b))),
+    "**": lambda a, b: math.truncated(math.real(math.power(float(a), float(b)))),
     "AND": lambda a, b: a & b,
     "OR": lambda a, b: a | b,
     "XOR": lambda a, b: a ^ b,
@@ -252,9 +272,9 @@ _WHOLE: Mapping[str, Callable[..., int]] = {
 }
 
 _REAL: Mapping[str, Callable[..., float]] = {
-    "+": lambda a, b: math.real(a + b),
-    "-": lambda a, b: math.real(a - b),
-    "*": math.real_product,
+    "+": lambda a, b: a + b,
+    "-": lambda a, b: a - b,
+    "*": lambda a, b: a * b,
     "/": math.real_quotient,
     "MOD": math.real_remainder,
     "**": math.power,

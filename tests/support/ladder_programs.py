@@ -23,6 +23,8 @@ TAG Sum32 : UDINT
 TAG Sum64 : ULINT
 TAG Ratio : REAL
 TAG Share : REAL
+TAG Fine : LREAL
+TAG Fines : LREAL[4]
 TAG Index : DINT
 TAG Block : INT[8]
 TAG Grid : DINT[2,3]
@@ -93,7 +95,7 @@ INTEGERS = (
     "Local:1:O.Data[3]",
     "O:1.5",
 )
-REALS = ("Ratio", "Share", "Parts[0].Weight", "Parts[Index].Weight")
+REALS = ("Ratio", "Share", "Parts[0].Weight", "Parts[Index].Weight", "Fine", "Fines[1]", "Fines[Index]")
 CONSTANTS = (
     "0",
     "1",
@@ -108,7 +110,7 @@ CONSTANTS = (
     "16#FF00",
     "4294967296",
 )
-REAL_CONSTANTS = ("0.5", "-2.5", "1.5", "1.0e30", "0.0", "0.1")
+REAL_CONSTANTS = ("0.5", "-2.5", "1.5", "1.0e30", "1.0e300", "0.0", "0.1")
 FUNCTIONS = ("SIN", "COS", "TAN", "ASN", "ACS", "ATN", "LN", "LOG", "DEG", "RAD")
 TIMERS = ("Delay", "Hold", "Delays[1]", "Delays[Index]")
 COUNTERS = ("Count", "Edge")
@@ -127,6 +129,7 @@ REGIONS = (
     "Wide",
     "Sum64",
     "Ratio",
+    "Fines",
     "Parts[Index].Marks",
 )
 

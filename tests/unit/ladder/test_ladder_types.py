@@ -2,7 +2,6 @@
 
 import pytest
 from ladder_bench import Named
-from scanrack.ladder import BuildError
 from scanrack.ladder.rungfile import parse_program, program_text
 
 TAGS = """\
@@ -83,12 +82,6 @@ def test_a_string_of_its_own_length_is_cut_at_that():
         assert engine.tags.Name == "0123456789ABC0123456", engine
         with pytest.raises(ValueError, match="21 characters do not fit, 20 do"):
             engine.tags.Name = "x" * 21
-
-
-@pytest.mark.parametrize("rung", ["MOV(L,R);", "MOV(R,L);", "GRT(L,1.0)OTE(Bit);", "CPT(R,L*2.0);"])
-def test_nothing_computes_with_lreal(rung):
-    with pytest.raises(BuildError, match=r"L is a LREAL, |L\*2.0 is an expression"):
-        engines(rung)
 
 
 @pytest.mark.parametrize(("name", "value"), [("A", 256), ("A", -1), ("D", 2**64)])
