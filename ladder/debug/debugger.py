@@ -126,6 +126,11 @@ class Debugger:
     # --- running
 
     @property
+    def engine(self) -> WatchedEngine:
+        """The engine that runs the program; another one after an edit."""
+        return self._engine
+
+    @property
     def tags(self) -> Tags:
         """The tags by name."""
         return self._engine.tags

@@ -7,20 +7,27 @@ from pathlib import Path
 from ...traces.layout import SlotInfo
 from ...traces.recorder import ScanRecorder
 from ..loop.rack import Rack
+from ..loop.scan import Logic
 from .attachments import attachment, imported, made_by, program_name, retained_tags, unit_programs
 from .loading import Job
 from .tag_source import tags_of
 
 
-def recorder_for(job: Job, rack: Rack, trace: Path) -> ScanRecorder:
+def recorder_for(job: Job, rack: Rack, trace: Path, logic: Logic | None = None) -> ScanRecorder:
     """Return the recorder of a run.
+
+    Args:
+        job: what is run.
+        rack: its rack.
+        trace: where the recording goes.
+        logic: what runs in place of the job's logic: a debugger of it.
 
     Raises:
         OSError: the trace can't be written.
         ValueError: a tag that is to be recorded can't be.
     """
     spec = job.spec
-    tags = tags_of(job.logic, spec.tags, rack.memory) if spec.tags else None
+    tags = tags_of(logic or job.logic, spec.tags, rack.memory) if spec.tags else None
     return ScanRecorder(
         trace,
         rack.memory,

@@ -16,6 +16,9 @@ from struct import Struct
 from types import CellType, CodeType, FunctionType
 from typing import Any
 
+from ...ladder.debug import Debugger
+from ...ladder.engine import Engine
+from ...ladder.errors import LadderError
 from ...ladder.runnable import LadderLogic
 from ...ladder.tag_values import TEXT, tag_values
 from ...traces.tagplan import LAST_CODE, Tag, TagPlan, plan_of
@@ -45,11 +48,14 @@ class TextCodes:
 
     Args:
         pending: takes a message for each change.
+
+    Attributes:
+        pending: the same.
     """
 
     def __init__(self, pending: Pending) -> None:
         self._codes: dict[str, int] = {}
-        self._pending = pending
+        self.pending = pending
         self._full = False
 
     def code(self, name: str, text: str) -> int:
@@ -59,7 +65,7 @@ class TextCodes:
             if len(self._codes) >= LAST_CODE:
                 return self._last(name)
             known = self._codes[text] = len(self._codes)
-        self._pending.append(("/texts", {"tag": name, "code": known, "text": text}))
+        self.pending.append(("/texts", {"tag": name, "code": known, "text": text}))
         return known
 
     def _last(self, name: str) -> int:
@@ -67,7 +73,7 @@ class TextCodes:
         if not self._full:
             self._full = True
             text = f"{name}: this is text {LAST_CODE + 1:,}; from here on new texts are recorded as one"
-            self._pending.append(("/events", {"kind": "tag", "name": name, "text": text}))
+            self.pending.append(("/events", {"kind": "tag", "name": name, "text": text}))
         return LAST_CODE
 
 
@@ -105,6 +111,7 @@ class ProgramTags:
         cells: variables of a ladder program.
         namespace: names of a Python program's module.
         memory: the rack's memory block.
+        texts: numbers the texts; those of the run begin here if left out.
 
     Attributes:
         plan: what is recorded.
@@ -118,14 +125,17 @@ class ProgramTags:
         cells: Mapping[str, CellType],
         namespace: dict[str, Any],
         memory: bytearray,
+        texts: TextCodes | None = None,
     ) -> None:
+        texts = texts or TextCodes([])
+        self.texts = texts
         self.plan: TagPlan = plan_of([each.tag for each in recorded])
-        self.pending: Pending = []
+        self.pending: Pending = texts.pending
         self._images = memoryview(memory).tobytes
         self._refused: set[str] = set()
         by_name = {each.tag.name: each for each in recorded}
         order = [by_name[field.tag.name] for field in self.plan.fields]
-        own, sources = _services(order, TextCodes(self.pending), in_cells=bool(cells))
+        own, sources = _services(order, texts, in_cells=bool(cells))
         own |= {"__pack": Struct(f"<{len(memory)}s{self.plan.letters}").pack, "__images": self._images}
         own |= {"__slowly": self._slowly, "__error": Exception}
         call = f"__pack(__images(), {', '.join(sources)})"
@@ -158,7 +168,57 @@ class ProgramTags:
         self.pending.append(("/events", {"kind": "tag", "name": tag.name, "text": text}))
 
 
-def tags_of(logic: Logic, patterns: Sequence[str], memory: bytearray) -> ProgramTags:
+class WatchedTags:
+    """The tags of a program under a debugger, which may be edited while it runs.
+
+    A tag that an edit has dropped, or whose type it has changed, is 0 from then on.
+
+    Args:
+        debugger: runs the program.
+        patterns: see `ladder.tag_values`.
+        memory: the rack's memory block.
+
+    Attributes:
+        plan: what is recorded.
+        pending: messages that the last scan gave rise to.
+    """
+
+    def __init__(self, debugger: Debugger, patterns: Sequence[str], memory: bytearray) -> None:
+        self._debugger, self._engine, self._memory = debugger, debugger.engine, memory
+        self._tags = ProgramTags(_of_ladder(self._engine, patterns), self._engine.memory.cells, {}, memory)
+        self.plan, self.pending = self._tags.plan, self._tags.pending
+
+    def take(self) -> bytes:
+        """Return memory block and tags as they stand."""
+        if self._debugger.engine is not self._engine:
+            self._read_from(self._debugger.engine)
+        return self._tags.take()
+
+    def _read_from(self, engine: Engine) -> None:
+        """Read the tags of an edited program."""
+        self._engine = engine
+        recorded = [_after_edit(engine, field.tag) for field in self.plan.fields]
+        self._tags = ProgramTags(recorded, engine.memory.cells, {}, self._memory, self._tags.texts)
+
+
+def _after_edit(engine: Engine, tag: Tag) -> Recorded:
+    """Return what reads a tag in an edited program."""
+    try:
+        found = [each for each in _of_ladder(engine, [tag.name]) if each.tag == tag]
+    except LadderError:
+        found = []
+    zeros = "0, []" if tag.type == TEXT else f"*[0] * {tag.length}" if tag.length else "0"
+    return found[0] if found else Recorded(tag, zeros)
+
+
+def _of_ladder(engine: Engine, patterns: Sequence[str]) -> list[Recorded]:
+    return [
+        Recorded(Tag(each.name, each.type, each.length), each.source)
+        for each in tag_values(engine.lowered.layout, patterns)
+    ]
+
+
+def tags_of(logic: Logic, patterns: Sequence[str], memory: bytearray) -> ProgramTags | WatchedTags:
     """Return the tags of a program that patterns name.
 
     Args:
@@ -169,13 +229,10 @@ def tags_of(logic: Logic, patterns: Sequence[str], memory: bytearray) -> Program
     Raises:
         ValueError: a pattern matches nothing, or the tags are more than a scan may have.
     """
+    if isinstance(logic, Debugger):
+        return WatchedTags(logic, patterns, memory)
     if isinstance(logic, LadderLogic):
-        engine = logic.engine
-        recorded = [
-            Recorded(Tag(each.name, each.type, each.length), each.source)
-            for each in tag_values(engine.lowered.layout, patterns)
-        ]
-        return ProgramTags(recorded, engine.memory.cells, {}, memory)
+        return ProgramTags(_of_ladder(logic.engine, patterns), logic.engine.memory.cells, {}, memory)
     namespace = namespace_of(logic)
     recorded = []
     for each in named_values(namespace, patterns):

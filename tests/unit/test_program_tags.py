@@ -12,7 +12,8 @@ import pytest
 from scanrack.ladder.errors import LadderError
 from scanrack.ladder.rungfile import parse_program
 from scanrack.ladder.tag_values import tag_values
-from scanrack.runtime.app.tag_source import ProgramTags, tags_of
+from scanrack.runtime.app.bench.opening import open_bench
+from scanrack.runtime.app.tag_source import tags_of
 from scanrack.runtime.cli import build
 from scanrack.traces.arrays import read_columns
 from scanrack.traces.reader import open_trace
@@ -212,9 +213,24 @@ def test_a_trace_without_tags_is_that_of_a_rack_file_without_the_key(tmp_path: P
 def test_texts_have_codes_of_their_own_up_to_a_bound() -> None:
     names: dict[str, object] = {"text": ""}
     source = eval("lambda scan: None", names)
-    tags: ProgramTags = tags_of(source, ["text"], bytearray(32))
+    tags = tags_of(source, ["text"], bytearray(32))
     for number in range(65_537):
         names["text"] = str(number)
         row = tags.take()
     assert row[-2:] == b"\xff\xff"
     assert [topic for topic, _ in tags.pending].count("/events") == 1
+
+
+def test_a_bench_records_the_program_it_runs_also_after_an_edit(tmp_path: Path) -> None:
+    (tmp_path / "line.rung").write_text(LADDER)
+    path = rack(tmp_path, "line.rung", '["Level", "Counts", "Step", "Name"]')
+    bench = open_bench(path, tmp_path / "bench.mcap")
+    bench.scan(10)
+    edited = LADDER.replace("ADD(Level,0.5,Level)", "ADD(Level,2,Level)").replace("DINT[3]", "DINT[4]")
+    bench.edit(parse_program(edited.replace("Step,1,Step", "Step,5,Step")))
+    bench.scan(10)
+    bench.close()
+    tags, _ = recorded(tmp_path / "bench.mcap")
+    assert tags["level"][[0, 9, 10, 19]].tolist() == [0.5, 5.0, 7.0, 25.0]
+    assert tags["counts"].shape == (20, 3)
+    assert not tags["counts"][10:].any(), "it has another length now"

@@ -37,7 +37,7 @@ def bench_of(job: Job, record: Path | None = None, *, watched: bool = False) -> 
     """Put a loaded job onto a bench, see `open_bench`."""
 
     def listeners(rack: Rack) -> Iterable[ScanListener]:
-        return () if record is None else (recorder_for(job, rack, record),)
+        return () if record is None else (recorder_for(job, rack, record, logic),)
 
     logic = Debugger(job.logic) if isinstance(job.logic, LadderLogic) else job.logic
     return Bench(job.spec, logic, listeners=listeners, watched=watched)
