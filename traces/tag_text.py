@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from .tagplan import TagField, TagPlan
 
 DISCRETE = ("BOOL", "ENUM", "TEXT")
-"""Types whose every change is told; numbers may change in every scan."""
+"""Types whose every change is shown; numbers may change in every scan."""
 
 
 class TagText:
@@ -29,7 +29,7 @@ class TagText:
         self._fields = [field for field in plan.fields if every or field.tag.type in DISCRETE]
 
     def changed(self, rows: NDArray[np.void]) -> NDArray[np.bool_]:
-        """Return which rows differ from the one before in what is told; the first one counts as changed."""
+        """Return which rows differ from the one before in a shown value; the first one counts as changed."""
         changed = np.zeros(len(rows), bool)
         changed[:1] = True
         for field in self._fields:

@@ -29,7 +29,7 @@ class Retained:
 
     Raises:
         ValueError: the job's program has no tags, the file is one that is in use for something else, or it
-            is no file of retained tags.
+            is not a file of retained tags.
     """
 
     def __init__(self, job: Job, path: Path, trace: Path | None = None) -> None:
@@ -77,7 +77,7 @@ def retaining(job: Job, data: bytes, name: str) -> tuple[Job, list[str]]:
         The job with the file, and what was not taken over, a sentence each.
 
     Raises:
-        ValueError: it is no file of retained tags, or the program is a Python function.
+        ValueError: it is not a file of retained tags, or the program is a Python function.
     """
     if not isinstance(job.logic, LadderLogic):
         raise ValueError(f"{name}: the program is a Python function; it has no tags to retain")

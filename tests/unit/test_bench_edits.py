@@ -1,7 +1,7 @@
 """An online edit on a bench is on record: an event in front of the first scan of the edited program."""
 
 import pytest
-from scanrack import open_trace
+from scanrack import TraceEvent, open_trace
 from scanrack.ladder.rungfile import parse_program
 from scanrack.runtime.app.bench.opening import open_bench
 from scanrack.runtime.cli import build
@@ -55,9 +55,8 @@ def test_an_edit_is_an_event_of_the_first_scan_behind_it(trace):
     with open_trace(trace) as opened:
         entries = list(opened)
         assert [each.outputs(1)[7] for each in opened.scans()] == [1, 2, 3, 1003, 2003]
-    edits = [
-        each for each in entries if getattr(each, "topic", "") == "/events" and each.fields["kind"] == "edit"
-    ]
+    events = [each for each in entries if isinstance(each, TraceEvent) and each.topic == "/events"]
+    edits = [each for each in events if each.fields["kind"] == "edit"]
     assert [(each.scan, each.now_ns) for each in edits] == [(3, 20_000_000)] * 2
     first = dict(edits[0].fields)
     assert first.pop("text").startswith("edited at 0.02 s")

@@ -62,7 +62,7 @@ class Signal:
 
 
 def named(codes: Array, names: Mapping[int, str]) -> list[str]:
-    """Return what codes stand for; a code without a name is told as a number.
+    """Return what codes stand for; a code without a name stays a number.
 
     >>> named(np.array([1, 0, 7]), {0: "IDLE", 1: "FILL"})
     ['FILL', 'IDLE', '7']

@@ -142,6 +142,7 @@ def test_literals_beside_other_text():
     assert math.isnan(value("1.#QNAN").value)
     assert value("T+1") == Operation("+", (Address("T"), Number(1, "1")))
     (case,) = parse_statements("CASE A OF T#1ms..T#3ms: B := 1; 5..7: B := 2; END_CASE;")
+    assert isinstance(case, Case)
     assert [(str(each.low), str(each.high)) for choice in case.choices for each in choice.labels] == [
         ("T#1MS", "T#3MS"),
         ("5", "7"),
