@@ -193,6 +193,26 @@ def test_a_block_with_a_velocity_out_of_range_and_a_search(tmp_path):
     ]
 
 
+STRUCTURED = """\
+PROGRAM line
+SLOT axis : 1
+ROUTINE Main ST
+axis.command.HOLD_MOVE := 1;
+axis.command.RESUME_MOVE := 1;
+IF axis.status.MOVING_CW THEN axis.command.RESUME_MOVE := 0; END_IF;
+Local:1:O.Data[6] := 2001;
+END
+"""
+
+
+def test_structured_text_is_read_too(check):
+    _, findings, _ = check(".rung", STRUCTURED)
+    assert [each[:2] for each in findings if each[0] != "unused-terminal"] == [
+        ("command-held", "line.rung:4"),
+        ("out-of-range", "line.rung:7"),
+    ]
+
+
 def test_a_configuration_that_cannot_be_seen_is_said(check):
     program = RUNGS.replace("ONS(Pulse)", "ONS(Pulse)MOV(3,Words[0])")
     status, findings, not_seen = check(".rung", program)

@@ -3,9 +3,10 @@
 A write of output word 0 sets bits and clears bits:
 
     instruction              sets            clears
-    OTE(bit)                 the bit         the bit
-    OTL(bit), OTU(bit)       the bit         the bit
-    MOV, FLL of a constant   its bits        the others
+    OTE(bit), bit := tag     the bit         the bit
+    OTL(bit), bit := 1       the bit         none
+    OTU(bit), bit := 0       none            the bit
+    MOV, FLL, := a constant  its bits        the others
     CLR                      none            all
     COP, CPS of constants    their bits      the others
     anything else            not known: none all
@@ -281,13 +282,13 @@ class _Reader:
     ) -> Iterator[Write]:
         base = replace(needs, place=place) if needs else Write(place, slot, 0, 0, 0)
         bit = operand.bit if isinstance(operand, Operand) else None
-        if step.name in ("OTE", "OTL", "OTU") and isinstance(bit, Constant):
+        if isinstance(bit, Constant):
             mask = 1 << int(bit.value)
-            sets, clears = mask * (step.name != "OTU"), mask * (step.name != "OTL")
-            always = step.name == "OTE"  # a false rung clears, too
-            yield replace(
-                Write(place, slot, 0, 0, 0) if always else base, word=word, sets=sets, clears=clears
-            )
+            sets, clears = (mask * each for each in _of_bit(step))
+            rung = (
+                base if step.name in ("OTL", "OTU") else Write(place, slot, 0, 0, 0)
+            )  # a false rung acts, too
+            yield replace(rung, word=word, sets=sets, clears=clears)
             return
         for at, value in enumerate(self._values(step), word):
             if value is None:
@@ -302,6 +303,8 @@ class _Reader:
             return [0]
         if step.name == "MOV" and isinstance(source, Constant):
             return [int(source.value)]
+        if step.name == ":=" and isinstance(step.operands[1], Constant):
+            return [int(step.operands[1].value)]
         if step.name in ("FLL", "COP", "CPS") and isinstance(step.operands[2], Constant):
             length = min(int(step.operands[2].value), 8)
             if step.name == "FLL":
@@ -382,6 +385,13 @@ def _needs(line: Line) -> dict[int, Write]:
         slot: Write(Place("", 0), slot, 0, 0, 0, True, first, status.get(slot, 0), command.get(slot, 0))
         for slot in slots
     }
+
+
+def _of_bit(step: Step) -> tuple[bool, bool]:
+    """Return whether an instruction that writes a bit may set it, and whether it may clear it."""
+    if step.name == ":=" and isinstance(step.operands[1], Constant):
+        return bool(step.operands[1].value), not step.operands[1].value
+    return step.name != "OTU", step.name != "OTL"
 
 
 def _output_word(operand: object) -> tuple[int, int] | None:
