@@ -1,4 +1,4 @@
-"""Cost of looking on: a scan of the feeder with a forced tag, a breakpoint, all power noted, beside the scan alone.
+"""Cost of looking on: a scan of the feeder with a forced tag, a breakpoint, all power noted, and alone.
 
     python benchmarks/observed.py            table
     python benchmarks/observed.py --smoke    a short run that only checks

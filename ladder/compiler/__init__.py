@@ -20,7 +20,7 @@ from ..lowered import Lowered
 from ..memory import NOTHING
 from .observed import UNOBSERVED, Holding, Observation
 from .program import ProgramText, text_of
-from .services import regions_of, services
+from .services import interpreted_of, regions_of, services
 
 __all__ = ["ObservedScanner", "Scanner", "observed_scanner_of", "scanner_of", "source_of"]
 
@@ -48,10 +48,10 @@ def observed_scanner_of(lowered: Lowered, observation: Observation) -> ObservedS
     """Compile a program that notes power and holds forces, see `observed`."""
     text = text_of(lowered, observation)
     code = _code(text, observation)
-    regions = regions_of(lowered)
+    regions, interpreted = regions_of(lowered), interpreted_of(lowered)
 
     def bind(engine: Engine, observed: Mapping[str, Any]) -> Callable[[int], object]:
-        namespace: dict[str, Any] = {**services(engine, regions), **observed}
+        namespace: dict[str, Any] = {**services(engine, regions, interpreted), **observed}
         functions: dict[str, FunctionType] = {}
         for constant in code.co_consts:
             if isinstance(constant, CodeType):

@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 class Services:
     """Functions of one engine, by the names under which the compiled program knows them."""
 
-    def __init__(self, engine: Engine) -> None:
+    def __init__(self, engine: Engine, interpreted: Mapping[int, Step]) -> None:
         self._engine = engine
         self._fault_log = engine.fault_log
         self._memory = engine.memory
         self._frames = engine.lowered.frames
-        self._interpreted = _interpreted(engine.lowered)
+        self._interpreted = interpreted
 
     def interpret(self, site: int, power: bool = True, frame: Mapping[str, Store] = NOTHING) -> bool:
         """Execute an instruction that has no Python text; return the power behind it.
@@ -212,7 +212,7 @@ class Services:
         return self.narrow(site, int(value), 64, bits)
 
 
-def _interpreted(lowered: Lowered) -> dict[int, Step]:
+def interpreted_of(lowered: Lowered) -> dict[int, Step]:
     """Return the instructions that have no Python text, by site."""
     return {step.site: step for step in _all_steps(lowered) if step.spec.write is None}
 
@@ -223,14 +223,15 @@ def _all_steps(lowered: Lowered) -> Iterator[Step]:
             yield from steps_of(line.nodes)
 
 
-def services(engine: Engine, regions: Regions) -> dict[str, Any]:
+def services(engine: Engine, regions: Regions, interpreted: Mapping[int, Step]) -> dict[str, Any]:
     """Return the names that the compiled program knows.
 
     Args:
         engine: what it runs on.
         regions: the program's, see `regions_of`.
+        interpreted: its instructions without Python text, see `interpreted_of`.
     """
-    own = Services(engine)
+    own = Services(engine, interpreted)
     named = {name: getattr(own, name) for name in dir(Services) if not name.startswith("_")}
     named["region"], named["site"] = regions, engine.lowered.sites
     named["LadderFault"] = LadderFault
