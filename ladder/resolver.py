@@ -153,6 +153,9 @@ class Resolver:
                 raise AddressError(f"alias {declaration.name} leads back to itself", "point it at a tag")
             target = declaration.target
             scope = program_of(declaration.name)
+            if declaration.type:
+                module = self._find(target, shown, scope, depth + 1)
+                return self._walk(_bound(declaration, module), address.steps)
             return self._find(Address(target.name, target.steps + address.steps), shown, scope, depth + 1)
         if isinstance(declaration, SlotAlias):
             return self._by_meaning(declaration, address.steps, shown)
@@ -291,6 +294,29 @@ class Resolver:
         some = ", ".join([*names[:_NAMES_LISTED], *["..."] * (len(names) > _NAMES_LISTED)]) or "none"
         meant = f"did you mean {close[0]}?" if close else f"tags are {some}"
         return AddressError(f"there is no tag {name} ({meant})", "declare it")
+
+
+def _bound(alias: Alias, module: Place | Group) -> Group:
+    """Return a module's image with the names of a declared structure.
+
+    Raises:
+        AddressError: the structure has other bytes than the image, or it is no whole image.
+    """
+    if not isinstance(module, Group) or module.type not in MODULE_TYPES.values():
+        raise AddressError(f"{alias.target} is not a module's image", "bind Local:slot:I or Local:slot:O")
+    assert isinstance(module.type, Structure)
+    assert alias.type is not None
+    own = [(each.name.upper(), each.type, each.dims) for each in alias.type.own]
+    image = [(each.name.upper(), each.type, each.dims) for each in module.type.members]
+    if own != image:
+        needed = ", ".join(_declared(each) for each in module.type.members)
+        remedy = f"declare {needed}, and other members AT parts of Data"
+        raise AddressError(f"{alias.type.name} has other bytes than {alias.target}", remedy)
+    return replace(module, type=alias.type)
+
+
+def _declared(member: Member) -> str:
+    return f"{member.name} : {member.type.name}" + "".join(f"[{length}]" for length in member.dims)
 
 
 def _meant(here: Group, name: str) -> tuple[Step, ...]:

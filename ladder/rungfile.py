@@ -8,6 +8,7 @@
     TAG Recipe : Step[10] := [{"Time": 100}]      // what a tag starts with is JSON, 16#FF among it
     SLOT axis : 1
     ALIAS Go : Local:1:I.Data[1].2
+    ALIAS Drive:I : Local:1:I AS Inputs           // names of a declared TYPE for a module's image
     STUB MSG : done after 20 ms                   // how every message ends, see `stubs`
     ROUTINE Main
     // a comment on the rung below
@@ -51,7 +52,7 @@ from .rungreader import LIBRARIES, Reader, load_library
 from .runnable import LadderLogic
 from .schedule import Task
 from .statements import block_lines
-from .tags import SlotAlias, Tag
+from .tags import Alias, SlotAlias, Tag
 from .tree import Routine
 from .types import TYPES, DataType, Elementary, Member
 
@@ -232,7 +233,7 @@ def _types(logic: LadderLogic) -> Iterator[str]:
 
     inner = logic.programs if isinstance(logic, Controller) else []
     for declaration in (each for scope in (logic, *inner) for each in scope.declarations):
-        if isinstance(declaration, Tag):
+        if isinstance(declaration, Tag | Alias) and declaration.type:
             yield from walk(declaration.type)
 
 
@@ -254,7 +255,8 @@ def _declarations(logic: LadderLogic) -> Iterator[str]:
         elif isinstance(each, SlotAlias):
             text = f"SLOT {each.name} : {each.slot}"
         else:
-            text = f"ALIAS {each.name} : {each.target}"
+            bound = f" AS {each.type.name}" if each.type else ""
+            text = f"ALIAS {each.name} : {each.target}{bound}"
         yield text + (f"  // {each.comment}" if each.comment else "")
     for name, stub in logic.stubs.items():
         yield f"STUB {name} : {stub}"

@@ -70,7 +70,7 @@ _TAG = re.compile(
     rf"TAG\s+({TAG_NAME})\s*:\s*({_NAME})\s*(?:\[([\d,\s]+)\])?\s*(?::=\s*(.+))?", re.IGNORECASE
 )
 _SLOT = re.compile(rf"SLOT\s+({_NAME})\s*:\s*(\d{{1,5}})", re.IGNORECASE)
-_ALIAS = re.compile(rf"ALIAS\s+({TAG_NAME})\s*:\s*(\S+)", re.IGNORECASE)
+_ALIAS = re.compile(rf"ALIAS\s+({TAG_NAME})\s*:\s*(\S+)(?:\s+AS\s+({_NAME}))?", re.IGNORECASE)
 _STUB = re.compile(rf"STUB\s+(\\?{_NAME}(?:\.{_NAME})*)\s*:\s*(\S.*)", re.IGNORECASE)
 _USE = re.compile(rf"USE\s+({_NAME})", re.IGNORECASE)
 _INSTRUCTION = re.compile(rf"INSTRUCTION\s+({_NAME})", re.IGNORECASE)
@@ -255,7 +255,8 @@ class Reader:
             except LadderError as error:
                 raise LadderError(f"{self._file}:{self._at + 1}: {error}") from None
         elif found := _ALIAS.fullmatch(line):
-            program.add(Alias(found.group(1), parse_address(found.group(2)), comment))
+            bound = self._structure(found.group(3)) if found.group(3) else None
+            program.add(Alias(found.group(1), parse_address(found.group(2)), comment, bound))
         elif isinstance(program, Program) and (found := _ROUTINE.fullmatch(line)):
             program.add_routine(self._routine(found))
             return
@@ -348,6 +349,10 @@ class Reader:
             if known.upper() == name.upper():
                 return kind
         return self._fail(f"a type ({', '.join(self._types)})", name)
+
+    def _structure(self, name: str) -> Structure:
+        kind = self._type(name)
+        return kind if isinstance(kind, Structure) else self._fail("a structure", name)
 
     def _dims(self, text: str | None) -> tuple[int, ...]:
         """Return the dimensions in brackets, none without brackets."""

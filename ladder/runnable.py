@@ -20,7 +20,7 @@ from .stubs import Stub, parse_stub
 from .tagref import TagRef
 from .tags import Alias, Declaration, SlotAlias, Tag
 from .tree import Routine
-from .types import MAX_DIMENSIONS, DataType, count_of, size_of
+from .types import MAX_DIMENSIONS, DataType, Structure, count_of, size_of
 from .view import Tags
 
 MOST_BYTES = 1 << 25
@@ -135,9 +135,15 @@ class LadderLogic(ABC):
         refs = tuple(TagRef(parse_address(name)) for name in listed)
         return refs[0] if len(refs) == 1 else refs
 
-    def alias(self, name: str, target: str) -> TagRef:
-        """Give an address a second name."""
-        self.add(Alias(name, parse_address(target)))
+    def alias(self, name: str, target: str, type: Structure | None = None) -> TagRef:
+        """Give an address a second name.
+
+        Args:
+            name: the second name.
+            target: the address.
+            type: the structure whose names the parts of a module's image have, see `tags.Alias`.
+        """
+        self.add(Alias(name, parse_address(target), type=type))
         return TagRef(parse_address(name))
 
     def slot(self, name: str, number: int) -> TagRef:

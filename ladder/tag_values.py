@@ -111,7 +111,7 @@ def _values(layout: Layout, path: str, kind: DataType, dims: tuple[int, ...]) ->
 def _at_address(layout: Layout, known: Sequence[TagValue], address: Address) -> list[TagValue]:
     """Return the values at an address."""
     declaration = layout.declarations.get(address.name.upper())
-    if isinstance(declaration, Alias):
+    if isinstance(declaration, Alias) and not declaration.type:
         target = declaration.target
         return _matching(layout, known, str(Address(target.name, (*target.steps, *address.steps))))
     if address.steps and isinstance(address.steps[-1], BitStep):

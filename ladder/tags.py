@@ -42,11 +42,19 @@ class Tag:
 
 @dataclass(frozen=True, slots=True)
 class Alias:
-    """A second name of an address."""
+    """A second name of an address.
+
+    Attributes:
+        name: the second name.
+        target: the address.
+        comment: what the program's text says about it.
+        type: of a module's image the structure whose names its parts have here; None keeps its own.
+    """
 
     name: str
     target: Address
     comment: str = ""
+    type: Structure | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -327,9 +327,7 @@ class Values:
             sign = {"AND": "&", "OR": "|", "XOR": "^"}[name]
             return Term(f"({texts[0]} {sign} {texts[1]})", -(1 << bits), (1 << bits) - 1)
         if name == "**":
-            return Term(
-                f"truncated(real(power(float({texts[0]}), float({texts[1]}))))", -(1 << 4000), 1 << 4000
-            )
+            return Term(f"truncated(power(float({texts[0]}), float({texts[1]})))", -(1 << 4000), 1 << 4000)
         if name == "NOT":
             return Term(f"(~{texts[0]})", ~a.high, ~a.low)
         if name == "NEG":

@@ -262,7 +262,7 @@ _WHOLE: Mapping[str, Callable[..., int]] = {
     "*": lambda a, b: a * b,
     "/": math.quotient,
     "MOD": math.remainder,
-    "**": lambda a, b: math.truncated(math.real(math.power(float(a), float(b)))),
+    "**": lambda a, b: math.truncated(math.power(float(a), float(b))),
     "AND": lambda a, b: a & b,
     "OR": lambda a, b: a | b,
     "XOR": lambda a, b: a ^ b,

@@ -71,6 +71,8 @@ def check(rungs, before, after):
         ("CPT(L,SQR(M)+ABS(D));", {"M": 2.0, "D": -1}, {"L": math.sqrt(2.0) + 1}),
         ("CPT(L,Ls[I]*Ls[I+1]);", {"Ls": [0.0, 0.1, 0.2, 0.0], "I": 1}, {"L": 0.1 * 0.2}),
         ("CPT(P.Y,P.X/3.0);", {"P.X": 1.0}, {"P.Y": 1 / 3}),
+        # integers are raised in double precision: a REAL would give 129140160
+        ("XPY(D,17,E);", {"D": 3}, {"E": 129140163}),
         # conversions: half to even, low bits stay, and what does not fit is a minor fault
         ("MOV(0.1,L);", {}, {"L": 0.1}),
         ("MOV(0.1,R)MOV(R,L);", {}, {"L": SINGLE_TENTH}),
