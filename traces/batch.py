@@ -114,7 +114,9 @@ class TagBatch(ScanBatch):
         self._times.append(now_ns)
         self._flags.append(flags)
         self._images.append(self._copy())
-        return len(self._images) >= self.room or bool(self._pending)
+        if self._pending:
+            return True
+        return len(self._images) >= self.room
 
 
 def message_layout(image_bytes: int, tags: np.dtype[np.void] | None = None) -> np.dtype[np.void]:

@@ -184,7 +184,8 @@ class WatchedTags:
     """
 
     def __init__(self, debugger: Debugger, patterns: Sequence[str], memory: bytearray) -> None:
-        self._debugger, self._engine, self._memory = debugger, debugger.engine, memory
+        self._debugger, self._memory = debugger, memory
+        self._engine: Engine = debugger.engine
         self._tags = ProgramTags(_of_ladder(self._engine, patterns), self._engine.memory.cells, {}, memory)
         self.plan, self.pending = self._tags.plan, self._tags.pending
 
