@@ -232,8 +232,9 @@ def tags_of(logic: Logic, patterns: Sequence[str], memory: bytearray) -> Program
     """
     if isinstance(logic, Debugger):
         return WatchedTags(logic, patterns, memory)
-    if isinstance(logic, LadderLogic):
-        return ProgramTags(_of_ladder(logic.engine, patterns), logic.engine.memory.cells, {}, memory)
+    if isinstance(logic, LadderLogic | Engine):
+        engine = logic.engine if isinstance(logic, LadderLogic) else logic
+        return ProgramTags(_of_ladder(engine, patterns), engine.memory.cells, {}, memory)
     namespace = namespace_of(logic)
     recorded = []
     for each in named_values(namespace, patterns):

@@ -201,6 +201,7 @@ def _recorded(job: Job, bench: Bench, scenario: Scenario, scans: int, folder: Pa
     """Record a scenario, as a trace and as scripts for the bench; return how to run these, or why not."""
     scripts: dict[int, DriveScript] = {}
     told = []
+    made: list[Logic] = []  # what runs, whose tags are recorded
 
     def listeners(spec: RackSpec, rack: Rack) -> Iterable[ScanListener]:
         for slot in spec.slot:
@@ -210,9 +211,13 @@ def _recorded(job: Job, bench: Bench, scenario: Scenario, scans: int, folder: Pa
                 yield scripts[slot.number]
             else:
                 told.append(f"(slot {slot.number} has no drive script: the bench can't do {why})")
-        yield recorder_for(job, rack, folder / "trace.mcap")
+        yield recorder_for(job, rack, folder / "trace.mcap", made[-1])
 
-    Bench(bench.spec, bench.fresh_logic, (), scans).run(scenario, listeners=listeners)
+    def fresh_logic() -> Logic:
+        made.append(bench.fresh_logic())
+        return made[-1]
+
+    Bench(bench.spec, fresh_logic, (), scans).run(scenario, listeners=listeners)
     modules = {slot.number: slot.module for slot in bench.spec.slot}
     for number, script in scripts.items():
         file = _written(folder / f"drive-slot{number}.jsonl", script.text())
