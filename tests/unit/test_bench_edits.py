@@ -1,10 +1,11 @@
 """An online edit on a bench is on record: an event in front of the first scan of the edited program."""
 
 import pytest
-from scanrack import TraceEvent, open_trace
+from scanrack import open_trace
 from scanrack.ladder.rungfile import parse_program
 from scanrack.runtime.app.bench.opening import open_bench
 from scanrack.runtime.cli import build
+from scanrack.traces.reader import TraceEvent
 from typer.testing import CliRunner
 
 RACK = """scan_ms = 10
@@ -59,7 +60,7 @@ def test_an_edit_is_an_event_of_the_first_scan_behind_it(trace):
     edits = [each for each in events if each.fields["kind"] == "edit"]
     assert [(each.scan, each.now_ns) for each in edits] == [(3, 20_000_000)] * 2
     first = dict(edits[0].fields)
-    assert first.pop("text").startswith("edited at 0.02 s")
+    assert str(first.pop("text")).startswith("edited at 0.02 s")
     assert first == {
         "kind": "edit",
         "name": "line",
