@@ -1,12 +1,14 @@
 """Programs run on both back ends, and under the debugger, side by side."""
 
+import re
 import tempfile
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from unittest.mock import patch
 
-from scanrack.ladder import LadderError, LadderFault
+from scanrack.ladder import BOOL, LadderError, LadderFault
+from scanrack.ladder.compiler import source_of
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.memory import element_text, same
 from scanrack.ladder.rungfile import parse_program
@@ -64,9 +66,14 @@ def check_lockstep(text, scans):
 
 
 def forceable(debugger):
-    """Return the addresses of values and of some bits that can be forced, and their types."""
+    """Return the addresses of values and of some bits that can be forced and are written, and their types."""
     found = {}
-    for leaf in debugger._engine.lowered.layout.leaves.values():
+    layout = debugger._engine.lowered.layout
+    written = set(re.findall(r"^ *(\w+)(?:\[.*\])? = ", source_of(debugger._engine.lowered), re.MULTILINE))
+    for leaf in layout.leaves.values():
+        spot = layout.spot(leaf)
+        if (spot.ident if spot else leaf.ident) not in written:
+            continue
         for index in range(min(leaf.size, 3)):
             element = element_text(leaf.path, leaf.dims, index) if leaf.path.count(".") == 0 else leaf.path
             for address in (element, f"{element}.1", f"{element}.{leaf.type.bits - 1}"):
@@ -112,7 +119,7 @@ def check_observed(text, scans, draw):
 def _observations(draw, debugger, rungs, forces):
     """Draw what is forced, let go and stopped at before a scan."""
     for _ in range(draw([0, 1, 2])):
-        address, kind = draw(forces)
+        address, kind = draw(forces or [("S:V", BOOL)])
         yield "force", (address, draw([0, 1] if kind.is_bool else [0, 1, 2, 7, 100]))
     if debugger.forces and draw([True, False, False]):
         yield "unforce", (draw(sorted(debugger.forces)),)
