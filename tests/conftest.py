@@ -57,11 +57,15 @@ def _draw_no_constants_of_modules() -> None:
 
 
 @pytest.fixture(autouse=True, scope="session")
-def _heeded_ctrl_c() -> Iterator[None]:
-    """Let tests send SIGINT to themselves and to their processes, though a shell's background ignores it."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+def _heeded_signals() -> Iterator[None]:
+    """Let tests send signals to themselves and their processes, though a shell's background ignores them."""
+    before = {
+        signal.SIGINT: signal.signal(signal.SIGINT, signal.default_int_handler),
+        signal.SIGHUP: signal.signal(signal.SIGHUP, signal.SIG_DFL),
+    }
     yield
-    signal.signal(signal.SIGINT, before)
+    for number, handler in before.items():
+        signal.signal(number, handler)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

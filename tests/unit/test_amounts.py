@@ -13,10 +13,10 @@ def test_a_number_of_examples_grows_with_the_profile(
 ) -> None:
     """The CI profile plays 60 examples where a test has no number of its own, a long run 3000."""
     loaded = settings.get_profile(profile)
-    monkeypatch.setattr(amounts, "settings", type("Loaded", (), {"default": loaded}))
+    monkeypatch.setattr(amounts, "settings", lambda: loaded)
     assert amounts.amount(15) == expected
 
 
 def test_no_test_gets_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(amounts, "settings", type("Loaded", (), {"default": settings(max_examples=1)}))
+    monkeypatch.setattr(amounts, "settings", lambda: settings(max_examples=1))
     assert amounts.amount(15) == 1
