@@ -9,9 +9,9 @@ from typing import Annotated, TextIO
 
 import typer
 
+from ...io_images.addresses import allowed
 from ..app.drive.requests import RequestError
 from ..app.drive.targets import BENCHES, Answer
-from ..loop.addresses import allowed
 from .status import BAD_INPUT, DONE, complain
 
 

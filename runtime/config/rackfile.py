@@ -17,7 +17,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from ..loop.addresses import allowed
+from ...io_images.addresses import allowed
 from ..machine import EncoderSpec, Jam, Slip, Switch
 from .machine_tables import MachineTable, StationTable, TimelineTable
 from .rackspec import ForceSpec, IncidentSpec, MisplacedError, RackSpec, SlotSpec

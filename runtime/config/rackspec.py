@@ -19,9 +19,9 @@ from typing import Annotated, Any, Literal, Self, TypeVar
 from pydantic import BeforeValidator, Field, GetPydanticSchema, PlainValidator, model_validator
 from pydantic_core import PydanticCustomError, core_schema
 
+from ...io_images.addresses import allowed, parse_address
 from ...io_images.amci3601.firmware import KNOWN, Firmware
 from ...io_images.module_words import ModuleWords
-from ..loop.addresses import allowed, parse_address
 from ..loop.events import JsonValue
 from ..loop.forces import check_value
 from ..loop.incidents import ON_THE_LINE, FaultKind, Incident
@@ -177,7 +177,7 @@ class ForceSpec(Table):
     """A force that holds from the first scan on.
 
     Attributes:
-        address: see `runtime.loop.addresses`.
+        address: see `io_images.addresses`.
         value: 0 or 1 for a bit, -32,768 to 65,535 for a word.
     """
 

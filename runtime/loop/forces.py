@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from ...io_images.addresses import Address, parse_address
 from ...io_images.image import UNSIGNED_MAX, WORD_MIN
-from .addresses import Address, parse_address
 from .rack import Rack, Slot
 
 WORD_MASK = 0xFFFF
@@ -56,7 +56,7 @@ class Forces:
         """Hold a word or bit at a value, from the next scan on.
 
         Args:
-            address: see `runtime.loop.addresses`.
+            address: see `io_images.addresses`.
             value: 0 or 1 for a bit, -32,768 to 65,535 for a word.
 
         Raises:

@@ -18,8 +18,8 @@ from typing import Annotated
 from pydantic import BeforeValidator, ConfigDict, PlainSerializer, PlainValidator, StrictBool, StrictInt
 from pydantic_core import PydanticCustomError
 
+from ...io_images.addresses import allowed
 from ...io_images.amci3601.bits import InputBit
-from ..loop.addresses import allowed
 
 
 def input_name(bit: InputBit) -> str:

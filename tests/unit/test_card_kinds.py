@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 from scanrack import Configuration, InputBit, Move, MoveKind, PresetPosition
+from scanrack.io_images.addresses import Address, parse_address
 from scanrack.io_images.image import Image
 from scanrack.runtime.app.build import build_cpu, build_rack
 from scanrack.runtime.app.drive.card_bench import CardBench
 from scanrack.runtime.app.drive.requests import RequestError
 from scanrack.runtime.config.rackfile import RackFileError, parse_rack_file
 from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
-from scanrack.runtime.loop.addresses import Address, parse_address
 from scanrack.runtime.machine import MachineSpec, Switch, press
 from scanrack.runtime.modules.cards.kinds import KINDS
 from scanrack.runtime.modules.cards.module import GenericCard

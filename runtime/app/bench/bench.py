@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterable, Sequence
 from types import TracebackType
 from typing import Any, Protocol, Self, runtime_checkable
 
+from ....io_images.addresses import parse_address
 from ...config.quantities import parse_duration
 from ...config.rackspec import RackSpec
-from ...loop.addresses import parse_address
 from ...loop.events import Event
 from ...loop.listeners import ScanListener
 from ...loop.pace import Watchdog

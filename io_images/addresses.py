@@ -21,8 +21,8 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
-from ...io_images.image import WORDS
-from ...io_images.module_words import ModuleWords
+from .image import WORDS
+from .module_words import ModuleWords
 
 BITS = 16
 FORMS = "Local:1:I.Data[0].14, I:1.0/14 or slot1.status.MOVE_COMPLETE"
