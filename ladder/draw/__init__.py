@@ -1,7 +1,9 @@
-"""Rungs as pictures: one layout (`layout`), drawn with box characters (`characters`) or as SVG (`svg`)."""
+"""Rungs as pictures: one layout (`layout`), box characters (`characters`) or SVG (`svg`, `live`)."""
 
 from .characters import routine_text, rung_text
+from .live import LiveRung, live_rung
+from .power import power
 from .ruler import captions_of
 from .svg import routines_svg
 
-__all__ = ["captions_of", "routine_text", "routines_svg", "rung_text"]
+__all__ = ["LiveRung", "captions_of", "live_rung", "power", "routine_text", "routines_svg", "rung_text"]

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from ..statements import numbered_lines
 from ..tree import NumberedLine, Routine, Rung
 from .layout import NO_CAPTIONS, lay_out
-from .marks import Box, Corner, Symbol, Wire
+from .marks import Box, BoxLine, Corner, Symbol, Wire
 from .ruler import caption_width
 
 WIDTH = 96
@@ -46,21 +46,21 @@ class _Canvas:
         self._written: list[dict[int, str]] = [{} for _ in range(rows)]
         self._width = width
 
-    def wire(self, wire: Wire) -> None:
+    def wire(self, wire: Wire, live: bool) -> None:
         if wire.y == wire.to_y:
             for x in range(wire.x, wire.to_x + 1):
-                self._add(x, wire.y, LEFT | RIGHT, wire.live)
+                self._add(x, wire.y, LEFT | RIGHT, live)
             return
         for y in range(wire.y, wire.to_y + 1):
             ways = (UP if y > wire.y else 0) | (DOWN if y < wire.to_y else 0)
-            self._add(wire.x, y, ways, wire.live)
+            self._add(wire.x, y, ways, live)
 
-    def _add(self, x: int, y: int, ways: int, live: bool | None) -> None:
+    def _add(self, x: int, y: int, ways: int, live: bool) -> None:
         self._ways[y][x] |= ways
-        self._live[y][x] |= bool(live)
+        self._live[y][x] |= live
 
-    def corner(self, corner: Corner) -> None:
-        self._add(corner.x, corner.y, RIGHT if corner.opens else LEFT, corner.live)
+    def corner(self, corner: Corner, live: bool) -> None:
+        self._add(corner.x, corner.y, RIGHT if corner.opens else LEFT, live)
 
     def write(self, x: int, y: int, text: str) -> None:
         for number, sign in enumerate(text):
@@ -95,15 +95,16 @@ def rung_text(
     picture = lay_out(rung, width, truth, captions)
     canvas = _Canvas(picture.width, picture.rows)
     for mark in picture.marks:
+        live = picture.live(mark.element)
         if isinstance(mark, Wire):
-            canvas.wire(mark)
+            canvas.wire(mark, live)
         elif isinstance(mark, Corner):
-            canvas.corner(mark)
+            canvas.corner(mark, live)
         elif isinstance(mark, Symbol):
-            canvas.write(mark.x, mark.y, mark.sign.translate(HEAVY_SIGN) if mark.live else mark.sign)
+            canvas.write(mark.x, mark.y, mark.sign.translate(HEAVY_SIGN) if live else mark.sign)
             canvas.write(mark.label_x, mark.y - 1, mark.name)
         else:
-            _box(canvas, mark)
+            _box(canvas, mark, live)
     for x, y in picture.continued:
         canvas.write(x, y, "»")
     rows = enumerate(canvas.lines())
@@ -117,13 +118,12 @@ def comment_lines(comment: str, width: int) -> list[str]:
     return [part for line in comment.splitlines() for part in textwrap.wrap(line, width) or [""]]
 
 
-def _box(canvas: _Canvas, box: Box) -> None:
+def _box(canvas: _Canvas, box: Box, live: bool) -> None:
     captions = caption_width(box.lines)
     inner = box.width - 2
-    heavy = bool(box.live)
-    left, right = ("┨", "┠") if heavy else ("┤", "├")
+    left, right = ("┨", "┠") if live else ("┤", "├")
     canvas.write(box.x, box.y - 1, f"┌{box.title.center(inner, '─')}┐")
-    for number, (caption, operand) in enumerate(box.lines or (("", ""),)):
+    for number, (caption, operand, _) in enumerate(box.lines or (BoxLine("", ""),)):
         text = f"{caption.ljust(captions)}{operand.rjust(inner - 2 - captions) if captions else operand}"
         edges = (left, right) if number == 0 else ("│", "│")
         canvas.write(box.x, box.y + number, f"{edges[0]} {text.ljust(inner - 2)} {edges[1]}")

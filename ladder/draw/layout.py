@@ -16,6 +16,7 @@ from ..instructions import BY_NAME
 from ..spec import Kind
 from ..tree import Branch, Element, Instruction, Rung, Series, instructions_of
 from .marks import Box, Corner, Picture, Symbol, Wire
+from .power import Numbering, power
 from .ruler import GAP, JOIN, SYMBOLS, Block, Line, Ruler, is_symbol
 
 NO_CAPTIONS: Mapping[str, Sequence[str]] = MappingProxyType({})
@@ -40,29 +41,35 @@ def lay_out(
     Raises:
         ValueError: `truth` is not as long as the rung has instructions.
     """
-    return _Placer(rung.series, width, truth, Ruler(captions)).picture
+    count = sum(1 for _ in instructions_of(rung.series))
+    if truth is not None and len(truth) != count:
+        raise ValueError(f"the rung has {count} instructions, {len(truth)} truths are given")
+    picture = place(rung, width, Ruler(captions))
+    picture.power = None if truth is None else power(rung, truth)
+    return picture
+
+
+def place(rung: Rung, width: int, ruler: Ruler) -> Picture:
+    """Place a rung as a ruler measures it; its power is not known."""
+    return _Placer(rung.series, width, ruler).picture
 
 
 class _Placer:
-    """Places the elements of one rung, from left to right."""
+    """Places the elements of one rung, from left to right; `last` is the one in front of the next."""
 
-    def __init__(self, series: Series, width: int, truth: Sequence[bool] | None, ruler: Ruler) -> None:
+    def __init__(self, series: Series, width: int, ruler: Ruler) -> None:
         self.picture = Picture()
         self._ruler = ruler
-        count = sum(1 for _ in instructions_of(series))
-        if truth is not None and len(truth) != count:
-            raise ValueError(f"the rung has {count} instructions, {len(truth)} truths are given")
-        self._truth = iter(truth) if truth is not None else None
+        self._numbering = Numbering(series)
+        self.picture.elements = self._numbering.rail + 1
         block = self._ruler.block(series, width)
         self.picture.width = max(width, block.width)
-        live: bool | None = None if truth is None else True
+        last = self._numbering.rail
         for number, line in enumerate(block.lines):
-            last = number == len(block.lines) - 1
-            live = self._line(line, block.room, live, first=number == 0, last=last)
+            ends = number == len(block.lines) - 1
+            last = self._line(line, block.room, last, first=number == 0, ends=ends)
 
-    def _line(
-        self, line: Line, room: int | None, live: bool | None, *, first: bool, last: bool
-    ) -> bool | None:
+    def _line(self, line: Line, room: int | None, last: int, *, first: bool, ends: bool) -> int:
         """Place what stands in one line; outputs that end the rung stand at the right rail."""
         picture = self.picture
         y = picture.rows + line.size.above
@@ -71,59 +78,57 @@ class _Placer:
             picture.left.append(y)
         else:
             picture.continued.append((0, y))
-        inputs = _leading_inputs(line.series) if last else len(line.series)
-        x, live = self._elements(line.series[:inputs], 0 if first else 1, y, live, room)
+        inputs = _leading_inputs(line.series) if ends else len(line.series)
+        x, last = self._elements(line.series[:inputs], 0 if first else 1, y, last, room)
         outputs = line.series[inputs:]
         start = picture.width - sum(self._ruler.size(element, room).width for element in outputs)
-        self._wire(x, y, start - 1, live)
-        _, live = self._elements(outputs, start, y, live, room)
-        if last:
+        self._wire(x, y, start - 1, last)
+        _, last = self._elements(outputs, start, y, last, room)
+        if ends:
             picture.right.append(y)
         else:
             picture.continued.append((picture.width - 1, y))
-        return live
+        return last
 
-    def _elements(
-        self, elements: Series, x: int, y: int, live: bool | None, room: int | None
-    ) -> tuple[int, bool | None]:
-        """Place elements behind each other; return the column and the power behind them."""
+    def _elements(self, elements: Series, x: int, y: int, last: int, room: int | None) -> tuple[int, int]:
+        """Place elements behind each other; return the column behind them and the last one."""
         for element in elements:
-            live = self._element(element, x, y, live, room)
+            last = self._element(element, x, y, last, room)
             x += self._ruler.size(element, room).width
-        return x, live
+        return x, last
 
-    def _wire(self, x: int, y: int, to_x: int, live: bool | None) -> None:
+    def _wire(self, x: int, y: int, to_x: int, last: int) -> None:
         if to_x >= x:
-            self.picture.marks.append(Wire(x, y, to_x, y, live))
+            self.picture.marks.append(Wire(x, y, to_x, y, last))
 
-    def _element(self, element: Element, x: int, y: int, live: bool | None, room: int | None) -> bool | None:
+    def _element(self, element: Element, x: int, y: int, last: int, room: int | None) -> int:
         if isinstance(element, Branch):
-            return self._branch(element, x, y, live, room)
-        behind = None if self._truth is None else next(self._truth)
+            return self._branch(element, x, y, last, room)
+        number = self._numbering.instruction()
         width = self._ruler.size(element, room).width
         if is_symbol(element):
-            self._symbol(element, x, y, width, live, behind)
-            return behind
-        self._wire(x, y, x + GAP - 1, live)
+            self._symbol(element, x, y, width, last, number)
+            return number
+        self._wire(x, y, x + GAP - 1, last)
         self.picture.marks.append(
-            Box(x + GAP, y, width - 2 * GAP, element.name, self._ruler.lines(element, room), behind)
+            Box(x + GAP, y, width - 2 * GAP, element.name, self._ruler.lines(element, room), number)
         )
-        self._wire(x + width - GAP, y, x + width - 1, behind)
-        return behind
+        self._wire(x + width - GAP, y, x + width - 1, number)
+        return number
 
-    def _symbol(
-        self, element: Instruction, x: int, y: int, width: int, live: bool | None, behind: bool | None
-    ) -> None:
+    def _symbol(self, element: Instruction, x: int, y: int, width: int, last: int, number: int) -> None:
         sign, name = SYMBOLS[element.name], str(element.operands[0])
         at = x + (width - len(sign)) // 2
-        self._wire(x, y, at - 1, live)
-        self._wire(at + len(sign), y, x + width - 1, behind)
-        self.picture.marks.append(Symbol(at, y, sign, name, x + (width - len(name)) // 2, live, behind))
+        self._wire(x, y, at - 1, last)
+        self._wire(at + len(sign), y, x + width - 1, number)
+        label_x = x + (width - len(name)) // 2
+        value = self._ruler.value(element)
+        self.picture.marks.append(Symbol(at, y, sign, name, label_x, number, last, value))
 
-    def _branch(self, branch: Branch, x: int, y: int, live: bool | None, room: int | None) -> bool | None:
+    def _branch(self, branch: Branch, x: int, y: int, last: int, room: int | None) -> int:
         """Place a branch: a leg leaves the left wire at its first line, its last one meets the right wire."""
+        number = self._numbering.branch()
         width = self._ruler.size(branch, room).width
-        behind: list[bool | None] = []
         entries: list[int] = []
         exits: list[int] = []
         row = y
@@ -131,33 +136,31 @@ class _Placer:
             row += leg.size.above if entries else 0
             entries.append(row)
             exits.append(row + leg.rows[-1])
-            behind.append(self._leg(leg, x + JOIN, row, width - 2 * JOIN, live))
+            self._leg(leg, x + JOIN, row, width - 2 * JOIN, last)
             row += leg.size.below + 1
-        out = None if None in behind else any(behind)
         marks = self.picture.marks
         right = x + width - 1
-        marks += [Wire(x, y, x, entries[-1], live), Wire(right, y, right, exits[-1], out)]
-        marks += [Corner(x, each, True, live) for each in entries[1:]]
-        marks += [Corner(right, each, False, out) for each in exits if each != y]
-        self._wire(x, y, x, live)
+        marks += [Wire(x, y, x, entries[-1], last), Wire(right, y, right, exits[-1], number)]
+        marks += [Corner(x, each, True, last) for each in entries[1:]]
+        marks += [Corner(right, each, False, number) for each in exits if each != y]
+        self._wire(x, y, x, last)
         if y in exits:
-            self._wire(right, y, right, out)
+            self._wire(right, y, right, number)
         else:  # the first leg goes on below: nothing arrives here from the left
-            marks.append(Corner(right, y, True, out))
-        return out
+            marks.append(Corner(right, y, True, number))
+        return number
 
-    def _leg(self, leg: Block, x: int, y: int, width: int, live: bool | None) -> bool | None:
-        """Place the lines of a leg in so many columns; return the power behind it."""
-        last = len(leg.lines) - 1
+    def _leg(self, leg: Block, x: int, y: int, width: int, last: int) -> None:
+        """Place the lines of a leg in so many columns."""
+        below = len(leg.lines) - 1
         for number, (line, row) in enumerate(zip(leg.lines, leg.rows, strict=True)):
             if number > 0:
                 self.picture.continued.append((x, y + row))
-            at, live = self._elements(line.series, x + (number > 0), y + row, live, leg.room)
-            end = x + width - 1 - (number < last)
-            self._wire(at, y + row, end, live)
-            if number < last:
+            at, last = self._elements(line.series, x + (number > 0), y + row, last, leg.room)
+            end = x + width - 1 - (number < below)
+            self._wire(at, y + row, end, last)
+            if number < below:
                 self.picture.continued.append((end + 1, y + row))
-        return live
 
 
 def _leading_inputs(series: Series) -> int:

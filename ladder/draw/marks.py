@@ -1,8 +1,12 @@
-"""What a picture of a rung consists of, in cells of one character: x to the right, y downwards."""
+"""What a picture of a rung consists of, in cells of one character: x to the right, y downwards.
+
+A mark names the element of the rung whose power it carries; `power` numbers them.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 
 @dataclass(frozen=True, slots=True)
@@ -14,14 +18,14 @@ class Wire:
         y: row where it starts.
         to_x: where it ends.
         to_y: row where it ends.
-        live: whether there is power on it; None if that is not known.
+        element: behind which it starts.
     """
 
     x: int
     y: int
     to_x: int
     to_y: int
-    live: bool | None = None
+    element: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,8 +38,9 @@ class Symbol:
         sign: as in `SYMBOLS`.
         name: its operand.
         label_x: first column of the name.
-        fed: whether there is power in front of it.
-        live: whether there is power behind it.
+        element: its number.
+        feeder: the element in front of it.
+        value: the tag whose value stands beneath it; None if none does.
     """
 
     x: int
@@ -43,8 +48,23 @@ class Symbol:
     sign: str
     name: str
     label_x: int
-    fed: bool | None = None
-    live: bool | None = None
+    element: int
+    feeder: int
+    value: str | None = None
+
+
+class BoxLine(NamedTuple):
+    """A line of a box.
+
+    Attributes:
+        caption: what the operand is called.
+        operand: its text, or as many spaces as its value takes.
+        value: the tag whose value stands in place of the text; None if none does.
+    """
+
+    caption: str
+    operand: str
+    value: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,16 +76,16 @@ class Box:
         y: row of the wire, which meets the first line.
         width: columns, edges included.
         title: the instruction.
-        lines: caption and operand, one per line.
-        live: whether there is power behind it.
+        lines: from top to bottom.
+        element: its number.
     """
 
     x: int
     y: int
     width: int
     title: str
-    lines: tuple[tuple[str, str], ...]
-    live: bool | None = None
+    lines: tuple[BoxLine, ...]
+    element: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,13 +96,13 @@ class Corner:
         x: column.
         y: row.
         opens: on the left wire of the branch, so that the leg goes on to the right of it.
-        live: whether there is power on it.
+        element: whose power it carries.
     """
 
     x: int
     y: int
     opens: bool
-    live: bool | None = None
+    element: int
 
 
 Mark = Wire | Symbol | Box | Corner
@@ -94,15 +114,24 @@ class Picture:
 
     Attributes:
         marks: everything that is drawn.
+        elements: number of elements of the rung.
         width: columns between the rails.
         rows: rows in all.
-        lines: rows of the wires that start at the left rail, and of those that end at the right one.
+        left: rows of the wires that start at the left rail.
+        right: rows of the wires that end at the right one.
         continued: (x, y) of the marks that show that a wire goes on in the next line, or comes from the last.
+        power: of each element, as `power` gives it; None if that is not known.
     """
 
     marks: list[Mark] = field(default_factory=list)
+    elements: int = 0
     width: int = 0
     rows: int = 0
     left: list[int] = field(default_factory=list)
     right: list[int] = field(default_factory=list)
     continued: list[tuple[int, int]] = field(default_factory=list)
+    power: str | None = None
+
+    def live(self, element: int) -> bool:
+        """Whether there is known to be power behind an element."""
+        return self.power is not None and self.power[element] == "1"

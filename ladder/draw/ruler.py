@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from ..addon import AddOn
 from ..tree import Branch, Element, Instruction, Series
+from .marks import BoxLine
 
 SYMBOLS = {
     "XIC": "┤ ├",
@@ -165,7 +166,7 @@ class Ruler:
             return Size(widest + 2 * GAP, 1, 0)
         lines = self.lines(element, room)
         caption = caption_width(lines)
-        inner = max([len(element.name), *(caption + len(operand) for _, operand in lines)])
+        inner = max([len(element.name), *(caption + len(line.operand) for line in lines)])
         return Size(inner + 4 + 2 * GAP, 1, max(len(lines), 1))
 
     def legs(self, branch: Branch, room: int | None) -> list[Block]:
@@ -203,21 +204,26 @@ class Ruler:
             used += wide
         yield tuple(line)
 
-    def lines(self, instruction: Instruction, room: int | None = None) -> tuple[tuple[str, str], ...]:
-        """Return caption and text of each line of a box; a long operand takes several."""
+    def lines(self, instruction: Instruction, room: int | None = None) -> tuple[BoxLine, ...]:
+        """Return the lines of a box; a long operand takes several."""
         captions = self._captions.get(instruction.name, ())
-        named = [
-            (captions[number] if number < len(captions) else "", str(operand))
-            for number, operand in enumerate(instruction.operands)
-        ]
-        if room is None:
-            return tuple(named)
-        longest = max(room - 4 - 2 * GAP - caption_width(named), SHORTEST)
-        return tuple(
-            (caption if number == 0 else "", piece)
-            for caption, operand in named
-            for number, piece in enumerate(pieces(operand, longest))
-        )
+        named = [captions[at] if at < len(captions) else "" for at in range(len(instruction.operands))]
+        taken = 4 + 2 * GAP + caption_width([BoxLine(caption, "") for caption in named])
+        longest = None if room is None else max(room - taken, SHORTEST)
+        entries = (self.entry(instruction, at, caption, longest) for at, caption in enumerate(named))
+        return tuple(line for entry in entries for line in entry)
+
+    def entry(
+        self, instruction: Instruction, number: int, caption: str, longest: int | None
+    ) -> list[BoxLine]:
+        """Return the lines of one operand, each `longest` characters at most."""
+        operand = str(instruction.operands[number])
+        parts = [operand] if longest is None else pieces(operand, longest)
+        return [BoxLine(caption if at == 0 else "", part) for at, part in enumerate(parts)]
+
+    def value(self, instruction: Instruction) -> str | None:
+        """Return the tag whose value stands beneath a contact or a coil; None if none does."""
+        return None
 
 
 def pieces(text: str, longest: int) -> list[str]:
@@ -237,9 +243,9 @@ def pieces(text: str, longest: int) -> list[str]:
     return found
 
 
-def caption_width(lines: Sequence[tuple[str, str]]) -> int:
+def caption_width(lines: Sequence[BoxLine]) -> int:
     """Return the columns of the captions of a box, with the space behind them."""
-    widest = max((len(caption) for caption, _ in lines), default=0)
+    widest = max((len(line.caption) for line in lines), default=0)
     return widest + 1 if widest else 0
 
 

@@ -6,17 +6,17 @@ which a browser shows under the pointer. Colours follow the reader's light or da
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from xml.sax.saxutils import escape
+from collections.abc import Mapping, Sequence
 
 from ..tree import Routine
 from .characters import WIDTH, comment_lines, lines_of, ran
 from .layout import NO_CAPTIONS, lay_out
-from .marks import Box, Corner, Picture, Symbol, Wire
-from .ruler import caption_width
+from .marks import Picture
+from .markup import CELL, Pen, plain
+from .shapes import Letters, Line, shapes_of
 
-CELL, ROW = 8, 20
-"""Units of a column and of a row."""
+ROW = 20
+"""Units of a row."""
 
 SPACE = 0.4
 """Rows between rungs."""
@@ -70,6 +70,9 @@ def routines_svg(
     return page.document()
 
 
+_PAPER = Pen(ROW)
+
+
 class _Page:
     """Collects elements from top to bottom."""
 
@@ -110,90 +113,24 @@ class _Page:
     def _rung(self, picture: Picture, number: int, text: str) -> None:
         top, right = self._row, MARGIN + picture.width
         self._width = max(self._width, right + 2)
-        self._parts.append(f"<g><title>{escape(text)}</title>")
+        self._parts.append(f"<g><title>{plain(text)}</title>")
         first = (picture.left or [0])[0]
         self._text(MARGIN - 2 - len(str(number)), top + first, str(number), "number")
+        pen = Pen(ROW, MARGIN, top)
         for mark in picture.marks:
-            _DRAW[type(mark)](self, mark, top)
+            for shape in shapes_of(mark):
+                live = shape.element is not None and picture.live(shape.element)
+                self._parts.append(pen.draw(shape.form, f"{shape.kind} live" if live else shape.kind))
         for x, y in picture.continued:
             self._text(MARGIN + x, top + y, "»", "comment")
         for x in (MARGIN, right):
-            self._line(x - 0.5, top - 0.5, x - 0.5, top + picture.rows - 0.5 + SPACE, "rail")
+            rail = Line(x - 0.5, top - 0.5, x - 0.5, top + picture.rows - 0.5 + SPACE)
+            self._parts.append(_PAPER.line(rail, "rail"))
         self._parts.append("</g>")
         self._row += picture.rows + SPACE
 
-    def wire(self, wire: Wire, top: float) -> None:
-        x, to_x = MARGIN + wire.x, MARGIN + wire.to_x
-        kind = _class("wire", wire.live)
-        if wire.y == wire.to_y:
-            self._line(x - 0.5, top + wire.y, to_x + 0.5, top + wire.y, kind)
-        else:
-            self._line(x, top + wire.y, x, top + wire.to_y, kind)
-
-    def corner(self, corner: Corner, top: float) -> None:
-        x = MARGIN + corner.x
-        self._line(
-            x,
-            top + corner.y,
-            x + (0.5 if corner.opens else -0.5),
-            top + corner.y,
-            _class("wire", corner.live),
-        )
-
-    def symbol(self, symbol: Symbol, top: float) -> None:
-        x, y, wide = MARGIN + symbol.x - 0.5, top + symbol.y, len(symbol.sign)
-        kind = _class("sign", symbol.live)
-        self._text(MARGIN + symbol.label_x, y - 1, symbol.name, "name")
-        left, right = x + 0.75, x + wide - 0.75
-        self._line(x, y, left, y, _class("wire", symbol.fed))
-        self._line(right, y, x + wide, y, kind)
-        if symbol.sign.startswith("("):
-            for edge, bend in ((left, -0.7), (right, 0.7)):
-                self._path(edge, y, bend, kind)
-        else:
-            for edge in (left, right):
-                self._line(edge, y - 0.4, edge, y + 0.4, kind)
-        if symbol.sign[1:-1] == "/":
-            self._line(right, y - 0.4, left, y + 0.4, kind)
-        elif symbol.sign[1:-1].strip():
-            text = symbol.sign[1:-1]
-            self._text(x + (wide - len(text)) / 2 + 0.5, y, text, _class("mark", symbol.live))
-
-    def box(self, box: Box, top: float) -> None:
-        x, y = MARGIN + box.x, top + box.y
-        rows = max(len(box.lines), 1)
-        corner = f'x="{_units(x * CELL)}" y="{_units((y - 0.95) * ROW)}"'
-        size = f'width="{_units(box.width * CELL)}" height="{_units((rows + 1.05) * ROW)}"'
-        self._parts.append(f'<rect class="{_class("box", box.live)}" {corner} {size} rx="3"/>')
-        self._text(x + (box.width - len(box.title)) / 2, y - 1, box.title, "heading")
-        captions = caption_width(box.lines)
-        for number, (caption, operand) in enumerate(box.lines):
-            self._text(x + 2, y + number, caption, "caption")
-            at = x + box.width - 2 - len(operand) if captions else x + 2
-            self._text(at, y + number, operand, "operand")
-
-    # --- elements
-
-    def _line(self, x: float, y: float, to_x: float, to_y: float, kind: str) -> None:
-        a, b = (x + 0.5) * CELL, (y + 0.5) * ROW
-        c, d = (to_x + 0.5) * CELL, (to_y + 0.5) * ROW
-        self._parts.append(
-            f'<line class="{kind}" x1="{_units(a)}" y1="{_units(b)}" x2="{_units(c)}" y2="{_units(d)}"/>'
-        )
-
-    def _path(self, x: float, y: float, bend: float, kind: str) -> None:
-        a, b, rise = (x + 0.5) * CELL, (y + 0.5) * ROW, 0.42 * ROW
-        start, middle, end = (
-            f"{_units(a)} {_units(b - rise)}",
-            f"{_units(a + bend * CELL)} {_units(b)}",
-            _units(b + rise),
-        )
-        self._parts.append(f'<path class="{kind}" d="M{start} Q{middle} {_units(a)} {end}"/>')
-
     def _text(self, x: float, y: float, text: str, kind: str) -> None:
-        if text:
-            at = f'x="{_units(x * CELL)}" y="{_units((y + 0.5) * ROW + 4.5)}" textLength="{len(text) * CELL}"'
-            self._parts.append(f'<text class="{kind}" {at}>{escape(text)}</text>')
+        self._parts.append(_PAPER.letters(Letters(x, y, text), kind))
 
     def document(self) -> str:
         """Return the whole document."""
@@ -201,20 +138,5 @@ class _Page:
         size = f'width="{width}" height="{height}"'
         head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" {size}>'
         paper = f'<rect class="paper" {size}/>'
-        return "\n".join([head, f"<style>\n{STYLE}\n</style>", paper, *self._parts, "</svg>", ""])
-
-
-def _class(kind: str, live: bool | None) -> str:
-    return f"{kind} live" if live else kind
-
-
-def _units(value: float) -> str:
-    return f"{value:.2f}".rstrip("0").rstrip(".")
-
-
-_DRAW: Mapping[type, Callable[..., None]] = {
-    Wire: _Page.wire,
-    Corner: _Page.corner,
-    Symbol: _Page.symbol,
-    Box: _Page.box,
-}
+        parts = filter(None, self._parts)
+        return "\n".join([head, f"<style>\n{STYLE}\n</style>", paper, *parts, "</svg>", ""])

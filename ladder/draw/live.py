@@ -1,0 +1,189 @@
+"""A rung as SVG that is drawn once and lit from outside: its elements are numbered, see `power`.
+
+    <g class="instruction" data-element="Main.3.0" data-tag="Start"> ... </g>
+    <text class="value" data-name="Fill.ACC" ...></text>
+
+An element's group has its sign, its name and the wires behind it. The page that shows the rung sets
+`data-power` of the groups and the content of the values. Colours and fonts come from the page's style sheet.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from typing_extensions import override
+
+from ..tree import Address, Instruction, MemberStep, Operand, Rung, addresses_in, instructions_of
+from .layout import NO_CAPTIONS, place
+from .marks import BoxLine, Picture
+from .markup import CELL, Pen, attribute, plain, units
+from .ruler import Ruler
+from .shapes import Curve, Letters, Line, Shape, Value, shapes_of
+
+ROW = 22
+"""Units of a row: between two rows there is room for the value of a contact."""
+
+VALUE = 12
+"""Columns that a box keeps free for a value."""
+
+FOOT = 10
+"""Units beneath the last row, for the value of a contact in it."""
+
+EDGE = 1
+"""Columns left of the left rail and right of the right one."""
+
+MEMBERS = dict.fromkeys(("TON", "TOF", "RTO", "CTU", "CTD"), ("", ".PRE", ".ACC"))
+"""Instructions whose second and third operand are members of the first one."""
+
+NameOf = Callable[[Address], str | None]
+"""Returns the full name of the tag whose value an address shows, None for an address without one value."""
+
+
+@dataclass(frozen=True, slots=True)
+class LiveRung:
+    """A rung to be lit.
+
+    Attributes:
+        svg: the text of an SVG element.
+        elements: number of its elements, the length of its power.
+        names: the tags that it shows or that its instructions use, each once.
+    """
+
+    svg: str
+    elements: int
+    names: tuple[str, ...]
+
+
+def live_rung(
+    rung: Rung,
+    ident: str,
+    width: int,
+    captions: Mapping[str, Sequence[str]] = NO_CAPTIONS,
+    name_of: NameOf = str,
+) -> LiveRung:
+    """Draw a rung to be lit.
+
+    Args:
+        rung: the rung.
+        ident: what its elements are called: `Main.3` for rung 3 of routine Main.
+        width: columns between the rails that it keeps to, as `lay_out` does.
+        captions: what the operands of add-on instructions are called, see `captions_of`.
+        name_of: names the tag of an address.
+    """
+    instructions = tuple(instructions_of(rung.series))
+    ruler = _ValueRuler(captions, name_of)
+    picture = place(rung, width, ruler)
+    groups = [_Group() for _ in range(picture.elements)]
+    for mark in picture.marks:
+        for shape in shapes_of(mark):
+            groups[mark.element if shape.element is None else shape.element].add(shape)
+    parts = [_rails(picture)]
+    for number, group in enumerate(groups):
+        attributes = f" data-element={attribute(f'{ident}.{number}')}"
+        title = ""
+        if number < len(instructions):
+            attributes += f' class="instruction"{ruler.attributes(instructions[number])}'
+            title = f"<title>{plain(str(instructions[number]))}</title>"
+        parts.append(f"<g{attributes}>{title}{group.markup()}</g>")
+    names = dict.fromkeys(name for each in instructions for name in ruler.names(each))
+    return LiveRung(_document(picture, ident, str(rung), "".join(parts)), len(groups), tuple(names))
+
+
+def _document(picture: Picture, ident: str, text: str, content: str) -> str:
+    wide, high = units((picture.width + 2 * EDGE) * CELL), units(picture.rows * ROW + FOOT)
+    said = f'data-rung={attribute(ident)} role="group" aria-label={attribute(text)}'
+    size = f'viewBox="0 0 {wide} {high}" width="{wide}" height="{high}"'
+    return f'<svg xmlns="http://www.w3.org/2000/svg" class="rung" {said} {size}>{content}</svg>'
+
+
+def _rails(picture: Picture) -> str:
+    high = units(picture.rows * ROW + FOOT)
+    rails = [f'<path class="rail" d="M{units(x * CELL)} 0V{high}"/>' for x in (EDGE, EDGE + picture.width)]
+    onward = [_PEN.letters(Letters(x, y, "»"), "onward") for x, y in picture.continued]
+    return "".join(rails + onward)
+
+
+class _ValueRuler(Ruler):
+    """Keeps room for the values of operands."""
+
+    def __init__(self, captions: Mapping[str, Sequence[str]], name_of: NameOf) -> None:
+        super().__init__(captions)
+        self._name_of = name_of
+
+    @override
+    def value(self, instruction: Instruction) -> str | None:
+        return self._name(instruction.operands[0])
+
+    @override
+    def entry(
+        self, instruction: Instruction, number: int, caption: str, longest: int | None
+    ) -> list[BoxLine]:
+        members = MEMBERS.get(instruction.name, ())
+        if 0 < number < len(members):
+            name = self._name(instruction.operands[0], members[number])
+            if name is not None:
+                return [BoxLine(caption, " " * VALUE, name)]
+        lines = super().entry(instruction, number, caption, longest)
+        name = self._name(instruction.operands[number])
+        return lines if name is None else [*lines, BoxLine("", " " * VALUE, name)]
+
+    def _name(self, operand: Operand, member: str = "") -> str | None:
+        if not isinstance(operand, Address):
+            return None
+        steps = (MemberStep(member[1:]),) if member else ()
+        return self._name_of(Address(operand.name, operand.steps + steps))
+
+    def names(self, instruction: Instruction) -> Iterator[str]:
+        """Yield the tags that an instruction shows or uses."""
+        for operand in instruction.operands:
+            yield from filter(None, map(self._name_of, addresses_in(operand)))
+        if instruction.name in MEMBERS:
+            told = (self._name(instruction.operands[0], member) for member in (".PRE", ".ACC", ".DN"))
+            yield from filter(None, told)
+
+    def attributes(self, instruction: Instruction) -> str:
+        """Return the attributes that tell a page what an instruction is about."""
+        names = tuple(dict.fromkeys(self.names(instruction)))
+        first = next((each for each in instruction.operands if isinstance(each, Address)), None)
+        tag = "" if first is None else self._name(first) or str(first)
+        return (
+            f' data-instruction="{instruction.name}" data-tag={attribute(tag)}'
+            f" data-names={attribute(chr(10).join(names))}"
+        )
+
+
+class _Group:
+    """The markup of one element: its wires and the strokes of its sign, each as one path, and the rest."""
+
+    def __init__(self) -> None:
+        self._strokes: dict[str, list[str]] = {}
+        self._rest: list[str] = []
+
+    def add(self, shape: Shape) -> None:
+        form = shape.form
+        if isinstance(form, Line | Curve):
+            self._strokes.setdefault(shape.kind, []).append(_PEN.stroke(form))
+        elif isinstance(form, Value):
+            self._rest.append(_value(form))
+        else:
+            self._rest.append(_PEN.draw(form, shape.kind))
+
+    def markup(self) -> str:
+        paths = [f'<path class="{kind}" d="{"".join(each)}"/>' for kind, each in self._strokes.items()]
+        return "".join(paths + self._rest)
+
+
+def _value(value: Value) -> str:
+    """Return the empty text that takes a value: beneath a sign, or at the right edge of a box."""
+    name = attribute(value.name)
+    if value.beneath:
+        at = f'x="{_PEN.x(value.x)}" y="{units((value.y + 0.5) * ROW + 16)}" text-anchor="middle"'
+        return f'<text class="bit value" data-name={name} {at}></text>'
+    at = (
+        f'x="{units((EDGE + value.x + 1) * CELL)}" y="{units((value.y + 0.5) * ROW + 4.5)}" text-anchor="end"'
+    )
+    return f'<text class="value" data-name={name} {at}></text>'
+
+
+_PEN = Pen(ROW, EDGE)

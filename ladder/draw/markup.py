@@ -1,0 +1,94 @@
+"""Shapes as SVG elements. A cell is 8 units wide; its height is the reader's choice."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from xml.sax.saxutils import escape, quoteattr
+
+from .shapes import Curve, Form, Frame, Letters, Line
+
+CELL = 8
+"""Units of a column."""
+
+_NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""Characters that XML 1.0 can't hold, not even escaped [XML 1.0, 2.2]."""
+
+
+def plain(text: str) -> str:
+    """Return a text as the content of an element."""
+    return escape(_NO_XML.sub("\ufffd", text))
+
+
+def attribute(text: str) -> str:
+    """Return a text as the value of an attribute, in quotes."""
+    return quoteattr(_NO_XML.sub("\ufffd", text), {"\n": "&#10;", "\t": "&#9;", "\r": "&#13;"})
+
+
+def units(value: float) -> str:
+    """Return a number of units with two decimals at most."""
+    return f"{value:.2f}".rstrip("0").rstrip(".")
+
+
+@dataclass(frozen=True, slots=True)
+class Pen:
+    """Draws shapes at a place of the page.
+
+    Attributes:
+        row: units of a row.
+        left: columns to the left of column 0.
+        top: rows above row 0.
+    """
+
+    row: int
+    left: float = 0
+    top: float = 0
+
+    def x(self, x: float) -> str:
+        """Return the units of a column's middle."""
+        return units((self.left + x + 0.5) * CELL)
+
+    def y(self, y: float) -> str:
+        """Return the units of a row's middle."""
+        return units((self.top + y + 0.5) * self.row)
+
+    def line(self, line: Line, kind: str) -> str:
+        """Return a line."""
+        start, end = (self.x(line.x), self.y(line.y)), (self.x(line.to_x), self.y(line.to_y))
+        return f'<line class="{kind}" x1="{start[0]}" y1="{start[1]}" x2="{end[0]}" y2="{end[1]}"/>'
+
+    def frame(self, frame: Frame, kind: str) -> str:
+        """Return a frame with rounded corners."""
+        at = f'x="{units((self.left + frame.x) * CELL)}" y="{units((self.top + frame.y) * self.row)}"'
+        size = f'width="{units(frame.width * CELL)}" height="{units(frame.height * self.row)}"'
+        return f'<rect class="{kind}" {at} {size} rx="3"/>'
+
+    def letters(self, letters: Letters, kind: str) -> str:
+        """Return a text that takes a column per character; nothing for an empty one."""
+        if not letters.text:
+            return ""
+        x, y = units((self.left + letters.x) * CELL), units((self.top + letters.y + 0.5) * self.row + 4.5)
+        long = len(letters.text) * CELL
+        return f'<text class="{kind}" x="{x}" y="{y}" textLength="{long}">{plain(letters.text)}</text>'
+
+    def stroke(self, form: Line | Curve) -> str:
+        """Return a line or a curve as a piece of a path."""
+        if isinstance(form, Line):
+            return f"M{self.x(form.x)} {self.y(form.y)}L{self.x(form.to_x)} {self.y(form.to_y)}"
+        return self._arc(form)
+
+    def _arc(self, curve: Curve) -> str:
+        """Return half of a coil, 16.8 units high."""
+        x, middle = self.x(curve.x), (self.top + curve.y + 0.5) * self.row
+        through = f"{self.x(curve.x + curve.bend)} {units(middle)}"
+        return f"M{x} {units(middle - 8.4)} Q{through} {x} {units(middle + 8.4)}"
+
+    def draw(self, form: Form, kind: str) -> str:
+        """Return a form as an element; a value has none."""
+        if isinstance(form, Line):
+            return self.line(form, kind)
+        if isinstance(form, Curve):
+            return f'<path class="{kind}" d="{self._arc(form)}"/>'
+        if isinstance(form, Frame):
+            return self.frame(form, kind)
+        return self.letters(form, kind) if isinstance(form, Letters) else ""

@@ -1,0 +1,95 @@
+"""Elements of a rung and the power on them, one character each.
+
+A rung has so many elements, numbered from 0: its instructions in the order in which they execute, then its
+branches in the order in which they open, then the left rail. A wire carries the power of the element behind
+which it starts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import count
+
+from ..tree import Branch, Rung, Series, instructions_of
+
+
+class Numbering:
+    """Hands out the numbers of a rung's elements, from left to right.
+
+    Attributes:
+        instructions: number of instructions.
+        rail: number of the left rail, the last element.
+    """
+
+    def __init__(self, series: Series) -> None:
+        self.instructions = sum(1 for _ in instructions_of(series))
+        self.rail = self.instructions + branches_in(series)
+        self._instruction = count()
+        self._branch = count(self.instructions)
+
+    def instruction(self) -> int:
+        """Return the number of the next instruction."""
+        return next(self._instruction)
+
+    def branch(self) -> int:
+        """Return the number of the next branch that opens."""
+        return next(self._branch)
+
+
+def branches_in(series: Series) -> int:
+    """Return the number of branches in a series, those within branches included.
+
+    Examples:
+        >>> from ..text import parse_rung
+        >>> branches_in(parse_rung("[[XIC(A),XIC(B)],XIC(C)][,]OTE(D);").series)
+        3
+    """
+    branches = [each for each in series if isinstance(each, Branch)]
+    return len(branches) + sum(branches_in(leg) for each in branches for leg in each.legs)
+
+
+def power(rung: Rung, truth: Sequence[bool] | None) -> str:
+    """Return the power behind each element of a rung.
+
+    Examples:
+        >>> from ..text import parse_rung
+        >>> seal_in = parse_rung("[XIC(Start),XIC(Run)]XIO(Stop)OTE(Run);")
+        >>> power(seal_in, [False, True, True, True])  # four instructions, the branch, the rail
+        '011111'
+        >>> power(seal_in, None)
+        '000000'
+
+    Args:
+        rung: the rung.
+        truth: whether there is power behind each instruction, in the order in which they execute; None if
+            the rung was not scanned. Instructions that a fault has kept from running are left out.
+
+    Returns:
+        `1` or `0` per element.
+
+    Raises:
+        ValueError: `truth` is longer than the rung has instructions.
+    """
+    numbering = Numbering(rung.series)
+    if truth is None:
+        return "0" * (numbering.rail + 1)
+    if len(truth) > numbering.instructions:
+        raise ValueError(f"the rung has {numbering.instructions} instructions, {len(truth)} truths are given")
+    behind = [False] * (numbering.rail + 1)
+    behind[: len(truth)] = truth
+    behind[numbering.rail] = True
+    _flow(rung.series, numbering.rail, numbering, behind)
+    return "".join("01"[each] for each in behind)
+
+
+def _flow(series: Series, last: int, numbering: Numbering, behind: list[bool]) -> int:
+    """Note the power behind the branches of a series; `last` is the element in front, the result the last."""
+    for each in series:
+        if isinstance(each, Branch):
+            number = numbering.branch()
+            ends = [_flow(leg, last, numbering, behind) for leg in each.legs]
+            behind[number] = any(behind[end] for end in ends)
+            last = number
+        else:
+            last = numbering.instruction()
+    return last

@@ -1,0 +1,127 @@
+"""Marks as lines, curves, frames and letters. A cell is 1 by 1, its middle at whole numbers, y downwards."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from .marks import Box, Corner, Mark, Symbol, Wire
+from .ruler import caption_width
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A straight line from one point to another."""
+
+    x: float
+    y: float
+    to_x: float
+    to_y: float
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """Half of a coil: an arc upright at a point, bent to one side."""
+
+    x: float
+    y: float
+    bend: float
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """The frame of a box: its upper left corner and its size."""
+
+    x: float
+    y: float
+    width: float
+    height: float
+
+
+@dataclass(frozen=True, slots=True)
+class Letters:
+    """A text, its first character in a cell."""
+
+    x: float
+    y: float
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Value:
+    """Where the value of a tag stands: centred beneath a sign, or so that it ends with a column."""
+
+    x: float
+    y: float
+    name: str
+    beneath: bool
+
+
+Form = Line | Curve | Frame | Letters | Value
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """A form, its class, and the element of the rung whose power it shows; None if it shows none."""
+
+    form: Form
+    kind: str
+    element: int | None = None
+
+
+def shapes_of(mark: Mark) -> Iterator[Shape]:
+    """Yield the shapes of a mark."""
+    yield from _SHAPES[type(mark)](mark)
+
+
+def _wire(wire: Wire) -> Iterator[Shape]:
+    reach = 0.5 if wire.y == wire.to_y else 0
+    yield Shape(Line(wire.x - reach, wire.y, wire.to_x + reach, wire.to_y), "wire", wire.element)
+
+
+def _corner(corner: Corner) -> Iterator[Shape]:
+    to_x = corner.x + (0.5 if corner.opens else -0.5)
+    yield Shape(Line(corner.x, corner.y, to_x, corner.y), "wire", corner.element)
+
+
+def _symbol(symbol: Symbol) -> Iterator[Shape]:
+    x, y, wide, own = symbol.x - 0.5, symbol.y, len(symbol.sign), symbol.element
+    left, right = x + 0.75, x + wide - 0.75
+    yield Shape(Letters(symbol.label_x, y - 1, symbol.name), "name")
+    yield Shape(Line(x, y, left, y), "wire", symbol.feeder)
+    yield Shape(Line(right, y, x + wide, y), "sign", own)
+    if symbol.sign.startswith("("):
+        yield Shape(Curve(left, y, -0.7), "sign", own)
+        yield Shape(Curve(right, y, 0.7), "sign", own)
+    else:
+        yield from (Shape(Line(edge, y - 0.4, edge, y + 0.4), "sign", own) for edge in (left, right))
+    inner = symbol.sign[1:-1].strip()
+    if inner == "/":
+        yield Shape(Line(right, y - 0.4, left, y + 0.4), "sign", own)
+    elif inner:
+        yield Shape(Letters(x + (wide - len(inner)) / 2 + 0.5, y, inner), "mark", own)
+    if symbol.value is not None:
+        yield Shape(Value(x + wide / 2, y, symbol.value, beneath=True), "value")
+
+
+def _box(box: Box) -> Iterator[Shape]:
+    rows = max(len(box.lines), 1)
+    yield Shape(Frame(box.x, box.y - 0.95, box.width, rows + 1.05), "box", box.element)
+    yield Shape(Letters(box.x + (box.width - len(box.title)) / 2, box.y - 1, box.title), "heading")
+    captions = caption_width(box.lines)
+    for number, (caption, operand, value) in enumerate(box.lines):
+        y, end = box.y + number, box.x + box.width - 2
+        yield Shape(Letters(box.x + 2, y, caption), "caption")
+        if value is not None:
+            yield Shape(Value(end - 1, y, value, beneath=False), "value")
+        else:
+            yield Shape(Letters(end - len(operand) if captions else box.x + 2, y, operand), "operand")
+
+
+_SHAPES: Mapping[type, Callable[[Any], Iterator[Shape]]] = {
+    Wire: _wire,
+    Corner: _corner,
+    Symbol: _symbol,
+    Box: _box,
+}
