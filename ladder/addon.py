@@ -34,12 +34,15 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
+from types import MappingProxyType
 
 from .errors import LadderError
 from .instructions import BY_NAME
 from .instructions.addons import ADD_ON_CALL
+from .instructions.stubbed import specs_of_stubs
 from .spec import Spec, Use
 from .statements import Invocation, operands_in, statements_in
+from .stubs import Stub
 from .tagref import operand_of
 from .tags import OPEN, Tag
 from .tree import (
@@ -225,9 +228,16 @@ class AddOn:
         return next((each for each in self.routines if each.name.upper() == name.upper()), None)
 
 
-def specs_of(add_ons: Mapping[str, AddOn]) -> Mapping[str, Spec]:
-    """Return the shapes of all instructions, by name in capitals: the built-in ones and these."""
-    return {**BY_NAME, **{name: each.spec for name, each in add_ons.items()}}
+def specs_of(
+    add_ons: Mapping[str, AddOn], stubs: Mapping[str, Stub] = MappingProxyType({})
+) -> Mapping[str, Spec]:
+    """Return the shapes of all instructions, by name in capitals: the built-in ones and these.
+
+    Args:
+        add_ons: add-on instructions, by name in capitals.
+        stubs: what stands for instructions, known ones and others, by name in capitals.
+    """
+    return {**BY_NAME, **{name: each.spec for name, each in add_ons.items()}, **specs_of_stubs(stubs)}
 
 
 def _is_flag(address: Address) -> bool:
@@ -237,7 +247,7 @@ def _is_flag(address: Address) -> bool:
 def _addresses(instruction: Instruction) -> Iterator[Address]:
     """Yield the addresses of tags that an instruction uses; labels are not tags."""
     for use, operand in zip(_uses(instruction), instruction.operands, strict=False):
-        if use not in (Use.LABEL, Use.MODE):
+        if use not in (Use.LABEL, Use.MODE, Use.KEYWORD):
             yield from addresses_in(operand)
 
 

@@ -11,7 +11,7 @@ from .operands import Constant, Group, Place, first_leaf
 from .regions import Region, region_of
 from .schedule import TaskKind
 from .spec import Use
-from .stubs import stub_of
+from .stubs import ALL_MESSAGES, Ending, InPython, Power, stub_of
 from .tags import Leaf
 
 REPEATED_COILS = "repeated coils"
@@ -56,12 +56,23 @@ def check_whole(lowered: Lowered) -> list[Problem]:
 def _without_stub(lowered: Lowered) -> Iterator[Problem]:
     """Messages of which nothing says how they end."""
     for routine, line, step in _all_steps(lowered, copies=False):
-        if step.name == "MSG" and stub_of(lowered.stubs, step.operands[0].path) is None:
+        message = step.operands[0] if step.name == "MSG" else None
+        if isinstance(message, Group) and stub_of(lowered.stubs, message.path) is None:
             remedy = (
                 'describe its end: STUB MSG : done after 20 ms, or program.stub("MSG", "done after 20 ms")'
             )
-            text = f"nothing says how the message {step.operands[0].text} ends"
+            text = f"nothing says how the message {message.text} ends"
             yield Problem(_where(routine, line), line.text, text, remedy)
+
+
+def uses_of_stubs(lowered: Lowered) -> Iterator[str]:
+    """Yield the name of the stub of each instruction that has one, in capitals."""
+    for _, _, step in _all_steps(lowered, copies=False):
+        first = step.operands[0] if step.operands else None
+        if isinstance(first, (Ending, Power, InPython)):
+            yield step.name
+        elif step.name == ALL_MESSAGES and isinstance(first, Group):
+            yield first.path.upper() if first.path.upper() in lowered.stubs else ALL_MESSAGES
 
 
 def _repeated(lowered: Lowered, allowed: frozenset[str]) -> Iterator[Problem]:
@@ -122,7 +133,7 @@ def _jumps(lowered: Lowered, routine: LoweredRoutine) -> Iterator[Problem]:
                 )
             elif isinstance(step.operands[0], Call):
                 problem = _call_problem(lowered, step.operands[0])
-            elif step.name == "EVENT":
+            elif step.name == "EVENT" and isinstance(step.operands[0], str):
                 problem = _event_problem(lowered, step.operands[0])
             if problem:
                 yield Problem(_where(routine, line), line.text, *problem)

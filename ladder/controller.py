@@ -157,7 +157,7 @@ class Controller(LadderLogic):
     @override
     def _lower(self) -> tuple[Lowered, list[Problem]]:
         layout = Layout(self._all_declarations())
-        lowering = Lowering(self.name, layout, "", self.add_ons)
+        lowering = Lowering(self.name, layout, "", self.add_ons, self.stubs)
         lowered = lowering.lowered
         problems = list(self._wrong_tasks())
         tasks = self.tasks or [Task(IMPLICIT_TASK, TaskKind.CONTINUOUS, tuple(self._names_of_programs()))]
@@ -166,7 +166,6 @@ class Controller(LadderLogic):
             lowered.schedule = schedule_of(layout, tasks, roots)
         for program in self.programs:
             problems += program.lower_into(lowering, program.name)
-        lowered.stubs = dict(self.stubs)
         lowered.recursive = recursive_routines(lowered)
         problems = lowering.problems + check_whole(lowered) + problems + wrong_initials(lowered)
         if problems:

@@ -62,8 +62,8 @@ class Program(LadderLogic):
         self._functions: dict[str, Callable[..., Any]] = {}
 
     def join(self, controller: LadderLogic) -> None:
-        """Become a part of a controller, and share its add-on instructions."""
-        self.add_ons = controller.add_ons
+        """Become a part of a controller, and share its add-on instructions and stubs."""
+        self.add_ons, self.stubs = controller.add_ons, controller.stubs
         self._controller = controller
 
     @override
@@ -94,7 +94,7 @@ class Program(LadderLogic):
 
     def routine(self, function: Callable[[RungMaker], None]) -> Callable[[RungMaker], None]:
         """Add a routine: the function is called once, now, with a `rung` that it calls per rung."""
-        maker = RungMaker(specs_of(self.add_ons))
+        maker = RungMaker(specs_of(self.add_ons, self.stubs))
         function(maker)
         self.add_routine(Routine(function.__name__, tuple(maker.rungs), (function.__doc__ or "").strip()))
         return function
@@ -122,7 +122,7 @@ class Program(LadderLogic):
         """
         from .st import parse_statements  # lark takes time to import, and most programs have none
 
-        block = parse_statements(text, specs=specs_of(self.add_ons))
+        block = parse_statements(text, specs=specs_of(self.add_ons, self.stubs))
         self.add_routine(Routine(name, (), statements=block))
 
     def function(self, function: Callable[..., Any]) -> Callable[..., Any]:
@@ -170,7 +170,7 @@ class Program(LadderLogic):
     @override
     def _lower(self) -> tuple[Lowered, list[Problem]]:
         layout = Layout(self.declarations)
-        lowering = Lowering(self.name, layout, self.first or "Main", self.add_ons)
+        lowering = Lowering(self.name, layout, self.first or "Main", self.add_ons, self.stubs)
         lowered = lowering.lowered
         if self.fault:
             task = Task(self.name, TaskKind.CONTINUOUS, (self.name,))
@@ -178,7 +178,6 @@ class Program(LadderLogic):
         problems = self.lower_into(lowering)
         if not self.names and not self.main:
             problems.append(Problem(f"program {self.name}", "", "there is no routine Main", "add a routine"))
-        lowered.stubs = dict(self.stubs)
         lowered.recursive = recursive_routines(lowered)
         problems = lowering.problems + check_whole(lowered) + problems + wrong_initials(lowered)
         if problems:

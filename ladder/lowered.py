@@ -67,6 +67,23 @@ class OperandResolver(Protocol):
             OperandError: it is something else, or an input.
         """
 
+    def any(self, operand: Operand) -> Resolved:
+        """Return any operand.
+
+        Raises:
+            LadderError: it is no tag and no value.
+        """
+
+    def hidden(self, name: str) -> Place:
+        """Return a place of an instruction's own, a LINT, whose name begins so.
+
+        Raises:
+            OperandError: the instruction stands in an add-on instruction, which has none.
+        """
+
+    def function(self, name: str, function: Callable[..., Any]) -> str:
+        """Make a Python function known that an instruction calls; return its full name."""
+
 
 ADD_ON = "add-on"
 """Name of the step that calls an add-on instruction; its operand is one `AddOnCall`."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
@@ -13,12 +13,14 @@ from .errors import LadderError, Problem, Site
 from .instructions import BY_NAME
 from .instructions.addons import ADD_ON_CALL
 from .instructions.statements import CONDITION
+from .instructions.stubbed import specs_of_stubs
 from .lowered import AddOnCall, Frame, Line, Lowered, LoweredRoutine, Node, Parallel, Step, steps_of
 from .lowering_statements import StatementLowering
 from .operand_checks import OPERAND_CHECKS, WRITTEN, OperandError, described
 from .operands import Constant, Group, Place, Resolved, first_leaf, leaves_in
 from .resolver import AddressError, Resolver
 from .spec import WITH_PRESETS, Kind, Spec, Use
+from .stubs import Stub
 from .tags import OWN, FrameLayout, Layout, scoped
 from .tree import (
     Address,
@@ -35,7 +37,7 @@ from .tree import (
     addresses_in,
     too_deep,
 )
-from .types import DINT, Structure
+from .types import DINT, HIDDEN, LINT, Structure
 
 _KEPT_FLAGS = frozenset({"S:V", "S:Z", "S:N", "S:C"})
 
@@ -50,11 +52,18 @@ class Lowering:
     """
 
     def __init__(
-        self, name: str, layout: Layout, main: str, add_ons: Mapping[str, AddOn] = MappingProxyType({})
+        self,
+        name: str,
+        layout: Layout,
+        main: str,
+        add_ons: Mapping[str, AddOn] = MappingProxyType({}),
+        stubs: Mapping[str, Stub] = MappingProxyType({}),
     ) -> None:
         self.lowered = Lowered(name, layout, main.upper())
         self.problems: list[Problem] = []
         self.warnings: list[Problem] = []
+        self.lowered.stubs = dict(stubs)
+        self._stubbed = specs_of_stubs(stubs)
         self._add_ons = add_ons
         self._uncompiled: list[AddOn] = []
         self._frame: Frame | None = None
@@ -186,8 +195,9 @@ class Lowering:
 
     def step(self, instruction: Instruction) -> Step:
         """Lower an instruction."""
-        definition = self._add_ons.get(instruction.name.upper())
-        spec = definition.spec if definition else BY_NAME.get(instruction.name, CONDITION)
+        stub = self._stubbed.get(instruction.name.upper())
+        definition = None if stub else self._add_ons.get(instruction.name.upper())
+        spec = stub or (definition.spec if definition else BY_NAME.get(instruction.name, CONDITION))
         site = self.site(str(instruction))
         if definition:
             return Step(ADD_ON_CALL, self._add_on(definition, instruction), site)
@@ -382,6 +392,23 @@ class Lowering:
         if not isinstance(resolved, (Place, Constant)):
             raise OperandError(f"{operand} is {described(resolved)}, one value is needed", "pass its members")
         return resolved
+
+    def any(self, operand: Operand) -> Resolved:
+        """Return any operand, see `OperandResolver`."""
+        return self.resolver.operand(operand)
+
+    def hidden(self, name: str) -> Place:
+        """Return a place of an instruction's own, see `OperandResolver`."""
+        if self._frame is not None:
+            raise OperandError("the instruction stands in an add-on instruction", "call it in a program")
+        leaf = self.lowered.layout.hidden(f"{HIDDEN}{name}{len(self.lowered.sites)}", LINT)
+        return Place(leaf, (), None, leaf.path)
+
+    def function(self, name: str, function: Callable[..., Any]) -> str:
+        """Make a Python function known, see `OperandResolver`."""
+        full = self.named(f"{HIDDEN}{name}")
+        self.lowered.functions[full] = function
+        return full
 
     def target(self, operand: Operand) -> Place:
         """Return a tag that may be written, see `OperandResolver`."""

@@ -13,7 +13,7 @@ import importlib.util
 import inspect
 import sys
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path, PurePath
@@ -25,6 +25,7 @@ from .rungfile import STRUCTURED_SUFFIX, SUFFIX, parse_program, parse_structured
 from .runnable import LadderLogic
 from .steps import SUFFIX as STEPS_SUFFIX
 from .steps import StepsError, parse_steps
+from .stubs import NO_STUBS, InPython, Stub, Stubs, check_stubbed, parse_stub
 
 DEFAULT_FUNCTION = "logic"
 """The function that is called once per scan, if the address names no other."""
@@ -104,7 +105,7 @@ def program_form(path: PurePath) -> Form:
     return FORMS[path.suffix]
 
 
-def load_program(address: str, folder: Path | str = Path()) -> Program:
+def load_program(address: str, folder: Path | str = Path(), stubs: Stubs = NO_STUBS) -> Program:
     """Load the function that a scan loop calls once per scan.
 
     The file is run once, as a module of its own; its folder is put on the import path, so that
@@ -113,6 +114,7 @@ def load_program(address: str, folder: Path | str = Path()) -> Program:
     Args:
         address: `path[:function]`, the path relative to `folder`.
         folder: where a relative path starts.
+        stubs: what stands for instructions of a ladder program, see `load_stubs`.
 
     Raises:
         ProgramError: no such file or function, a syntax error, an error while the file runs, or
@@ -121,11 +123,52 @@ def load_program(address: str, folder: Path | str = Path()) -> Program:
     folder = Path(folder)
     path = folder / split_address(address)[0]
     if program_form(path) is Form.DATA:
-        return _load_steps(path) if path.suffix == STEPS_SUFFIX else _load_rungs(path)
-    return load_function(address, folder, default=DEFAULT_FUNCTION, arguments=("scan",))
+        return _load_steps(path) if path.suffix == STEPS_SUFFIX else _load_rungs(path, stubs)
+    return load_function(address, folder, default=DEFAULT_FUNCTION, arguments=("scan",), stubs=stubs)
 
 
-def load_function(address: str, folder: Path | str, *, default: str, arguments: tuple[str, ...]) -> Program:
+def load_stubs(texts: Mapping[str, str], folder: Path | str, *, missing_tags: bool = False) -> Stubs:
+    """Read the stubs of a rack file.
+
+    Args:
+        texts: by instruction or message tag: see `stubs`; `path:function` of a Python function.
+        folder: where a relative path starts.
+        missing_tags: see `Stubs`.
+
+    Raises:
+        ProgramError: a function can't be loaded.
+        LadderError: it is no stub.
+    """
+    read: dict[str, Stub] = {}
+    for name, text in texts.items():
+        check_stubbed(name.upper())
+        if is_python(text):
+            function = load_function(text, folder, default="", arguments=("tags", "rung"), loosely=True)
+            read[name.upper()] = InPython(text, function.function)
+        else:
+            read[name.upper()] = parse_stub(text)
+    return Stubs(read, missing_tags)
+
+
+def is_python(stub: str) -> bool:
+    """Whether the text of a stub names a Python function.
+
+    >>> is_python("plant.py:xrp"), is_python("done after 20 ms")
+    (True, False)
+    """
+    path, name = split_address(stub, "")
+    return bool(name) and PurePath(path).suffix == ".py"
+
+
+def load_function(
+    address: str,
+    folder: Path | str,
+    *,
+    default: str,
+    arguments: tuple[str, ...],
+    stubs: Stubs = NO_STUBS,
+    loosely: bool = False,
+) -> Program:
     """Load a function from a file, see `load_program`.
 
     Args:
@@ -133,6 +176,8 @@ def load_function(address: str, folder: Path | str, *, default: str, arguments: 
         folder: where a relative path starts.
         default: name of the function, if the address names none.
         arguments: what it is called with, by position.
+        stubs: of a ladder program, see `load_program`.
+        loosely: the call may have further arguments.
 
     Raises:
         ProgramError: see `load_program`.
@@ -146,12 +191,12 @@ def load_function(address: str, folder: Path | str, *, default: str, arguments: 
         name = name if hasattr(module, name) else LADDER_NAME
     function = _pick(path, module, name)
     if isinstance(function, LadderLogic):
-        _build(path, function)
-    _check_signature(path, name, function, arguments)
+        _build(path, function, stubs)
+    _check_signature(path, name, function, arguments, loosely=loosely)
     return Program(path, name, function, data)
 
 
-def _load_rungs(path: Path) -> Program:
+def _load_rungs(path: Path, stubs: Stubs) -> Program:
     """Load a ladder program, or one of structured text, from its text."""
     data = _read(path)
     _check_text(path, data)
@@ -159,9 +204,9 @@ def _load_rungs(path: Path) -> Program:
         text = data.decode("utf-8")
         program: LadderLogic
         if path.suffix == STRUCTURED_SUFFIX:
-            program = parse_structured(text, path.stem, file=str(path))
+            program = parse_structured(text, path.stem, file=str(path), stubs=stubs)
         else:
-            program = parse_program(text, file=str(path))
+            program = parse_program(text, file=str(path), stubs=stubs)
     except LadderError as error:
         raise ProgramError(str(error)) from error
     _build(path, program)
@@ -178,9 +223,10 @@ def _load_steps(path: Path) -> Program:
         raise ProgramError(str(error)) from error
 
 
-def _build(path: Path, program: LadderLogic) -> None:
+def _build(path: Path, program: LadderLogic, stubs: Stubs = NO_STUBS) -> None:
     """Find the mistakes of a ladder program before it runs."""
     try:
+        program.take_stubs(stubs)
         program.build()
     except LadderError as error:
         raise ProgramError(f"{path}: {error}") from error
@@ -249,8 +295,10 @@ def _pick(path: Path, module: ModuleType, name: str) -> Callable[..., Any]:
     raise ProgramError(f"{path}: there is no function {name} among {', '.join(there) or 'none'}{hint}")
 
 
-def _check_signature(path: Path, name: str, function: Callable[..., Any], arguments: tuple[str, ...]) -> None:
-    wanted = f"{name}({', '.join(arguments)})"
+def _check_signature(
+    path: Path, name: str, function: Callable[..., Any], arguments: tuple[str, ...], *, loosely: bool = False
+) -> None:
+    wanted = f"{name}({', '.join(arguments)}{', *operands' if loosely else ''})"
     where = f"{path}:{_line_of(function)}"
     if inspect.iscoroutinefunction(function) or inspect.isgeneratorfunction(function):
         raise ProgramError(f"{where}: {name} must be a plain function {wanted}, without async and yield")
@@ -259,7 +307,7 @@ def _check_signature(path: Path, name: str, function: Callable[..., Any], argume
     except ValueError:  # a callable of C code tells nothing of its arguments
         return
     try:
-        signature.bind(*arguments)
+        (signature.bind_partial if loosely else signature.bind)(*arguments)
     except TypeError:
         raise ProgramError(f"{where}: {name}{signature} can't be called as {wanted}") from None
 

@@ -52,6 +52,7 @@ from .rungreader import LIBRARIES, Reader, load_library
 from .runnable import LadderLogic
 from .schedule import Task
 from .statements import block_lines
+from .stubs import NO_STUBS, InPython, Stubs
 from .tags import Alias, SlotAlias, Tag
 from .tree import Routine
 from .types import TYPES, DataType, Elementary, Member
@@ -78,20 +79,27 @@ def read_program(path: Path | str) -> Program | Controller:
     return parse_program(text, file=str(file))
 
 
-def parse_program(text: str, *, file: str = "") -> Program | Controller:
-    """Read a program or a controller from text, see `read_program`."""
-    return Reader(text, file).program()
+def parse_program(text: str, *, file: str = "", stubs: Stubs = NO_STUBS) -> Program | Controller:
+    """Read a program or a controller from text, see `read_program`.
+
+    Args:
+        text: the text.
+        file: where it is from, for messages.
+        stubs: what stands for instructions, in place of the text's own stubs of the same name.
+    """
+    return Reader(text, file, stubs).program()
 
 
-def parse_structured(text: str, name: str, *, file: str = "") -> Program:
+def parse_structured(text: str, name: str, *, file: str = "", stubs: Stubs = NO_STUBS) -> Program:
     """Read a program from structured text, see `read_program`.
 
     Args:
         text: declarations, then statements.
         name: name of the program, unless the text has a line PROGRAM.
         file: where it is from, for messages.
+        stubs: see `parse_program`.
     """
-    return Reader(text, file).structured(name)
+    return Reader(text, file, stubs).structured(name)
 
 
 def write_program(program: Program | Controller, path: Path | str) -> None:
@@ -117,7 +125,8 @@ def structured_text(program: Program | Controller) -> str:
             f"{program.kind} {program.name} is not one routine of structured text; "
             f"write it to a {SUFFIX} file"
         )
-    lines = [f"PROGRAM {program.name}", "", *_types(program), *_declarations(program), ""]
+    declared = (*_types(program), *_declarations(program), *_stubs(program))
+    lines = [f"PROGRAM {program.name}", "", *declared, ""]
     return "\n".join([*lines, *block_lines(statements[0])]) + "\n"
 
 
@@ -136,7 +145,8 @@ def program_text(program: Program | Controller) -> str:
         lines = _controller_lines(program)
     else:
         head, *allowed = _head(program), *_allowed(program)
-        lines = iter([head, *allowed, "", *_types(program), *_declarations(program), *_routines(program)])
+        declared = (*_types(program), *_declarations(program), *_stubs(program))
+        lines = iter([head, *allowed, "", *declared, *_routines(program)])
     return "\n".join(lines) + "\n"
 
 
@@ -146,6 +156,7 @@ def _controller_lines(controller: Controller) -> Iterator[str]:
     yield ""
     yield from _types(controller)
     yield from _declarations(controller)
+    yield from _stubs(controller)
     yield from map(_task_text, controller.tasks)
     for program in controller.programs:
         yield from ("", _head(program), *_declarations(program), *_routines(program), "END PROGRAM")
@@ -258,5 +269,10 @@ def _declarations(logic: LadderLogic) -> Iterator[str]:
             bound = f" AS {each.type.name}" if each.type else ""
             text = f"ALIAS {each.name} : {each.target}{bound}"
         yield text + (f"  // {each.comment}" if each.comment else "")
+
+
+def _stubs(logic: LadderLogic) -> Iterator[str]:
     for name, stub in logic.stubs.items():
+        if isinstance(stub, InPython):
+            raise LadderError(f"the stub of {name} is Python: it is no rung text, and stands in a rack file")
         yield f"STUB {name} : {stub}"

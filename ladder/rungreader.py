@@ -17,6 +17,7 @@ from .errors import LadderError, RungTextError
 from .expressions import TAG_NAME, parse_address
 from .logic import Program
 from .schedule import Task, TaskKind
+from .stubs import NO_STUBS, Stubs
 from .tags import Alias, SlotAlias, Tag
 from .text import parse_rung
 from .tree import Block, Routine, Rung
@@ -110,13 +111,15 @@ _RADIX = re.compile(r'"(?:[^"\\]|\\.)*"|(?P<number>\b(?:16#[0-9A-Fa-f_]+|8#[0-7_
 class Reader:
     """Reads a program line by line."""
 
-    def __init__(self, text: str, file: str) -> None:
+    def __init__(self, text: str, file: str, stubs: Stubs = NO_STUBS) -> None:
         self._lines = text.splitlines()
         self._file = file
         self._at = 0
         self._types = dict(TYPES)
         self._add_ons: dict[str, AddOn] = {}
-        self._specs = specs_of(self._add_ons)
+        self._given = stubs
+        self._stubs = dict(stubs.by_name)
+        self._specs = specs_of(self._add_ons, self._stubs)
         self._in_program = False
 
     def library(self) -> Library:
@@ -136,6 +139,7 @@ class Reader:
         program = Program(head.group(1), main=head.group(2), fault=head.group(3), allow=self._allowed())
         while self._peek() is not None:
             self._declaration(program)
+        program.take_stubs(self._given)
         return program
 
     def _allowed(self) -> tuple[str, ...]:
@@ -159,6 +163,7 @@ class Reader:
                 self._fail("PROGRAM: in a controller a routine stands in a program")
             else:
                 self._declaration(controller)
+        controller.take_stubs(self._given)
         return controller
 
     def _block(self, program: Program) -> None:
@@ -200,6 +205,7 @@ class Reader:
         # blank lines in place of the declarations: a statement's line is its line in the file
         self._lines[:start] = [""] * start
         program.add_routine(Routine(MAIN, (), statements=self._statements(0, len(self._lines))))
+        program.take_stubs(self._given)
         return program
 
     def _line_at(self, number: int) -> str:
@@ -254,6 +260,8 @@ class Reader:
                 program.stub(found.group(1), found.group(2))
             except LadderError as error:
                 raise LadderError(f"{self._file}:{self._at + 1}: {error}") from None
+            self._stubs = {**program.stubs, **self._given.by_name}
+            self._specs = specs_of(self._add_ons, self._stubs)
         elif found := _ALIAS.fullmatch(line):
             bound = self._structure(found.group(3)) if found.group(3) else None
             program.add(Alias(found.group(1), parse_address(found.group(2)), comment, bound))
@@ -290,7 +298,7 @@ class Reader:
             self._fail(f"a library ({', '.join(LIBRARIES)})", name)
         self._types.update(library.types)
         self._add_ons.update(library.add_ons)
-        self._specs = specs_of(self._add_ons)
+        self._specs = specs_of(self._add_ons, self._stubs)
 
     def _instruction(self, name: str) -> None:
         """Read the definition of an add-on instruction."""
@@ -314,7 +322,7 @@ class Reader:
         except LadderError as error:
             raise LadderError(f"{self._file}:{start + 1}: {error}") from None
         self._add_ons[name.upper()] = definition
-        self._specs = specs_of(self._add_ons)
+        self._specs = specs_of(self._add_ons, self._stubs)
         self._types[name] = definition.structure
 
     def _parameter(self, line: str) -> Parameter:

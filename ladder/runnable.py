@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 from abc import ABC, abstractmethod
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from .addon import AddOn
-from .checks import ALLOWANCES
+from .checks import ALLOWANCES, uses_of_stubs
 from .compiler import Scanner, scanner_of, source_of
 from .edit import Edit, carry_over
 from .engine import STEP_MS, Engine
@@ -16,7 +17,7 @@ from .errors import LadderError, MinorFault, Problem
 from .expressions import TAG_NAME, parse_address
 from .lowered import Lowered
 from .memory import Memory
-from .stubs import Stub, parse_stub
+from .stubs import InPython, Stub, Stubs, check_stubbed, parse_stub
 from .tagref import TagRef
 from .tags import Alias, Declaration, SlotAlias, Tag
 from .tree import Routine
@@ -38,7 +39,7 @@ class LadderLogic(ABC):
         declarations: tags and aliases, in order.
         add_ons: the add-on instructions that it uses, by name in capitals.
         allowed: what is not reported, see `checks.ALLOWANCES`.
-        stubs: how messages end, by name in capitals.
+        stubs: what stands for instructions, and how messages end, by name in capitals.
 
     Args:
         name: its name.
@@ -89,19 +90,45 @@ class LadderLogic(ABC):
 
     # --- declaring
 
-    def stub(self, name: str, text: str) -> None:
-        r"""Say how a message ends.
+    def stub(self, name: str, text: str | Callable[..., Any]) -> None:
+        r"""Say what stands for an instruction, or how a message ends.
 
         Args:
-            name: its tag, in a controller `\Program.tag` for that of a program; MSG for all without
-                a stub of their own.
-            text: `done after 20 ms`, or `error 16#00CB after 20 ms`.
+            name: the instruction; or a message's tag, in a controller `\Program.tag` for that of a program.
+            text: `done after 20 ms`, `error 16#00CB after 20 ms`, `false`, `true`, see `stubs`; or a
+                function, see `stubs.InPython`.
 
         Raises:
-            LadderError: the text says something else.
+            LadderError: the text says something else, or the instruction can't be stubbed.
         """
+        if callable(text):
+            named = getattr(text, "__name__", type(text).__name__)
+            self.take_stubs(Stubs({name.upper(): InPython(named, text)}))
+        else:
+            self.take_stubs(Stubs({name.upper(): parse_stub(text)}))
+
+    def take_stubs(self, stubs: Stubs) -> None:
+        """Take stubs, in place of its own of the same name.
+
+        Raises:
+            LadderError: nothing can stand for an instruction among them, or it has been built.
+        """
+        if not stubs.by_name:
+            return
         self._refuse_if_built()
-        self.stubs[name.upper()] = parse_stub(text)
+        for name in stubs.by_name:
+            check_stubbed(name)
+        self.stubs.update(stubs.by_name)
+
+    @property
+    def stubs_in_use(self) -> tuple[str, ...]:
+        """The stubs that a rung or a statement needs, as `MSG = done after 20 ms (3 times)`.
+
+        Raises:
+            BuildError: see `build`.
+        """
+        counted = Counter(uses_of_stubs(self.build()))
+        return tuple(f"{name} = {self.stubs[name]} ({times(count)})" for name, count in counted.items())
 
     def declare(
         self,
@@ -284,6 +311,15 @@ class LadderLogic(ABC):
             if each.name.upper() == routine.upper():
                 return each.text
         raise LadderError(f"there is no routine {routine} in {self.kind} {self.name}")
+
+
+def times(count: int) -> str:
+    """Return how often, in words.
+
+    >>> times(1), times(2), times(2000)
+    ('once', 'twice', '2,000 times')
+    """
+    return {1: "once", 2: "twice"}.get(count, f"{count:,} times")
 
 
 def wrong_initials(lowered: Lowered) -> list[Problem]:

@@ -85,6 +85,10 @@ class Use(Enum):
     """An integer constant."""
     MODE = auto()
     """Byte order of SWPB."""
+    KEYWORD = auto()
+    """A word of a list, such as `Units per sec`, or its number."""
+    ANYTHING = auto()
+    """Any number of operands of any kind: tags, numbers, words."""
     LABEL = auto()
     ROUTINE = auto()
     PARAMETERS = auto()
@@ -175,7 +179,7 @@ class Spec:
     @property
     def variadic(self) -> bool:
         """Takes any number of further operands."""
-        return Use.PARAMETERS in self.operands
+        return Use.PARAMETERS in self.operands or Use.ANYTHING in self.operands
 
     def __call__(self, *given: object) -> Instruction:
         """Return the instruction with these operands.

@@ -1,30 +1,43 @@
-"""Stubs: what stands for the other end of an instruction that leaves the controller.
+"""Stubs: what stands for an instruction, or for the other end of one that leaves the controller.
+
+| text | means |
+|---|---|
+| `done after 20 ms` | EN with the rung, DN that much later; a message ends so |
+| `error 16#00CB after 20 ms` | EN with the rung, ER and the code that much later |
+| `false`, `true` | the rung is that behind the instruction |
+| `plant.py:xrp` | a Python function does it; in the `[stubs]` of a rack file only |
 
 STUB MSG : done after 20 ms                     // every message
 STUB Order : error 16#00CB after 1000 ms        // the message of this tag
+STUB ALMD : false                               // every ALMD
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from decimal import Decimal
+from typing import Any
 
 from .errors import LadderError
 
 ALL_MESSAGES = "MSG"
 """Name of the stub of every message without one of its own."""
 
+NEVER_STUBBED = frozenset({"JMP", "LBL", "JSR", "SBR", "RET", "TND", "MCR", "FOR", "BRK"})
+"""Instructions that say what runs next: nothing else can stand for them."""
+
 _TEXT = re.compile(
     r"(?:done|error\s+(?:16#(?P<hex>[0-9A-F]{1,4})|(?P<code>\d{1,5})))\s+after\s+(?P<ms>\d{1,9}(?:\.\d{1,6})?)\s*ms",
     re.IGNORECASE,
 )
+_POWER = {"FALSE": False, "TRUE": True}
 
 
 @dataclass(frozen=True, slots=True)
-class Stub:
-    """How a message ends.
+class Ending:
+    """How a message, or another instruction that takes its time, ends.
 
     Attributes:
         after_ns: how long it takes, ns.
@@ -39,30 +52,111 @@ class Stub:
         return f"{what} after {(Decimal(self.after_ns) / 1_000_000).normalize():f} ms"
 
 
-def parse_stub(text: str) -> Stub:
-    """Read how a message ends.
+@dataclass(frozen=True, slots=True)
+class Power:
+    """An instruction that does nothing.
 
-    >>> str(parse_stub("done after 20 ms")), parse_stub("error 203 after 0.5 ms")
-    ('done after 20 ms', Stub(after_ns=500000, error=203))
+    Attributes:
+        behind: whether a true rung stays true behind it.
+    """
+
+    behind: bool
+
+    def __str__(self) -> str:
+        return str(self.behind).lower()
+
+
+@dataclass(frozen=True, slots=True)
+class InPython:
+    """A Python function that does what the instruction does.
+
+    It is called in every scan as `f(tags, rung, *operands)`: the tags of the program, whether the rung is
+    true, and the operands as numbers, characters or `Argument`. What it returns, if not None, is the rung
+    behind the instruction.
+
+    Attributes:
+        address: `path:function`.
+        function: the function.
+    """
+
+    address: str
+    function: Callable[..., Any] = field(compare=False)
+
+    def __str__(self) -> str:
+        return self.address
+
+
+Stub = Ending | Power | InPython
+
+
+@dataclass(frozen=True, slots=True)
+class Stubs:
+    """The stubs that a rack file gives to its program.
+
+    Attributes:
+        by_name: by instruction or message tag, in capitals.
+        missing_tags: whether tags that the program uses and does not declare are declared by their use.
+    """
+
+    by_name: Mapping[str, Stub] = field(default_factory=dict)
+    missing_tags: bool = False
+
+
+NO_STUBS = Stubs()
+
+
+def parse_stub(text: str) -> Ending | Power:
+    """Read a stub that is no Python function.
+
+    >>> str(parse_stub("done after 20 ms")), parse_stub("error 203 after 0.5 ms"), parse_stub("false")
+    ('done after 20 ms', Ending(after_ns=500000, error=203), Power(behind=False))
 
     Raises:
         LadderError: it is something else.
     """
+    power = _POWER.get(text.strip().upper())
+    if power is not None:
+        return Power(power)
     found = _TEXT.fullmatch(text.strip())
     error = int(found["hex"], 16) if found and found["hex"] else int(found["code"] or 0) if found else 0
     if found is None or error > 0xFFFF or ("error" in text.lower() and not error):
         raise LadderError(
-            f"{text!r} is not a stub; write 'done after 20 ms', or 'error 16#00CB after 20 ms' "
-            "with a code up to 16#FFFF"
+            f"{text!r} is not a stub; write 'done after 20 ms', 'error 16#00CB after 20 ms' "
+            "with a code up to 16#FFFF, 'false', 'true' or, in a rack file, a function as in 'plant.py:xrp'"
         )
-    return Stub(int(Decimal(found["ms"]) * 1_000_000), error)
+    return Ending(int(Decimal(found["ms"]) * 1_000_000), error)
 
 
-def stub_of(stubs: Mapping[str, Stub], path: str) -> Stub | None:
-    """Return the stub of a message, None without one.
+def check_stubbed(name: str) -> None:
+    """Refuse an instruction that nothing can stand for.
+
+    Args:
+        name: in capitals.
+
+    Raises:
+        LadderError: it is one.
+    """
+    if name in NEVER_STUBBED:
+        raise LadderError(f"{name} says what runs next: nothing can stand for it")
+
+
+def stub_of(stubs: Mapping[str, Stub], path: str) -> Ending | None:
+    """Return how a message ends, None if nothing says so.
 
     Args:
         stubs: by name in capitals.
         path: the message's tag.
     """
-    return stubs.get(path.upper()) or stubs.get(ALL_MESSAGES)
+    found = stubs.get(path.upper()) or stubs.get(ALL_MESSAGES)
+    return found if isinstance(found, Ending) else None
+
+
+def replaces(stubs: Mapping[str, Stub], name: str) -> Stub | None:
+    """Return the stub that stands for an instruction; None if the instruction does its own work.
+
+    Args:
+        stubs: by name in capitals.
+        name: the instruction, in capitals.
+    """
+    found = stubs.get(name)
+    return None if name == ALL_MESSAGES and isinstance(found, Ending) else found

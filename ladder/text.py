@@ -35,6 +35,9 @@ from .tree import (
     Unknown,
 )
 
+_WORDS = re.compile(r"(?:[A-Za-z_]\w*|%)(?: +[\w%]+)+(?=\s*[,)])|%\w+(?=\s*[,)])")
+"""A word of a list that is no name, such as `Units per sec` and `% of Maximum`."""
+
 _PLAIN = re.compile(r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*\s*(?=[,)])")
 _MODE = re.compile(r"REVERSE|WORD|HIGH/?LOW|[012]", re.IGNORECASE)
 _STRING = re.compile(r"'((?:[^'$\n]|\$[^\n])*)'")
@@ -156,8 +159,11 @@ class RungParser(ExpressionParser):
             self.fail(f"{wanted} operands of {spec.name}", found)
 
     def _operand(self, use: Use | None) -> Operand:
-        if use is Use.LABEL and self.text.startswith(",", self.at):
+        if use in (Use.LABEL, Use.ANYTHING) and self.text.startswith((",", ")"), self.at):
             return Address("")  # as in GSV(WallClockTime,,DateTime,Now)
+        if use in (Use.KEYWORD, Use.ANYTHING) and (words := _WORDS.match(self.text, self.at)):
+            self._move_to(words.end())
+            return Address(words.group())
         plain = _PLAIN.match(self.text, self.at)
         if plain:
             self.at = plain.end()

@@ -15,7 +15,7 @@ from ..arithmetic import wrap
 from ..interpreter import Interpreter
 from ..operands import Constant, Group
 from ..spec import Use, always
-from ..stubs import Stub, stub_of
+from ..stubs import Ending, stub_of
 from ..types import DINT, MESSAGE_BITS
 
 __all__ = ["MSG"]
@@ -68,7 +68,7 @@ def _msg(machine: Interpreter, power: bool, group: Group) -> None:
         message.set(EN=False)
 
 
-def _go_on(message: _Message, stub: Stub | None) -> None:
+def _go_on(message: _Message, stub: Ending | None) -> None:
     assert stub is not None  # `checks` refuses a program without one
     if message["TO"]:
         message.finish(TIMEOUT)

@@ -2,6 +2,7 @@
 
 rack file and program      by the metadata's `rack_file` and `program_file`, path[:function]
 retained tags              by the metadata's `retained_file`: what a ladder program begins with
+stubs in Python            by the rack file's `[stubs]`
 what the program imports   Python files beside it, which stay beside it, by their path from there
 words.json                 the map of words and bits, which a run does not need
 
@@ -60,8 +61,10 @@ def imported(job: Job) -> list[Attachment]:
 
     What a program imports later, while it runs, is not known yet.
     """
-    given = [path.resolve() for path in (job.rack_file, job.program)]
-    names = PurePosixPath(job.rack_file.name), PurePosixPath(program_name(job))
+    stubs = [(job.folder / path, Path(path).as_posix()) for path in job.stub_files]
+    roots = [(job.rack_file, job.rack_file.name), (job.program, program_name(job)), *stubs]
+    given = [path.resolve() for path, _ in roots]
+    names = [PurePosixPath(name) for _, name in roots]
     found: dict[str, Path] = {}
     for own, name in zip(given, names, strict=True):
         if own.suffix == PYTHON:
@@ -73,6 +76,17 @@ def unit_programs(job: Job) -> list[Attachment]:
     """Return the stored programs of the units beside the rack, each once, in the order of the units."""
     paths = dict.fromkeys(Path(unit.program) for unit in job.spec.unit if unit.program is not None)
     return [attachment(job.folder / path, path.as_posix()) for path in paths]
+
+
+def stub_functions(job: Job) -> list[Attachment]:
+    """Return the Python files of stubs, each once; the program among them is attached as such."""
+    given = (job.rack_file.resolve(), job.program.resolve())
+    paths = [Path(each) for each in job.stub_files]
+    return [
+        attachment(job.folder / each, each.as_posix())
+        for each in paths
+        if (job.folder / each).resolve() not in given
+    ]
 
 
 def retained_tags(job: Job) -> list[Attachment]:

@@ -10,10 +10,21 @@ from pathlib import Path, PurePath
 from pydantic import ValidationError
 
 from ...ladder import LadderLogic
-from ...ladder.program import Form, Program, ProgramError, load_function, load_program, split_address
+from ...ladder.errors import LadderError
+from ...ladder.program import (
+    Form,
+    Program,
+    ProgramError,
+    is_python,
+    load_function,
+    load_program,
+    load_stubs,
+    split_address,
+)
+from ...ladder.stubs import Stub, Stubs
 from ..config.quantities import parse_duration
-from ..config.rackfile import RackFileError, explain, load_rack_file
-from ..config.rackspec import RackSpec
+from ..config.rackfile import RackFile, RackFileError, explain, load_rack_file
+from ..config.rackspec import MISSING_TAGS, RackSpec
 from ..loop.scan import Logic
 
 RACK_FUNCTION = "rack"
@@ -48,6 +59,16 @@ class Job:
         return tuple(map(str, self.logic.warnings)) if isinstance(self.logic, LadderLogic) else ()
 
     @property
+    def stubs(self) -> tuple[str, ...]:
+        """The stubs in use, as `MSG = done after 20 ms (3 times)`."""
+        return self.logic.stubs_in_use if isinstance(self.logic, LadderLogic) else ()
+
+    @property
+    def stub_files(self) -> tuple[str, ...]:
+        """Paths of the Python files of stubs, from the rack file's folder, each once."""
+        return stub_files(self.spec)
+
+    @property
     def folder(self) -> Path:
         """Where the paths in the rack file start."""
         return self.rack_file.parent
@@ -65,7 +86,7 @@ def load_job(rack: str, program: str | None = None) -> Job:
     """
     if program is not None:
         spec, path = load_spec(rack)
-        return _job(spec, load_program(program), path, rack)
+        return _job(spec, load_program(program, stubs=_stubs(spec, path.parent)), path, rack)
     path = _rack_path(rack)
     return _from_toml(path) if rack_form(path) is Form.DATA else _from_python(rack)
 
@@ -138,19 +159,53 @@ DEFAULT_RUN = "10 s"
 
 def _from_toml(path: Path) -> Job:
     file = load_rack_file(path)
+    stubs = _stubs(file.spec, path.parent, file)
     try:
-        program = load_program(str(file.spec.program), path.parent)
+        program = load_program(str(file.spec.program), path.parent, stubs)
     except ProgramError as error:
         raise file.refusal("program", str(error)) from error
+    if stubs.by_name and not isinstance(program.function, LadderLogic):
+        raise file.refusal("stubs", "the program has no instructions: it is a function")
     return _job(file.spec, program, path, str(path))
 
 
 def _from_python(rack: str) -> Job:
     spec, path = load_spec(rack)
     if isinstance(spec.program, str):
-        return _job(spec, load_program(spec.program, path.parent), path, rack)
+        stubs = _stubs(spec, path.parent)
+        return _job(spec, load_program(spec.program, path.parent, stubs), path, rack)
     name = getattr(spec.program, "__name__", type(spec.program).__name__)
     return Job(spec, spec.program, f"{path.name}:{name}", path, path, _rack_name(rack))
+
+
+def _stubs(spec: RackSpec, folder: Path, file: RackFile | None = None) -> Stubs:
+    """Read the stubs of a rack.
+
+    Args:
+        spec: the rack.
+        folder: of the rack file.
+        file: the rack file, if it is TOML.
+
+    Raises:
+        RackFileError: one is no stub, or its function can't be loaded.
+    """
+    read: dict[str, Stub] = {}
+    for name, text in spec.stubs.items():
+        if name == MISSING_TAGS:
+            continue
+        try:
+            read.update(load_stubs({name: text}, folder).by_name)
+        except (LadderError, ProgramError) as error:
+            if file is not None:
+                raise file.refusal("stubs", str(error), name) from error
+            raise RackFileError(f"stubs.{name}: {error}") from error
+    return Stubs(read, MISSING_TAGS in spec.stubs)
+
+
+def stub_files(spec: RackSpec) -> tuple[str, ...]:
+    """Return the paths of the Python files of a rack's stubs, from the rack file's folder, each once."""
+    files = (split_address(text, "")[0] for text in spec.stubs.values() if is_python(text))
+    return tuple(dict.fromkeys(files))
 
 
 def _address(rack: str) -> str:

@@ -8,7 +8,15 @@ from ...traces.layout import SlotInfo
 from ...traces.recorder import ScanRecorder
 from ..loop.rack import Rack
 from ..loop.scan import Logic
-from .attachments import attachment, imported, made_by, program_name, retained_tags, unit_programs
+from .attachments import (
+    attachment,
+    imported,
+    made_by,
+    program_name,
+    retained_tags,
+    stub_functions,
+    unit_programs,
+)
 from .loading import Job
 from .tag_source import tags_of
 
@@ -36,12 +44,13 @@ def recorder_for(job: Job, rack: Rack, trace: Path, logic: Logic | None = None) 
         seed=spec.seed,
         program=attachment(job.program, program_name(job)),
         rack_file=attachment(job.rack_file, job.rack_file.name) if job.rack_file != job.program else None,
-        attachments=[*imported(job), *unit_programs(job), *retained_tags(job)],
+        attachments=[*imported(job), *stub_functions(job), *unit_programs(job), *retained_tags(job)],
         metadata={
             **made_by(job),
             "name": spec.name,
             "logic": job.logic_name,
             "controller": spec.controller,
+            **({"stubs": "; ".join(job.stubs)} if job.stubs else {}),
             **({"tags": " ".join(spec.tags)} if spec.tags else {}),
             **({"rpi_ns": str(spec.rpi_ns)} if spec.controller == "compactlogix" else {}),
         },

@@ -39,6 +39,7 @@ class JobRun:
         rack: the rack.
         cpu: the CPU that runs the program.
         hints: what the program may have meant otherwise.
+        stubs: the stubs in use, see `Job.stubs`.
 
     Args:
         job: what to run.
@@ -66,6 +67,7 @@ class JobRun:
         warn: Callable[[str], None] = lambda _hint: None,
     ) -> None:
         units = units_of(job.spec.unit, job.folder)
+        self.stubs = job.stubs
         self.rack = build_rack(job.spec, ports if live else None)
         self.hints = Hints(self.rack, job.spec, warn)
         heard: list[ScanListener] = [*listeners, self.hints]

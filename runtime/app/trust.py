@@ -3,7 +3,7 @@
 A file that came with a trace is judged by what will be done with it, not by what it is called.
 
     read      rack file in TOML, rungs, steps, stored program of a unit, retained tags: parsed as data
-    run       rack file or program in Python: it may do anything that its user may
+    run       rack file, program or stub in Python: it may do anything that its user may
     reached   everything else, once Python runs beside it: Python can import, load or open it
 
 What is read needs no trust. The rest needs --trust, unless the current folder has an equal file.
@@ -23,7 +23,7 @@ from typing import NamedTuple
 from ...ladder.program import Form, program_form, split_address
 from ..config.rackfile import RackFileError, parse_rack_file
 from ..config.rackspec import RackSpec
-from .loading import rack_form
+from .loading import rack_form, stub_files
 
 
 class UntrustedError(ValueError):
@@ -140,24 +140,29 @@ def uses_of(files: Mapping[str, bytes], given: Given) -> dict[str, Use]:
     forms = {given.rack: rack_form(PurePosixPath(checked_name(given.rack)))}
     if given.program is not None:
         forms[given.program] = program_form(PurePosixPath(checked_name(given.program)))
+    named: list[str] = []
+    if forms[given.rack] is Form.DATA:
+        named, stubs = _named_in_rack(files, given.rack)
+        forms.update(dict.fromkeys(stubs, Form.PYTHON))
     python = Form.PYTHON in forms.values()
-    named = _named_in_rack(files, given.rack) if forms[given.rack] is Form.DATA else []
     if given.retained is not None:
         named.append(checked_name(given.retained))
     uses = dict.fromkeys([*files, *named], Use.REACHED) if python else dict.fromkeys(named, Use.READ)
     return uses | {name: Use.RUN if form is Form.PYTHON else Use.READ for name, form in forms.items()}
 
 
-def _named_in_rack(files: Mapping[str, bytes], rack: str) -> list[str]:
-    """Return the stored programs that a rack file in TOML names."""
+def _named_in_rack(files: Mapping[str, bytes], rack: str) -> tuple[list[str], list[str]]:
+    """Return the stored programs that a rack file in TOML names, and the Python files of its stubs."""
     if rack not in files:
-        return []
+        return [], []
     try:
         text = files[rack].decode("utf-8")
     except UnicodeDecodeError as error:
         raise RackFileError(f"{rack}: the rack file is not text in UTF-8: {error.reason}") from None
     spec = parse_rack_file(text, Path(rack)).spec
-    return [f"{PurePosixPath(rack).parent / name}" for name in stored_programs(spec)]
+    folder = PurePosixPath(rack).parent
+    stubs = [checked_name(str(PurePosixPath(name))) for name in stub_files(spec)]
+    return [f"{folder / name}" for name in stored_programs(spec)], [f"{folder / name}" for name in stubs]
 
 
 def stored_programs(spec: RackSpec) -> list[str]:

@@ -96,7 +96,7 @@ def _quiet(_hint: str) -> None:
 
 def _summary(run: JobRun, tally: Tally, took_ns: int, pacer: Pacer, trace: Path | None) -> str:
     tally.end(run.rack)
-    return summary(tally, run.cpu.period_ns, took_ns, pacer, trace, run.hints.sentences())
+    return summary(tally, run.cpu.period_ns, took_ns, pacer, trace, run.hints.sentences(), run.stubs)
 
 
 def check_ports(spec: RackSpec, *, realtime: bool, live: bool) -> None:

@@ -100,6 +100,7 @@ def summary(
     pacer: Pacer,
     trace: Path | None,
     hints: Sequence[str] = (),
+    stubs: Sequence[str] = (),
 ) -> str:
     """Return the closing summary of a run."""
     lines = [
@@ -112,6 +113,7 @@ def summary(
             ("moves", _moves(tally)),
             ("errors", _errors(tally)),
             ("every start", _start(tally)),
+            ("stubs", iter(stubs)),
             ("hints", iter(hints)),
             ("trace", _trace(trace)),
         )

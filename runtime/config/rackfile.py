@@ -45,9 +45,17 @@ class RackFile:
     spec: RackSpec
     lines: KeyLines
 
-    def refusal(self, key: str, problem: str) -> RackFileError:
-        """Return the error for a key at the top of the file whose value turns out to be wrong later."""
-        mistake = _Mistake((key,), _value(getattr(self.spec, key)), problem)
+    def refusal(self, key: str, problem: str, below: str | None = None) -> RackFileError:
+        """Return the error for a key whose value turns out to be wrong later.
+
+        Args:
+            key: it, at the top of the file.
+            problem: what is wrong.
+            below: the key in its table.
+        """
+        value = getattr(self.spec, key)
+        path: KeyPath = (key,) if below is None else (key, below)
+        mistake = _Mistake(path, _value(value if below is None else value[below]), problem)
         return RackFileError(mistake.message(self.path, self.lines))
 
 

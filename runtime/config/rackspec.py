@@ -40,6 +40,10 @@ SIMULATED = "sim"
 """The port of an adapter whose controller is simulated."""
 
 
+MISSING_TAGS, DECLARE = "missing_tags", "declare"
+"""The key among the stubs that is no instruction, and its value."""
+
+
 class MisplacedError(ValueError):
     """A mistake at a certain key.
 
@@ -243,6 +247,8 @@ class RackSpec(Table):
         watchdog_ms: longest that the logic of one scan may take on the wall clock; 0 = no watchdog.
         run_for_s: machine time that a run takes, if the command line says nothing else.
         tags: patterns of the program's tags that are recorded beside the images.
+        stubs: what stands for instructions of a ladder program, by name; `missing_tags = "declare"`
+            declares tags that it uses and does not have.
         trace: path of the recording, relative to the rack file.
         seed: of what is left to chance.
         mode: the CPU's mode at power-up.
@@ -261,6 +267,7 @@ class RackSpec(Table):
     run_for_s: Annotated[Number, between("0.00001", "1000000000")] | None = None
     trace: str | None = None
     tags: Annotated[tuple[str, ...], Field(strict=False)] = ()
+    stubs: dict[str, str] = Field(default_factory=dict)
     seed: Annotated[int, Field(ge=0)] = 0
     mode: Literal["run", "program", "test"] = "run"
     slot: Annotated[tuple[SlotSpec, ...], Field(strict=False, min_length=1)]
@@ -286,6 +293,7 @@ class RackSpec(Table):
     @model_validator(mode="after")
     def _is_sound(self) -> Self:
         self._check_times()
+        self._check_stubs()
         self._check_slots()
         self._check_cams()
         self._check_forces()
@@ -300,6 +308,11 @@ class RackSpec(Table):
                 _at((key,), value, exact_ns, value, unit, key)
         if self.rpi_ms is not None and self.controller == "micrologix":
             raise MisplacedError(("rpi_ms",), self.rpi_ms, 'goes with controller = "compactlogix" only')
+
+    def _check_stubs(self) -> None:
+        missing = self.stubs.get(MISSING_TAGS, DECLARE)
+        if missing != DECLARE:
+            raise MisplacedError(("stubs", MISSING_TAGS), missing, f'allowed is "{DECLARE}"')
 
     def _check_slots(self) -> None:
         seen: set[int] = set()

@@ -1,0 +1,199 @@
+"""The instruction that a stub stands for, as a row that its `Spec` is made from, see `stubs`.
+
+rung      ____|‾‾‾‾|_____________
+EN        ____|‾‾‾‾‾‾‾‾‾‾|_______     of the first operand that has EN and DN
+IP        ____|‾‾‾‾‾‾|___________     as long as it takes
+DN, ER    ___________|‾‾‾‾‾‾‾‾‾‾‾     until the next rising rung; PC like DN
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from ..arithmetic import wrap
+from ..errors import LadderError
+from ..interpreter import Interpreter
+from ..lowered import OperandResolver
+from ..memory import Value
+from ..operand_checks import OperandError
+from ..operands import Constant, Group, Place, Quoted, Resolved, width_of
+from ..spec import Kind, Spec, Use
+from ..stubs import Ending, Power, Stub, replaces
+from ..tree import Operand
+from ..types import DINT, Structure
+
+__all__ = ["specs_of_stubs", "stub_spec"]
+
+STARTED = "started_ns"
+"""Hidden member of structures in which an instruction notes when it began."""
+
+
+class Argument:
+    """A tag that an instruction names, as its stub in Python has it.
+
+    `argument.value` is the value of a plain tag, `argument["PRE"]` a member of a structure; both can be set.
+
+    Attributes:
+        name: the address as the rung has it.
+    """
+
+    __slots__ = ("_machine", "_tag", "name")
+
+    def __init__(self, machine: Interpreter, tag: Place | Group) -> None:
+        self._machine, self._tag, self.name = machine, tag, tag.text
+
+    @property
+    def value(self) -> Value:
+        """The value of a tag with one value.
+
+        Raises:
+            ValueError: it is a structure or an array.
+        """
+        return self._machine.get(self._one())
+
+    @value.setter
+    def value(self, value: Value) -> None:
+        place = self._one()
+        self._machine.put(place, bool(value) if place.type.is_bool else value)
+
+    def __getitem__(self, member: str) -> Value:
+        """Return a member of a structure."""
+        return self._machine.get(self._member(member))
+
+    def __setitem__(self, member: str, value: Value) -> None:
+        """Set a member of a structure."""
+        place = self._member(member)
+        self._machine.put(place, bool(value) if place.type.is_bool else value)
+
+    def _one(self) -> Place:
+        if isinstance(self._tag, Group):
+            raise ValueError(f"{self.name} is a structure or an array: name a member, as in operand['PRE']")
+        return self._tag
+
+    def _member(self, name: str) -> Place:
+        place = _member(self._tag, name) if isinstance(self._tag, Group) else None
+        if place is None:
+            raise ValueError(f"{self.name} has no member {name}")
+        return place
+
+
+def _member(group: Group, name: str) -> Place | None:
+    """Return a member with one value, also one that is another name of a bit; None without it."""
+    member = group.type.member(name) if isinstance(group.type, Structure) and not group.dims else None
+    if member is None or member.dims or isinstance(member.type, Structure):
+        return None
+    if not member.at:
+        return group.member(member.name)
+    host, _, bit = member.at.partition(".")
+    return (
+        replace(group.member(host), bit=Constant(int(bit), DINT)) if bit.isdecimal() else group.member(host)
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Timed:
+    """An instruction that takes its time.
+
+    Attributes:
+        bits: its EN, DN, ER, IP, PC, as far as it has them.
+        error: its ERR, if it has one.
+        started: when it began, ns.
+    """
+
+    bits: Mapping[str, Place]
+    error: Place | None
+    started: Place
+
+
+def _timed(resolver: OperandResolver, operands: tuple[Resolved | None, ...]) -> Timed:
+    for each in operands:
+        if isinstance(each, Group) and _member(each, "EN") and _member(each, "DN"):
+            assert isinstance(each.type, Structure)
+            noted = any(hidden.name == STARTED for hidden in each.type.hidden)
+            bits = {name: place for name in ("EN", "DN", "ER", "IP", "PC") if (place := _member(each, name))}
+            return Timed(
+                bits, _member(each, "ERR"), each.member(f"~{STARTED}") if noted else resolver.hidden(STARTED)
+            )
+    raise OperandError(
+        "no operand has EN and DN, which would show that it is done", "let the stub say false or true"
+    )
+
+
+def _end(machine: Interpreter, power: bool, stub: Ending, timed: Timed) -> bool:
+    state = {name: bool(machine.get(place)) for name, place in timed.bits.items()}
+    ended = state["DN"] or state.get("ER", False)
+    if not state["EN"]:
+        if power:
+            _set(machine, timed, EN=True, DN=False, ER=False, IP=True, PC=False)
+            machine.put(timed.started, machine.now_ns)
+        return power
+    if not ended and machine.now_ns - int(machine.get(timed.started)) >= stub.after_ns:
+        ended = True
+        good = not stub.error or "ER" not in timed.bits
+        _set(machine, timed, DN=good, ER=not good, IP=False, PC=good)
+        if timed.error is not None:
+            machine.put(timed.error, wrap(stub.error, timed.error.type.wraps))
+    if ended and not power:
+        _set(machine, timed, EN=False)
+    return power
+
+
+def _set(machine: Interpreter, timed: Timed, **bits: bool) -> None:
+    for name, value in bits.items():
+        if name in timed.bits:
+            machine.put(timed.bits[name], value)
+
+
+def _resolved(resolver: OperandResolver, operand: Operand) -> Resolved | None:
+    """Return an operand; None for one that is no tag and no number here."""
+    try:
+        return resolver.any(operand)
+    except LadderError:
+        return None
+
+
+def _given(machine: Interpreter, operand: Resolved | str) -> object:
+    """Return an operand as a stub in Python has it."""
+    if isinstance(operand, (Place, Group)):
+        return Argument(machine, operand)
+    if isinstance(operand, (Constant, Quoted)):
+        return operand.value
+    return operand if isinstance(operand, str) else machine.number(operand, width_of(operand))
+
+
+def _run(machine: Interpreter, power: bool, stub: Stub, *operands: object) -> bool:
+    if isinstance(stub, Power):
+        return power and stub.behind
+    if isinstance(stub, Ending):
+        (timed,) = operands
+        assert isinstance(timed, Timed)
+        return _end(machine, power, stub, timed)
+    name, *given = operands
+    answer = machine.call(str(name), (power, *(_given(machine, each) for each in given)))  # type: ignore[arg-type]
+    return power if not answer else bool(answer[0])
+
+
+def stub_spec(name: str, stub: Stub) -> Spec:
+    """Return what stands for an instruction.
+
+    Args:
+        name: the instruction, in capitals.
+        stub: its stub.
+    """
+
+    def resolve(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[object, ...]:
+        if isinstance(stub, Power):
+            return (stub,)
+        operands = tuple(_resolved(resolver, each) for each in given)
+        if isinstance(stub, Ending):
+            return stub, _timed(resolver, operands)
+        shown = (str(said) if each is None else each for each, said in zip(operands, given, strict=True))
+        return stub, resolver.function(name, stub.function), *shown
+
+    return Spec(name, Kind.BOTH, (Use.ANYTHING,), run=_run, resolve=resolve, decides=True)
+
+
+def specs_of_stubs(stubs: Mapping[str, Stub]) -> dict[str, Spec]:
+    """Return the shapes of the instructions that stubs stand for, by name in capitals."""
+    return {name: stub_spec(name, stub) for name, stub in stubs.items() if replaces(stubs, name) is not None}
