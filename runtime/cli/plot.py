@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import typer
 
 from ...traces.plot import Envelope, read_chart, save_figure, save_page
-from ...traces.reader import open_trace
+from ...traces.reader import Trace, open_trace
+from ...traces.signals import Selection
 from .complaints import reported_mistakes
 from .terminal import say
 from .trace_options import (
@@ -42,6 +44,15 @@ def _plot_command(
         list[int] | None,
         typer.Option("--slot", metavar="N", help="Only this slot; may be repeated.", show_default="all"),
     ] = None,
+    tag: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--tag",
+            metavar="PATTERN",
+            help="Only recorded tags of this name, such as 'Dwell.*'; may be repeated.",
+            show_default="as many as there is room for; none with --slot",
+        ),
+    ] = None,
     title: Annotated[
         str | None, typer.Option("--title", help="What to write above it.", show_default="the rack's name")
     ] = None,
@@ -49,7 +60,7 @@ def _plot_command(
     time: TimeOption = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Draw a timing chart: position, speed, ramp state, and the command and status bits that change.
+    """Draw a timing chart: position, speed, ramp state, the bits that change, and recorded tags.
 
     An HTML page needs nothing but a browser, holds every scan and zooms with the wheel; .png and .svg
     need matplotlib: pip install 'scanrack[plot]'.
@@ -67,14 +78,42 @@ def _plot_command(
             raise ValueError(f"{target}: the file's suffix says what to draw: {allowed}")
         check_target(target, trace)
         with open_trace(trace) as opened, reading(opened, wanted, quiet=quiet) as progress, writing(target):
-            if kind in _PAGES:
-                save_page(opened, target, wanted, slots=slot or (), title=title, progress=progress)
-            else:
-                chart = read_chart(opened, Envelope, wanted, slots=slot or (), title=title, progress=progress)
-                save_figure(chart, target)
+            shown = _Shown(slot or (), tag or (), title)
+            left_out = _draw(opened, target, wanted, shown, progress)
         if not quiet:
             say(f"{target}: {target.stat().st_size:,} bytes")
+            if left_out:
+                many = "tag is" if left_out == 1 else "tags are"
+                say(f"{left_out:,} recorded {many} not drawn; --tag chooses", err=True)
         tell_notes(opened)
+
+
+class _Shown(NamedTuple):
+    """What a chart is to show.
+
+    Attributes:
+        slots: numbers of the slots; none at all for all.
+        tags: patterns of the tags; none at all for those that there is room for.
+        title: what to write above it; None = the rack's name.
+    """
+
+    slots: Sequence[int]
+    tags: Sequence[str]
+    title: str | None
+
+
+def _draw(
+    trace: Trace, target: Path, wanted: Selection, shown: _Shown, progress: Callable[[int], None]
+) -> int:
+    """Draw a chart; return how many values of recorded tags are not on it."""
+    slots, tags, title = shown
+    if target.suffix.lower() in _PAGES:
+        return save_page(
+            trace, target, wanted, slots=slots, tags=tags, title=title, progress=progress
+        ).left_out
+    chart = read_chart(trace, Envelope, wanted, slots=slots, tags=tags, title=title, progress=progress)
+    save_figure(chart, target)
+    return chart.left_out
 
 
 def register(app: typer.Typer) -> None:

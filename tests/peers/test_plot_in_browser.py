@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from chromium import BROWSER, Chromium
+from contrast import contrast
 from made_traces import PERIOD_NS, idle, record
 from scanrack.traces.plot import save_page
 from scanrack.traces.reader import open_trace
@@ -200,16 +201,3 @@ def test_the_line_beside_the_chart_is_as_high_as_the_chart(page: Path, sized: Ch
         edge = sized.evaluate("getComputedStyle(canvas).borderRight")
         assert edge.startswith("1px solid rgb")
         assert sized.evaluate("style('--edge')").startswith("#")
-
-
-def contrast(one: str, other: str) -> float:
-    """Return the contrast ratio of two colours [WCAG 2.2, relative luminance]."""
-    darker, lighter = sorted(map(luminance, (one, other)))
-    return (lighter + 0.05) / (darker + 0.05)
-
-
-def luminance(colour: str) -> float:
-    digits = colour[1:] if len(colour) == 7 else "".join(2 * digit for digit in colour[1:])
-    parts = [int(digits[place : place + 2], 16) / 255 for place in (0, 2, 4)]
-    linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts]
-    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]

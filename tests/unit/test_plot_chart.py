@@ -208,7 +208,7 @@ def test_two_slots_are_two_panels(tmp_path: Path) -> None:
     words = np.concatenate((story(), story()), axis=1)
     path = record(tmp_path / "two.mcap", words, [A3601, SlotInfo(3, "amci3601", "3.1")])
     both = chart(path)
-    assert [panel.slot.number for panel in both.panels] == [1, 3]
+    assert [panel.name for panel in both.panels] == ["slot 1", "slot 3"]
     save_figure(both, tmp_path / "two.png")
     assert (tmp_path / "two.png").read_bytes().startswith(b"\x89PNG")
 

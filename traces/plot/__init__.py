@@ -1,6 +1,6 @@
-"""A trace as a timing chart: position, speed, ramp state, and the bits that change. See docs/plot.md."""
+"""A trace as a timing chart: position, speed, ramp, bits that change, recorded tags. See docs/plot.md."""
 
-from .chart import Chart, NothingToPlotError, read_chart
+from .chart import Chart, NothingToPlotError, Panel, read_chart
 from .envelope import Curve, Envelope
 from .figure import save_figure
 from .marks import Mark
@@ -12,6 +12,7 @@ __all__ = [
     "Envelope",
     "Mark",
     "NothingToPlotError",
+    "Panel",
     "read_chart",
     "save_figure",
     "save_page",

@@ -1,13 +1,14 @@
-"""The scans in which the words that hold bits changed: few, however long the trace."""
+"""The scans in which words with bits, or the values of a tag, changed: few, however long the trace."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..signals import Block
+from ..signals import Block, Signal
 
 BIT_WORDS = 2
 """Words with bits stand first in an image of a 3601, in either direction."""
@@ -26,6 +27,54 @@ class Changes:
     row: NDArray[np.int64]
     time_ns: NDArray[np.int64]
     words: NDArray[np.int16]
+
+
+@dataclass(frozen=True, slots=True)
+class Steps:
+    """A value in the first scan, and in every scan in which it changed.
+
+    Attributes:
+        row: the scan's place in what was read, from 0.
+        time_ns: its virtual time.
+        value: the values, of the signal's own type.
+    """
+
+    row: NDArray[np.int64]
+    time_ns: NDArray[np.int64]
+    value: NDArray[Any]
+
+
+class StepFinder:
+    """Finds the changes of one signal, block by block.
+
+    Args:
+        signal: a signal whose values change seldom.
+    """
+
+    def __init__(self, signal: Signal) -> None:
+        self._signal = signal
+        self._rows = 0
+        self._found: list[Steps] = []
+
+    def add(self, block: Block) -> None:
+        """Take a block."""
+        values = self._signal.read(block)
+        new = np.ones(len(values), bool)
+        new[1:] = values[1:] != values[:-1]
+        if self._found:
+            new[0] = values[0] != self._found[-1].value[-1]
+        rows = np.flatnonzero(new)
+        if len(rows):
+            self._found.append(Steps(rows + self._rows, block.time_ns[rows], values[rows]))
+        self._rows += len(values)
+
+    def steps(self) -> Steps:
+        """Return what has been found; at least one block must have been taken."""
+        return Steps(
+            np.concatenate([found.row for found in self._found]),
+            np.concatenate([found.time_ns for found in self._found]),
+            np.concatenate([found.value for found in self._found]),
+        )
 
 
 class ChangeFinder:

@@ -5,51 +5,54 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..layout import SlotInfo
 from ..reader import Trace
 from ..signals import ALL, Block, Catalog, Selection, blocks
 from .changes import ChangeFinder
-from .lanes import GROUPS, Lane, bit_lanes, card_lanes, ramp_lane
+from .curves import CurveMaker
+from .lanes import GROUPS, Band, Lane, bit_lanes, card_lanes, ramp_lane
 from .marks import Mark, marks
+from .tagged import Choice, TagTracks, choose
 
 C = TypeVar("C")
-C_co = TypeVar("C_co", covariant=True)
-
-
-class CurveMaker(Protocol[C_co]):
-    """Makes a curve of the values it is given, block by block."""
-
-    def add(self, time_ns: NDArray[np.int64], values: NDArray[np.float64]) -> None:
-        """Take the values of a block, NaN where there is none."""
-
-    def curve(self) -> C_co:
-        """Return the curve."""
 
 
 @dataclass(frozen=True, slots=True)
 class Panel(Generic[C]):
-    """One module on the chart.
+    """One module on the chart, or the tags of the program.
 
     Attributes:
-        slot: what sits in which slot.
-        curves: names and curves from top to bottom; of a 3601 position and speed.
+        slot: what sits in which slot; None for the program.
+        curves: names and curves from top to bottom; of a 3601 position and speed, of the program numbers.
         ramp: the ramp state of a 3601; None for a card.
         lanes: the bits that change, from top to bottom.
         steady: the bits that do not.
         marks: what happened in the slot; what happened in the rack is with the first panel.
+        about: what stands below its name.
+        bands: steps and texts of the program that change.
+        unchanged: tags that do not change, and their values.
+        fractional: names of the curves whose values have fractions.
     """
 
-    slot: SlotInfo
+    slot: SlotInfo | None
     curves: Sequence[tuple[str, C]]
     ramp: Lane | None
     lanes: Sequence[Lane]
     steady: Sequence[Lane]
     marks: Sequence[Mark]
+    about: str = ""
+    bands: Sequence[Band] = ()
+    unchanged: Sequence[tuple[str, str]] = ()
+    fractional: Sequence[str] = ()
+
+    @property
+    def name(self) -> str:
+        """What it is headed with."""
+        return "program" if self.slot is None else f"slot {self.slot.number}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +66,8 @@ class Chart(Generic[C]):
         first: number of its first scan.
         last: number of its last.
         scans: how many scans it shows.
-        panels: one per module, in the order of the slots.
+        panels: one per module, in the order of the slots; the program's tags are last.
+        left_out: how many values of recorded tags are not drawn.
     """
 
     title: str
@@ -73,6 +77,7 @@ class Chart(Generic[C]):
     last: int
     scans: int
     panels: Sequence[Panel[C]]
+    left_out: int = 0
 
 
 def groups_of(chart: Chart[C]) -> list[str]:
@@ -82,7 +87,7 @@ def groups_of(chart: Chart[C]) -> list[str]:
 
 
 class NothingToPlotError(ValueError):
-    """The trace has neither a 3601 nor a card with names."""
+    """The trace has neither a 3601, nor a card with names, nor tags."""
 
 
 class Tracks(Generic[C]):
@@ -121,6 +126,7 @@ class Tracks(Generic[C]):
             [lane for lane in lanes if not lane.steady],
             [lane for lane in lanes if lane.steady],
             happened,
+            self.slot.module,
         )
 
 
@@ -130,6 +136,8 @@ def read_chart(
     selection: Selection = ALL,
     *,
     slots: Sequence[int] = (),
+    tags: Sequence[str] = (),
+    exact: Callable[[], CurveMaker[C]] | None = None,
     title: str | None = None,
     more: Sequence[Mark] = (),
     watch: Callable[[Block], None] = lambda block: None,
@@ -142,6 +150,9 @@ def read_chart(
         maker: makes a maker of curves: `Envelope` for a picture, `PackedCurve` for a page.
         selection: which scans.
         slots: numbers of the slots to show; none at all for every slot that can be drawn.
+        tags: names of recorded tags to show, as in a query; none at all for those that the chart has
+            room for, and for none of them if slots are chosen.
+        exact: makes a maker of curves for tags: their values come as they are; left out = `maker`.
         title: what to write above it; the rack's name if None.
         more: marks beside those of the trace's events.
         watch: given every block, too.
@@ -149,17 +160,27 @@ def read_chart(
 
     Raises:
         EmptySelectionError: no scan is in the selection.
-        NothingToPlotError: there is neither a 3601 nor a card with names, or none in a slot asked for.
+        NothingToPlotError: there is neither a 3601 nor a card with names nor a tag, or none of them in a
+            slot asked for.
+        UnknownSignalError: a name matches no tag.
+        ValueError: a name is no tag's, or the names match too many.
     """
     catalog = Catalog.of(trace)
+    choice = Choice((), 0) if slots and not tags else choose(trace, catalog, selection, tags)
     tracks = [Tracks(slot, catalog, maker) for slot in wanted_slots(trace, slots)]
+    program = TagTracks(choice.signals, exact or maker)
     extent = Extent()
     for block in blocks(trace, selection, progress=progress):
         extent.add(block)
         watch(block)
         for track in tracks:
             track.add(block)
+        program.add(block)
     happened = [*more, *marks(trace.events(), extent.start_ns, extent.end_ns)]
+    heads = [track.slot for track in tracks]
+    panels = [track.panel(marks_of(happened, track.slot, heads[0])) for track in tracks]
+    if choice.signals:
+        panels.append(program_panel(program, choice, () if tracks else happened))
     return Chart(
         title=title if title is not None else chart_title(trace),
         start_ns=extent.start_ns,
@@ -167,7 +188,28 @@ def read_chart(
         first=extent.first,
         last=extent.last,
         scans=extent.scans,
-        panels=[track.panel(marks_of(happened, track.slot, tracks[0].slot)) for track in tracks],
+        panels=panels,
+        left_out=choice.left_out,
+    )
+
+
+def program_panel(program: TagTracks[C], choice: Choice, happened: Sequence[Mark]) -> Panel[C]:
+    """Return the panel of the program's tags."""
+    parts, count = program.parts(), len(choice.signals)
+    about = f"{count} tag" if count == 1 else f"{count} tags"
+    if choice.left_out:
+        about = f"{count} of {count + choice.left_out:,} tags"
+    return Panel(
+        None,
+        parts.curves,
+        None,
+        parts.lanes,
+        parts.steady,
+        happened,
+        about,
+        parts.bands,
+        parts.unchanged,
+        parts.fractional,
     )
 
 
@@ -211,10 +253,10 @@ def wanted_slots(trace: Trace, numbers: Sequence[int]) -> list[SlotInfo]:
     """Return the slots that are asked for and can be drawn.
 
     Raises:
-        NothingToPlotError: there is none, or none in a slot that is asked for.
+        NothingToPlotError: there is none, and no tag, or none in a slot that is asked for.
     """
     have = {slot.number: slot for slot in trace.head.slots if _can_be_drawn(slot)}
-    if not have:
+    if not have and (numbers or trace.head.tags is None):
         modules = ", ".join(f"slot {slot.number}: {slot.module or '-'}" for slot in trace.head.slots)
         raise NothingToPlotError(
             f"there is no amci3601 and no card with names in the trace to plot ({modules})"

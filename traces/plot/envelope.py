@@ -51,8 +51,9 @@ class Envelope:
         self._groups = _empty()
         self._rest = _empty()  # scans that do not fill a group yet
 
-    def add(self, time_ns: Times, values: Values) -> None:
-        """Take the values of a block."""
+    def add(self, time_ns: Times, values: NDArray[Any]) -> None:
+        """Take the values of a block; one that is not finite counts as none."""
+        values = np.where(np.isfinite(values), values, np.nan).astype(np.float64, copy=False)
         rest = _stack(self._rest, (time_ns, values, values))
         whole = len(rest[0]) // self._per_group * self._per_group
         self._rest = tuple(column[whole:] for column in rest)

@@ -48,6 +48,30 @@ def placed(
     return labels
 
 
+def shortened(text: str, letters: int) -> str:
+    r"""Return a name in so many letters; its end says more than its beginning.
+
+    >>> shortened(r"\Main.Recipe[3].Time", 12), shortened("Run", 12)
+    ('…ipe[3].Time', 'Run')
+    """
+    return text if len(text) <= letters else f"…{text[1 - letters :]}"
+
+
+def listed(pairs: Sequence[tuple[str, str]], letters: int) -> str:
+    """Return names and values as one line of about so many letters.
+
+    >>> listed([("Dwell.PRE", "500"), ("Homing", "off"), ("Auto", "on")], 30)
+    'Dwell.PRE 500   Homing off   …'
+    """
+    line = ""
+    for name, value in pairs:
+        more = f"{name} {value}"
+        if line and len(line) + len(more) > letters:
+            return f"{line}…"
+        line += f"{more}   "
+    return line.rstrip()
+
+
 def _folded(marks: Sequence[Mark]) -> Iterator[Mark]:
     """Yield the marks, but of very many with one label only the first, which tells their number."""
     often = Counter((mark.kind, mark.label) for mark in marks)

@@ -6,8 +6,8 @@ wrong, then the inputs.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from enum import IntFlag
 from typing import Any
 
@@ -19,7 +19,7 @@ from ...io_images.module_words import ModuleWords
 from ..signals import decode
 from .changes import Changes
 
-GROUPS = ("command", "status", "error", "input", "output")
+GROUPS = ("command", "status", "error", "input", "output", "tag")
 """Kinds of lanes, from top to bottom."""
 
 REST, ACCELERATING, CONSTANT, DECELERATING, HELD = range(5)
@@ -36,22 +36,37 @@ class Lane:
 
     Attributes:
         name: the bit's name.
-        group: one of GROUPS; "ramp" for the ramp.
+        group: one of GROUPS; "ramp" for the ramp, "band" for a band.
         row: places of the scans in which it takes a new value; the first is the first scan read.
         time_ns: their virtual times.
-        value: the new values: 0 or 1, or an index of RAMP_STATES.
+        value: the new values: 0 or 1, an index of RAMP_STATES, or the code of a band's text.
     """
 
     name: str
     group: str
     row: NDArray[np.int64]
     time_ns: NDArray[np.int64]
-    value: NDArray[np.int8]
+    value: NDArray[np.integer[Any]]
 
     @property
     def steady(self) -> bool:
         """Whether it has the same value all the time."""
         return len(self.value) == 1
+
+
+@dataclass(frozen=True, slots=True)
+class Band(Lane):
+    """A lane whose values have names: the steps of a sequence, a text.
+
+    Attributes:
+        names: what the values stand for.
+    """
+
+    names: Mapping[int, str] = field(default_factory=dict)
+
+    def text(self, value: int) -> str:
+        """Return what a value stands for; an empty text in quotes."""
+        return self.names.get(value, str(value)) or '""'
 
 
 def bit_lanes(inputs: Changes, outputs: Changes) -> list[Lane]:
@@ -121,7 +136,7 @@ def _lane(name: str, group: str, changes: Changes, values: NDArray[Any]) -> Lane
 
 def at_pixels(
     lane: Lane, start_ns: int, end_ns: int, pixels: int
-) -> tuple[NDArray[np.int64], NDArray[np.int8]]:
+) -> tuple[NDArray[np.int64], NDArray[np.integer[Any]]]:
     """Return times and values of a lane, thinned so that it looks the same at so many pixels.
 
     Of the changes that fall on one pixel the first and the last stay, so the shortest pulse is still

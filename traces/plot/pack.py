@@ -22,19 +22,23 @@ class Packer:
 
     Args:
         kind: numpy's type of the values; differences of int32 wrap, as do the sums that undo them.
+        differences: pack differences; False = the values as they are, for those with fractions.
     """
 
-    def __init__(self, kind: DTypeLike) -> None:
+    def __init__(self, kind: DTypeLike, *, differences: bool = True) -> None:
         self._kind = np.dtype(kind)
+        self._differences = differences
         self._last = np.zeros(1, self._kind)
         self._deflate = zlib.compressobj(6)
         self._packed: list[bytes] = []
 
     def add(self, values: NDArray[Any]) -> None:
         """Take the values of a block."""
-        column = np.concatenate((self._last, values.astype(self._kind)))
-        self._last = column[-1:]
-        self._packed.append(self._deflate.compress(np.diff(column).tobytes()))
+        column = values.astype(self._kind)
+        if self._differences:
+            last, column = column[-1:], np.diff(column, prepend=self._last)
+            self._last = last
+        self._packed.append(self._deflate.compress(column.tobytes()))
 
     def text(self) -> str:
         """Return the packed column; nothing can be added after that."""

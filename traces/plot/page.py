@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from importlib.resources import files
 from pathlib import Path
 from string import Template
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from ..reader import Trace
 from ..signals import ALL, Block, Selection
 from . import axis, colours
 from .chart import Chart, Panel, groups_of, read_chart
-from .lanes import RAMP_STATES, Lane
+from .lanes import RAMP_STATES, Band, Lane
 from .marks import Mark
 from .pack import Packer, whole
 
@@ -33,8 +33,22 @@ SCANS_MAX = 10_000_000
 """Most scans in a page: more and a browser runs short of memory."""
 
 
+class Packed(NamedTuple):
+    """The values of all scans.
+
+    Attributes:
+        kind: what a value is in the page: "Int32", "Float32" or "Float64".
+        differences: whether it holds differences from scan to scan.
+        curve: the packed column.
+    """
+
+    kind: str
+    differences: bool
+    curve: str
+
+
 class PackedCurve:
-    """Packs the values of all scans."""
+    """Packs the values of all scans, rounded to whole numbers."""
 
     def __init__(self) -> None:
         self._packer = Packer(np.int32)
@@ -43,9 +57,33 @@ class PackedCurve:
         """Take the values of a block."""
         self._packer.add(whole(values))
 
-    def curve(self) -> str:
+    def curve(self) -> Packed:
         """Return them packed."""
-        return self._packer.text()
+        return Packed("Int32", True, self._packer.text())
+
+
+class PackedNumbers:
+    """Packs the values of all scans as they are; 64-bit integers beyond 2**53 to the next double."""
+
+    def __init__(self) -> None:
+        self._packer = Packer(np.float64)
+        self._kind, self._differences = "Float64", True
+
+    def add(self, time_ns: NDArray[np.int64], values: NDArray[Any]) -> None:
+        """Take the values of a block, always of the same type."""
+        if self._kind == "Float64" and self._differences and not _adds_up(values.dtype):
+            self._kind, self._differences = "Float32" if values.dtype == np.float32 else "Float64", False
+            self._packer = Packer(self._kind.lower(), differences=False)
+        self._packer.add(values)
+
+    def curve(self) -> Packed:
+        """Return them packed."""
+        return Packed(self._kind, self._differences, self._packer.text())
+
+
+def _adds_up(kind: np.dtype[Any]) -> bool:
+    """Return whether sums of differences of such values are exact in doubles."""
+    return kind.kind in "iu" and kind.itemsize <= 4
 
 
 class TooLongError(ValueError):
@@ -82,15 +120,16 @@ def save_page(
     selection: Selection = ALL,
     *,
     slots: Sequence[int] = (),
+    tags: Sequence[str] = (),
     title: str | None = None,
     more: Sequence[Mark] = (),
     progress: Callable[[int], None] = lambda scans: None,
-) -> None:
-    """Write the chart of a trace as an HTML page; the arguments are those of `read_chart`.
+) -> Chart[Packed]:
+    """Write the chart of a trace as an HTML page, and return it; the arguments are those of `read_chart`.
 
     Raises:
         TooLongError: there are more than SCANS_MAX scans.
-        EmptySelectionError, NothingToPlotError: as `read_chart`.
+        EmptySelectionError, NothingToPlotError, ValueError: as `read_chart`.
     """
     clock = Clock()
     chart = read_chart(
@@ -98,6 +137,8 @@ def save_page(
         PackedCurve,
         selection,
         slots=slots,
+        tags=tags,
+        exact=PackedNumbers,
         title=title,
         more=more,
         watch=clock.add,
@@ -106,9 +147,10 @@ def save_page(
     text = page(chart, clock.packed())
     with new_file(path, encoding="utf-8") as file:
         file.write(text)
+    return chart
 
 
-def page(chart: Chart[str], clock: dict[str, str]) -> str:
+def page(chart: Chart[Packed], clock: dict[str, str]) -> str:
     """Return the page of a chart."""
     data = json.dumps(_data(chart) | clock, separators=(",", ":"), ensure_ascii=False)
     web = files(__package__) / "web"
@@ -126,7 +168,7 @@ def _text(resource: Any) -> str:
     return text
 
 
-def _data(chart: Chart[str]) -> dict[str, object]:
+def _data(chart: Chart[Packed]) -> dict[str, object]:
     return {
         "start": chart.start_ns,
         "end": chart.end_ns,
@@ -136,6 +178,8 @@ def _data(chart: Chart[str]) -> dict[str, object]:
         "colours": {
             "lanes": colours.LANES,
             "ramp": colours.RAMP,
+            "band": colours.BAND,
+            "bandDark": colours.BAND_DARK,
             "marks": colours.MARKS,
             "curve": colours.CURVE,
             "grid": colours.GRID,
@@ -144,15 +188,21 @@ def _data(chart: Chart[str]) -> dict[str, object]:
     }
 
 
-def _panel(panel: Panel[str]) -> dict[str, object]:
+def _panel(panel: Panel[Packed]) -> dict[str, object]:
     return {
-        "slot": panel.slot.number,
-        "module": panel.slot.module,
-        "curves": [{"name": name, "curve": curve} for name, curve in panel.curves],
+        "name": panel.name,
+        "about": panel.about,
+        "tags": panel.slot is None,
+        "curves": [
+            {"name": name, "fractional": name in panel.fractional, **packed._asdict()}
+            for name, packed in panel.curves
+        ],
         "ramp": panel.ramp and {"rows": panel.ramp.row.tolist(), "values": panel.ramp.value.tolist()},
         "lanes": [_lane(lane) for lane in panel.lanes],
         "steady": [_lane(lane) for lane in panel.steady],
         "marks": [_mark(mark) for mark in panel.marks],
+        "bands": [_band(band) for band in panel.bands],
+        "unchanged": panel.unchanged,
     }
 
 
@@ -163,6 +213,18 @@ def _lane(lane: Lane) -> dict[str, object]:
         "group": lane.group,
         "rows": lane.row.tolist(),
         "first": int(lane.value[0]),
+    }
+
+
+def _band(band: Band) -> dict[str, object]:
+    """Return a band: from each of the rows on it has a value, which stands for one of the texts."""
+    codes = dict.fromkeys(band.value.tolist())
+    places = {code: place for place, code in enumerate(codes)}
+    return {
+        "name": band.name,
+        "rows": band.row.tolist(),
+        "values": [places[code] for code in band.value.tolist()],
+        "texts": [band.text(code) for code in codes],
     }
 
 

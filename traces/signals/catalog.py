@@ -17,7 +17,7 @@ from ..tagplan import TagPlan
 from . import decode
 from .signal import Array, Kind, Signal
 from .stream import Block
-from .tags import constant, short_names, tag_signals
+from .tags import constant, is_named, short_names, tag_signals
 
 FLAGS = Signal("cpu.flags", Kind.WORD, lambda block: block.flags)
 """What the CPU was doing, as recorded; see the table of flags in docs/traces.md."""
@@ -85,12 +85,18 @@ class Catalog(Mapping[str, Signal]):
     def __len__(self) -> int:
         return len(self._signals)
 
+    @property
+    def tags(self) -> list[Signal]:
+        """The recorded tags, a signal for each value."""
+        return [signal for signal in self._signals.values() if signal.title]
+
     def matching(self, patterns: Sequence[str]) -> list[Signal]:
         """Return the signals that match any of some patterns, in the catalog's order.
 
         Args:
-            patterns: names, with `*` and `?` as in file names; none at all for everything that has a
-                meaning of its own: no words that are shown as bits and values anyway.
+            patterns: names, with `*` and `?` as in file names; of tags those of the program, too. None
+                at all for everything that has a meaning of its own: no words that are shown as bits and
+                values anyway.
 
         Raises:
             UnknownSignalError: a pattern matches nothing.
@@ -99,7 +105,9 @@ class Catalog(Mapping[str, Signal]):
             return [signal for signal in self._signals.values() if self._is_plain(signal)]
         names: dict[str, None] = {}
         for pattern in patterns:
-            matches = [name for name in self._signals if fnmatchcase(name, pattern)] or [self[pattern].name]
+            matches = [name for name in self._signals if fnmatchcase(name, pattern)]
+            matches = matches or [signal.name for signal in self.tags if is_named(signal, pattern)]
+            matches = matches or [self[pattern].name]
             names.update(dict.fromkeys(matches))
         order = {name: place for place, name in enumerate(self._signals)}
         return [self[name] for name in sorted(names, key=lambda name: order.get(name, len(order)))]

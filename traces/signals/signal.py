@@ -47,6 +47,7 @@ class Signal:
         read: returns its values in a block, one per scan.
         names: of kind CODE: what the codes stand for.
         bits: of kind NUMBER: the bits of an integer; 0 for a float.
+        title: of a tag: its full name in the program, with the subscript of an element.
     """
 
     name: str
@@ -54,6 +55,7 @@ class Signal:
     read: Callable[[Block], Array]
     names: Mapping[int, str] = field(default_factory=dict)
     bits: int = 0
+    title: str = ""
 
     @property
     def path(self) -> tuple[str, ...]:

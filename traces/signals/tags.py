@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from functools import partial
 
@@ -26,7 +27,9 @@ def tag_signals(plan: TagPlan, texts: Mapping[int, str]) -> Iterator[Signal]:
         names = code_names(field, texts)
         for element in range(field.tag.length) if field.tag.length else (None,):
             name = f"{FIELD}.{field.name}" if element is None else f"{FIELD}.{field.name}.{element}"
-            yield Signal(name, _kind(field), partial(_values, field.name, element), names, _bits(field))
+            title = field.tag.name if element is None else f"{field.tag.name}[{element}]"
+            read = partial(_values, field.name, element)
+            yield Signal(name, _kind(field), read, names, _bits(field), title)
 
 
 def code_names(field: TagField, texts: Mapping[int, str]) -> Mapping[int, str]:
@@ -34,6 +37,26 @@ def code_names(field: TagField, texts: Mapping[int, str]) -> Mapping[int, str]:
     if field.tag.type == "TEXT":
         return texts
     return dict(enumerate(field.constants))
+
+
+def is_named(signal: Signal, pattern: str) -> bool:
+    r"""Return whether a pattern means a tag: by its name in the trace, or by its full name or the last part.
+
+    `*` and `?` are wildcards, brackets are subscripts; case does not matter. As in a rack file, a name
+    means all members and elements below it.
+
+    >>> signal = Signal("tags.main_fill_acc", Kind.NUMBER, lambda block: block.flags, title=r"\Main.Fill.ACC")
+    >>> [is_named(signal, each) for each in ("tags.*", "main_fill*", r"\main.fill", "fill.acc", "ACC", "Fi")]
+    [True, True, True, True, True, False]
+    """
+    if not signal.title:
+        return False
+    text = "".join({"*": ".*", "?": "."}.get(each, re.escape(each)) for each in pattern)
+    begins = re.compile(rf"{text}(?:[.\[]|$)", re.IGNORECASE)
+    field = signal.name.removeprefix(f"{FIELD}.")
+    parts = [match.start() + 1 for match in re.finditer(r"\.", signal.title)]
+    tails = [signal.title[start:] for start in (0, *parts)]
+    return any(begins.match(name) for name in (signal.name, field, *tails))
 
 
 def constant(signal: Signal, name: str) -> Signal | None:

@@ -6,10 +6,11 @@ const canvas = document.getElementById("chart");
 const readout = document.getElementById("readout");
 const pen = canvas.getContext("2d");
 const LEFT = 150, RIGHT = 14, TOP = 6, AXIS = 40;
-const MARKS = 50, LEAST_POSITION = 150, SPEED = 96, LANE = 18, GAP = 14, MARK_ROWS = 3;
+const MARKS = 50, HEAD = 30, LEAST_POSITION = 150, SPEED = 96, NUMBER = 56, LANE = 18, GAP = 14, MARK_ROWS = 3;
 let POSITION = LEAST_POSITION; // grows with the window
 const INSTANTS = 120; // most lines through the curves for marks
-const MARK_FONT = "11px system-ui";
+const MARK_FONT = "11px system-ui", SMALL = "11px system-ui", NAME_FONT = "11px ui-monospace, monospace";
+const LEAST_LABEL = 40; // pixels of a band's label that must be seen
 const GROUP = 64; // rows of which least and greatest are kept at hand
 const MISSING = -2147483648;
 const LEAST_SPAN = 1e5; // ns across the chart when zoomed in as far as it goes
@@ -19,30 +20,33 @@ let cursor = null; // time under the pointer
 let band = null; // [time, time] while an area to zoom into is drawn
 let time, scan; // of every scan: Float64Array, Int32Array
 
-// A packed column: differences from scan to scan, deflated, base64. Int32 sums wrap, as they did when packed.
-async function unpack(text, Kind) {
+// A packed column, deflated, base64: values, or differences from scan to scan. Int32 sums wrap, as they did when
+// packed.
+async function unpack(text, Kind, differences = true) {
   const bytes = Uint8Array.from(atob(text), letter => letter.charCodeAt(0));
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
   const values = new Kind(await new Response(stream).arrayBuffer());
-  for (let i = 1; i < values.length; i++) values[i] += values[i - 1];
+  for (let i = 1; differences && i < values.length; i++) values[i] += values[i - 1];
   return values;
 }
 
+const KINDS = { Int32: Int32Array, Float32: Float32Array, Float64: Float64Array };
+
+const unpackCurve = async packed => curve(await unpack(packed.curve, KINDS[packed.kind], packed.differences));
+
 function curve(values) {
-  const groups = Math.ceil(values.length / GROUP);
-  const low = new Int32Array(groups).fill(2147483647), high = new Int32Array(groups).fill(MISSING);
-  let least = Infinity, most = -Infinity;
+  const groups = Math.ceil(values.length / GROUP), whole = values instanceof Int32Array;
+  const low = new values.constructor(groups).fill(whole ? 2147483647 : Infinity);
+  const high = new values.constructor(groups).fill(whole ? MISSING : -Infinity);
+  const isMissing = whole ? value => value === MISSING : value => !Number.isFinite(value);
   for (let i = 0; i < values.length; i++) {
     const value = values[i];
-    if (value === MISSING) continue;
+    if (isMissing(value)) continue;
     const group = i / GROUP | 0;
     if (value < low[group]) low[group] = value;
     if (value > high[group]) high[group] = value;
-    if (value < least) least = value;
-    if (value > most) most = value;
   }
-  if (least > most) least = most = 0;
-  return { values, low, high, least, most };
+  return { values, low, high, isMissing };
 }
 
 // Least and greatest of the rows first to end - 1, or null where there is no value.
@@ -54,7 +58,7 @@ function extremes(curve, first, end) {
       if (curve.high[i / GROUP] >= curve.low[i / GROUP]) take(curve.low[i / GROUP], curve.high[i / GROUP]);
       i += GROUP;
     } else {
-      if (curve.values[i] !== MISSING) take(curve.values[i], curve.values[i]);
+      if (!curve.isMissing(curve.values[i])) take(curve.values[i], curve.values[i]);
       i++;
     }
   }

@@ -3,9 +3,11 @@
 const width = () => canvas.clientWidth - LEFT - RIGHT;
 const xOf = moment => LEFT + (moment - view.start) / (view.end - view.start) * width();
 const timeAt = x => view.start + (x - LEFT) / width() * (view.end - view.start);
-const curveHeight = (panel, place) => panel.ramp && place === 0 ? POSITION : SPEED;
+const curveHeight = (panel, place) => panel.tags ? NUMBER : panel.ramp && place === 0 ? POSITION : SPEED;
 const curvesHeight = panel => panel.curves.reduce((sum, _, place) => sum + curveHeight(panel, place) + GAP, 0);
-const panelHeight = panel => MARKS + curvesHeight(panel) + LANE * (panel.lanes.length + (panel.ramp ? 1 : 0)) + AXIS;
+const headHeight = panel => panel.marks.length ? MARKS : HEAD;
+const rows = panel => panel.lanes.length + panel.bands.length + (panel.ramp ? 1 : 0) + (panel.unchanged.length ? 1 : 0);
+const panelHeight = panel => headHeight(panel) + curvesHeight(panel) + LANE * rows(panel) + AXIS;
 
 // The scheme of colours: as light, or dark with every colour of the chart made lighter.
 const dark = window.matchMedia("(prefers-color-scheme: dark)");
@@ -49,22 +51,52 @@ function draw() {
 }
 
 function drawPanel(panel, top) {
-  const bottom = top + panelHeight(panel) - AXIS;
-  drawTicks(top + MARKS, bottom);
-  text(`slot ${panel.slot}`, 8, top + 18, ink(), "bold 14px system-ui");
-  text(panel.module, 8, top + 34, soft(), "12px system-ui");
-  drawMarks(panel, top, top + MARKS + Math.max(0, curvesHeight(panel) - GAP), bottom);
-  top += MARKS;
-  panel.curves.forEach(({ name, curve }, place) => {
-    drawCurve(curve, name, top, curveHeight(panel, place));
+  const bottom = top + panelHeight(panel) - AXIS, head = headHeight(panel);
+  drawTicks(top + head, bottom);
+  drawHead(panel, top + 18);
+  if (panel.marks.length) drawMarks(panel, top, top + MARKS + Math.max(0, curvesHeight(panel) - GAP), bottom);
+  top += head;
+  panel.curves.forEach((each, place) => {
+    drawCurve(each, top, curveHeight(panel, place), panel.tags);
     top += curveHeight(panel, place) + GAP;
   });
   if (panel.ramp) {
     drawRamp(panel.ramp, top);
     top += LANE;
   }
+  for (const band of panel.bands) {
+    drawBand(band, top);
+    top += LANE;
+  }
   panel.lanes.forEach((lane, place) => drawBit(lane, top + place * LANE));
+  if (panel.unchanged.length) drawUnchanged(panel.unchanged, bottom - LANE);
   return bottom + AXIS;
+}
+
+function drawHead(panel, base) {
+  text(panel.name, 8, base, ink(), "bold 14px system-ui");
+  if (panel.marks.length) text(panel.about, 8, base + 16, soft(), "12px system-ui");
+  else text(panel.about, 18 + pen.measureText(panel.name).width, base, soft(), "12px system-ui");
+}
+
+// What does not change, in one line; the readout has all of it.
+function drawUnchanged(pairs, top) {
+  pen.font = SMALL;
+  const line = fitted(pairs.map(pair => pair.join(" ")).join("   "), width() - 6, false);
+  text("unchanged", LEFT - 6, top + LANE - 4, soft(), NAME_FONT, "right");
+  text(line, LEFT + 3, top + LANE - 4, soft(), SMALL);
+}
+
+// A text in so many pixels of the pen's font, with its end left out, or its beginning.
+function fitted(says, room, tail) {
+  if (pen.measureText(says).width <= room) return says;
+  let low = 0, high = says.length;
+  const cut = kept => tail ? `…${says.slice(says.length - kept)}` : `${says.slice(0, kept)}…`;
+  while (low < high) {
+    const middle = (low + high + 1) >> 1;
+    if (pen.measureText(cut(middle)).width <= room) low = middle; else high = middle - 1;
+  }
+  return cut(low);
 }
 
 function text(says, x, y, colour, font, align = "left") {
@@ -117,49 +149,70 @@ function clock(moment, step) {
   return `${Math.floor(minutes / 60)}:${two(minutes % 60)}:${two(seconds % 60)}${fraction}`;
 }
 
-function niceStep(span, most) {
-  const power = 10 ** Math.floor(Math.log10(Math.max(1, span / most)));
+function niceStep(span, most, least) {
+  const power = 10 ** Math.floor(Math.log10(Math.max(least, span / most)));
   return [1, 2, 5, 10].map(factor => factor * power).find(step => span / step <= most);
 }
 
-// The values that are labelled from low to high: at least two.
-function labelled(low, high, most) {
+// The values that are labelled from low to high: at least two, `least` or more apart.
+function labelled(low, high, most, least = 1) {
   const multiples = step => {
     const found = [];
     for (let place = Math.ceil(low / step); place * step <= high; place++) found.push(place * step || 0); // no -0
     return found;
   };
-  let values = multiples(niceStep(high - low, most));
-  for (let more = most + 1; values.length < 2; more++) values = multiples(niceStep(high - low, more));
+  let values = multiples(niceStep(high - low, most, least));
+  for (let more = most + 1; values.length < 2; more++) values = multiples(niceStep(high - low, more, least));
   return values;
 }
 
-function drawCurve(curve, name, top, height) {
+// The range of values that a curve is drawn in: somewhat more than its own.
+function rangeOf(least, most, fractional) {
+  const usual = (most - least) * 0.08;
+  const pad = fractional ? usual || Math.abs(most) * 0.08 || 1 : Math.max(1, usual);
+  return [least - pad, most + pad];
+}
+
+// A value on an axis: 12 digits at most, so that 0.1 + 0.2 is 0.3.
+const axisNumber = value => number(Number(value.toPrecision(12)));
+
+function drawCurve({ name, curve, fractional }, top, height, isTag) {
   const first = rowAt(view.start), end = Math.min(time.length, rowAt(view.end) + 2);
   const [least, most] = extremes(curve, first, end) || [0, 0];
-  const pad = Math.max(1, (most - least) * 0.08), low = least - pad, high = most + pad;
+  const [low, high] = rangeOf(least, most, fractional);
   const yOf = value => top + (high - value) / (high - low) * height;
-  for (const value of labelled(low, high, height / 28)) {
+  let widest = 0;
+  for (const value of labelled(low, high, height / 28, fractional ? Number.MIN_VALUE : 1)) {
     line(LEFT, yOf(value), LEFT + width(), yOf(value), gridColour());
-    text(value.toLocaleString("en"), LEFT - 6, yOf(value) + 4, ink(), "11px system-ui", "right");
+    text(axisNumber(value), LEFT - 6, yOf(value) + 4, ink(), SMALL, "right");
+    widest = Math.max(widest, pen.measureText(axisNumber(value)).width);
   }
-  text(name, 8, top + height / 2, soft(), "11px system-ui");
+  if (isTag) drawTagName(name, top + height / 2 + 4, LEFT - 14 - widest);
+  else text(name, 8, top + height / 2, soft(), SMALL);
   inside(top, height, () => {
     pen.strokeStyle = shade(data.colours.curve);
     pen.lineWidth = 1.4;
     pen.lineJoin = "round"; // a pointed join would show more than there is
     pen.beginPath();
-    (end - first <= 2 * width() ? traceScans : traceColumns)(curve, first, end, yOf);
+    (end - first <= 2 * width() ? traceScans : traceColumns)(curve, first, end, yOf, isTag);
     pen.stroke();
   });
 }
 
-function traceScans(curve, first, end, yOf) {
-  let down = false;
+function drawTagName(name, base, right) {
+  pen.font = NAME_FONT;
+  text(fitted(name, right - 4, true), right, base, shade(data.colours.lanes.tag), NAME_FONT, "right");
+}
+
+// A point per scan; a tag keeps its value until the next one.
+function traceScans(curve, first, end, yOf, isTag) {
+  let down = false, before = 0;
   for (let row = first; row < end; row++) {
-    const value = curve.values[row];
-    if (value !== MISSING) down ? pen.lineTo(xOf(time[row]), yOf(value)) : pen.moveTo(xOf(time[row]), yOf(value));
-    down = value !== MISSING;
+    const value = curve.values[row], there = !curve.isMissing(value), x = xOf(time[row]);
+    if (there && down && isTag) pen.lineTo(x, before);
+    if (there) down ? pen.lineTo(x, yOf(value)) : pen.moveTo(x, yOf(value));
+    before = there ? yOf(value) : before;
+    down = there;
   }
 }
 
@@ -200,7 +253,8 @@ function stretches(lane, paint) {
 
 function drawBit(lane, top) {
   const colour = shade(data.colours.lanes[lane.group]), high = top + 3, low = top + LANE - 3;
-  text(lane.name, LEFT - 6, low - 1, colour, "11px ui-monospace, monospace", "right");
+  pen.font = NAME_FONT;
+  text(fitted(lane.name, LEFT - 12, true), LEFT - 6, low - 1, colour, NAME_FONT, "right");
   inside(top, LANE, () => {
     pen.strokeStyle = colour;
     pen.fillStyle = colour + "50";
@@ -217,12 +271,33 @@ function drawBit(lane, top) {
 }
 
 function drawRamp(lane, top) {
-  text("ramp", LEFT - 6, top + LANE - 4, ink(), "11px ui-monospace, monospace", "right");
+  text("ramp", LEFT - 6, top + LANE - 4, ink(), NAME_FONT, "right");
   inside(top, LANE, () => stretches(lane, (x0, x1, value) => {
     pen.fillStyle = data.colours.ramp[value];
     if (value) pen.fillRect(x0, top + 2, Math.max(1, x1 - x0), LANE - 4);
   }));
 }
+
+// Steps and texts: a colour for each value, and what it stands for where there is room.
+function drawBand(band, top) {
+  pen.font = NAME_FONT;
+  text(fitted(band.name, LEFT - 12, true), LEFT - 6, top + LANE - 4, shade(data.colours.lanes.tag), NAME_FONT, "right");
+  inside(top, LANE, () => stretches(band, (x0, x1, value) => {
+    pen.fillStyle = bandColour(value);
+    pen.fillRect(x0, top + 2, Math.max(1, x1 - x0), LANE - 4);
+    pen.font = SMALL;
+    const left = Math.max(x0, LEFT), room = x1 - left - 7, says = band.texts[value];
+    if (room >= Math.min(pen.measureText(says).width, LEAST_LABEL)) {
+      text(fitted(says, room, false), left + 4, top + LANE - 5, ink(), SMALL);
+    }
+  }));
+}
+
+// Soft on either paper: letters stand on it.
+const bandColour = value => {
+  const tints = dark.matches ? data.colours.bandDark : data.colours.band;
+  return tints[value % tints.length];
+};
 
 function drawMarks(panel, top, bottom, deepest) {
   const shown = panel.marks.filter(mark => mark.time >= view.start && mark.time <= view.end);

@@ -70,7 +70,7 @@ async function begin() {
   time = await unpack(data.time, Float64Array);
   scan = await unpack(data.scan, Int32Array);
   for (const panel of data.panels) {
-    for (const each of panel.curves) each.curve = curve(await unpack(each.curve, Int32Array));
+    for (const each of panel.curves) each.curve = await unpackCurve(each);
   }
   drawLegend();
   listen();

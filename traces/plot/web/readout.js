@@ -8,22 +8,26 @@ function tell() {
 }
 
 function tellPanel(panel, row) {
-  const shown = ({ name, curve }) => {
+  const shown = ({ name, curve, fractional }) => {
     const [title, unit] = name.split(", "), value = curve.values[row];
-    return [title, value === MISSING ? "–" : unit && title !== "position" ? `${number(value)} ${unit}` : number(value)];
+    if (curve.isMissing(value)) return [title, fractional ? String(value) : "–"];
+    const digits = fractional ? exact(value, curve.values) : number(value);
+    return [title, unit && title !== "position" ? `${digits} ${unit}` : digits];
   };
   const on = group => [...panel.lanes, ...panel.steady].filter(
     lane => lane.group === group && valueAt(lane, row)).map(lane => lane.name).join(" ") || "–";
   const near = Math.abs(timeAt(6) - timeAt(0));
   const marks = panel.marks.filter(mark => Math.abs(mark.time - (cursor === null ? -1e18 : cursor)) <= near);
   return [
-    element("h2", `slot ${panel.slot}`),
+    element("h2", panel.name),
     pairs([
       ...panel.curves.map(shown),
       ...(panel.ramp ? [["ramp", data.ramp[valueAt(panel.ramp, row)]]] : []),
+      ...panel.bands.map(band => [band.name, band.texts[valueAt(band, row)]]),
+      ...panel.unchanged.filter(([name]) => !panel.steady.some(lane => lane.name === name)),
     ]),
     ...data.groups.filter(group => [...panel.lanes, ...panel.steady].some(lane => lane.group === group)).map(group => {
-      const bits = element("div", `${group}: ${on(group)}`);
+      const bits = element("div", `${group === "tag" ? "on" : group}: ${on(group)}`);
       bits.className = "bits";
       bits.style.color = shade(data.colours.lanes[group]);
       return bits;
@@ -32,7 +36,11 @@ function tellPanel(panel, row) {
   ];
 }
 
-const number = value => value.toLocaleString("en");
+const number = value => Math.abs(value) >= 1e15 || (value && Math.abs(value) < 1e-4)
+  ? value.toExponential() : value.toLocaleString("en", { maximumFractionDigits: 9 });
+
+// A value with the digits that its type has.
+const exact = (value, values) => number(Number(value.toPrecision(values instanceof Float32Array ? 7 : 15)));
 
 function element(kind, says) {
   const made = document.createElement(kind);
@@ -48,7 +56,7 @@ function pairs(list) {
 
 function drawLegend() {
   document.getElementById("legend").replaceChildren();
-  const entries = data.groups.map(group => [shade(data.colours.lanes[group]), `${group} bits`]);
+  const entries = data.groups.map(group => [shade(data.colours.lanes[group]), group === "tag" ? "tags" : `${group} bits`]);
   if (data.panels.some(panel => panel.ramp)) data.ramp.forEach((state, place) => { if (place) entries.push([data.colours.ramp[place], state]); });
   for (const [colour, says] of entries) {
     const square = document.createElement("i"), entry = document.createElement("span");

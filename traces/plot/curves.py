@@ -1,0 +1,20 @@
+"""What makes a curve of a chart: a maker for each kind of picture."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+C_co = TypeVar("C_co", covariant=True)
+
+
+class CurveMaker(Protocol[C_co]):
+    """Makes a curve of the values it is given, block by block."""
+
+    def add(self, time_ns: NDArray[np.int64], values: NDArray[Any]) -> None:
+        """Take the values of a block, NaN where there is none."""
+
+    def curve(self) -> C_co:
+        """Return the curve."""

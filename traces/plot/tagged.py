@@ -1,0 +1,210 @@
+"""The program's recorded tags on a chart: curves of numbers, bands of steps and texts, lanes of BOOLs.
+
+Of few tags all are shown. Of many those that change, as far as the chart stays legible; a user may
+choose others by name.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..reader import Trace
+from ..signals import Block, Catalog, Kind, Selection, Signal, blocks
+from ..signals.tags import is_named
+from ..tagplan import FIELD
+from .changes import StepFinder, Steps
+from .curves import CurveMaker
+from .lanes import Band, Lane
+
+CURVES_MAX, ROWS_MAX = 8, 24
+"""Most curves, and most bands and lanes, of tags that nobody chose."""
+
+CHOSEN_MAX = 200
+"""Most tags on a chart."""
+
+C = TypeVar("C")
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """The tags of a chart.
+
+    Attributes:
+        signals: those that are drawn.
+        left_out: how many recorded values are not.
+    """
+
+    signals: Sequence[Signal]
+    left_out: int
+
+
+@dataclass(frozen=True, slots=True)
+class TagParts(Generic[C]):
+    """What the tags show.
+
+    Attributes:
+        curves: full names and curves of the numbers that change.
+        fractional: names of the curves whose values have fractions.
+        bands: steps and texts that change.
+        lanes: BOOLs that change.
+        steady: BOOLs that do not.
+        unchanged: names and values of all that does not change.
+    """
+
+    curves: Sequence[tuple[str, C]]
+    fractional: Sequence[str]
+    bands: Sequence[Band]
+    lanes: Sequence[Lane]
+    steady: Sequence[Lane]
+    unchanged: Sequence[tuple[str, str]]
+
+
+def choose(trace: Trace, catalog: Catalog, selection: Selection, patterns: Sequence[str]) -> Choice:
+    """Return which tags are drawn.
+
+    Args:
+        trace: the open trace.
+        catalog: its signals.
+        selection: which scans; of many tags those that change in these scans are drawn.
+        patterns: names as in a query, with wildcards; none = as many as the chart stays legible with.
+
+    Raises:
+        UnknownSignalError: a pattern matches nothing.
+        ValueError: it matches something that is no tag, or the patterns match more than CHOSEN_MAX.
+    """
+    known = catalog.tags
+    if patterns:
+        return _asked_for(catalog, known, patterns)
+    if len(_fitting(known)) < len(known):
+        moving = _changing(trace, known, selection)
+        return Choice(shown := _fitting(moving), len(known) - len(shown))
+    return Choice(known, 0)
+
+
+def _asked_for(catalog: Catalog, known: Sequence[Signal], patterns: Sequence[str]) -> Choice:
+    found: dict[str, Signal] = {}
+    for pattern in patterns:
+        matches = [signal for signal in known if is_named(signal, pattern)] or [catalog[pattern]]
+        if not matches[0].name.startswith(f"{FIELD}."):
+            raise ValueError(f"{matches[0].name} is no recorded tag: recorded are {_some(known)}")
+        found |= {signal.name: signal for signal in matches}
+    if len(found) > CHOSEN_MAX:
+        raise ValueError(f"{', '.join(patterns)}: {len(found):,} tags; a chart shows {CHOSEN_MAX} at most")
+    return Choice(list(found.values()), sum(signal.name not in found for signal in known))
+
+
+def _some(known: Sequence[Signal]) -> str:
+    names = [signal.title for signal in known[:6]]
+    return ", ".join([*names, "..."] if len(known) > len(names) else names) or "none"
+
+
+def _fitting(signals: Sequence[Signal]) -> list[Signal]:
+    """Return as many signals as a chart stays legible with."""
+    room = {True: CURVES_MAX, False: ROWS_MAX}
+    taken: Counter[bool] = Counter()
+    fitting = []
+    for signal in signals:
+        is_curve = signal.kind is Kind.NUMBER
+        taken[is_curve] += 1
+        if taken[is_curve] <= room[is_curve]:
+            fitting.append(signal)
+    return fitting
+
+
+def _changing(trace: Trace, signals: Sequence[Signal], selection: Selection) -> list[Signal]:
+    """Return the signals that have more than one value, in the same order."""
+    watched = {signal.name: Steady(signal) for signal in signals}
+    for block in blocks(trace, selection):
+        for each in watched.values():
+            if each.same:
+                each.add(each.signal.read(block))
+    return [signal for signal in signals if not watched[signal.name].same]
+
+
+class Steady:
+    """Watches whether a signal keeps its first value; NaN is equal to NaN.
+
+    Args:
+        signal: the signal.
+
+    Attributes:
+        signal: the same.
+        same: whether it had one value so far.
+        first: this value; None before the first block.
+    """
+
+    def __init__(self, signal: Signal) -> None:
+        self.signal = signal
+        self.same = True
+        self.first: Any = None
+
+    def add(self, values: NDArray[Any]) -> None:
+        """Take the values of a block."""
+        if self.first is None:
+            self.first = values[0]
+        equal = values == self.first
+        if values.dtype.kind == "f":
+            equal |= np.isnan(values) & np.isnan(self.first)
+        self.same = self.same and bool(equal.all())
+
+
+class TagTracks(Generic[C]):
+    """Gathers what the tags show.
+
+    Args:
+        signals: the tags to draw.
+        maker: makes a maker of curves; it is given values of the tags' own types.
+    """
+
+    def __init__(self, signals: Sequence[Signal], maker: Callable[[], CurveMaker[C]]) -> None:
+        numbers = [signal for signal in signals if signal.kind is Kind.NUMBER]
+        self._curves = [(Steady(signal), maker()) for signal in numbers]
+        self._steps = [(signal, StepFinder(signal)) for signal in signals if signal.kind is not Kind.NUMBER]
+
+    def add(self, block: Block) -> None:
+        """Take a block."""
+        for steady, curve in self._curves:
+            values = steady.signal.read(block)
+            curve.add(block.time_ns, values)
+            if steady.same:
+                steady.add(values)
+        for _, finder in self._steps:
+            finder.add(block)
+
+    def parts(self) -> TagParts[C]:
+        """Return what they show."""
+        moving = [(steady.signal, curve) for steady, curve in self._curves if not steady.same]
+        rows = [_lane(signal, finder.steps()) for signal, finder in self._steps]
+        bands = [row for row in rows if isinstance(row, Band)]
+        lanes = [row for row in rows if not isinstance(row, Band)]
+        numbers = [(_title(each.signal), f"{each.first:.6g}") for each, _ in self._curves if each.same]
+        return TagParts(
+            curves=[(_title(signal), curve.curve()) for signal, curve in moving],
+            fractional=[_title(signal) for signal, _ in moving if not signal.bits],
+            bands=[band for band in bands if not band.steady],
+            lanes=[lane for lane in lanes if not lane.steady],
+            steady=[lane for lane in lanes if lane.steady],
+            unchanged=[
+                *((band.name, band.text(int(band.value[0]))) for band in bands if band.steady),
+                *((lane.name, "on" if lane.value[0] else "off") for lane in lanes if lane.steady),
+                *numbers,
+            ],
+        )
+
+
+def _lane(signal: Signal, steps: Steps) -> Lane:
+    if signal.kind is Kind.CODE:
+        codes = steps.value.astype(np.int32)
+        return Band(_title(signal), "band", steps.row, steps.time_ns, codes, signal.names)
+    return Lane(_title(signal), "tag", steps.row, steps.time_ns, steps.value.astype(np.int8))
+
+
+def _title(signal: Signal) -> str:
+    """Return a tag's full name; of a bit or a condition its name in the trace."""
+    return signal.title or signal.name.removeprefix("tags.")
