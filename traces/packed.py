@@ -87,6 +87,39 @@ class PackedScans:
         return Columns(*columns)
 
 
+class NotedScans:
+    """Scans as a listener of the scan loop hears of them, packed as they come.
+
+    Args:
+        slots: how many slots the rack has.
+    """
+
+    def __init__(self, slots: int) -> None:
+        self._packed = PackedScans(slots)
+        self._heads: list[tuple[int, int, int]] = []
+        self._blocks: list[bytes] = []
+
+    def __len__(self) -> int:
+        return len(self._packed) + len(self._blocks)
+
+    def add(self, scan: int, now_ns: int, flags: int, block: bytes) -> None:
+        """Add a scan: its number, time and flags, and the rack's memory block."""
+        self._heads.append((scan, now_ns, flags))
+        self._blocks.append(block)
+        if len(self._blocks) == CHUNK_SCANS:
+            self.packed()
+
+    def packed(self) -> PackedScans:
+        """Return all scans so far; further ones will be added to the same object."""
+        if self._blocks:
+            heads = np.array(self._heads, np.int64).reshape(-1, 3)
+            words = np.frombuffer(b"".join(self._blocks), np.int16).reshape(len(heads), -1)
+            self._packed.add(Columns(heads[:, 0], heads[:, 1], heads[:, 2].astype(np.uint32), words))
+            self._heads.clear()
+            self._blocks.clear()
+        return self._packed
+
+
 class View(Sequence[T], Generic[T]):
     """A sequence of values computed from each scan; fast when read in order.
 

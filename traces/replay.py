@@ -13,15 +13,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from ..io_images.image import IMAGE_BYTES
 from .arrays import column_chunks
 from .columns import Columns
 from .compare import EXACT, Comparison, Tolerance, compare_parts
 from .event_text import describe
 from .layout import SLOT_BYTES, SlotInfo
-from .packed import CHUNK_SCANS, PackedScans, memory_blocks
+from .packed import NotedScans, PackedScans, memory_blocks
 from .reader import Trace, TraceEvent
 
 Image = tuple[int, str]
@@ -126,9 +124,7 @@ class Follower:
         self.stopped = False
         self._spans = [recording.span(image) for image in self._images]
         self._recorded = recording.memory
-        self._replayed = PackedScans(len(recording.slots))
-        self._heads: list[tuple[int, int, int]] = []
-        self._blocks: list[bytes] = []
+        self._replayed = NotedScans(len(recording.slots))
         self._rules: list[tuple[int, object, str]] = []
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, object]) -> None:
@@ -139,10 +135,7 @@ class Follower:
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Note a scan, and stop the replay if it differs."""
         block, recorded = bytes(self._memory), self._recorded[self.scans]
-        self._heads.append((scan, now_ns, flags))
-        self._blocks.append(block)
-        if len(self._blocks) == CHUNK_SCANS:
-            self._pack()
+        self._replayed.add(scan, now_ns, flags, block)
         if self.stop is not None and self._tolerance.exact and self._differ(block, recorded):
             self.stop()
             self.stopped, self.stop = True, None
@@ -156,28 +149,17 @@ class Follower:
     @property
     def scans(self) -> int:
         """How many scans have been replayed."""
-        return len(self._replayed) + len(self._blocks)
-
-    def _pack(self) -> None:
-        """Pack the scans noted since the last call."""
-        if not self._blocks:
-            return
-        heads = np.array(self._heads, np.int64).reshape(-1, 3)
-        words = np.frombuffer(b"".join(self._blocks), np.int16).reshape(len(heads), -1)
-        self._replayed.add(Columns(heads[:, 0], heads[:, 1], heads[:, 2].astype(np.uint32), words))
-        self._heads.clear()
-        self._blocks.clear()
+        return len(self._replayed)
 
     def comparison(self) -> Comparison:
         """Return the comparison, the recording first, the replay second.
 
         A replay that was not stopped here and is not at its end is the shorter of the two.
         """
-        self._pack()
         slots, recorded = self._recording.slots, self._recording.scans.chunks()
         found = compare_parts(
             (slots, _first_scans(recorded, self.scans) if self.stopped else recorded),
-            (slots, self._replayed.chunks()),
+            (slots, self._replayed.packed().chunks()),
             self._tolerance,
             only=frozenset(self._images),
         )

@@ -10,6 +10,7 @@
 | `hints` | what a program may have meant otherwise |
 | `rack_units`, `served_units` | controllers beside a rack, and behind a port |
 | `bench/` | a rack in the hands of a test |
+| `why/` | which line of a program changed what, and what the modules wait for |
 | `drive/` | one module or controller, request by request |
 | `fuzz/` | a search for surroundings that break a program |
 

@@ -62,8 +62,8 @@ class Replay:
     ) -> None:
         self._recording = recording
         self._spec = spec
-        self._score = Score(recording.numbers, recording.times, recording.flags, _forces(recording))
-        self.rack = build_rack(spec) if into is not Into.PROGRAM else self._recorded_rack()
+        self._score = score_of(recording)
+        self.rack = build_rack(spec) if into is not Into.PROGRAM else recorded_rack(recording)
         self._logic = logic or recorded_outputs(self._score, recording.memory)
         directions = {Into.MODULE: ("in",), Into.PROGRAM: ("out",), Into.RACK: ("in", "out")}[into]
         self._images: list[Image] = [(slot, direction) for slot in slots for direction in directions]
@@ -87,19 +87,24 @@ class Replay:
                 self.notes.append(f"the replay faulted in {error}")
         return follower
 
-    def _recorded_rack(self) -> Rack:
-        """Return a rack of modules that show the recorded inputs."""
-        recording = self._recording
-        return Rack(
-            Card(
-                slot.number,
-                RecordedInputs(recording.images((slot.number, "in")), recording.times),
-                slot.module,
-                slot.firmware,
-                slot.words,
-            )
-            for slot in recording.slots
+
+def recorded_rack(recording: Recording) -> Rack:
+    """Return a rack of modules that show the recorded inputs."""
+    return Rack(
+        Card(
+            slot.number,
+            RecordedInputs(recording.images((slot.number, "in")), recording.times),
+            slot.module,
+            slot.firmware,
+            slot.words,
         )
+        for slot in recording.slots
+    )
+
+
+def score_of(recording: Recording) -> Score:
+    """Return numbers, times, modes and forces of the scans of a recording."""
+    return Score(recording.numbers, recording.times, recording.flags, _forces(recording))
 
 
 def edit_notes(events: Iterable[TraceEvent]) -> list[str]:

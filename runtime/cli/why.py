@@ -1,76 +1,110 @@
-"""`scanrack why RACK TAG` and `scanrack xref FILE [TAG]`: questions about a ladder program."""
+"""`scanrack why RACK|TRACE [WHAT]` and `scanrack xref FILE [TAG]`: questions about a program."""
 
 from __future__ import annotations
 
+import tempfile
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from ...ladder import LadderError
 from ...ladder.debug import cross_reference
+from ...ladder.program import split_address
 from ...ladder.resolver import AddressError
+from ...traces.reader import open_trace
 from ..app.bench import Bench, NotReachedError
 from ..app.bench.opening import open_bench
-from ..config.quantities import parse_duration
+from ..app.loading import RACK_FORMS
+from ..app.why.moment import Moment
+from ..app.why.of_trace import why_of_trace
 from ..loop.faults import CpuFault
 from .ladder import load_rungs
-from .status import BAD_INPUT, NO, complain
+from .status import BAD_INPUT, NO, complain, reason
 from .terminal import say
+from .trace_options import tell_notes
 
 
-def _run(bench: Bench, at: str | None, scans: int | None, until: str | None) -> None:
+def _run(bench: Bench, moment: Moment) -> None:
     """Run a bench to where the question is asked.
 
     Raises:
-        ValueError: several of the options are given, or one of them can't be used.
-        NotReachedError: `until` does not come about.
+        ValueError: a time or a tag can't be used.
+        NotReachedError: the bit does not come on.
     """
-    given = [
-        name for name, value in (("--at", at), ("--scans", scans), ("--until", until)) if value is not None
-    ]
-    if len(given) > 1:
-        raise ValueError(f"{' and '.join(given)} say the same thing: give one of them")
-    if until is not None:
-        bench.run_until(until, within=f"{bench.spec.run_for_s or 10:f} s")
-    elif scans is not None:
-        bench.scan(scans)
+    own = f"{bench.spec.run_for_s or 10:f} s"
+    if moment.until is not None:
+        bench.run_until(moment.until, within=own)
     else:
-        time = at if at is not None else f"{bench.spec.run_for_s or 10:f} s"
-        # the scan at that very time is one of them
-        bench.scan(parse_duration(time) // bench.cpu.period_ns + 1)
+        scans = moment.scans_from_power_up(bench.cpu.period_ns)
+        bench.scan(scans or Moment(own).scans_from_power_up(bench.cpu.period_ns) or 1)
 
 
 def _why_command(
-    rack: Annotated[str, typer.Argument(metavar="RACK", help="Rack file with a ladder program.")],
-    tag: Annotated[str, typer.Argument(metavar="TAG", help="A tag: Run, Fill.DN, axis.command.HOLD_MOVE.")],
+    file: Annotated[str, typer.Argument(metavar="RACK|TRACE", help="A rack file, or a trace of a run.")],
+    what: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[WHAT]",
+            help="A tag (Run, Fill.DN), a bit or word of an image (slot1.command.HOLD_MOVE, O:1.2), or a "
+            "value of a Python program (line.step). Left out: what every module waits for.",
+        ),
+    ] = None,
     at: Annotated[
-        str | None, typer.Option("--at", metavar="TIME", help="Ask at this time, such as '1.5 s'.")
+        str | None,
+        typer.Option("--at", metavar="TIME|SCAN", help="Ask at this time, such as '1.5 s', or in this scan."),
     ] = None,
     scans: Annotated[int | None, typer.Option("--scans", min=1, help="Ask after so many scans.")] = None,
     until: Annotated[
-        str | None, typer.Option("--until", metavar="TAG", help="Ask when this bit is on.")
+        str | None, typer.Option("--until", metavar="BIT", help="Ask when this tag or bit of an image is on.")
     ] = None,
+    trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False,
 ) -> None:
-    """Say why a tag is as it is: the scan and the rung that last changed it, and what was false there.
+    """Say why something is as it is: since which scan, by which rung or line, and what that had read.
 
-    The rack is run from power-up to the time asked for, or for as long as its file says.
+    A rack runs from power-up to the scan asked for, or for as long as its file says. The program of a
+    trace runs on the recorded inputs; Python that came with the trace is run only if it is the same as in
+    the current folder, or you say --trust. A Python program then runs once more, and the scan in which the
+    change was made is traced line by line.
 
-    Example: scanrack why examples/feeder/feeder.toml Feeding --at "8.2 s"
+    Examples: scanrack why examples/feeder/feeder.toml Feeding --at "8.2 s";
+    scanrack why examples/three_stations/line.toml --at 3400
 
     Exit status: 0 answered, 1 --until has not come about, 2 a file or an option can't be used.
     """
     try:
-        bench = open_bench(rack, watched=True)
-        _ = bench[tag]  # refuse an unknown tag before the run
-        try:
-            _run(bench, at, scans, until)
-        except CpuFault as error:
-            say(f"the CPU has faulted in {error}", err=True)
-        say(f"after {bench.scans:,} scans, {bench.now_s:g} s: {bench.why(tag)}")
+        moment = Moment(at, scans, until)
+        if Path(split_address(file)[0]).suffix in RACK_FORMS:
+            _ask_bench(open_bench(file, watched=True), what, moment)
+        else:
+            _ask_trace(Path(file), what, moment, trust=trust)
     except NotReachedError as error:
         raise typer.Exit(complain(str(error), NO)) from error
     except (LadderError, ValueError) as error:
         raise _refused(error) from error
+    except OSError as error:
+        raise typer.Exit(complain(f"{file}: {reason(error)}", BAD_INPUT)) from error
+
+
+def _ask_bench(bench: Bench, what: str | None, moment: Moment) -> None:
+    bench.check(*(each for each in (what, moment.until) if each is not None))
+    try:
+        _run(bench, moment)
+    except CpuFault as error:
+        say(f"the CPU has faulted in {error}", err=True)
+    _say(f"after {bench.scans:,} scans, {bench.now_s:g} s:", bench.why(what))
+
+
+def _ask_trace(path: Path, what: str | None, moment: Moment, *, trust: bool) -> None:
+    with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
+        tell_notes(trace)
+        asked = why_of_trace(trace, Path(folder), what, moment, trust=trust)
+    _say(f"scan {asked.scan:,}, {asked.now_ns / 1e9:g} s:", asked.text)
+
+
+def _say(when: str, answer: str) -> None:
+    """Say an answer, on the line of its scan if it is one sentence."""
+    say(f"{when}{chr(10) if answer.startswith('slot ') else ' '}{answer}")
 
 
 def _xref_command(

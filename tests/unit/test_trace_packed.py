@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from made_traces import A3601, idle, record
-from scanrack.traces import packed, replay
+from scanrack.traces import packed
 from scanrack.traces.columns import Columns, join
 from scanrack.traces.compare import compare_columns
 from scanrack.traces.packed import PackedScans, memory_blocks
@@ -24,7 +24,6 @@ def columns_of(count: int, first: int = 0, slots: int = 1) -> Columns:
 def small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Chunks of eight scans."""
     monkeypatch.setattr(packed, "CHUNK_SCANS", 8)
-    monkeypatch.setattr(replay, "CHUNK_SCANS", 8)
 
 
 @pytest.mark.usefixtures("small_chunks")

@@ -15,6 +15,10 @@ from ...loop.pace import Watchdog
 from ...loop.rack import Rack, Slots
 from ...loop.scan import CpuMode, Logic
 from ..build import build_cpu, build_rack
+from ..tag_names import named_values, namespace_of
+from ..why.again import Load
+from ..why.answer import Why
+from ..why.journal import Journal
 from .event_log import Ear
 from .slot import SlotBench
 
@@ -49,7 +53,8 @@ class Observed(Protocol):
 
 
 Condition = Callable[["Bench"], Any] | str
-"""The condition that ends a run: a function of the bench, or a tag that becomes true."""
+"""The condition that ends a run: a function of the bench, or a tag that becomes true; of a rack with a Python
+program, a bit of an image."""
 
 
 class Bench:
@@ -68,6 +73,7 @@ class Bench:
         listeners: makes further listeners of the rack, a recorder for one.
         watched: the rack's watchdog ends logic that does not come back. Without it a test can stop at
             a breakpoint for as long as it likes.
+        load: how a Python program is loaded anew, so that `why` can name its lines.
     """
 
     def __init__(
@@ -77,8 +83,10 @@ class Bench:
         *,
         listeners: Callable[[Rack], Iterable[ScanListener]] = lambda _rack: (),
         watched: bool = False,
+        load: Load | None = None,
     ) -> None:
         self.spec = spec
+        self._load = load
         self.logic: Any = logic
         self._observed = isinstance(logic, Observed)
         if self._observed:
@@ -86,8 +94,13 @@ class Bench:
         rack = build_rack(spec)
         self._ear = ear = Ear()
         self.told = ear.told
+        self._journal = Journal(rack)
         self.cpu = ear.cpu = build_cpu(
-            spec, logic, rack, listeners=[*listeners(rack), ear], watchdog=None if watched else Watchdog(0)
+            spec,
+            logic,
+            rack,
+            listeners=[*listeners(rack), self._journal, ear],
+            watchdog=None if watched else Watchdog(0),
         )
         self.slot = Slots(
             (number, SlotBench(slot, self.run_for, lambda: self.now_ns))
@@ -160,7 +173,18 @@ class Bench:
             raise NotReachedError(f"{wanted} has not come about within {within}.\n{self}")
 
     def _holds(self, condition: Condition) -> bool:
-        return bool(self[condition] if isinstance(condition, str) else condition(self))
+        if not isinstance(condition, str):
+            return bool(condition(self))
+        if not self._observed and self._is_image(condition):
+            return bool(self._in_image(condition))
+        return bool(self[condition])
+
+    def _in_image(self, address: str) -> int:
+        """Return a bit or word of an image."""
+        place = parse_address(address, {slot.number: slot.words for slot in self.spec.slot})
+        slot = self.slot[place.slot]
+        word = (slot.inputs if place.image == "I" else slot.outputs)[place.word]
+        return word if place.bit is None else word >> place.bit & 1
 
     def program_mode(self) -> None:
         """Turn the CPU's key to program: logic rests, outputs are not sent."""
@@ -204,9 +228,37 @@ class Bench:
     def __setitem__(self, tag: str, value: object) -> None:
         self.program.tags[tag] = value
 
-    def why(self, tag: str) -> str:
-        """Say why a tag is as it is, see `Debugger.why`."""
-        return str(self.program.why(tag))
+    def check(self, *tags: str) -> None:
+        """Refuse tags and addresses that mean nothing, before a run.
+
+        Raises:
+            ValueError: there is nothing of that name.
+        """
+        for tag in tags:
+            if self._observed and not self._is_image(tag):
+                _ = self.program.tags[tag]
+            elif not self._is_image(tag):
+                named_values(namespace_of(self.logic), [tag])
+
+    def why(self, tag: str | None = None) -> str:
+        """Say why something is as it is.
+
+        Args:
+            tag: a tag of a ladder program, see `Debugger.why`; an address of an image; a value of a Python
+                program, such as `line.step`. Left out: what every module waits for, and what last changed
+                its output words.
+
+        A Python program is loaded anew and runs again on the inputs that it has had; the scan in question
+        is traced. The program on the bench is not touched.
+
+        Raises:
+            ValueError: there is nothing of that name, or no scan has run.
+        """
+        if tag is not None and self._observed and (tag in self.program.tags or not self._is_image(tag)):
+            return str(self.program.why(tag))
+        recording = self._journal.recording()
+        asked = Why(recording, len(recording.scans) - 1, self.spec, self._load)
+        return asked.rack() if tag is None else asked.of(tag)
 
     def force(self, address: str, value: int) -> None:
         """Hold a bit or word of an image, or a tag, at a value; forces of images are recorded.

@@ -9,8 +9,10 @@ from ....ladder import LadderLogic
 from ....ladder.debug import Debugger
 from ...loop.listeners import ScanListener
 from ...loop.rack import Rack
+from ..attachments import PYTHON
 from ..loading import Job, load_job
 from ..recording import recorder_for
+from ..why.again import Load
 from . import Bench
 
 
@@ -30,14 +32,31 @@ def open_bench(rack: str | Path, record: str | Path | None = None, *, watched: b
         OSError: the recording can't be written.
     """
     job = load_job(str(rack))
-    return bench_of(job, None if record is None else Path(record), watched=watched)
+    return bench_of(
+        job, None if record is None else Path(record), watched=watched, load=loading(job, str(rack))
+    )
 
 
-def bench_of(job: Job, record: Path | None = None, *, watched: bool = False) -> Bench:
-    """Put a loaded job onto a bench, see `open_bench`."""
+def loading(job: Job, rack: str, program: str | None = None) -> Load | None:
+    """Return how a job's Python program is loaded anew; None for a program that is not Python.
+
+    Args:
+        job: the job.
+        rack: path of the rack, as `load_job` takes it.
+        program: likewise.
+    """
+    if job.program.suffix != PYTHON or isinstance(job.logic, LadderLogic):
+        return None
+    return Load(job.program.parent, lambda: load_job(rack, program).logic)
+
+
+def bench_of(
+    job: Job, record: Path | None = None, *, watched: bool = False, load: Load | None = None
+) -> Bench:
+    """Put a loaded job onto a bench, see `open_bench`; `load` is how `why` loads its program anew."""
 
     def listeners(rack: Rack) -> Iterable[ScanListener]:
         return () if record is None else (recorder_for(job, rack, record, logic),)
 
     logic = Debugger(job.logic) if isinstance(job.logic, LadderLogic) else job.logic
-    return Bench(job.spec, logic, listeners=listeners, watched=watched)
+    return Bench(job.spec, logic, listeners=listeners, watched=watched, load=load)

@@ -1,0 +1,210 @@
+"""The answers: why a bit, a word or a value of a Python program is as it is, and what the rack waits for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from ....io_images.image import WORDS
+from ....traces.event_text import describe
+from ....traces.image_text import module_text
+from ....traces.layout import SlotInfo
+from ....traces.replay import Recording
+from ...config.rackspec import RackSpec
+from ...loop.addresses import Address, parse_address
+from ...loop.scan import Logic, ScanFlag
+from ..tag_names import named_values, namespace_of
+from .again import Again, Changed, Load, Watched, run_again
+from .past import ALL_BITS, Past, SlotPast
+from .telling import told
+from .waits import waits
+
+NO_LINE = "no line of the program wrote it in that scan: it was written from outside"
+
+
+@dataclass(frozen=True)
+class Why:
+    """Answers about one scan of a rack.
+
+    Args:
+        recording: the scans.
+        row: row of the scan in question.
+        spec: the rack.
+        load: how the Python program is loaded anew; None for one that has no lines.
+    """
+
+    recording: Recording
+    row: int
+    spec: RackSpec
+    load: Load | None
+
+    @cached_property
+    def past(self) -> Past:
+        """The past of the scan."""
+        return Past(self.recording, self.row)
+
+    def place(self, text: str) -> Address:
+        """Return the bit or word of an image that an address means.
+
+        Raises:
+            ValueError: it means none.
+        """
+        return parse_address(text, {slot.number: slot.words for slot in self.recording.slots})
+
+    def means_image(self, text: str) -> bool:
+        """Return whether a text is the address of a bit or word of an image."""
+        try:
+            self.place(text)
+        except ValueError:
+            return False
+        return True
+
+    def of(self, text: str) -> str:
+        """Say why a bit or word of an image, or a value of a Python program, is as it is.
+
+        Raises:
+            ValueError: there is nothing of that name.
+        """
+        if self.means_image(text) or self.load is None:
+            return "\n".join(self._of_image(text, self.place(text)))
+        return "\n".join(self._of_value(text, self.load))
+
+    def rack(self) -> str:
+        """Say of every module what it waits for, and which lines last changed its output words."""
+        last = {slot.number: list(self._last_changes(slot)) for slot in self.recording.slots}
+        rows = frozenset(row for changes in last.values() for row, _ in changes)
+        again = self._again(rows, max(rows, default=0))
+        lines: list[str] = []
+        for slot in self.recording.slots:
+            lines += self._of_slot(slot)
+            for row, words in last[slot.number]:
+                lines += [f"  {each}" for each in self._of_words(slot, row, words, again)]
+        return "\n".join(lines)
+
+    # --- an image
+
+    def _of_image(self, text: str, place: Address) -> Iterator[str]:
+        past, image = self.past, _side(place)
+        mask = ALL_BITS if place.bit is None else 1 << place.bit
+        word = past.words(place.slot, image, self.row)[place.word]
+        value = word if place.bit is None else word >> place.bit & 1
+        if str(place) in past.forces:
+            yield f"{text} is {value} because it is forced."
+            return
+        row = past.last_change(place.slot, image, place.word, mask)
+        if row is None:
+            yield f"{text} is {value}, and has been since {past.when(0)}."
+            return
+        said = f"{text} is {value} since {past.when(row)}"
+        if image == "in":
+            yield f"{said} because the module says so: it is an input image."
+            yield from self._on_record(place.slot, row)
+        else:
+            at = self._offset(place.slot) + 2 * place.word
+            yield from self._by_line(said, row, self._again(frozenset({row}), row), at, mask)
+
+    def _on_record(self, slot: int, row: int) -> Iterator[str]:
+        """Yield what is on record of a module in a scan."""
+        scan = self.recording.numbers[row]
+        for each in self.past.events:
+            if each.scan == scan and each.fields.get("slot", 0) == slot and each.topic != "/texts":
+                yield f"  {describe(each.topic, each.scan, each.fields)}"
+
+    def _again(self, rows: frozenset[int], last: int, watched: Watched | None = None) -> Again | None:
+        if self.load is None:
+            return None
+        return run_again(self.recording, self.spec, self.load, rows, last, watched)
+
+    def _by_line(self, said: str, row: int, again: Again | None, at: int, mask: int) -> Iterator[str]:
+        """Yield which line made a change of a word, the one at a place among all output images."""
+        if self.recording.flags[row] & ScanFlag.FAULT:
+            yield f"{said}: the CPU faulted, which zeroes all outputs"
+            yield from self._on_record(0, row)
+        elif again is None:
+            yield f"{said}."
+        elif not again.explains(row):
+            yield f"{said}: {self._departed(again)}"
+        else:
+            made = [each for each in again.changes.get(row, ()) if _differs(each, at, mask)]
+            yield from self._told(said, made, row)
+
+    def _told(self, said: str, made: Sequence[Changed], row: int) -> Iterator[str]:
+        """Yield what is known of the last of some changes in a scan."""
+        if not made or not made[-1].line.number:
+            yield f"{said}: {NO_LINE}"
+        else:
+            slots = self.recording.slots
+            yield from told(said, made[-1], slots, lambda slot: self.past.words(slot, "in", row))
+
+    def _departed(self, again: Again) -> str:
+        assert again.departs is not None
+        return (
+            "no line can be named: run again on the recorded inputs, the program writes other words from "
+            f"{self.past.when(again.departs)} on; it depends on more than its inputs and its time"
+        )
+
+    def _offset(self, slot: int) -> int:
+        """Return where a slot's output image begins among all output images, bytes."""
+        return self.recording.place(slot) // 2
+
+    # --- the rack
+
+    def _of_slot(self, slot: SlotInfo) -> Iterator[str]:
+        """Yield what a module waits for."""
+        past = SlotPast(self.past, slot)
+        if slot.speaks_3601:
+            said = waits(past)
+        else:
+            said = [module_text(slot, "in", (0,) * WORDS, past.inputs) or "all inputs are 0"]
+        yield f"slot {slot.number}: {said[0]}"
+        yield from (f"  {each}" for each in said[1:])
+
+    def _last_changes(self, slot: SlotInfo) -> Iterator[tuple[int, list[int]]]:
+        """Yield the scans that last changed an output word, the latest first, each with its words."""
+        by_row: dict[int, list[int]] = {}
+        for word in range(WORDS):
+            row = self.past.last_change(slot.number, "out", word)
+            if row is not None:
+                by_row.setdefault(row, []).append(word)
+        yield from sorted(by_row.items(), reverse=True)
+
+    def _of_words(self, slot: SlotInfo, row: int, words: Sequence[int], again: Again | None) -> list[str]:
+        before = self.past.words(slot.number, "out", row - 1) if row else (0,) * WORDS
+        what = module_text(slot, "out", before, self.past.words(slot.number, "out", row))
+        names = f"word{'s' if len(words) > 1 else ''} {', '.join(map(str, words))}"
+        said = f"output {names} since {self.past.when(row)}: {what}"
+        at = self._offset(slot.number) + 2 * words[0]
+        return list(self._by_line(said, row, again, at, ALL_BITS))
+
+    # --- a value of the program
+
+    def _of_value(self, text: str, load: Load) -> Iterator[str]:
+        def watched(logic: Logic) -> Any:
+            namespace = namespace_of(logic)
+            (value,) = named_values(namespace, [text])
+            code = compile(value.source, "<watched>", "eval")
+            return lambda: eval(code, namespace)
+
+        first = run_again(self.recording, self.spec, load, frozenset(), self.row, watched)
+        said = f"{text} is {first.value!r}"
+        if not first.explains(self.row):
+            yield f"{said}: {self._departed(first)}"
+        elif first.watched is None:
+            yield f"{said}, and has been since the program was loaded."
+        else:
+            row = first.watched
+            again = run_again(self.recording, self.spec, load, frozenset({row}), row, watched)
+            made = [each for each in again.changes.get(row, ()) if each.before[1] != each.after[1]]
+            yield from self._told(f"{said} since {self.past.when(row)}", made, row)
+
+
+def _side(place: Address) -> str:
+    return "in" if place.image == "I" else "out"
+
+
+def _differs(change: Changed, at: int, mask: int) -> bool:
+    """Return whether a change is one of these bits of the word at a place."""
+    before, after = (int.from_bytes(each[0][at : at + 2], "little") for each in (change.before, change.after))
+    return bool((before ^ after) & mask)

@@ -1,0 +1,45 @@
+"""What a bench keeps of its scans, so that it can be asked why."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ....traces.layout import SlotInfo
+from ....traces.packed import NotedScans
+from ....traces.reader import TraceEvent
+from ....traces.replay import Recording
+from ...loop.events import JsonValue
+from ...loop.rack import Rack
+
+
+class Journal:
+    """A listener that keeps all scans, packed: a few bytes each."""
+
+    def __init__(self, rack: Rack) -> None:
+        self._memory = rack.memory
+        self._slots = tuple(
+            SlotInfo(slot.number, slot.catalog, slot.firmware, slot.words) for slot in rack.slots.values()
+        )
+        self._scans = NotedScans(len(self._slots))
+        self._events: list[TraceEvent] = []
+
+    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
+        """Keep an event."""
+        self._events.append(TraceEvent(scan, now_ns, topic, dict(fields)))
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Keep a scan."""
+        self._scans.add(scan, now_ns, flags, bytes(self._memory))
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+    def recording(self) -> Recording:
+        """Return all scans so far.
+
+        Raises:
+            ValueError: there is none yet.
+        """
+        if not len(self._scans):
+            raise ValueError("there is no scan yet that could be asked about: run some")
+        return Recording(self._slots, self._scans.packed(), tuple(self._events))

@@ -1,0 +1,151 @@
+"""Questions about a trace: its program runs on the recorded inputs, up to the scan in question."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from ....ladder import LadderLogic
+from ....ladder.debug import Debugger
+from ....traces.reader import Trace
+from ....traces.replay import Recording
+from ...config.rackspec import RackSpec
+from ...loop.events import JsonValue
+from ...loop.faults import CpuFault
+from ..attachments import PYTHON, job_of
+from ..bench import NotReachedError
+from ..build import build_playback
+from ..loading import Job
+from ..playback import Playback
+from ..replaying import recorded_rack, score_of
+from .again import Load
+from .answer import Why
+from .moment import Moment
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """An answer, and the scan that it is about.
+
+    Attributes:
+        scan: number of the scan.
+        now_ns: its time.
+        text: the answer.
+    """
+
+    scan: int
+    now_ns: int
+    text: str
+
+
+def why_of_trace(trace: Trace, folder: Path, what: str | None, moment: Moment, *, trust: bool) -> Asked:
+    """Answer a question about a trace.
+
+    Args:
+        trace: the trace; its images answer alone if it does not say what made it.
+        folder: where its files are written.
+        what: see `Bench.why`.
+        moment: the scan.
+        trust: run Python that came with the trace; without, only what is the same as in the current folder.
+
+    Raises:
+        ValueError: a file or an option can't be used, or there is nothing of that name.
+        UntrustedError: Python of the trace would run.
+        NotReachedError: the bit of `moment` does not come on.
+    """
+    recording = Recording.of(trace)
+    if not {"rack_file", "program_file"} <= set(trace.head.metadata):
+        return _of_images(recording, what, moment)
+    job = job_of(trace, folder, trust=trust)
+    if isinstance(job.logic, LadderLogic):
+        return _of_ladder(recording, job, what, moment)
+    python = job.program.suffix == PYTHON
+    load = Load(job.program.parent, lambda: job_of(trace, folder, trust=trust).logic) if python else None
+    return _of_images(recording, what, moment, job.spec, load)
+
+
+def _of_images(
+    recording: Recording,
+    what: str | None,
+    moment: Moment,
+    spec: RackSpec | None = None,
+    load: Load | None = None,
+) -> Asked:
+    asked = Why(recording, 0, spec or RackSpec.model_construct(), load)
+    place = None if moment.until is None else asked.place(moment.until)
+
+    def holds(row: int) -> bool:
+        assert place is not None
+        word = asked.past.words(place.slot, "in" if place.image == "I" else "out", row)[place.word]
+        return bool(word if place.bit is None else word >> place.bit & 1)
+
+    row = _reached(moment, moment.row(recording, holds))
+    why = Why(recording, row, asked.spec, load)
+    return _asked(recording, row, why.rack() if what is None else why.of(what))
+
+
+def _of_ladder(recording: Recording, job: Job, what: str | None, moment: Moment) -> Asked:
+    """Answer from a ladder program under its debugger."""
+    assert isinstance(job.logic, LadderLogic)
+    debugger = Debugger(job.logic)
+    images = Why(recording, 0, job.spec, None)
+    for tag in (what, moment.until):
+        if tag is not None and not images.means_image(tag):
+            _ = debugger.tags[tag]  # refuse an unknown tag before the run
+    if moment.until is not None and images.means_image(moment.until):
+        row = _of_images(recording, None, moment).scan
+        moment = Moment(at=str(row))
+    last = len(recording.scans) - 1 if moment.until is not None else moment.row(recording, lambda _row: False)
+    assert last is not None
+    rack = recorded_rack(recording)
+    stopper = _Stopper(debugger, moment.until, last)
+    cpu = build_playback(job.spec, score_of(recording), debugger, rack, listeners=[stopper])
+    stopper.cpu = cpu
+    with cpu, suppress(CpuFault):  # as it did when it was recorded
+        cpu.play()
+    row = _reached(moment, stopper.row if stopper.met or moment.until is None else None)
+    why = Why(recording, row, job.spec, None)
+    if what is None:
+        return _asked(recording, row, why.rack())
+    own = what in debugger.tags or not why.means_image(what)
+    return _asked(recording, row, debugger.why(what) if own else why.of(what))
+
+
+class _Stopper:
+    """A listener that ends a run in a row, or when a tag is on.
+
+    Attributes:
+        row: the present row.
+        met: whether the tag is on.
+    """
+
+    def __init__(self, debugger: Debugger, until: str | None, last: int) -> None:
+        self._debugger, self._until, self._last = debugger, until, last
+        self.row = -1
+        self.met = False
+        self.cpu: Playback
+
+    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
+        """Ignore events."""
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Stop at the row, or when the tag is on."""
+        self.row += 1
+        self.met = self._until is not None and bool(self._debugger.tags[self._until])
+        if self.met or self.row >= self._last:
+            self.cpu.stop()
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+
+def _reached(moment: Moment, row: int | None) -> int:
+    if row is None:
+        raise NotReachedError(f"{moment.until} does not come on in the trace")
+    return row
+
+
+def _asked(recording: Recording, row: int, text: str) -> Asked:
+    return Asked(recording.numbers[row], recording.times[row], text)
