@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from ....io_images.addresses import Address, parse_address
 from ....io_images.image import WORDS
 from ....traces.event_text import describe
 from ....traces.image_text import module_text
 from ....traces.layout import SlotInfo
 from ....traces.replay import Recording
 from ...config.rackspec import RackSpec
-from ...loop.addresses import Address, parse_address
 from ...loop.scan import Logic, ScanFlag
 from ..tag_names import named_values, namespace_of
 from .again import Again, Changed, Load, Watched, run_again
