@@ -33,8 +33,26 @@ if TYPE_CHECKING:
     )
     from .io_images.amci3601.bits import InputBit
     from .ladder import Program, read_program
+    from .ladder.axis3601 import Axis3601, AxisError, CommandAborted, ErrorId, State
+    from .ladder.sequences import (
+        Abort,
+        Input,
+        InputWord,
+        Logic,
+        Output,
+        OutputWord,
+        Wait,
+        WaitTimeout,
+        all_of,
+        dwell,
+        first_of,
+        sequence,
+        steady,
+        until,
+    )
     from .runtime.app.bench.opening import open_bench
-    from .runtime.app.fuzz import always, never, within
+    from .runtime.app.fuzz import always, never
+    from .runtime.app.limits import within
     from .runtime.config.rackspec import RackSpec
     from .runtime.loop.cpu import Cpu
     from .runtime.loop.rack import Rack
@@ -48,37 +66,56 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
+    "Abort",
     "Acceleration",
     "Amci3601",
+    "Axis3601",
+    "AxisError",
+    "CommandAborted",
     "Configuration",
     "Cpu",
     "Direction",
+    "ErrorId",
     "FindHome",
     "Firmware",
     "Hold",
     "Idle",
     "Image",
+    "Input",
     "InputBit",
+    "InputWord",
+    "Logic",
     "Manual",
     "Move",
     "MoveKind",
+    "Output",
+    "OutputWord",
     "PresetPosition",
     "Program",
     "Rack",
     "RackSpec",
     "ResetErrors",
     "Scan",
+    "State",
     "StatusView",
+    "Wait",
+    "WaitTimeout",
     "__version__",
+    "all_of",
     "always",
     "compare",
+    "dwell",
+    "first_of",
     "never",
     "open_bench",
     "open_trace",
     "query",
     "read_columns",
     "read_program",
+    "sequence",
+    "steady",
     "strategies",
+    "until",
     "within",
 ]
 
@@ -101,8 +138,26 @@ _HOMES = {
     ),
     "io_images.amci3601.bits": ("InputBit",),
     "ladder": ("Program", "read_program"),
+    "ladder.axis3601": ("Axis3601", "AxisError", "CommandAborted", "ErrorId", "State"),
+    "ladder.sequences": (
+        "Abort",
+        "Input",
+        "InputWord",
+        "Logic",
+        "Output",
+        "OutputWord",
+        "Wait",
+        "WaitTimeout",
+        "all_of",
+        "dwell",
+        "first_of",
+        "sequence",
+        "steady",
+        "until",
+    ),
     "runtime.app.bench.opening": ("open_bench",),
-    "runtime.app.fuzz": ("always", "never", "within"),
+    "runtime.app.fuzz": ("always", "never"),
+    "runtime.app.limits": ("within",),
     "runtime.config.rackspec": ("RackSpec",),
     "runtime.loop.cpu": ("Cpu",),
     "runtime.loop.rack": ("Rack",),

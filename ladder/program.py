@@ -1,8 +1,8 @@
 """Programs from files: `path[:function]` to the function, its source and its fingerprint.
 
-A file is Python that defines `logic`, a function of the scan, or `program`, a ladder program; or
-it is a `.rung` file, a ladder program as text; a `.st` file, structured text; or a `.steps` file, a list
-of steps.
+A file is Python that defines `logic`, a function of the scan or an instance of a class of `Logic`; or one
+such class; or `program`, a ladder program. Or it is a `.rung` file, a ladder program as text; a `.st` file,
+structured text; or a `.steps` file, a list of steps.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from typing import Any
 from .errors import LadderError
 from .rungfile import STRUCTURED_SUFFIX, SUFFIX, parse_program, parse_structured
 from .runnable import LadderLogic
+from .sequences.logic import Logic
 from .steps import SUFFIX as STEPS_SUFFIX
 from .steps import StepsError, parse_steps
 from .stubs import NO_STUBS, InPython, Stub, Stubs, check_stubbed, parse_stub
@@ -187,13 +188,47 @@ def load_function(
     data = _read(path)
     _check_text(path, data)
     module = _execute(path, data)
-    if name == DEFAULT_FUNCTION == default and isinstance(getattr(module, LADDER_NAME, None), LadderLogic):
-        name = name if hasattr(module, name) else LADDER_NAME
-    function = _pick(path, module, name)
+    if name == DEFAULT_FUNCTION == default and not hasattr(module, name):
+        name = _other_name(path, module)
+    function = _made(path, _pick(path, module, name))
     if isinstance(function, LadderLogic):
         _build(path, function, stubs)
     _check_signature(path, name, function, arguments, loosely=loosely)
     return Program(path, name, function, data)
+
+
+def as_logic(program: Callable[..., Any]) -> Callable[..., Any]:
+    """Return what a scan loop calls: an instance of a class of `Logic`, anything else as it is.
+
+    Raises:
+        TypeError: the class takes arguments.
+    """
+    return program() if isinstance(program, type) and issubclass(program, Logic) else program
+
+
+def _made(path: Path, program: Callable[..., Any]) -> Callable[..., Any]:
+    try:
+        return as_logic(program)
+    except Exception as error:
+        raise ProgramError(_while_loading(path, error)) from error
+
+
+def _other_name(path: Path, module: ModuleType) -> str:
+    """Return the name of what is run in a file without the default function.
+
+    Raises:
+        ProgramError: there are several classes of `Logic`.
+    """
+    if isinstance(getattr(module, LADDER_NAME, None), LadderLogic):
+        return LADDER_NAME
+    classes = [name for name, value in vars(module).items() if _is_logic_of(module, value)]
+    if len(classes) > 1:
+        raise ProgramError(f"{path}: there are several classes of Logic: write {path.name}:{classes[0]}")
+    return classes[0] if classes else DEFAULT_FUNCTION
+
+
+def _is_logic_of(module: ModuleType, value: object) -> bool:
+    return isinstance(value, type) and issubclass(value, Logic) and value.__module__ == module.__name__
 
 
 def _load_rungs(path: Path, stubs: Stubs) -> Program:
@@ -276,7 +311,7 @@ def _while_loading(path: Path, error: BaseException) -> str:
     """Say what went wrong, at the innermost line of the program's own file."""
     steps = traceback.extract_tb(error.__traceback__)
     lines = [step.lineno for step in steps if step.filename == str(path)]
-    return f"{path}:{lines[-1]}: the program can't be loaded: {type(error).__name__}: {error}"
+    return f"{path}:{lines[-1] if lines else 1}: the program can't be loaded: {type(error).__name__}: {error}"
 
 
 def _pick(path: Path, module: ModuleType, name: str) -> Callable[..., Any]:

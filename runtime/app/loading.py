@@ -15,6 +15,7 @@ from ...ladder.program import (
     Form,
     Program,
     ProgramError,
+    as_logic,
     is_python,
     load_function,
     load_program,
@@ -175,7 +176,7 @@ def _from_python(rack: str) -> Job:
         stubs = _stubs(spec, path.parent)
         return _job(spec, load_program(spec.program, path.parent, stubs), path, rack)
     name = getattr(spec.program, "__name__", type(spec.program).__name__)
-    return Job(spec, spec.program, f"{path.name}:{name}", path, path, _rack_name(rack))
+    return Job(spec, as_logic(spec.program), f"{path.name}:{name}", path, path, _rack_name(rack))
 
 
 def _stubs(spec: RackSpec, folder: Path, file: RackFile | None = None) -> Stubs:

@@ -8,7 +8,7 @@ show them, and the listeners hear of them with that scan.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, ExitStack
 from itertools import repeat
 from types import TracebackType
 from typing import NoReturn, Self
@@ -20,7 +20,7 @@ from .listeners import ScanListener
 from .pace import FreeRun, Pacer, Watchdog, WatchdogExpired, stopping_on_interrupt
 from .phases import IDLE_PHASES, PHASES, Phase, ScanPhases
 from .rack import Rack
-from .scan import CpuMode, Logic, Scan, ScanFlag, mode_name
+from .scan import AttachedLogic, CpuMode, Logic, Scan, ScanFlag, mode_name
 
 __all__ = ["PHASES", "Cpu", "CpuFault", "CpuMode", "Fault", "Logic", "Scan", "ScanFlag"]
 
@@ -53,7 +53,7 @@ class Cpu(ScanPhases):
         watchdog: ends logic that does not come back, by default after 500 ms.
 
     Raises:
-        ValueError: the period is not positive.
+        ValueError: the period is not positive, or the logic finds no place in this rack.
     """
 
     def __init__(
@@ -88,6 +88,8 @@ class Cpu(ScanPhases):
         if mode is not CpuMode.RUN:
             self._stop_modules()
         self._prepare(mode)
+        if isinstance(logic, AttachedLogic):
+            logic.__attach_logic__(self._view.slot)
 
     @property
     def scan(self) -> int:
@@ -168,13 +170,16 @@ class Cpu(ScanPhases):
         return stopping_on_interrupt(self.stop, inside=ScanPhases.logic.__code__)
 
     def close(self) -> None:
-        """Close all listeners, in order; further scans are refused.
+        """Close the logic, if it can be closed, and all listeners, in order; further scans are refused.
 
         Raises:
-            Exception: what a listener raised that could not be closed; the others are closed.
+            Exception: what logic or a listener raised that could not be closed; the others are closed.
         """
         self._closed = True
-        self._listeners.close()
+        with ExitStack() as stack:
+            stack.callback(self._listeners.close)
+            if isinstance(self.program, AttachedLogic):
+                stack.callback(self.program.__close_logic__)
 
     def __enter__(self) -> Self:
         return self

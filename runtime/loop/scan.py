@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from enum import IntEnum, IntFlag
+from typing import Protocol, runtime_checkable
 
 from .rack import Slot, as_logic_sees
 
@@ -82,3 +83,21 @@ class Scan:
 
 Logic = Callable[[Scan], None]
 """A program: called once per scan, it reads input images and writes output images."""
+
+
+@runtime_checkable
+class AttachedLogic(Protocol):
+    """Logic that looks at the rack before its first scan, and has something to end."""
+
+    def __call__(self, scan: Scan) -> None:
+        """Do one scan."""
+
+    def __attach_logic__(self, slots: Mapping[int, Slot]) -> None:
+        """Find what it needs in the slots, before the first scan.
+
+        Raises:
+            ValueError: it is not there; the message says what there is.
+        """
+
+    def __close_logic__(self) -> None:
+        """End what is under way; no scan follows. May be called twice."""

@@ -8,7 +8,7 @@ import shlex
 import sys
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -16,6 +16,8 @@ from typing import Any
 from ....io_images.amci3601.firmware import Firmware
 from ....ladder import LadderLogic
 from ....ladder.program import load_program
+from ....ladder.sequences import Logic as SequenceLogic
+from ....ladder.sequences import fresh
 from ....traces.plot import Mark, save_page
 from ....traces.reader import open_trace
 from ...config.rackspec import RackSpec, SlotSpec
@@ -142,6 +144,8 @@ def logic_maker(job: Job, rack: str) -> Callable[[], Logic]:
     logic = job.logic
     if isinstance(logic, LadderLogic):
         return logic.compile
+    if isinstance(logic, SequenceLogic):
+        return partial(fresh, logic)
     if job.rack_file == job.program:
         return lambda: _of_rack(rack, job.folder.resolve())
     address = f"{job.program}:{job.logic_name.rpartition(':')[2]}"

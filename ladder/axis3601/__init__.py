@@ -1,0 +1,32 @@
+"""The axis of a 3601 in Python: the function blocks of `ladder/blocks/axis3601.rung`, word for word.
+
+| file | does |
+|---|---|
+| `kinds` | one row for each command: where it may be asked, what ends it, how it makes way |
+| `errors` | ErrorID, and what is raised |
+| `command` | one command and what became of it |
+| `stop`, `motions`, `blending` | commands with something of their own |
+| `probe` | the touch probe |
+| `drive` | the handshake: eight words in, eight words out |
+| `axis` | `Axis3601` |
+"""
+
+from .axis import Axis3601
+from .command import Command
+from .errors import AxisError, CommandAborted, ErrorId
+from .kinds import State
+from .motions import Gear, Registration, Velocity
+from .stop import Stop
+
+__all__ = [
+    "Axis3601",
+    "AxisError",
+    "Command",
+    "CommandAborted",
+    "ErrorId",
+    "Gear",
+    "Registration",
+    "State",
+    "Stop",
+    "Velocity",
+]

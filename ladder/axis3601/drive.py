@@ -1,0 +1,359 @@
+"""The drive: the only writer of a module's eight output words, one command after the other.
+
+    step          words                                   goes on
+    REST          zeros                                   with the next command
+    PARAMETERS    the command without its command bits    when they have crossed the backplane (option)
+    SENT          the command                             when the module moves, or has had time to answer
+    UNDER_WAY     the command; 0 in word 0 where the      at its end, or with a newer command
+                  module goes on by itself
+    YIELDING      what brings it to rest                  at rest
+    RESETTING     RESET_ERRORS                            when COMMAND_ERROR is gone
+    ZEROS         zeros, so that the next command is      when they have crossed the backplane
+                  a transition from 0 to 1
+
+A step is settled when it has lasted for the round trip and two scans: words have crossed the backplane both
+ways. The steps are those of the add-on instruction Amci3601 in `ladder/blocks/axis3601.rung`.
+
+`judge` reads the inputs at the beginning of a scan, `send` writes the words at its end.
+"""
+
+from __future__ import annotations
+
+from array import array
+from enum import IntEnum
+
+from ...io_images.amci3601.bits import CommandLsw, CommandMsw, StatusMsw
+from ...io_images.image import WORDS, Image
+from ..sequences.parts import Clock
+from .command import Command, Outcome
+from .errors import ErrorId
+from .kinds import (
+    ABSOLUTE,
+    CONFIGURE,
+    NOTHING_TO_SEND,
+    RESET,
+    VELOCITY,
+    Kind,
+    State,
+    Way,
+)
+from .stop import Stop
+
+
+class Step(IntEnum):
+    """Where the handshake stands."""
+
+    REST = 0
+    SENT = 1
+    UNDER_WAY = 2
+    YIELDING = 3
+    ZEROS = 4
+    RESETTING = 5
+    PARAMETERS = 6
+
+
+_REST, _SENT, _UNDER_WAY = Step.REST, Step.SENT, Step.UNDER_WAY
+
+_MOVING = (StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW).value
+_COMMAND_ERROR = StatusMsw.COMMAND_ERROR.value
+_CONFIG_ERROR = StatusMsw.CONFIG_ERROR.value
+_MODULE_OK = StatusMsw.MODULE_OK.value
+_NO_POSITION = StatusMsw.POSITION_INVALID.value
+_RAMPS = (StatusMsw.ACCELERATING | StatusMsw.DECELERATING).value
+_ALIVE = _CONFIG_ERROR | _MODULE_OK
+
+_FOLLOWER = CommandLsw.ENC_FOLLOWER.value
+_COMMAND_BITS = ~(
+    CommandLsw.STORE_MIN_REG | CommandLsw.ENC_FOLLOWER | CommandLsw.BLEND_PROGRAM | CommandLsw.BLEND_TRANSMIT
+).value
+_RESET_ERRORS = CommandMsw.RESET_ERRORS.value
+
+FAULTS = (
+    (_COMMAND_ERROR, ErrorId.COMMAND_ERROR.value),
+    (StatusMsw.INVALID_PROFILE.value, ErrorId.INVALID_PROFILE.value),
+    (StatusMsw.HOME_INVALID.value, ErrorId.HOME_INVALID.value),
+    (StatusMsw.INPUT_ERROR.value, ErrorId.INPUT_ERROR.value),
+)
+"""Status bits of command mode, and what ErrorID makes of them."""
+
+ZEROS = array("h", bytes(2 * WORDS))
+
+
+class Drive:
+    """What a module is sent, and what it says to it.
+
+    Attributes:
+        step: where the handshake stands.
+        kind: the latest command that was sent.
+        out: the eight words that are sent.
+        running: the command that the words are of; None at rest.
+        pending: the command that is to be sent next.
+        newest: the newest command of all.
+        error_stop: a command has failed, and nothing has reset it.
+        msw: status word 0 as it was judged.
+        lsw: status word 1 likewise.
+
+    Args:
+        trip_ns: how long words take to cross the backplane both ways.
+        parameters_first: send the command bit once the parameters have crossed.
+        late: judge the inputs after the logic, as rungs do; to compare with these.
+    """
+
+    def __init__(self, trip_ns: int, *, parameters_first: bool = False, late: bool = False) -> None:
+        self.trip_ns = trip_ns
+        self.parameters_first = parameters_first
+        self.late = late
+        self.attach(Image(), Image(), Clock())
+
+    def attach(self, inputs: Image, outputs: Image, clock: Clock) -> None:
+        """Take the images of a slot, and be as new."""
+        self._clock = clock
+        self.inputs, self._in = inputs, inputs.words
+        self._words = outputs.words
+        self.reset()
+
+    def reset(self) -> None:
+        """Be as new: at rest, nothing asked for."""
+        self.step, self.kind = _REST, RESET
+        self.out = array("h", ZEROS)
+        self.running: Command | None = None
+        self.pending: Command | None = None
+        self.newest: Command | None = None
+        self.error_stop = False
+        self.msw = self.lsw = 0
+        self._stops: list[Stop] = []
+        self._locked = False
+        self._last = _REST
+        self._since_ns: int | None = None
+        self._settled = False
+        self._quiet = False
+
+    # -- what is asked of it
+
+    @property
+    def state(self) -> State:
+        """The state of the axis."""
+        if self.msw < 0 or self.msw & _ALIVE != _MODULE_OK:
+            return State.DISABLED
+        if self.error_stop:
+            return State.ERROR_STOP
+        if self.locked:
+            return State.STOPPING
+        if self.step == Step.YIELDING:
+            return State.DISCRETE_MOTION
+        return self.kind.state if self.step in (_SENT, _UNDER_WAY, Step.PARAMETERS) else State.STANDSTILL
+
+    @property
+    def locked(self) -> bool:
+        """Whether a `stop` keeps the axis."""
+        return self._locked if self.late else any(each.keeps for each in self._stops)
+
+    @property
+    def moving(self) -> bool:
+        """Whether the module says that it moves."""
+        return self.msw >= 0 and self.msw & _MOVING != 0
+
+    @property
+    def position_valid(self) -> bool:
+        """Whether the module knows where it is."""
+        return not self.msw & _NO_POSITION
+
+    @property
+    def under_way(self) -> bool:
+        """Whether the words of a command are in force at the module."""
+        return self.step == _UNDER_WAY
+
+    def runs_evenly(self, since_ns: int) -> bool:
+        """Return whether the axis moves without a ramp, long enough after an instant to have begun one."""
+        late_enough = self._clock.now_ns - since_ns >= self.trip_ns
+        return late_enough and self.under_way and self.moving and not self.msw & _RAMPS
+
+    def ask(self, command: Command) -> None:
+        """Take the newest command; the one before is aborted."""
+        if self.newest is not None:
+            self.newest.end(Outcome.ABORTED)
+        self.newest = self.pending = command
+        self._quiet = False
+
+    def keep(self, stop: Stop) -> None:
+        """Let a `stop` keep the axis."""
+        self._stops = [each for each in self._stops if each.keeps or each.busy]
+        self._stops.append(stop)
+
+    # -- what the scan does
+
+    def judge(self, now_ns: int) -> None:
+        """Read the inputs, before the logic."""
+        if self.late or (self._quiet and self._in[0] == self.msw):
+            return
+        self._judge(now_ns)
+
+    def send(self, now_ns: int) -> None:
+        """Write the words, after the logic."""
+        if self._quiet:
+            return
+        running = self.running
+        if running is not None and running.attended and running.active:
+            running.attend(self, now_ns)
+        if self.late:
+            self._locked = any(each.keeps for each in self._stops)
+            self._judge(now_ns)
+        self._take(now_ns)
+        self._quiet = self._nothing_to_come()
+        self._words[:] = self.out
+
+    def _nothing_to_come(self) -> bool:
+        """Return whether nothing is to be done before status word 0 changes or a command comes."""
+        if self.late or self.pending is not None or self.step != self._last:
+            return False
+        attended = self.running is not None and self.running.attended
+        return self.step == _REST or (self.step == _UNDER_WAY and not attended)
+
+    # -- judging the inputs
+
+    def _judge(self, now_ns: int) -> None:
+        self._quiet = False
+        self.msw = msw = self._in[0]
+        self.lsw = self._in[1]
+        self._settle(now_ns)
+        moving = self.moving
+        if self.step == _SENT and self._has_begun(moving):
+            self._begin()
+        under_way = self.step == _UNDER_WAY
+        lost = _SENT <= self.step <= Step.YIELDING and self.kind is not CONFIGURE and _is_lost(msw)
+        faults = faults_of(msw) if under_way or lost else 0
+        if under_way and self.kind.alone:
+            self.out[0] = 0
+        if lost or (under_way and faults):
+            self.error_stop = True
+            self._finish(Outcome.ERROR, faults or ErrorId.CONFIG_ERROR)
+        elif under_way and not moving and self._is_done(msw):
+            self.error_stop = self.error_stop and self.kind not in (RESET, CONFIGURE)
+            self._finish(Outcome.DONE, 0)
+
+    def _settle(self, now_ns: int) -> None:
+        """Find out for how long the step has lasted."""
+        if self.step != self._last:
+            self._since_ns = None
+        elif self._since_ns is None:
+            self._since_ns = now_ns
+        self._settled = self._since_ns is not None and now_ns - self._since_ns >= self.trip_ns
+        self._last = self.step
+
+    def _has_begun(self, moving: bool) -> bool:
+        if self.kind is CONFIGURE:
+            return self._settled and self.msw < 0
+        return moving or self._settled
+
+    def _begin(self) -> None:
+        self.step = _UNDER_WAY
+        if self.kind is CONFIGURE and not self.msw & _CONFIG_ERROR:
+            self.out = array("h", ZEROS)  # accepted: zero words lead to command mode
+
+    def _is_done(self, msw: int) -> bool:
+        if self.kind is CONFIGURE:
+            return msw >= 0
+        if self.running is not None and not self.running.handshake_over:
+            return False
+        done = self.kind.done
+        return done is not None and (done == 0 or msw & done != 0)
+
+    def _finish(self, outcome: Outcome, error_id: int) -> None:
+        if self.running is not None:
+            self.running.end(outcome, error_id)
+        self.running = None
+        self._clear(Step.ZEROS)
+
+    # -- the newest command
+
+    def _take(self, now_ns: int) -> None:
+        settled = self._settled and self.step == self._last
+        if self.pending is not None:
+            self._make_way(self.pending, now_ns)
+        if settled and self.step == self._last:
+            self._go_on(now_ns)
+        if self.step == _REST and self.pending is not None:
+            self._carry_out(self.pending, now_ns)
+
+    def _make_way(self, newer: Command, now_ns: int) -> None:
+        """Bring what is under way to rest, or to another speed."""
+        if self.step == Step.PARAMETERS:
+            self.running = None
+            self._clear(Step.ZEROS)  # nothing has been commanded
+        if self.step != _UNDER_WAY:
+            return
+        if self.kind is newer.kind is VELOCITY and newer.words[0] == self.out[0]:
+            self._start(newer, now_ns)
+            return
+        way = self.kind.way
+        if way is Way.WAIT:
+            return
+        if way is Way.RELEASE:
+            self.out[0] = 0
+            self.out[1] &= ~_FOLLOWER
+        else:
+            self.out = array("h", way.value)
+        self.step = Step.YIELDING
+
+    def _go_on(self, now_ns: int) -> None:
+        """Leave a step that has settled."""
+        command_error = self.msw & _COMMAND_ERROR != 0
+        if self.step == Step.YIELDING and not self.moving:
+            self.running = None
+            self._clear(Step.ZEROS)
+            if command_error:  # a Hold that reached a move at its very end
+                self.out[0] = _RESET_ERRORS
+                self.step = Step.RESETTING
+        elif self.step == Step.RESETTING and not command_error:
+            self._clear(Step.ZEROS)
+        elif self.step == Step.ZEROS:
+            self.step = _REST
+        elif self.step == Step.PARAMETERS and self.running is not None:
+            self.out = array("h", self.running.words)
+            self.step = _SENT
+
+    def _carry_out(self, command: Command, now_ns: int) -> None:
+        self.pending = None
+        refused = self._refused_by_now(command.kind)
+        if refused:
+            command.end(Outcome.ERROR, refused, f"it waited, and the axis is in state {self.state.name}")
+        elif command.kind in NOTHING_TO_SEND:
+            command.end(Outcome.DONE)
+        else:
+            self._start(command, now_ns)
+            self.kind, self.step = command.kind, _SENT
+            if self.parameters_first:
+                self.out[0] = 0
+                self.out[1] &= _COMMAND_BITS
+                self.step = Step.PARAMETERS
+
+    def _refused_by_now(self, kind: Kind) -> int:
+        """Return why a command that has waited can't be carried out: the axis has failed meanwhile."""
+        if kind in NOTHING_TO_SEND or kind is CONFIGURE:
+            return 0
+        if (self.error_stop and kind is not RESET) or _is_lost(self.msw):
+            return ErrorId.WRONG_STATE
+        return ErrorId.POSITION_INVALID if kind is ABSOLUTE and not self.position_valid else 0
+
+    def _start(self, command: Command, now_ns: int) -> None:
+        self.out = array("h", command.words)
+        self.running, self.pending = command, None
+        command.activate(now_ns)
+
+    def _clear(self, step: Step) -> None:
+        self.out = array("h", ZEROS)
+        self.step = step
+
+
+def faults_of(msw: int) -> int:
+    """Return the ErrorID of a status word 0; in configuration mode only its live bits count."""
+    lasting = ErrorId.CONFIG_ERROR * (msw & _CONFIG_ERROR != 0) + ErrorId.MODULE_LOST * (
+        msw & _MODULE_OK == 0
+    )
+    if msw < 0:
+        return int(lasting)
+    return int(lasting) + sum(error_id for bit, error_id in FAULTS if msw & bit)
+
+
+def _is_lost(msw: int) -> bool:
+    return msw < 0 or msw & _ALIVE != _MODULE_OK

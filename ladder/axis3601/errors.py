@@ -1,0 +1,66 @@
+"""What a command that fails or is aborted raises where it is awaited."""
+
+from __future__ import annotations
+
+from enum import IntFlag
+
+
+class ErrorId(IntFlag):
+    """ErrorID of the function blocks; bits, since the module may report several at once."""
+
+    COMMAND_ERROR = 1
+    INVALID_PROFILE = 2
+    HOME_INVALID = 4
+    INPUT_ERROR = 8
+    CONFIG_ERROR = 16
+    """Or the module has lost its configuration: configure again."""
+    MODULE_LOST = 32
+    """MODULE_OK is off."""
+    WRONG_STATE = 64
+    """Refused: the state of the axis does not allow the command."""
+    PARAMETER = 128
+    """Refused: a parameter is out of range."""
+    POSITION_INVALID = 256
+    """Refused: an absolute move needs a valid position, see `home` and `set_position`."""
+
+
+WORDS = {
+    ErrorId.COMMAND_ERROR: "the module reports COMMAND_ERROR",
+    ErrorId.INVALID_PROFILE: "the module reports INVALID_PROFILE",
+    ErrorId.HOME_INVALID: "the module reports HOME_INVALID",
+    ErrorId.INPUT_ERROR: "the module reports INPUT_ERROR",
+    ErrorId.CONFIG_ERROR: "the module has no valid configuration",
+    ErrorId.MODULE_LOST: "MODULE_OK is off",
+    ErrorId.WRONG_STATE: "the state of the axis does not allow it",
+    ErrorId.PARAMETER: "a parameter is out of range",
+    ErrorId.POSITION_INVALID: "the position is not valid",
+}
+"""What each bit says."""
+
+
+def reasons(error_id: int, detail: str = "") -> str:
+    """Return what an ErrorID says, and the number.
+
+    >>> reasons(3)
+    'the module reports COMMAND_ERROR, the module reports INVALID_PROFILE [ErrorID 3]'
+    >>> reasons(64, "state ERROR_STOP")
+    'the state of the axis does not allow it [ErrorID 64]: state ERROR_STOP'
+    """
+    said = ", ".join(words for bit, words in WORDS.items() if error_id & bit)
+    return f"{said} [ErrorID {error_id}]" + (f": {detail}" if detail else "")
+
+
+class AxisError(Exception):
+    """A command failed, or was refused.
+
+    Attributes:
+        id: the ErrorID of the function block, bits of `ErrorId`.
+    """
+
+    def __init__(self, text: str, error_id: int) -> None:
+        super().__init__(text)
+        self.id = ErrorId(error_id)
+
+
+class CommandAborted(Exception):  # noqa: N818 - what PLCopen calls it
+    """Another command has taken the axis."""

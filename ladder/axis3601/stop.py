@@ -1,0 +1,38 @@
+"""MC_Stop: brings the axis to rest, and keeps it there for the length of a `with`."""
+
+from __future__ import annotations
+
+from types import TracebackType
+from typing import Self
+
+from .command import Command, Outcome
+from .kinds import STOP
+
+
+class Stop(Command):
+    """A stop. In a `with` it refuses all other commands until the end of the block.
+
+    with self.axis.stop() as stop:
+        await stop
+        await self.go.rises
+    """
+
+    __slots__ = ("_held",)
+
+    def __init__(self, axis: str) -> None:
+        super().__init__(axis, STOP, "stop()")
+        self._held = False
+
+    @property
+    def keeps(self) -> bool:
+        """Whether it keeps the axis: it is under way, or inside of its `with`."""
+        return self.outcome is Outcome.BUSY or (self._held and self.outcome is not Outcome.ERROR)
+
+    def __enter__(self) -> Self:
+        self._held = True
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._held = False

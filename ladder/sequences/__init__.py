@@ -1,0 +1,44 @@
+"""Logic in plain Python, exact to the scan: sequences that wait for edges, times and motion.
+
+| file | does |
+|---|---|
+| `durations` | times from text |
+| `waits` | what a sequence awaits: conditions, times, edges |
+| `sequence` | one coroutine, and where it stands |
+| `branches` | several waits as one |
+| `parts`, `signals` | what a class declares; bits and words of the images |
+| `declaring`, `logic` | what a class may have; the class |
+
+There is no event loop, no thread and no clock: the scan asks each wait, and resumes a sequence when its
+wait holds.
+"""
+
+from .branches import WaitTimeout, all_of, first_of, within
+from .declaring import sequence
+from .logic import Logic, fields_of, fresh, parts_of, sequences_of
+from .sequence import Abort, Sequence
+from .signals import Input, InputWord, Output, OutputWord
+from .waits import Wait, dwell, steady, until
+
+__all__ = [
+    "Abort",
+    "Input",
+    "InputWord",
+    "Logic",
+    "Output",
+    "OutputWord",
+    "Sequence",
+    "Wait",
+    "WaitTimeout",
+    "all_of",
+    "dwell",
+    "fields_of",
+    "first_of",
+    "fresh",
+    "parts_of",
+    "sequence",
+    "sequences_of",
+    "steady",
+    "until",
+    "within",
+]

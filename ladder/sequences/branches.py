@@ -1,0 +1,313 @@
+"""Waits that hold other waits, and coroutines as branches: `all_of`, `first_of`, `within`.
+
+    all_of(a, b)       all over; a tuple of their values. The first error ends it
+    first_of(a, b)     one over; the value is the argument that was. Order decides within a scan
+    within("5 s", a)   the value of a, or WaitTimeout
+
+A branch is a sequence inside of a wait: it takes its turns there. A branch that loses gets `Abort`, and the
+wait holds once it is gone. A command that loses goes on moving, as a PLCopen block whose Execute falls.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Coroutine
+from typing import Any, Generic, TypeVar, overload
+
+from typing_extensions import override
+
+from .durations import duration_ns
+from .sequence import Sequence
+from .waits import Wait
+
+T = TypeVar("T")
+T2 = TypeVar("T2")
+T3 = TypeVar("T3")
+
+Work = Wait[T] | Coroutine[Any, Any, T]
+"""A wait, or a coroutine, which becomes a branch."""
+
+AnyWork = TypeVar("AnyWork", bound=Wait[Any] | Coroutine[Any, Any, Any])
+
+
+class WaitTimeout(Exception):  # noqa: N818 - the trade says timeout
+    """A wait did not hold in time."""
+
+
+class Branch(Wait[T], Generic[T]):
+    """A coroutine as a wait.
+
+    Args:
+        work: the coroutine, which has not begun.
+    """
+
+    __slots__ = ("_error", "_sequence")
+
+    def __init__(self, work: Coroutine[Any, Any, T]) -> None:
+        self._sequence = Sequence(getattr(work, "__name__", "branch"), lambda: work)
+        self._error: Exception | None = None
+
+    @property
+    @override
+    def moved(self) -> int:
+        return self._sequence.resumed
+
+    @override
+    def begin(self, now_ns: int) -> None:
+        try:
+            self._sequence.begin(now_ns)
+        except Exception as error:  # raised where it is awaited, in the next scan
+            self._error = error
+
+    @override
+    def poll(self, now_ns: int) -> bool:
+        if self._error is not None:
+            raise self._error
+        self._sequence.step(now_ns)
+        return self._sequence.over
+
+    @override
+    def result(self) -> T:
+        return self._sequence.value  # type: ignore[return-value]  # the coroutine's own
+
+    @override
+    def give_up(self, now_ns: int) -> bool:
+        self._sequence.abort()
+        return self.gone(now_ns)
+
+    @override
+    def gone(self, now_ns: int) -> bool:
+        self._sequence.step(now_ns)
+        return self._sequence.over
+
+    @override
+    def drop(self) -> None:
+        self._sequence.close()
+
+    def __repr__(self) -> str:
+        return str(self._sequence)
+
+
+def _as_wait(work: Wait[Any] | Coroutine[Any, Any, Any], what: str) -> Wait[Any]:
+    if isinstance(work, Wait):
+        return work
+    if isinstance(work, Coroutine):
+        return Branch(work)
+    raise TypeError(
+        f"{what} of {work!r} is not allowed: give it waits, commands, or calls of async functions"
+    )
+
+
+class Several(Wait[T], Generic[T]):
+    """Several waits as one. It is decided first; then it holds once those that lose are gone.
+
+    Attributes:
+        waits: all of them, in order.
+    """
+
+    __slots__ = ("_decided", "_error", "_left", "_moved", "waits")
+
+    word = "several"
+
+    def __init__(self, work: tuple[Wait[Any] | Coroutine[Any, Any, Any], ...]) -> None:
+        if not work:
+            raise TypeError(f"{self.word}() is not allowed: give it one wait at least")
+        self.waits = tuple(_as_wait(each, self.word) for each in work)
+        self._left: list[Wait[Any]] = []
+        self._decided = False
+        self._error: Exception | None = None
+
+    @property
+    @override
+    def moved(self) -> int:
+        return sum(each.moved for each in self.waits)
+
+    @override
+    def begin(self, now_ns: int) -> None:
+        self._left, self._decided, self._error = list(self.waits), False, None
+        for each in self.waits:
+            each.begin(now_ns)
+
+    @override
+    def poll(self, now_ns: int) -> bool:
+        if self._decided:
+            return self.gone(now_ns)
+        try:
+            self._decided = self.decide(now_ns)
+        except Exception as error:
+            self._decided, self._error = True, error
+        return self._decided and self.give_up(now_ns)
+
+    def decide(self, now_ns: int) -> bool:
+        """Poll what is left; return whether it is decided.
+
+        Raises:
+            Exception: one of them failed.
+        """
+        raise NotImplementedError
+
+    def over(self, wait: Wait[Any], now_ns: int) -> bool:
+        """Poll one of them; it is no longer left if it holds or fails.
+
+        Raises:
+            Exception: it failed.
+        """
+        try:
+            holds = wait.poll(now_ns)
+        except Exception:
+            self._left.remove(wait)
+            raise
+        if holds:
+            self._left.remove(wait)
+        return holds
+
+    def value(self) -> T:
+        """Return what the `await` returns."""
+        raise NotImplementedError
+
+    @override
+    def result(self) -> T:
+        if self._error is not None:
+            raise self._error
+        return self.value()
+
+    @override
+    def give_up(self, now_ns: int) -> bool:
+        self._left = [each for each in self._left if not each.give_up(now_ns)]
+        return not self._left
+
+    @override
+    def gone(self, now_ns: int) -> bool:
+        self._left = [each for each in self._left if not each.gone(now_ns)]
+        return not self._left
+
+    @override
+    def drop(self) -> None:
+        for each in self._left:
+            each.drop()
+
+    def __repr__(self) -> str:
+        return f"{self.word} {', '.join(map(repr, self._left or self.waits))}"
+
+
+class All(Several[tuple[Any, ...]]):
+    """All of several waits."""
+
+    __slots__ = ()
+
+    word = "all_of"
+
+    @override
+    def decide(self, now_ns: int) -> bool:
+        for each in tuple(self._left):
+            if self.over(each, now_ns):
+                each.result()  # an error of one ends the wait for all, at once
+        return not self._left
+
+    @override
+    def value(self) -> tuple[Any, ...]:
+        return tuple(each.result() for each in self.waits)
+
+
+class First(Several[Any]):
+    """The first of several waits."""
+
+    __slots__ = ("_given", "_winner")
+
+    word = "first_of"
+
+    def __init__(self, work: tuple[Wait[Any] | Coroutine[Any, Any, Any], ...]) -> None:
+        super().__init__(work)
+        self._given = work
+        self._winner = 0
+
+    @override
+    def decide(self, now_ns: int) -> bool:
+        for place, each in enumerate(self.waits):
+            if self.over(each, now_ns):
+                self._winner = place
+                each.result()
+                return True
+        return False
+
+    @override
+    def value(self) -> Any:
+        return self._given[self._winner]
+
+
+class Within(Several[T], Generic[T]):
+    """A wait that has to hold in time."""
+
+    __slots__ = ("_over_ns", "length_ns", "time")
+
+    word = "within"
+
+    def __init__(self, time: str, work: Wait[T] | Coroutine[Any, Any, T]) -> None:
+        super().__init__((work,))
+        self.length_ns = duration_ns(time)
+        self.time = time
+        self._over_ns = 0
+
+    @override
+    def begin(self, now_ns: int) -> None:
+        super().begin(now_ns)
+        self._over_ns = now_ns + self.length_ns
+
+    @override
+    def decide(self, now_ns: int) -> bool:
+        if self.over(self.waits[0], now_ns):
+            return True
+        if now_ns >= self._over_ns:
+            raise WaitTimeout(f"{self.waits[0]!r} took longer than {self.time}")
+        return False
+
+    @override
+    def value(self) -> T:
+        return self.waits[0].result()  # type: ignore[no-any-return]
+
+    def __repr__(self) -> str:
+        return f"within {self.time} {self.waits[0]!r}"
+
+
+@overload
+def all_of(first: Work[T], second: Work[T2], /) -> Wait[tuple[T, T2]]: ...
+@overload
+def all_of(first: Work[T], second: Work[T2], third: Work[T3], /) -> Wait[tuple[T, T2, T3]]: ...
+@overload
+def all_of(*work: Work[T]) -> Wait[tuple[T, ...]]: ...
+def all_of(*work: Any) -> Wait[Any]:
+    """Wait until all are over; the value is a tuple of theirs, in order.
+
+    Args:
+        work: waits, commands, and calls of async functions, which become branches.
+
+    Raises:
+        Exception: at the await, the first error of one of them; the other branches are aborted.
+    """
+    return All(work)
+
+
+def first_of(*work: AnyWork) -> Wait[AnyWork]:
+    """Wait until one is over; the value is that argument. The other branches are aborted.
+
+    Commands go on moving. Where several are over in one scan, the first in order counts.
+
+    Args:
+        work: waits, commands, and calls of async functions, which become branches.
+
+    Raises:
+        Exception: at the await, the error of the first that is over.
+    """
+    return First(work)
+
+
+def within(time: str, work: Work[T]) -> Wait[T]:
+    """Wait for `work`, but not longer than `time`; the value is that of `work`.
+
+    Args:
+        time: a number and its unit, such as "5 s".
+        work: a wait, a command, or the call of an async function, which becomes a branch.
+
+    Raises:
+        WaitTimeout: at the await, it did not hold in time. A branch is aborted; a command goes on moving.
+    """
+    return Within(time, work)

@@ -1,0 +1,109 @@
+"""What a class of logic declares: its sequences and parts, and what it may not declare."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Coroutine
+from typing import Any, overload
+
+from .parts import Part
+from .sequence import Sequence
+
+Method = Callable[[Any], Coroutine[Any, Any, object]]
+"""An `async def` method without arguments."""
+
+EVERY_SCAN = "every_scan"
+
+SHARED = (list, dict, set, bytearray)
+"""What all instances of a class would share."""
+
+
+class SequenceMethod:
+    """A method that is a sequence; an instance of the class has a `Sequence` of its name.
+
+    Attributes:
+        function: the method.
+        starts: whether it begins in the first scan.
+    """
+
+    def __init__(self, function: Method, starts: bool) -> None:
+        _check_method(function)
+        self.function = function
+        self.starts = starts
+        self.__doc__ = function.__doc__
+
+    @overload
+    def __get__(self, logic: None, owner: type) -> SequenceMethod: ...
+    @overload
+    def __get__(self, logic: object, owner: type) -> Sequence: ...
+    def __get__(self, logic: Any, owner: type) -> Any:
+        return self  # an instance has a Sequence of that name, which Python finds first
+
+
+@overload
+def sequence(function: Method, /) -> SequenceMethod: ...
+@overload
+def sequence(*, start: bool = True) -> Callable[[Method], SequenceMethod]: ...
+def sequence(function: Method | None = None, *, start: bool = True) -> Any:
+    """Make a sequence of an `async def` method.
+
+    It begins in the first scan; `@sequence(start=False)` waits for its `restart`.
+
+    Args:
+        function: the method.
+        start: whether it begins in the first scan.
+
+    Raises:
+        TypeError: it is not `async def`, has a `yield`, or takes arguments.
+    """
+    if function is None:
+        return lambda function: SequenceMethod(function, start)
+    return SequenceMethod(function, start)
+
+
+def _check_method(function: Any) -> None:
+    name, where = getattr(function, "__qualname__", repr(function)), where_is(function)
+    if inspect.isasyncgenfunction(function):
+        raise TypeError(f"{where}: {name} has a yield: a sequence is `async def` without yield")
+    if not inspect.iscoroutinefunction(function):
+        raise TypeError(f"{where}: {name} is no `async def` method: a sequence is")
+    if len(inspect.signature(function).parameters) != 1:
+        raise TypeError(f"{where}: {name} takes arguments: a sequence takes self alone")
+
+
+def where_is(function: Any) -> str:
+    """Return file and line of a function."""
+    code = getattr(function, "__code__", None)
+    return "?" if code is None else f"{code.co_filename}:{code.co_firstlineno}"
+
+
+def check_class(cls: type) -> None:
+    """Refuse what a class of logic may not have in its body.
+
+    Raises:
+        TypeError: something that instances would share, or an `every_scan` that can't be called.
+    """
+    for name, each in vars(cls).items():
+        if isinstance(each, SHARED) and not name.startswith("__"):
+            what = type(each).__name__
+            raise TypeError(
+                f"{cls.__name__}.{name} is a {what}, which all instances would share: "
+                "write a tuple, or make it in __init__"
+            )
+    _check_every_scan(vars(cls).get(EVERY_SCAN))
+
+
+def _check_every_scan(function: Any) -> None:
+    if function is None:
+        return
+    where = where_is(function)
+    if not inspect.isfunction(function) or inspect.iscoroutinefunction(function):
+        raise TypeError(f"{where}: every_scan must be a plain method, without async")
+    if inspect.isgeneratorfunction(function) or len(inspect.signature(function).parameters) != 1:
+        raise TypeError(f"{where}: every_scan must be a plain method every_scan(self), without yield")
+
+
+def declarations(cls: type) -> dict[str, SequenceMethod | Part]:
+    """Return the sequences and parts of a class by name, in order of definition, base classes first."""
+    names = {name: each for kind in reversed(cls.__mro__) for name, each in vars(kind).items()}
+    return {name: each for name, each in names.items() if isinstance(each, SequenceMethod | Part)}

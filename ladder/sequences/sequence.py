@@ -1,0 +1,244 @@
+"""A sequence: one coroutine, and where it stands.
+
+    turn of a scan          the sequence
+    an order is there       gets Abort at its await, once its branches are gone
+    its wait does not hold  stays
+    its wait holds, fails   goes on to its next wait, which begins in this scan
+
+`abort` and `restart` are orders for the next turn. A `finally` may await; ending takes scans then, and
+`restart` begins anew in the scan in which it is over. A sequence that is still there after a second Abort
+swallows it, and faults the CPU.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine
+from pathlib import Path
+from types import FrameType, TracebackType
+from typing import Any
+
+from .waits import Wait
+
+CLOSINGS = 100
+"""How many awaits a coroutine may make while it is closed; one that makes more never ends."""
+
+_OURS = f"{Path(__file__).parent}/"
+
+
+class Abort(BaseException):
+    """The sequence is aborted; raised at its await. `except Exception` does not catch it."""
+
+
+class Sequence:
+    """One coroutine and where it stands; `logic.cycle` is one.
+
+    Attributes:
+        name: the name of its method.
+        starts: whether it begins in the first scan, or waits for `restart`.
+        since_ns: virtual time at which it began to wait where it stands; of its end once it is over.
+        value: what its coroutine returned.
+
+    Args:
+        name: the name of its method.
+        make: makes its coroutine.
+        starts: whether it begins in the first scan.
+    """
+
+    def __init__(
+        self, name: str, make: Callable[[], Coroutine[Any, Any, object]], starts: bool = True
+    ) -> None:
+        self.name = name
+        self.starts = starts
+        self.since_ns = 0
+        self.value: object = None
+        self._make = make
+        self._work: Coroutine[Any, Any, object] | None = None
+        self._wait: Wait[Any] | None = None
+        self._resumed = 0
+        self._ordered = False
+        self._again = False
+        self._giving_up = False
+        self._aborted = False
+
+    # -- what the logic may ask
+
+    def abort(self) -> None:
+        """End it: it gets `Abort` at its await, at its next turn. Its commands go on moving."""
+        self._ordered, self._again = True, False
+
+    def restart(self) -> None:
+        """End it if it is under way, and begin it anew."""
+        self._ordered = self._again = True
+
+    @property
+    def over(self) -> bool:
+        """Whether it has ended, or has not begun."""
+        return self._wait is None
+
+    # -- what others see; reading it changes nothing
+
+    @property
+    def resumed(self) -> int:
+        """How often it, or a branch of it, has begun or gone on; it differs after a scan in which one did."""
+        wait = self._wait
+        return self._resumed if wait is None else self._resumed + wait.moved
+
+    @property
+    def frame(self) -> FrameType | None:
+        """The innermost frame of the user's code that waits; None if it is over."""
+        work: Any = self._work
+        found = None
+        while (frame := getattr(work, "cr_frame", None)) is not None:
+            if not frame.f_code.co_filename.startswith(_OURS):
+                found = frame
+            work = work.cr_await
+        return found
+
+    @property
+    def line(self) -> int | None:
+        """The line it waits at; None if it is over."""
+        frame = self.frame
+        return None if frame is None else frame.f_lineno
+
+    @property
+    def file(self) -> str | None:
+        """The file of that line."""
+        frame = self.frame
+        return None if frame is None else frame.f_code.co_filename
+
+    @property
+    def waits_for(self) -> str:
+        """What it waits for, in words; empty if it is over. The text is made when asked."""
+        return "" if self._wait is None else repr(self._wait)
+
+    def __str__(self) -> str:
+        return f"{self.name}: over" if self.over else f"{self.name}, line {self.line}: {self.waits_for}"
+
+    def __repr__(self) -> str:
+        return f"<{self}>"
+
+    # -- what the scan does
+
+    def begin(self, now_ns: int) -> None:
+        """Begin it, in this scan."""
+        self._ordered = self._again = self._giving_up = self._aborted = False
+        self._work = self._make()
+        self._go_on(now_ns, None)
+
+    def step(self, now_ns: int) -> None:
+        """Take this scan's turn.
+
+        Raises:
+            Exception: what escapes the sequence.
+        """
+        if self._ordered or self._giving_up:
+            self._obey(now_ns)
+            return
+        wait = self._wait
+        if wait is None:
+            return
+        try:
+            if not wait.poll(now_ns):
+                return
+        except Exception as error:
+            self._go_on(now_ns, error)
+        else:
+            self._go_on(now_ns, None)
+        if self._aborted:
+            self._begin_if_wanted(now_ns)
+
+    def close(self) -> None:
+        """End it without a scan: `finally` runs, a further await in it is dropped.
+
+        Raises:
+            Exception: what its `finally` raises.
+        """
+        work, self._work = self._work, None
+        wait, self._wait = self._wait, None
+        self._ordered = self._again = self._giving_up = self._aborted = False
+        if wait is not None:
+            wait.drop()
+        if work is not None:
+            _close(work)
+
+    def __del__(self) -> None:
+        self.close()
+
+    def _obey(self, now_ns: int) -> None:
+        """Act on an order, or go on with one that has to wait for branches."""
+        wait = self._wait
+        if wait is None:
+            self._ordered = False
+        else:
+            gone = wait.give_up(now_ns) if self._ordered else wait.gone(now_ns)
+            self._ordered, self._giving_up = False, not gone
+            if gone:
+                self._abort(now_ns)
+        self._begin_if_wanted(now_ns)
+
+    def _abort(self, now_ns: int) -> None:
+        second, self._aborted = self._aborted, True
+        self._go_on(now_ns, Abort())
+        if second and self._wait is not None:
+            raise _at(
+                self.frame,
+                RuntimeError(
+                    f"{self.name} swallows Abort: it is there after the second; write `except Exception`"
+                ),
+            )
+
+    def _begin_if_wanted(self, now_ns: int) -> None:
+        if self._wait is None and self._again:
+            self.begin(now_ns)
+
+    def _go_on(self, now_ns: int, error: BaseException | None) -> None:
+        """Let the coroutine run to its next wait."""
+        if self._wait is not None:
+            self._resumed += self._wait.moved
+            self._wait = None
+        self._resumed += 1
+        self.since_ns = now_ns
+        wait = self._advance(error)
+        while not isinstance(wait, Wait):
+            if wait is _OVER:
+                return
+            wait = self._advance(
+                TypeError(f"{self.name} awaits {wait!r}: a sequence awaits waits, see scanrack")
+            )
+        wait.begin(now_ns)
+        self._wait = wait
+
+    def _advance(self, error: BaseException | None) -> object:
+        """Run to the next await; return what is awaited there, or `_OVER`."""
+        work = self._work
+        assert work is not None, "a sequence that goes on has begun"
+        try:
+            return work.send(None) if error is None else work.throw(error)
+        except StopIteration as over:
+            self.value = over.value
+        except Abort:
+            pass  # the end that was asked for
+        self._work = None
+        return _OVER
+
+
+_OVER = object()
+"""The coroutine has come to its end."""
+
+
+def _close(work: Coroutine[Any, Any, object]) -> None:
+    for _ in range(CLOSINGS):
+        try:
+            work.close()
+        except RuntimeError:
+            if getattr(work, "cr_frame", None) is None:
+                raise  # its own, not that of an await during the close
+        else:
+            return
+
+
+def _at(frame: FrameType | None, error: Exception) -> Exception:
+    """Return an error with the place of a frame, so that the fault names the user's line."""
+    if frame is None:
+        return error
+    return error.with_traceback(TracebackType(None, frame, frame.f_lasti, frame.f_lineno))

@@ -1,0 +1,283 @@
+"""Inputs and outputs: bits and words of the rack's images, by address or by meaning.
+
+    start = Input("Local:2:I.Data.0")         a terminal of a card; I:2.0/0 and Data[0].0 are the same
+    estop = Input("slot1.status.IN_ESTOP")    a bit by its meaning
+    ready = Input("ready")                    a bit that the rack file names, of the slot that has it
+    level = InputWord("Local:3:I.Ch0Data")    a word, signed
+    lamp: Output = Output("Local:2:O.Data.0")
+
+The value is that of the present scan's input latch. An input is true or false by itself; `.rises`, `.falls`,
+`.on` and `.off` are waits. A status bit of a 3601 by meaning is false in configuration mode, in which the
+module mirrors other bits there.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from typing import Any, Self, overload
+
+from typing_extensions import override
+
+from ...io_images.addresses import Address, allowed, parse_address
+from ...io_images.amci3601.bits import LIVE_BITS
+from ...io_images.amci3601.words import WORDS_3601
+from ...io_images.image import WORD_MAX, WORD_MIN
+from ...io_images.module_words import ModuleWords
+from .parts import Clock, Part, Slots, words_of
+from .waits import Edge, Wait, until
+
+_BY_MEANING = re.compile(r"slot\d+\.status\.\w+", re.IGNORECASE)
+_BARE_NAME = re.compile(r"[A-Za-z_]\w*")
+_SIGN_BIT = 15
+_MODE = 1 << _SIGN_BIT
+
+IMAGES = {"I": "input", "O": "output"}
+
+
+def mask_of(bit: int) -> int:
+    """Return the mask of a bit of a signed word.
+
+    >>> mask_of(0), mask_of(15)
+    (1, -32768)
+    """
+    return 1 << bit if bit < _SIGN_BIT else WORD_MIN
+
+
+class Signal(Part):
+    """A place in an image.
+
+    Attributes:
+        address: as it was declared.
+        at: where that is, once the logic is attached to a rack.
+
+    Args:
+        address: see `scanrack.io_images.addresses`; or the bare name of a bit that one slot has.
+    """
+
+    image = "I"
+    whole_word = False
+
+    def __init__(self, address: str) -> None:
+        super().__init__()
+        if not isinstance(address, str):
+            raise TypeError(
+                f"{type(self).__name__}({address!r}): an address is a text, such as Local:2:I.Data.0"
+            )
+        self.address = address
+        self.at: Address | None = None
+
+    def find(self, slots: Slots) -> Address:
+        """Return where it is in a rack.
+
+        Raises:
+            ValueError: it is not there, is in the other image, or is a word in place of a bit.
+        """
+        words = words_of(slots)
+        try:
+            at = (
+                self._named(words)
+                if _BARE_NAME.fullmatch(self.address)
+                else parse_address(self.address, words)
+            )
+            self._check(at)
+        except ValueError as error:
+            raise ValueError(f"{self.declared}: {self.name}: {error}") from None
+        return at
+
+    def _named(self, slots: Mapping[int, ModuleWords]) -> Address:
+        found = {
+            (number, name): Address(number, *place)
+            for number, words in slots.items()
+            for names in words.groups.values()
+            for name, place in names.items()
+            if place.image == self.image
+        }
+        matches = [at for (_, name), at in found.items() if name.upper() == self.address.upper()]
+        if len(matches) > 1:
+            places = ", ".join(f"slot {at.slot}" for at in matches)
+            raise ValueError(
+                f"{self.address!r} is in {places}: write which, such as slot2.input.{self.address}"
+            )
+        if not matches:
+            names = dict.fromkeys(name for _, name in found)
+            raise ValueError(
+                f"there is no {IMAGES[self.image]} {self.address!r}; {allowed(self.address, names)}"
+            )
+        return matches[0]
+
+    def _check(self, at: Address) -> None:
+        if at.image != self.image:
+            other = "Output" if self.image == "I" else "Input"
+            raise ValueError(f"{self.address!r} is an {IMAGES[at.image]}: declare it as {other}")
+        if (at.bit is None) is not self.whole_word:
+            kind = IMAGES[self.image].capitalize()
+            hint = (
+                f"a bit: declare it as {kind}"
+                if self.whole_word
+                else f"a word: add a bit, or declare it as {kind}Word"
+            )
+            raise ValueError(f"{self.address!r} is {hint}")
+
+
+class Input(Signal):
+    """A bit of an input image, true or false as it stands in the present scan.
+
+    Attributes:
+        read: returns it as a bool; the quick way.
+    """
+
+    def __init__(self, address: str) -> None:
+        super().__init__(address)
+        self.read: Callable[[], bool] = _unattached(self)
+
+    @override
+    def attach(self, slots: Slots, clock: Clock) -> None:
+        self.at = at = self.find(slots)
+        assert at.bit is not None, "_check refuses words"
+        module = words_of(slots)[at.slot]
+        guarded = module == WORDS_3601 and _BY_MEANING.fullmatch(self.address) is not None
+        self.read = _reader(slots[at.slot].inputs.words, at.word, at.bit, guarded=guarded)
+
+    def __bool__(self) -> bool:
+        return self.read()
+
+    @property
+    def rises(self) -> Wait[None]:
+        """The next change from off to on, after the scan of the await."""
+        return Edge(self.read, True, f"{self.name} rises")
+
+    @property
+    def falls(self) -> Wait[None]:
+        """The next change from on to off, after the scan of the await."""
+        return Edge(self.read, False, f"{self.name} falls")
+
+    @property
+    def on(self) -> Wait[None]:
+        """On, from the next scan on."""
+        return until(self.read, f"{self.name} on")
+
+    @property
+    def off(self) -> Wait[None]:
+        """Off, from the next scan on."""
+        return until(lambda: not self.read(), f"{self.name} off")
+
+    def __repr__(self) -> str:
+        return f"Input({self.address!r})"
+
+
+def _reader(words: memoryview, word: int, bit: int, *, guarded: bool) -> Callable[[], bool]:
+    """Return what reads a bit; a guarded one is false in configuration mode, but for the live bits."""
+    mask = mask_of(bit)
+    if not guarded or (word == 0 and mask & LIVE_BITS):
+        return lambda: words[word] & mask != 0
+    if word == 0:
+        wanted = mask | _MODE
+        return lambda: words[0] & wanted == mask
+    return lambda: words[word] & mask != 0 and words[0] >= 0
+
+
+def _unattached(part: Part) -> Callable[[], bool]:
+    def refuse() -> bool:
+        raise ValueError(
+            f"{part.name or 'an input'} has no slot yet: declare it in the class body, read it in scans"
+        )
+
+    return refuse
+
+
+class InputWord(Signal):
+    """A word of an input image as a number, -32,768 to 32,767: `self.level` is an `int`."""
+
+    whole_word = True
+
+    @override
+    def attach(self, slots: Slots, clock: Clock) -> None:
+        self.at = self.find(slots)
+
+    @overload
+    def __get__(self, logic: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, logic: object, owner: type) -> int: ...
+    def __get__(self, logic: Any, owner: type) -> Any:
+        return self if logic is None else _place(self, logic)[0][_place(self, logic)[1]]
+
+
+class OutputWord(InputWord):
+    """A word of an output image: `self.setpoint = 4000` writes it."""
+
+    image = "O"
+
+    @override
+    def owns(self) -> tuple[int, int, int] | None:
+        return None if self.at is None else (self.at.slot, self.at.word, -1)
+
+    def __set__(self, logic: object, value: int) -> None:
+        if not WORD_MIN <= value <= WORD_MAX:
+            raise ValueError(f"{self.name} = {value} is out of range: a word is {WORD_MIN} to {WORD_MAX}")
+        words, word, _ = _place(self, logic)
+        words[word] = value
+
+
+_LEVELS = (bool, int, Input)
+"""What an output may be given; a text would be true whatever it says."""
+
+
+class Output(Signal):
+    """A bit of an output image: `self.lamp = True` writes it, `self.lamp` is a `bool`.
+
+    Declare it with its type, `lamp: Output = Output(...)`, so that pyright knows what may be written.
+    """
+
+    image = "O"
+
+    @override
+    def attach(self, slots: Slots, clock: Clock) -> None:
+        self.at = self.find(slots)
+
+    @override
+    def owns(self) -> tuple[int, int, int] | None:
+        return None if self.at is None else (self.at.slot, self.at.word, mask_of(self.at.bit or 0))
+
+    @overload
+    def __get__(self, logic: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, logic: object, owner: type) -> bool: ...
+    def __get__(self, logic: Any, owner: type) -> Any:
+        if logic is None:
+            return self
+        words, word, mask = _place(self, logic)
+        return words[word] & mask != 0
+
+    def __set__(self, logic: object, on: bool | Input) -> None:
+        words, word, mask = _place(self, logic)
+        if not isinstance(on, _LEVELS):
+            raise TypeError(f"{self.name} = {on!r} is not allowed: an output is True or False")
+        words[word] = words[word] | mask if on else words[word] & ~mask
+
+    def __repr__(self) -> str:
+        return f"Output({self.address!r})"
+
+
+Place = tuple[memoryview, int, int]
+"""Words of an image, number of the word, mask of the bit."""
+
+
+def _place(part: Signal, logic: Any) -> Place:
+    """Return where a descriptor's value is in an instance of logic."""
+    try:
+        place: Place = logic._places[part.name]
+    except KeyError:
+        raise ValueError(
+            f"{part.name} has no slot before the first scan: write it in every_scan or in a sequence"
+        ) from None
+    return place
+
+
+def place_of(part: Signal, slots: Slots) -> Place:
+    """Return where the value of an attached signal is."""
+    at = part.at
+    assert at is not None, "it is attached"
+    slot = slots[at.slot]
+    words = slot.inputs.words if at.image == "I" else slot.outputs.words
+    return words, at.word, 0 if at.bit is None else mask_of(at.bit)
