@@ -12,7 +12,8 @@ which is logic just as well. The files, from the bottom up; each imports only fr
 | `stretches`, `tags`, `memory` | values of a tag in a list; declared tags to leaves; a program's values |
 | `operands`, `regions` | resolved operands; stretches of memory as bytes |
 | `schedule`, `scheduler` | tasks, and when they run their programs |
-| `stubs` | what stands for the other end of a message |
+| `stubs` | what stands for an instruction, or for the other end of a message |
+| `motion_types`, `motion_words`, `predefined` | types and words of motion; all predefined types |
 | `tagref`, `spec`, `operand_checks` | Python operands; one instruction, its uses; what a use accepts |
 | `resolver`, `lowered`, `fault_log`, `view` | addresses to operands; a program ready to run; faults; tags |
 | `interpreter/`, `engine`, `compiler/` | the two back ends: rungs, power, values; one running program |

@@ -38,7 +38,7 @@ def warnings_of(lowered: Lowered, allowed: frozenset[str]) -> list[Problem]:
         lowered: the program.
         allowed: which of `ALLOWANCES` it has.
     """
-    return list(_repeated(lowered, allowed))
+    return [*_repeated(lowered, allowed), *_unbound_axes(lowered)]
 
 
 def check_whole(lowered: Lowered) -> list[Problem]:
@@ -73,6 +73,20 @@ def uses_of_stubs(lowered: Lowered) -> Iterator[str]:
             yield step.name
         elif step.name == ALL_MESSAGES and isinstance(first, Group):
             yield first.path.upper() if first.path.upper() in lowered.stubs else ALL_MESSAGES
+
+
+def _unbound_axes(lowered: Lowered) -> Iterator[Problem]:
+    """Motion instructions of an axis, group or coordinate system that nothing in the rack stands for."""
+    for routine, line, step in _all_steps(lowered, copies=False):
+        if Use.MOTION not in step.uses:
+            continue
+        first = step.operands[0]
+        if isinstance(first, Group) and not first.frame and first.path.upper() not in lowered.axes:
+            text = (
+                f"{first.text} is no axis of the rack: {step.name} ends with ER, and ERR 11, not configured"
+            )
+            remedy = "bind it to a 3601 in [axes], or stub the instruction"
+            yield Problem(_where(routine, line), line.text, text, remedy)
 
 
 def _repeated(lowered: Lowered, allowed: frozenset[str]) -> Iterator[Problem]:

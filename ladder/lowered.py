@@ -318,6 +318,7 @@ class Lowered:
         schedule: tasks and programs, None for a program without them.
         recursive: routines that call themselves, directly or through others, in capitals.
         stubs: how messages end, see `stubs`, by name in capitals.
+        axes: axis tags that a slot of the rack stands for, in capitals.
         written_inputs: identifiers of the inputs that the program writes.
     """
 
@@ -334,6 +335,7 @@ class Lowered:
     schedule: Schedule | None = None
     recursive: frozenset[str] = frozenset()
     stubs: dict[str, Stub] = field(default_factory=dict)
+    axes: Mapping[str, object] = field(default_factory=dict)
     written_inputs: set[str] = field(default_factory=set)
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
@@ -16,6 +17,7 @@ from .instructions.statements import CONDITION
 from .instructions.stubbed import specs_of_stubs
 from .lowered import AddOnCall, Frame, Line, Lowered, LoweredRoutine, Node, Parallel, Step, steps_of
 from .lowering_statements import StatementLowering
+from .motion_words import KEYWORDS
 from .operand_checks import OPERAND_CHECKS, WRITTEN, OperandError, described
 from .operands import Constant, Group, Place, Resolved, first_leaf, leaves_in
 from .resolver import AddressError, Resolver
@@ -298,6 +300,8 @@ class Lowering:
             return operand.name.upper()
         if use is Use.PASSES:
             return _passes(operand)
+        if use is Use.KEYWORD and (word := self._keyword(operand)):
+            return word
         resolved = self.resolver.operand(operand)
         self.note_flags(operand)
         check = OPERAND_CHECKS[use]
@@ -306,6 +310,19 @@ class Lowering:
         if use in WRITTEN and isinstance(resolved, (Place, Group)):
             self.note_written(operand, resolved)
         return resolved
+
+    def _keyword(self, operand: Operand) -> str:
+        """Return a word of a list, in capitals and as structured text writes it; "" for another operand."""
+        if not isinstance(operand, Address) or operand.steps:
+            return ""
+        word = operand.name.upper().replace(" ", "")
+        if self.lowered.layout.declaration(operand.name.upper(), self._program) is not None:
+            return ""
+        if word not in KEYWORDS:
+            close = difflib.get_close_matches(word, KEYWORDS, n=1)
+            hint = f"did you mean {close[0]}" if close else "name a tag, a number or a word of its list"
+            raise OperandError(f"{operand} is no tag and no word of the motion instructions", hint)
+        return word
 
     def note_written(self, operand: Operand, resolved: Place | Group) -> None:
         """Note what is written: InOuts of an add-on instruction, and inputs of a module."""

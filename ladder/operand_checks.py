@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 
+from .motion_types import AXIS_TYPES, COORDINATE_SYSTEM, MOTION_GROUP, MOTION_INSTRUCTION
 from .operands import (
     Calculation,
     Constant,
@@ -234,10 +235,17 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
         use: OperandCheck(partial(_is_of, kind), f"a {kind.name}", f"declare the tag as {kind.name}")
         for use, kind in (
             (Use.PID, PID),
+            (Use.MOTION, MOTION_INSTRUCTION),
+            (Use.MOTION_GROUP, MOTION_GROUP),
+            (Use.COORDINATE_SYSTEM, COORDINATE_SYSTEM),
             (Use.ALARM_DIGITAL, ALARM_DIGITAL),
             (Use.ALARM_ANALOG, ALARM_ANALOG),
         )
     },
+    Use.AXIS: OperandCheck(
+        lambda each: _is_structure(each, *AXIS_TYPES.values()), "an axis", "declare the tag as AXIS_CIP_DRIVE"
+    ),
+    Use.KEYWORD: OperandCheck(_is_plain_number, "a number or a word", "write a word of its list"),
     Use.SWITCH: OperandCheck(_is_switch, "a bit, 0 or 1", "use a BOOL"),
     Use.OPTIONAL_TARGET: OperandCheck(
         lambda each: each == constant(0) or (isinstance(each, Place) and not each.type.is_bool),

@@ -48,6 +48,7 @@ from .addon import AddOn
 from .controller import Controller
 from .errors import LadderError
 from .logic import Program
+from .predefined import PREDEFINED_TYPES
 from .rungreader import LIBRARIES, Reader, load_library
 from .runnable import LadderLogic
 from .schedule import Task
@@ -55,7 +56,7 @@ from .statements import block_lines
 from .stubs import NO_STUBS, InPython, Stubs
 from .tags import Alias, SlotAlias, Tag
 from .tree import Routine
-from .types import TYPES, DataType, Elementary, Member
+from .types import DataType, Elementary, Member
 
 SUFFIX = ".rung"
 """How the name of a program file ends."""
@@ -221,7 +222,7 @@ def instruction_text(definition: AddOn) -> str:
 
 def _types(logic: LadderLogic) -> Iterator[str]:
     """Structures, those first that others are made of, and add-on instructions among them."""
-    seen = dict(TYPES)
+    seen: dict[str, DataType] = dict(PREDEFINED_TYPES)
     libraries = {library.name: library for library in map(load_library, LIBRARIES)}
     for name, library in libraries.items():
         if any(each in library.add_ons.values() for each in logic.add_ons.values()):

@@ -16,12 +16,13 @@ from .controller import Controller
 from .errors import LadderError, RungTextError
 from .expressions import TAG_NAME, parse_address
 from .logic import Program
+from .predefined import PREDEFINED_TYPES
 from .schedule import Task, TaskKind
 from .stubs import NO_STUBS, Stubs
 from .tags import Alias, SlotAlias, Tag
 from .text import parse_rung
 from .tree import Block, Routine, Rung
-from .types import TYPES, DataType, Elementary, Member, Structure
+from .types import DataType, Elementary, Member, Structure
 
 LIBRARIES = ("axis3601",)
 """Libraries of add-on instructions that come with scanrack; `USE name` makes them known to a program."""
@@ -115,7 +116,7 @@ class Reader:
         self._lines = text.splitlines()
         self._file = file
         self._at = 0
-        self._types = dict(TYPES)
+        self._types = dict(PREDEFINED_TYPES)
         self._add_ons: dict[str, AddOn] = {}
         self._given = stubs
         self._stubs = dict(stubs.by_name)
@@ -128,7 +129,7 @@ class Reader:
         while (line := self._peek()) is not None:
             if not self._definition(line):
                 self._fail("TYPE or INSTRUCTION")
-        own = {key: kind for key, kind in self._types.items() if key not in TYPES}
+        own = {key: kind for key, kind in self._types.items() if key not in PREDEFINED_TYPES}
         return Library(name, own, self._add_ons)
 
     def program(self) -> Program | Controller:

@@ -55,6 +55,11 @@ class Use(Enum):
     CONTROL = auto()
     MESSAGE = auto()
     PID = auto()
+    AXIS = auto()
+    MOTION = auto()
+    """A MOTION_INSTRUCTION."""
+    MOTION_GROUP = auto()
+    COORDINATE_SYSTEM = auto()
     ALARM_DIGITAL = auto()
     ALARM_ANALOG = auto()
     SWITCH = auto()

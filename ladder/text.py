@@ -35,7 +35,7 @@ from .tree import (
     Unknown,
 )
 
-_WORDS = re.compile(r"(?:[A-Za-z_]\w*|%)(?: +[\w%]+)+(?=\s*[,)])|%\w+(?=\s*[,)])")
+_WORDS = re.compile(r"(?:[A-Za-z_]\w*|%)(?:[ -]+[\w%]+)+(?=\s*[,)])|%\w+(?=\s*[,)])")
 """A word of a list that is no name, such as `Units per sec` and `% of Maximum`."""
 
 _PLAIN = re.compile(r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*\s*(?=[,)])")

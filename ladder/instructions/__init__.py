@@ -21,6 +21,7 @@ from . import (
     control,
     files,
     messages,
+    motion,
     move,
     process,
     sequencers,
@@ -39,6 +40,7 @@ from .compute import *  # noqa: F403
 from .control import *  # noqa: F403
 from .files import *  # noqa: F403
 from .messages import *  # noqa: F403
+from .motion import *  # noqa: F403
 from .move import *  # noqa: F403
 from .process import *  # noqa: F403
 from .sequencers import *  # noqa: F403
@@ -66,6 +68,7 @@ FAMILIES = (
     messages,
     process,
     alarms,
+    motion,
 )
 """The family files, in the manual's order; each lists its instructions in `__all__`."""
 

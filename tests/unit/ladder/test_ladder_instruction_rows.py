@@ -14,7 +14,7 @@ from scanrack.ladder.spec import Kind, Spec, Use
 from scanrack.ladder.text import parse_rung
 
 PAGE = Path(__file__).parents[3] / "docs" / "ladder.md"
-RESOLVED_AS_NAMES = {Use.LABEL, Use.MODE, Use.PASSES, Use.PRESET}
+RESOLVED_AS_NAMES = {Use.LABEL, Use.MODE, Use.PASSES, Use.PRESET, Use.KEYWORD}
 
 
 def test_the_page_lists_the_instructions_and_their_second_names():
