@@ -38,7 +38,7 @@ from .schema import (
 )
 from .tagplan import TagSource
 from .topics import MESSAGE_ENCODING as JSON_ENCODING
-from .topics import SCAN_TOPIC, TEXTS, TOPICS, Topic
+from .topics import ORDERS, SCAN_TOPIC, TEXTS, TOPICS, Topic
 from .topics import SCHEMA_ENCODING as JSON_SCHEMA_ENCODING
 from .wordmap import word_map
 from .writer import TraceWriter
@@ -83,6 +83,7 @@ class ScanRecorder:
         attachments: further files.
         chunk_scans: most scans in a chunk; fewer lose less when the process is killed.
         tags: where the values of recorded tags come from; None = no tags.
+        orders: whether the rack can be operated while it runs: the trace has /orders then.
 
     Raises:
         ValueError: slots and memory block do not fit, or a slot is given twice.
@@ -103,6 +104,7 @@ class ScanRecorder:
         attachments: Sequence[Attachment] = (),
         chunk_scans: int = CHUNK_SCANS,
         tags: TagSource | None = None,
+        orders: bool = False,
     ) -> None:
         self._slots = check_slots(slots)
         if len(memory) != SLOT_BYTES * len(slots):
@@ -110,6 +112,7 @@ class ScanRecorder:
             raise ValueError(f"{len(slots)} slots need a memory block of {wanted} bytes, got {len(memory)}")
         self._memory = memory
         self._tags = tags
+        self._orders = orders
         plan = None if tags is None else tags.plan
         self._schema = scan_schema(self._slots, plan)
         self._states: dict[str, Mapping[str, Value]] = {}
@@ -202,7 +205,7 @@ class ScanRecorder:
     def _topics(self) -> tuple[Topic, ...]:
         """Return the topics beside /scan."""
         texts = self._tags is not None and self._tags.plan.has_texts
-        return (*TOPICS, TEXTS) if texts else TOPICS
+        return (*TOPICS, *(TEXTS,) * texts, *(ORDERS,) * self._orders)
 
     def _write_pending(self, scan: int, now_ns: int) -> None:
         """Write the events of the tags of a scan: new texts, values that do not fit."""

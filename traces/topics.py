@@ -10,6 +10,7 @@ Every message carries the number of the scan in which it became known.
     /cpu        mode and health of the CPU, in full written again when it changes
     /faults     the CPU faulted                     scan and cause
     /texts      a recorded text changed             only where texts are recorded
+    /orders     the rack was operated           only where that can be: scanrack watch
 """
 
 from __future__ import annotations
@@ -128,3 +129,16 @@ TEXTS = Topic(
     },
 )
 """The topic of a trace whose tags have texts; a code in /scan stands for each."""
+
+ORDERS = Topic(
+    "/orders",
+    "scanrack.Order",
+    "Somebody operated the running rack, before this scan.",
+    {
+        "kind": {"type": "string", "description": "order"},
+        "name": {"type": "string", "description": "what was ordered, such as press"},
+        "text": {"type": "string", "description": "a sentence for people"},
+        "order": {"type": "string", "description": "the order itself, JSON"},
+    },
+)
+"""The topic of a trace of a session: with its orders, the session can run again."""

@@ -20,7 +20,7 @@ from ..tags import program_of
 from ..tree import Routine
 from ..view import Tags
 from .crossref import CrossReference
-from .journal import Journal, Write
+from .journal import MOST, Entry, Journal, Write
 from .values import with_values
 from .watching import Change, WatchedEngine, shown
 from .why import bits_of, changes_of, is_counted, state_of, telling, told, untouched
@@ -66,20 +66,24 @@ class Debugger:
         program: the program.
         interpreted: whether every scan is interpreted, as programs with routines in Python always are.
         stops: the breakpoints that were met in the latest scan.
+        latest: what went into the latest scan from outside; None before the first.
         edits: edits of the running program, each with the number of the first scan behind it.
         on_edit: called with every edit, once the edited program is in place.
 
     Args:
         program: the program; it is built if that has not been done.
+        remembered: snapshots of the memory that are kept, one per `journal.EVERY` scans.
 
     Raises:
         BuildError: the program can't be built.
     """
 
-    def __init__(self, program: LadderLogic) -> None:
+    def __init__(self, program: LadderLogic, *, remembered: int = MOST) -> None:
         self.stops: tuple[Stop, ...] = ()
         self.edits: list[tuple[int, Edit]] = []
         self.on_edit: Callable[[Edit], object] = lambda _edit: None
+        self._remembered = remembered
+        self.latest: Entry | None = None
         self._use(program, WatchedEngine(program.build(), program.scanner))
         self._on_rungs: dict[LineKey, bool] = {}
         self._on_tags: dict[str, Any] = {}
@@ -93,7 +97,7 @@ class Debugger:
         """Go on with a program; what is remembered begins with its next scan."""
         self.program, self._engine = program, engine
         self.interpreted = bool(program.functions)
-        self._journal = Journal(engine.lowered, program.scanner, engine.variants)
+        self._journal = Journal(engine.lowered, program.scanner, engine.variants, self._remembered)
         self._outside: list[Write] = []
         engine.memory.outside = self._outside
         self._journal.begin(engine.memory, engine.scans)
@@ -180,6 +184,7 @@ class Debugger:
             writes=writes,
             forces=engine.memory.forces,
         )
+        self.latest = self._journal.latest
         engine.memory.outside = None
         try:
             engine.do(now_ns, first=first)

@@ -78,13 +78,18 @@ class Journal:
         lowered: the program.
         scanner: the compiled program.
         variants: the compiled programs that observe, see `WatchedEngine`.
+        most: snapshots that are kept, the latest ones.
     """
 
     def __init__(
-        self, lowered: Lowered, scanner: Scanner, variants: dict[Observation, ObservedScanner]
+        self,
+        lowered: Lowered,
+        scanner: Scanner,
+        variants: dict[Observation, ObservedScanner],
+        most: int = MOST,
     ) -> None:
         self._lowered, self._scanner, self._variants = lowered, scanner, variants
-        self._chapters: deque[Chapter] = deque(maxlen=MOST)
+        self._chapters: deque[Chapter] = deque(maxlen=most)
         self._images = [leaf for leaf in lowered.layout.images if not leaf.output]
         self._again: WatchedEngine | None = None
 
@@ -95,6 +100,12 @@ class Journal:
             return range(0)
         last = self._chapters[-1]
         return range(self._chapters[0].scan, last.scan + len(last.entries))
+
+    @property
+    def latest(self) -> Entry | None:
+        """The latest scan that was noted; None directly behind a snapshot."""
+        entries = self._chapters[-1].entries if self._chapters else []
+        return entries[-1] if entries else None
 
     def begin(self, memory: Memory, scan: int) -> None:
         """Take a snapshot if one is due: before anything was written, and after every `EVERY` scans.

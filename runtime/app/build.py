@@ -20,7 +20,7 @@ from ..loop.scan import CpuMode, Logic
 from .playback import Playback, RecordedInputs, Score
 
 
-def build_rack(spec: RackSpec, ports: ExitStack | None = None) -> Rack:
+def build_rack(spec: RackSpec, ports: ExitStack | None = None, *, handled: bool = False) -> Rack:
     """Put new modules into a new rack.
 
     Chance in slot n is seeded with the rack's seed and n, so that slots do not repeat each other.
@@ -28,6 +28,7 @@ def build_rack(spec: RackSpec, ports: ExitStack | None = None) -> Rack:
     Args:
         spec: the specification.
         ports: closes the real ports that are opened; None = there must be none.
+        handled: incidents may happen to every module while the rack runs, see `Exposed.happen`.
 
     Raises:
         ValueError: there is a real port and should be none, or it can't be opened.
@@ -39,7 +40,7 @@ def build_rack(spec: RackSpec, ports: ExitStack | None = None) -> Rack:
     return Rack(
         Card(
             slot.number,
-            _exposed(spec, slot.number, modules[slot.number]),
+            _exposed(spec, slot.number, modules[slot.number], handled=handled and not slot.is_live),
             slot.module,
             slot.recorded_firmware,
             slot.words,
@@ -48,10 +49,10 @@ def build_rack(spec: RackSpec, ports: ExitStack | None = None) -> Rack:
     )
 
 
-def _exposed(spec: RackSpec, slot: int, module: Module) -> Module:
-    """Return a slot's module, exposed to the incidents of the rack file."""
+def _exposed(spec: RackSpec, slot: int, module: Module, *, handled: bool) -> Module:
+    """Return a slot's module, exposed to the incidents of the rack file and to those still to be ordered."""
     coming = [each for each in spec.incidents if each.slot == slot]
-    return Exposed(module, coming) if coming else module
+    return Exposed(module, coming) if coming or handled else module
 
 
 def _module(slot: SlotSpec, seed: int, ports: ExitStack | None) -> Module:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 from ...traces.layout import SlotInfo
 from ...traces.recorder import ScanRecorder
@@ -20,8 +22,18 @@ from .attachments import (
 from .loading import Job
 from .tag_source import tags_of
 
+NOTHING: Mapping[str, str] = MappingProxyType({})
 
-def recorder_for(job: Job, rack: Rack, trace: Path, logic: Logic | None = None) -> ScanRecorder:
+
+def recorder_for(
+    job: Job,
+    rack: Rack,
+    trace: Path,
+    logic: Logic | None = None,
+    *,
+    orders: bool = False,
+    metadata: Mapping[str, str] = NOTHING,
+) -> ScanRecorder:
     """Return the recorder of a run.
 
     Args:
@@ -29,6 +41,8 @@ def recorder_for(job: Job, rack: Rack, trace: Path, logic: Logic | None = None) 
         rack: its rack.
         trace: where the recording goes.
         logic: what runs in place of the job's logic: a debugger of it.
+        orders: whether the rack can be operated while it runs.
+        metadata: further entries of the metadata record.
 
     Raises:
         OSError: the trace can't be written.
@@ -53,6 +67,8 @@ def recorder_for(job: Job, rack: Rack, trace: Path, logic: Logic | None = None) 
             **({"stubs": "; ".join(job.stubs)} if job.stubs else {}),
             **({"tags": " ".join(spec.tags)} if spec.tags else {}),
             **({"rpi_ns": str(spec.rpi_ns)} if spec.controller == "compactlogix" else {}),
+            **metadata,
         },
         tags=tags,
+        orders=orders,
     )

@@ -9,19 +9,23 @@ Errors are exceptions; `cli.run` turns them into messages and an exit status.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from pathlib import Path
 
+from ...ladder import LadderLogic
+from ...ladder.debug import Debugger
+from ..live.hands import Hands
 from ..loop.cpu import Cpu
 from ..loop.listeners import ScanListener
 from ..loop.pace import FreeRun, Pacer
 from ..loop.realtime import frozen_collector
+from ..loop.scan import Logic
 from .build import build_cpu, build_rack
 from .hints import Hints
 from .loading import Job
 from .rack_units import UnitsBeside, units_of
-from .recording import recorder_for
+from .recording import NOTHING, recorder_for
 
 Observer = Callable[[Cpu, int | None], AbstractContextManager[None]]
 """Observes a CPU while it runs: a progress bar. Arguments: the CPU, the number of its last scan or None."""
@@ -38,6 +42,7 @@ class JobRun:
     Attributes:
         rack: the rack.
         cpu: the CPU that runs the program.
+        logic: the program; of a rack that can be operated a ladder program is under a debugger.
         hints: what the program may have meant otherwise.
         stubs: the stubs in use, see `Job.stubs`.
 
@@ -49,6 +54,8 @@ class JobRun:
         pacer: makes scans wait for the wall clock; as fast as possible if left out.
         listeners: further listeners.
         warn: takes a hint, at once.
+        handled: the rack can be operated while it runs: tags are set and forced, incidents happen.
+        metadata: further entries of the recording's metadata.
 
     Raises:
         ValueError: a unit's program or a port can't be used, or a real port is not allowed.
@@ -65,18 +72,28 @@ class JobRun:
         pacer: Pacer | None = None,
         listeners: Iterable[ScanListener] = (),
         warn: Callable[[str], None] = lambda _hint: None,
+        handled: bool = False,
+        metadata: Mapping[str, str] = NOTHING,
     ) -> None:
         units = units_of(job.spec.unit, job.folder)
         self.stubs = job.stubs
-        self.rack = build_rack(job.spec, ports if live else None)
+        self.rack = build_rack(job.spec, ports if live else None, handled=handled)
+        self.logic = _under_debugger(job.logic) if handled else job.logic
         self.hints = Hints(self.rack, job.spec, warn)
         heard: list[ScanListener] = [*listeners, self.hints]
         if trace is not None:
-            heard.append(recorder_for(job, self.rack, trace))
+            heard.append(
+                recorder_for(job, self.rack, trace, self.logic, orders=handled, metadata=metadata)
+            )
         if units:
             heard.append(UnitsBeside(units, trace))
         self._pacer = pacer or FreeRun()
-        self.cpu = build_cpu(job.spec, job.logic, self.rack, listeners=heard, pacer=self._pacer)
+        self.cpu = build_cpu(job.spec, self.logic, self.rack, listeners=heard, pacer=self._pacer)
+
+    @property
+    def hands(self) -> Hands:
+        """Carries out orders on the rack; tags only of a program under a debugger."""
+        return Hands(self.cpu, self.rack, self.logic if isinstance(self.logic, Debugger) else None)
 
     def run(self, scans: int | None = None, *, observed: Observer = unobserved) -> None:
         """Run to the end, or until Ctrl-C stops the CPU between scans; then close the listeners.
@@ -98,3 +115,8 @@ class JobRun:
             observed(cpu, scans),
         ):
             cpu.run(scans)
+
+
+def _under_debugger(logic: Logic) -> Logic:
+    """Return a ladder program under a debugger, which remembers no more than it needs; other logic as it is."""
+    return Debugger(logic, remembered=1) if isinstance(logic, LadderLogic) else logic

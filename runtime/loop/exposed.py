@@ -78,6 +78,19 @@ class Exposed(Module):
         self._late_ns = 0
         self._torn = Image()
 
+    def happen(self, incident: Incident) -> None:
+        """Let a further incident come, not earlier than the last `update`.
+
+        Raises:
+            ValueError: it can't happen to the module.
+        """
+        if not _can_happen(incident.what, self.module):
+            raise ValueError(f"{incident.what.value} can't happen to {type(self.module).__name__}")
+        if incident.what is FaultKind.TORN_UPDATE:
+            self._tears = sorted([*self._tears, incident], key=lambda each: each.at_ns)
+        else:
+            self._acts = sorted([*self._acts, *_acts(incident)], key=lambda act: act[0])
+
     @property
     def under_way(self) -> str | None:
         """The kind of the motion that runs, None while there is none."""

@@ -9,7 +9,7 @@ from typing import Protocol
 from .events import JsonValue
 from .rack import Slot
 
-TOPIC_OF_KIND = {"stimulus": "/stimuli", "indicator": "/indicators"}
+TOPIC_OF_KIND = {"stimulus": "/stimuli", "indicator": "/indicators", "order": "/orders"}
 """Topics of the kinds of events; all others go to "/events"."""
 
 
@@ -26,7 +26,8 @@ class ScanListener(Protocol):
         Args:
             scan: number of the scan in which the event became known.
             now_ns: when it happened; times never decrease within a topic.
-            topic: "/events", "/stimuli", "/indicators", "/forces", "/cpu" or "/faults".
+            topic: "/events", "/stimuli", "/indicators", "/forces", "/cpu", "/faults" or
+                "/orders".
             fields: its values by name.
         """
         ...

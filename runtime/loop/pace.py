@@ -2,6 +2,7 @@
 
     FreeRun     scans follow each other as fast as they come; virtual time only
     RealTime    scan n of a run is due at start + n * period on the monotonic clock
+    Paced       the same at a multiple of real time, which may change while scans run
     Clock       virtual time that keeps step with the clock on the wall
     Watchdog    ends logic that does not come back
     stopping_on_interrupt    Ctrl-C asks for a stop between scans
@@ -136,6 +137,39 @@ class RealTime(Pacer):
             if not self._spin:  # the sleep has ended early
                 time.sleep((due_ns - now_ns) / 1e9)
         return now_ns
+
+
+class Paced(RealTime):
+    """Scans in step with the wall clock, at a speed that may change between two scans.
+
+    Args:
+        speed: how many seconds of virtual time pass in one second, above 0; None = as fast as possible.
+    """
+
+    def __init__(self, speed: float | None = 1.0) -> None:
+        super().__init__()
+        self._nominal_ns = 0
+        self._speed = speed
+
+    @property
+    def speed(self) -> float | None:
+        """How many seconds of virtual time pass in one second; None = as fast as possible."""
+        return self._speed
+
+    @speed.setter
+    def speed(self, speed: float | None) -> None:
+        self._speed = speed
+        if self._nominal_ns:
+            self.begin(self._nominal_ns)
+
+    @override
+    def begin(self, period_ns: int) -> None:
+        self._nominal_ns = period_ns
+        super().begin(period_ns if self._speed is None else max(1, round(period_ns / self._speed)))
+
+    @override
+    def wait(self) -> bool:
+        return False if self._speed is None else super().wait()
 
 
 class Clock:
@@ -387,6 +421,11 @@ def _interrupt(number: int, _frame: FrameType | None) -> None:
     if not callable(signal.getsignal(signal.SIGINT)):
         raise KeyboardInterrupt
     signal.raise_signal(signal.SIGINT)
+
+
+def rest(seconds: float) -> None:
+    """Do nothing for a while."""
+    time.sleep(seconds)
 
 
 def wall_ns() -> int:

@@ -22,7 +22,7 @@ from .events import Event, JsonValue
 from .exchange import Exchange
 from .faults import Cause
 from .forces import Forces
-from .listeners import Listeners, ScanListener
+from .listeners import TOPIC_OF_KIND, Listeners, ScanListener
 from .pace import Pacer, Watchdog
 from .rack import Rack
 from .scan import CpuMode, Logic, Scan, ScanFlag
@@ -155,7 +155,8 @@ class ScanPhases(ABC):
         self._news.clear()
         for event in self._announced:
             own = {"kind": event.kind, "name": event.name, "text": event.text}
-            self._listeners.event(self._view.number, event.at_ns, "/events", {**event.fields, **own})
+            topic = TOPIC_OF_KIND.get(event.kind, "/events")
+            self._listeners.event(self._view.number, event.at_ns, topic, {**event.fields, **own})
         self._announced.clear()
 
     def _prepare(self, mode: CpuMode) -> None:

@@ -120,6 +120,11 @@ class Machine:
         return self._levels
 
     @property
+    def shown(self) -> int:
+        """Mask of the energised inputs as of the last query of `levels`."""
+        return self._levels
+
+    @property
     def held(self) -> int:
         """Mask of the inputs that timeline or bench hold at a level, as of the last query of `levels`."""
         return self._stimuli.held_mask
@@ -164,6 +169,18 @@ class Machine:
                 f"set_input: {bit.name} is wired to the machine; allowed: inputs that it leaves free"
             )
         self._stimuli.hold(bit, energised)
+        self._forget_levels()
+
+    def operate(self, bit: InputBit, energised: bool | None, now_ns: int) -> None:
+        """Act on an input from now on as an entry of the timeline does, and tell of it as an event.
+
+        Args:
+            bit: the input.
+            energised: its level, whatever switches and stations say; None = as they say, or de-energised if
+                there are none.
+            now_ns: virtual time.
+        """
+        self._stimuli.operate(bit, energised, now_ns)
         self._forget_levels()
 
     # --- encoder

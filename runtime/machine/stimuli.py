@@ -94,6 +94,15 @@ class Stimuli:
         self.hold(entry.input, entry.energised)
         self._tell(entry.at_ns, entry.input, self._sentence(entry), entry.energised)
 
+    def operate(self, bit: InputBit, energised: bool | None, now_ns: int) -> None:
+        """Act on an input as an entry of the timeline does.
+
+        An input without a switch or a station has nothing to follow: released, it is de-energised.
+        """
+        self.advance(now_ns)
+        fed = bool(self._fed & bit.value)
+        self._act(TimelineEntry(now_ns, bit, energised if energised is not None or fed else False))
+
     def _sentence(self, entry: TimelineEntry) -> str:
         name = _SPOKEN[entry.input]
         if entry.energised is None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any, Protocol, runtime_checkable
 
-from ...io_images.amci3601 import StatusView
+from ...io_images.amci3601 import InputBit, StatusView
 from ...io_images.image import Image
 from ...io_images.module_words import PLAIN_WORDS, ModuleWords
 from ..loop.events import JsonValue
@@ -32,6 +32,24 @@ class NamedInputs(Protocol):
 
     def set_input(self, name: str, energised: bool) -> None:
         """Give an input a level from now on; ValueError for an unknown input."""
+        ...
+
+
+@runtime_checkable
+class Operable(Protocol):
+    """A module whose machine has inputs that a person may act on."""
+
+    def operate(self, bit: InputBit, energised: bool | None) -> None:
+        """Give an input a level from the last `update` on; None gives it back to the machine."""
+        ...
+
+
+@runtime_checkable
+class Figured(Protocol):
+    """A module whose machine can be looked at between scans, without an effect."""
+
+    def figures(self) -> tuple[int, int, int]:
+        """Return the shaft's position (steps), the encoder's counts, and the mask of energised inputs."""
         ...
 
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Generic
 
-from ....io_images.amci3601 import Firmware, StatusMsw
+from ....io_images.amci3601 import Firmware, InputBit, StatusMsw
 from ....io_images.image import Image, signed_word
 from ...loop.events import Event
 from ...loop.incidents import FaultKind
@@ -143,6 +143,16 @@ class Adapter(Generic[Drive]):
     def machine_at(self, now_ns: int) -> Machine:
         """Return the machine as it is at `now_ns`, the instant of the last `update`, which sensed it."""
         return self.machine
+
+    def figures(self) -> tuple[int, int, int]:
+        """Return what the machine shows at the last `update`, see `Figured`."""
+        machine = self.machine
+        return machine.shaft, machine.encoder_counts(self._now_ns), machine.shown
+
+    def operate(self, bit: InputBit, energised: bool | None) -> None:
+        """Act on an input of the machine from the last `update` on, see `Machine.operate`."""
+        self.machine.operate(bit, energised, self._now_ns)
+        self.look_again()
 
     def look_again(self) -> None:
         """Sense the machine's inputs after a change from outside."""

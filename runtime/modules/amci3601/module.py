@@ -22,7 +22,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ....io_images.amci3601 import Firmware, StatusMsw
+from ....io_images.amci3601 import Firmware, InputBit, StatusMsw
 from ....io_images.image import Image
 from ....io_images.thousands import split_reported
 from ...kinematics import Segment
@@ -134,6 +134,11 @@ class Amci3601:
         self.axis.advance(now_ns)
         return self.machine
 
+    def figures(self) -> tuple[int, int, int]:
+        """Return what the machine shows at the last `update`, see `Figured`."""
+        machine = self.machine_at(self._now_ns)
+        return machine.shaft, machine.encoder_counts(self._now_ns), machine.shown
+
     @property
     def linked(self) -> bool:
         """Whether the PLC reaches the module; one with a fatal error answers with MODULE_OK clear."""
@@ -164,6 +169,11 @@ class Amci3601:
         self.axis.advance(self._now_ns)
         self.axis.cut(self._now_ns)
         self.layer.operation = None
+
+    def operate(self, bit: InputBit, energised: bool | None) -> None:
+        """Act on an input of the machine from the last `update` on, see `Machine.operate`."""
+        self.machine.operate(bit, energised, self._now_ns)
+        self.look_again()
 
     def look_again(self) -> None:
         """Sample inputs and mode at the next tick, after a change from outside."""

@@ -1,0 +1,89 @@
+"""What a monitor needs of a program to run its scans again: what went into them, and its values now and then.
+
+    scan          n         n+1       n+2  ...  n+255
+    notes         values    -         writes    -          values in front of n, what was written in front of n+2
+
+Everything else that goes into a scan is in the ring: images, times and flags.
+"""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ...ladder.debug import Debugger
+from ...ladder.debug.journal import Entry, snapshot
+from ..live.ring import Records
+
+EVERY = 256
+"""Scans from values to values."""
+
+
+@dataclass(frozen=True, slots=True)
+class Values:
+    """The values of a program in front of a scan.
+
+    Attributes:
+        scan: number of the scan.
+        values: by identifier of the variable, see `ladder.debug.journal`.
+        program: how often the program had been edited.
+    """
+
+    scan: int
+    values: dict[str, Any]
+    program: int
+
+
+@dataclass(frozen=True, slots=True)
+class Inputs:
+    """What went into a scan beside its images and its time.
+
+    Attributes:
+        scan: number of the scan.
+        writes: values set from outside since the scan before: identifier, element, value.
+        forces: what is forced from this scan on.
+        images: the input images as the program saw them; None = as they are in the rack.
+    """
+
+    scan: int
+    writes: tuple[tuple[str, int, Any], ...]
+    forces: Mapping[tuple[str, int], tuple[int | None, Any]]
+    images: tuple[bytes, ...] | None
+
+
+class LadderNotes:
+    """Writes what a monitor needs of a ladder program; see `runtime.live.tap.Notes`.
+
+    Args:
+        debugger: runs the program.
+        records: where to.
+    """
+
+    def __init__(self, debugger: Debugger, records: Records) -> None:
+        self._debugger, self._records = debugger, records
+        self._entry: Entry | None = None
+        self._forces: object = None
+
+    def note(self, scan: int) -> None:
+        """Write what went into a scan, if it is more than images; now and then the values behind it."""
+        entry = self._debugger.latest
+        if entry is not None and entry is not self._entry:
+            self._entry = entry
+            copied = self._debugger.engine.memory.copies_inputs
+            if entry.writes or entry.forces is not self._forces or copied:
+                self._forces = entry.forces
+                writes = tuple((leaf.ident, index, value) for leaf, index, value in entry.writes)
+                self._write(Inputs(scan, writes, dict(entry.forces), entry.images if copied else None))
+        if scan % EVERY == EVERY - 1:
+            self.give(scan + 1)
+
+    def give(self, scan: int) -> None:
+        """Write the values in front of a scan."""
+        memory = self._debugger.engine.memory
+        self._write(Values(scan, snapshot(memory), len(self._debugger.edits)))
+        self._forces = None
+
+    def _write(self, record: Values | Inputs) -> None:
+        self._records.write(pickle.dumps(record, pickle.HIGHEST_PROTOCOL))

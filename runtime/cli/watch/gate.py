@@ -1,0 +1,118 @@
+"""Who may come in: hosts, origins, files and headers, as tables.
+
+    Host        one of ours              else 421: a name that was made to point here (DNS rebinding)
+    Origin      one of ours, or none     else 403: another page
+    path        in the table             else 404
+    key         in the first message     else the socket is closed
+
+No cookie: cookies don't know ports.
+"""
+
+from __future__ import annotations
+
+import hmac
+from collections.abc import Mapping
+from importlib.resources import files
+from typing import NamedTuple
+
+SOCKET = "/socket"
+
+TYPES = {
+    ".html": "text/html; charset=utf-8",
+    ".js": "text/javascript; charset=utf-8",
+    ".css": "text/css; charset=utf-8",
+    ".svg": "image/svg+xml",
+    ".png": "image/png",
+    ".ico": "image/x-icon",
+    ".woff2": "font/woff2",
+}
+"""Files of `web/` that are served, by suffix."""
+
+HEADERS = {
+    "Content-Security-Policy": (
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; "
+        "font-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    ),
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "no-store",
+}
+"""Of every answer."""
+
+
+class Answer(NamedTuple):
+    """An answer to a request for a file.
+
+    Attributes:
+        status: 200, 403, 404 or 421.
+        headers: its headers.
+        body: its content.
+    """
+
+    status: int
+    headers: Mapping[str, str]
+    body: bytes
+
+
+class Gate:
+    """Decides about requests, and serves the files.
+
+    Args:
+        host: what the server listens on.
+        port: and its port.
+        key: of the session; the page gives it in its first message.
+    """
+
+    def __init__(self, host: str, port: int, key: str) -> None:
+        names = [host] if host not in _LOOPBACK else list(_LOOPBACK)
+        self._hosts = [f"{_in_url(name)}:{port}" for name in names]
+        if port == 80:
+            self._hosts += map(_in_url, names)
+        self._origins = [f"http://{each}" for each in self._hosts]
+        self._key = key.encode()
+        self._files = {f"/{each.name}": each for each in files(f"{__package__}.web").iterdir()}
+
+    def answer(self, path: str, host: str | None, origin: str | None) -> Answer | None:
+        """Answer a request; None lets it become a socket.
+
+        Args:
+            path: what is asked for.
+            host: the header Host.
+            origin: the header Origin.
+        """
+        if host is None or host.lower() not in self._hosts:
+            return _refusal(421, "this server has another name")
+        if origin is not None and origin.lower() not in self._origins:
+            return _refusal(403, "another page asks")
+        path = path.partition("?")[0]
+        if path == SOCKET:
+            return None
+        return self._file("/index.html" if path == "/" else path)
+
+    def _file(self, path: str) -> Answer:
+        file = self._files.get(path)
+        kind = TYPES.get(path[path.rfind(".") :])
+        if file is None or kind is None:
+            return _refusal(404, "there is no such file")
+        body = file.read_bytes()
+        return Answer(200, {"Content-Type": kind, "Content-Length": str(len(body)), **HEADERS}, body)
+
+    def fits(self, key: object) -> bool:
+        """Compare a key with the session's, in a time that does not depend on it."""
+        return isinstance(key, str) and hmac.compare_digest(key.encode("utf-8", "replace"), self._key)
+
+
+_LOOPBACK = ("127.0.0.1", "localhost", "::1")
+
+
+def _in_url(host: str) -> str:
+    return f"[{host}]" if ":" in host else host
+
+
+def _refusal(status: int, says: str) -> Answer:
+    body = f"{says}\n".encode()
+    head = {"Content-Type": "text/plain; charset=utf-8", "Content-Length": str(len(body))}
+    return Answer(status, head | HEADERS, body)

@@ -1,0 +1,66 @@
+"""The latest rows of a session, by the number of the scan."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...live.ring import Rows
+
+KEPT = 1 << 16
+"""Rows that are kept."""
+
+
+class Recent:
+    """Rows in the order of their scans, the latest `KEPT` and up to as many more.
+
+    Args:
+        empty: an array of no rows.
+    """
+
+    def __init__(self, empty: Rows) -> None:
+        self._rows = np.zeros(2 * KEPT, empty.dtype)
+        self._length = 0
+        self.count = 0
+        """Rows added so far; a row's place counts from the first one ever added."""
+
+    @property
+    def rows(self) -> Rows:
+        """The rows that are there."""
+        return self._rows[: self._length]
+
+    @property
+    def begin(self) -> int:
+        """Place of the first row that is there."""
+        return self.count - self._length
+
+    def add(self, rows: Rows) -> None:
+        """Add rows; one of the same scan as the last one replaces it."""
+        if not len(rows):
+            return
+        if self._length and rows["scan"][0] == self._rows["scan"][self._length - 1]:
+            self._rows[self._length - 1] = rows[0]
+            rows = rows[1:]
+        if self._length + len(rows) > len(self._rows):
+            keep = self._rows[max(0, self._length - KEPT) : self._length].copy()
+            self._rows[: len(keep)] = keep
+            self._length = len(keep)
+        rows = rows[-KEPT:]
+        self._rows[self._length : self._length + len(rows)] = rows
+        self._length += len(rows)
+        self.count += len(rows)
+
+    def since(self, place: int) -> Rows:
+        """Return the rows from a place on, as far as they are there."""
+        return self.rows[max(0, place - self.begin) :]
+
+    def find(self, scan: int) -> int | None:
+        """Return where in `rows` a scan is, None if it is not there."""
+        numbers = self.rows["scan"]
+        at = int(np.searchsorted(numbers, scan))
+        return at if at < len(numbers) and numbers[at] == scan else None
+
+    def between(self, first: int, last: int) -> Rows:
+        """Return the rows of the scans from one to another, both included, as far as they are there."""
+        numbers = self.rows["scan"]
+        low, high = np.searchsorted(numbers, [first, last + 1])
+        return self.rows[int(low) : int(high)]

@@ -1,0 +1,160 @@
+"""Runs the scans of a ladder program again, in the monitor: tags and power of any of them.
+
+    values      in front of scan 512                     in front of scan 768
+    rows        512  513  514  ...  600  (601)           images, times, flags: from the ring
+    engine      512 ... 600 compiled, 601 noted          tags and power of scan 601
+
+What is asked mostly is the latest scan: the engine goes on from where it is.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import Any
+
+from ....io_images.image import IMAGE_BYTES
+from ....ladder import LadderLogic
+from ....ladder.compiler.observed import LineKey
+from ....ladder.debug.journal import restore
+from ....ladder.debug.watching import WatchedEngine
+from ....ladder.errors import LadderFault
+from ...app.watched_program import Inputs, Values
+from ...live.ring import Row
+from ...loop.phases import IDLE_PHASES
+from ...loop.rack import SLOT_BYTES
+from ...loop.scan import MODE_MASK, CpuMode, ScanFlag
+from .recent import Recent
+
+Truths = Mapping[LineKey, tuple[bool, ...]]
+
+
+class Shadow:
+    """A ladder program that repeats scans of a session.
+
+    Args:
+        program: the program.
+        slots: numbers of the slots, in the order of the rack's memory.
+        recent: the rows.
+
+    Attributes:
+        engine: the engine, as it stands behind scan `at`.
+        at: the last scan that was repeated; None before the first.
+        truths: power of that scan, by routine in capitals and rung.
+    """
+
+    def __init__(self, program: LadderLogic, slots: list[int], recent: Recent) -> None:
+        self.program = program
+        self.engine = WatchedEngine(program.build(), program.scanner)
+        self.at: int | None = None
+        self.truths: Truths = {}
+        self.edits = 0
+        self._impure = bool(program.functions)
+        self._recent = recent
+        self._scans: list[int] = []
+        self._values: list[dict[str, Any]] = []
+        self._inputs: dict[int, Inputs] = {}
+        self._forces: list[tuple[int, Inputs]] = []
+        self._images = [leaf for leaf in self.engine.lowered.layout.images if not leaf.output]
+        self._places = {number: place * SLOT_BYTES + IMAGE_BYTES for place, number in enumerate(slots)}
+
+    def take(self, record: Values | Inputs) -> None:
+        """Remember what the scan process has noted."""
+        if isinstance(record, Inputs):
+            self._inputs[record.scan] = record
+            return
+        if record.program != self.edits:
+            return  # of another program
+        at = bisect_right(self._scans, record.scan)
+        self._scans.insert(at, record.scan)
+        self._values.insert(at, record.values)
+
+    def show(self, scan: int) -> bool:
+        """Repeat a scan, so that engine and truths are as behind it; return whether that was possible."""
+        if self._impure:
+            return self._show_values(scan)
+        start = self._start(scan)
+        if start is None:
+            return False
+        rows = self._recent.between(start, scan)
+        if len(rows) != scan - start + 1:
+            return False
+        if len(rows):
+            self._repeat(rows)
+        self.at = scan
+        return True
+
+    def _start(self, scan: int) -> int | None:
+        """Return the scan from which on the engine has to repeat; put it there."""
+        place = bisect_right(self._scans, scan + 1) - 1
+        at = self.at
+        if at is not None and at <= scan and (place < 0 or self._scans[place] <= at + 1):
+            return at + 1
+        if place < 0:
+            return None
+        self._restore(place)
+        return self._scans[place]
+
+    def _restore(self, place: int) -> None:
+        engine = self.engine
+        engine.hold({})
+        engine.note(())
+        restore(engine.memory, self._values[place])
+        engine.scans = self._scans[place]
+        engine.hold(self._forces_at(self._scans[place]))
+        self.truths = {}
+
+    def _forces_at(self, scan: int) -> Mapping[tuple[str, int], tuple[int | None, Any]]:
+        """Return what was forced in front of a scan."""
+        before = [number for number in self._inputs if number < scan]
+        return self._inputs[max(before)].forces if before else {}
+
+    def _repeat(self, rows: Any) -> None:
+        """Repeat scans, the last one with power."""
+        engine = self.engine
+        engine.watching = False
+        engine.note(())
+        for row in rows[:-1]:
+            self._do(row)
+        engine.note_all()
+        if self._do(rows[-1]):
+            self.truths = engine.truths
+
+    def _do(self, row: Row) -> bool:
+        """Repeat one scan; return whether logic ran in it."""
+        scan, flags = int(row["scan"]), int(row["flags"])
+        engine = self.engine
+        known = self._inputs.get(scan)
+        if known is not None:
+            engine.hold(known.forces)
+            engine.outside = tuple(
+                (self._leaves[ident], index, value) for ident, index, value in known.writes
+            )
+        if "logic" in IDLE_PHASES[CpuMode(flags & MODE_MASK)]:
+            return False
+        memory = row["words"].tobytes()
+        for number, leaf in enumerate(self._images):
+            if known is not None and known.images is not None:
+                image = known.images[number]
+            else:
+                at = self._places[int(leaf.slot or 0)]
+                image = memory[at : at + IMAGE_BYTES]
+            cell = engine.memory.cells[leaf.ident].cell_contents.cast("B")
+            cell[:] = image[: len(cell)]
+        with suppress(LadderFault):  # it has stopped that scan then, too
+            engine.do(int(row["now_ns"]), first=bool(flags & ScanFlag.FIRST_SCAN))
+        return True
+
+    @property
+    def _leaves(self) -> Mapping[str, Any]:
+        return {leaf.ident: leaf for leaf in self.engine.lowered.layout.leaves.values()}
+
+    def _show_values(self, scan: int) -> bool:
+        """Show values of a program with routines in Python, which can't be repeated: the nearest ones."""
+        place = bisect_right(self._scans, scan + 1) - 1
+        if place < 0:
+            return False
+        restore(self.engine.memory, self._values[place])
+        self.at = scan
+        return True

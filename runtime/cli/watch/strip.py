@@ -1,0 +1,103 @@
+"""What a timing strip shows of rows: bits by their edges, positions as an envelope.
+
+    rows      0 0 0 1 0 0 0 0 1 1 1        edges  (t3, 1) (t4, 0) (t8, 1)
+
+So a pulse of one scan is seen, however many scans there are in a frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ....io_images.image import IMAGE_BYTES
+from ....io_images.module_words import ModuleWords
+from ...live.ring import Rows
+
+MOST_EDGES = 400
+"""Edges of one signal in one frame; of more, the last ones are shown."""
+
+WORDS_PER_IMAGE = IMAGE_BYTES // 2
+
+Edge = list[int]
+"""Virtual time, ns, and the value from then on."""
+
+
+@dataclass(frozen=True, slots=True)
+class Signals:
+    """The bits of a rack that have names, by word of its memory.
+
+    Attributes:
+        bits: word of the memory -> bit of the word -> name, such as `1.MOVE_COMPLETE`.
+        positions: name -> words of the memory with thousands and the rest.
+    """
+
+    bits: Mapping[int, Mapping[int, str]]
+    positions: Mapping[str, tuple[int, int]]
+
+
+def signals_of(slots: Mapping[int, ModuleWords], steppers: Sequence[int]) -> Signals:
+    """Return the signals of a rack.
+
+    Args:
+        slots: the words of its modules, in the order of its memory.
+        steppers: the slots that answer as a 3601.
+    """
+    bits: dict[int, dict[int, str]] = {}
+    for place, (slot, words) in enumerate(slots.items()):
+        for names in words.groups.values():
+            for name, at in names.items():
+                word = (2 * place + (at.image == "I")) * WORDS_PER_IMAGE + at.word
+                bits.setdefault(word, {})[at.bit] = f"{slot}.{name}"
+    order = list(slots)
+    positions = {}
+    for slot in steppers:
+        first = (2 * order.index(slot) + 1) * WORDS_PER_IMAGE
+        positions[f"{slot}.position"] = first + 2, first + 3
+    return Signals(bits, positions)
+
+
+def edges(rows: Rows, before: Rows, signals: Signals) -> dict[str, list[Edge]]:
+    """Return the edges of all bits.
+
+    Args:
+        rows: the rows of a frame, in order.
+        before: the row in front of them, or none: the first row then begins every signal.
+        signals: the bits.
+    """
+    if not len(rows):
+        return {}
+    words = rows["words"].view(np.uint16)
+    times = rows["now_ns"]
+    found: dict[str, list[Edge]] = {}
+    for word, names in signals.bits.items():
+        column = words[:, word]
+        if len(before):
+            previous = np.concatenate([before["words"].view(np.uint16)[-1:, word], column[:-1]])
+        else:
+            previous = np.concatenate([~column[:1], column[:-1]])
+        changed = column ^ previous
+        places = np.flatnonzero(changed)
+        if not len(places):
+            continue
+        for bit, name in names.items():
+            own = places[(changed[places] >> bit & 1).astype(bool)][-MOST_EDGES:]
+            if len(own):
+                levels = (column[own] >> bit & 1).tolist()
+                found[name] = [[t, level] for t, level in zip(times[own].tolist(), levels, strict=True)]
+    return found
+
+
+def envelopes(rows: Rows, signals: Signals) -> dict[str, list[list[int]]]:
+    """Return the positions: time of the first row, least, greatest and last value, steps."""
+    if not len(rows):
+        return {}
+    words = rows["words"].astype(np.int64)
+    found = {}
+    for name, (thousands, rest) in signals.positions.items():
+        values = words[:, thousands] * 1000 + words[:, rest]
+        start = int(rows["now_ns"][0])
+        found[name] = [[start, int(values.min()), int(values.max()), int(values[-1])]]
+    return found

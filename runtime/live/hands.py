@@ -1,0 +1,184 @@
+"""Carries out orders on a rack, between two scans, and announces each for the recording.
+
+An order is announced with the scan before which it acts. Orders of the session itself, such as a pause, change no
+image: they are announced and that is all. So the orders of a recording, given again before the same scans, make
+the same images.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol
+
+from ...io_images.module_words import ModuleWords
+from ..loop.addresses import parse_address
+from ..loop.cpu import Cpu
+from ..loop.events import Event
+from ..loop.exposed import Exposed
+from ..loop.incidents import FaultKind, Incident
+from ..loop.rack import Rack
+from ..loop.scan import CpuMode
+from ..machine.spec import INPUT_NAMES
+from ..modules.record import NamedInputs, Operable
+from . import orders
+from .orders import ALL, NAMES, Order, Value, text_of
+
+
+class Desk(Protocol):
+    """A program whose tags can be set and forced: a debugger."""
+
+    @property
+    def tags(self) -> Any:
+        """The tags by name."""
+        ...
+
+    def force(self, tag: str, value: object) -> None:
+        """Hold a tag at a value; ValueError if it can't be."""
+        ...
+
+    def unforce(self, tag: str | None = None) -> None:
+        """Release a tag, or all; ValueError for a tag that is not forced."""
+        ...
+
+
+class Hands:
+    """Carries out orders on a rack.
+
+    Args:
+        cpu: runs the rack.
+        rack: its modules are exposed to incidents, as far as they are simulated.
+        desk: the program; None if it has no tags that can be set.
+    """
+
+    def __init__(self, cpu: Cpu, rack: Rack, desk: Desk | None) -> None:
+        self._cpu, self._rack, self._desk = cpu, rack, desk
+        self.words: Mapping[int, ModuleWords] = {slot.number: slot.words for slot in rack.slots.values()}
+
+    def act(self, order: Order, at_ns: int) -> None:
+        """Carry out an order before the next scan, and announce it.
+
+        Args:
+            order: the order.
+            at_ns: virtual time of that scan.
+
+        Raises:
+            ValueError: it can't be carried out, and nothing has happened.
+        """
+        act = _ACTS.get(type(order))
+        if act is not None:
+            act(self, order, at_ns)
+        name = NAMES[type(order)]
+        self._cpu.announce(Event(at_ns, "order", name, sentence(order), {"order": text_of(order)}))
+
+    def is_image(self, tag: str) -> bool:
+        """Tell whether an address means a word or bit of an image."""
+        try:
+            parse_address(tag, self.words)
+        except ValueError:
+            return False
+        return True
+
+    # --- one order each
+
+    def _mode(self, order: orders.Mode, _at_ns: int) -> None:
+        self._cpu.mode = CpuMode[order.mode.upper()]
+
+    def _press(self, order: orders.Press, _at_ns: int) -> None:
+        module: Any = self._rack.slots[order.slot].module
+        device = getattr(module, "module", module)  # inside of incidents
+        if isinstance(device, NamedInputs):
+            if order.on is None:
+                raise ValueError(f"slot {order.slot}: an input of a card is on or off: give true or false")
+            device.set_input(order.name, order.on)
+        elif isinstance(device, Operable):
+            bit = INPUT_NAMES.get(order.name.lower())
+            if bit is None:
+                raise ValueError(f"there is no input {order.name!r}: inputs are {', '.join(INPUT_NAMES)}")
+            device.operate(bit, order.on)
+        else:
+            raise ValueError(f"slot {order.slot}: its inputs are real ones: nothing here can press them")
+
+    def _write(self, order: orders.Write, _at_ns: int) -> None:
+        if self.is_image(order.tag):
+            raise ValueError(f"{order.tag} is an image, which every scan writes again: force it instead")
+        self._program(order.tag).tags[order.tag] = order.value
+
+    def _force(self, order: orders.Force, _at_ns: int) -> None:
+        if self.is_image(order.tag):
+            self._cpu.forces.set(order.tag, _whole(order.tag, order.value))
+        else:
+            self._program(order.tag).force(order.tag, order.value)
+
+    def _unforce(self, order: orders.Unforce, _at_ns: int) -> None:
+        if order.tag == ALL:
+            self._cpu.forces.clear()
+            if self._desk is not None:
+                self._desk.unforce()
+        elif self.is_image(order.tag):
+            self._cpu.forces.remove(order.tag)
+        else:
+            self._program(order.tag).unforce(order.tag)
+
+    def _happen(self, order: orders.Happen, at_ns: int) -> None:
+        module = self._rack.slots[order.slot].module
+        if not isinstance(module, Exposed):
+            raise ValueError(f"slot {order.slot}: nothing can be made to happen to a real module")
+        what, for_ns = FaultKind(order.kind), round(order.for_ms * 1_000_000)
+        module.happen(Incident(at_ns, what, order.slot, for_ns, order.late_words))
+
+    def _program(self, tag: str) -> Desk:
+        if self._desk is None:
+            raise ValueError(f"{tag}: the program has no tags that can be set; images can be forced")
+        return self._desk
+
+
+_ACTS: Mapping[type[Order], Callable[[Hands, Any, int], None]] = {
+    orders.Mode: Hands._mode,
+    orders.Press: Hands._press,
+    orders.Write: Hands._write,
+    orders.Force: Hands._force,
+    orders.Unforce: Hands._unforce,
+    orders.Happen: Hands._happen,
+}
+"""The orders that act on the rack."""
+
+
+def _whole(tag: str, value: Value) -> int:
+    if not isinstance(value, int):
+        raise ValueError(f"{tag} can't be forced to {value!r}: a word or bit takes whole numbers")
+    return int(value)
+
+
+_SENTENCES: Mapping[type[Order], Callable[[Any], str]] = {
+    orders.Mode: lambda order: f"The key is turned to {order.mode}.",
+    orders.Pause: lambda _order: "The rack pauses.",
+    orders.Go: lambda _order: "The rack goes on.",
+    orders.Step: lambda order: f"{order.scans} scan{'s' * (order.scans != 1)}, then a pause.",
+    orders.Speed: lambda order: f"The speed is {order.factor}.",
+    orders.Press: lambda order: f"Slot {order.slot}: the {order.name} input is {_LEVELS[order.on]}.",
+    orders.Write: lambda order: f"{order.tag} is set to {_shown(order.value)}.",
+    orders.Force: lambda order: f"{order.tag} is forced to {_shown(order.value)}.",
+    orders.Unforce: lambda order: (
+        "All forces are removed." if order.tag == ALL else f"{order.tag} is not forced any more."
+    ),
+    orders.Happen: lambda order: f"Slot {order.slot}: {order.kind}.",
+    orders.Breakpoint: lambda order: f"A breakpoint is set: {order.at}.",
+    orders.Unbreak: lambda order: f"A breakpoint is removed: {order.at}.",
+    orders.Reload: lambda _order: "The program is edited.",
+}
+
+_LEVELS = {True: "energised", False: "de-energised", None: "left to the machine"}
+
+
+def sentence(order: Order) -> str:
+    """Return an order as a sentence.
+
+    >>> from scanrack.runtime.live.orders import Press
+    >>> sentence(Press(1, "home", True))
+    'Slot 1: the home input is energised.'
+    """
+    return _SENTENCES[type(order)](order)
+
+
+def _shown(value: Value) -> str:
+    return str(int(value)) if isinstance(value, bool) else str(value)

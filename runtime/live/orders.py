@@ -1,0 +1,263 @@
+"""Orders to a running rack, as data: checked when they are made, by the monitor and again by the session.
+
+    {"do": "press", "slot": 1, "name": "home", "on": true}
+
+An order that is made is well formed. Whether the rack has such a slot, tag or input, the rack says when the
+order is carried out.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import MISSING, asdict, dataclass, fields
+from typing import Any, NoReturn
+
+from ..loop.incidents import FaultKind
+
+SPEED_LEAST, SPEED_MOST = 0.01, 1000.0
+MOST_STEPS = 1_000_000
+TEXT_MOST = 400
+"""Longest name or text in an order, characters."""
+
+ALL = "all"
+"""In place of a tag: all forces."""
+
+MAX = "max"
+"""In place of a factor: as fast as the program runs."""
+
+Value = bool | int | float | str
+
+
+@dataclass(frozen=True, slots=True)
+class Mode:
+    """Turn the CPU's key: "run", "program" or "test"."""
+
+    mode: str
+
+
+@dataclass(frozen=True, slots=True)
+class Pause:
+    """Stop between two scans."""
+
+
+@dataclass(frozen=True, slots=True)
+class Go:
+    """Go on after a pause."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """Run so many scans, then pause."""
+
+    scans: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Speed:
+    """Run at a multiple of real time, 0.01 to 1,000, or at "max"."""
+
+    factor: float | str
+
+
+@dataclass(frozen=True, slots=True)
+class Press:
+    """Give an input of a module a level from now on; None gives it back to the machine."""
+
+    slot: int
+    name: str
+    on: bool | None
+
+
+@dataclass(frozen=True, slots=True)
+class Write:
+    """Set a tag once."""
+
+    tag: str
+    value: Value
+
+
+@dataclass(frozen=True, slots=True)
+class Force:
+    """Hold a tag, or a word or bit of an image, at a value."""
+
+    tag: str
+    value: Value
+
+
+@dataclass(frozen=True, slots=True)
+class Unforce:
+    """Release a force, or "all"."""
+
+    tag: str
+
+
+@dataclass(frozen=True, slots=True)
+class Happen:
+    """Let an incident happen to a module now, see `runtime.loop.incidents`."""
+
+    kind: str
+    slot: int
+    for_ms: float = 0
+    late_words: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Breakpoint:
+    """Pause when a rung becomes true (`Main.3`), or when a tag changes."""
+
+    at: str
+
+
+@dataclass(frozen=True, slots=True)
+class Unbreak:
+    """Take a breakpoint away, or "all"."""
+
+    at: str
+
+
+@dataclass(frozen=True, slots=True)
+class Reload:
+    """Go on with the program as its file is now."""
+
+
+Order = (
+    Mode | Pause | Go | Step | Speed | Press | Write | Force | Unforce | Happen | Breakpoint | Unbreak | Reload
+)
+
+ORDERS: Mapping[str, type[Order]] = {
+    "mode": Mode,
+    "pause": Pause,
+    "go": Go,
+    "step": Step,
+    "speed": Speed,
+    "press": Press,
+    "write": Write,
+    "force": Force,
+    "unforce": Unforce,
+    "incident": Happen,
+    "breakpoint": Breakpoint,
+    "unbreak": Unbreak,
+    "reload": Reload,
+}
+"""The orders by name."""
+
+NAMES: Mapping[type[Order], str] = {kind: name for name, kind in ORDERS.items()}
+
+
+def order_of(said: object) -> Order:
+    """Return the order that a message gives.
+
+    >>> order_of({"do": "step", "scans": 3})
+    Step(scans=3)
+
+    Raises:
+        ValueError: it is not an order; what is wrong, and what is allowed.
+    """
+    if not isinstance(said, Mapping):
+        raise ValueError("an order is an object with the key do")
+    name = said.get("do")
+    kind = ORDERS.get(name) if isinstance(name, str) else None
+    if kind is None:
+        raise ValueError(f"there is no order {_shown(name)}: allowed are {', '.join(ORDERS)}")
+    given = {key: value for key, value in said.items() if key != "do"}
+    known = {each.name: each.default for each in fields(kind)}
+    for key in given:
+        if key not in known:
+            raise ValueError(f"{name} has no {_shown(key)}: it has {', '.join(known) or 'nothing'}")
+    for key, default in known.items():
+        if key not in given and default is MISSING:
+            raise ValueError(f"{name} needs {key}")
+    return kind(**{key: _checked(f"{name}", key, value) for key, value in given.items()})
+
+
+def said_of(order: Order) -> dict[str, Any]:
+    """Return the message that gives an order; `order_of` reads it."""
+    return {"do": NAMES[type(order)], **asdict(order)}
+
+
+def text_of(order: Order) -> str:
+    """Return an order as the trace keeps it.
+
+    >>> text_of(Press(1, "home", True))
+    '{"do":"press","slot":1,"name":"home","on":true}'
+    """
+    return json.dumps(said_of(order), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+
+
+def parsed(text: str | bytes) -> Any:
+    """Return what a JSON text says, without numbers that JSON does not have.
+
+    Raises:
+        ValueError: it is not JSON.
+    """
+    try:
+        return json.loads(text, parse_constant=_refuse_constant)
+    except RecursionError:
+        raise ValueError("it is nested too deep") from None
+
+
+def _refuse_constant(name: str) -> NoReturn:
+    raise ValueError(f"{name} is not allowed: JSON has no such number")
+
+
+def _whole(least: int, most: int) -> Callable[[object], bool]:
+    return lambda value: type(value) is int and least <= value <= most
+
+
+def _is_text(value: object) -> bool:
+    return isinstance(value, str) and 0 < len(value) <= TEXT_MOST and value.isprintable()
+
+
+def _is_number(value: object) -> bool:
+    return type(value) in (int, float) and math.isfinite(value)  # type: ignore[arg-type]
+
+
+def _is_value(value: object) -> bool:
+    if isinstance(value, str):
+        return len(value) <= TEXT_MOST
+    if type(value) is int:
+        return abs(value) < 1 << 64
+    return isinstance(value, bool) or _is_number(value)
+
+
+def _is_speed(value: object) -> bool:
+    return value == MAX or (_is_number(value) and SPEED_LEAST <= value <= SPEED_MOST)  # type: ignore[operator]
+
+
+def _are_words(value: object) -> bool:
+    return isinstance(value, (list, tuple)) and len(value) <= 8 and all(map(_whole(0, 7), value))
+
+
+_KINDS = tuple(each.value for each in FaultKind if each is not FaultKind.PROGRAM_MODE)
+_MODES = ("run", "program", "test")
+_TEXT = f"text of 1 to {TEXT_MOST} printable characters"
+
+_ALLOWED: Mapping[str, tuple[Callable[[object], bool], str]] = {
+    "mode": (lambda value: value in _MODES, ", ".join(_MODES)),
+    "scans": (_whole(1, MOST_STEPS), f"1 to {MOST_STEPS:,}"),
+    "factor": (_is_speed, f"{SPEED_LEAST} to {SPEED_MOST:g}, or {MAX}"),
+    "slot": (_whole(1, 1 << 16), "the number of a slot"),
+    "name": (_is_text, _TEXT),
+    "on": (lambda value: value is None or isinstance(value, bool), "true, false or null"),
+    "tag": (_is_text, _TEXT),
+    "at": (_is_text, _TEXT),
+    "value": (_is_value, f"true, false, a number, or text of up to {TEXT_MOST} characters"),
+    "kind": (lambda value: value in _KINDS, ", ".join(_KINDS)),
+    "for_ms": (lambda value: _is_number(value) and 0 <= value <= 1e9, "0 to 1,000,000,000"),  # type: ignore[operator]
+    "late_words": (_are_words, "words from 0 to 7"),
+}
+"""By the name of a field: what is allowed in it."""
+
+
+def _checked(order: str, key: str, value: object) -> Any:
+    is_allowed, allowed = _ALLOWED[key]
+    if isinstance(value, (dict, list)) and key != "late_words" or not is_allowed(value):
+        raise ValueError(f"{order}: {key} {_shown(value)} is not allowed: {allowed}")
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _shown(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -1,0 +1,287 @@
+"""Scans, messages and snapshots to another process, through shared memory, without a lock.
+
+    head      numbers of 8 bytes, one writer each, see `_Head`
+    rows      ROWS rows, one per scan: number, flags, times, figures, the rack's memory, the number again
+    messages  records of bytes: events and answers
+    snapshots records of bytes: the program's values now and then
+
+The scan loop writes and never waits. A reader copies, then looks at the head again and drops what may have
+been overwritten meanwhile. A row repeats its number at its end, for processors that reorder stores.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from multiprocessing import shared_memory
+from struct import Struct
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+ROWS = 1 << 15
+"""Rows that are kept: 65 s of scans of 2 ms."""
+
+MESSAGE_BYTES = 1 << 20
+SNAPSHOT_BYTES = 1 << 23
+
+SCAN_MASK = 0xFFFF_FFFF
+
+Row = np.void
+Rows = NDArray[np.void]
+"""Rows of a ring: scan, flags, now_ns, wall_ns, figures, memory, again."""
+
+
+class _Head(IntEnum):
+    """Numbers in the head."""
+
+    ROWS = 0
+    """Rows written so far."""
+    MESSAGES = 1
+    """Bytes of messages written so far."""
+    SNAPSHOTS = 2
+    """Bytes of snapshots written so far."""
+    ORDERS = 3
+    """Orders sent so far; the monitor writes it."""
+    ASKED = 4
+    """Snapshots asked for; the monitor writes it."""
+
+
+_HEAD_BYTES = 128
+
+
+class Shape(NamedTuple):
+    """What another process needs to open a ring.
+
+    Attributes:
+        name: of the shared memory.
+        memory_bytes: of the rack.
+        figures: numbers per row beside it.
+        rows: rows in all.
+    """
+
+    name: str
+    memory_bytes: int
+    figures: int
+    rows: int
+
+
+class Taken(NamedTuple):
+    """Rows that were read.
+
+    Attributes:
+        rows: a copy of them, in order.
+        end: where to go on.
+        lost: rows that were overwritten before they could be read.
+    """
+
+    rows: Rows
+    end: int
+    lost: int
+
+
+class Ring:
+    """The shared memory of a session.
+
+    Args:
+        memory_bytes: of the rack.
+        figures: numbers per row beside it, 64 bits each.
+        rows: rows that are kept, a power of two.
+    """
+
+    def __init__(self, memory_bytes: int, figures: int = 0, rows: int = ROWS) -> None:
+        if rows & (rows - 1) or rows < 2:
+            raise ValueError(f"a ring of {rows} rows is not allowed: a power of two")
+        stride = row_type(memory_bytes, figures).itemsize
+        size = _HEAD_BYTES + rows * stride + MESSAGE_BYTES + SNAPSHOT_BYTES
+        shared = shared_memory.SharedMemory(create=True, size=size)
+        self._open(shared, Shape(shared.name, memory_bytes, figures, rows))
+
+    @classmethod
+    def opened(cls, shape: Shape) -> Ring:
+        """Open the ring of another process."""
+        ring = cls.__new__(cls)
+        ring._open(shared_memory.SharedMemory(name=shape.name), shape)
+        return ring
+
+    def _open(self, shared: shared_memory.SharedMemory, shape: Shape) -> None:
+        self.shape = shape
+        self._shared = shared
+        self.dtype = row_type(shape.memory_bytes, shape.figures)
+        self._stride = self.dtype.itemsize
+        self._mask = shape.rows - 1
+        whole = shared.buf
+        start = _HEAD_BYTES + shape.rows * self._stride
+        self._head = whole[:_HEAD_BYTES].cast("Q")
+        self._rows = whole[_HEAD_BYTES:start]
+        self.messages = Records(self._head, _Head.MESSAGES, whole[start : start + MESSAGE_BYTES])
+        start += MESSAGE_BYTES
+        self.snapshots = Records(self._head, _Head.SNAPSHOTS, whole[start : start + SNAPSHOT_BYTES])
+        pad = self._stride - _row_struct(shape, 0).size
+        self._pack = _row_struct(shape, pad).pack_into
+
+    # --- the scan loop
+
+    def put(
+        self, scan: int, flags: int, now_ns: int, wall_ns: int, figures: tuple[int, ...], memory: bytearray
+    ) -> None:
+        """Write a row."""
+        written = self._head[0]
+        number = scan & SCAN_MASK
+        at = (written & self._mask) * self._stride
+        self._pack(self._rows, at, number, flags, now_ns, wall_ns, *figures, memory, number)
+        self._head[0] = written + 1
+
+    # --- the monitor
+
+    @property
+    def written(self) -> int:
+        """Rows written so far."""
+        return int(self._head[_Head.ROWS])
+
+    def take(self, since: int) -> Taken:
+        """Return the rows from a place on, as far as they are still there."""
+        end = self.written
+        first = max(since, end - self.shape.rows + 1, 0)
+        places = np.arange(first, end) & self._mask
+        rows = np.frombuffer(self._rows, self.dtype)[places]
+        overwritten = self.written - self.shape.rows + 1 - first
+        if overwritten > 0:
+            rows, first = rows[overwritten:], min(first + overwritten, end)
+        return Taken(rows[rows["scan"] == rows["again"]], end, first - since)
+
+    # --- what the monitor asks
+
+    @property
+    def orders(self) -> int:
+        """Orders sent so far."""
+        return int(self._head[_Head.ORDERS])
+
+    @orders.setter
+    def orders(self, orders: int) -> None:
+        self._head[_Head.ORDERS] = orders
+
+    @property
+    def asked(self) -> int:
+        """Snapshots asked for so far."""
+        return int(self._head[_Head.ASKED])
+
+    @asked.setter
+    def asked(self, asked: int) -> None:
+        self._head[_Head.ASKED] = asked
+
+    def close(self, *, unlink: bool = False) -> None:
+        """Close it; its maker removes it from the system, too."""
+        self.messages.release()
+        self.snapshots.release()
+        self._head.release()
+        self._rows.release()
+        self._shared.close()
+        if unlink:
+            self._shared.unlink()
+
+
+class Records:
+    """Records of bytes, the latest ones; one process writes, another reads.
+
+    A record is its length in 4 bytes and its bytes, and begins at a multiple of 8.
+
+    Args:
+        head: the numbers of the ring.
+        index: which of them counts the bytes written so far.
+        room: where the records are.
+    """
+
+    def __init__(self, head: memoryview, index: int, room: memoryview) -> None:
+        self._head, self._index, self._room = head, index, room
+        self._size = len(room)
+
+    @property
+    def end(self) -> int:
+        """Bytes written so far; where the next record begins."""
+        return int(self._head[self._index])
+
+    def write(self, record: bytes) -> bool:
+        """Write a record; return whether it has room: a quarter of all."""
+        length = _aligned(4 + len(record))
+        if length > self._size // 4:
+            return False
+        end = self.end
+        at = end % self._size
+        if at + length > self._size:  # begin again in front
+            _LENGTH.pack_into(self._room, at, _REST)
+            end += self._size - at
+            self._head[self._index] = end
+            at = 0
+        _LENGTH.pack_into(self._room, at, len(record))
+        self._room[at + 4 : at + 4 + len(record)] = record
+        self._head[self._index] = end + length
+        return True
+
+    def read(self, since: int) -> tuple[list[bytes], int, bool]:
+        """Return the records from a place on.
+
+        Returns:
+            The records, where to go on, and whether all from there on were overwritten.
+        """
+        end = self.end
+        copy = self._copied(since, end) if end - since <= self._margin else None
+        if copy is None or self.end - since > self._margin:
+            return [], self.end, True
+        return _taken_apart(copy, since, self._size), end, False
+
+    @property
+    def _margin(self) -> int:
+        """The most that may be read behind: the writer may be at work on the next quarter."""
+        return self._size - self._size // 4
+
+    def _copied(self, since: int, end: int) -> bytes:
+        at, to = since % self._size, end % self._size
+        if end == since:
+            return b""
+        return bytes(self._room[at:to]) if at < to else bytes(self._room[at:]) + bytes(self._room[:to])
+
+    def release(self) -> None:
+        """Let the memory go."""
+        self._room.release()
+
+
+_LENGTH = Struct("<I")
+_REST = 0xFFFF_FFFF
+"""In place of a length: the rest of the room is empty."""
+
+
+def _aligned(length: int) -> int:
+    return -(-length // 8) * 8
+
+
+def _taken_apart(copy: bytes, since: int, size: int) -> list[bytes]:
+    found, at = [], 0
+    while at < len(copy):
+        (length,) = _LENGTH.unpack_from(copy, at)
+        if length == _REST:
+            at += size - (since + at) % size
+            continue
+        found.append(copy[at + 4 : at + 4 + length])
+        at += _aligned(4 + length)
+    return found
+
+
+def row_type(memory_bytes: int, figures: int) -> np.dtype[Any]:
+    """Return how a row lies in memory."""
+    fields: list[tuple[Any, ...]] = [
+        ("scan", "<u4"),
+        ("flags", "<u4"),
+        ("now_ns", "<i8"),
+        ("wall_ns", "<i8"),
+        ("figures", "<i8", (figures,)),
+        ("words", "<i2", (memory_bytes // 2,)),
+        ("again", "<u4"),
+    ]
+    packed = np.dtype(fields)
+    fields.append(("pad", f"V{_aligned(packed.itemsize) - packed.itemsize or 8}"))
+    return np.dtype(fields)
+
+
+def _row_struct(shape: Shape, pad: int) -> Struct:
+    return Struct(f"<IIqq{shape.figures}q{shape.memory_bytes}sI{pad}x")

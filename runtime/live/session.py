@@ -1,0 +1,304 @@
+"""A session: scans that people pause, step and speed up, with their orders in between.
+
+    run:     scan scan scan | pause ...................... | go: scan scan
+    orders        ^    ^            ^ one act each, before the next scan
+
+The session runs in the thread of the scan loop. While scans run, the tap asks for orders behind every scan;
+during a pause the session waits for them.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from ..loop.cpu import Cpu
+from ..loop.pace import Paced, stopping_on_interrupt
+from ..loop.phases import ScanPhases
+from . import orders
+from .hands import Hands
+from .orders import ALL, MAX, Order, order_of, parsed
+
+WAIT_S = 0.02
+"""How long a pause waits for orders at a time; what is asked of the tap meanwhile waits as long."""
+
+
+class Inbox(Protocol):
+    """Where orders come from."""
+
+    @property
+    def pending(self) -> bool:
+        """Whether an order is there; asked behind every scan."""
+        ...
+
+    def take(self) -> bytes:
+        """Return the next order, JSON with the keys id and order."""
+        ...
+
+    def wait(self, seconds: float) -> None:
+        """Wait for an order, this long at most."""
+        ...
+
+
+class Stops(Protocol):
+    """A program with breakpoints: a debugger."""
+
+    stops: tuple[Any, ...]
+
+    def break_at(self, routine: str, rung: int) -> None:
+        """Set a breakpoint at a rung; ValueError if there is none."""
+        ...
+
+    def break_on(self, tag: str) -> None:
+        """Set a breakpoint on a tag; ValueError if there is none."""
+        ...
+
+    def clear_breakpoints(self) -> None:
+        """Take all breakpoints away."""
+        ...
+
+
+@dataclass(slots=True)
+class State:
+    """What a monitor shows of a session.
+
+    Attributes:
+        paused: whether scans rest.
+        speed: times real time; None = as fast as possible.
+        breakpoints: where.
+        met: the breakpoints that ended the latest run.
+        fault: why the CPU stopped; "" as long as it runs.
+    """
+
+    paused: bool = False
+    speed: float | None = 1.0
+    breakpoints: list[str] = field(default_factory=list)
+    met: list[str] = field(default_factory=list)
+    fault: str = ""
+
+
+class Session:
+    """The loop around a CPU.
+
+    Args:
+        cpu: runs the rack.
+        hands: carries out orders on it.
+        pacer: of the CPU.
+        inbox: where orders come from.
+        tell: takes messages for the monitor: an answer, or the state.
+        stops: the program, if it can have breakpoints.
+        live: there are real ports: no pause, step or speed.
+        reload: loads the program again and goes on with it; None if that can't be.
+
+    Attributes:
+        state: what a monitor shows.
+        over: whether the session has been ended.
+    """
+
+    def __init__(
+        self,
+        cpu: Cpu,
+        hands: Hands,
+        pacer: Paced,
+        inbox: Inbox,
+        tell: Callable[[Mapping[str, object]], None],
+        *,
+        stops: Stops | None = None,
+        live: bool = False,
+        reload: Callable[[], None] | None = None,
+    ) -> None:
+        self._cpu, self._hands, self._pacer = cpu, hands, pacer
+        self._inbox, self._tell, self._stops = inbox, tell, stops
+        self._live, self._reload = live, reload
+        self.state = State(speed=pacer.speed)
+        self.over = False
+        self.attend: Callable[[], None] = lambda: None
+        self._left: int | None = None
+
+    @property
+    def scan(self) -> int:
+        """Number of the next scan."""
+        return self._cpu.scan
+
+    # --- running
+
+    def run(self, scans: int | None = None, *, paused: bool = False) -> None:
+        """Run until `end` is called, or so many scans are done.
+
+        Args:
+            scans: how many in all; None = no end.
+            paused: begin with a pause.
+
+        Raises:
+            CpuFault: see `Cpu.run`.
+            KeyboardInterrupt: a second Ctrl-C.
+        """
+        end = None if scans is None else self._cpu.scan + scans
+        self.state.paused = paused
+        with stopping_on_interrupt(self.end, inside=ScanPhases.logic.__code__):
+            self._show()
+            while not self.over and (end is None or self._cpu.scan < end):
+                if self.state.paused:
+                    self._rest()
+                else:
+                    self._run(end)
+
+    def end(self) -> None:
+        """End the session between two scans; may be called from a signal handler."""
+        self.over = True
+        self._cpu.stop()
+
+    def _run(self, end: int | None) -> None:
+        """Run scans until they are done, or the CPU is stopped."""
+        begun = self._cpu.scan
+        rests = [each for each in (self._left, None if end is None else end - begun) if each is not None]
+        self._cpu.run(min(rests, default=None))
+        if self._left is not None:
+            self._left -= self._cpu.scan - begun
+            if self._left <= 0 and not self.state.paused:
+                self._pause()
+
+    def _rest(self) -> None:
+        """Wait for orders, and carry them out."""
+        self.attend()
+        self._inbox.wait(WAIT_S)
+        self.obey_all(self._cpu.now_ns, self._cpu.scan)
+
+    def look(self) -> None:
+        """See whether a breakpoint was met; called behind every scan."""
+        stops = self._stops.stops if self._stops is not None else ()
+        if stops and self.state.breakpoints:
+            self.state.met = [str(each) for each in stops]
+            self._pause()
+
+    # --- orders
+
+    def obey_all(self, at_ns: int, scan: int) -> None:
+        """Carry out the orders that are there, and answer each.
+
+        Args:
+            at_ns: virtual time of the next scan.
+            scan: its number.
+        """
+        while self._inbox.pending:
+            number: object = None
+            try:
+                said = parsed(self._inbox.take())
+                number = said["id"]
+                self.obey(order_of(said["order"]), at_ns)
+            except ValueError as error:
+                self._tell({"answer": {"id": number, "refused": str(error)}})
+            except Exception as error:  # an order never faults the CPU, whatever is wrong here
+                text = f"it can't be carried out: {type(error).__name__}: {error}"
+                self._tell({"answer": {"id": number, "refused": text}})
+            else:
+                self._tell({"answer": {"id": number, "ok": True, "scan": scan}})
+
+    def obey(self, order: Order, at_ns: int) -> None:
+        """Carry out an order before the next scan.
+
+        Raises:
+            ValueError: it can't be carried out, and nothing has happened.
+        """
+        act = _ACTS.get(type(order))
+        if act is not None:
+            act(self, order)
+        self._hands.act(order, at_ns)
+        self._show()
+
+    def _show(self) -> None:
+        self._tell({"state": self.described()})
+
+    def described(self) -> dict[str, object]:
+        """Return the state as a message says it."""
+        state = self.state
+        return {
+            "paused": state.paused,
+            "speed": MAX if state.speed is None else state.speed,
+            "breakpoints": state.breakpoints,
+            "met": state.met,
+            "fault": state.fault,
+            "scan": self._cpu.scan,
+        }
+
+    # --- one order each
+
+    def _pause(self, _order: object = None) -> None:
+        self._refuse_if_live("pause")
+        self.state.paused = True
+        self._left = None
+        self._cpu.stop()
+        self._show()
+
+    def _go(self, _order: orders.Go) -> None:
+        self.state.paused = False
+        self.state.met = []
+        self._left = None
+
+    def _step(self, order: orders.Step) -> None:
+        self._refuse_if_live("step")
+        self.state.paused = False
+        self.state.met = []
+        self._left = order.scans
+        self._cpu.stop()
+
+    def _speed(self, order: orders.Speed) -> None:
+        self._refuse_if_live("speed")
+        self.state.speed = None if isinstance(order.factor, str) else float(order.factor)
+        self._pacer.speed = self.state.speed
+
+    def _break(self, order: orders.Breakpoint) -> None:
+        self._refuse_if_live("breakpoint")
+        if order.at not in self.state.breakpoints:
+            self._set(order.at)
+            self.state.breakpoints.append(order.at)
+
+    def _unbreak(self, order: orders.Unbreak) -> None:
+        left = [each for each in self.state.breakpoints if each != order.at and order.at != ALL]
+        if len(left) == len(self.state.breakpoints) and order.at != ALL:
+            there = ", ".join(left) or "none"
+            raise ValueError(f"there is no breakpoint at {order.at}: there are {there}")
+        self._with_breakpoints().clear_breakpoints()
+        for at in left:
+            self._set(at)
+        self.state.breakpoints = left
+
+    def _set(self, at: str) -> None:
+        program = self._with_breakpoints()
+        rung = _RUNG.fullmatch(at)
+        if rung is not None:
+            program.break_at(rung["routine"], int(rung["rung"]))
+        else:
+            program.break_on(at)
+
+    def _with_breakpoints(self) -> Stops:
+        if self._stops is None:
+            raise ValueError("the program is a Python function: it has no rungs to stop at")
+        return self._stops
+
+    def _load_again(self, _order: orders.Reload) -> None:
+        if self._reload is None:
+            raise ValueError("this program can't be edited while it runs")
+        self._reload()
+        self.state.breakpoints, self.state.met = [], []
+
+    def _refuse_if_live(self, what: str) -> None:
+        if self._live:
+            raise ValueError(f"{what}: a real controller does not wait, so scans keep step with the clock")
+
+
+_RUNG = re.compile(r"(?P<routine>.+)\.(?P<rung>\d+)")
+"""A rung, `Main.3`, which no tag looks like: bits of tags are watched as the tags."""
+
+_ACTS: Mapping[type[Order], Callable[[Session, Any], None]] = {
+    orders.Pause: Session._pause,
+    orders.Go: Session._go,
+    orders.Step: Session._step,
+    orders.Speed: Session._speed,
+    orders.Breakpoint: Session._break,
+    orders.Unbreak: Session._unbreak,
+    orders.Reload: Session._load_again,
+}
+"""The orders that act on the session itself."""

@@ -1,0 +1,159 @@
+"""The tap: the last listener of the scan loop. It fills the ring, and lets orders act behind each scan."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from multiprocessing.connection import Connection
+from typing import Protocol
+
+from ..loop.events import JsonValue
+from ..loop.pace import rest, wall_ns
+from ..loop.rack import Rack
+from .ring import Ring
+from .session import Session
+
+FIGURES_NS = 10_000_000
+"""Machines are looked at a hundred times a second at most."""
+
+
+class Notes(Protocol):
+    """What a monitor needs of a program to run its scans again."""
+
+    def note(self, scan: int) -> None:
+        """Write what has gone into a scan; called behind it."""
+        ...
+
+    def give(self, scan: int) -> None:
+        """Write the values as they stand in front of a scan."""
+        ...
+
+
+class NoNotes:
+    """A program that a monitor can't run again."""
+
+    def note(self, scan: int) -> None:
+        """There is nothing to write."""
+
+    def give(self, scan: int) -> None:
+        """There is nothing to write."""
+
+
+class Figures(Protocol):
+    """Numbers beside the images: what machines show."""
+
+    def read(self, now_ns: int) -> tuple[int, ...]:
+        """Return them at the instant of the latest scan."""
+        ...
+
+
+class Tap:
+    """Fills the ring; a listener of the scan loop that never raises.
+
+    Args:
+        ring: where rows and messages go.
+        rack: its memory is copied behind every scan.
+        period_ns: time from scan to scan.
+        figures: numbers beside the images.
+        notes: what the monitor needs of the program.
+
+    Attributes:
+        session: obeys orders behind each scan; set before the first one.
+    """
+
+    session: Session
+
+    def __init__(self, ring: Ring, rack: Rack, period_ns: int, figures: Figures, notes: Notes) -> None:
+        self._ring, self._memory, self._period_ns = ring, rack.memory, period_ns
+        self._figures, self._notes = figures, notes
+        self._latest: tuple[int, ...] = (0,) * ring.shape.figures
+        self._due_ns = 0
+        self._seen_asked = self._seen_orders = 0
+        self._last: tuple[int, int, int] | None = None
+
+    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
+        """Pass an event on."""
+        self.tell({"event": {"scan": scan, "t": now_ns, "topic": topic, **fields}})
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Pass a scan on, and let orders act."""
+        wall = wall_ns()
+        if wall >= self._due_ns:
+            self._due_ns = wall + FIGURES_NS
+            self._latest = self._figures.read(now_ns)
+        self._ring.put(scan, flags, now_ns, wall, self._latest, self._memory)
+        self._notes.note(scan)
+        if self._ring.asked != self._seen_asked:
+            self._give(scan + 1)
+        session = self.session
+        session.look()
+        if self._ring.orders != self._seen_orders:
+            self._seen_orders = self._ring.orders
+            session.obey_all(now_ns + self._period_ns, scan + 1)
+        if session.state.paused:
+            self._last = scan, now_ns, flags
+
+    def attend(self) -> None:
+        """Serve the monitor during a pause."""
+        if self._last is not None:  # machines as they stand, for the picture of the pause
+            scan, now_ns, flags = self._last
+            self._last = None
+            self._latest = self._figures.read(now_ns)
+            self._ring.put(scan, flags, now_ns, wall_ns(), self._latest, self._memory)
+        if self._ring.asked != self._seen_asked:
+            self._give(None)
+
+    def _give(self, scan: int | None) -> None:
+        self._seen_asked = self._ring.asked
+        self._notes.give(self.session.scan if scan is None else scan)
+        self.tell({"state": self.session.described()})
+
+    def tell(self, message: Mapping[str, object]) -> None:
+        """Write a message to the monitor; one that is too long is lost."""
+        self._ring.messages.write(json.dumps(message, separators=(",", ":")).encode())
+
+    def close(self) -> None:
+        """Nothing is open: the ring outlives the CPU."""
+
+
+class PipeInbox:
+    """Orders that come through a pipe, counted in the ring.
+
+    Args:
+        ring: counts them.
+        pipe: they come through it.
+    """
+
+    def __init__(self, ring: Ring, pipe: Connection) -> None:
+        self._ring, self._pipe = ring, pipe
+        self._taken = ring.orders
+
+    def connect(self, pipe: Connection) -> None:
+        """Go on with another pipe: the monitor has been started again."""
+        self._pipe = pipe
+
+    @property
+    def pending(self) -> bool:
+        """Whether an order is there."""
+        return self._ring.orders != self._taken
+
+    def take(self) -> bytes:
+        """Return the next order.
+
+        Raises:
+            ValueError: the monitor died before it could send it.
+        """
+        self._taken += 1
+        try:
+            if self._pipe.poll(0):
+                return self._pipe.recv_bytes()
+        except (EOFError, OSError):
+            pass
+        raise ValueError("the monitor has gone before its order came")
+
+    def wait(self, seconds: float) -> None:
+        """Wait for an order."""
+        try:
+            self._pipe.poll(seconds)
+        except (EOFError, OSError):
+            rest(seconds)
