@@ -82,9 +82,7 @@ class JobRun:
         self.hints = Hints(self.rack, job.spec, warn)
         heard: list[ScanListener] = [*listeners, self.hints]
         if trace is not None:
-            heard.append(
-                recorder_for(job, self.rack, trace, self.logic, orders=handled, metadata=metadata)
-            )
+            heard.append(recorder_for(job, self.rack, trace, self.logic, orders=handled, metadata=metadata))
         if units:
             heard.append(UnitsBeside(units, trace))
         self._pacer = pacer or FreeRun()
@@ -118,5 +116,5 @@ class JobRun:
 
 
 def _under_debugger(logic: Logic) -> Logic:
-    """Return a ladder program under a debugger, which remembers no more than it needs; other logic as it is."""
+    """Return a ladder program under a debugger that remembers little; other logic as it is."""
     return Debugger(logic, remembered=1) if isinstance(logic, LadderLogic) else logic

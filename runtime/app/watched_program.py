@@ -1,7 +1,7 @@
 """What a monitor needs of a program to run its scans again: what went into them, and its values now and then.
 
     scan          n         n+1       n+2  ...  n+255
-    notes         values    -         writes    -          values in front of n, what was written in front of n+2
+    notes         values    -         writes    -          values in front of n, writes in front of n+2
 
 Everything else that goes into a scan is in the ring: images, times and flags.
 """

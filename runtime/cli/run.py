@@ -147,7 +147,7 @@ def _run(run: JobRun, scans: int | None, *, quiet: bool) -> int:
     try:
         run.run(scans, observed=partial(shown_progress, quiet=quiet))
     except CpuFault as error:
-        return _complain_of_fault(error)
+        return complain_of_fault(error)
     except OSError as error:
         return complain(f"the trace can't be finished: {reason(error)}", CANNOT_WRITE)
     except KeyboardInterrupt:
@@ -157,7 +157,8 @@ def _run(run: JobRun, scans: int | None, *, quiet: bool) -> int:
     return DONE
 
 
-def _complain_of_fault(error: CpuFault) -> int:
+def complain_of_fault(error: CpuFault) -> int:
+    """Say why the CPU has faulted; return the exit status."""
     cause = error.__cause__
     if error.fault.cause is Cause.LISTENER and isinstance(cause, OSError):
         return complain(f"scan {error.fault.scan}: the trace can't be written: {reason(cause)}", CANNOT_WRITE)

@@ -1,8 +1,7 @@
 """Carries out orders on a rack, between two scans, and announces each for the recording.
 
-An order is announced with the scan before which it acts. Orders of the session itself, such as a pause, change no
-image: they are announced and that is all. So the orders of a recording, given again before the same scans, make
-the same images.
+An order is announced with the scan before which it acts. Orders of the session itself, such as a pause,
+change no image: they are only announced. So the orders of a recording, given again, make the same images.
 """
 
 from __future__ import annotations
@@ -10,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
+from ...io_images.addresses import parse_address
 from ...io_images.module_words import ModuleWords
-from ..loop.addresses import parse_address
 from ..loop.cpu import Cpu
 from ..loop.events import Event
 from ..loop.exposed import Exposed
@@ -149,6 +148,8 @@ def _whole(tag: str, value: Value) -> int:
     return int(value)
 
 
+_LEVELS = {True: "energised", False: "de-energised", None: "left to the machine"}
+
 _SENTENCES: Mapping[type[Order], Callable[[Any], str]] = {
     orders.Mode: lambda order: f"The key is turned to {order.mode}.",
     orders.Pause: lambda _order: "The rack pauses.",
@@ -166,8 +167,6 @@ _SENTENCES: Mapping[type[Order], Callable[[Any], str]] = {
     orders.Unbreak: lambda order: f"A breakpoint is removed: {order.at}.",
     orders.Reload: lambda _order: "The program is edited.",
 }
-
-_LEVELS = {True: "energised", False: "de-energised", None: "left to the machine"}
 
 
 def sentence(order: Order) -> str:

@@ -123,7 +123,19 @@ class Reload:
 
 
 Order = (
-    Mode | Pause | Go | Step | Speed | Press | Write | Force | Unforce | Happen | Breakpoint | Unbreak | Reload
+    Mode
+    | Pause
+    | Go
+    | Step
+    | Speed
+    | Press
+    | Write
+    | Force
+    | Unforce
+    | Happen
+    | Breakpoint
+    | Unbreak
+    | Reload
 )
 
 ORDERS: Mapping[str, type[Order]] = {
@@ -253,7 +265,7 @@ _ALLOWED: Mapping[str, tuple[Callable[[object], bool], str]] = {
 
 def _checked(order: str, key: str, value: object) -> Any:
     is_allowed, allowed = _ALLOWED[key]
-    if isinstance(value, (dict, list)) and key != "late_words" or not is_allowed(value):
+    if (isinstance(value, (dict, list)) and key != "late_words") or not is_allowed(value):
         raise ValueError(f"{order}: {key} {_shown(value)} is not allowed: {allowed}")
     return tuple(value) if isinstance(value, list) else value
 

@@ -11,8 +11,10 @@ been overwritten meanwhile. A row repeats its number at its end, for processors 
 
 from __future__ import annotations
 
+import mmap
+import os
+import tempfile
 from enum import IntEnum
-from multiprocessing import shared_memory
 from struct import Struct
 from typing import Any, NamedTuple
 
@@ -54,13 +56,11 @@ class Shape(NamedTuple):
     """What another process needs to open a ring.
 
     Attributes:
-        name: of the shared memory.
         memory_bytes: of the rack.
         figures: numbers per row beside it.
         rows: rows in all.
     """
 
-    name: str
     memory_bytes: int
     figures: int
     rows: int
@@ -87,30 +87,32 @@ class Ring:
         memory_bytes: of the rack.
         figures: numbers per row beside it, 64 bits each.
         rows: rows that are kept, a power of two.
+
+    Attributes:
+        shape: what another process needs to open it, with the file.
+        file: the file that another process is given; its memory is shared.
     """
 
     def __init__(self, memory_bytes: int, figures: int = 0, rows: int = ROWS) -> None:
         if rows & (rows - 1) or rows < 2:
             raise ValueError(f"a ring of {rows} rows is not allowed: a power of two")
-        stride = row_type(memory_bytes, figures).itemsize
-        size = _HEAD_BYTES + rows * stride + MESSAGE_BYTES + SNAPSHOT_BYTES
-        shared = shared_memory.SharedMemory(create=True, size=size)
-        self._open(shared, Shape(shared.name, memory_bytes, figures, rows))
+        self._open(_new_file(size_of(Shape(memory_bytes, figures, rows))), Shape(memory_bytes, figures, rows))
 
     @classmethod
-    def opened(cls, shape: Shape) -> Ring:
-        """Open the ring of another process."""
+    def opened(cls, shape: Shape, file: int) -> Ring:
+        """Open the ring of another process, whose file this process has been given."""
         ring = cls.__new__(cls)
-        ring._open(shared_memory.SharedMemory(name=shape.name), shape)
+        ring._open(file, shape)
         return ring
 
-    def _open(self, shared: shared_memory.SharedMemory, shape: Shape) -> None:
+    def _open(self, file: int, shape: Shape) -> None:
         self.shape = shape
-        self._shared = shared
+        self.file = file
+        self._map = mmap.mmap(file, size_of(shape))
         self.dtype = row_type(shape.memory_bytes, shape.figures)
         self._stride = self.dtype.itemsize
         self._mask = shape.rows - 1
-        whole = shared.buf
+        whole = memoryview(self._map)
         start = _HEAD_BYTES + shape.rows * self._stride
         self._head = whole[:_HEAD_BYTES].cast("Q")
         self._rows = whole[_HEAD_BYTES:start]
@@ -170,15 +172,30 @@ class Ring:
     def asked(self, asked: int) -> None:
         self._head[_Head.ASKED] = asked
 
-    def close(self, *, unlink: bool = False) -> None:
-        """Close it; its maker removes it from the system, too."""
+    def close(self) -> None:
+        """Close it. The memory is gone when the last process has closed it, or has ended."""
         self.messages.release()
         self.snapshots.release()
         self._head.release()
         self._rows.release()
-        self._shared.close()
-        if unlink:
-            self._shared.unlink()
+        os.close(self.file)
+
+
+def size_of(shape: Shape) -> int:
+    """Return the bytes of a ring."""
+    stride = row_type(shape.memory_bytes, shape.figures).itemsize
+    return _HEAD_BYTES + shape.rows * stride + MESSAGE_BYTES + SNAPSHOT_BYTES
+
+
+def _new_file(size: int) -> int:
+    """Return a file without a name, in memory where the system can."""
+    if hasattr(os, "memfd_create"):
+        file = os.memfd_create("scanrack")
+    else:
+        with tempfile.TemporaryFile() as named:
+            file = os.dup(named.fileno())
+    os.ftruncate(file, size)
+    return file
 
 
 class Records:

@@ -73,7 +73,7 @@ class Gate:
             self._hosts += map(_in_url, names)
         self._origins = [f"http://{each}" for each in self._hosts]
         self._key = key.encode()
-        self._files = {f"/{each.name}": each for each in files(f"{__package__}.web").iterdir()}
+        self._files = {f"/{each.name}": each for each in files(__package__).joinpath("web").iterdir()}
 
     def answer(self, path: str, host: str | None, origin: str | None) -> Answer | None:
         """Answer a request; None lets it become a socket.

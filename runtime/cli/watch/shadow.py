@@ -30,6 +30,43 @@ from .recent import Recent
 Truths = Mapping[LineKey, tuple[bool, ...]]
 
 
+class Kept:
+    """What the scan process has noted of its program, see `app.watched_program`.
+
+    Attributes:
+        edits: how often the program had been edited; values of another one are not kept.
+    """
+
+    def __init__(self) -> None:
+        self.edits = 0
+        self.scans: list[int] = []
+        self._values: list[dict[str, Any]] = []
+        self.inputs: dict[int, Inputs] = {}
+
+    def take(self, record: Values | Inputs) -> None:
+        """Remember a note."""
+        if isinstance(record, Inputs):
+            self.inputs[record.scan] = record
+        elif record.program == self.edits:
+            at = bisect_right(self.scans, record.scan)
+            self.scans.insert(at, record.scan)
+            self._values.insert(at, record.values)
+
+    def place(self, scan: int) -> int | None:
+        """Return the place of the last values in front of a scan, or of an earlier one; None without any."""
+        place = bisect_right(self.scans, scan) - 1
+        return None if place < 0 else place
+
+    def values(self, place: int) -> dict[str, Any]:
+        """Return the values at a place."""
+        return self._values[place]
+
+    def forces(self, scan: int) -> Mapping[tuple[str, int], tuple[int | None, Any]]:
+        """Return what was forced in front of a scan."""
+        before = [number for number in self.inputs if number < scan]
+        return self.inputs[max(before)].forces if before else {}
+
+
 class Shadow:
     """A ladder program that repeats scans of a session.
 
@@ -37,6 +74,7 @@ class Shadow:
         program: the program.
         slots: numbers of the slots, in the order of the rack's memory.
         recent: the rows.
+        kept: the values.
 
     Attributes:
         engine: the engine, as it stands behind scan `at`.
@@ -44,31 +82,16 @@ class Shadow:
         truths: power of that scan, by routine in capitals and rung.
     """
 
-    def __init__(self, program: LadderLogic, slots: list[int], recent: Recent) -> None:
+    def __init__(self, program: LadderLogic, slots: list[int], recent: Recent, kept: Kept) -> None:
         self.program = program
         self.engine = WatchedEngine(program.build(), program.scanner)
         self.at: int | None = None
         self.truths: Truths = {}
-        self.edits = 0
         self._impure = bool(program.functions)
         self._recent = recent
-        self._scans: list[int] = []
-        self._values: list[dict[str, Any]] = []
-        self._inputs: dict[int, Inputs] = {}
-        self._forces: list[tuple[int, Inputs]] = []
+        self._kept = kept
         self._images = [leaf for leaf in self.engine.lowered.layout.images if not leaf.output]
         self._places = {number: place * SLOT_BYTES + IMAGE_BYTES for place, number in enumerate(slots)}
-
-    def take(self, record: Values | Inputs) -> None:
-        """Remember what the scan process has noted."""
-        if isinstance(record, Inputs):
-            self._inputs[record.scan] = record
-            return
-        if record.program != self.edits:
-            return  # of another program
-        at = bisect_right(self._scans, record.scan)
-        self._scans.insert(at, record.scan)
-        self._values.insert(at, record.values)
 
     def show(self, scan: int) -> bool:
         """Repeat a scan, so that engine and truths are as behind it; return whether that was possible."""
@@ -79,6 +102,7 @@ class Shadow:
             return False
         rows = self._recent.between(start, scan)
         if len(rows) != scan - start + 1:
+            self.at = None
             return False
         if len(rows):
             self._repeat(rows)
@@ -87,28 +111,22 @@ class Shadow:
 
     def _start(self, scan: int) -> int | None:
         """Return the scan from which on the engine has to repeat; put it there."""
-        place = bisect_right(self._scans, scan + 1) - 1
-        at = self.at
-        if at is not None and at <= scan and (place < 0 or self._scans[place] <= at + 1):
+        place, at = self._kept.place(scan), self.at
+        begins = None if place is None else self._kept.scans[place]
+        if at is not None and at <= scan and (begins is None or begins <= at + 1):
             return at + 1
-        if place < 0:
-            return None
-        self._restore(place)
-        return self._scans[place]
+        if place is not None:
+            self._restore(place)
+        return begins
 
     def _restore(self, place: int) -> None:
-        engine = self.engine
+        engine, scan = self.engine, self._kept.scans[place]
         engine.hold({})
         engine.note(())
-        restore(engine.memory, self._values[place])
-        engine.scans = self._scans[place]
-        engine.hold(self._forces_at(self._scans[place]))
-        self.truths = {}
-
-    def _forces_at(self, scan: int) -> Mapping[tuple[str, int], tuple[int | None, Any]]:
-        """Return what was forced in front of a scan."""
-        before = [number for number in self._inputs if number < scan]
-        return self._inputs[max(before)].forces if before else {}
+        restore(engine.memory, self._kept.values(place))
+        engine.scans = scan
+        engine.hold(self._kept.forces(scan))
+        self.at = scan - 1
 
     def _repeat(self, rows: Any) -> None:
         """Repeat scans, the last one with power."""
@@ -125,7 +143,7 @@ class Shadow:
         """Repeat one scan; return whether logic ran in it."""
         scan, flags = int(row["scan"]), int(row["flags"])
         engine = self.engine
-        known = self._inputs.get(scan)
+        known = self._kept.inputs.get(scan)
         if known is not None:
             engine.hold(known.forces)
             engine.outside = tuple(
@@ -152,9 +170,9 @@ class Shadow:
 
     def _show_values(self, scan: int) -> bool:
         """Show values of a program with routines in Python, which can't be repeated: the nearest ones."""
-        place = bisect_right(self._scans, scan + 1) - 1
-        if place < 0:
+        place = self._kept.place(scan + 1)
+        if place is None:
             return False
-        restore(self.engine.memory, self._values[place])
+        restore(self.engine.memory, self._kept.values(place))
         self.at = scan
         return True

@@ -1,0 +1,214 @@
+"""What a page is told of a program once: routines, rungs, tags; and what a shown routine needs per frame."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ....ladder import LadderLogic
+from ....ladder.debug.watching import WatchedEngine
+from ....ladder.draw import captions_of, live_rung, power
+from ....ladder.errors import LadderError
+from ....ladder.operands import Group
+from ....ladder.resolver import Resolver
+from ....ladder.tag_values import TEXT, tag_values
+from ....ladder.tags import Tag, program_of, scoped
+from ....ladder.tree import Address, Routine, Rung
+from .shadow import Truths
+
+Json = dict[str, Any]
+
+COLUMNS = range(40, 121)
+"""Widths of a rung that a page may ask for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """A routine that a page shows.
+
+    Attributes:
+        name: its name.
+        rungs: its rungs by number; none of structured text.
+        lines: numbers of its lines of structured text.
+        names: the tags that it shows.
+    """
+
+    name: str
+    rungs: Mapping[int, Rung]
+    lines: tuple[int, ...]
+    names: tuple[str, ...]
+
+    def power(self, truths: Truths) -> dict[str, str]:
+        """Return the power of its rungs and lines, see `ladder.draw.power`."""
+        name = self.name.upper()
+        found = {}
+        for number, rung in self.rungs.items():
+            found[f"{self.name}.{number}"] = power(rung, truths.get((name, number)))
+        for number in self.lines:
+            truth = truths.get((name, number))
+            found[f"{self.name}.{number}"] = "1" if truth and truth[-1] else "0"
+        return found
+
+
+NOTHING_SHOWN = Shown("", {}, (), ())
+
+
+class Catalog:
+    """A ladder program as a page is told of it.
+
+    Args:
+        program: the program.
+    """
+
+    def __init__(self, program: LadderLogic) -> None:
+        self._program = program
+        self._layout = program.build().layout
+        self._captions = captions_of(program.add_ons.values())
+        self._known = WatchedEngine(program.build(), program.scanner).tags
+
+    def routines(self) -> list[Json]:
+        """Return the routines as `hello` lists them."""
+        return [
+            {
+                "name": each.name,
+                "kind": "ladder" if each.statements is None else "st",
+                "comment": each.comment,
+                "lines": len(each.numbers),
+            }
+            for each in self._program.routines
+        ]
+
+    def tags(self) -> list[Json]:
+        """Return all single values as `hello` lists them; elements of arrays are asked for by name."""
+        comments = {
+            each.name.upper(): each.comment
+            for each in self._layout.declarations.values()
+            if isinstance(each, Tag)
+        }
+        found = []
+        for each in tag_values(self._layout, ["*"]) if self._layout.tags() else []:
+            stem = each.name.split("[")[0]
+            while stem and stem.upper() not in comments:
+                stem = stem.rpartition(".")[0]
+            found.append(
+                {
+                    "name": each.name,
+                    "type": f"{each.type}[{each.length}]" if each.length else each.type,
+                    "description": comments.get(stem.upper(), ""),
+                    "writable": not each.length and each.type != TEXT,
+                }
+            )
+        return found
+
+    def show(self, name: str, columns: int) -> tuple[Shown, Json]:
+        """Return what a page shows of a routine, and the answer that draws it.
+
+        Raises:
+            ValueError: there is no such routine.
+        """
+        routine = next((each for each in self._program.routines if each.name.upper() == name.upper()), None)
+        if routine is None:
+            names = ", ".join(each.name for each in self._program.routines)
+            raise ValueError(f"there is no routine {name}: there are {names}")
+        return self._text(routine) if routine.statements is not None else self._rungs(routine, columns)
+
+    def _rungs(self, routine: Routine, columns: int) -> tuple[Shown, Json]:
+        resolver = Resolver(self._layout, program_of(routine.name))
+        names: dict[str, None] = {}
+        drawn = []
+        for number, rung in enumerate(routine.rungs):
+            live = live_rung(
+                rung,
+                f"{routine.name}.{number}",
+                columns,
+                self._captions,
+                lambda address: self._name_of(resolver, program_of(routine.name), address),
+            )
+            names.update(dict.fromkeys(live.names))
+            origin = rung.origin
+            drawn.append(
+                {
+                    "number": number,
+                    "svg": live.svg,
+                    "comment": rung.comment,
+                    "file": Path(str(origin.file)).name if origin.file else "",
+                    "line": origin.line,
+                    "text": str(rung),
+                }
+            )
+        shown = Shown(routine.name, dict(enumerate(routine.rungs)), (), tuple(names))
+        return shown, {"routine": routine.name, "rungs": drawn}
+
+    def _text(self, routine: Routine) -> tuple[Shown, Json]:
+        names: dict[str, None] = {}
+        lines = []
+        for each in routine.statements or ():
+            for number, text in each.numbered():
+                own = self._names_in(text, program_of(routine.name))
+                names.update(dict.fromkeys(own))
+                lines.append({"number": number, "text": text, "names": own})
+        shown = Shown(routine.name, {}, tuple(routine.numbers), tuple(names))
+        return shown, {"routine": routine.name, "text": lines}
+
+    def _names_in(self, text: str, program: str) -> list[str]:
+        """Return the single values that a line of structured text names."""
+        found: dict[str, None] = {}
+        for name in _words(text):
+            full = self._full(program, name)
+            if full is not None and self._is_single(full):
+                found[full] = None
+        return list(found)
+
+    def _name_of(self, resolver: Resolver, program: str, address: Address) -> str | None:
+        """Return the full name of an address with one value."""
+        try:
+            where = resolver.address(address)
+        except LadderError:
+            return None
+        if isinstance(where, Group):
+            return None
+        full = self._full(program, address.name) or address.name
+        return str(Address(full, address.steps))
+
+    def _full(self, program: str, name: str) -> str | None:
+        own = scoped(program, name) if program else name
+        declared = self._layout.declarations
+        stem = name.partition(".")[0].partition("[")[0]
+        if program and scoped(program, stem).upper() in declared:
+            return own
+        return name if stem.upper() in declared else None
+
+    def _is_single(self, name: str) -> bool:
+        try:
+            return isinstance(self._known[name], (bool, int, float, str))
+        except ValueError:
+            return False
+
+    def has(self, name: str) -> bool:
+        """Tell whether there is such a tag."""
+        return name in self._known
+
+
+def _words(text: str) -> Iterable[str]:
+    """Yield what may be names in a line of text, with members and constant subscripts."""
+    word = ""
+    for character in f"{text} ":
+        if character.isalnum() or character in "_.[]:\\":
+            word += character
+        elif word:
+            yield word.rstrip(".:")
+            word = ""
+
+
+def shown_value(value: object) -> Any:
+    """Return a value as JSON has it: a number that JSON does not have is text."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    if isinstance(value, dict):
+        return {key: shown_value(each) for key, each in value.items()}
+    if isinstance(value, list):
+        return [shown_value(each) for each in value]
+    return value

@@ -1,0 +1,98 @@
+"""Starts the monitor process, and starts it again when it dies. The scan loop does not notice."""
+
+from __future__ import annotations
+
+import pickle
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from dataclasses import replace
+from multiprocessing.connection import Connection
+from typing import Protocol
+
+from ...live.ring import Ring
+from .monitor import Setup
+
+MAIN = f"from {__package__}.server import main; main()"
+"""What the process of a monitor runs. It is not this program again, whose main module may do anything."""
+
+STARTS_MOST = 10
+"""A monitor that dies as often stays dead."""
+
+
+class Connected(Protocol):
+    """What reads the orders."""
+
+    def connect(self, pipe: Connection) -> None:
+        """Read them from another pipe."""
+        ...
+
+
+class Keeper:
+    """Keeps a monitor alive.
+
+    Args:
+        setup: what the monitor is told.
+        ring: what it reads.
+        listening: its socket, which outlives it.
+        say: takes a sentence for the user.
+    """
+
+    def __init__(
+        self, setup: Setup, ring: Ring, listening: socket.socket, say: Callable[[str], object]
+    ) -> None:
+        self._setup, self._ring, self._listening, self._say = setup, ring, listening, say
+        self._ending = threading.Event()
+        self._inbox: Connected | None = None
+        self.pipe = self._start()
+        self._watch = threading.Thread(target=self._keep, name="monitor's keeper", daemon=True)
+
+    def keep(self, inbox: Connected) -> None:
+        """Start it again from now on, and connect the orders."""
+        self._inbox = inbox
+        self._watch.start()
+
+    @property
+    def pid(self) -> int:
+        """Number of the monitor's process."""
+        return self._process.pid
+
+    def _start(self) -> Connection:
+        mine, theirs = socket.socketpair()
+        given = (theirs.fileno(), self._listening.fileno(), self._ring.file)
+        self._process = subprocess.Popen(
+            [sys.executable, "-c", MAIN, *map(str, given)], stdin=subprocess.DEVNULL, pass_fds=given
+        )
+        theirs.close()
+        pipe = Connection(mine.detach())
+        pipe.send_bytes(pickle.dumps(self._setup))
+        return pipe
+
+    def _keep(self) -> None:
+        while True:
+            self._process.wait()
+            if self._ending.is_set():
+                return
+            self._setup = replace(self._setup, started=self._setup.started + 1)
+            if self._setup.started > STARTS_MOST:
+                self._say("the monitor has died too often; the scans go on without it")
+                return
+            self._say("the monitor has died and is started again; the scans go on")
+            self.pipe.close()
+            self.pipe = self._start()
+            assert self._inbox is not None
+            self._inbox.connect(self.pipe)
+
+    def end(self) -> None:
+        """End the monitor."""
+        self._ending.set()
+        self._process.terminate()
+        try:
+            self._process.wait(2)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        self.pipe.close()
+        self._listening.close()

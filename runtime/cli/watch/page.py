@@ -1,0 +1,72 @@
+"""One open page: what it shows, what it was told last, and how much it may ask."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from typing import Any
+
+from ...loop.pace import wall_ns
+from .catalog import NOTHING_SHOWN, Shown
+
+Json = dict[str, Any]
+
+ORDERS_PER_SECOND = 100
+"""Messages that a page may send, over any second."""
+
+SECOND_NS = 1_000_000_000
+
+
+class Page:
+    """An open page.
+
+    Attributes:
+        shown: the routine that it shows.
+        watched: tags that it wants beside those of the routine.
+        past: the scan that it looks at; None = the latest.
+        place: the place of the row in `Recent` that its strip has come to; None before the first frame.
+        events: number of the next event for it.
+        last: what it was told last.
+        outbox: messages that go before the next frame.
+        due: set when there is something to send.
+    """
+
+    def __init__(self) -> None:
+        self.shown: Shown = NOTHING_SHOWN
+        self.watched: tuple[str, ...] = ()
+        self.past: int | None = None
+        self.place: int | None = None
+        self.events = 0
+        self.last: Json = {}
+        self.outbox: deque[Json] = deque()
+        self.due = asyncio.Event()
+        self._times: deque[int] = deque(maxlen=ORDERS_PER_SECOND)
+
+    def begin_anew(self) -> None:
+        """Let the next frame tell everything."""
+        self.last = {}
+        self.place = None
+
+    def show(self, shown: Shown) -> None:
+        """Show another routine: the next frame tells all of it."""
+        self.shown = shown
+        self.last.pop("power", None)
+        self.last.pop("tags", None)
+
+    def watch(self, tags: tuple[str, ...]) -> None:
+        """Watch other tags."""
+        self.watched = tags
+        self.last.pop("tags", None)
+
+    def send(self, message: Json) -> None:
+        """Send a message before the next frame."""
+        self.outbox.append(message)
+        self.due.set()
+
+    def may_ask(self) -> bool:
+        """Tell whether another message is allowed now, and count it."""
+        now = wall_ns()
+        if len(self._times) == ORDERS_PER_SECOND and now - self._times[0] < SECOND_NS:
+            return False
+        self._times.append(now)
+        return True
