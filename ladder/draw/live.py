@@ -19,7 +19,7 @@ from .layout import NO_CAPTIONS, place
 from .marks import BoxLine, Picture
 from .markup import CELL, Pen, attribute, plain, units
 from .ruler import Ruler
-from .shapes import Curve, Letters, Line, Shape, Value, shapes_of
+from .shapes import Curve, Letters, Line, Shape, Value, shape_bottom, shapes_of
 
 ROW = 22
 """Units of a row: between two rows there is room for the value of a contact."""
@@ -28,7 +28,7 @@ VALUE = 12
 """Columns that a box keeps free for a value."""
 
 FOOT = 10
-"""Units beneath the last row, for the value of a contact in it."""
+"""Units beneath the lowest mark."""
 
 EDGE = 1
 """Columns left of the left rail and right of the right one."""
@@ -91,14 +91,20 @@ def live_rung(
 
 
 def _document(picture: Picture, ident: str, text: str, content: str) -> str:
-    wide, high = units((picture.width + 2 * EDGE) * CELL), units(picture.rows * ROW + FOOT)
+    wide, high = units((picture.width + 2 * EDGE) * CELL), _height(picture)
     said = f'data-rung={attribute(ident)} role="group" aria-label={attribute(text)}'
     size = f'viewBox="0 0 {wide} {high}" width="{wide}" height="{high}"'
     return f'<svg xmlns="http://www.w3.org/2000/svg" class="rung" {said} {size}>{content}</svg>'
 
 
+def _height(picture: Picture) -> str:
+    """Return the units that the marks take, and a little more; no empty row is left beneath a box."""
+    bottom = max((shape_bottom(shape) for mark in picture.marks for shape in shapes_of(mark)), default=0.0)
+    return units((bottom + 0.5) * ROW + FOOT)
+
+
 def _rails(picture: Picture) -> str:
-    high = units(picture.rows * ROW + FOOT)
+    high = _height(picture)
     rails = [f'<path class="rail" d="M{units(x * CELL)} 0V{high}"/>' for x in (EDGE, EDGE + picture.width)]
     onward = [_PEN.letters(Letters(x, y, "»"), "onward") for x, y in picture.continued]
     return "".join(rails + onward)

@@ -70,6 +70,16 @@ class Shape:
     element: int | None = None
 
 
+def shape_bottom(shape: Shape) -> float:
+    """Return the row that a shape reaches down to."""
+    form = shape.form
+    if isinstance(form, Line):
+        return max(form.y, form.to_y)
+    if isinstance(form, Frame):
+        return form.y + form.height - 0.5
+    return form.y + (0.5 if isinstance(form, Value) and form.beneath else 0)
+
+
 def shapes_of(mark: Mark) -> Iterator[Shape]:
     """Yield the shapes of a mark."""
     yield from _SHAPES[type(mark)](mark)

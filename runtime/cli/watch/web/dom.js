@@ -1,0 +1,47 @@
+// Builds and changes elements. Whatever text comes from a rack goes in as text, never as markup.
+
+const SVG = "http://www.w3.org/2000/svg";
+
+function fill(node, properties, children) {
+  for (const [name, value] of Object.entries(properties)) {
+    if (typeof value === "function") node.addEventListener(name, value);
+    else if (value === true) node.setAttribute(name, "");
+    else if (value !== false && value !== null && value !== undefined) node.setAttribute(name, value);
+  }
+  node.append(...children.filter(child => child !== null && child !== undefined));
+  return node;
+}
+
+// An HTML element; a property that is a function listens to the event of that name.
+export const el = (name, properties = {}, ...children) => fill(document.createElement(name), properties, children);
+
+// An SVG element.
+export const svg = (name, properties = {}, ...children) =>
+  fill(document.createElementNS(SVG, name), properties, children);
+
+export const at = id => document.getElementById(id);
+
+export function setText(node, text) {
+  if (node.textContent !== text) node.textContent = text;
+}
+
+// Sets an attribute; null takes it away.
+export function setAttribute(node, name, value) {
+  if (value === null) { if (node.hasAttribute(name)) node.removeAttribute(name); }
+  else if (node.getAttribute(name) !== String(value)) node.setAttribute(name, value);
+}
+
+export const setFlag = (node, name, on) => setAttribute(node, name, on ? "" : null);
+
+// A button with an icon or a word on it; `name` is its accessible name.
+export function button(name, press, { text = name, title = name, ...more } = {}) {
+  return el("button", { type: "button", "aria-label": name, title, click: press, ...more }, text);
+}
+
+// The drawing in a text of SVG that the server has drawn.
+export function drawing(text) {
+  const read = new DOMParser().parseFromString(text, "image/svg+xml");
+  return document.importNode(read.documentElement, true);
+}
+
+export const heading = (text, ...beside) => el("h2", {}, el("span", {}, text), ...beside);

@@ -1,0 +1,28 @@
+// What has happened, the latest at the top; a click looks at that scan.
+
+import { at, el, heading } from "./dom.js";
+import { clock } from "./format.js";
+import { lookAt } from "./scrub.js";
+import { onHello, onPaint } from "./state.js";
+
+const MOST = 200; // rows that are kept
+
+const list = el("ol", { class: "events", "aria-label": "Events, the latest first", tabindex: "0" });
+
+onHello(() => {
+  list.replaceChildren();
+  at("events").replaceChildren(heading("Events"), list);
+});
+
+onPaint(({ events }) => {
+  if (!events?.length) return;
+  const rows = events.slice(-MOST).map(row).reverse();
+  list.prepend(...rows);
+  while (list.children.length > MOST) list.lastChild.remove();
+});
+
+function row({ scan, t, slot, text, kind }) {
+  return el("li", { "data-kind": kind, "data-scan": scan },
+    el("button", { type: "button", title: `Look at scan ${scan}`, click: () => lookAt(scan) },
+      el("time", { class: "figure" }, clock(t)), el("span", { class: "where" }, slot ? String(slot) : ""), el("span", { class: "what" }, text)));
+}

@@ -1,0 +1,47 @@
+// Find: text in rungs, comments and tags; a hit opens its rung or its tag.
+
+import { el } from "./dom.js";
+import { order } from "./orders.js";
+import { select } from "./selection.js";
+import { showRung } from "./program.js";
+
+const hits = el("ul", { class: "hits", role: "listbox", "aria-label": "Hits", hidden: true });
+export const field = el("input", {
+  type: "search", "aria-label": "Find", placeholder: "Find  /", autocomplete: "off", spellcheck: "false",
+  input: () => asked(), keydown: keyed, focus: () => { hits.hidden = !hits.children.length; },
+});
+const box = el("div", { class: "find", focusout: left }, field, hits);
+
+let asking = 0;
+
+export const findBox = () => box;
+
+async function asked() {
+  const text = field.value.trim(), mine = ++asking;
+  if (!text) return show([]);
+  const answer = await order("find", { text });
+  if (mine === asking && answer) show(answer.hits ?? []);
+}
+
+function show(found) {
+  hits.replaceChildren(...found.slice(0, 40).map(hit =>
+    el("li", {}, el("button", { type: "button", click: () => open(hit) },
+      el("b", {}, hit.rung ?? hit.tag ?? ""), el("span", {}, hit.text)))));
+  if (!found.length && field.value.trim()) hits.append(el("li", { class: "none" }, "nothing found"));
+  hits.hidden = !hits.children.length;
+}
+
+function open(hit) {
+  hits.hidden = true;
+  if (hit.tag) select({ tag: hit.tag });
+  if (hit.rung) showRung(hit.rung);
+}
+
+function keyed(event) {
+  if (event.key === "Escape") { hits.hidden = true; field.blur(); }
+  if (event.key === "Enter" || event.key === "ArrowDown") { hits.querySelector("button")?.focus(); event.preventDefault(); }
+}
+
+function left(event) {
+  if (!box.contains(event.relatedTarget)) hits.hidden = true;
+}

@@ -1,0 +1,80 @@
+// Values as people read them: digits of fixed width, groups of three, radixes.
+
+export const count = value => Math.trunc(value).toLocaleString("en");
+
+const two = number => String(number).padStart(2, "0");
+
+// A time in ns as min:s.ms, from an hour on as h:min:s.ms.
+export function clock(ns) {
+  const ms = Math.floor(ns / 1e6), s = Math.floor(ms / 1000), min = Math.floor(s / 60);
+  const tail = `${two(s % 60)}.${String(ms % 1000).padStart(3, "0")}`;
+  return min < 60 ? `${two(min)}:${tail}` : `${Math.floor(min / 60)}:${two(min % 60)}:${tail}`;
+}
+
+export function times(factor) {
+  if (factor === "max") return "max";
+  return `${factor < 10 ? factor.toFixed(2) : factor < 100 ? factor.toFixed(1) : Math.round(factor)}×`;
+}
+
+// A value as an attribute for scripts has it: BOOL as 1 or 0.
+export function plain(value) {
+  if (value === true) return "1";
+  if (value === false) return "0";
+  if (value === null || value === undefined) return "";
+  return typeof value === "object" ? JSON.stringify(value) : String(value);
+}
+
+const WHOLE = { SINT: 8, INT: 16, DINT: 32, LINT: 64, USINT: 8, UINT: 16, UDINT: 32, ULINT: 64 };
+
+export const RADIXES = ["decimal", "hex", "binary", "octal", "ASCII", "exponential"];
+
+function based(value, bits, base, mark, group) {
+  const digits = BigInt.asUintN(bits, BigInt(value)).toString(base);
+  const wide = Math.ceil(bits / Math.log2(base));
+  const padded = digits.padStart(wide, "0");
+  return mark + padded.replace(new RegExp(`(?<=.)(?=(.{${group}})+$)`, "g"), "_");
+}
+
+function letters(value, bits) {
+  const unsigned = BigInt.asUintN(bits, BigInt(value));
+  let text = "";
+  for (let shift = bits - 8; shift >= 0; shift -= 8) {
+    const code = Number((unsigned >> BigInt(shift)) & 255n);
+    text += code >= 32 && code < 127 ? String.fromCharCode(code) : ".";
+  }
+  return `'${text}'`;
+}
+
+// A value in a radix; what a radix can't say is said in decimal.
+export function inRadix(value, radix = "decimal", type = "DINT") {
+  if (radix === "exponential" && typeof value === "number") return value.toExponential(6);
+  if (typeof value === "number" && Number.isInteger(value) && !type.endsWith("REAL")) {
+    const bits = WHOLE[type] || 32;
+    if (radix === "hex") return based(value, bits, 16, "16#", 4);
+    if (radix === "binary") return based(value, bits, 2, "2#", 4);
+    if (radix === "octal") return based(value, bits, 8, "8#", 3);
+    if (radix === "ASCII") return letters(value, bits);
+  }
+  return shown(value);
+}
+
+// A value in its plainest form, short enough for the place that a box of a rung keeps for it.
+export function shown(value) {
+  if (typeof value !== "number" || Number.isInteger(value)) return plain(value);
+  return Math.abs(value) >= 1e7 || Math.abs(value) < 1e-4 ? value.toExponential(4) : String(Number(value.toPrecision(7)));
+}
+
+// What was typed, as a value; undefined if it is none.
+export function parsed(text, type = "") {
+  const said = text.trim().replaceAll("_", "");
+  if (type === "BOOL" || /^(true|false)$/i.test(said)) {
+    return { 1: true, 0: false, true: true, false: false }[said.toLowerCase()];
+  }
+  if (type === "STRING") return text;
+  const based = /^(-?)(16|8|2)#([0-9a-f]+)$/i.exec(said);
+  if (based) {
+    const number = parseInt(based[3], Number(based[2]));
+    return Number.isNaN(number) ? undefined : based[1] ? -number : number;
+  }
+  return /^-?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(said) ? Number(said) : undefined;
+}

@@ -1,0 +1,54 @@
+// Incidents: what may go wrong, by button. The rack says which there are and what each needs.
+
+import { button, el } from "./dom.js";
+import { incident } from "./orders.js";
+import { allowed } from "./orders.js";
+import { run } from "./state.js";
+
+const dialog = el("dialog", { "aria-label": "Incidents" });
+
+export function incidentsButton() {
+  if (!dialog.isConnected) document.body.append(dialog);
+  const there = run.hello.incidents ?? [];
+  return button("Incidents", open, { text: "⚡", title: "Incidents: what may go wrong", class: "sign", disabled: !there.length || !allowed() });
+}
+
+function open() {
+  dialog.replaceChildren(
+    el("h2", {}, "Incidents"),
+    ...run.hello.incidents.map(card),
+    el("form", { method: "dialog" }, el("button", { "aria-label": "Close incidents" }, "Close")));
+  dialog.showModal();
+}
+
+function card(kind) {
+  const inputs = (kind.fields ?? []).map(input);
+  const raise = async event => {
+    event.preventDefault();
+    const fields = Object.fromEntries(inputs.map(({ name, read }) => [name, read()]));
+    if (await incident(kind.name, fields)) dialog.close();
+  };
+  return el("form", { class: "incident", submit: raise },
+    el("h3", {}, kind.title ?? kind.name),
+    ...inputs.map(({ node }) => node),
+    el("button", { "aria-label": `Raise ${kind.title ?? kind.name}` }, "Raise"));
+}
+
+function input(field) {
+  if (field.kind === "words") return words(field);
+  const title = field.title ?? field.name;
+  const control = field.kind === "choice"
+    ? el("select", {}, ...field.choices.map(choice => el("option", { value: choice }, String(choice))))
+    : el("input", { type: field.kind === "text" ? "text" : "number", step: field.kind === "number" ? "any" : 1 });
+  if (field.default !== undefined && field.default !== null) control.value = field.default;
+  const read = () => field.kind === "int" || field.kind === "number" ? Number(control.value)
+    : field.kind === "choice" ? field.choices[control.selectedIndex] : control.value;
+  return { name: field.name, read, node: el("label", {}, el("span", {}, title), control, field.unit ?? "") };
+}
+
+// A choice of several words, by number.
+function words(field) {
+  const boxes = field.choices.map(word => el("input", { type: "checkbox", value: word, checked: (field.default ?? []).includes(word) }));
+  const node = el("fieldset", {}, el("legend", {}, field.title ?? field.name), ...boxes.map(box => el("label", {}, box, box.value)));
+  return { name: field.name, node, read: () => boxes.filter(box => box.checked).map(box => Number(box.value)) };
+}

@@ -1,0 +1,53 @@
+// Keys for the whole page; they rest while something is typed or a control has a use for the key.
+
+import { button, el } from "./dom.js";
+import { field } from "./find.js";
+import * as orders from "./orders.js";
+import { toggleBreakpoint, moveRung } from "./program.js";
+import { moveBy } from "./scrub.js";
+import { forceSelected } from "./tag.js";
+import { run } from "./state.js";
+
+const second = () => Math.round(1e9 / (run.hello?.period_ns ?? 2e6));
+
+// key: what it does, and how the help says so
+const KEYS = {
+  " ": [() => (run.state === "live" ? orders.pause() : orders.go()), "space", "pause, go on"],
+  ".": [() => (run.state === "past" ? moveBy(1) : orders.step(1)), ".", "one scan on"],
+  ",": [() => moveBy(-1), ",", "one scan back"],
+  "[": [() => moveBy(-second()), "[", "one second back"],
+  "]": [() => moveBy(second()), "]", "one second on"],
+  ArrowLeft: [() => moveBy(-10), "←", "ten scans back"],
+  ArrowRight: [() => moveBy(10), "→", "ten scans on"],
+  ArrowUp: [() => moveRung(-1), "↑", "the rung above"],
+  ArrowDown: [() => moveRung(1), "↓", "the rung below"],
+  f: [forceSelected, "f", "force the selected tag, or remove its force"],
+  b: [toggleBreakpoint, "b", "breakpoint on the selected rung"],
+  "/": [() => field.focus(), "/", "find"],
+  "?": [() => help.showModal(), "?", "this help"],
+};
+
+const help = el("dialog", { "aria-label": "Keys" },
+  el("h2", {}, "Keys"),
+  el("dl", { class: "keys" }, ...Object.values(KEYS).flatMap(([, key, says]) => [el("dt", {}, el("kbd", {}, key)), el("dd", {}, says)])),
+  el("form", { method: "dialog" }, el("button", { "aria-label": "Close help" }, "Close")));
+
+export function helpButton() {
+  if (!help.isConnected) document.body.append(help);
+  return button("Keys", () => help.showModal(), { text: "?", title: "Keys (?)", class: "sign" });
+}
+
+function isBusy(event) {
+  const on = event.target;
+  if (document.querySelector("dialog[open]") || event.ctrlKey || event.metaKey || event.altKey) return true;
+  if (on.matches("input, select, textarea")) return !(on.type === "range" && KEYS[event.key] && !event.key.startsWith("Arrow"));
+  if (on.closest(".chart")) return event.key.startsWith("Arrow");
+  return event.key === " " && on.matches("button, [role=button], summary, a");
+}
+
+document.addEventListener("keydown", event => {
+  const known = KEYS[event.key];
+  if (!known || isBusy(event) || !run.hello || event.defaultPrevented) return;
+  event.preventDefault();
+  known[0]();
+});

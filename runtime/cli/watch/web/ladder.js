@@ -1,0 +1,96 @@
+// Rungs: drawn once by the server, lit here. A frame carries one character per element of a rung that changed.
+
+import { drawing, el, setFlag } from "./dom.js";
+import { shown } from "./format.js";
+import * as orders from "./orders.js";
+import { select } from "./selection.js";
+import { place } from "./values.js";
+
+let rungs = new Map(); // Main.3 -> { row, elements, power, stop }
+
+export function buildRungs(routine, list) {
+  rungs = new Map();
+  return el("ol", { class: "rungs" }, ...list.map(rung => rowOf(`${routine}.${rung.number}`, rung)));
+}
+
+function rowOf(ident, { number, svg, comment, file, line }) {
+  const picture = drawing(svg);
+  const stop = el("button", {
+    type: "button", class: "stop", "aria-label": `Breakpoint on rung ${number}`, "aria-pressed": "false", disabled: !orders.timed(),
+    title: [`Rung ${number}: breakpoint (b)`, file && `${file}:${line}`].filter(Boolean).join("\n"), click: () => orders.breakpoint(ident),
+  }, String(number));
+  const row = el("li", { class: "row", "data-at": ident, click: event => clicked(event, ident), keydown: keyed }, stop,
+    el("div", { class: "body" }, comment ? el("p", { class: "comment" }, comment) : null, picture));
+  const elements = [...picture.querySelectorAll("[data-element]")];
+  elements.forEach(each => each.setAttribute("data-power", "0"));
+  picture.querySelectorAll(".instruction").forEach(prepare);
+  picture.querySelectorAll("[data-name]").forEach(node => place(node, node.dataset.name, shown));
+  rungs.set(ident, { row, elements, power: "", stop });
+  return row;
+}
+
+function prepare(group, number) {
+  group.setAttribute("role", "button");
+  group.setAttribute("tabindex", number === 0 ? "0" : "-1");
+  group.setAttribute("aria-label", group.querySelector("title").textContent);
+}
+
+const namesOf = group => group.dataset.names ? group.dataset.names.split("\n") : [];
+
+function clicked(event, ident) {
+  const group = event.target.closest(".instruction");
+  if (event.target.closest(".stop")) return;
+  if (!group) return select({ rung: ident });
+  select({ tag: group.dataset.tag || null, element: group.dataset.element, rung: ident, names: namesOf(group) });
+}
+
+// Left and right go from instruction to instruction of a rung; Enter and space choose one.
+function keyed(event) {
+  const group = event.target.closest(".instruction");
+  if (!group) return;
+  if (event.key === "Enter" || event.key === " ") {
+    event.preventDefault();
+    return clicked({ target: group }, event.currentTarget.dataset.at);
+  }
+  const move = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+  if (!move) return;
+  const all = [...event.currentTarget.querySelectorAll(".instruction")], next = all[all.indexOf(group) + move];
+  event.preventDefault();
+  if (!next) return;
+  group.setAttribute("tabindex", "-1");
+  next.setAttribute("tabindex", "0");
+  next.focus();
+}
+
+// The rung that is so many rows from another one.
+export function moveTo(sheet, from, by) {
+  const all = [...sheet.querySelectorAll("[data-at]")].map(node => node.dataset.at);
+  const here = all.indexOf(from);
+  return here < 0 ? all[by > 0 ? 0 : all.length - 1] : all[Math.min(Math.max(here + by, 0), all.length - 1)];
+}
+
+export function paintRungs({ power, breakpoints, faults }) {
+  for (const [ident, now] of Object.entries(power ?? {})) {
+    const rung = rungs.get(ident);
+    if (rung) light(rung, now);
+  }
+  if (breakpoints) {
+    for (const [ident, { row, stop }] of rungs) {
+      const on = breakpoints.includes(ident);
+      setFlag(row, "data-breakpoint", on);
+      stop.setAttribute("aria-pressed", String(on));
+    }
+  }
+  if (faults) {
+    for (const [ident, { row }] of rungs) setFlag(row, "data-fault", faults.some(fault => fault.at === ident));
+  }
+}
+
+function light(rung, now) {
+  const before = rung.power;
+  if (now === before) return;
+  rung.power = now;
+  rung.elements.forEach((element, place) => {
+    if (now[place] !== before[place]) element.setAttribute("data-power", now[place] ?? "0");
+  });
+}

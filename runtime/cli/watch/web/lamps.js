@@ -1,0 +1,16 @@
+// The lamps of a card: its output points by name.
+
+import { el } from "./dom.js";
+import { place } from "./values.js";
+import { bitName } from "./words.js";
+
+export function lampsOf(slot) {
+  if (!slot.lamps?.length) return null;
+  const lamps = slot.lamps.map(lamp => {
+    const level = el("span", { class: "level" }, "0");
+    const node = el("span", { class: "lamp", title: lamp.address ?? "" }, el("i", { class: "led", "aria-hidden": "true" }), el("span", {}, lamp.title || lamp.name), level);
+    place(node, bitName(slot, lamp), value => { level.textContent = value ? "1" : "0"; return null; });
+    return node;
+  });
+  return { node: el("div", { class: "lamps", role: "group", "aria-label": `Lamps of slot ${slot.number}` }, ...lamps), paint: () => {} };
+}

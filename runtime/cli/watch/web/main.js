@@ -1,0 +1,50 @@
+// Puts the parts of the page together.
+
+import { hush, tell } from "./notice.js";
+import { connect } from "./socket.js";
+import { greet, handles, onHello, run, take } from "./state.js";
+import { forget } from "./values.js";
+
+onHello(forget); // in front of all parts: they name their places anew
+
+await import("./statebar.js");
+await import("./machine.js");
+await import("./strip.js");
+await import("./program.js");
+await import("./words.js");
+await import("./tag.js");
+await import("./watchtable.js");
+await import("./events.js");
+await import("./keys.js");
+const { keyOf, wanted } = await import("./link.js");
+const { lookAt } = await import("./scrub.js");
+const { showRung } = await import("./program.js");
+const { paintMode } = await import("./statebar.js");
+
+function hear(message) {
+  if (message.hello) {
+    hush();
+    greet(message.hello);
+    follow();
+  } else if (message.frame) {
+    if (run.state === "lost") hush("lost");
+    take(message.frame);
+  } else if (message.note) {
+    tell(message.note, "told");
+  } else if (message.lost) {
+    run.state = "lost";
+    handles();
+    paintMode();
+    tell(message.lost, "lost");
+  }
+}
+
+// Opens what the link asks for.
+function follow() {
+  const { scan, rung } = wanted();
+  if (rung) showRung(rung);
+  if (scan !== null) lookAt(scan);
+}
+
+addEventListener("hashchange", follow);
+connect(keyOf(), hear);

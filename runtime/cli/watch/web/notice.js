@@ -1,0 +1,21 @@
+// One line for what was refused or has happened; it stands in its own place and moves nothing.
+
+import { at, setText } from "./dom.js";
+
+const LASTS_MS = 8000;
+let timer = 0;
+
+export function tell(text, kind = "refused") {
+  const notice = at("notice");
+  setText(notice, text);
+  notice.dataset.kind = kind;
+  clearTimeout(timer);
+  if (kind !== "lost") timer = setTimeout(hush, LASTS_MS);
+}
+
+export function hush(kind) {
+  const notice = at("notice");
+  if (kind && notice.dataset.kind !== kind) return;
+  setText(notice, "");
+  delete notice.dataset.kind;
+}

@@ -1,0 +1,87 @@
+// A pen for a canvas: sharp on any screen, in the colours of the style sheet.
+
+const FONT = '11px ui-monospace, "DejaVu Sans Mono", Menlo, Consolas, monospace';
+const SMALL = '10px ui-monospace, "DejaVu Sans Mono", Menlo, Consolas, monospace';
+
+const dark = matchMedia("(prefers-color-scheme: dark)");
+export const colours = { onChange(told) { dark.addEventListener("change", () => { read(); told(); }); } };
+
+function read() {
+  const style = getComputedStyle(document.documentElement);
+  for (const name of ["ink", "soft", "grid", "edge", "curve", "bit", "mark"]) colours[name] = style.getPropertyValue(`--${name}`).trim();
+}
+
+// Clears a canvas of a size in CSS pixels, and returns what draws on it.
+export function pen(canvas, wide, high) {
+  if (!colours.ink) read();
+  const scale = devicePixelRatio || 1, context = canvas.getContext("2d");
+  if (canvas.width !== Math.round(wide * scale) || canvas.height !== Math.round(high * scale)) {
+    canvas.width = Math.round(wide * scale);
+    canvas.height = Math.round(high * scale);
+    canvas.style.height = `${high}px`;
+  }
+  context.setTransform(scale, 0, 0, scale, 0, 0);
+  context.clearRect(0, 0, wide, high);
+  return new Pen(context, wide);
+}
+
+class Pen {
+  constructor(context, wide) {
+    this.context = context;
+    this.wide = wide;
+  }
+
+  line(x0, y0, x1, y1, colour, thick = 1) {
+    this.begin(colour, thick);
+    this.from(x0, y0);
+    this.to(x1, y1);
+    this.end();
+  }
+
+  begin(colour, thick) {
+    this.context.strokeStyle = colour;
+    this.context.lineWidth = thick;
+    this.context.lineJoin = "round";
+    this.context.beginPath();
+  }
+
+  from(x, y) { this.context.moveTo(x, y); }
+  to(x, y) { this.context.lineTo(x, y); }
+  end() { this.context.stroke(); }
+
+  rect(x, y, wide, high, colour) {
+    this.context.fillStyle = colour;
+    this.context.fillRect(x, y, wide, high);
+  }
+
+  dot(x, y, colour) {
+    this.context.fillStyle = colour;
+    this.context.beginPath();
+    this.context.arc(x, y, 2.4, 0, 7);
+    this.context.fill();
+  }
+
+  text(says, x, y, colour, align = "left", font = FONT) {
+    this.context.fillStyle = colour;
+    this.context.font = font;
+    this.context.textAlign = align;
+    this.context.fillText(says, x, y);
+  }
+
+  small(says, x, y) { this.text(says, x, y, colours.soft, "right", SMALL); }
+
+  // A name in front of a lane, its start left out where it is too long.
+  label(says, x, y, colour) {
+    const most = Math.floor((x - 4) / 6.7);
+    this.text(says.length > most ? `…${says.slice(1 - most)}` : says, x, y, colour, "right");
+  }
+
+  inside(left, top, paint) {
+    this.context.save();
+    this.context.beginPath();
+    this.context.rect(left, top - 4, this.wide - left, 400);
+    this.context.clip();
+    paint();
+    this.context.restore();
+  }
+}

@@ -1,0 +1,120 @@
+// The program: its routines as tabs, rungs or text of the one that is chosen, what is selected in it.
+
+import { at, el, heading, setAttribute } from "./dom.js";
+import { buildRungs, moveTo, paintRungs } from "./ladder.js";
+import { link } from "./link.js";
+import * as orders from "./orders.js";
+import { onSelect, select, selected } from "./selection.js";
+import { ask } from "./socket.js";
+import { tell } from "./notice.js";
+import { onHello, onPaint, run } from "./state.js";
+import { buildText, paintText } from "./text.js";
+import { unplace } from "./values.js";
+
+const UNIT = 8, LEAST = 40, MOST = 120; // CSS pixels of a column; columns between the rails
+
+const tabs = el("div", { class: "tabs", role: "tablist", "aria-label": "Routines" });
+const sheet = el("div", { class: "sheet", role: "tabpanel", "aria-label": "Routine" });
+let routine = null, columns = 0, shownAt = "", wantedRung = null, generation = 0;
+
+const columnsNow = () => Math.max(LEAST, Math.min(MOST, Math.floor((sheet.clientWidth - 64) / UNIT)));
+
+onHello(hello => {
+  const routines = hello.routines ?? [];
+  at("program").replaceChildren(heading("Program", tabs), sheet);
+  tabs.replaceChildren(...routines.map(each => el("button", {
+    type: "button", role: "tab", "data-routine": each.name, "aria-selected": "false", click: () => open(each.name), keydown: tabKey,
+  }, each.name)));
+  tabs.hidden = routines.length < 2;
+  const before = routines.find(each => each.name === routine?.name);
+  shownAt = "";
+  if (routines.length) open((before ?? routines[0]).name);
+  else sheet.replaceChildren(el("p", { class: "soft" }, "The program has no source to show: its images are below."));
+});
+
+function tabKey(event) {
+  const move = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+  if (!move) return;
+  event.preventDefault();
+  const all = [...tabs.children], next = all[(all.indexOf(event.target) + move + all.length) % all.length];
+  next.focus();
+  next.click();
+}
+
+// Shows a routine; asks for it anew if the width has changed.
+async function open(name) {
+  const found = run.hello.routines.find(each => each.name === name);
+  if (!found) return;
+  routine = found;
+  columns = columnsNow();
+  const wish = `${name} ${columns}`, mine = ++generation;
+  for (const tab of tabs.children) {
+    setAttribute(tab, "aria-selected", String(tab.dataset.routine === name));
+    tab.tabIndex = tab.dataset.routine === name ? 0 : -1;
+  }
+  if (wish === shownAt) return reveal();
+  shownAt = wish;
+  let answer;
+  try {
+    answer = await ask("show", { routine: name, columns });
+  } catch (refused) {
+    shownAt = "";
+    return tell(refused.message);
+  }
+  if (mine !== generation) return;
+  unplace(sheet);
+  sheet.replaceChildren(answer.rungs ? buildRungs(name, answer.rungs) : buildText(found, answer));
+  sheet.dataset.kind = found.kind;
+  paintRungs({ power: run.power, breakpoints: run.breakpoints, faults: run.faults });
+  paintText({ power: run.power, lines: run.lines });
+  mark(selected);
+  reveal();
+}
+
+const routineOf = rung => rung.slice(0, rung.lastIndexOf("."));
+
+// Opens the routine of a rung, such as Main.6, and brings the rung into view.
+export function showRung(rung) {
+  wantedRung = rung;
+  select({ tag: selected.tag, names: selected.names, rung });
+  open(routineOf(rung));
+}
+
+function reveal() {
+  if (!wantedRung) return;
+  const node = sheet.querySelector(`[data-at="${CSS.escape(wantedRung)}"]`);
+  wantedRung = null;
+  node?.scrollIntoView({ block: "center", behavior: matchMedia("(prefers-reduced-motion: reduce)").matches ? "auto" : "smooth" });
+}
+
+export function moveRung(by) {
+  const rung = moveTo(sheet, selected.rung, by);
+  if (rung) showRung(rung);
+}
+
+export function toggleBreakpoint() {
+  if (!selected.rung) return tell("Select a rung first: click it, or use the arrows.");
+  orders.breakpoint(selected.rung);
+}
+
+function mark({ rung, element }) {
+  for (const node of sheet.querySelectorAll("[aria-current]")) node.removeAttribute("aria-current");
+  if (rung) sheet.querySelector(`[data-at="${CSS.escape(rung)}"]`)?.setAttribute("aria-current", "true");
+  if (element) sheet.querySelector(`[data-element="${CSS.escape(element)}"]`)?.setAttribute("aria-current", "true");
+}
+
+onSelect(chosen => {
+  link({ rung: chosen.rung });
+  mark(chosen);
+});
+
+onPaint(changes => {
+  paintRungs(changes);
+  paintText(changes);
+});
+
+let settling = 0;
+new ResizeObserver(() => {
+  clearTimeout(settling);
+  settling = setTimeout(() => { if (routine && run.hello && columnsNow() !== columns) open(routine.name); }, 200);
+}).observe(sheet);

@@ -1,0 +1,137 @@
+// The rail of an axis: switches beneath it, stations above it, the shaft, the position that the module knows, the target.
+
+import { el, setAttribute, setText, svg } from "./dom.js";
+import { count } from "./format.js";
+import { run } from "./state.js";
+
+const HEIGHT = 132, RAIL = 72, SIDE = 34; // CSS pixels
+const AVERAGED_NS = 1e8;
+const TURN = 2000; // steps or counts of one turn of the encoder's dial
+
+export function railOf(slot) {
+  return slot.machine ? new Rail(slot) : null;
+}
+
+class Rail {
+  constructor(slot) {
+    this.slot = slot;
+    this.machine = slot.machine;
+    this.low = slot.machine.min;
+    this.high = slot.machine.max;
+    this.trail = [];
+    this.picture = svg("svg", { class: "rail", height: HEIGHT, role: "img", "aria-label": `Axis of slot ${slot.number}` });
+    this.readings = readings(slot.machine.encoder);
+    this.node = el("div", { class: "machine" }, this.picture, this.readings.node);
+    this.paint = changes => { if (changes.t !== undefined) this.move(run.machine[slot.number] ?? {}); };
+    new ResizeObserver(() => this.draw()).observe(this.node);
+  }
+
+  x(position) {
+    return SIDE + (position - this.low) / (this.high - this.low) * (this.wide - 2 * SIDE);
+  }
+
+  // Draws what stands still; what moves is placed by `move`.
+  draw() {
+    const wide = this.node.clientWidth;
+    if (!wide || wide === this.wide) return;
+    this.wide = wide;
+    setAttribute(this.picture, "width", wide);
+    setAttribute(this.picture, "viewBox", `0 0 ${wide} ${HEIGHT}`);
+    this.switches = (this.machine.switches ?? []).map(each => ({ spec: each, node: this.switchOf(each) }));
+    this.parts = moving();
+    this.picture.replaceChildren(
+      svg("line", { class: "rail-line", x1: SIDE - 14, x2: wide - SIDE + 14, y1: RAIL, y2: RAIL }),
+      ...this.ticks(), ...this.switches.map(each => each.node),
+      ...(this.machine.stations ?? []).map(each => this.stationOf(each)), ...Object.values(this.parts));
+    this.move(run.machine[this.slot.number] ?? {});
+  }
+
+  ticks() {
+    const step = niceStep(this.high - this.low, (this.wide - 2 * SIDE) / 84), found = [];
+    for (let value = Math.ceil(this.low / step) * step; value <= this.high; value += step) {
+      const x = this.x(value);
+      found.push(svg("line", { class: "tick", x1: x, x2: x, y1: RAIL + 4, y2: RAIL + 9 }),
+        svg("text", { class: "tick", x, y: RAIL + 22, "text-anchor": "middle" }, count(value)));
+    }
+    return found;
+  }
+
+  // A switch is a bar beneath the rail, as wide as the range that operates it.
+  switchOf({ input, first, last, normally_closed: closed }) {
+    const from = Math.max(first === null || first === undefined ? 6 : this.x(first), 6);
+    const to = Math.min(last === null || last === undefined ? this.wide - 6 : this.x(last), this.wide - 6);
+    const wide = Math.max(to - from, 4), middle = (from + to) / 2;
+    const anchor = middle < 46 ? "start" : middle > this.wide - 46 ? "end" : "middle";
+    const x = { start: 6, end: this.wide - 6, middle }[anchor];
+    return svg("g", { class: "switch" },
+      svg("title", {}, `${input}${closed ? ", normally closed" : ""}: ${first ?? "…"} to ${last ?? "…"}`),
+      svg("rect", { x: from, y: RAIL + 31, width: wide, height: 8, rx: 2 }),
+      svg("text", { x, y: RAIL + 53, "text-anchor": anchor }, input));
+  }
+
+  stationOf({ position, input }) {
+    const x = this.x(position);
+    return svg("g", { class: "station" }, svg("title", {}, `Station at ${position}, signals ${input}`),
+      svg("path", { d: `M${x - 6} 12h12v7l-6 6l-6 -6z` }));
+  }
+
+  move({ shaft, position, target, encoder }) {
+    if (!this.parts) return;
+    const cart = shaft ?? position, { readings } = this, speed = this.speedAt(run.t ?? 0, cart);
+    this.put(this.parts.cart, cart);
+    this.put(this.parts.known, position);
+    this.put(this.parts.target, target);
+    for (const { spec, node } of this.switches) setAttribute(node, "data-value", operated(spec, cart) ? "1" : "0");
+    readings.say({ shaft, position, target, speed, encoder });
+  }
+
+  // Steps a second, from the way of the last tenth of a second of machine time.
+  speedAt(t, position) {
+    const trail = this.trail;
+    if (trail.length && t < trail.at(-1)[0]) trail.length = 0;
+    trail.push([t, position ?? 0]);
+    while (trail.length > 2 && t - trail[1][0] >= AVERAGED_NS) trail.shift();
+    const [from, at] = trail[0];
+    return t > from ? Math.round((position - at) / (t - from) * 1e9 / 10) * 10 : 0;
+  }
+
+  put(node, position) {
+    const there = position !== null && position !== undefined;
+    setAttribute(node, "visibility", there ? "visible" : "hidden");
+    const x = there ? Math.min(Math.max(this.x(position), 8), this.wide - 8) : 0;
+    if (there) setAttribute(node, "transform", `translate(${Math.round(x * 10) / 10})`);
+  }
+}
+
+const operated = ({ first, last }, shaft) =>
+  shaft !== undefined && shaft !== null && (first ?? -Infinity) <= shaft && shaft <= (last ?? Infinity);
+
+const moving = () => ({
+  target: svg("g", { class: "target" }, svg("title", {}, "Target"), svg("path", { d: `M0 ${RAIL - 40}V${RAIL}` }), svg("path", { class: "flag", d: `M0 ${RAIL - 40}h13l-4 5l4 5h-13z` })),
+  cart: svg("g", { class: "cart" }, svg("title", {}, "Shaft"), svg("rect", { x: -17, y: RAIL - 24, width: 34, height: 19, rx: 5 }), svg("path", { d: `M0 ${RAIL - 19}v9` }),
+    svg("circle", { cx: -9, cy: RAIL - 4, r: 3.5 }), svg("circle", { cx: 9, cy: RAIL - 4, r: 3.5 })),
+  known: svg("g", { class: "known" }, svg("title", {}, "Position that the module knows"), svg("path", { d: `M0 ${RAIL - 27}l-6 -9h12z` })),
+});
+
+function niceStep(span, most) {
+  const power = 10 ** Math.floor(Math.log10(Math.max(1, span / Math.max(most, 2))));
+  return [1, 2, 5, 10].map(factor => factor * power).find(step => span / step <= Math.max(most, 2)) ?? power * 10;
+}
+
+// The figures beneath the rail, each in a place of fixed width.
+function readings(hasEncoder) {
+  const titles = { shaft: "Shaft", position: "Position", target: "Target", speed: "Steps/s", ...(hasEncoder ? { encoder: "Encoder" } : {}) };
+  const outputs = Object.fromEntries(Object.keys(titles).map(name => [name, el("output", { class: "figure" }, "–")]));
+  const needle = svg("path", { d: "M0 0V-8", class: "needle" });
+  const dial = svg("svg", { class: "dial", viewBox: "-11 -11 22 22", width: 22, height: 22, "aria-hidden": "true" }, svg("circle", { r: 9.5 }), needle);
+  const node = el("div", { class: "figures" }, ...Object.entries(titles).map(([name, title]) =>
+    el("div", { class: "reading middle" }, el("span", { class: "title" }, title), outputs[name])), hasEncoder ? dial : null);
+  const say = values => {
+    for (const [name, output] of Object.entries(outputs)) {
+      const value = values[name];
+      setText(output, value === null || value === undefined ? "–" : count(value));
+    }
+    if (hasEncoder && values.encoder !== undefined) setAttribute(needle, "transform", `rotate(${values.encoder % TURN / TURN * 360})`);
+  };
+  return { node, say };
+}

@@ -1,0 +1,62 @@
+// The slider through the past: the whole recording, then live again, or another way from here.
+
+import { button, el, setFlag, setText } from "./dom.js";
+import { clock, count } from "./format.js";
+import { link } from "./link.js";
+import * as orders from "./orders.js";
+import { onPaint, run } from "./state.js";
+
+const slider = el("input", { type: "range", min: 0, max: 1, value: 1, step: 1, "aria-label": "Scan shown", input: dragged });
+const ago = el("output", { class: "figure ago" });
+const live = button("Live", () => goLive(), { text: "Live", title: "Back to the present" });
+const branchButton = button("Branch from here", branch, { title: "Run again from this scan on, into a recording of its own" });
+
+let wanted = null, asking = false;
+
+export const scrubber = () => el("div", { class: "scrub", role: "group", "aria-label": "Past" }, slider, ago, live, branchButton);
+
+// Looks at a scan; while an answer is awaited only the latest wish is kept.
+export async function lookAt(scan) {
+  wanted = clamp(scan);
+  if (asking) return;
+  asking = true;
+  while (wanted !== null) {
+    const next = wanted;
+    wanted = null;
+    await orders.look(next);
+  }
+  asking = false;
+}
+
+const clamp = scan => scan === "live" ? scan : Math.min(Math.max(Math.round(scan), run.range[0]), run.range[1]);
+
+function dragged() {
+  lookAt(Number(slider.value));
+}
+
+export function goLive() {
+  link({ scan: null });
+  lookAt(run.hello?.kind === "trace" ? run.range[1] : "live");
+}
+
+// Moves by so many scans, from the present into the past if need be.
+export const moveBy = scans => lookAt((run.scan ?? 0) + scans);
+
+async function branch() {
+  const answer = await orders.branch(run.scan);
+  if (answer) link({ scan: null });
+}
+
+onPaint(() => {
+  const [first, last] = run.range;
+  const past = run.state === "past";
+  if (Number(slider.min) !== first) slider.min = first;
+  if (Number(slider.max) !== last) slider.max = last;
+  if (document.activeElement !== slider || !past) slider.value = past ? run.scan : last;
+  slider.setAttribute("aria-valuetext", past ? `scan ${count(run.scan)}` : "present");
+  const period = run.hello.period_ns;
+  setText(ago, past ? `−${clock((last - run.scan) * period)}` : "");
+  live.disabled = !past;
+  branchButton.disabled = !orders.timed() || !["past", "paused"].includes(run.state);
+  setFlag(branchButton, "hidden", run.hello.kind !== "rack");
+});

@@ -1,0 +1,77 @@
+// What the rack shows at present. Frames are gathered and painted once per picture of the screen.
+
+import { setAttribute } from "./dom.js";
+
+const PARTS = ["words", "values", "machine", "power", "tags", "lines"]; // parts that come by what has changed
+const LISTS = ["strip", "env"]; // lists that go on
+const MOST = 20000; // entries of a list while nothing is painted
+
+export const run = { hello: null, state: "lost", forced: {}, breakpoints: [], faults: [], range: [0, 0] };
+const painters = [], builders = [];
+let pending = null, due = false;
+
+// Calls build(hello) for each rack that introduces itself.
+export const onHello = build => { builders.push(build); };
+
+// Calls paint(changes) with what has changed since the last picture.
+export const onPaint = paint => { painters.push(paint); };
+
+export function greet(hello) {
+  pending = null;
+  Object.assign(run, { hello, forced: {}, breakpoints: [], faults: [], range: [hello.first_scan ?? 0, hello.last_scan ?? 0] });
+  for (const part of PARTS) run[part] = {};
+  for (const build of builders) build(hello);
+}
+
+export function take(frame) {
+  pending ??= {};
+  for (const [name, value] of Object.entries(frame)) {
+    if (PARTS.includes(name)) merge(name, value);
+    else if (LISTS.includes(name)) append(pending[name] ??= {}, value);
+    else if (name === "events") pending.events = [...(pending.events ?? []), ...value].slice(-MOST);
+    else if (name === "forced") pending.forced = Array.isArray(value) ? Object.fromEntries(value.map(tag => [tag, null])) : value;
+    else pending[name] = value;
+  }
+  if (!due) { due = true; requestAnimationFrame(paint); }
+}
+
+function merge(part, value) {
+  const into = pending[part] ??= {};
+  for (const [key, item] of Object.entries(value)) {
+    const nested = part === "machine" || part === "values";
+    into[key] = nested ? { ...into[key], ...item } : item;
+  }
+}
+
+function append(lists, value) {
+  for (const [key, items] of Object.entries(value)) {
+    lists[key] = lists[key] ? lists[key].concat(items).slice(-MOST) : items;
+  }
+}
+
+function paint() {
+  due = false;
+  const changes = pending;
+  pending = null;
+  if (!changes || !run.hello) return;
+  for (const [name, value] of Object.entries(changes)) {
+    if (LISTS.includes(name) || name === "events") continue;
+    if (name === "machine" || name === "values") {
+      for (const [slot, items] of Object.entries(value)) run[name][slot] = { ...run[name][slot], ...items };
+    } else if (PARTS.includes(name)) Object.assign(run[name], value);
+    else run[name] = value;
+  }
+  handles();
+  for (const painter of painters) painter(changes);
+}
+
+// What scripts wait for, see docs/watch.md.
+export function handles() {
+  const root = document.documentElement;
+  setAttribute(root, "data-scan", run.scan ?? null);
+  setAttribute(root, "data-mode", run.mode ?? null);
+  setAttribute(root, "data-time-ns", run.t ?? null);
+  setAttribute(root, "data-late", run.late ?? null);
+  setAttribute(root, "data-speed", run.speed?.reached ?? null);
+  setAttribute(root, "data-state", run.state);
+}

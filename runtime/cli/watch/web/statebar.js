@@ -1,0 +1,98 @@
+// The state bar: the key, the transport, what the scans do, and the slider through the past.
+
+import { at, button, el, setAttribute, setFlag, setText } from "./dom.js";
+import { findBox } from "./find.js";
+import { clock, count, times } from "./format.js";
+import { incidentsButton } from "./incidents.js";
+import { helpButton } from "./keys.js";
+import * as orders from "./orders.js";
+import { scrubber } from "./scrub.js";
+import { onHello, onPaint, run } from "./state.js";
+
+const MODES = { program: "Program", test: "Test", run: "Run" };
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 60, "max"];
+const STATES = { live: ["●", "Live"], paused: ["❚❚", "Paused"], past: ["◀", "Past"], lost: ["✕", "Lost"] };
+
+const modes = Object.entries(MODES).map(([name, title]) =>
+  button(title, () => orders.mode(name), { "data-mode-key": name, "aria-pressed": "false", title: `Turn the key to ${title}` }));
+const key = el("div", { class: "key", role: "group", "aria-label": "Key" }, ...modes);
+
+const pauseButton = button("Pause", orders.pause, { text: "❚❚", title: "Pause (space)", class: "sign" });
+const goButton = button("Go on", orders.go, { text: "▶", title: "Go on (space)", class: "sign" });
+const stepButton = button("Step", () => orders.step(1), { text: "▶❘", title: "One scan (.)", class: "sign" });
+const speedChoice = el("select", { "aria-label": "Speed", title: "Speed wanted", change: chosen },
+  ...SPEEDS.map(speed => el("option", { value: speed }, speed === "max" ? "max" : `${speed}×`)));
+const transport = el("div", { class: "transport", role: "group", "aria-label": "Time" },
+  pauseButton, goButton, stepButton, speedChoice);
+
+function chosen() {
+  const value = speedChoice.value;
+  orders.speed(value === "max" ? value : Number(value));
+}
+
+const figure = (title, kind, hint) => {
+  const value = el("output", { class: "figure" }, "–");
+  return { value, node: el("div", { class: `reading ${kind}`, title: hint }, el("span", { class: "title" }, title), value) };
+};
+const scan = figure("Scan", "long", "Number of the scan that is shown");
+const time = figure("Time", "long", "Machine time since power-up, min:s.ms");
+const reached = figure("Speed", "middle", "Speed reached over the last second");
+const late = figure("Late", "short", "Scans that came more than half a period late");
+const record = figure("Recording", "name", "The trace that is being written");
+
+const stateSign = el("span", { class: "sign", "aria-hidden": "true" });
+const stateWord = el("span", {});
+const state = el("div", { class: "state", role: "status" }, stateSign, stateWord);
+const rack = el("div", { class: "rack" });
+
+function build(hello) {
+  const name = hello.rack || hello.path;
+  document.title = `${name} – scanrack`;
+  setText(rack, name);
+  rack.title = hello.path;
+  setText(record.value, fileOf(hello.record) || "off");
+  record.node.title = hello.record ? `Recording to ${hello.record}` : "Nothing is recorded";
+  setFlag(document.documentElement, "data-read-only", !orders.allowed());
+  for (const each of modes) each.disabled = !orders.allowed();
+  speedChoice.disabled = stepButton.disabled = pauseButton.disabled = goButton.disabled = !orders.timed();
+  at("bar").replaceChildren(
+    el("div", { class: "row" }, rack, state, key, transport, el("span", { class: "gap" }),
+      findBox(), incidentsButton(), helpButton()),
+    el("div", { class: "row readings" }, scan.node, time.node, reached.node, late.node, record.node, scrubber()));
+}
+
+const fileOf = path => path ? path.split("/").pop() : "";
+
+function paint(changes) {
+  setText(scan.value, count(run.scan ?? 0));
+  setText(time.value, clock(run.t ?? 0));
+  setText(late.value, count(run.late ?? 0));
+  setFlag(late.node, "data-warning", run.late > 0);
+  if (changes.speed) paintSpeed(changes.speed);
+  if (changes.record !== undefined) setText(record.value, fileOf(changes.record) || "off");
+  paintMode();
+}
+
+function paintSpeed({ wanted, reached: got }) {
+  setText(reached.value, run.state === "live" && got !== null ? times(got) : "0×");
+  const wish = String(wanted);
+  if (![...speedChoice.options].some(option => option.value === wish)) {
+    speedChoice.append(el("option", { value: wish }, times(wanted)));
+  }
+  if (document.activeElement !== speedChoice) speedChoice.value = wish;
+}
+
+export function paintMode() {
+  const [sign, word] = STATES[run.state] ?? STATES.lost;
+  setText(stateSign, sign);
+  setText(stateWord, run.mode === "fault" && run.state === "live" ? "Fault" : word);
+  setAttribute(state, "data-fault", run.mode === "fault" ? "" : null);
+  for (const each of modes) setAttribute(each, "aria-pressed", String(each.dataset.modeKey === run.mode));
+  if (orders.timed()) {
+    pauseButton.disabled = run.state !== "live";
+    goButton.disabled = run.state === "live" || run.state === "lost";
+  }
+}
+
+onHello(build);
+onPaint(paint);

@@ -1,0 +1,111 @@
+// The selected tag: its value, writing and forcing it, and why it is as it is.
+
+import { at, button, el, heading, setFlag, setText } from "./dom.js";
+import { parsed, plain } from "./format.js";
+import { tell } from "./notice.js";
+import * as orders from "./orders.js";
+import { showRung } from "./program.js";
+import { onSelect, select, selected } from "./selection.js";
+import { onHello, onPaint, run } from "./state.js";
+import { place, unplace, valueOf } from "./values.js";
+import { addToWatch, sendWatched } from "./watchtable.js";
+
+const name = el("strong", { class: "name" });
+const type = el("span", { class: "soft" });
+const says = el("p", { class: "says" });
+const entry = el("input", { type: "text", "aria-label": "New value", spellcheck: "false", autocomplete: "off", keydown: event => { if (event.key === "Enter") write(); } });
+const forceButton = button("Force", () => forceSelected(true));
+const unforceButton = button("Remove force", () => orders.unforce(selected.tag));
+const writeButton = button("Write", write);
+const breakButton = button("Breakpoint", () => orders.breakpoint(selected.tag), { title: "Pause in the scan in which the tag changes" });
+const whyButton = button("Why", why, { title: "Why the tag is as it is" });
+const usesButton = button("Uses", uses, { title: "Where the tag is read and written" });
+const watchButton = button("Watch", () => addToWatch(selected.tag), { title: "Into the watch table" });
+const allButton = button("Remove all forces", () => orders.unforce("all"));
+const parts = el("div", { class: "parts" });
+const answer = el("div", { class: "answer", "aria-live": "polite" });
+const empty = el("p", { class: "soft" }, "Click a contact, a coil, a box or a tag.");
+const card = el("div", { class: "tag" }, el("div", { class: "line" }, name, type), says, parts,
+  el("div", { class: "line write" }, entry, writeButton, forceButton, unforceButton),
+  el("div", { class: "line" }, whyButton, usesButton, watchButton, breakButton), answer);
+
+const declared = tag => run.hello?.tags?.find(each => each.name.toUpperCase() === tag.toUpperCase());
+
+onHello(() => {
+  at("tag").replaceChildren(heading("Tag", allButton), selected.tag ? card : empty);
+  for (const each of [writeButton, forceButton, unforceButton, breakButton]) each.disabled = !orders.allowed();
+  if (selected.tag) show(selected);
+});
+
+onSelect(show);
+
+function show({ tag, names }) {
+  at("tag").lastChild.replaceWith(tag ? card : empty);
+  if (!tag) return;
+  const known = declared(tag) ?? {};
+  setText(name, tag);
+  setText(type, known.type ?? "");
+  setText(says, known.description ?? "");
+  unplace(parts);
+  parts.replaceChildren(...[...new Set([tag, ...names])].map(part));
+  answer.replaceChildren();
+  entry.value = "";
+  entry.placeholder = known.type === "BOOL" ? "0 or 1" : "value, 16#, 2#";
+  sendWatched(names);
+  paintForced();
+}
+
+function part(tag) {
+  const value = el("output", { class: "figure" }, "–");
+  place(value, tag);
+  return el("div", { class: "part" }, el("button", { type: "button", class: "plain", click: () => select({ ...selected, tag, names: [tag] }) }, tag), value);
+}
+
+function typed() {
+  const value = parsed(entry.value, declared(selected.tag)?.type ?? (typeof valueOf(selected.tag) === "boolean" ? "BOOL" : ""));
+  if (value === undefined) tell(`${entry.value || "Nothing"} is no value for ${selected.tag}.`);
+  return value;
+}
+
+async function write() {
+  const value = selected.tag ? typed() : undefined;
+  if (value !== undefined) await orders.write(selected.tag, value);
+}
+
+// Forces the selected tag to what is typed; a BOOL without a typed value to the other level. Key f also removes.
+export async function forceSelected(only = false) {
+  const { tag } = selected;
+  if (!tag) return tell("Select a tag first: click a contact.");
+  if (only !== true && tag in run.forced) return orders.unforce(tag);
+  const present = valueOf(tag);
+  const value = entry.value.trim() || typeof present !== "boolean" ? typed() : !present;
+  if (value !== undefined) await orders.force(tag, value);
+}
+
+async function why() {
+  const tag = selected.tag, said = await orders.order("why", { tag, ...(run.state === "live" ? {} : { scan: run.scan }) });
+  if (!said || tag !== selected.tag) return;
+  const steps = (said.steps ?? []).map(step => hit({ text: step.text, rung: step.at, scan: step.scan }));
+  answer.replaceChildren(el("p", {}, said.text ?? ""), steps.length ? el("ul", {}, ...steps) : "");
+}
+
+async function uses() {
+  const tag = selected.tag, said = await orders.order("xref", { tag });
+  if (said && tag === selected.tag) answer.replaceChildren(el("ul", {}, ...(said.hits ?? []).map(hit)));
+}
+
+const hit = ({ text, rung }) => el("li", {},
+  rung ? el("button", { type: "button", class: "plain", click: () => showRung(rung) }, rung) : "", el("span", {}, ` ${text}`));
+
+function paintForced() {
+  const forced = selected.tag && selected.tag in run.forced;
+  setFlag(card, "data-forced", forced);
+  unforceButton.disabled = !forced || !orders.allowed();
+  const many = Object.keys(run.forced).length;
+  setFlag(allButton, "hidden", !many);
+  setText(allButton, `Remove ${many} force${many === 1 ? "" : "s"}`);
+  const stops = run.breakpoints.includes(selected.tag);
+  breakButton.setAttribute("aria-pressed", String(stops));
+}
+
+onPaint(changes => { if (changes.forced || changes.breakpoints) paintForced(); });

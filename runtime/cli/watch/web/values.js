@@ -1,0 +1,60 @@
+// Places that show a value by name: tags, words and bits. One change reaches all places of a name.
+
+import { setAttribute, setText } from "./dom.js";
+import { plain, shown } from "./format.js";
+import { onPaint, run } from "./state.js";
+
+const places = new Map(); // name -> [{ node, say }]
+const known = new Map(); // name -> value
+
+export function forget() {
+  places.clear();
+  known.clear();
+}
+
+// Shows the value of a name in a node from now on; say(value) makes its text.
+export function place(node, name, say = shown) {
+  if (!places.has(name)) places.set(name, []);
+  places.get(name).push({ node, say });
+  node.dataset.name = name;
+  if (known.has(name)) put(node, say, known.get(name));
+  setAttribute(node, "data-forced", name in run.forced ? "" : null);
+}
+
+export function unplace(root) {
+  for (const [name, list] of places) {
+    const left = list.filter(({ node }) => !root.contains(node));
+    left.length ? places.set(name, left) : places.delete(name);
+  }
+}
+
+function put(node, say, value) {
+  const raw = plain(value);
+  if (node.dataset.value === raw) return;
+  node.dataset.value = raw;
+  const text = say(value);
+  if (text !== null) setText(node, text);
+}
+
+export function give(name, value) {
+  known.set(name, value);
+  for (const { node, say } of places.get(name) ?? []) put(node, say, value);
+}
+
+export const valueOf = name => known.get(name);
+
+// Says all values of a node's name anew, when its radix has changed.
+export function again(node, name, say) {
+  for (const entry of places.get(name) ?? []) {
+    if (entry.node === node) entry.say = say;
+  }
+  if (known.has(name)) setText(node, say(known.get(name)));
+}
+
+onPaint(({ tags, forced }) => {
+  for (const [name, value] of Object.entries(tags ?? {})) give(name, value);
+  if (!forced) return;
+  for (const [name, list] of places) {
+    for (const { node } of list) setAttribute(node, "data-forced", name in forced ? "" : null);
+  }
+});

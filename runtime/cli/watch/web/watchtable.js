@@ -1,0 +1,73 @@
+// The watch table: tags of one's own choice, each in a radix of its own, kept per rack in this browser.
+
+import { at, button, el, heading, setFlag } from "./dom.js";
+import { RADIXES, inRadix } from "./format.js";
+import { keep, kept } from "./kept.js";
+import { ask } from "./socket.js";
+import { select, selected } from "./selection.js";
+import { onHello, run } from "./state.js";
+import { again, place, unplace } from "./values.js";
+
+let rows = []; // { tag, radix }
+let key = "";
+
+const field = el("input", { type: "text", list: "tags", "aria-label": "Tag to watch", placeholder: "Add a tag", autocomplete: "off", spellcheck: "false", keydown: keyed });
+const known = el("datalist", { id: "tags" });
+const body = el("tbody");
+const table = el("table", { class: "watch" }, el("thead", { class: "hidden" }, el("tr", {}, ...["Tag", "Value", "Radix", ""].map(text => el("th", {}, text)))), body);
+const empty = el("p", { class: "soft" }, "Tags of your choice stay here.");
+
+onHello(hello => {
+  key = `scanrack watch ${hello.path}`;
+  rows = load();
+  known.replaceChildren(...(hello.tags ?? []).map(tag => el("option", { value: tag.name })));
+  at("watch").replaceChildren(heading("Watch"), table, empty,
+    el("div", { class: "line" }, field, known, button("Add to watch table", add, { text: "Add" })));
+  show();
+});
+
+const load = () => kept(key, []).filter(row => typeof row?.tag === "string")
+  .map(({ tag, radix }) => ({ tag, radix: RADIXES.includes(radix) ? radix : "decimal" }));
+
+const typeOf = tag => run.hello.tags?.find(each => each.name === tag)?.type ?? "DINT";
+
+function show() {
+  unplace(body);
+  body.replaceChildren(...rows.map(rowOf));
+  setFlag(empty, "hidden", rows.length > 0);
+  sendWatched();
+}
+
+function rowOf(row) {
+  const value = el("td", { class: "figure value" }, "–"), say = given => inRadix(given, row.radix, typeOf(row.tag));
+  place(value, row.tag, say);
+  const radix = el("select", { "aria-label": `Radix of ${row.tag}`, change: () => { row.radix = radix.value; keep(key, rows); again(value, row.tag, say); } },
+    ...RADIXES.map(name => el("option", { value: name, selected: name === row.radix }, name)));
+  return el("tr", {},
+    el("th", { scope: "row" }, el("button", { type: "button", class: "plain", title: "Write, force, why", click: () => select({ tag: row.tag }) }, row.tag)),
+    value, el("td", {}, radix),
+    el("td", {}, button(`Remove ${row.tag}`, () => { rows = rows.filter(each => each !== row); keep(key, rows); show(); }, { text: "✕", title: "Out of the table", class: "sign" })));
+}
+
+export function addToWatch(tag) {
+  if (!tag || rows.some(row => row.tag.toUpperCase() === tag.toUpperCase())) return;
+  rows.push({ tag, radix: "decimal" });
+  keep(key, rows);
+  show();
+}
+
+function add() {
+  addToWatch(field.value.trim());
+  field.value = "";
+}
+
+function keyed(event) {
+  if (event.key === "Enter") add();
+}
+
+// Says to the server which tags are looked at beside the routine: those of the table, and those selected.
+export async function sendWatched(more = selected.names) {
+  try {
+    await ask("watch", { tags: [...new Set([...rows.map(row => row.tag), ...more])] });
+  } catch { /* the next hello asks again */ }
+}

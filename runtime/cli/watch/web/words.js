@@ -1,0 +1,100 @@
+// Words and bits of each slot by name, with the manual's section, and the rule that fired.
+
+import { at, el, heading, setText } from "./dom.js";
+import { inRadix } from "./format.js";
+import { select } from "./selection.js";
+import { onHello, onPaint, run } from "./state.js";
+import { give, place } from "./values.js";
+
+let slots = new Map(); // number -> { bits, words, values }
+
+// What a bit is called for scripts: by meaning, or else by address.
+export const bitName = (slot, bit) => bit.name && !bit.address?.startsWith(bit.name) ? `${slot.number}.${bit.name}` : bit.address;
+
+const nameOfWord = (slot, output, word) => `Local:${slot.number}:${output ? "O" : "I"}.Data[${word}]`;
+
+function build(hello) {
+  slots = new Map(hello.slots.map(slot => [String(slot.number), slot]));
+  at("words").replaceChildren(heading("Words and bits"), ...hello.slots.map(slotOf));
+}
+
+function slotOf(slot) {
+  const rule = el("p", { class: "rule", "data-rule": slot.number, hidden: true });
+  const bits = output => slot.bits.filter(bit => Boolean(bit.output) === output);
+  return el("details", { class: "slot", open: true, "data-slot": slot.number },
+    el("summary", {}, `Slot ${slot.number} `, el("span", { class: "soft" }, slot.catalog)),
+    rule, group("Inputs", slot, bits(false)), group("Outputs", slot, bits(true)), valuesOf(slot), wordsOf(slot));
+}
+
+function group(title, slot, bits) {
+  if (!bits.length) return null;
+  return el("div", { class: "bits", role: "group", "aria-label": `${title} of slot ${slot.number}` },
+    el("h3", {}, title), ...bits.map(bit => bitOf(slot, bit)));
+}
+
+function bitOf(slot, bit) {
+  const level = el("span", { class: "level" }, "0"), name = bitName(slot, bit);
+  const node = el("button", {
+    type: "button", class: "bit", title: [bit.meaning, bit.section, bit.address].filter(Boolean).join("\n"),
+    click: () => select({ tag: bit.address ?? name }),
+  }, el("i", { class: "led", "aria-hidden": "true" }), el("span", {}, label(bit)), level);
+  place(node, name, value => { level.textContent = value ? "1" : "0"; return null; });
+  return node;
+}
+
+const label = bit => bit.name || bit.address;
+
+function valuesOf(slot) {
+  if (!slot.values?.length) return null;
+  return el("dl", { class: "values" }, ...slot.values.flatMap(value => {
+    const output = el("dd", { class: "figure" });
+    place(output, `${slot.number}.${value.name}`);
+    return [el("dt", {}, value.title ?? value.name), output];
+  }));
+}
+
+function wordsOf(slot) {
+  const { in: ins = 0, out: outs = 0 } = slot.words ?? {};
+  if (!ins && !outs) return null;
+  const row = (word) => el("tr", {}, el("th", { scope: "row" }, String(word)), ...cells(slot, false, word, ins), ...cells(slot, true, word, outs));
+  const rows = Array.from({ length: Math.max(ins, outs) }, (_, word) => row(word));
+  return el("details", { class: "raw" }, el("summary", {}, "Words"),
+    el("table", {}, el("thead", {}, el("tr", {}, ...["", "in", "", "out", ""].map(text => el("th", {}, text)))), el("tbody", {}, ...rows)));
+}
+
+function cells(slot, output, word, most) {
+  if (word >= most) return [el("td"), el("td")];
+  const hex = el("td", { class: "figure" }), decimal = el("td", { class: "figure" }), name = nameOfWord(slot, output, word);
+  place(hex, name, value => inRadix(value, "hex", "INT"));
+  place(decimal, name, value => String(value));
+  return [hex, decimal];
+}
+
+function paint(changes) {
+  for (const [number, words] of Object.entries(changes.words ?? {})) paintSlot(slots.get(number), words);
+  for (const [number, values] of Object.entries(changes.values ?? {})) {
+    for (const [name, value] of Object.entries(values)) give(`${number}.${name}`, value);
+  }
+  if (changes.rules) paintRules(changes.rules);
+}
+
+const signed = word => (word & 0x8000 ? word - 0x10000 : word);
+
+function paintSlot(slot, words) {
+  if (!slot) return;
+  const ins = slot.words.in, wordAt = bit => words[bit.word + (bit.output ? ins : 0)];
+  for (const bit of slot.bits) give(bitName(slot, bit), Boolean(wordAt(bit) >> bit.bit & 1));
+  for (const lamp of slot.lamps ?? []) give(bitName(slot, lamp), Boolean(wordAt({ output: true, ...lamp }) >> lamp.bit & 1));
+  words.forEach((word, place) => give(nameOfWord(slot, place >= ins, place >= ins ? place - ins : place), signed(word)));
+}
+
+function paintRules(rules) {
+  for (const node of document.querySelectorAll("[data-rule]")) {
+    const fired = rules.filter(rule => String(rule.slot) === node.dataset.rule);
+    node.hidden = !fired.length;
+    setText(node, fired.map(rule => `⚠ ${[rule.rule, rule.section].filter(Boolean).join(", ")}: ${rule.text}`).join("\n"));
+  }
+}
+
+onHello(build);
+onPaint(paint);
