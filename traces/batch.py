@@ -119,7 +119,9 @@ class TagBatch(ScanBatch):
         return len(self._images) >= self.room
 
 
-def message_layout(image_bytes: int, tags: np.dtype[np.void] | None = None) -> np.dtype[np.void]:
+def message_layout(
+    image_bytes: int, tags: np.dtype[np.void] | None = None, rest: np.dtype[np.void] | None = None
+) -> np.dtype[np.void]:
     """Return how a scan's message record lies in a chunk.
 
     >>> message_layout(32).itemsize
@@ -128,8 +130,10 @@ def message_layout(image_bytes: int, tags: np.dtype[np.void] | None = None) -> n
     Args:
         image_bytes: size of the rack's memory block.
         tags: the row of tags behind it.
+        rest: what follows the tags.
     """
     more: list[Any] = [] if tags is None else [(FIELD, tags)]
+    more += [] if rest is None else [("rest", rest)]
     return np.dtype(
         [
             ("opcode", "u1"),

@@ -14,6 +14,7 @@ from __future__ import annotations
 import zlib
 from array import array
 from struct import Struct
+from typing import Protocol
 
 import numpy as np
 import zstandard
@@ -21,7 +22,6 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Header, Metadata, Schema
 from numpy.typing import NDArray
 
-from .output import TraceFile
 from .records import MAGIC
 from .summary import Summary, encoded
 
@@ -29,6 +29,18 @@ _MESSAGE = Struct("<BQHIQQ")
 _MESSAGE_OPCODE = int(Opcode.MESSAGE)
 _MESSAGE_FIELDS_BYTES = 22
 _ZSTD_LEVEL = 1
+
+
+class Sink(Protocol):
+    """Where the records go: a `TraceFile`, or a file that counts."""
+
+    def write(self, data: bytes, /) -> int:
+        """Write records."""
+        ...
+
+    def tell(self) -> int:
+        """Return how many bytes have been written."""
+        ...
 
 
 class ChunkWriter:
@@ -43,7 +55,7 @@ class ChunkWriter:
         chunk_bytes: size at which a chunk is closed, before compression.
     """
 
-    def __init__(self, file: TraceFile, *, profile: str, library: str, chunk_bytes: int) -> None:
+    def __init__(self, file: Sink, *, profile: str, library: str, chunk_bytes: int) -> None:
         self._file = file
         self._chunk_bytes = chunk_bytes
         self._compressor = zstandard.ZstdCompressor(level=_ZSTD_LEVEL)

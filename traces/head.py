@@ -14,7 +14,17 @@ from .finding import sound_summary
 from .layout import SlotInfo
 from .named_words import recorded_words
 from .records import Span, TraceError, read_chunk, read_record
-from .schema import FORMAT, FORMAT_WITH_TAGS, MESSAGE_ENCODING, METADATA, SCHEMA_ENCODING, scan_schema
+from .schema import (
+    FORMAT,
+    FORMAT_WITH_TAGS,
+    MESSAGE_ENCODING,
+    METADATA,
+    NAME_STEM,
+    SCHEMA_ENCODING,
+    layout_of,
+    rest_bytes,
+    scan_schema,
+)
 from .tagplan import TagPlan, read_plan
 from .topics import SCAN_TOPIC
 
@@ -30,6 +40,7 @@ class TraceHead:
         slots: what sat in the rack, in the order of the memory block.
         channels: topic -> channel.
         tags: the tags that are recorded, None without any.
+        rest_bytes: bytes of a scan behind the tags, which are ignored.
     """
 
     profile: str
@@ -38,6 +49,7 @@ class TraceHead:
     slots: tuple[SlotInfo, ...]
     channels: Mapping[str, Channel]
     tags: TagPlan | None = None
+    rest_bytes: int = 0
 
 
 def read_head(file: BinaryIO, spans: Sequence[Span]) -> TraceHead:
@@ -56,8 +68,10 @@ def read_head(file: BinaryIO, spans: Sequence[Span]) -> TraceHead:
     schema = schemas.get(channels[SCAN_TOPIC].schema_id)
     slots = _slots(metadata, schema)
     tags = _tags(metadata, schema)
-    _check_layout(channels[SCAN_TOPIC], schema, slots, tags)
-    return TraceHead(headers[0].profile, headers[0].library, metadata, slots, channels, tags)
+    rest = _rest_bytes(channels[SCAN_TOPIC], schema, slots, tags)
+    if metadata["format"] == str(FORMAT_WITH_TAGS) and tags is None and not rest:
+        raise TraceError("its schema does not tell its tags: it has none")
+    return TraceHead(headers[0].profile, headers[0].library, metadata, slots, channels, tags, rest)
 
 
 def _channels(file: BinaryIO, spans: Sequence[Span]) -> tuple[dict[str, Channel], dict[int, Schema]]:
@@ -123,21 +137,29 @@ def _tags(metadata: Mapping[str, str], schema: Schema | None) -> TagPlan | None:
     if schema is None or metadata["format"] != str(FORMAT_WITH_TAGS):
         return None
     try:
-        plan = read_plan(schema.data.decode("utf-8", "replace"))
+        return read_plan(schema.data.decode("utf-8", "replace"))
     except (IndexError, ValueError) as error:
         raise TraceError(f"its schema does not tell its tags: {error}") from error
-    if plan is None:
-        raise TraceError("its schema does not tell its tags: it has none")
-    return plan
 
 
-def _check_layout(
+def _rest_bytes(
     channel: Channel, schema: Schema | None, slots: Sequence[SlotInfo], tags: TagPlan | None
-) -> None:
+) -> int:
+    """Return how many bytes a scan has behind the tags; TraceError if what stands before is not known."""
+    known = scan_schema(slots, tags)
     found = (channel.message_encoding, schema.encoding, schema.name) if schema is not None else ()
-    wanted = (MESSAGE_ENCODING, SCHEMA_ENCODING, scan_schema(slots, tags).name)
-    if found != wanted:
-        raise TraceError(
-            f"its scans are laid out in a way this version does not know: "
-            f"{' '.join(found) or 'no schema'}, expected {' '.join(wanted)}"
-        )
+    wanted = (MESSAGE_ENCODING, SCHEMA_ENCODING, known.name)
+    if found == wanted:
+        return 0
+    text = "" if schema is None else schema.data.decode("utf-8", "replace")
+    if found == (*wanted[:2], NAME_STEM + layout_of(text)):
+        try:
+            rest = rest_bytes(text, known)
+        except ValueError as error:
+            raise TraceError(f"its scans have fields behind the tags: {error}") from error
+        if rest is not None:
+            return rest
+    raise TraceError(
+        f"its scans are laid out in a way this version does not know: "
+        f"{' '.join(found) or 'no schema'}, expected {' '.join(wanted)}"
+    )

@@ -189,8 +189,9 @@ class Trace(Records):
         self._firsts: dict[int, int] = {}
         tags = None if self.head.tags is None else self.head.tags.dtype
         memory_bytes = SLOT_BYTES * len(self.head.slots)
-        self._scan_bytes = SCAN_HEAD.size + memory_bytes + (0 if tags is None else tags.itemsize)
-        self.shape = ScanShape(self.head.channels[SCAN_TOPIC].id, memory_bytes, tags)
+        rest_bytes = self.head.rest_bytes
+        self._scan_bytes = SCAN_HEAD.size + memory_bytes + (0 if tags is None else tags.itemsize) + rest_bytes
+        self.shape = ScanShape(self.head.channels[SCAN_TOPIC].id, memory_bytes, tags, rest_bytes)
         if not ends_whole(file, self.spans):
             self.notes += self._where_it_ends()
 

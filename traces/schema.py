@@ -21,7 +21,8 @@ no gap in it, so the rack's memory block is copied as it is:
     byte  0            4     8      12
           00 01 00 00  scan  flags  slot outputs, slot inputs, ...
 
-Tags, where a user names any, follow the slots; see `tagplan`.
+Tags, where a user names any, follow the slots; see `tagplan`. A reader ignores fields behind the tags,
+such as the decoded values of a copy; see `decoded`.
 
 Viewers merge schemas of one name, so the name carries a hash of the text. It
 is joined without an underscore: ROS 2 allows letters and digits only in the
@@ -35,6 +36,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from struct import Struct
 
+from .cdr import leaves
 from .layout import SlotInfo
 from .named_words import SEPARATOR
 from .tagplan import FIELD, TagPlan
@@ -43,7 +45,7 @@ FORMAT = 1
 """Version of what a trace holds and how; a reader refuses a later one."""
 
 FORMAT_WITH_TAGS = 2
-"""The version of a trace that holds tags; one without them keeps `FORMAT`, and its bytes."""
+"""The version of a trace with fields behind the slots; one without them keeps `FORMAT`, and its bytes."""
 
 LIBRARY = "scanrack "
 """The name of our software in the header of a file begins so; the version follows."""
@@ -83,8 +85,14 @@ class ScanSchema:
         return NAME_STEM + self.layout
 
 
-def scan_schema(slots: Sequence[SlotInfo], tags: TagPlan | None = None) -> ScanSchema:
-    """Return the schema of a scan of these slots and tags.
+More = tuple[str, Sequence[tuple[str, Sequence[str]]]]
+"""A field behind the tags: its name, and its messages, the first of which is its type."""
+
+
+def scan_schema(
+    slots: Sequence[SlotInfo], tags: TagPlan | None = None, more: More | None = None
+) -> ScanSchema:
+    """Return the schema of a scan of these slots and tags, with one more field if given.
 
     >>> schema = scan_schema([SlotInfo(1, "amci3601", "4.1")])
     >>> schema.text.splitlines()[:3], schema.name == "scanrack/msg/Scan" + schema.layout
@@ -95,6 +103,9 @@ def scan_schema(slots: Sequence[SlotInfo], tags: TagPlan | None = None) -> ScanS
     scan += [f"{names.message} slot{slot.number}" for slot, names in zip(slots, words, strict=True)]
     if tags is not None:
         scan.append(f"{tags.message} {FIELD}")
+    if more is not None:
+        field, more_messages = more
+        scan.append(f"{more_messages[0][0]} {field}")
     lines = [*scan]
     for names in dict.fromkeys(words):
         stem = names.message
@@ -103,9 +114,48 @@ def scan_schema(slots: Sequence[SlotInfo], tags: TagPlan | None = None) -> ScanS
         lines += _message(f"{stem}In", [f"int16 {name}" for name in names.inputs])
     for name, fields in tags.messages() if tags is not None else ():
         lines += _message(name, fields)
+    for name, added in more_messages if more is not None else ():
+        lines += _message(name, added)
     text = "\n".join(lines) + "\n"
-    return ScanSchema(hashlib.sha256(text.encode()).hexdigest()[:_HASH_DIGITS], text)
+    return ScanSchema(layout_of(text), text)
 
 
-def _message(name: str, fields: list[str]) -> list[str]:
+def layout_of(text: str) -> str:
+    """Return the hash of a schema's text, which its name ends with."""
+    return hashlib.sha256(text.encode()).hexdigest()[:_HASH_DIGITS]
+
+
+def rest_bytes(text: str, known: ScanSchema) -> int | None:
+    """Return how many bytes a scan has behind the fields that are known.
+
+    Args:
+        text: a schema of /scan.
+        known: the schema of the same slots and tags, without more fields.
+
+    Returns:
+        None if the schema does not begin with the known fields, or lacks a message of theirs.
+
+    Raises:
+        ValueError: a field behind them has no fixed size.
+    """
+    if text == known.text:
+        return 0
+    (fields, messages), (known_fields, known_messages) = split_schema(text), split_schema(known.text)
+    if fields[: len(known_fields)] != known_fields:
+        return None
+    if any(messages.get(name) != lines for name, lines in known_messages.items()):
+        return None
+    *_, before = leaves(known_fields, messages, 0)
+    *_, last = leaves(fields, messages, 0)
+    return last.end - before.end
+
+
+def split_schema(text: str) -> tuple[list[str], dict[str, list[str]]]:
+    """Return the fields of a schema, and the lines of its messages by name."""
+    head, *messages = text.split(f"{SEPARATOR}\n")
+    parted = (each.splitlines() or [""] for each in messages)
+    return head.splitlines(), {first.removeprefix("MSG: scanrack/"): lines for first, *lines in parted}
+
+
+def _message(name: str, fields: Sequence[str]) -> list[str]:
     return [SEPARATOR, f"MSG: scanrack/{name}", *fields]

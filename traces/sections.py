@@ -151,11 +151,19 @@ class ScanShape:
         channel: id of the scans' channel; None for a trace without scans.
         memory_bytes: size of the rack's memory block.
         tags: the row of tags behind it, None without any.
+        rest_bytes: bytes behind the tags.
     """
 
-    def __init__(self, channel: int | None, memory_bytes: int, tags: np.dtype[np.void] | None = None) -> None:
+    def __init__(
+        self,
+        channel: int | None,
+        memory_bytes: int,
+        tags: np.dtype[np.void] | None = None,
+        rest_bytes: int = 0,
+    ) -> None:
         self.channel = channel
-        self.layout = message_layout(memory_bytes, tags)
+        rest: np.dtype[np.void] | None = np.dtype(f"V{rest_bytes}") if rest_bytes else None
+        self.layout = message_layout(memory_bytes, tags, rest)
         self.stride = self.layout.itemsize
         self._length = self.stride - RECORD_HEAD.size
         self._begin = b"" if channel is None else _SAME_HEAD.pack(Opcode.MESSAGE, self._length, channel)

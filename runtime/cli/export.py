@@ -1,16 +1,18 @@
-"""`scanrack export TRACE --csv|--parquet|--vcd OUT`: a trace for other programs."""
+"""`scanrack export TRACE --csv|--parquet|--vcd|--mcap OUT`: a trace for other programs."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import IO, Annotated, Any
 
 import typer
 
-from ...traces.export import write_csv, write_parquet, write_vcd
-from ...traces.reader import open_trace
+from ...traces.export import write_csv, write_mcap, write_parquet, write_vcd
+from ...traces.newfile import Target
+from ...traces.reader import Trace, open_trace
+from ...traces.signals import Selection
 from .complaints import reported_mistakes
 from .terminal import say
 from .trace_options import (
@@ -24,8 +26,8 @@ from .trace_options import (
     writing,
 )
 
-_WRITERS = {"--csv": write_csv, "--parquet": write_parquet, "--vcd": write_vcd}
-
+_TABLES = {"--csv": write_csv, "--parquet": write_parquet, "--vcd": write_vcd}
+"""Writers of chosen signals."""
 
 STDOUT = Path("-")
 """The file name that means standard output."""
@@ -34,6 +36,7 @@ _STREAMS: dict[str, Callable[[], IO[Any]]] = {
     "--csv": lambda: sys.stdout,
     "--parquet": lambda: sys.stdout.buffer,
     "--vcd": lambda: sys.stdout,
+    "--mcap": lambda: sys.stdout.buffer,
 }
 
 
@@ -48,6 +51,14 @@ def _export_command(
     vcd: Annotated[
         Path | None,
         typer.Option("--vcd", metavar="OUT", help="Write a value change dump, for GTKWave and its like."),
+    ] = None,
+    mcap: Annotated[
+        Path | None,
+        typer.Option(
+            "--mcap",
+            metavar="OUT",
+            help="Write a copy with decoded position, speed and bits of each 3601, for any viewer.",
+        ),
     ] = None,
     signal: Annotated[
         list[str] | None,
@@ -72,7 +83,9 @@ def _export_command(
     """
     with reported_mistakes():
         wanted = selection(scans, time)
-        targets = {"--csv": csv, "--parquet": parquet, "--vcd": vcd}
+        targets = {"--csv": csv, "--parquet": parquet, "--vcd": vcd, "--mcap": mcap}
+        if signal and not any(targets[option] for option in _TABLES):
+            raise ValueError("--signal chooses columns; a copy as MCAP has all of the trace")
         if not any(targets.values()):
             raise ValueError(f"nothing to write: give {', '.join(targets)} or several of them")
         if sum(target == STDOUT for target in targets.values()) > 1:
@@ -88,11 +101,25 @@ def _export_command(
                 writing(target),
             ):
                 into = _STREAMS[option]() if to_stdout else target
-                count = _WRITERS[option](opened, into, signal or (), wanted, progress=progress)
+                count = _write(opened, option, into, signal or (), wanted, progress)
             if not quiet:
                 size = "" if to_stdout else f", {target.stat().st_size:,} bytes"
                 say(f"{target}: {count:,} scans{size}", err=to_stdout)
             tell_notes(opened)
+
+
+def _write(
+    trace: Trace,
+    option: str,
+    into: Target,
+    signals: Sequence[str],
+    wanted: Selection,
+    progress: Callable[[int], None],
+) -> int:
+    """Write a trace as an option says; return how many scans were written."""
+    if option == "--mcap":
+        return write_mcap(trace, into, wanted, progress=progress)
+    return _TABLES[option](trace, into, signals, wanted, progress=progress)
 
 
 def register(app: typer.Typer) -> None:

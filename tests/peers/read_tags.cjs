@@ -1,6 +1,7 @@
-// Reads the tags of a trace with @mcap/core and Foxglove's decoder and prints them as JSON, a scan after the other:
+// Reads the tags of a trace with @mcap/core and Foxglove's decoder and prints them as JSON, a scan after the other;
+// with `whole` all of each scan:
 //
-//     node read_tags.cjs TRACE
+//     node read_tags.cjs TRACE [whole]
 //
 // 64-bit integers are printed as text.
 
@@ -10,7 +11,7 @@ const fzstd = require("fzstd");
 const { parse } = require("@foxglove/rosmsg");
 const { MessageReader } = require("@foxglove/rosmsg2-serialization");
 
-async function main(path) {
+async function main(path, whole) {
   const data = await fs.readFile(path);
   const reader = await McapIndexedReader.Initialize({
     readable: {
@@ -24,14 +25,15 @@ async function main(path) {
   const decoder = new MessageReader(parse(text, { ros2: true }));
   const found = [];
   for await (const message of reader.readMessages({ topics: ["/scan"] })) {
-    found.push(decoder.readMessage(message.data).tags);
+    const scan = decoder.readMessage(message.data);
+    found.push(whole ? scan : scan.tags);
   }
   const plain = (_, value) =>
     typeof value === "bigint" ? String(value) : ArrayBuffer.isView(value) ? [...value] : value;
   console.log(JSON.stringify(found, plain));
 }
 
-main(process.argv[2]).catch((error) => {
+main(process.argv[2], process.argv[3] === "whole").catch((error) => {
   console.error(error.stack);
   process.exit(1);
 });

@@ -1,8 +1,9 @@
-"""A trace for other programs: data frames, CSV, Parquet, VCD. See docs/query.md."""
+"""A trace for other programs: data frames, CSV, Parquet, VCD, MCAP. See docs/query.md."""
 
 from .csvfile import write_csv
 from .frames import to_pandas, to_polars
+from .mcapfile import write_mcap
 from .parquet import write_parquet
 from .vcd import write_vcd
 
-__all__ = ["to_pandas", "to_polars", "write_csv", "write_parquet", "write_vcd"]
+__all__ = ["to_pandas", "to_polars", "write_csv", "write_mcap", "write_parquet", "write_vcd"]

@@ -1,0 +1,102 @@
+"""Where the fields of a message lie in CDR: each value at a multiple of its size, from the message's start.
+
+    scan  uint32   at 0
+    lamp  bool     at 4
+    speed float64  at 8       three bytes before it are left out
+
+That is version 1 of the encoding, which the prefix 00 01 00 00 of a payload states [OMG DDS-XTypes 1.3,
+7.4.1.1]. Nested messages have no alignment of their own.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from struct import calcsize
+from typing import NamedTuple
+
+PRIMITIVES: Mapping[str, str] = {
+    "bool": "?",
+    "byte": "B",
+    "char": "B",
+    "int8": "b",
+    "uint8": "B",
+    "int16": "h",
+    "uint16": "H",
+    "int32": "i",
+    "uint32": "I",
+    "int64": "q",
+    "uint64": "Q",
+    "float32": "f",
+    "float64": "d",
+}
+"""Types of ros2msg and their letters in the `struct` module."""
+
+SIZES: Mapping[str, int] = {letter: calcsize(f"<{letter}") for letter in PRIMITIVES.values()}
+"""Bytes of a value, by its letter."""
+
+DEPTH_MAX = 16
+"""Messages in messages that are followed."""
+
+_FIELD = re.compile(r"(?P<type>[\w/]+)(?:\[(?P<length>[1-9]\d{0,8})\])? (?P<name>\w+)")
+_CONSTANT = re.compile(r"\w+ \w+ ?=")
+
+
+class Leaf(NamedTuple):
+    """A value, or the elements of an array, of a message.
+
+    Attributes:
+        path: its name, after the names of the messages that it is in.
+        letter: its type in the `struct` module.
+        length: elements; 1 for a single value.
+        offset: where it begins, bytes.
+    """
+
+    path: tuple[str, ...]
+    letter: str
+    length: int
+    offset: int
+
+    @property
+    def end(self) -> int:
+        """Where it ends."""
+        return self.offset + self.length * SIZES[self.letter]
+
+
+def leaves(
+    lines: Sequence[str], messages: Mapping[str, Sequence[str]], offset: int, path: tuple[str, ...] = ()
+) -> Iterator[Leaf]:
+    """Yield the values of a message in order.
+
+    >>> [(leaf.path, leaf.offset) for leaf in leaves(["bool on", "In in"], {"In": ["float64 speed"]}, 3)]
+    [(('on',), 3), (('in', 'speed'), 8)]
+
+    Args:
+        lines: the message's fields, as in ros2msg.
+        messages: the messages that fields may be of, by name.
+        offset: bytes before it.
+        path: names of the messages that it is in.
+
+    Raises:
+        ValueError: a field has no fixed size, is of an unknown type, or messages are nested too deep.
+    """
+    if len(path) > DEPTH_MAX:
+        raise ValueError(f"messages are nested more than {DEPTH_MAX} deep")
+    for line in lines:
+        text = line.partition("#")[0].strip()
+        if not text or _CONSTANT.match(text):
+            continue
+        match = _FIELD.fullmatch(text)
+        kind = "" if match is None else match["type"].rpartition("/")[2]
+        if match is None or (kind not in PRIMITIVES and kind not in messages):
+            raise ValueError(f"field {text!r} has no fixed size that is known")
+        name, length = (*path, match["name"]), int(match["length"] or 1)
+        if kind in PRIMITIVES:
+            letter = PRIMITIVES[kind]
+            leaf = Leaf(name, letter, length, -(-offset // SIZES[letter]) * SIZES[letter])
+            yield leaf
+            offset = leaf.end
+        for _ in range(0 if kind in PRIMITIVES else length):
+            for leaf in leaves(messages[kind], messages, offset, name):
+                yield leaf
+                offset = leaf.end

@@ -1,0 +1,222 @@
+"""A copy of a trace in which every viewer finds decoded values: position, speed, status bits of each 3601.
+
+    scan, flags, slots, tags      as recorded, byte for byte
+    decoded                       behind them, see `traces.decoded`
+
+Our own reader takes the copy as it takes the recording; it ignores fields behind `tags`.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from typing import IO, Any
+
+import numpy as np
+from mcap.opcode import Opcode
+from mcap.records import Metadata
+from numpy.typing import NDArray
+
+from ..batch import message_layout
+from ..chunks import ChunkWriter
+from ..decoded import FIELD, Decoded
+from ..layout import SLOT_BYTES
+from ..newfile import Target, new_file
+from ..reader import Trace, TraceEvent
+from ..records import read_record
+from ..schema import (
+    FORMAT_WITH_TAGS,
+    MESSAGE_ENCODING,
+    METADATA,
+    PROFILE,
+    SCAN_HEAD,
+    SCHEMA_ENCODING,
+    ScanSchema,
+    scan_schema,
+)
+from ..sections import ScanRows
+from ..signals import ALL, Selection, blocks
+from ..topics import MESSAGE_ENCODING as JSON_ENCODING
+from ..topics import SCAN_TOPIC, TEXTS, TOPICS
+from ..topics import SCHEMA_ENCODING as JSON_SCHEMA_ENCODING
+
+CHUNK_BYTES = 1 << 20
+_PREAMBLE_BYTES = 9
+_SEQUENCE_MASK = 0xFFFF_FFFF
+
+
+def write_mcap(
+    trace: Trace,
+    path: Target,
+    selection: Selection = ALL,
+    *,
+    progress: Callable[[int], None] = lambda scans: None,
+) -> int:
+    """Write a copy of a trace, with decoded values in every scan.
+
+    Args:
+        trace: the open trace.
+        path: where to, or an open binary stream.
+        selection: which scans; events of other scans are left out.
+        progress: called at each block with the number of scans read so far.
+
+    Returns:
+        How many scans were written.
+
+    Raises:
+        ValueError: no slot of the trace speaks 3601.
+        EmptySelectionError: no scan is in the selection.
+        OSError: it can't be written.
+    """
+    head = trace.head
+    tags = None if head.tags is None else head.tags.dtype
+    memory_bytes = SLOT_BYTES * len(head.slots)
+    own_bytes = memory_bytes + (0 if tags is None else tags.itemsize)
+    decoded = Decoded(head.slots, SCAN_HEAD.size - 4 + own_bytes)
+    schema = scan_schema(head.slots, head.tags, (FIELD, decoded.messages))
+    layout = message_layout(memory_bytes, tags, decoded.dtype)
+    rows = Rows(decoded.rows(block) for block in blocks(trace, selection, progress=progress))
+    rows.fill()  # an empty selection is refused before there is a file
+    with new_file(path, "wb") as file:
+        copy = Copy(trace, Counted(file), schema, layout)
+        for section in trace.sections:
+            for entry in trace.entries(section):
+                if isinstance(entry, TraceEvent):
+                    copy.event(entry, selection)
+                else:
+                    copy.scans(_selected(entry, selection), rows)
+        copy.finish()
+    return copy.count
+
+
+class Counted:
+    """An open file that counts what is written: a pipe does not know where it is.
+
+    Args:
+        file: the file, open for writing bytes.
+    """
+
+    def __init__(self, file: IO[Any]) -> None:
+        self._file, self._size = file, 0
+
+    def write(self, data: bytes, /) -> int:
+        """Write bytes."""
+        self._file.write(data)
+        self._size += len(data)
+        return len(data)
+
+    def tell(self) -> int:
+        """Return how many bytes have been written."""
+        return self._size
+
+
+class Rows:
+    """Decoded rows, handed out in other pieces than they are made in.
+
+    Args:
+        blocks: the rows, block by block.
+    """
+
+    def __init__(self, blocks: Iterator[NDArray[Any]]) -> None:
+        self._blocks = blocks
+        self._held: NDArray[Any] | None = None
+
+    def fill(self) -> NDArray[Any]:
+        """Return the rows at hand, those of the next block if there are none."""
+        if self._held is None or not len(self._held):
+            self._held = next(self._blocks)
+        return self._held
+
+    def take(self, count: int) -> Iterator[NDArray[Any]]:
+        """Yield the next rows, so many in all."""
+        while count:
+            part = self.fill()[:count]
+            self._held = self.fill()[len(part) :]
+            count -= len(part)
+            yield part
+
+
+class Copy:
+    """Writes the copy of a trace.
+
+    Args:
+        trace: the trace.
+        file: where to.
+        schema: the schema of its scans.
+        layout: the record of a scan.
+
+    Attributes:
+        count: scans written.
+    """
+
+    def __init__(self, trace: Trace, file: Counted, schema: ScanSchema, layout: np.dtype[np.void]) -> None:
+        self.count = 0
+        self._layout = layout
+        self._copied = [name for name in layout.names or () if name != "rest"]
+        library = trace.head.library
+        self._writer = ChunkWriter(file, profile=PROFILE, library=library, chunk_bytes=CHUNK_BYTES)
+        names = (SCAN_TOPIC, MESSAGE_ENCODING, schema.name, SCHEMA_ENCODING, schema.text)
+        self._channel = self._writer.channel(*names)
+        self._channels = {
+            topic.name: self._writer.channel(
+                topic.name, JSON_ENCODING, topic.schema, JSON_SCHEMA_ENCODING, topic.schema_text
+            )
+            for topic in (*TOPICS, TEXTS)
+            if topic.name in trace.head.channels
+        }
+        for record in _metadata(trace):
+            own = {"format": str(FORMAT_WITH_TAGS), "layout": schema.layout}
+            more = own if record.name == METADATA else {}
+            self._writer.add_metadata(record.name, {**record.metadata, **more})
+        for file_with in trace.attachments():
+            self._writer.add_attachment(file_with.name, file_with.media_type, file_with.data)
+
+    def scans(self, recorded: ScanRows, decoded: Rows) -> None:
+        """Write scans, with the next decoded rows behind them."""
+        start = 0
+        for part in decoded.take(len(recorded)):
+            rows = np.zeros(len(part), self._layout)
+            source = recorded[start : start + len(part)]
+            for name in self._copied:
+                rows[name] = source[name]
+            rows["length"] = self._layout.itemsize - _PREAMBLE_BYTES
+            rows["channel"] = self._channel
+            rows["rest"] = part
+            self._writer.add_block(self._channel, rows["log_time"].astype(np.uint64), rows.tobytes())
+            start += len(part)
+        self.count += len(recorded)
+
+    def event(self, event: TraceEvent, selection: Selection) -> None:
+        """Write an event, unless its scan is not wanted; texts are needed by all later scans."""
+        if event.topic != TEXTS.name and not _is_selected(event, selection):
+            return
+        text = json.dumps({"scan": event.scan, **event.fields}, ensure_ascii=False, separators=(",", ":"))
+        channel, number = self._channels[event.topic], event.scan & _SEQUENCE_MASK
+        self._writer.add_message(channel, event.now_ns, text.encode(), event.now_ns, number)
+
+    def finish(self) -> None:
+        """Write the end."""
+        self._writer.finish()
+
+
+def _metadata(trace: Trace) -> Iterator[Metadata]:
+    """Yield the metadata records of a trace."""
+    for span in trace.spans:
+        if span.opcode == Opcode.METADATA:
+            yield read_record(trace.file, span, Metadata.read)
+
+
+def _selected(rows: ScanRows, selection: Selection) -> ScanRows:
+    """Return the wanted ones of scans."""
+    wanted = (rows["scan"] >= selection.first) & (rows["log_time"] >= selection.start_ns)
+    if selection.last is not None:
+        wanted &= rows["scan"] <= selection.last
+    if selection.end_ns is not None:
+        wanted &= rows["log_time"] <= selection.end_ns
+    return rows if wanted.all() else rows[wanted]
+
+
+def _is_selected(event: TraceEvent, selection: Selection) -> bool:
+    late = selection.last is not None and event.scan > selection.last
+    late = late or (selection.end_ns is not None and event.now_ns > selection.end_ns)
+    return not late and event.scan >= selection.first and event.now_ns >= selection.start_ns
