@@ -19,14 +19,14 @@ from .quoting import quoted
 
 @dataclass(frozen=True, slots=True)
 class Number:
-    """A number as it was written.
+    """A number as it was written. Numbers are equal when their texts are: a NaN equals itself, too.
 
     Attributes:
         value: its value.
         text: how it prints; `16#FF` stays `16#FF`.
     """
 
-    value: int | float
+    value: int | float = field(compare=False)
     text: str
 
     def __str__(self) -> str:

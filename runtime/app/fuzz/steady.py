@@ -43,6 +43,7 @@ MODULES = {
     "io": PROCESS,
     "_io": PROCESS,
     "pathlib": PROCESS,
+    "genericpath": PROCESS,
 }
 """What a function counts as, by its module."""
 
@@ -61,6 +62,7 @@ STEADY = {
     "threading": {"Lock", "RLock", "get_ident", "current_thread"},
     "_thread": {"allocate_lock", "lock", "RLock", "get_ident"},
     "io": {"StringIO", "BytesIO", "text_encoding"},
+    "genericpath": {"commonprefix"},
     "_io": {"StringIO", "BytesIO", "text_encoding", "write", "flush"},
 }
 """Functions of these modules that give the same in every run."""
@@ -133,6 +135,8 @@ class Uses:
     def _function(self, frame: FrameType) -> str | None:
         """Return what a function in Python counts as."""
         module, name = str(frame.f_globals.get("__name__", "")), frame.f_code.co_name
+        if module.startswith("pathlib."):  # a package since Python 3.13
+            module = "pathlib"
         owner = frame.f_locals.get("self")
         if owner is os.environ:
             return PROCESS

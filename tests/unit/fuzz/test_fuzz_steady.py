@@ -40,6 +40,7 @@ IDLE = "\n\ndef logic(scan):\n    pass\n"
         ("id(object())", PROCESS),
         ("open(__file__).close()", PROCESS),
         ("from pathlib import Path\nPath(__file__).exists()", PROCESS),
+        ("import os\nos.path.exists(__file__)", PROCESS),
         ("import random\nrandom.Random(7).random()", None),
         ("import random\nrandom.seed(7)\nrandom.random()", None),
         ("import math, json, re\nmath.sqrt(2)\njson.dumps([1])\nre.findall('a', 'aa')", None),
