@@ -140,36 +140,53 @@ class AddOn:
         if self.routine(LOGIC) is None:
             raise LadderError(f"add-on {self.name} has no routine {LOGIC}")
         for routine in self.routines:
-            self._check(routine, seen)
+            for number, text in self.wrong_in(routine):
+                place = f"{routine.unit} {number}"
+                raise LadderError(f"add-on {self.name}, routine {routine.name}, {place}: {text}")
 
-    def _check(self, routine: Routine, known: set[str]) -> None:
+    def with_routines(self, routines: tuple[Routine, ...]) -> AddOn:
+        """Return the same add-on with other routines; its instances are of the same type.
+
+        Raises:
+            LadderError: see `AddOn`.
+        """
+        made = replace(self, routines=routines)
+        made.__dict__["structure"] = self.structure
+        return made
+
+    def wrong_in(self, routine: Routine) -> Iterator[tuple[int, str]]:
+        """Yield what has no place in a routine of it: the number of the rung or line, and what it is."""
+        known = {name.upper() for name in (*ENABLES, *(each.name for each in self.parameters))}
         for place, rung in enumerate(routine.rungs):
             deep = too_deep(rung.series)
             if deep:
-                raise LadderError(f"add-on {self.name}, routine {routine.name}, rung {place}: {deep}")
+                yield place, deep
+                continue
             for instruction in instructions_of(rung.series):
-                where = f"add-on {self.name}, routine {routine.name}, rung {place}: {instruction}"
-                self._check_instruction(instruction, known, where)
+                for text in self._wrong_instruction(instruction, known):
+                    yield place, f"{instruction}: {text}"
         for statement in statements_in(routine.statements or ()):
-            where = f"add-on {self.name}, routine {routine.name}, line {statement.line}: {statement.head}"
-            if isinstance(statement, Invocation):
-                self._check_instruction(statement.instruction, known, where)
-            else:
-                for operand in operands_in(statement):
-                    self._check_names(addresses_in(operand), known, where)
+            wrong = (
+                self._wrong_instruction(statement.instruction, known)
+                if isinstance(statement, Invocation)
+                else self._wrong_names(
+                    (each for operand in operands_in(statement) for each in addresses_in(operand)), known
+                )
+            )
+            for text in wrong:
+                yield statement.line, f"{statement.head}: {text}"
 
-    def _check_instruction(self, instruction: Instruction, known: set[str], where: str) -> None:
+    def _wrong_instruction(self, instruction: Instruction, known: set[str]) -> Iterator[str]:
         if instruction.name in REFUSED:
-            raise LadderError(f"{where}: {instruction.name} does not stand in an add-on instruction")
-        self._check_names(_addresses(instruction), known, where)
+            yield f"{instruction.name} does not stand in an add-on instruction"
+        else:
+            yield from self._wrong_names(_addresses(instruction), known)
 
-    def _check_names(self, addresses: Iterable[Address], known: set[str], where: str) -> None:
+    def _wrong_names(self, addresses: Iterable[Address], known: set[str]) -> Iterator[str]:
         for address in addresses:
             if address.name.upper() not in known and not _is_flag(address):
                 names = ", ".join(each.name for each in self.parameters)
-                raise LadderError(
-                    f"{where}: there is no parameter or local tag {address.name}; there are {names}"
-                )
+                yield f"there is no parameter or local tag {address.name}; there are {names}"
 
     def __call__(self, instance: object, *arguments: object) -> Instruction:
         """Return a call: the instance's tag, then the required parameters in order.

@@ -62,7 +62,7 @@ def _without_stub(lowered: Lowered) -> Iterator[Problem]:
                 'describe its end: STUB MSG : done after 20 ms, or program.stub("MSG", "done after 20 ms")'
             )
             text = f"nothing says how the message {message.text} ends"
-            yield Problem(_where(routine, line), line.text, text, remedy)
+            yield Problem(_where(routine, line), line.text, text, remedy, routine.name, line.number)
 
 
 def uses_of_stubs(lowered: Lowered) -> Iterator[str]:
@@ -150,7 +150,7 @@ def _jumps(lowered: Lowered, routine: LoweredRoutine) -> Iterator[Problem]:
             elif step.name == "EVENT" and isinstance(step.operands[0], str):
                 problem = _event_problem(lowered, step.operands[0])
             if problem:
-                yield Problem(_where(routine, line), line.text, *problem)
+                yield Problem(_where(routine, line), line.text, *problem, routine.name, line.number)
 
 
 def _event_problem(lowered: Lowered, name: str) -> tuple[str, str] | None:
@@ -232,7 +232,8 @@ def _chains(lowered: Lowered) -> Iterator[Problem]:
         depths[name] = 1 + max((depths[each] for each in called), default=0)
         if depths[name] > MOST_CALLS:
             where = f"routine {lowered.routines[name].name}"
-            yield Problem(where, "", f"its calls go more than {MOST_CALLS} deep", "call from fewer routines")
+            text = f"its calls go more than {MOST_CALLS} deep"
+            yield Problem(where, "", text, "call from fewer routines", lowered.routines[name].name)
             return
 
 
@@ -247,6 +248,8 @@ def _main_with_inputs(lowered: Lowered) -> Iterator[Problem]:
             main.lines[0].text,
             "SBR takes inputs, but a scan passes none to the main routine",
             "take SBR out, or call the routine by JSR",
+            main.name,
+            0,
         )
 
 
@@ -267,6 +270,8 @@ def _half_words(lowered: Lowered) -> Iterator[Problem]:
                 f"{source.text} may end in the middle of a word of {target.text}, "
                 "which would hold half of a new command and half of an old one",
                 "copy from an array of INT, or as many bytes as the words take",
+                routine.name,
+                line.number,
             )
 
 

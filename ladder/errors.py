@@ -39,12 +39,16 @@ class Problem:
         rung: the rung as text, "" if it is not a rung.
         text: what is wrong, with the value and what is allowed.
         remedy: what helps.
+        routine: full name of the routine, "" if it is not in one.
+        number: the rung or line in that routine, None if it is not in one.
     """
 
     where: str
     rung: str
     text: str
     remedy: str
+    routine: str = ""
+    number: int | None = None
 
     def __str__(self) -> str:
         shown = f"\n    {self.rung}" if self.rung else ""

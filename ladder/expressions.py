@@ -32,8 +32,8 @@ from .tree import (
 )
 
 NAME = re.compile(r"[A-Za-z_]\w*")
-TAG_NAME = r"[A-Za-z_]\w*(?:(?::\d{1,5})?:[IOCSiocs]\d?(?!\w))?"
-"""Names that a tag may have: `Run`, and those of modules: `Rack:3:O`, `Drive:I`, `Local:1:C`."""
+TAG_NAME = r"[A-Za-z_]\w*(?:(?::\d{1,5})?:(?:[IOCSiocs]|[Ss][IOCioc])\d{0,2}(?!\w))?"
+"""Names that a tag may have: `Run`, and those of modules: `Rack:3:O`, `Drive:I1`, `Local:1:C`, `Gate:SI`."""
 
 TAG_BASE = rf"[Ss]:[A-Za-z]+|\\[A-Za-z_]\w*\.[A-Za-z_]\w*|{TAG_NAME}"
 """Names that an address begins with, as a regular expression."""

@@ -8,7 +8,7 @@ lark parses what is left. Expressions become operands while it parses, so that t
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import pairwise
@@ -68,7 +68,12 @@ _SKIPPED = re.compile(
 
 
 def parse_statements(
-    text: str, *, file: str = "", line: int = 1, specs: Mapping[str, Spec] = BY_NAME
+    text: str,
+    *,
+    file: str = "",
+    line: int = 1,
+    lines: Sequence[int] = (),
+    specs: Mapping[str, Spec] = BY_NAME,
 ) -> Block:
     """Read structured text.
 
@@ -81,12 +86,13 @@ def parse_statements(
         text: the statements.
         file: where it is from, for messages.
         line: number of its first line there.
+        lines: numbers of all its lines there, where they do not follow one another.
         specs: the instructions that there are, by name in capitals.
 
     Raises:
         RungTextError: it is not structured text; where, and what was expected.
     """
-    return _Reader(text, file, line, specs).block()
+    return _Reader(text, file, lines or range(line, line + text.count("\n") + 1), specs).block()
 
 
 @dataclass(frozen=True, slots=True)
@@ -202,8 +208,8 @@ def _parser() -> Lark:
 class _Reader:
     """Reads one text. Trees of lark have children of any kind: tokens, operands, and trees of statements."""
 
-    def __init__(self, text: str, file: str, line: int, specs: Mapping[str, Spec]) -> None:
-        self._file, self._line, self._specs = file, line, specs
+    def __init__(self, text: str, file: str, lines: Sequence[int], specs: Mapping[str, Spec]) -> None:
+        self._file, self._lines, self._specs = file, lines, specs
         self._comments: list[_Comment] = []
         self._whole = text
         self._text = _SKIPPED.sub(self._blank, text)
@@ -377,7 +383,7 @@ class _Reader:
 
     def _place(self, at: int) -> tuple[int, Origin]:
         line = self._whole.count("\n", 0, at)
-        return line + 1, Origin(self._file, self._line + line)
+        return line + 1, Origin(self._file, self._lines[line])
 
     def _comments_before(self, end: int) -> str:
         found = []
@@ -412,7 +418,7 @@ class _Reader:
         at = at or 0
         before = self._whole[:at]
         column = at - (before.rfind("\n") + 1) + 1
-        line = self._line + before.count("\n")
+        line = self._lines[before.count("\n")]
         if found is None:
             shown = re.match(r"\w+|.", self._whole[at:])
             found = shown.group() if shown else "the end of the text"

@@ -1,0 +1,28 @@
+"""L5X: programs that Studio 5000 and RSLogix 5000 export, as they are.
+
+    XML -> document -> datatypes, values -> scopes, modules, addons, routines, schedule -> Controller
+                                                      \\-> report: what is refused, and where it stands
+
+| file | does |
+|---|---|
+| `records` | the parts of a document: plain records with their lines |
+| `document` | XML to records; refuses hostile input |
+| `report` | what was imported, declared, refused |
+| `datatypes` | data types, string families, packed BIT members, predefined and module-defined types |
+| `values` | decorated data and L5K text to initial values |
+| `addons` | add-on instructions |
+| `routines` | rungs and structured text |
+| `scopes` | tags and aliases of the controller and of programs |
+| `modules` | modules to tags |
+| `guesses` | types of tags that a partial export leaves out, from their use |
+| `schedule` | tasks |
+| `assembly` | all of that to a `Controller` |
+| `importer` | builds it, and refuses what can't be built rung by rung |
+| `trial` | runs it: interpreter and compiler in lockstep |
+"""
+
+from .document import L5xError
+from .importer import Imported, import_l5x
+from .report import Refusal, Report
+
+__all__ = ["Imported", "L5xError", "Refusal", "Report", "import_l5x"]

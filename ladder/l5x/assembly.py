@@ -1,0 +1,197 @@
+"""Parts of a document put together: a `Controller` that can be built, made anew after each refusal."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from ..addon import AddOn, Way
+from ..controller import Controller
+from ..errors import LadderError
+from ..schedule import Task
+from ..tags import Alias, Declaration, Tag
+from ..tree import Address, BitStep, Instruction, MemberStep, Routine, Rung, SubscriptStep, number
+from ..types import INT, DataType, Structure
+from .report import Report
+
+CALLS = "scanrack_calls"
+"""Name of the routine that calls the routines of an export that has no main routine."""
+
+
+@dataclass(slots=True)
+class ProgramPart:
+    """A program, ready to be put into a controller.
+
+    Attributes:
+        name: its name.
+        main: its main routine, None for the first.
+        fault: its fault routine.
+        declarations: its tags.
+        routines: its routines, by name in capitals.
+        functions: routines that the file leaves out, by name in capitals.
+    """
+
+    name: str
+    main: str | None = None
+    fault: str | None = None
+    declarations: list[Declaration] = field(default_factory=list)
+    routines: dict[str, Routine] = field(default_factory=dict)
+    functions: dict[str, Callable[..., Any]] = field(default_factory=dict)
+
+    def drop(self, routine: str, place: int) -> None:
+        """Leave an empty rung in place of a refused one."""
+        old = self.routines[routine.upper()]
+        self.routines[routine.upper()] = without(old, place)
+
+
+@dataclass(slots=True)
+class Parts:
+    """A document's parts.
+
+    Attributes:
+        name: the controller's name.
+        declarations: its tags.
+        programs: by name in capitals.
+        tasks: its tasks; none for one that runs all programs.
+        add_ons: by name in capitals.
+        stubs: how messages end, by name.
+    """
+
+    name: str
+    declarations: list[Declaration] = field(default_factory=list)
+    programs: dict[str, ProgramPart] = field(default_factory=dict)
+    tasks: list[Task] = field(default_factory=list)
+    add_ons: dict[str, AddOn] = field(default_factory=dict)
+    stubs: dict[str, str] = field(default_factory=dict)
+    _indexes: dict[str, tuple[int, dict[str, Declaration]]] = field(default_factory=dict)
+
+    def assemble(self, report: Report, tasks: Sequence[Task] | None = None) -> Controller:
+        """Return a new controller of these parts; what it does not take is noted.
+
+        Args:
+            report: gets the notes.
+            tasks: other tasks than the document's.
+        """
+        controller = Controller(self.name)
+        controller.use(*self.add_ons.values())
+        controller.stubs.clear()
+        for name, text in self.stubs.items():
+            controller.stub(name, text)
+        self.declarations = _added(controller, self.declarations, report)
+        for part in self.programs.values():
+            program = controller.program(part.name, main=part.main, fault=part.fault)
+            part.declarations = _added(program, part.declarations, report)
+            for routine in part.routines.values():
+                program.add_routine(routine)
+            for function in part.functions.values():
+                program.function(function)
+        for task in self.tasks if tasks is None else tasks:
+            controller.add_task(task)
+        return controller
+
+    def known(self, program: str, address: Address) -> DataType | None:
+        """Return the type of a declared address in a program, None if it is not declared."""
+        address = self.without_aliases(program, address)
+        tag = self.declaration(program, address.name)
+        return _type_at(tag, address) if isinstance(tag, Tag) else None
+
+    def declaration(self, program: str, name: str) -> Declaration | None:
+        r"""Return what a name means in a program; `\Main.Run` means the tag of program Main."""
+        scopes = [program, ""]
+        if name.startswith("\\"):
+            owner, _, name = name[1:].partition(".")
+            scopes = [owner]
+        for scope in scopes:
+            part = self.programs.get(scope.upper())
+            declared = self.declarations if not scope else part.declarations if part else []
+            found = self._index(scope, declared).get(name.upper())
+            if found is not None:
+                return found
+        return None
+
+    def _index(self, scope: str, declared: list[Declaration]) -> dict[str, Declaration]:
+        count, index = self._indexes.get(scope.upper(), (-1, {}))
+        if count != len(declared):
+            index = {each.name.upper(): each for each in declared}
+            self._indexes[scope.upper()] = len(declared), index
+        return index
+
+    def without_aliases(self, program: str, address: Address) -> Address:
+        """Return an address with its aliases followed, as far as they go."""
+        for _ in range(20):
+            declared = self.declaration(program, address.name)
+            if not isinstance(declared, Alias):
+                break
+            address = Address(declared.target.name, declared.target.steps + address.steps)
+        return address
+
+
+def _added(to: Any, declarations: list[Declaration], report: Report) -> list[Declaration]:
+    """Add declarations; return those that were taken."""
+    taken = []
+    for each in declarations:
+        try:
+            to.add(each)
+            taken.append(each)
+        except LadderError as error:
+            report.note(each.name, f"it is not declared: {error}")
+    return taken
+
+
+def _type_at(tag: Tag, address: Address) -> DataType | None:
+    kind: DataType = tag.type
+    for step in address.steps:
+        if isinstance(step, MemberStep):
+            member = kind.member(step.name) if isinstance(kind, Structure) else None
+            if member is None:
+                return None
+            kind = member.type
+        elif isinstance(step, BitStep):
+            return None
+        elif not isinstance(step, SubscriptStep):
+            return INT
+    return kind
+
+
+def without(routine: Routine, place: int) -> Routine:
+    """Return a routine with an empty rung at a place; one of statements without statements."""
+    if routine.statements is not None:
+        return replace(routine, statements=())
+    rungs = list(routine.rungs)
+    rungs[place] = Rung((), rungs[place].comment, rungs[place].origin)
+    return replace(routine, rungs=tuple(rungs))
+
+
+def harness_of(parts: Parts, name: str = "AddOns") -> Parts:
+    """Return a controller that calls every add-on instruction once, with tags made for it."""
+    program = ProgramPart(name)
+    rungs = []
+    for place, definition in enumerate(parts.add_ons.values()):
+        instance = f"instance_{place}"
+        program.declarations.append(Tag(instance, definition.structure))
+        operands = [Address(instance)]
+        for number_, each in enumerate(definition.required):
+            argument = f"argument_{place}_{number_}"
+            dims = each.dims
+            if each.way is Way.INOUT:
+                wanted = next(tag for tag in definition.inouts if tag.name == each.name)
+                dims = tuple(min(length, 256) for length in wanted.dims)
+            program.declarations.append(Tag(argument, each.type, dims))
+            operands.append(Address(argument))
+        rungs.append(Rung((Instruction(definition.name, tuple(operands)),)))
+    program.routines["MAIN"] = Routine("Main", tuple(rungs))
+    return Parts(
+        parts.name, [], {name.upper(): program}, [], parts.add_ons, parts.stubs
+    )
+
+
+def call_of(routine: Routine) -> Rung:
+    """Return a rung that calls a routine, with zeros for what its SBR takes."""
+    inputs = 0
+    first = routine.rungs[0].series[:1] if routine.rungs else ()
+    for each in first:
+        if isinstance(each, Instruction) and each.name == "SBR":
+            inputs = len(each.operands)
+    zeros = (number(0),) * inputs
+    return Rung((Instruction("JSR", (Address(routine.name), number(inputs), *zeros)),))

@@ -1,0 +1,156 @@
+"""Data types of a document: their own, string families, add-on types, predefined and module-defined ones.
+
+A type is looked up by name, in this order: those that every program has, the document's, its add-on
+instructions', the predefined ones of `predefined`, those that values in the document show.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from ..errors import LadderError
+from ..types import BOOL, MAX_DIMENSIONS, TYPES, DataType, Elementary, Member, Structure, count_of, size_of
+from .predefined import PREDEFINED
+from .records import Data, DataTypeRecord, MemberRecord
+
+MOST_BYTES = 1 << 25
+"""Bytes of a type, see `runnable.MOST_BYTES`."""
+
+_RENAMED: Mapping[str, str] = {"BIT": "BOOL", "BOOLEAN": "BOOL", "TIMER_T": "TIMER"}
+
+
+class UnknownType(LadderError):
+    """A type that the document does not define."""
+
+
+class Types:
+    """Types by name.
+
+    Attributes:
+        wrong: types that can't be used, with what is wrong, by name in capitals.
+
+    Args:
+        records: the document's types.
+    """
+
+    def __init__(self, records: Iterable[DataTypeRecord]) -> None:
+        self._records = {each.name.upper(): each for each in records}
+        self._known: dict[str, DataType] = {name.upper(): kind for name, kind in TYPES.items()}
+        self._open: list[str] = []
+        self._shown: dict[str, DataType] = {}
+        self.wrong: dict[str, str] = {}
+        self.add_on: Callable[[str], Structure | None] = lambda _name: None
+
+    def names(self) -> list[str]:
+        """Names of the document's types."""
+        return [each.name for each in self._records.values()]
+
+    def find(self, name: str) -> DataType:
+        """Return the type of a name.
+
+        Raises:
+            UnknownType: the document does not define it.
+            LadderError: its definition can't be used.
+        """
+        key = name.upper()
+        key = _RENAMED.get(key, key)
+        known = self._known.get(key)
+        if known is not None:
+            return known
+        if key in self.wrong:
+            raise LadderError(self.wrong[key])
+        if key in self._open:
+            raise LadderError(f"data type {name} contains itself")
+        self._open.append(key)
+        try:
+            found = self._define(key, name)
+        except UnknownType:
+            raise
+        except LadderError as error:
+            self.wrong[key] = str(error)
+            raise
+        finally:
+            self._open.pop()
+        self._known[key] = found
+        return found
+
+    def _define(self, key: str, name: str) -> DataType:
+        record = self._records.get(key)
+        if record is not None:
+            return self._structure(record)
+        made = self.add_on(key) or PREDEFINED.get(key) or self._shown.get(key)
+        if made is None:
+            raise UnknownType(f"there is no data type {name}")
+        return made
+
+    def _structure(self, record: DataTypeRecord) -> Structure:
+        found = Structure(record.name, tuple(self._member(record, each) for each in record.members))
+        if size_of(found) > MOST_BYTES:
+            raise LadderError(f"data type {record.name} takes more than {MOST_BYTES:,} bytes")
+        return found
+
+    def _member(self, record: DataTypeRecord, member: MemberRecord) -> Member:
+        where = f"{member.name} of data type {record.name}"
+        if len(member.dims) > MAX_DIMENSIONS or count_of(member.dims) > MOST_BYTES:
+            raise LadderError(f"{where} has dimensions {member.dims}")
+        if member.type.upper() == "BIT" and member.target:
+            return Member(member.name, BOOL, at=f"{member.target}.{member.bit}", hidden=member.hidden)
+        try:
+            kind = self.find(member.type)
+        except UnknownType:
+            raise LadderError(f"{where} is a {member.type}, which the file does not define") from None
+        if size_of(kind) * count_of(member.dims) > MOST_BYTES:
+            raise LadderError(f"{where} takes more than {MOST_BYTES:,} bytes")
+        return Member(member.name, kind, member.dims, hidden=member.hidden)
+
+    def show(self, data: Data) -> DataType | None:
+        """Return the type that decorated data show, None if they show none.
+
+        Args:
+            data: a `Structure`, `StructureMember`, `Array`, `DataValue` or member element.
+        """
+        kind = data.get("DataType", "")
+        try:
+            return self.find(kind)
+        except LadderError:
+            pass
+        if data.tag not in ("Structure", "StructureMember"):
+            return None
+        members = tuple(filter(None, map(self._shown_member, data.iterchildren())))
+        made = _unique(kind or "unnamed", members)
+        if kind:
+            self._shown[kind.upper()] = made
+        return made
+
+    def _shown_member(self, element: Any) -> Member | None:
+        name = element.get("Name")
+        if not name or not isinstance(element.tag, str):
+            return None
+        if element.tag == "ArrayMember":
+            return self._shown_array(element, name)
+        kind = self.show(element)
+        return Member(name, kind) if kind is not None else None
+
+    def _shown_array(self, element: Any, name: str) -> Member | None:
+        first = element.find("Element/Structure")
+        kind = self.show(first if first is not None else element)
+        lengths = tuple(int(each) for each in element.get("Dimensions", "").split(",") if each.isdigit())
+        if kind is None or not lengths or len(lengths) > MAX_DIMENSIONS or min(lengths) < 1:
+            return None
+        return Member(name, kind, lengths) if size_of(kind) * count_of(lengths) <= MOST_BYTES else None
+
+
+def _unique(name: str, members: Iterable[Member]) -> Structure:
+    """Return a structure of members, the first of each name."""
+    named: dict[str, Member] = {}
+    for each in members:
+        named.setdefault(each.name.upper(), each)
+    return Structure(name, tuple(named.values()))
+
+
+def has_initials(kind: DataType) -> bool:
+    """Whether elements of a type start with something else than zeros."""
+    if isinstance(kind, Elementary):
+        return False
+    return any(each.initial is not None or has_initials(each.type) for each in kind.members)

@@ -1,0 +1,395 @@
+"""An L5X to a controller that can run, and the report of what became of it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from ..addon import AddOn
+from ..controller import Controller
+from ..errors import BuildError, LadderError, Problem
+from ..expressions import TAG_NAME
+from ..schedule import Task, TaskKind
+from ..tags import STATUS_FLAGS, Declaration, Tag, program_of
+from ..tree import Address, Routine, Step, SubscriptStep, instructions_of
+from .addons import AddOns
+from .assembly import CALLS, Parts, ProgramPart, call_of, harness_of, without
+from .datatypes import Types
+from .document import read_document
+from .guesses import Guess, Guesses, called_routines
+from .modules import module_tags
+from .records import Document, ProgramRecord, TagRecord
+from .report import Refusal, Report
+from .routines import RoutineReader
+from .schedule import tasks_of
+from .scopes import scope_of, tag_of
+
+ROUNDS = 30
+"""Attempts to build what is left after refusals; each refuses at least one rung."""
+
+TRIAL_STUB = "done after 20 ms"
+"""How messages end in a trial."""
+
+_PLACE = re.compile(r"[A-Za-z_]\w*")
+
+
+@dataclass(slots=True)
+class Imported:
+    """What became of a document.
+
+    Attributes:
+        document: the document.
+        report: what was imported and refused.
+        controller: what runs; None if nothing can be built, or there are no programs.
+        parts: what it is made of; refused rungs are empty.
+        reader: knows the document's rungs.
+    """
+
+    document: Document
+    report: Report
+    controller: Controller | None
+    parts: Parts
+    reader: RoutineReader
+
+
+def import_l5x(path: Path | str, *, trial: bool = False) -> Imported:
+    """Import an L5X.
+
+    Args:
+        path: the file.
+        trial: also check add-on instructions that nothing calls, and let messages end.
+
+    Raises:
+        L5xError: the file can't be used at all.
+    """
+    return Importer(read_document(Path(path))).run(trial=trial)
+
+
+class Importer:
+    """Imports one document.
+
+    Args:
+        document: the document.
+    """
+
+    def __init__(self, document: Document) -> None:
+        self._document = document
+        self.report = Report(document.file, document.revision, document.target, document.name)
+        self._reader = RoutineReader(self.report)
+        self._types = Types(document.data_types)
+        self._add_ons = AddOns(document.add_ons, self._types, self.report)
+        self._parts = Parts(document.name)
+        self._untyped: list[tuple[str, TagRecord]] = []
+
+    def run(self, *, trial: bool) -> Imported:
+        """Import it."""
+        self._read_logic()
+        self._declare()
+        if trial:
+            self._parts.stubs["MSG"] = TRIAL_STUB
+            self._note_stubs()
+            if self._parts.add_ons:
+                self._build(harness_of)
+        controller = self._build(lambda parts: parts) if self._parts.programs else None
+        return Imported(self._document, self.report, controller, self._parts, self._reader)
+
+    # --- reading
+
+    def _read_logic(self) -> None:
+        document, reader = self._document, self._reader
+        reader.specs = self._add_ons.specs()
+        for name, record in self._add_ons.records.items():
+            if record.encoded:
+                reader.withheld[name] = "the source of this add-on is encoded"
+            elif name not in reader.specs or reader.specs[name].name != record.name:
+                for each in record.routines:
+                    reason = f"the add-on {record.name} can't be used"
+                    reader.skipped(record.name, each, reason, "correct the definition")
+        self._add_ons.read(reader)
+        self._parts.add_ons = self._add_ons.made
+        self._check_add_ons()
+        for program in document.programs:
+            self._program(program)
+
+    def _check_add_ons(self) -> None:
+        """Refuse what has no place in an add-on instruction."""
+        for definition in list(self._parts.add_ons.values()):
+            for routine in definition.routines:
+                for number, text in list(definition.wrong_in(routine)):
+                    self._refuse(definition.name, routine.name, number, text, "pass it as a parameter")
+
+    def _program(self, record: ProgramRecord) -> None:
+        key = record.name.upper()
+        part = self._parts.programs.get(key)
+        if part is None:
+            if not _PLACE.fullmatch(record.name):
+                self._skip_program(record, f"{record.name!r} is no name of a program")
+                return
+            part = self._parts.programs[key] = ProgramPart(record.name)
+        for each in record.routines:
+            if each.name.upper() in part.routines or not _PLACE.fullmatch(each.name):
+                reason = f"there are two routines {each.name}, or it is no name"
+                self._reader.skipped(record.name, each, reason, "rename it")
+                continue
+            part.routines[each.name.upper()] = self._reader.routine(record.name, each)
+        for encoded in record.encoded:
+            if encoded.name.upper() not in part.routines and _PLACE.fullmatch(encoded.name):
+                part.routines[encoded.name.upper()] = self._reader.encoded(record.name, encoded)
+        part.main = record.main if record.main.upper() in part.routines else None
+        part.fault = record.fault if record.fault.upper() in part.routines else None
+        scope = scope_of(record.tags, self._types, self.report, record.name)
+        part.declarations += scope.declarations
+        self._untyped += [(record.name, each) for each in scope.untyped]
+
+    def _skip_program(self, record: ProgramRecord, reason: str) -> None:
+        for each in record.routines:
+            self._reader.skipped(record.name, each, reason, "rename it")
+
+    # --- declaring
+
+    def _declare(self) -> None:
+        document, parts = self._document, self._parts
+        scope = scope_of(document.tags, self._types, self.report)
+        parts.declarations += [*scope.declarations, *module_tags(document, self._types, self.report)]
+        self._untyped += [("", each) for each in scope.untyped]
+        self._guess()
+        if not document.whole:
+            self._complete_routines()
+        parts.tasks = tasks_of(document, [each.name for each in parts.programs.values()], self.report)
+
+    def _guess(self) -> None:
+        """Declare what the file leaves out, from its use."""
+        guesses = Guesses(self._missing, self._parts.known, self._parts.add_ons, self._reader.specs)
+        for part in self._parts.programs.values():
+            for routine in part.routines.values():
+                guesses.read(part.name, routine)
+        for guess in guesses.found.values():
+            if not guess.name.startswith("type "):
+                self._declare_guess(guess)
+        for program, record in self._untyped:
+            self._declare_untyped(program, record, guesses.found.get(f"TYPE {record.type.upper()}"))
+
+    def _missing(self, program: str, address: Address) -> tuple[str, tuple[Step, ...]] | None:
+        address = self._parts.without_aliases(program, address)
+        if self._parts.declaration(program, address.name) is not None:
+            return None
+        name = address.name.upper()
+        owner = program_of(name).upper()
+        for scope, record in self._untyped:
+            if record.name.upper() == name.rpartition(".")[2] and scope.upper() in ("", owner, program.upper()):
+                steps = address.steps
+                if record.dims and steps and isinstance(steps[0], SubscriptStep):
+                    steps = steps[1:]
+                return f"type {record.type}", steps
+        if name in STATUS_FLAGS or (self._document.whole and ":" not in name):
+            return None
+        plain = re.fullmatch(TAG_NAME, address.name.rpartition(".")[2], re.ASCII)
+        return (address.name, address.steps) if plain else None
+
+    def _declare_guess(self, guess: Guess) -> None:
+        name = guess.name.rpartition(".")[2] if guess.name.startswith("\\") else guess.name
+        kind, dims = guess.type(re.sub(r"\W", "_", name)), guess.dims
+        self._scope(program_of(guess.name)).append(Tag(name, kind, dims))
+        self.report.declared[guess.name] = kind.name + "".join(f"[{each}]" for each in dims)
+
+    def _scope(self, program: str) -> list[Declaration]:
+        if not program:
+            return self._parts.declarations
+        part = self._parts.programs.setdefault(program.upper(), ProgramPart(program))
+        return part.declarations
+
+    def _declare_untyped(self, program: str, record: TagRecord, guess: Guess | None) -> None:
+        if guess is None:
+            self.report.note(record.name, f"it is not declared: there is no data type {record.type}", record.line)
+            return
+        kind = guess.type(record.type)
+        try:
+            self._scope(program).append(tag_of(replace(record, data=()), kind, self.report, program))
+        except LadderError as error:
+            self.report.note(record.name, f"it is not declared: {error}", record.line)
+        self.report.declared[f"type {record.type}"] = kind.name
+
+    def _complete_routines(self) -> None:
+        """Give programs of a partial export a main routine, and the routines that they call."""
+        for part in self._parts.programs.values():
+            called = {name.upper(): name for name in called_routines(part.routines.values())}
+            for key, name in called.items():
+                if key not in part.routines and _PLACE.fullmatch(name):
+                    part.functions[key] = _nothing(name)
+                    self.report.declared[rf"\{part.name}.{name}"] = "routine that does nothing"
+            if part.main is None:
+                self._main_of(part, called)
+
+    def _main_of(self, part: ProgramPart, called: Iterable[str]) -> None:
+        uncalled = [each for name, each in part.routines.items() if name not in called]
+        if len(part.routines) == 1 and uncalled and len(call_of(uncalled[0]).series) == 1:
+            only = uncalled[0]
+            if not _takes_inputs(only):
+                part.main = only.name
+                return
+        if part.routines:
+            calls = tuple(map(call_of, uncalled or part.routines.values()))
+            part.routines[CALLS.upper()] = Routine(CALLS, calls)
+            part.main = CALLS
+
+    def _note_stubs(self) -> None:
+        routines = [each for part in self._parts.programs.values() for each in part.routines.values()]
+        routines += [each for definition in self._parts.add_ons.values() for each in definition.routines]
+        if any(
+            instruction.name == "MSG"
+            for routine in routines
+            for rung in routine.rungs
+            for instruction in instructions_of(rung.series)
+        ):
+            self.report.stubs["MSG"] = TRIAL_STUB
+
+    # --- building
+
+    def _build(self, of: Callable[[Parts], Parts]) -> Controller | None:
+        """Build, refusing what can't be built, until the rest can."""
+        for _ in range(ROUNDS):
+            parts = of(self._parts)
+            controller = parts.assemble(self.report)
+            try:
+                controller.build()
+            except BuildError as error:
+                if not self._refuse_all(error.problems, parts):
+                    self._refuse_rest(error, parts)
+                    return None
+            else:
+                return controller
+        self._refuse_rest(LadderError(f"it can't be built in {ROUNDS} attempts"), parts)
+        return None
+
+    def _refuse_all(self, problems: Iterable[Problem], parts: Parts) -> bool:
+        """Refuse what problems are about; whether anything was."""
+        something = False
+        for each in problems:
+            if each.number is not None and each.routine:
+                owner, routine = _owner_of(each.routine)
+                something |= self._refuse(owner, routine, each.number, each.text, each.remedy, parts)
+            elif each.where == "initial values":
+                something |= self._drop_initial(each.text, parts)
+            elif each.routine:
+                owner, routine = _owner_of(each.routine)
+                something |= self._refuse_routine(owner, routine, each)
+        return something
+
+    def _refuse(
+        self,
+        owner: str,
+        routine: str,
+        number: int,
+        text: str,
+        remedy: str,
+        parts: Parts | None = None,
+    ) -> bool:
+        """Refuse a rung, or a routine of structured text; whether there was something to refuse."""
+        found = self._routine(owner, routine)
+        record = self._reader.record(owner, routine)
+        if found is None or record is None:
+            return False
+        if found.statements is not None:
+            if not found.statements:
+                return False
+            line = record.lines[min(max(number - 1, 0), len(record.lines) - 1)][1] if record.lines else 0
+            self._reader.refuse_object(owner, routine, f"line {number}: {text}", line, remedy)
+        elif not found.rungs[number].series:
+            return False
+        else:
+            raw = record.rungs[number].text
+            self._reader.refuse(owner, routine, number, text, remedy, _column(raw, text))
+        self._replace(owner, routine, without(found, number))
+        return True
+
+    def _refuse_routine(self, owner: str, routine: str, problem: Problem) -> bool:
+        found = self._routine(owner, routine)
+        if found is None:
+            return False
+        refused = [
+            self._refuse(owner, routine, number, problem.text, problem.remedy)
+            for number in range(len(found.rungs) or 1)
+        ]
+        return any(refused)
+
+    def _refuse_rest(self, error: LadderError, parts: Parts) -> None:
+        """Refuse all that is left, because it can't be built."""
+        reason = str(error).replace("\n", " ")
+        for part in parts.programs.values():
+            for routine in list(part.routines.values()):
+                for number in range(len(routine.rungs) or 1):
+                    self._refuse(part.name, routine.name, number, reason, "correct the program")
+        for definition in list(parts.add_ons.values()):
+            for routine in definition.routines:
+                for number in range(len(routine.rungs) or 1):
+                    self._refuse(definition.name, routine.name, number, reason, "correct the add-on")
+
+    def _routine(self, owner: str, routine: str) -> Routine | None:
+        part = self._parts.programs.get(owner.upper())
+        if part is not None and routine.upper() in part.routines:
+            return part.routines[routine.upper()]
+        definition = self._parts.add_ons.get(owner.upper())
+        return definition.routine(routine) if definition is not None else None
+
+    def _replace(self, owner: str, routine: str, new: Routine) -> None:
+        part = self._parts.programs.get(owner.upper())
+        if part is not None and routine.upper() in part.routines:
+            part.routines[routine.upper()] = new
+            return
+        definition = self._parts.add_ons[owner.upper()]
+        self._parts.add_ons[owner.upper()] = _with_routine(definition, new)
+
+    def _drop_initial(self, text: str, parts: Parts) -> bool:
+        """Let a tag start with zeros whose initial value does not fit; whether there was one."""
+        name = text.partition(":")[0].split("[")[0].split(".")
+        for scope in (parts.declarations, *(each.declarations for each in parts.programs.values())):
+            for place, each in enumerate(scope):
+                if isinstance(each, Tag) and each.initial is not None and each.name in name:
+                    self.report.note(each.name, f"it starts with zeros: {text}")
+                    scope[place] = replace(each, initial=None)
+                    return True
+        return False
+
+
+def _owner_of(routine: str) -> tuple[str, str]:
+    r"""Split `\Program.Routine` or `AddOn.Role`."""
+    owner, _, name = routine.removeprefix("\\").partition(".")
+    return owner, name
+
+
+def _with_routine(definition: AddOn, new: Routine) -> AddOn:
+    routines = [new if each.name.upper() == new.name.upper() else each for each in definition.routines]
+    return definition.with_routines(tuple(routines))
+
+
+def _column(raw: str, text: str) -> int:
+    """Return where in a rung the instruction stands that a message begins with."""
+    shown = text.partition(": ")[0]
+    at = raw.replace(" ", "").find(shown) if shown else -1
+    name = _PLACE.match(shown)
+    if raw.find(shown) >= 0:
+        return raw.find(shown) + 1
+    return raw.find(name.group()) + 1 if name and at >= 0 else 1
+
+
+def _takes_inputs(routine: Routine) -> bool:
+    return len(call_of(routine).series[0].operands) > 2  # type: ignore[union-attr]
+
+
+def _nothing(name: str) -> Callable[..., Any]:
+    def routine(_tags: object, *_inputs: object) -> None:
+        """Do nothing."""
+
+    routine.__name__ = name
+    return routine
+
+
+def implicit_task(programs: Iterable[str]) -> list[Task]:
+    """Return a continuous task that runs programs."""
+    return [Task("Trial", TaskKind.CONTINUOUS, tuple(programs))]
+
+
+__all__ = ["Imported", "Importer", "Refusal", "import_l5x"]

@@ -1,0 +1,149 @@
+"""What became of a document: every rung is imported, or refused with the place, the reason and a remedy.
+
+`imported + len(refused) == rungs` holds always. What is no rung (a routine of function blocks, an encoded
+add-on, a line of structured text) is refused as an object.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """A rung, or an object, that is not imported.
+
+    Attributes:
+        file: the file.
+        line: its line there.
+        program: the program, or the add-on instruction.
+        routine: the routine, "" for an object outside of routines.
+        rung: the number of the rung, None for an object.
+        column: where in the rung's text, from 1.
+        text: the rung.
+        reason: what is wrong.
+        remedy: what helps.
+    """
+
+    file: str
+    line: int
+    program: str
+    routine: str
+    rung: int | None
+    column: int
+    text: str
+    reason: str
+    remedy: str
+
+    def __str__(self) -> str:
+        where = [self.program, self.routine, "" if self.rung is None else f"rung {self.rung}"]
+        place = ", ".join(filter(None, where))
+        column = "" if self.rung is None else f", column {self.column}"
+        return f"{self.file}:{self.line}: {place}{column}: {self.reason}; {self.remedy}"
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """Something that a reader should know and that keeps nothing from running.
+
+    Attributes:
+        line: its line in the file, 0 without one.
+        name: what it is about.
+        text: what there is to say.
+    """
+
+    line: int
+    name: str
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.name}: {self.text}" + (f" (line {self.line})" if self.line else "")
+
+
+@dataclass(slots=True)
+class Report:
+    """What became of a document.
+
+    Attributes:
+        file: the file.
+        revision: software revision of the export.
+        target: what was exported.
+        controller: its name.
+        rungs: rungs in the file.
+        ran: imported rungs in programs that did the trial's scans on both back ends without a difference.
+        refused: rungs that are not imported.
+        objects: other things that are not imported.
+        declared: tags that the file leaves out and that are declared from their use, with their types.
+        notes: what else a reader should know.
+        stubs: instructions that a stub stands for, with the stub.
+        faults: major faults and differences in the trial, by program.
+    """
+
+    file: str
+    revision: str = ""
+    target: str = ""
+    controller: str = ""
+    rungs: int = 0
+    ran: int = 0
+    refused: list[Refusal] = field(default_factory=list)
+    objects: list[Refusal] = field(default_factory=list)
+    declared: dict[str, str] = field(default_factory=dict)
+    notes: list[Note] = field(default_factory=list)
+    stubs: dict[str, str] = field(default_factory=dict)
+    faults: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def imported(self) -> int:
+        """Number of rungs that are imported."""
+        return self.rungs - len(self.refused)
+
+    @property
+    def complete(self) -> bool:
+        """Whether nothing is refused."""
+        return not (self.refused or self.objects)
+
+    def note(self, name: str, text: str, line: int = 0) -> None:
+        """Add a note."""
+        self.notes.append(Note(line, name, text))
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it for `--json`."""
+        return {
+            "file": self.file,
+            "revision": self.revision,
+            "target": self.target,
+            "controller": self.controller,
+            "rungs": self.rungs,
+            "imported": self.imported,
+            "ran": self.ran,
+            "refused": [asdict(each) for each in self.refused],
+            "objects": [asdict(each) for each in self.objects],
+            "declared": self.declared,
+            "stubs": self.stubs,
+            "faults": self.faults,
+            "notes": [asdict(each) for each in self.notes],
+        }
+
+    def lines(self) -> Iterator[str]:
+        """Yield it as text."""
+        revision = f", software revision {self.revision}" if self.revision else ""
+        yield f"{self.file}: {self.target or 'L5X'} of {self.controller}{revision}"
+        yield f"{self.rungs} rungs: {self.imported} imported, {len(self.refused)} refused, {self.ran} ran"
+        for title, listed in (
+            ("refused rungs", self.refused),
+            ("refused objects", self.objects),
+            ("notes", self.notes),
+        ):
+            if listed:
+                yield f"{title}:"
+                yield from (f"    {each}" for each in listed)
+        for title, pairs in (
+            ("declared from their use", self.declared),
+            ("stubs", self.stubs),
+            ("in the trial", self.faults),
+        ):
+            if pairs:
+                yield f"{title}:"
+                yield from (f"    {name}: {text}" for name, text in pairs.items())

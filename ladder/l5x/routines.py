@@ -1,0 +1,160 @@
+"""Rungs and structured text of a document; what can't be read is refused and leaves an empty rung.
+
+The number of a rung in the tree is its place in the document, so that a later refusal finds its text.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ..errors import RungTextError
+from ..instructions import BY_NAME
+from ..spec import Spec
+from ..text import parse_rung
+from ..tree import Origin, Routine, Rung, instructions_of
+from .records import EncodedRecord, RoutineRecord, RungRecord
+from .report import Refusal, Report
+
+DIAGRAMS = {"FBD": "a function block diagram", "SFC": "a sequential function chart"}
+"""Kinds of routines that do not run here."""
+
+_ANOTHER_LANGUAGE = "write the routine as ladder or structured text, or stub it"
+_UNKNOWN = "stub the instruction, or take it out"
+_PENDING = "accept or cancel the edits, then export again"
+
+
+class RoutineReader:
+    """Reads routines and keeps account of rungs.
+
+    Attributes:
+        specs: the shapes of all instructions, by name in capitals.
+        withheld: instructions whose definition is not in the file, with the reason, by name in capitals.
+
+    Args:
+        report: counts rungs and collects what is refused.
+    """
+
+    def __init__(self, report: Report) -> None:
+        self._report = report
+        self._records: dict[tuple[str, str], RoutineRecord] = {}
+        self._refused: set[tuple[str, str, int]] = set()
+        self.specs: Mapping[str, Spec] = BY_NAME
+        self.withheld: dict[str, str] = {}
+
+    def routine(self, owner: str, record: RoutineRecord) -> Routine:
+        """Read a routine.
+
+        Args:
+            owner: the program, or the add-on instruction.
+            record: the routine.
+        """
+        self._records[owner.upper(), record.name.upper()] = record
+        self._report.rungs += len(record.rungs)
+        if record.kind in DIAGRAMS:
+            self.refuse_object(owner, record.name, f"it is {DIAGRAMS[record.kind]}", record.line)
+            return Routine(record.name, (), record.comment)
+        if record.kind == "ST":
+            return self._statements(owner, record)
+        rungs = tuple(self._rung(owner, record, place, each) for place, each in enumerate(record.rungs))
+        return Routine(record.name, rungs, record.comment)
+
+    def skipped(self, owner: str, record: RoutineRecord, reason: str, remedy: str) -> None:
+        """Refuse all rungs of a routine that is not read."""
+        self._records[owner.upper(), record.name.upper()] = record
+        self._report.rungs += len(record.rungs)
+        for place in range(len(record.rungs)):
+            self.refuse(owner, record.name, place, reason, remedy)
+
+    def encoded(self, owner: str, record: EncodedRecord) -> Routine:
+        """Refuse a routine whose source is not in the file; return an empty one."""
+        text = "its source is encoded, so that it is not in the file"
+        self.refuse_object(owner, record.name, text, record.line, "export it without source protection")
+        return Routine(record.name, ())
+
+    def _rung(self, owner: str, record: RoutineRecord, place: int, rung: RungRecord) -> Rung:
+        origin = Origin(self._report.file, rung.line)
+        if rung.kind.upper() != "N":
+            reason = f"it is of type {rung.kind}, an edit in progress"
+            self.refuse(owner, record.name, place, reason, _PENDING)
+            return Rung((), rung.comment, origin)
+        try:
+            read = parse_rung(
+                rung.text,
+                file=self._report.file,
+                line=rung.line,
+                rung=rung.number,
+                comment=rung.comment,
+                specs=self.specs,
+            )
+        except RungTextError as error:
+            reason = str(error).partition(f"column {error.column}: ")[2]
+            self.refuse(owner, record.name, place, reason, _UNKNOWN, error.column)
+            return Rung((), rung.comment, origin)
+        for each in instructions_of(read.series) if self.withheld else ():
+            if each.name.upper() in self.withheld:
+                reason = f"{each.name}: {self.withheld[each.name.upper()]}"
+                self.refuse(owner, record.name, place, reason, _UNKNOWN, rung.text.find(each.name) + 1)
+                return Rung((), rung.comment, origin)
+        return read
+
+    def _statements(self, owner: str, record: RoutineRecord) -> Routine:
+        from ..st import parse_statements  # lark takes time to import, and most files have none
+
+        lines: list[str] = []
+        numbers: list[int] = []
+        for text, number in record.lines:
+            body = text.lstrip("\r\n")
+            start = number + text[: len(text) - len(body)].count("\n")
+            for offset, part in enumerate(body.rstrip("\r\n").split("\n")):
+                lines.append(part.rstrip("\r"))
+                numbers.append(start + offset)
+        try:
+            block = parse_statements(
+                "\n".join(lines), file=self._report.file, lines=numbers, specs=self.specs
+            )
+        except RungTextError as error:
+            reason = f"column {error.column}: " + str(error).partition(f"column {error.column}: ")[2]
+            self.refuse_object(owner, record.name, reason, error.line, "correct the line")
+            return Routine(record.name, (), record.comment)
+        return Routine(record.name, (), record.comment, block)
+
+    # --- refusing
+
+    def refuse(
+        self, owner: str, routine: str, place: int, reason: str, remedy: str, column: int = 1
+    ) -> None:
+        """Refuse a rung by its place; once."""
+        key = (owner.upper(), routine.upper(), place)
+        if key in self._refused:
+            return
+        self._refused.add(key)
+        rung = self._records[key[:2]].rungs[place]
+        self._report.refused.append(
+            Refusal(
+                *(self._report.file, rung.line, owner, routine, rung.number, max(1, column), rung.text),
+                reason,
+                remedy,
+            )
+        )
+
+    def refuse_object(
+        self, owner: str, routine: str, reason: str, line: int, remedy: str = _ANOTHER_LANGUAGE
+    ) -> None:
+        """Refuse a routine, or something else that is no rung."""
+        self._report.objects.append(
+            Refusal(self._report.file, line, owner, routine, None, 1, "", reason, remedy)
+        )
+
+    def record(self, owner: str, routine: str) -> RoutineRecord | None:
+        """Return the record of a routine that was read."""
+        return self._records.get((owner.upper(), routine.upper()))
+
+    def is_refused(self, owner: str, routine: str, place: int) -> bool:
+        """Whether a rung is refused."""
+        return (owner.upper(), routine.upper(), place) in self._refused
+
+    def accepted(self, owner: str, routine: str) -> int:
+        """Return how many rungs of a routine are imported."""
+        record = self.record(owner, routine)
+        count = len(record.rungs) if record else 0
+        return sum(not self.is_refused(owner, routine, place) for place in range(count))

@@ -1,0 +1,105 @@
+"""Tags and aliases of the controller and of programs, as declarations."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+
+from ..errors import LadderError
+from ..expressions import parse_address
+from ..tags import Alias, Declaration, Tag
+from ..types import MAX_DIMENSIONS, DataType, count_of, size_of
+from .datatypes import MOST_BYTES, Types
+from .records import TagRecord
+from .report import Report
+from .values import ValueTextError, initial_of
+
+_FILLED = {
+    "PRODUCED": "it is produced: nobody consumes it here",
+    "CONSUMED": "it is consumed: nobody fills it here, so that it keeps its initial value",
+}
+
+
+@dataclass(slots=True)
+class Scope:
+    """Tags of the controller or of a program.
+
+    Attributes:
+        declarations: in order.
+        untyped: tags of a type that the file does not define.
+    """
+
+    declarations: list[Declaration] = field(default_factory=list)
+    untyped: list[TagRecord] = field(default_factory=list)
+
+
+def scope_of(records: Iterable[TagRecord], types: Types, report: Report, owner: str = "") -> Scope:
+    """Return the declarations of tags.
+
+    Args:
+        records: the tags.
+        types: the document's types.
+        report: gets what can't be declared.
+        owner: the program, "" for the controller.
+    """
+    scope = Scope()
+    for record in records:
+        if record.kind.upper() in _FILLED:
+            report.note(_named(owner, record.name), _FILLED[record.kind.upper()], record.line)
+        try:
+            if record.kind.upper() == "ALIAS" or record.target:
+                scope.declarations.append(Alias(record.name, parse_address(record.target), record.comment))
+                continue
+            kind = type_of(record, types)
+            if kind is None:
+                scope.untyped.append(record)
+                continue
+            scope.declarations.append(tag_of(record, kind, report, owner))
+        except LadderError as error:
+            report.note(_named(owner, record.name), f"it is not declared: {error}", record.line)
+    return scope
+
+
+def type_of(record: TagRecord, types: Types) -> DataType | None:
+    """Return the type of a tag, None if neither the file nor its values show it.
+
+    Raises:
+        LadderError: it can't be used.
+    """
+    try:
+        return types.find(record.type)
+    except LadderError:
+        return next(filter(None, map(types.show, _shown(record))), None)
+
+
+def _shown(record: TagRecord) -> Iterator[object]:
+    """Yield decorated data of a tag: its structure, or that of its first element."""
+    for each in record.data:
+        if each.get("Format") == "Decorated":
+            inner = next(each.iterchildren("Structure", "Array"), None)
+            if inner is not None and inner.tag == "Array":
+                inner = inner.find("Element/Structure")
+            if inner is not None:
+                yield inner
+
+
+def tag_of(record: TagRecord, kind: DataType, report: Report, owner: str = "") -> Tag:
+    """Return a tag with its initial value.
+
+    Raises:
+        LadderError: its dimensions are not allowed.
+    """
+    if len(record.dims) > MAX_DIMENSIONS or min(record.dims, default=1) < 1:
+        raise LadderError(f"it has dimensions {record.dims}")
+    if size_of(kind) * count_of(record.dims) > MOST_BYTES:
+        raise LadderError(f"it takes more than {MOST_BYTES:,} bytes")
+    try:
+        initial = initial_of(record.data, kind, record.dims)
+    except ValueTextError as error:
+        report.note(_named(owner, record.name), f"it starts with zeros: {error}", record.line)
+        initial = None
+    return Tag(record.name, kind, record.dims, initial, record.comment)
+
+
+def _named(owner: str, name: str) -> str:
+    return rf"\{owner}.{name}" if owner else name
