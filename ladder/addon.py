@@ -140,8 +140,8 @@ class AddOn:
         if self.routine(LOGIC) is None:
             raise LadderError(f"add-on {self.name} has no routine {LOGIC}")
         for routine in self.routines:
-            for number, text in self.wrong_in(routine):
-                place = f"{routine.unit} {number}"
+            for at, text in self.wrong_in(routine):
+                place = f"{routine.unit} {at}"
                 raise LadderError(f"add-on {self.name}, routine {routine.name}, {place}: {text}")
 
     def with_routines(self, routines: tuple[Routine, ...]) -> AddOn:

@@ -143,9 +143,7 @@ class Lowering:
 
     def report(self, text: str, remedy: str) -> None:
         """Note a problem of the present rung."""
-        self.problems.append(
-            Problem(self._where, self._rung_text, text, remedy, self._routine, self._number)
-        )
+        self.problems.append(Problem(self._where, self._rung_text, text, remedy, self._routine, self._number))
 
     def _label(self, labels: dict[str, int], label: str, number: int, *, first: bool) -> None:
         if label in labels:

@@ -2,7 +2,7 @@
 
 A file is Python that defines `logic`, a function of the scan or an instance of a class of `Logic`; or one
 such class; or `program`, a ladder program. Or it is a `.rung` file, a ladder program as text; a `.st` file,
-structured text; or a `.steps` file, a list of steps.
+structured text; a `.steps` file, a list of steps; or an `.L5X` file, an exported controller.
 """
 
 from __future__ import annotations
@@ -31,6 +31,12 @@ from .stubs import NO_STUBS, InPython, Stub, Stubs, check_stubbed, parse_stub
 DEFAULT_FUNCTION = "logic"
 """The function that is called once per scan, if the address names no other."""
 
+L5X_SUFFIXES = (".L5X", ".l5x")
+"""Suffixes of an exported controller."""
+
+REFUSALS_SHOWN = 5
+"""Refusals that a message about an L5X lists."""
+
 LADDER_NAME = "program"
 """The ladder program that is run instead, if the file has no such function."""
 
@@ -50,6 +56,7 @@ FORMS = {
     SUFFIX: Form.DATA,
     STRUCTURED_SUFFIX: Form.DATA,
     STEPS_SUFFIX: Form.DATA,
+    **dict.fromkeys(L5X_SUFFIXES, Form.DATA),
 }
 """By the suffix of a program. `load_program` refuses any other, so nothing else is ever executed."""
 
@@ -102,7 +109,7 @@ def program_form(path: PurePath) -> Form:
         ProgramError: it is not a program.
     """
     if path.suffix not in FORMS:
-        raise ProgramError(f"{path}: a program is a .py, a .rung, a .st or a .steps file")
+        raise ProgramError(f"{path}: a program is a .py, a .rung, a .st, a .steps or an .L5X file")
     return FORMS[path.suffix]
 
 
@@ -124,6 +131,8 @@ def load_program(address: str, folder: Path | str = Path(), stubs: Stubs = NO_ST
     folder = Path(folder)
     path = folder / split_address(address)[0]
     if program_form(path) is Form.DATA:
+        if path.suffix in L5X_SUFFIXES:
+            return _load_l5x(path, stubs)
         return _load_steps(path) if path.suffix == STEPS_SUFFIX else _load_rungs(path, stubs)
     return load_function(address, folder, default=DEFAULT_FUNCTION, arguments=("scan",), stubs=stubs)
 
@@ -246,6 +255,24 @@ def _load_rungs(path: Path, stubs: Stubs) -> Program:
         raise ProgramError(str(error)) from error
     _build(path, program)
     return Program(path, program.name, program, data)
+
+
+def _load_l5x(path: Path, stubs: Stubs) -> Program:
+    """Load an exported controller; one of which a part is refused does not run."""
+    from .l5x import import_l5x  # lxml takes time to import, and most programs are no L5X
+
+    data = _read(path)
+    try:
+        imported = import_l5x(path, stubs)
+    except LadderError as error:
+        raise ProgramError(str(error)) from error
+    refused = [*imported.report.refused, *imported.report.objects]
+    if imported.controller is None or refused:
+        shown = [str(each) for each in refused[:REFUSALS_SHOWN]] or [f"{path}: there is no program in it"]
+        more = len(refused) - REFUSALS_SHOWN
+        shown += [f"and {more} more: scanrack l5x {path} lists all"] * (more > 0)
+        raise ProgramError("\n".join(shown))
+    return Program(path, imported.controller.name, imported.controller, data)
 
 
 def _load_steps(path: Path) -> Program:

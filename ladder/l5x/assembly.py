@@ -10,6 +10,7 @@ from ..addon import AddOn, Way
 from ..controller import Controller
 from ..errors import LadderError
 from ..schedule import Task
+from ..stubs import Stub, Stubs
 from ..tags import Alias, Declaration, Tag
 from ..tree import Address, BitStep, Instruction, MemberStep, Routine, Rung, SubscriptStep, number
 from ..types import INT, DataType, Structure
@@ -55,7 +56,7 @@ class Parts:
         programs: by name in capitals.
         tasks: its tasks; none for one that runs all programs.
         add_ons: by name in capitals.
-        stubs: how messages end, by name.
+        stubs: what stands for instructions, by name in capitals.
     """
 
     name: str
@@ -63,7 +64,7 @@ class Parts:
     programs: dict[str, ProgramPart] = field(default_factory=dict)
     tasks: list[Task] = field(default_factory=list)
     add_ons: dict[str, AddOn] = field(default_factory=dict)
-    stubs: dict[str, str] = field(default_factory=dict)
+    stubs: dict[str, Stub] = field(default_factory=dict)
     _indexes: dict[str, tuple[int, dict[str, Declaration]]] = field(default_factory=dict)
 
     def assemble(self, report: Report, tasks: Sequence[Task] | None = None) -> Controller:
@@ -75,9 +76,7 @@ class Parts:
         """
         controller = Controller(self.name)
         controller.use(*self.add_ons.values())
-        controller.stubs.clear()
-        for name, text in self.stubs.items():
-            controller.stub(name, text)
+        controller.take_stubs(Stubs(self.stubs))
         self.declarations = _added(controller, self.declarations, report)
         for part in self.programs.values():
             program = controller.program(part.name, main=part.main, fault=part.fault)
@@ -181,9 +180,7 @@ def harness_of(parts: Parts, name: str = "AddOns") -> Parts:
             operands.append(Address(argument))
         rungs.append(Rung((Instruction(definition.name, tuple(operands)),)))
     program.routines["MAIN"] = Routine("Main", tuple(rungs))
-    return Parts(
-        parts.name, [], {name.upper(): program}, [], parts.add_ons, parts.stubs
-    )
+    return Parts(parts.name, [], {name.upper(): program}, [], parts.add_ons, parts.stubs)
 
 
 def call_of(routine: Routine) -> Rung:

@@ -20,7 +20,7 @@ MOST_BYTES = 1 << 25
 _RENAMED: Mapping[str, str] = {"BIT": "BOOL", "BOOLEAN": "BOOL", "TIMER_T": "TIMER"}
 
 
-class UnknownType(LadderError):
+class UnknownTypeError(LadderError):
     """A type that the document does not define."""
 
 
@@ -50,7 +50,7 @@ class Types:
         """Return the type of a name.
 
         Raises:
-            UnknownType: the document does not define it.
+            UnknownTypeError: the document does not define it.
             LadderError: its definition can't be used.
         """
         key = name.upper()
@@ -65,7 +65,7 @@ class Types:
         self._open.append(key)
         try:
             found = self._define(key, name)
-        except UnknownType:
+        except UnknownTypeError:
             raise
         except LadderError as error:
             self.wrong[key] = str(error)
@@ -81,7 +81,7 @@ class Types:
             return self._structure(record)
         made = self.add_on(key) or PREDEFINED.get(key) or self._shown.get(key)
         if made is None:
-            raise UnknownType(f"there is no data type {name}")
+            raise UnknownTypeError(f"there is no data type {name}")
         return made
 
     def _structure(self, record: DataTypeRecord) -> Structure:
@@ -98,7 +98,7 @@ class Types:
             return Member(member.name, BOOL, at=f"{member.target}.{member.bit}", hidden=member.hidden)
         try:
             kind = self.find(member.type)
-        except UnknownType:
+        except UnknownTypeError:
             raise LadderError(f"{where} is a {member.type}, which the file does not define") from None
         if size_of(kind) * count_of(member.dims) > MOST_BYTES:
             raise LadderError(f"{where} takes more than {MOST_BYTES:,} bytes")

@@ -256,7 +256,8 @@ class _Reader:
     def _tag(self, element: Any) -> TagRecord:
         get = element.get
         data: list[Data] = []
-        comment, comments = "", ()
+        comment = ""
+        comments: tuple[tuple[str, str], ...] = ()
         for each in element:
             if each.tag == "Data" or each.tag == "DefaultData":
                 data.append(each)
@@ -344,7 +345,9 @@ class _Reader:
             get("Type", "CONTINUOUS").upper(),
             get("Rate", ""),
             get("Priority", ""),
-            tuple(each.get("Name", "") for each in _children(element, "ScheduledPrograms", "ScheduledProgram")),
+            tuple(
+                each.get("Name", "") for each in _children(element, "ScheduledPrograms", "ScheduledProgram")
+            ),
             _is_true(get("InhibitTask", "")),
             _text(element.find("Description")),
             element.sourceline,

@@ -270,7 +270,8 @@ class Guesses:
             for arm in statement.arms:
                 self._operation(program, arm.condition, None, bits=True)
         elif isinstance(statement, While | Repeat):
-            self._operation(program, statement.condition, None, bits=True)
+            for operand in operands_in(statement):
+                self._operation(program, operand, None, bits=True)
         elif isinstance(statement, Case | For):
             for operand in operands_in(statement):
                 self._operation(program, operand, None, bits=False)
@@ -360,4 +361,3 @@ def _called(instruction: Instruction) -> Iterator[str]:
         target = instruction.operands[0]
         if isinstance(target, Address) and not target.steps:
             yield target.name
-

@@ -12,7 +12,9 @@ from ..addon import AddOn
 from ..controller import Controller
 from ..errors import BuildError, LadderError, Problem
 from ..expressions import TAG_NAME
+from ..instructions.stubbed import specs_of_stubs
 from ..schedule import Task, TaskKind
+from ..stubs import ALL_MESSAGES, NO_STUBS, Stubs, parse_stub
 from ..tags import STATUS_FLAGS, Declaration, Tag, program_of
 from ..tree import Address, Routine, Step, SubscriptStep, instructions_of
 from .addons import AddOns
@@ -55,17 +57,18 @@ class Imported:
     reader: RoutineReader
 
 
-def import_l5x(path: Path | str, *, trial: bool = False) -> Imported:
+def import_l5x(path: Path | str, stubs: Stubs = NO_STUBS, *, trial: bool = False) -> Imported:
     """Import an L5X.
 
     Args:
         path: the file.
+        stubs: what stands for instructions, and for routines that are refused, by name.
         trial: also check add-on instructions that nothing calls, and let messages end.
 
     Raises:
         L5xError: the file can't be used at all.
     """
-    return Importer(read_document(Path(path))).run(trial=trial)
+    return Importer(read_document(Path(path)), stubs).run(trial=trial)
 
 
 class Importer:
@@ -73,15 +76,16 @@ class Importer:
 
     Args:
         document: the document.
+        stubs: see `import_l5x`.
     """
 
-    def __init__(self, document: Document) -> None:
-        self._document = document
+    def __init__(self, document: Document, stubs: Stubs = NO_STUBS) -> None:
+        self._document, self._stubs = document, stubs
         self.report = Report(document.file, document.revision, document.target, document.name)
         self._reader = RoutineReader(self.report)
         self._types = Types(document.data_types)
         self._add_ons = AddOns(document.add_ons, self._types, self.report)
-        self._parts = Parts(document.name)
+        self._parts = Parts(document.name, stubs=dict(stubs.by_name))
         self._untyped: list[tuple[str, TagRecord]] = []
 
     def run(self, *, trial: bool) -> Imported:
@@ -89,7 +93,7 @@ class Importer:
         self._read_logic()
         self._declare()
         if trial:
-            self._parts.stubs["MSG"] = TRIAL_STUB
+            self._parts.stubs.setdefault(ALL_MESSAGES, parse_stub(TRIAL_STUB))
             self._note_stubs()
             if self._parts.add_ons:
                 self._build(harness_of)
@@ -100,8 +104,11 @@ class Importer:
 
     def _read_logic(self) -> None:
         document, reader = self._document, self._reader
-        reader.specs = self._add_ons.specs()
+        reader.stubbed = frozenset(self._stubs.by_name)
+        reader.specs = {**self._add_ons.specs(), **specs_of_stubs(self._stubs.by_name)}
         for name, record in self._add_ons.records.items():
+            if name in self._stubs.by_name:
+                continue
             if record.encoded:
                 reader.withheld[name] = "the source of this add-on is encoded"
             elif name not in reader.specs or reader.specs[name].name != record.name:
@@ -179,12 +186,17 @@ class Importer:
         name = address.name.upper()
         owner = program_of(name).upper()
         for scope, record in self._untyped:
-            if record.name.upper() == name.rpartition(".")[2] and scope.upper() in ("", owner, program.upper()):
+            if record.name.upper() == name.rpartition(".")[2] and scope.upper() in (
+                "",
+                owner,
+                program.upper(),
+            ):
                 steps = address.steps
                 if record.dims and steps and isinstance(steps[0], SubscriptStep):
                     steps = steps[1:]
                 return f"type {record.type}", steps
-        if name in STATUS_FLAGS or (self._document.whole and ":" not in name):
+        declares = self._stubs.missing_tags or not self._document.whole or ":" in name
+        if name in STATUS_FLAGS or not declares:
             return None
         plain = re.fullmatch(TAG_NAME, address.name.rpartition(".")[2], re.ASCII)
         return (address.name, address.steps) if plain else None
@@ -203,7 +215,9 @@ class Importer:
 
     def _declare_untyped(self, program: str, record: TagRecord, guess: Guess | None) -> None:
         if guess is None:
-            self.report.note(record.name, f"it is not declared: there is no data type {record.type}", record.line)
+            self.report.note(
+                record.name, f"it is not declared: there is no data type {record.type}", record.line
+            )
             return
         kind = guess.type(record.type)
         try:
@@ -239,12 +253,12 @@ class Importer:
         routines = [each for part in self._parts.programs.values() for each in part.routines.values()]
         routines += [each for definition in self._parts.add_ons.values() for each in definition.routines]
         if any(
-            instruction.name == "MSG"
+            instruction.name == ALL_MESSAGES
             for routine in routines
             for rung in routine.rungs
             for instruction in instructions_of(rung.series)
         ):
-            self.report.stubs["MSG"] = TRIAL_STUB
+            self.report.stubs[ALL_MESSAGES] = str(self._parts.stubs[ALL_MESSAGES])
 
     # --- building
 

@@ -51,7 +51,7 @@ def module_tags(document: Document, types: Types, report: Report) -> list[Declar
 
 def _tag(module: ModuleRecord, tag: ModuleTagRecord, types: Types, report: Report) -> Tag | None:
     name = f"{prefix_of(module)}:{tag.suffix}"
-    kind = next(filter(None, _shown(tag, types)), None)
+    kind = next((each for each in _shown(tag, types) if each is not None), None)
     if kind is None:
         return None
     try:

@@ -1,4 +1,4 @@
-"""Predefined types of controllers that no instruction here works on: their members, for logic that reads them.
+"""Predefined types that no instruction here works on: their members, for logic that reads them.
 
 Of an axis or a motion group it is the members that programs use most; one that is missing is refused where
 it is named. Values in the document have the other members.
@@ -18,7 +18,10 @@ def _members(kind: DataType, names: str, *dims: int) -> tuple[Member, ...]:
 def _bits(host: str, names: str, *, first: int = 0) -> tuple[Member, ...]:
     """Return a DINT and the bits in it."""
     bits = enumerate(names.split(), first)
-    return (Member(host, DINT), *(Member(name, BOOL, at=f"{host}.{bit}") for bit, name in bits if name != "-"))
+    return (
+        Member(host, DINT),
+        *(Member(name, BOOL, at=f"{host}.{bit}") for bit, name in bits if name != "-"),
+    )
 
 
 MOTION_INSTRUCTION = Structure(
@@ -52,7 +55,10 @@ _AXIS = (
         "PhysicalAxisFault ModuleFault ConfigFault GroupFault MotionFault GuardFault InitializationFault "
         "APRFault SafetyFault",
     ),
-    *_bits("AxisStatus", "ServoActionStatus DriveEnableStatus ShutdownStatus ConfigUpdateInProcess InhibitStatus"),
+    *_bits(
+        "AxisStatus",
+        "ServoActionStatus DriveEnableStatus ShutdownStatus ConfigUpdateInProcess InhibitStatus",
+    ),
     *_bits(
         "MotionStatus",
         "AccelStatus DecelStatus MoveStatus JogStatus GearingStatus HomingStatus StoppingStatus "
@@ -86,7 +92,7 @@ _AXIS = (
         "MaxNegativeSoftwareTravelLimit PositionErrorTolerance ActualPositionEnd AverageVelocityTimebase",
     ),
     *_members(DINT, "Registration1Time Registration2Time InterpolationTime ModuleFaults AttributeErrorCode"),
-    *_members(DINT, "AttributeErrorID DriveFault AxisState CIPAxisState GuardStatus GuardFaults AxisInstance"),
+    *_members(DINT, "AttributeErrorID DriveFault AxisState CIPAxisState GuardStatus GuardFaults"),
     *_bits(
         "DriveStatus",
         "AxisEnableStatus AxisReadyStatus AxisInhibitStatus AxisShutdownStatus AbsoluteReferenceStatus "

@@ -29,6 +29,7 @@ class RoutineReader:
     Attributes:
         specs: the shapes of all instructions, by name in capitals.
         withheld: instructions whose definition is not in the file, with the reason, by name in capitals.
+        stubbed: names in capitals of instructions and routines for which a stub stands.
 
     Args:
         report: counts rungs and collects what is refused.
@@ -40,6 +41,7 @@ class RoutineReader:
         self._refused: set[tuple[str, str, int]] = set()
         self.specs: Mapping[str, Spec] = BY_NAME
         self.withheld: dict[str, str] = {}
+        self.stubbed: frozenset[str] = frozenset()
 
     def routine(self, owner: str, record: RoutineRecord) -> Routine:
         """Read a routine.
@@ -120,9 +122,7 @@ class RoutineReader:
 
     # --- refusing
 
-    def refuse(
-        self, owner: str, routine: str, place: int, reason: str, remedy: str, column: int = 1
-    ) -> None:
+    def refuse(self, owner: str, routine: str, place: int, reason: str, remedy: str, column: int = 1) -> None:
         """Refuse a rung by its place; once."""
         key = (owner.upper(), routine.upper(), place)
         if key in self._refused:
@@ -140,7 +140,10 @@ class RoutineReader:
     def refuse_object(
         self, owner: str, routine: str, reason: str, line: int, remedy: str = _ANOTHER_LANGUAGE
     ) -> None:
-        """Refuse a routine, or something else that is no rung."""
+        """Refuse a routine, or something else that is no rung, unless a stub stands for it."""
+        if routine.upper() in self.stubbed:
+            self._report.stubs[routine] = "the routine does nothing"
+            return
         self._report.objects.append(
             Refusal(self._report.file, line, owner, routine, None, 1, "", reason, remedy)
         )

@@ -10,7 +10,7 @@ from ..expressions import parse_address
 from ..tags import Alias, Declaration, Tag
 from ..types import MAX_DIMENSIONS, DataType, count_of, size_of
 from .datatypes import MOST_BYTES, Types
-from .records import TagRecord
+from .records import Data, TagRecord
 from .report import Report
 from .values import ValueTextError, initial_of
 
@@ -69,10 +69,11 @@ def type_of(record: TagRecord, types: Types) -> DataType | None:
     try:
         return types.find(record.type)
     except LadderError:
-        return next(filter(None, map(types.show, _shown(record))), None)
+        shown = (types.show(each) for each in _shown(record))
+        return next((each for each in shown if each is not None), None)
 
 
-def _shown(record: TagRecord) -> Iterator[object]:
+def _shown(record: TagRecord) -> Iterator[Data]:
     """Yield decorated data of a tag: its structure, or that of its first element."""
     for each in record.data:
         if each.get("Format") == "Decorated":

@@ -177,8 +177,8 @@ def _parameters(element: Data | None, kind: DataType) -> Any:
     return found or None
 
 
-_ATTRIBUTES = {"ServiceCode": "", "ObjectType": "Class", "TargetObject": "Instance", "AttributeNumber": "Attribute"}
-"""Attributes of MessageParameters that have another name as members; "" for those that are none."""
+_ATTRIBUTES = {"ObjectType": "Class", "TargetObject": "Instance", "AttributeNumber": "Attribute"}
+"""Attributes of MessageParameters that have another name as members."""
 
 _TRUTH = {"true": "1", "false": "0"}
 
@@ -247,7 +247,7 @@ def _date_of(date: re.Match[str]) -> int:
     seconds = round((moment - datetime.datetime(1970, 1, 1)).total_seconds())
     digits = 9 if date.group()[0] in "Ll" else 6
     fraction = (date[7] or "").replace("_", "").ljust(digits, "0")[:digits]
-    return seconds * 10**digits + int(fraction)
+    return seconds * int(10**digits) + int(fraction)
 
 
 def _real_of(text: str) -> float:
@@ -268,7 +268,9 @@ def _real_of(text: str) -> float:
 
 # --- L5K text
 
-_TOKEN = re.compile(r"\s*(?:(?P<mark>[\[\],])|(?P<string>'(?:[^'$]|\$.)*')|(?P<value>[^\[\],'\s]+))", re.DOTALL)
+_TOKEN = re.compile(
+    r"\s*(?:(?P<mark>[\[\],])|(?P<string>'(?:[^'$]|\$.)*')|(?P<value>[^\[\],'\s]+))", re.DOTALL
+)
 
 
 def _l5k(text: str, kind: DataType, dims: tuple[int, ...], keep: bool) -> Any:

@@ -46,6 +46,7 @@ COMMANDS = {
     "replay": Entry("replay", "Replay a trace into a module, a program or a rack."),
     "rerun": Entry("rerun", "Run again what a trace was made by."),
     "ladder": Entry("ladder", "Draw the rungs of a ladder program."),
+    "l5x": Entry("l5x", "Say what an exported controller has, what runs, and what does not."),
     "why": Entry("why", "Say why a tag is as it is."),
     "xref": Entry("why", "List where tags are read and written."),
     "fuzz": Entry("fuzz", "Look for surroundings that break a program."),

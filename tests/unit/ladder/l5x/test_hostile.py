@@ -1,0 +1,73 @@
+"""What no export has is refused with an error of the import's own."""
+
+import pytest
+from l5x_files import HEAD, document, machine, program
+from scanrack.ladder.l5x import L5xError, import_l5x
+from scanrack.ladder.l5x.document import MOST_BYTES, MOST_MARKS, parse_document
+
+BOMB = (
+    """<!DOCTYPE lolz [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;&a;&a;&a;"><!ENTITY c "&b;&b;&b;&b;&b;&b;">]>"""
+)
+FILE = '<!DOCTYPE x [<!ENTITY f SYSTEM "file:///etc/passwd">]>'
+
+
+@pytest.mark.parametrize(
+    ("data", "says"),
+    [
+        (b"", "not XML"),
+        (b"SOR XIC B3/0 EOR", "not XML"),
+        (b"\xff\xff\xff", "not UTF-8"),
+        (HEAD.encode() + b"<RSLogix5000Content>", "not XML"),
+        (HEAD.encode() + b"<Project/>", "its root is Project"),
+        (HEAD.encode() + b"<RSLogix5000Content/>", "it has no Controller"),
+        ((HEAD + BOMB + "<RSLogix5000Content>&c;</RSLogix5000Content>").encode(), "DOCTYPE"),
+        ((HEAD + "<!-- --> " + FILE + "<RSLogix5000Content>&f;</RSLogix5000Content>").encode(), "DOCTYPE"),
+        ((HEAD + FILE + "<RSLogix5000Content/>").encode("utf-16"), "DOCTYPE"),
+        (b"<a>" * 10_000, "not XML"),
+        (b" " * (MOST_BYTES + 1), "bytes"),
+        (b"<RSLogix5000Content>" + b"<a/>" * (MOST_MARKS + 1), "tags and attributes"),
+    ],
+)
+def test_refused(data, says):
+    with pytest.raises(L5xError, match=says) as caught:
+        parse_document(data, "machine.L5X")
+    assert str(caught.value).startswith("machine.L5X")
+
+
+def test_the_line_is_named():
+    text = machine("NOP();").replace("</Programs>", "</Program>")
+    with pytest.raises(L5xError) as caught:
+        parse_document(text.encode(), "machine.L5X")
+    assert caught.value.line == 1 + text[: text.index("</Program>\n<Tasks>")].count("\n")
+
+
+def test_missing_file(tmp_path):
+    with pytest.raises(L5xError, match="can't be read"):
+        import_l5x(tmp_path / "none.L5X")
+
+
+@pytest.mark.parametrize(
+    "rung",
+    [
+        "XIC(" + "A[" * 10_000 + "0" + "]" * 10_000 + ")OTE(B);",
+        "[" * 10_000 + "NOP()" + "]" * 10_000 + ";",
+        "CPT(A," + "(" * 10_000 + "1" + ")" * 10_000 + ");",
+    ],
+)
+def test_nesting_is_refused_in_its_rung(tmp_path, rung):
+    path = tmp_path / "deep.L5X"
+    path.write_text(machine(rung, "NOP();"), encoding="utf-8")
+    report = import_l5x(path, trial=True).report
+    assert [each.rung for each in report.refused] == [0]
+
+
+def test_empty_and_strange_parts(tmp_path):
+    path = tmp_path / "strange.L5X"
+    odd = """<Routine Name="No name" Type="RLL"/><Routine/>
+<Routine Name="X" Type="RLL"><RLLContent><Rung/></RLLContent></Routine>"""
+    path.write_text(
+        document(programs=[program("A", odd), program("A", odd), program("", odd)], tags=["<Tag/>"]),
+        encoding="utf-8",
+    )
+    report = import_l5x(path, trial=True).report
+    assert report.imported + len(report.refused) == report.rungs == 3

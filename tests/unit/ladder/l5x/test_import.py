@@ -1,0 +1,227 @@
+"""What is in a document is in the controller."""
+
+import pytest
+from l5x_files import (
+    add_on,
+    alias,
+    data_type,
+    diagram,
+    document,
+    ladder,
+    machine,
+    member,
+    module,
+    parameter,
+    program,
+    rung,
+    structured,
+    tag,
+    task,
+    value,
+)
+from scanrack.ladder.l5x import import_l5x
+from scanrack.ladder.l5x.trial import run_trial
+
+
+@pytest.fixture
+def imported(tmp_path):
+    """Imports a text; `file` is what is in it, `trial` runs it."""
+
+    def read(text, *, trial=True, encoding="utf-8"):
+        path = tmp_path / "machine.L5X"
+        path.write_bytes(text if isinstance(text, bytes) else text.encode(encoding))
+        found = import_l5x(path, trial=trial)
+        if trial:
+            run_trial(found)
+        return found
+
+    return read
+
+
+def after(imported, scans=1):
+    for _ in range(scans):
+        imported.controller.step()
+    return imported.controller.tags
+
+
+def test_rung_tag_and_comment(imported):
+    text = machine(
+        rung("XIC(Go)OTE(Run);", comment="Starts it."), tags=[tag("Go", "BOOL", data=value("BOOL", 1))]
+    )
+    found = imported(text.replace("<Tags>\n", f"<Tags>\n{tag('Run', 'BOOL')}", 1))
+    assert after(found).Run is True
+    (routine,) = found.controller.programs[0].routines
+    assert (str(routine.rungs[0]), routine.rungs[0].comment) == ("XIC(Go)OTE(Run);", "Starts it.")
+    assert (found.report.rungs, found.report.imported, found.report.ran) == (1, 1, 1)
+    assert found.report.complete
+
+
+def test_origin_is_the_line_of_the_text(imported):
+    text = machine("NOP();", "OTE(Lamp);", tags=[tag("Lamp", "BOOL")])
+    found = imported(text)
+    line = 1 + text[: text.index("OTE(Lamp)")].count("\n")
+    assert found.controller.programs[0].routines[0].rungs[1].origin.line == line
+
+
+RECIPE = data_type(
+    "Recipe",
+    member("ZZ0", "SINT", hidden=True),
+    member("On", "BIT", target="ZZ0", bit=0),
+    member("Off", "BIT", target="ZZ0", bit=7),
+    member("Speed", "REAL"),
+    member("Steps", "DINT", 3),
+    member("Wait", "TIMER"),
+)
+SECOND = """<Array DataType="Recipe" Dimensions="2"><Element Index="[1]"><Structure DataType="Recipe">
+<DataValueMember Name="Off" DataType="BOOL" Value="1"/>
+<DataValueMember Name="Speed" DataType="REAL" Radix="Float" Value="1.5e+001"/>
+<ArrayMember Name="Steps" DataType="DINT" Dimensions="3">
+<Element Index="[2]" Value="16#ffff_ffff"/></ArrayMember>
+<StructureMember Name="Wait" DataType="TIMER">
+<DataValueMember Name="PRE" DataType="DINT" Value="250"/></StructureMember>
+</Structure></Element></Array>"""
+
+
+def test_structures_with_packed_bits_and_decorated_values(imported):
+    found = imported(machine("NOP();", types=[RECIPE], tags=[tag("R", "Recipe", "2", SECOND)]))
+    tags = after(found)
+    assert tags["R[0].Speed"] == 0
+    assert (tags["R[1].Off"], tags["R[1].On"], tags["R[1].ZZ0"]) == (True, False, -128)  # bit 7 of a SINT
+    assert (tags["R[1].Speed"], tags["R[1].Steps"], tags["R[1].Wait.PRE"]) == (15.0, [0, 0, -1], 250)
+
+
+def test_strings(imported):
+    family = data_type("STR_10", member("LEN", "DINT"), member("DATA", "SINT", 10), family="StringFamily")
+    decorated = """<Structure DataType="STR_10"><DataValueMember Name="LEN" DataType="DINT" Value="3"/>
+<DataValueMember Name="DATA" DataType="STR_10" Radix="ASCII">
+<![CDATA['a$'b']]>
+</DataValueMember></Structure>"""
+    characters = """<Data Format="String" Length="2"><![CDATA['hi']]></Data>"""
+    plain = f'<Tag Name="P" TagType="Base" DataType="STRING">{characters}</Tag>'
+    found = imported(machine("NOP();", types=[family], tags=[tag("S", "STR_10", data=decorated), plain]))
+    assert (found.controller.tags.S, found.controller.tags.P) == ("a'b", "hi")
+
+
+def test_l5k_text_where_nothing_is_decorated(imported):
+    data = '<Data Format="L5K"><![CDATA[[1,[3,0,7],[0,5000,20]]]]></Data>'
+    kind = data_type("U", member("A", "INT"), member("B", "DINT", 3), member("T", "TIMER"))
+    text = f'<Tag Name="X" TagType="Base" DataType="U">{data}</Tag>'
+    tags = imported(machine("NOP();", types=[kind], tags=[text])).controller.tags
+    assert (tags["X.A"], tags["X.B"], tags["X.T.PRE"], tags["X.T.ACC"]) == (1, [3, 0, 7], 5000, 20)
+
+
+def test_aliases_of_aliases_onto_a_bit_of_a_module(imported):
+    shown = """<InputTag><Data Format="Decorated"><Structure DataType="AB:1769_DI16:I:0">
+<DataValueMember Name="Fault" DataType="DINT" Value="2#0"/>
+<DataValueMember Name="Data" DataType="INT" Value="0"/>
+</Structure></Data></InputTag>"""
+    tags = [alias("Start", "Inputs.3"), alias("Inputs", "Local:2:I.Data"), tag("Run", "BOOL")]
+    found = imported(machine("XIC(Start)OTE(Run);", tags=tags, modules=[module("DI", 2, shown)]))
+    found.controller.tags["Local:2:I.Data"] = 8
+    assert after(found).Run is True
+
+
+def test_program_tags_hide_those_of_the_controller(imported):
+    programs = [
+        program("A", ladder("Main", "MOV(1,X);"), tags=[tag("X", "DINT")]),
+        program("B", ladder("Main", "MOV(2,X);")),
+    ]
+    found = imported(document(tags=[tag("X", "DINT")], programs=programs, tasks=[task("T", "A", "B")]))
+    tags = after(found)
+    assert (tags[r"\A.X"], tags.X) == (1, 2)
+
+
+def test_periodic_task(imported):
+    programs = [program("Fast", ladder("Main", "ADD(X,1,X);"), tags=[tag("X", "DINT")])]
+    text = document(programs=programs, tasks=[task("F", "Fast", kind="PERIODIC", rate=20, priority=3)])
+    assert after(imported(text), 5)[r"\Fast.X"] == 3  # at 0, 20 and 40 ms
+
+
+def test_add_on_with_default_and_local(imported):
+    local = (
+        '<LocalTag Name="k" DataType="DINT"><DefaultData Format="L5K"><![CDATA[3]]></DefaultData></LocalTag>'
+    )
+    twice = add_on(
+        "Times",
+        [parameter("X", "DINT", "Input"), parameter("Y", "DINT", "Output")],
+        [local],
+        ladder("Logic", "MUL(X,k,Y);"),
+    )
+    tags = [tag("t", "Times"), tag("a", "DINT", data=value("DINT", 5)), tag("b", "DINT")]
+    found = imported(machine("Times(t,a,b);", tags=tags, add_ons=[twice]))
+    assert after(found).b == 15
+    assert (found.report.rungs, found.report.ran) == (2, 2)
+
+
+def test_structured_text_has_lines_of_the_file(imported):
+    routine = structured("Sub", "n := n + 1;\n// said\nm := n * 2;")
+    text = document(
+        tags=[tag("n", "DINT"), tag("m", "DINT")],
+        programs=[program("Main", ladder("Main", "JSR(Sub,0);"), routine)],
+        tasks=[task("T", "Main")],
+    )
+    found = imported(text)
+    assert after(found).m == 2
+    (_, sub) = found.controller.programs[0].routines
+    assert sub.statements[1].origin.line == 1 + text[: text.index("m := n")].count("\n")
+
+
+def test_function_blocks_are_refused_by_name(imported):
+    text = document(programs=[program("P", ladder("Main", "JSR(Blocks,0);"), diagram("Blocks", "FBD"))])
+    report = imported(text).report
+    (refused,) = report.objects
+    assert (refused.program, refused.routine) == ("P", "Blocks")
+    assert "function block diagram" in refused.reason
+    assert not report.complete
+
+
+def test_each_refused_rung_says_where_and_why(imported):
+    text = machine("XIC(Here)  FOO(Here);", "XIC(Gone)OTE(Here);", "OTE(Here);", tags=[tag("Here", "BOOL")])
+    report = imported(text).report
+    assert (report.rungs, report.imported, len(report.refused)) == (3, 1, 2)
+    first, second = report.refused
+    assert (first.program, first.routine, first.rung, first.column) == ("Main", "Main", 0, 12)
+    assert "there is no FOO" in first.reason
+    assert second.line == 1 + text[: text.index("XIC(Gone)")].count("\n")
+    assert "there is no tag Gone" in second.reason
+
+
+def test_edits_in_progress_are_refused_with_their_letter(imported):
+    report = imported(machine(rung("NOP();", kind="I"), rung("NOP();", number=1))).report
+    assert [each.reason for each in report.refused] == ["it is of type I, an edit in progress"]
+
+
+def test_encoded_add_on_refuses_the_rungs_that_call_it(imported):
+    parts = parameter("X", "DINT", "Input")
+    encoded = (
+        '<EncodedData EncodedType="AddOnInstructionDefinition" Name="Secret" Revision="1.0">'
+        f"<Parameters>{parts}</Parameters>c2VjcmV0</EncodedData>"
+    )
+    report = imported(machine("Secret(s,1);", "NOP();", tags=[tag("s", "Secret")], add_ons=[encoded])).report
+    assert [each.rung for each in report.refused] == [0]
+    assert [each.program for each in report.objects] == ["Secret"]
+    assert "encoded" in report.objects[0].reason
+
+
+def test_partial_export_declares_what_it_leaves_out(imported):
+    routine = ladder(
+        "Sub", "XIC(M.Ready)TON(Delay,?,?)MOV(M.Count[3],Total)JSR(Other,0);", "EQU(Speed,1.5)OTE(Bits.7);"
+    )
+    text = document(target="Routine", programs=[program("P", routine, main="")])
+    report = imported(text).report
+    assert (report.refused, report.ran) == ([], 2)
+    assert report.declared == {
+        r"\P.Other": "routine that does nothing",
+        "M": "M",
+        "Delay": "TIMER",
+        "Total": "DINT",
+        "Speed": "REAL",
+        "Bits": "DINT",
+    }
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le"])
+def test_encodings(imported, encoding):
+    text = machine("NOP();", tags=[tag("T", "DINT", comment="Größe")])
+    found = imported(text, encoding=encoding)
+    assert found.controller.declarations[0].comment == "Größe"
