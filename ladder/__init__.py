@@ -20,6 +20,7 @@ which is logic just as well. The files, from the bottom up; each imports only fr
 | `instructions/` | what each instruction does in both back ends: one file per family, one row each |
 | `text`, `st/`, `front` | rungs from text; structured text; rungs from Python |
 | `addon`, `calls` | add-on instructions; what a call hands over |
+| `inferred` | types of tags that nothing declares |
 | `lowering_statements`, `lowering`, `checks` | tree to lowered program; checks of the whole |
 | `edit` | values that outlive a program |
 | `runnable`, `logic`, `controller` | what both of these are: declared, built, run; `Program`; `Controller` |

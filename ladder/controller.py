@@ -156,6 +156,7 @@ class Controller(LadderLogic):
 
     @override
     def _lower(self) -> tuple[Lowered, list[Problem]]:
+        self._declare_missing(self.programs)
         layout = Layout(self._all_declarations())
         lowering = Lowering(self.name, layout, "", self.add_ons, self.stubs)
         lowered = lowering.lowered

@@ -169,6 +169,7 @@ class Program(LadderLogic):
 
     @override
     def _lower(self) -> tuple[Lowered, list[Problem]]:
+        self._declare_missing((self,))
         layout = Layout(self.declarations)
         lowering = Lowering(self.name, layout, self.first or "Main", self.add_ons, self.stubs)
         lowered = lowering.lowered

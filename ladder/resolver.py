@@ -97,6 +97,16 @@ _LOCAL = re.compile(r"LOCAL:(\d+):([IO])")
 _SLOT_FILE = re.compile(r"([IO]):(\d+)")
 
 
+def is_image(name: str) -> bool:
+    r"""Whether a name means a slot's image, or a tag of a certain program, without a declaration.
+
+    >>> is_image("Local:1:I"), is_image("O:2"), is_image(r"\Main.Run"), is_image("Run")
+    (True, True, True, False)
+    """
+    name = name.upper()
+    return name.startswith("\\") or any(each.fullmatch(name) for each in (_LOCAL, _SLOT_FILE))
+
+
 class Resolver:
     """Finds what addresses mean.
 

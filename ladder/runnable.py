@@ -8,16 +8,18 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
-from .addon import AddOn
+from .addon import AddOn, specs_of
 from .checks import ALLOWANCES, uses_of_stubs
 from .compiler import Scanner, scanner_of, source_of
 from .edit import Edit, carry_over
 from .engine import STEP_MS, Engine
 from .errors import LadderError, MinorFault, Problem
 from .expressions import TAG_NAME, parse_address
+from .inferred import Inference
 from .lowered import Lowered
 from .memory import Memory
-from .stubs import InPython, Stub, Stubs, check_stubbed, parse_stub
+from .resolver import is_image
+from .stubs import NO_STUBS, InPython, Stub, Stubs, check_stubbed, parse_stub
 from .tagref import TagRef
 from .tags import Alias, Declaration, SlotAlias, Tag
 from .tree import Routine
@@ -40,6 +42,8 @@ class LadderLogic(ABC):
         add_ons: the add-on instructions that it uses, by name in capitals.
         allowed: what is not reported, see `checks.ALLOWANCES`.
         stubs: what stands for instructions, and how messages end, by name in capitals.
+        declares_missing: whether tags that it uses and does not declare are declared by their use.
+        declared_missing: those tags, once it is built.
 
     Args:
         name: its name.
@@ -61,6 +65,8 @@ class LadderLogic(ABC):
         if unknown:
             raise LadderError(f"{min(unknown)!r} can't be allowed; what can is {', '.join(ALLOWANCES)}")
         self.stubs: dict[str, Stub] = {}
+        self.declares_missing = False
+        self.declared_missing: list[Tag] = []
         self._names: set[str] = set()
         self._lowered: Lowered | None = None
         self._scanner: Scanner | None = None
@@ -113,9 +119,10 @@ class LadderLogic(ABC):
         Raises:
             LadderError: nothing can stand for an instruction among them, or it has been built.
         """
-        if not stubs.by_name:
+        if stubs == NO_STUBS:
             return
         self._refuse_if_built()
+        self.declares_missing |= stubs.missing_tags
         for name in stubs.by_name:
             check_stubbed(name)
         self.stubs.update(stubs.by_name)
@@ -128,7 +135,40 @@ class LadderLogic(ABC):
             BuildError: see `build`.
         """
         counted = Counter(uses_of_stubs(self.build()))
-        return tuple(f"{name} = {self.stubs[name]} ({times(count)})" for name, count in counted.items())
+        used = [f"{name} = {self.stubs[name]} ({times(count)})" for name, count in counted.items()]
+        if self.declared_missing:
+            tags = ", ".join(map(declared, self.declared_missing))
+            used.append(f"missing_tags = declare: {tags}")
+        return tuple(used)
+
+    def _declare_missing(self, parts: Iterable[LadderLogic]) -> None:
+        """Declare the tags that routines use and nothing declares.
+
+        Args:
+            parts: what has the routines: itself, or the programs of a controller.
+        """
+        if not self.declares_missing:
+            return
+        inference = Inference(specs_of(self.add_ons, self.stubs), self._operands_of, self._structures())
+        for part in parts:
+            known = self._names | part._names
+            for routine in part.routines:
+                inference.routine(routine, lambda name, known=known: name.upper() in known or is_image(name))  # type: ignore[misc]
+        self.declared_missing = inference.tags()
+        for tag in self.declared_missing:
+            self.add(tag)
+
+    def _operands_of(self, name: str) -> tuple[tuple[DataType, tuple[int, ...]], ...]:
+        """Return type and dimensions of the operands of an add-on instruction; none for another one."""
+        definition = self.add_ons.get(name.upper())
+        if definition is None or name.upper() in self.stubs:
+            return ()
+        return ((definition.structure, ()), *((each.type, each.dims) for each in definition.required))
+
+    def _structures(self) -> list[Structure]:
+        """Return the structures that its tags are of."""
+        found = (each.type for each in self.declarations if isinstance(each, Tag))
+        return [each for each in dict.fromkeys(found) if isinstance(each, Structure)]
 
     def declare(
         self,
@@ -320,6 +360,16 @@ def times(count: int) -> str:
     ('once', 'twice', '2,000 times')
     """
     return {1: "once", 2: "twice"}.get(count, f"{count:,} times")
+
+
+def declared(tag: Tag) -> str:
+    """Return a tag as a program file declares it.
+
+    >>> declared(Tag("Level", TYPES["DINT"], (4,)))
+    'Level : DINT[4]'
+    """
+    dims = f"[{','.join(map(str, tag.dims))}]" if tag.dims else ""
+    return f"{tag.name} : {tag.type.name}{dims}"
 
 
 def wrong_initials(lowered: Lowered) -> list[Problem]:

@@ -1,0 +1,84 @@
+"""`missing_tags = "declare"`: tags without a declaration get the type that their uses ask for."""
+
+import pytest
+from scanrack.ladder import BuildError, Controller
+from scanrack.ladder.rungfile import parse_program
+from scanrack.ladder.runnable import declared
+from scanrack.ladder.stubs import Stubs
+
+INFER = Stubs(missing_tags=True)
+BLOCK = """INSTRUCTION Scale
+INPUT Raw : INT REQUIRED
+INOUT Table : REAL[8]
+ROUTINE Logic
+MOV(Raw,Table[0]);
+END
+END INSTRUCTION
+"""
+
+
+def found(*rungs, kind="", head=""):
+    """Return the tags of rungs that declare none, as text, after a scan of both back ends."""
+    text = "\n".join([f"PROGRAM p\n{head}ROUTINE Main{kind}", *rungs, "END\n"])
+    program = parse_program(text, stubs=INFER)
+    for engine in (program.compile(), program.interpret()):
+        engine.step()
+    return [declared(each) for each in program.declared_missing]
+
+
+@pytest.mark.parametrize(
+    ("rung", "tags"),
+    [
+        ("XIC(Run)OTE(Lamp);", ["Run : BOOL", "Lamp : BOOL"]),
+        ("XIC(Go)TON(Fill,?,?);", ["Go : BOOL", "Fill : TIMER"]),
+        ("XIC(Fill.DN)OTE(Lamp);", ["Fill : TIMER", "Lamp : BOOL"]),
+        ("XIC(Parts.OV)OTE(Lamp);", ["Parts : COUNTER", "Lamp : BOOL"]),
+        ("XIC(Word.3)MOV(5,Count);", ["Word : DINT", "Count : DINT"]),
+        ("ADD(Level,2.5,Level);", ["Level : REAL"]),
+        ("CPT(Level,(Raw*1.5)/Span);", ["Level : REAL", "Raw : REAL", "Span : REAL"]),
+        ("CONCAT(Text,'a',Text);", ["Text : STRING"]),
+        ("MOV(Data[7],Data[2]);", ["Data : DINT[8]"]),
+        ("MOV(Grid[1,3],Data[Index]);", ["Grid : DINT[2,4]", "Index : DINT", "Data : DINT[100]"]),
+        ("COP(From,To,5);", ["From : DINT[5]", "To : DINT[5]"]),
+        ("XIC(Recipe[2].Ready)MOV(Recipe[2].Step,Now);", ["Recipe : Recipe_type[3]", "Now : DINT"]),
+        ("MSO(Ax,M);", ["Ax : AXIS_CIP_DRIVE", "M : MOTION_INSTRUCTION"]),
+        ("XIC(Ax.AxisHomedStatus)OTE(Lamp);", ["Ax : AXIS_CIP_DRIVE", "Lamp : BOOL"]),
+        ("XIC(Local:1:I.Data[0].3)XIC(Rack:3:I.Ok)OTE(S);", ["Rack:3:I : Rack_3_I_type", "S : BOOL"]),
+        ("XIC(N7:3/2)OTE(B3:0/1);", ["N7 : DINT[4]", "B3 : DINT[1]"]),
+    ],
+)
+def test_a_use_asks_for_a_type(rung, tags):
+    assert found(rung) == tags
+
+
+def test_a_call_asks_for_the_types_of_its_parameters():
+    assert found("Scale(One,Raw,Table);", head=BLOCK) == ["One : Scale", "Raw : INT", "Table : REAL[8]"]
+
+
+def test_structured_text_asks_for_types():
+    text = "IF Go AND NOT Stop THEN Level := Level * 1.5; END_IF;\nOver := Level > 3.0;"
+    assert found(text, kind=" ST") == ["Go : BOOL", "Stop : BOOL", "Level : REAL", "Over : BOOL"]
+
+
+def test_the_tags_are_listed_with_the_stubs_in_use():
+    program = parse_program("PROGRAM p\nROUTINE Main\nXIC(A)OTE(B[2]);\nEND\n", stubs=INFER)
+    assert program.stubs_in_use == ("missing_tags = declare: A : BOOL, B : BOOL[3]",)
+
+
+def test_a_tag_of_a_program_is_its_own_and_a_missing_one_the_controllers():
+    plant = Controller("plant")
+    plant.take_stubs(INFER)
+    for name in ("One", "Two"):
+        program = plant.program(name)
+
+        @program.routine
+        def Main(rung):  # noqa: N802
+            rung("XIC(Shared)OTE(Own);")
+
+    plant.step()
+    assert [declared(each) for each in plant.declared_missing] == ["Shared : BOOL", "Own : BOOL"]
+
+
+def test_without_it_a_missing_tag_is_refused():
+    with pytest.raises(BuildError, match="there is no tag A"):
+        parse_program("PROGRAM p\nROUTINE Main\nXIC(A)OTE(B);\nEND\n").build()
