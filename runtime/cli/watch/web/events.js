@@ -3,7 +3,7 @@
 import { at, el, heading } from "./dom.js";
 import { clock } from "./format.js";
 import { lookAt } from "./scrub.js";
-import { onHello, onPaint } from "./state.js";
+import { onHello, onPaint, run } from "./state.js";
 
 const MOST = 200; // rows that are kept
 
@@ -24,5 +24,5 @@ onPaint(({ events }) => {
 function row({ scan, t, slot, text, kind }) {
   return el("li", { "data-kind": kind, "data-scan": scan },
     el("button", { type: "button", title: `Look at scan ${scan}`, click: () => lookAt(scan) },
-      el("time", { class: "figure" }, clock(t)), el("span", { class: "where" }, slot ? String(slot) : ""), el("span", { class: "what" }, text)));
+      el("time", { class: "figure" }, clock(t)), el("span", { class: "what" }, slot && run.hello.slots.length > 1 ? `${slot}: ${text}` : text)));
 }

@@ -1,6 +1,7 @@
 // What the timing strip knows: edges of bits, envelopes of positions, the latest two minutes of them.
 
 const KEPT_NS = 120e9;
+const SETTLED_NS = 50e6; // edges before that are of the power-up and of no interest to begin with
 const MOST = 60000; // entries of a lane
 
 export class Lanes {
@@ -14,7 +15,8 @@ export class Lanes {
   take({ strip, env }) {
     for (const [name, items] of Object.entries(strip ?? {})) {
       add(this.bits, name, items);
-      if (this.bits.get(name)?.length > 1) this.changed.add(name);
+      const last = this.bits.get(name);
+      if (last?.length > 1 && last.at(-1)[0] > SETTLED_NS) this.changed.add(name);
     }
     for (const [name, items] of Object.entries(env ?? {})) add(this.curves, name, items);
   }

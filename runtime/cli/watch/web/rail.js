@@ -4,7 +4,7 @@ import { el, setAttribute, setText, svg } from "./dom.js";
 import { count } from "./format.js";
 import { run } from "./state.js";
 
-const HEIGHT = 132, RAIL = 72, SIDE = 34; // CSS pixels
+const HEIGHT = 142, RAIL = 82, SIDE = 34; // CSS pixels
 const AVERAGED_NS = 1e8;
 const TURN = 2000; // steps or counts of one turn of the encoder's dial
 
@@ -51,7 +51,7 @@ class Rail {
     for (let value = Math.ceil(this.low / step) * step; value <= this.high; value += step) {
       const x = this.x(value);
       found.push(svg("line", { class: "tick", x1: x, x2: x, y1: RAIL + 4, y2: RAIL + 9 }),
-        svg("text", { class: "tick", x, y: RAIL + 22, "text-anchor": "middle" }, count(value)));
+        svg("text", { class: "tick", x, y: RAIL + 22, "text-anchor": "middle" }, count(value || 0))); // no -0
     }
     return found;
   }
@@ -72,7 +72,7 @@ class Rail {
   stationOf({ position, input }) {
     const x = this.x(position);
     return svg("g", { class: "station" }, svg("title", {}, `Station at ${position}, signals ${input}`),
-      svg("path", { d: `M${x - 6} 12h12v7l-6 6l-6 -6z` }));
+      svg("path", { d: `M${x - 6} 4h12v7l-6 6l-6 -6z` }));
   }
 
   move({ shaft, position, target, encoder }) {
@@ -107,7 +107,7 @@ const operated = ({ first, last }, shaft) =>
   shaft !== undefined && shaft !== null && (first ?? -Infinity) <= shaft && shaft <= (last ?? Infinity);
 
 const moving = () => ({
-  target: svg("g", { class: "target" }, svg("title", {}, "Target"), svg("path", { d: `M0 ${RAIL - 40}V${RAIL}` }), svg("path", { class: "flag", d: `M0 ${RAIL - 40}h13l-4 5l4 5h-13z` })),
+  target: svg("g", { class: "target" }, svg("title", {}, "Target"), svg("path", { d: `M0 ${RAIL - 52}V${RAIL}` }), svg("path", { class: "flag", d: `M0 ${RAIL - 52}h13l-4 5l4 5h-13z` })),
   cart: svg("g", { class: "cart" }, svg("title", {}, "Shaft"), svg("rect", { x: -17, y: RAIL - 24, width: 34, height: 19, rx: 5 }), svg("path", { d: `M0 ${RAIL - 19}v9` }),
     svg("circle", { cx: -9, cy: RAIL - 4, r: 3.5 }), svg("circle", { cx: 9, cy: RAIL - 4, r: 3.5 })),
   known: svg("g", { class: "known" }, svg("title", {}, "Position that the module knows"), svg("path", { d: `M0 ${RAIL - 27}l-6 -9h12z` })),
