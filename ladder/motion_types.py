@@ -83,10 +83,12 @@ _CIP_STATUS = (
     "TorqueThresholdStatus TorqueLimitStatus CurrentLimitStatus ThermalLimitStatus "
     "FeedbackIntegrityStatus ShutdownCIPStatus InProcessStatus DCBusUnloadStatus ACPowerLossStatus "
     "PositionControlModeStatus VelocityControlModeStatus TorqueControlModeStatus InPositionStatus "
-    "AxisReadyStatus AxisInhibitStatus AbsoluteReferenceStatus EnableInputStatus HomeInputStatus "
-    "ProcessStatus"
+    "AxisReadyStatus AxisInhibitStatus AbsoluteReferenceStatus EnableInputStatus ProcessStatus"
 )
-_IO_STATUS = "Reg1InputStatus Reg2InputStatus PosOvertravelInputStatus NegOvertravelInputStatus"
+_IO_STATUS = (
+    "HomeInputStatus Reg1InputStatus Reg2InputStatus PosOvertravelInputStatus NegOvertravelInputStatus "
+    "AxisEnableStatus AxisShutdownStatus"
+)
 
 _AXIS_REALS = (
     "ActualPosition StrobeActualPosition StartActualPosition AverageVelocity ActualVelocity "

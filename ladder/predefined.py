@@ -26,19 +26,44 @@ SERIAL_PORT_CONTROL = Structure(
 )
 """What the instructions of the serial port work on [1756-RM003N, ASCII serial port instructions]."""
 
-PHASE_INSTRUCTION = Structure(
-    "PHASE_INSTRUCTION", (Member("Status", DINT), *_members(BOOL, "EN ER PC IP WA ABORT"))
+_PLAIN = (
+    Structure("CONNECTION_STATUS", _members(BOOL, "RunMode ConnectionFaulted")),
+    Structure("PHASE_INSTRUCTION", (*_members(DINT, "Status"), *_members(BOOL, "EN ER PC IP WA ABORT"))),
+    Structure("DATALOG_INSTRUCTION", (*_members(BOOL, "EN DN ER IP"), *_members(DINT, "ERR"))),
+    Structure(
+        "EXT_ROUTINE_CONTROL",
+        (*_members(SINT, "ErrorCode NumParams"), *_members(BOOL, "EN ReturnsValue DN ER")),
+    ),
+    Structure("ALARM_SET_CONTROL", (*_members(BOOL, "LastState"), *_members(DINT, "InstanceID"))),
+    Structure(
+        "PHASE",
+        (
+            *_members(DINT, "State Substate StepIndex Failure UnitID Owner PendingRequest"),
+            *_members(
+                BOOL,
+                "Running Holding Restarting Stopping Aborting Resetting Idle Held Complete Stopped Aborted "
+                "Pausing Paused AutoPause Step NewInputParameters Producing Standby",
+            ),
+        ),
+    ),
+    Structure(
+        "SFC_STEP",
+        (
+            *_members(DINT, "Status"),
+            *_members(BOOL, "X FS SA LS DN OV AlarmEn AlarmLow AlarmHigh Reset PauseTimer"),
+            *_members(DINT, "PRE T TMax Count LimitLow LimitHigh"),
+        ),
+    ),
+    Structure(
+        "SFC_ACTION", (*_members(DINT, "Status"), *_members(BOOL, "A Q"), *_members(DINT, "PRE T Count"))
+    ),
+    Structure("SFC_STOP", (*_members(DINT, "X Count"), *_members(BOOL, "Reset"))),
 )
 
 PREDEFINED_TYPES: Mapping[str, DataType] = {
     **TYPES,
     **MOTION_TYPES,
     SERIAL_PORT_CONTROL.name: SERIAL_PORT_CONTROL,
-    PHASE_INSTRUCTION.name: PHASE_INSTRUCTION,
-    "CONNECTION_STATUS": Structure("CONNECTION_STATUS", _members(BOOL, "RunMode ConnectionFaulted")),
-    "EXT_ROUTINE_CONTROL": Structure(
-        "EXT_ROUTINE_CONTROL",
-        (*_members(SINT, "ErrorCode NumParams"), *_members(BOOL, "EN ReturnsValue DN ER")),
-    ),
+    **{each.name: each for each in _PLAIN},
 }
 """By name in capitals: the types that every program may use."""

@@ -365,7 +365,8 @@ def times(count: int) -> str:
 def declared(tag: Tag) -> str:
     """Return a tag as a program file declares it.
 
-    >>> declared(Tag("Level", TYPES["DINT"], (4,)))
+    >>> from scanrack.ladder import DINT
+    >>> declared(Tag("Level", DINT, (4,)))
     'Level : DINT[4]'
     """
     dims = f"[{','.join(map(str, tag.dims))}]" if tag.dims else ""

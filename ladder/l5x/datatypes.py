@@ -10,8 +10,8 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from ..errors import LadderError
+from ..predefined import PREDEFINED_TYPES
 from ..types import BOOL, MAX_DIMENSIONS, TYPES, DataType, Elementary, Member, Structure, count_of, size_of
-from .predefined import PREDEFINED
 from .records import Data, DataTypeRecord, MemberRecord
 
 MOST_BYTES = 1 << 25
@@ -79,7 +79,7 @@ class Types:
         record = self._records.get(key)
         if record is not None:
             return self._structure(record)
-        made = self.add_on(key) or PREDEFINED.get(key) or self._shown.get(key)
+        made = self.add_on(key) or PREDEFINED_TYPES.get(key) or self._shown.get(key)
         if made is None:
             raise UnknownTypeError(f"there is no data type {name}")
         return made
