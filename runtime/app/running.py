@@ -26,6 +26,7 @@ from .hints import Hints
 from .loading import Job
 from .rack_units import UnitsBeside, units_of
 from .recording import NOTHING, recorder_for
+from .repeating import RecordedOrder, Repeated
 
 Observer = Callable[[Cpu, int | None], AbstractContextManager[None]]
 """Observes a CPU while it runs: a progress bar. Arguments: the CPU, the number of its last scan or None."""
@@ -42,6 +43,7 @@ class JobRun:
     Attributes:
         rack: the rack.
         cpu: the CPU that runs the program.
+        repeated: gives the orders of a recorded session; None without them.
         logic: the program; of a rack that can be operated a ladder program is under a debugger.
         hints: what the program may have meant otherwise.
         stubs: the stubs in use, see `Job.stubs`.
@@ -56,6 +58,7 @@ class JobRun:
         warn: takes a hint, at once.
         handled: the rack can be operated while it runs: tags are set and forced, incidents happen.
         metadata: further entries of the recording's metadata.
+        orders: of a recorded session, given again; the rack can then be operated.
 
     Raises:
         ValueError: a unit's program or a port can't be used, or a real port is not allowed.
@@ -74,7 +77,9 @@ class JobRun:
         warn: Callable[[str], None] = lambda _hint: None,
         handled: bool = False,
         metadata: Mapping[str, str] = NOTHING,
+        orders: Iterable[RecordedOrder] | None = None,
     ) -> None:
+        handled = handled or orders is not None
         units = units_of(job.spec.unit, job.folder)
         self.stubs = job.stubs
         self.rack = build_rack(job.spec, ports if live else None, handled=handled)
@@ -87,6 +92,11 @@ class JobRun:
             heard.append(UnitsBeside(units, trace))
         self._pacer = pacer or FreeRun()
         self.cpu = build_cpu(job.spec, self.logic, self.rack, listeners=heard, pacer=self._pacer)
+        self.repeated: Repeated | None = None
+        if orders is not None:
+            self.repeated = Repeated(self.cpu, self.hands, orders)
+            self.cpu.add_listener(self.repeated)
+            self.repeated.begin()
 
     @property
     def hands(self) -> Hands:

@@ -13,6 +13,7 @@ from ...traces.arrays import extent
 from ...traces.compare import compare
 from ...traces.reader import Trace, open_trace
 from ..app.attachments import job_of
+from ..app.repeating import is_session, orders_of
 from ..app.replaying import edit_notes
 from .compare import JsonOption, tell
 from .complaints import reported_mistakes
@@ -39,6 +40,8 @@ def _rerun_command(
 ) -> None:
     """Run again what a trace was made by: its rack file and program, for as many scans, and compare.
 
+    The orders of a session of scanrack watch are given again before the same scans.
+
     Python that came with the trace is run only if it is the same as in the current folder, or you say
     --trust: a program may do anything that you may.
 
@@ -64,7 +67,8 @@ def _rerun(
     for note in edit_notes(trace.events()):
         say(f"note: {note}", err=True)
     scans = ends[-1] + 1
-    if run_job(job, scans, again, quiet=quiet, summarised=False) == BAD_INPUT:
+    orders = orders_of(trace) if is_session(trace) else None
+    if run_job(job, scans, again, quiet=quiet, summarised=False, orders=orders) == BAD_INPUT:
         return BAD_INPUT
     if not as_json and filecmp.cmp(path, again, shallow=False):
         if not quiet:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import ExitStack
 from functools import partial
 from os.path import realpath
@@ -11,6 +12,7 @@ from typing import Annotated
 import typer
 
 from ..app.loading import DEFAULT_RUN, Job, load_job, scans_to_run, with_tags
+from ..app.repeating import RecordedOrder
 from ..app.retaining import Retained
 from ..app.running import JobRun
 from ..config.rackspec import RackSpec
@@ -38,6 +40,7 @@ def run_job(
     realtime: RealTime | None = None,
     live: bool = False,
     summarised: bool = True,
+    orders: Sequence[RecordedOrder] | None = None,
 ) -> int:
     """Run a job and say what it came to; return the exit status.
 
@@ -49,6 +52,7 @@ def run_job(
         realtime: keeps step with the wall clock; None = as fast as possible.
         live: real ports may be driven.
         summarised: whether what is not quiet ends in a summary.
+        orders: of a recorded session, given again; None if it was none.
     """
     with ExitStack() as ports:
         if realtime is not None:
@@ -65,6 +69,7 @@ def run_job(
                 pacer=pacer,
                 listeners=[tally],
                 warn=_quiet if quiet else _warn,
+                orders=orders,
             )
         except ValueError as error:
             return complain(str(error), BAD_INPUT)
@@ -74,6 +79,8 @@ def run_job(
             complain(each)
         start_ns = wall_ns()
         status = _run(run, scans, quiet=quiet)
+        for each in () if run.repeated is None else run.repeated.refused:
+            complain(each)
         if summarised and not quiet:
             say(_summary(run, tally, wall_ns() - start_ns, pacer, trace))
         return status

@@ -68,7 +68,7 @@ class Tap:
         self._figures, self._notes = figures, notes
         self._latest: tuple[int, ...] = (0,) * ring.shape.figures
         self._due_ns = 0
-        self._seen_asked = self._seen_orders = 0
+        self._seen_asked = 0
         self._last: tuple[int, int, int] | None = None
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
@@ -87,9 +87,7 @@ class Tap:
             self._give(scan + 1)
         session = self.session
         session.look()
-        if self._ring.orders != self._seen_orders:
-            self._seen_orders = self._ring.orders
-            session.obey_all(now_ns + self._period_ns, scan + 1)
+        session.obey_all(now_ns + self._period_ns, scan + 1)
         if session.state.paused:
             self._last = scan, now_ns, flags
 

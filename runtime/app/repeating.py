@@ -1,0 +1,92 @@
+"""The orders of a recorded session, given again before the same scans."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+from ...traces.reader import Trace
+from ...traces.topics import ORDERS
+from ..live.hands import Hands
+from ..live.orders import Order, order_of, parsed
+from ..loop.cpu import Cpu
+from ..loop.events import JsonValue
+
+
+class RecordedOrder(NamedTuple):
+    """An order of a session.
+
+    Attributes:
+        scan: number of the scan before which it acted.
+        at_ns: virtual time of that scan.
+        order: the order.
+    """
+
+    scan: int
+    at_ns: int
+    order: Order
+
+
+def is_session(trace: Trace) -> bool:
+    """Tell whether the rack of a trace could be operated while it ran."""
+    return any(channel.topic == ORDERS.name for channel in trace.head.channels.values())
+
+
+def orders_of(trace: Trace) -> list[RecordedOrder]:
+    """Return the orders of a recorded session.
+
+    Raises:
+        ValueError: one of them is none.
+    """
+    found = []
+    for event in trace.events():
+        if event.topic == ORDERS.name:
+            try:
+                order = order_of(parsed(str(event.fields.get("order"))))
+            except ValueError as error:
+                says = f"the order before scan {event.scan} can't be given again: {error}"
+                raise ValueError(says) from error
+            found.append(RecordedOrder(event.scan, event.now_ns, order))
+    return found
+
+
+class Repeated:
+    """Gives recorded orders again; the last listener of the scan loop.
+
+    Args:
+        cpu: runs the rack.
+        hands: carries out orders on it.
+        orders: in the order of their scans.
+
+    Attributes:
+        refused: orders that could not be carried out, as sentences.
+    """
+
+    def __init__(self, cpu: Cpu, hands: Hands, orders: Iterable[RecordedOrder]) -> None:
+        self._cpu, self._hands = cpu, hands
+        self._orders: Sequence[RecordedOrder] = sorted(orders, key=lambda each: each.scan)
+        self._next = 0
+        self.refused: list[str] = []
+
+    def begin(self) -> None:
+        """Give the orders before scan 0."""
+        self._give(0)
+
+    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
+        """Ignore events."""
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Give the orders before the next scan."""
+        self._give(scan + 1)
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+    def _give(self, scan: int) -> None:
+        while self._next < len(self._orders) and self._orders[self._next].scan <= scan:
+            number, at_ns, order = self._orders[self._next]
+            self._next += 1
+            try:
+                self._hands.act(order, at_ns)
+            except ValueError as error:
+                self.refused.append(f"the order before scan {number} is not carried out: {error}")

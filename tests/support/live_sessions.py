@@ -1,0 +1,80 @@
+"""Sessions without a monitor: orders from a list, answers into one."""
+
+from __future__ import annotations
+
+import json
+from contextlib import ExitStack
+from pathlib import Path
+
+from scanrack.ladder.debug import Debugger
+from scanrack.runtime.app.loading import load_job
+from scanrack.runtime.app.running import JobRun
+from scanrack.runtime.app.watched_machines import PER_SLOT, MachineFigures
+from scanrack.runtime.app.watched_program import LadderNotes
+from scanrack.runtime.live.ring import Ring
+from scanrack.runtime.live.session import Session
+from scanrack.runtime.live.tap import NoNotes, Tap
+from scanrack.runtime.loop.pace import Paced
+
+FEEDER = Path(__file__).parents[2] / "examples" / "feeder" / "feeder.toml"
+
+
+class Script:
+    """Orders that come when a scan has been reached; during a pause the next one comes at once."""
+
+    def __init__(self, orders):
+        self._orders = list(orders)
+        self.session = None
+
+    @property
+    def pending(self):
+        if not self._orders:
+            return False
+        return self.session.state.paused or self._orders[0][0] <= self.session.scan
+
+    def take(self):
+        scan, order = self._orders.pop(0)
+        return order if isinstance(order, bytes) else json.dumps({"id": scan, "order": order}).encode()
+
+    def wait(self, seconds):
+        if not self._orders:
+            self.session.end()
+
+
+class LiveSession:
+    """A rack in a session; orders are (scan, message)."""
+
+    def __init__(self, orders=(), trace=None, rack=FEEDER, *, live=False):
+        self.told = []
+        self.ports = ExitStack()
+        job = load_job(str(rack))
+        pacer = Paced(None)
+        self.run = JobRun(job, self.ports, trace=trace, pacer=pacer, handled=True)
+        self.program = self.run.logic if isinstance(self.run.logic, Debugger) else None
+        figures = MachineFigures(self.run.rack)
+        self.ring = Ring(len(self.run.rack.memory), PER_SLOT * len(figures.slots))
+        notes = NoNotes() if self.program is None else LadderNotes(self.program, self.ring.snapshots)
+        self.tap = Tap(self.ring, self.run.rack, self.run.cpu.period_ns, figures, notes)
+        inbox = Script(orders)
+        self.session = Session(
+            self.run.cpu, self.run.hands, pacer, inbox, self.tell, stops=self.program, live=live
+        )
+        inbox.session = self.tap.session = self.session
+        self.session.attend = self.tap.attend
+        self.run.cpu.add_listener(self.tap)
+
+    def tell(self, message):
+        self.told.append(message)
+
+    @property
+    def answers(self):
+        return [each["answer"] for each in self.told if "answer" in each]
+
+    @property
+    def refusals(self):
+        return [each["refused"] for each in self.answers if "refused" in each]
+
+    def play(self, scans=None, *, paused=False):
+        with self.ports, self.run.cpu:
+            self.session.run(scans, paused=paused)
+        return self
