@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from ..loop.cpu import Cpu
+from ..loop.cpu import Cpu, CpuFault
 from ..loop.pace import Paced, stopping_on_interrupt
 from ..loop.phases import ScanPhases
 from . import orders
@@ -115,7 +115,9 @@ class Session:
         self.state = State(speed=pacer.speed)
         self.over = False
         self.attend: Callable[[], None] = lambda: None
-        self._left: int | None = None
+        self._until: int | None = None
+        self._fault: CpuFault | None = None
+        self._next = 0
 
     @property
     def scan(self) -> int:
@@ -132,7 +134,7 @@ class Session:
             paused: begin with a pause.
 
         Raises:
-            CpuFault: see `Cpu.run`.
+            CpuFault: see `Cpu.run`. A session without an end waits for `end` first, so that people can look.
             KeyboardInterrupt: a second Ctrl-C.
         """
         end = None if scans is None else self._cpu.scan + scans
@@ -143,22 +145,33 @@ class Session:
                 if self.state.paused:
                     self._rest()
                 else:
-                    self._run(end)
+                    self._run_or_fault(end)
+            if self._fault is not None:
+                raise self._fault
 
     def end(self) -> None:
         """End the session between two scans; may be called from a signal handler."""
         self.over = True
         self._cpu.stop()
 
+    def _run_or_fault(self, end: int | None) -> None:
+        """Run scans; a fault of the CPU is shown until the session ends."""
+        try:
+            self._run(end)
+        except CpuFault as fault:
+            if end is not None:
+                raise
+            self._fault = fault
+            self.state.fault = str(fault)
+            self.state.paused = True
+            self._show()
+
     def _run(self, end: int | None) -> None:
         """Run scans until they are done, or the CPU is stopped."""
-        begun = self._cpu.scan
-        rests = [each for each in (self._left, None if end is None else end - begun) if each is not None]
-        self._cpu.run(min(rests, default=None))
-        if self._left is not None:
-            self._left -= self._cpu.scan - begun
-            if self._left <= 0 and not self.state.paused:
-                self._pause()
+        ends = [each for each in (self._until, end) if each is not None]
+        self._cpu.run(min(ends) - self._cpu.scan if ends else None)
+        if self._until is not None and self._cpu.scan >= self._until and not self.state.paused:
+            self._pause()
 
     def _rest(self) -> None:
         """Wait for orders, and carry them out."""
@@ -187,7 +200,7 @@ class Session:
             try:
                 said = parsed(self._inbox.take())
                 number = said["id"]
-                self.obey(order_of(said["order"]), at_ns)
+                self.obey(order_of(said["order"]), at_ns, scan)
             except ValueError as error:
                 self._tell({"answer": {"id": number, "refused": str(error)}})
             except Exception as error:  # an order never faults the CPU, whatever is wrong here
@@ -196,12 +209,20 @@ class Session:
             else:
                 self._tell({"answer": {"id": number, "ok": True, "scan": scan}})
 
-    def obey(self, order: Order, at_ns: int) -> None:
-        """Carry out an order before the next scan.
+    def obey(self, order: Order, at_ns: int, scan: int) -> None:
+        """Carry out an order.
+
+        Args:
+            order: the order.
+            at_ns: virtual time of the next scan, before which it acts.
+            scan: its number.
 
         Raises:
             ValueError: it can't be carried out, and nothing has happened.
         """
+        if self._fault is not None:
+            raise ValueError(f"the CPU has faulted in {self._fault}: start the session again")
+        self._next = scan
         act = _ACTS.get(type(order))
         if act is not None:
             act(self, order)
@@ -228,20 +249,20 @@ class Session:
     def _pause(self, _order: object = None) -> None:
         self._refuse_if_live("pause")
         self.state.paused = True
-        self._left = None
+        self._until = None
         self._cpu.stop()
         self._show()
 
     def _go(self, _order: orders.Go) -> None:
         self.state.paused = False
         self.state.met = []
-        self._left = None
+        self._until = None
 
     def _step(self, order: orders.Step) -> None:
         self._refuse_if_live("step")
         self.state.paused = False
         self.state.met = []
-        self._left = order.scans
+        self._until = self._next + order.scans
         self._cpu.stop()
 
     def _speed(self, order: orders.Speed) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 from scanrack.ladder.debug import Debugger
 from scanrack.runtime.app.loading import load_job
@@ -24,7 +25,7 @@ class Script:
 
     def __init__(self, orders):
         self._orders = list(orders)
-        self.session = None
+        self.session: Any = None
 
     @property
     def pending(self):

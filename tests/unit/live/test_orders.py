@@ -40,7 +40,7 @@ def test_an_order_is_made_of_its_message_and_makes_it_again(said, order):
     assert order_of(parsed(text_of(order))) == order
 
 
-BAD = [
+BAD: list[tuple[object, str]] = [
     (None, "an order is an object"),
     ([], "an order is an object"),
     ({}, "there is no order None"),

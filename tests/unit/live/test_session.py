@@ -1,7 +1,7 @@
 """Sessions: orders between scans, pauses, steps, speeds, breakpoints; and the same session run again.
 
-Broken on purpose: orders that act one scan late, orders that are not announced, a pause that runs one scan more:
-each turns a test red.
+Broken on purpose: orders that act one scan late, orders that are not announced, a step that counts the scans
+before it: each turns a test red.
 """
 
 import random
@@ -9,6 +9,7 @@ import random
 import pytest
 from live_sessions import FEEDER, LiveSession
 from scanrack.runtime.cli import build
+from scanrack.runtime.loop.cpu import CpuFault
 from scanrack.traces.arrays import read_columns
 from scanrack.traces.reader import open_trace
 from typer.testing import CliRunner
@@ -179,3 +180,17 @@ def test_a_refused_order_is_not_recorded(tmp_path):
     LiveSession([(10, {"do": "write", "tag": "Nothing", "value": 1})], path).play(40)
     with open_trace(path) as trace:
         assert [each for each in trace.events() if each.topic == "/orders"] == []
+
+
+def test_a_fault_of_the_cpu_is_shown_until_the_session_ends(tmp_path):
+    rack = tmp_path / "bad.toml"
+    rack.write_text(
+        'program = "bad.py"\nscan_ms = 2\n[[slot]]\nnumber = 1\nmodule = "amci3601"\nfirmware = "4.1"\n'
+    )
+    (tmp_path / "bad.py").write_text("def logic(scan):\n    assert scan.number < 5, 'on purpose'\n")
+    session = LiveSession([(6, {"do": "go"})], rack=rack)
+    with pytest.raises(CpuFault, match="on purpose"):
+        session.play()
+    states = [each["state"] for each in session.told if "state" in each]
+    assert "on purpose" in states[-1]["fault"]
+    assert "the CPU has faulted" in session.refusals[0]
