@@ -70,6 +70,13 @@ def _fault(_: int, fields: Mapping[str, object]) -> str:
     return f"the CPU faulted{cause}: {fields.get('text', '')}{where}"
 
 
+def _sequence(_: int, fields: Mapping[str, object]) -> str:
+    name, line = fields.get("sequence"), fields.get("line")
+    if not line:
+        return f"{name} is over"
+    return f"{name} waits at line {line} of {fields.get('file')} for {fields.get('wait')}"
+
+
 def _pairs(fields: Mapping[str, object]) -> str:
     return ", ".join(f"{name} = {value}" for name, value in fields.items()) or "none"
 
@@ -78,4 +85,5 @@ _BY_TOPIC: Mapping[str, Callable[[int, Mapping[str, object]], str]] = {
     "/cpu": _cpu,
     "/forces": _forces,
     "/faults": _fault,
+    "/sequences": _sequence,
 }

@@ -29,7 +29,7 @@ from .records import DAMAGED, MAGIC, Message, Span, TraceError, TraceLimitError,
 from .schema import LIBRARY, SCAN_HEAD
 from .sections import Part, ScanRows, ScanShape, Section, find_sections, held, take_apart, torn_chunk
 from .tagplan import FIELD
-from .topics import ORDERS, SCAN_TOPIC, TEXTS, TOPICS
+from .topics import ORDERS, SCAN_TOPIC, SEQUENCES, TEXTS, TOPICS
 
 
 class Scan(NamedTuple):
@@ -70,8 +70,8 @@ class TraceEvent:
     Attributes:
         scan: number of the scan in which it became known.
         now_ns: when it happened.
-        topic: "/events", "/stimuli", "/indicators", "/forces", "/cpu", "/faults", "/texts" or
-            "/orders".
+        topic: "/events", "/stimuli", "/indicators", "/forces", "/cpu", "/faults", "/texts",
+            "/orders" or "/sequences".
         fields: its values by name, less the scan.
     """
 
@@ -374,7 +374,7 @@ def _opened(path: Path, kind: Callable[[BinaryIO, int], R]) -> R:
 _NO_SCAN = 1 << 32
 """More than any number of a scan."""
 
-_EVENT_TOPICS = frozenset(topic.name for topic in (*TOPICS, TEXTS, ORDERS))
+_EVENT_TOPICS = frozenset(topic.name for topic in (*TOPICS, TEXTS, ORDERS, SEQUENCES))
 
 
 def _event(message: Message, topic: str) -> TraceEvent:

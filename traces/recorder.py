@@ -38,7 +38,7 @@ from .schema import (
 )
 from .tagplan import TagSource
 from .topics import MESSAGE_ENCODING as JSON_ENCODING
-from .topics import ORDERS, SCAN_TOPIC, TEXTS, TOPICS, Topic
+from .topics import ORDERS, SCAN_TOPIC, SEQUENCES, TEXTS, TOPICS, Topic
 from .topics import SCHEMA_ENCODING as JSON_SCHEMA_ENCODING
 from .wordmap import word_map
 from .writer import TraceWriter
@@ -84,6 +84,7 @@ class ScanRecorder:
         chunk_scans: most scans in a chunk; fewer lose less when the process is killed.
         tags: where the values of recorded tags come from; None = no tags.
         orders: whether the rack can be operated while it runs: the trace has /orders then.
+        sequences: whether events of /sequences will come.
 
     Raises:
         ValueError: slots and memory block do not fit, or a slot is given twice.
@@ -105,7 +106,9 @@ class ScanRecorder:
         chunk_scans: int = CHUNK_SCANS,
         tags: TagSource | None = None,
         orders: bool = False,
+        sequences: bool = False,
     ) -> None:
+        self._sequences = sequences
         self._slots = check_slots(slots)
         if len(memory) != SLOT_BYTES * len(slots):
             wanted = SLOT_BYTES * len(slots)
@@ -186,7 +189,7 @@ class ScanRecorder:
         Args:
             scan: number of the scan in which it became known.
             now_ns: when it happened.
-            topic: one of traces.topics.TOPICS.
+            topic: one of traces.topics.TOPICS; "/sequences", if the recorder was told of them.
             fields: its values by name.
 
         Raises:
@@ -205,7 +208,7 @@ class ScanRecorder:
     def _topics(self) -> tuple[Topic, ...]:
         """Return the topics beside /scan."""
         texts = self._tags is not None and self._tags.plan.has_texts
-        return (*TOPICS, *(TEXTS,) * texts, *(ORDERS,) * self._orders)
+        return (*TOPICS, *(TEXTS,) * texts, *(ORDERS,) * self._orders, *(SEQUENCES,) * self._sequences)
 
     def _write_pending(self, scan: int, now_ns: int) -> None:
         """Write the events of the tags of a scan: new texts, values that do not fit."""

@@ -11,6 +11,7 @@ Every message carries the number of the scan in which it became known.
     /faults     the CPU faulted                     scan and cause
     /texts      a recorded text changed             only where texts are recorded
     /orders     the rack was operated           only where that can be: scanrack watch
+    /sequences  a sequence waits at another line    only where the program has sequences
 """
 
 from __future__ import annotations
@@ -142,3 +143,16 @@ ORDERS = Topic(
     },
 )
 """The topic of a trace of a session: with its orders, the session can run again."""
+
+SEQUENCES = Topic(
+    "/sequences",
+    "scanrack.Sequence",
+    "A sequence of the program waits somewhere else, or is over.",
+    {
+        "sequence": {"type": "string", "description": "name of the sequence"},
+        "file": {"type": "string", "description": "name of the file that it waits in; empty once it is over"},
+        "line": {"type": "integer", "description": "the line that it waits at; 0 once it is over"},
+        "wait": {"type": "string", "description": "what it waits for; empty once it is over"},
+    },
+)
+"""The topic of a trace whose program has sequences."""

@@ -12,6 +12,7 @@ import numpy as np
 from ..layout import SlotInfo
 from ..reader import Trace
 from ..signals import ALL, Block, Catalog, Selection, blocks
+from ..signals.sequences import FIELD as SEQUENCES
 from .changes import ChangeFinder
 from .curves import CurveMaker
 from .lanes import GROUPS, Band, Lane, bit_lanes, card_lanes, ramp_lane
@@ -195,10 +196,7 @@ def read_chart(
 
 def program_panel(program: TagTracks[C], choice: Choice, happened: Sequence[Mark]) -> Panel[C]:
     """Return the panel of the program's tags."""
-    parts, count = program.parts(), len(choice.signals)
-    about = f"{count} tag" if count == 1 else f"{count} tags"
-    if choice.left_out:
-        about = f"{count} of {count + choice.left_out:,} tags"
+    parts = program.parts()
     return Panel(
         None,
         parts.curves,
@@ -206,11 +204,23 @@ def program_panel(program: TagTracks[C], choice: Choice, happened: Sequence[Mark
         parts.lanes,
         parts.steady,
         happened,
-        about,
+        _about(choice),
         parts.bands,
         parts.unchanged,
         parts.fractional,
     )
+
+
+def _about(choice: Choice) -> str:
+    """Return what the panel of the program shows, in short."""
+    sequences = sum(signal.name.startswith(f"{SEQUENCES}.") for signal in choice.signals)
+    tags = len(choice.signals) - sequences
+    parts = [f"{sequences} sequence{'s' if sequences > 1 else ''}"] if sequences else []
+    if choice.left_out:
+        parts.append(f"{tags} of {tags + choice.left_out:,} tags")
+    elif tags:
+        parts.append(f"{tags} tag{'s' if tags > 1 else ''}")
+    return ", ".join(parts)
 
 
 class Extent:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ..reader import Trace
 from ..signals import Block, Catalog, Kind, Selection, Signal, blocks
+from ..signals.sequences import FIELD as SEQUENCES
 from ..signals.tags import is_named
 from ..tagplan import FIELD
 from .changes import StepFinder, Steps
@@ -27,6 +28,9 @@ CURVES_MAX, ROWS_MAX = 8, 24
 
 CHOSEN_MAX = 200
 """Most tags on a chart."""
+
+RECORDED = f"{FIELD}.", f"{SEQUENCES}."
+"""What names of signals of the program begin with."""
 
 C = TypeVar("C")
 
@@ -91,7 +95,7 @@ def _asked_for(catalog: Catalog, known: Sequence[Signal], patterns: Sequence[str
     found: dict[str, Signal] = {}
     for pattern in patterns:
         matches = [signal for signal in known if is_named(signal, pattern)] or [catalog[pattern]]
-        if not matches[0].name.startswith(f"{FIELD}."):
+        if not matches[0].name.startswith(RECORDED):
             raise ValueError(f"{matches[0].name} is no recorded tag: recorded are {_some(known)}")
         found |= {signal.name: signal for signal in matches}
     if len(found) > CHOSEN_MAX:
@@ -207,4 +211,4 @@ def _lane(signal: Signal, steps: Steps) -> Lane:
 
 def _title(signal: Signal) -> str:
     """Return a tag's full name; of a bit or a condition its name in the trace."""
-    return signal.title or signal.name.removeprefix("tags.")
+    return signal.title or signal.name.partition(".")[2]

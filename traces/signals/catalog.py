@@ -13,8 +13,10 @@ import numpy as np
 from ...io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw, StatusMsw
 from ..layout import SlotInfo
 from ..reader import Trace
+from ..sequence_steps import sequence_steps
 from ..tagplan import TagPlan
 from . import decode
+from .sequences import Steps, sequence_names, sequence_signals
 from .signal import Array, Kind, Signal
 from .stream import Block
 from .tags import constant, is_named, short_names, tag_signals
@@ -23,6 +25,7 @@ FLAGS = Signal("cpu.flags", Kind.WORD, lambda block: block.flags)
 """What the CPU was doing, as recorded; see the table of flags in docs/traces.md."""
 
 NO_TEXTS: Mapping[int, str] = MappingProxyType({})
+NO_STEPS: Steps = MappingProxyType({})
 
 _DIRECTIONS = ("in", "out")
 
@@ -47,10 +50,15 @@ class Catalog(Mapping[str, Signal]):
         slots: the slots of the trace.
         tags: its tags, None without any.
         texts: what the codes of its texts stand for.
+        sequences: the steps of its sequences.
     """
 
     def __init__(
-        self, slots: Sequence[SlotInfo], tags: TagPlan | None = None, texts: Mapping[int, str] = NO_TEXTS
+        self,
+        slots: Sequence[SlotInfo],
+        tags: TagPlan | None = None,
+        texts: Mapping[int, str] = NO_TEXTS,
+        sequences: Steps = NO_STEPS,
     ) -> None:
         self.slots = tuple(slots)
         signals = [FLAGS, *(signal for slot in slots for signal in _slot_signals(slot))]
@@ -58,12 +66,14 @@ class Catalog(Mapping[str, Signal]):
         if tags is not None:
             signals += tag_signals(tags, texts)
             self._short = short_names(tags)
+        signals += sequence_signals(sequences)
+        self._short = {**sequence_names(sequences), **self._short}
         self._signals = {signal.name: signal for signal in signals}
 
     @classmethod
     def of(cls, trace: Trace) -> Catalog:
         """Return the signals of a trace."""
-        return cls(trace.head.slots, trace.head.tags, trace.texts())
+        return cls(trace.head.slots, trace.head.tags, trace.texts(), sequence_steps(trace))
 
     def __getitem__(self, name: str) -> Signal:
         """Return a signal; a tag also by its plain name, where only one tag has it.
@@ -87,7 +97,7 @@ class Catalog(Mapping[str, Signal]):
 
     @property
     def tags(self) -> list[Signal]:
-        """The recorded tags, a signal for each value."""
+        """The recorded tags, a signal for each value, and what each sequence waits for."""
         return [signal for signal in self._signals.values() if signal.title]
 
     def matching(self, patterns: Sequence[str]) -> list[Signal]:

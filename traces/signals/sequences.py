@@ -1,0 +1,54 @@
+"""Where sequences wait, as signals: `sequences.cycle`, a code per line and wait; `sequences.cycle.line`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+
+import numpy as np
+
+from ..sequence_steps import Step
+from .signal import Array, Kind, Signal
+from .stream import Block
+
+FIELD = "sequences"
+"""What names of these signals begin with."""
+
+LINE = "line"
+NOT_BEGUN = "not begun"
+"""What a sequence is before its first step."""
+
+Steps = Mapping[str, Sequence[Step]]
+"""The steps of each sequence, in order of the scans."""
+
+
+def sequence_signals(steps: Steps) -> Iterator[Signal]:
+    """Yield two signals for each sequence: what it waits for, and the number of the line.
+
+    The first has a code for each line and wait, in the order in which they come first; code 0 is `NOT_BEGUN`.
+    """
+    for name, own in steps.items():
+        codes = {NOT_BEGUN: 0}
+        waits = [codes.setdefault(step.label, len(codes)) for step in own]
+        scans = np.array([step.scan for step in own], np.int64)
+        names = {code: label for label, code in codes.items()}
+        read = partial(_values, scans, np.array([0, *waits], np.uint16))
+        yield Signal(f"{FIELD}.{name}", Kind.CODE, read, names, title=name)
+        lines = np.array([0, *(step.line for step in own)], np.int32)
+        yield Signal(f"{FIELD}.{name}.{LINE}", Kind.NUMBER, partial(_values, scans, lines), bits=32)
+
+
+def sequence_names(steps: Steps) -> Mapping[str, str]:
+    """Return names that a user may write instead, in lower case, with the signals they mean.
+
+    >>> sequence_names({"cycle": []})
+    {'cycle': 'sequences.cycle', 'cycle.line': 'sequences.cycle.line'}
+    """
+    names = [name for each in steps for name in (each, f"{each}.{LINE}")]
+    return {name.lower(): f"{FIELD}.{name}" for name in names}
+
+
+def _values(scans: Array, values: Array, block: Block) -> Array:
+    """Return the value in force in each scan of a block; the first one before the first step."""
+    found: Array = values[np.searchsorted(scans, block.scan, side="right")]
+    return found
