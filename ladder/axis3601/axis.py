@@ -101,6 +101,11 @@ class Axis3601(Device):
         return self._drive.state
 
     @property
+    def commanded(self) -> Command | None:
+        """The newest command, over or not; None before the first one."""
+        return self._drive.newest
+
+    @property
     def moving(self) -> bool:
         """Whether the module says that it moves."""
         word: int = self._drive.inputs.words[0]

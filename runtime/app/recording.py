@@ -8,6 +8,7 @@ from types import MappingProxyType
 
 from ...traces.layout import SlotInfo
 from ...traces.recorder import ScanRecorder
+from ..loop.listeners import ScanListener
 from ..loop.rack import Rack
 from ..loop.scan import Logic
 from .attachments import (
@@ -20,6 +21,7 @@ from .attachments import (
     unit_programs,
 )
 from .loading import Job
+from .sequence_watch import sequences_in, watching
 from .tag_source import tags_of
 
 NOTHING: Mapping[str, str] = MappingProxyType({})
@@ -33,7 +35,7 @@ def recorder_for(
     *,
     orders: bool = False,
     metadata: Mapping[str, str] = NOTHING,
-) -> ScanRecorder:
+) -> ScanListener:
     """Return the recorder of a run.
 
     Args:
@@ -49,8 +51,9 @@ def recorder_for(
         ValueError: a tag that is to be recorded can't be.
     """
     spec = job.spec
-    tags = tags_of(logic or job.logic, spec.tags, rack.memory) if spec.tags else None
-    return ScanRecorder(
+    running = logic or job.logic
+    tags = tags_of(running, spec.tags, rack.memory) if spec.tags else None
+    recorder = ScanRecorder(
         trace,
         rack.memory,
         [SlotInfo(slot.number, slot.catalog, slot.firmware, slot.words) for slot in rack.slots.values()],
@@ -71,4 +74,6 @@ def recorder_for(
         },
         tags=tags,
         orders=orders,
+        sequences=bool(sequences_in(running)),
     )
+    return watching(recorder, running)

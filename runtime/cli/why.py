@@ -92,19 +92,20 @@ def _ask_bench(bench: Bench, what: str | None, moment: Moment) -> None:
         _run(bench, moment)
     except CpuFault as error:
         say(f"the CPU has faulted in {error}", err=True)
-    _say(f"after {bench.scans:,} scans, {bench.now_s:g} s:", bench.why(what))
+    _say(f"after {bench.scans:,} scans, {bench.now_s:g} s:", bench.why(what), what)
 
 
 def _ask_trace(path: Path, what: str | None, moment: Moment, *, trust: bool) -> None:
     with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
         tell_notes(trace)
         asked = why_of_trace(trace, Path(folder), what, moment, trust=trust)
-    _say(f"scan {asked.scan:,}, {asked.now_ns / 1e9:g} s:", asked.text)
+    _say(f"scan {asked.scan:,}, {asked.now_ns / 1e9:g} s:", asked.text, what)
 
 
-def _say(when: str, answer: str) -> None:
-    """Say an answer, on the line of its scan if it is one sentence."""
-    say(f"{when}{chr(10) if answer.startswith('slot ') else ' '}{answer}")
+def _say(when: str, answer: str, what: str | None) -> None:
+    """Say an answer; about the whole rack, its scan has a line of its own."""
+    gap = "\n" if what is None else " "
+    say(f"{when}{gap}{answer}")
 
 
 def _xref_command(

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Sequence as SequenceOf
 from types import TracebackType
 from typing import Any, Protocol, Self, runtime_checkable
 
 from ....io_images.addresses import parse_address
+from ....ladder.sequences import Sequence
 from ...config.quantities import parse_duration
 from ...config.rackspec import RackSpec
 from ...loop.events import Event
@@ -15,6 +17,7 @@ from ...loop.pace import Watchdog
 from ...loop.rack import Rack, Slots
 from ...loop.scan import CpuMode, Logic
 from ..build import build_cpu, build_rack
+from ..sequence_watch import sequences_in, standing, watching
 from ..tag_names import named_values, namespace_of
 from ..why.again import Load
 from ..why.answer import Why
@@ -99,7 +102,7 @@ class Bench:
             spec,
             logic,
             rack,
-            listeners=[*listeners(rack), self._journal, ear],
+            listeners=[*listeners(rack), watching(self._journal, logic), ear],
             watchdog=None if watched else Watchdog(0),
         )
         self.slot = Slots(
@@ -289,15 +292,21 @@ class Bench:
             return False
         return True
 
+    @property
+    def sequences(self) -> Mapping[str, Sequence]:
+        """The sequences of a program that has some, by name: `bench.sequences["cycle"].line`."""
+        return {each.name: each for each in sequences_in(self.logic)}
+
     # --- what happened
 
     @property
-    def rules(self) -> Sequence[str]:
+    def rules(self) -> SequenceOf[str]:
         """Ids of the manual's rules that have fired, in their order."""
         return [each.name for each in self.told if each.kind == "rule"]
 
     def __str__(self) -> str:
         lines = [f"scan {self.scans}, {self.now_s:g} s", *map(str, self.slot.values())]
+        lines += [str(standing(each, self.scans)) for each in self.sequences.values()]
         lines += [f"  {each}" for each in self.told[-5:]]
         return "\n".join(lines)
 

@@ -11,7 +11,7 @@ its inputs and its time alone; from the first scan in which it does not, its lin
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from dataclasses import dataclass, field
 from io import StringIO
@@ -23,14 +23,15 @@ from ....traces.replay import Recording
 from ...config.rackspec import RackSpec
 from ...loop.events import JsonValue
 from ...loop.faults import CpuFault
-from ...loop.rack import SLOT_BYTES
-from ...loop.scan import Logic, Scan
+from ...loop.rack import SLOT_BYTES, Slot
+from ...loop.scan import AttachedLogic, Logic, Scan
 from ..attachments import forget_imported
 from ..build import build_playback
 from ..replaying import recorded_rack, score_of
 from .conditions import Stands, stands_in, values_of
 from .lines import Line, Lines
 from .reads import Reads
+from .senders import Sender, senders
 
 LOOKED_AT = 20_000
 """Lines of a scan whose names are looked up; a loop that runs longer is explained without values."""
@@ -60,6 +61,7 @@ class Changed:
         stands: the conditions that the line stands in.
         values: values of the names in them and in the line, as the line began.
         masks: what the program had read by then, see `Reads.masks`.
+        senders: if no line made it: what the axes of the program send.
     """
 
     line: Line
@@ -68,6 +70,7 @@ class Changed:
     stands: Stands
     values: Mapping[str, str]
     masks: Mapping[tuple[int, int], int]
+    senders: Sequence[Sender] = ()
 
 
 @dataclass(slots=True)
@@ -153,6 +156,7 @@ class _Traced:
         self._logic, self._rows, self._read = logic, rows, read
         self._reads = Reads()
         self._lines = Lines(self._watch, self._changed, self._begins)
+        self._reads.counts = lambda: self._lines.in_program
         self._values: dict[Line, dict[str, str]] = {}
         self._looked = 0
         self.row = 0
@@ -173,6 +177,17 @@ class _Traced:
             finally:
                 self._reads.on = False
         self._look_at_value()
+
+    def __attach_logic__(self, slots: Mapping[int, Slot]) -> None:
+        """Attach the logic to watched images, see `AttachedLogic`."""
+        self._reads.watch(slots)
+        if isinstance(self._logic, AttachedLogic):
+            self._logic.__attach_logic__(slots)
+
+    def __close_logic__(self) -> None:
+        """Close the logic, see `AttachedLogic`."""
+        if isinstance(self._logic, AttachedLogic):
+            self._logic.__close_logic__()
 
     def _look_at_value(self) -> None:
         if self._read is not None:
@@ -195,7 +210,8 @@ class _Traced:
     def _changed(self, line: Line, before: Any, after: Any) -> None:
         stands = stands_in(line.file, line.number)
         masks = dict(self._reads.masks)
-        change = Changed(line, before, after, stands, self._values.get(line, {}), masks)
+        sent = () if line.number else senders(self._logic)
+        change = Changed(line, before, after, stands, self._values.get(line, {}), masks, sent)
         self.found.changes[self.row].append(change)
 
 

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from ....io_images.addresses import Address, parse_address
-from ....io_images.image import WORDS
+from ....io_images.image import IMAGE_BYTES, WORDS
 from ....traces.event_text import describe
 from ....traces.image_text import module_text
 from ....traces.layout import SlotInfo
@@ -18,7 +18,7 @@ from ...loop.scan import Logic, ScanFlag
 from ..tag_names import named_values, namespace_of
 from .again import Again, Changed, Load, Watched, run_again
 from .past import ALL_BITS, Past, SlotPast
-from .telling import told
+from .telling import told, told_sender
 from .waits import waits
 
 NO_LINE = "no line of the program wrote it in that scan: it was written from outside"
@@ -76,7 +76,7 @@ class Why:
         last = {slot.number: list(self._last_changes(slot)) for slot in self.recording.slots}
         rows = frozenset(row for changes in last.values() for row, _ in changes)
         again = self._again(rows, max(rows, default=0))
-        lines: list[str] = []
+        lines = [str(step) for step in self.past.sequences]
         for slot in self.recording.slots:
             lines += self._of_slot(slot)
             for row, words in last[slot.number]:
@@ -128,11 +128,18 @@ class Why:
             yield f"{said}: {self._departed(again)}"
         else:
             made = [each for each in again.changes.get(row, ()) if _differs(each, at, mask)]
-            yield from self._told(said, made, row)
+            yield from self._told(said, made, row, self._slot_at(at))
 
-    def _told(self, said: str, made: Sequence[Changed], row: int) -> Iterator[str]:
-        """Yield what is known of the last of some changes in a scan."""
-        if not made or not made[-1].line.number:
+    def _slot_at(self, at: int) -> int:
+        """Return the slot of a place among all output images."""
+        return self.recording.slots[at // IMAGE_BYTES].number
+
+    def _told(self, said: str, made: Sequence[Changed], row: int, slot: int = 0) -> Iterator[str]:
+        """Yield what is known of the last of some changes in a scan; `slot` is whose words they are."""
+        sent = [each for each in made[-1].senders if each.slot == slot] if made else []
+        if sent:
+            yield from told_sender(said, sent[0])
+        elif not made or not made[-1].line.number:
             yield f"{said}: {NO_LINE}"
         else:
             slots = self.recording.slots

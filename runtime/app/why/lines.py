@@ -56,15 +56,23 @@ class Lines:
         self._watched, self._changed, self._begins = watched, changed, begins
         self._seen: Any = None
         self._at = NOWHERE
+        self._outermost: FrameType | None = None
+
+    @property
+    def in_program(self) -> bool:
+        """Whether a line of the user's is running, or something that it has called."""
+        return self._at is not NOWHERE
 
     def call(self, function: Callable[..., None], *arguments: Any) -> None:
         """Call a function, traced; what changes between two calls is no line's."""
         self._seen = self._watched()
         self._at = NOWHERE
+        self._outermost = sys._getframe()
         try:
             with _traced_by(self._enter):
                 function(*arguments)
         finally:
+            self._outermost = None
             self._look()
 
     def _look(self) -> None:
@@ -87,8 +95,17 @@ class Lines:
             self._at = _line_of(frame)
             self._begins(self._at, frame)
         elif event == "return":
-            self._at = _caller(frame)  # the rest of its line runs now
+            self._at = self._caller(frame)  # the rest of its line runs now
         return self._line
+
+    def _caller(self, frame: FrameType) -> Line:
+        """Return the user's line that called, directly or through code of others; below `call`."""
+        above = frame.f_back
+        while above is not None and above is not self._outermost:
+            if _is_of_a_file(above):
+                return _line_of(above)
+            above = above.f_back
+        return NOWHERE
 
 
 def _is_of_a_file(frame: FrameType) -> bool:
@@ -99,14 +116,6 @@ def _is_of_a_file(frame: FrameType) -> bool:
 def _line_of(frame: FrameType) -> Line:
     code = frame.f_code
     return Line(code.co_filename, frame.f_lineno, code.co_name)
-
-
-def _caller(frame: FrameType) -> Line:
-    """Return the user's line that called, directly or through code of others."""
-    above = frame.f_back
-    while above is not None and not _is_of_a_file(above):
-        above = above.f_back
-    return NOWHERE if above is None else _line_of(above)
 
 
 @contextmanager

@@ -13,6 +13,7 @@ from ....traces.layout import SlotInfo
 from ....traces.packed import CHUNK_SCANS
 from ....traces.reader import TraceEvent
 from ....traces.replay import Recording
+from ....traces.sequence_steps import Step, steps_of
 
 ALL_BITS = 0xFFFF
 
@@ -86,6 +87,11 @@ class Past:
             if each.topic == "/forces":
                 active = each.fields
         return {address: int(str(value)) for address, value in active.items()}
+
+    @cached_property
+    def sequences(self) -> Sequence[Step]:
+        """Where the program's sequences stand."""
+        return [steps[-1] for steps in steps_of(self.events).values()]
 
     def rules(self, slot: int) -> Sequence[TraceEvent]:
         """Return the manual's rules that have fired in a module, in order."""

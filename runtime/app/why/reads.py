@@ -28,14 +28,16 @@ class Reads:
         masks: slot and word -> the bits that were used, in the order of the first reads; 0 if the word was
             only copied.
         on: whether reads are noted.
+        counts: asked at each read whether it is the user's.
     """
 
     masks: dict[tuple[int, int], int] = field(default_factory=dict)
     on: bool = False
+    counts: Callable[[], bool] = lambda: True
 
     def note(self, slot: int, word: int, mask: int) -> None:
         """Note a read."""
-        if self.on:
+        if self.on and self.counts():
             self.masks[slot, word] = self.masks.get((slot, word), 0) | mask & ALL_BITS
 
     def watch(self, slots: Mapping[int, Slot]) -> None:

@@ -18,6 +18,7 @@ from ....traces.layout import SlotInfo
 from .again import Changed
 from .conditions import source_line
 from .lines import Line
+from .senders import Sender
 
 VALUES_3601 = {2: "position", 4: "encoder", 6: "captured"}
 """Values of a 3601's input image by the first of their two words."""
@@ -54,6 +55,15 @@ def told(said: str, change: Changed, slots: Iterable[SlotInfo], inputs: Words) -
     if with_:
         yield f"  with{with_}"
     yield f"  read before it in that scan: {read(change.masks, slots, inputs)}"
+
+
+def told_sender(said: str, sender: Sender) -> Iterator[str]:
+    """Yield what an axis sends, and the line for which it does."""
+    if sender.line.number:
+        yield f"{said}: {place_of(sender.line)}, sent by {sender.text}"
+        yield f"    {source_line(sender.line.file, sender.line.number)}"
+    else:
+        yield f"{said}: sent by {sender.text}"
 
 
 def _values(values: Mapping[str, str], names: Iterable[str], known: set[str]) -> str:

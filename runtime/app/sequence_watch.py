@@ -1,0 +1,101 @@
+"""Sequences that a recorder, a journal or a message tells of: where each waits, for what, since when.
+
+    scan     602                          603 to 1,402   1,403
+    cycle    goes on, waits at line 14    waits          goes on, waits at line 15
+    written  /sequences                   nothing        /sequences
+
+Looking at a waiting sequence costs one comparison; the text is made when it has gone on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from ...ladder.sequences import Logic as SequenceLogic
+from ...ladder.sequences import Sequence, sequences_of
+from ...traces.sequence_steps import Step
+from ...traces.topics import SEQUENCES
+from ..loop.events import JsonValue
+from ..loop.listeners import ScanListener
+from ..loop.scan import Logic
+
+
+def sequences_in(logic: Logic) -> tuple[Sequence, ...]:
+    """Return the sequences of a program, in order of definition; none of one that is no such class."""
+    return sequences_of(logic) if isinstance(logic, SequenceLogic) else ()
+
+
+def standing(sequence: Sequence, scan: int) -> Step:
+    """Return where a sequence stands.
+
+    Args:
+        sequence: the sequence.
+        scan: number of the present scan.
+    """
+    file = Path(sequence.file or "").name
+    line = sequence.line or 0
+    return Step(scan, sequence.since_ns, sequence.name, file, line, sequence.waits_for)
+
+
+def watching(listener: ScanListener, logic: Logic) -> ScanListener:
+    """Return a listener that is told of the sequences of a program, too; the same one where there is none."""
+    sequences = sequences_in(logic)
+    return WatchesSequences(listener, sequences) if sequences else listener
+
+
+class WatchesSequences:
+    """Tells a listener of a scan in which a sequence has gone on, ahead of that scan.
+
+    A sequence that goes on in every scan and waits for the same at the same line is told of once.
+
+    Args:
+        listener: the listener.
+        sequences: what is watched.
+    """
+
+    def __init__(self, listener: ScanListener, sequences: tuple[Sequence, ...]) -> None:
+        self._listener = listener
+        self._watched = [_Watched(each) for each in sequences]
+
+    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
+        """Hand over an event."""
+        self._listener.event(scan, now_ns, topic, fields)
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Tell of sequences that have gone on, and hand over the scan."""
+        for each in self._watched:
+            resumed = each.sequence.resumed
+            if resumed != each.resumed:
+                each.resumed = resumed
+                step = each.step(scan)
+                if step is not None:
+                    self._listener.event(scan, now_ns, SEQUENCES.name, fields_of(step))
+        self._listener.scan(scan, now_ns, flags)
+
+    def close(self) -> None:
+        """Close the listener."""
+        self._listener.close()
+
+
+class _Watched:
+    """A sequence, and where it stood."""
+
+    def __init__(self, sequence: Sequence) -> None:
+        self.sequence = sequence
+        self.resumed = 0
+        self._scan = -1
+        self._stood: tuple[str, int, str] | None = None
+
+    def step(self, scan: int) -> Step | None:
+        """Return where it has gone on to; None if that is where it stood a scan ago."""
+        step = standing(self.sequence, scan)
+        stands = step.file, step.line, step.wait
+        stays = stands == self._stood and scan == self._scan + 1
+        self._scan, self._stood = scan, stands
+        return None if stays else step
+
+
+def fields_of(step: Step) -> dict[str, JsonValue]:
+    """Return a step as the fields of a message on /sequences."""
+    return {"sequence": step.sequence, "file": step.file, "line": step.line, "wait": step.wait}

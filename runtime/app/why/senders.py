@@ -1,0 +1,52 @@
+"""What an axis of a program with sequences sends, and for which line.
+
+An axis writes the words of its module after the sequences, so no line of the program does. It sends them for
+the command that has it; the line is that of the sequence that awaits the command.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ....ladder.axis3601 import Axis3601
+from ....ladder.sequences import Logic as SequenceLogic
+from ....ladder.sequences import parts_of, sequences_of
+from ...loop.scan import Logic
+from .lines import NOWHERE, Line
+
+
+@dataclass(frozen=True, slots=True)
+class Sender:
+    """The axis that writes the words of a slot.
+
+    Attributes:
+        slot: the slot.
+        text: what it sends and for which command, in words.
+        line: where the command is awaited; `NOWHERE` if it is not.
+    """
+
+    slot: int
+    text: str
+    line: Line
+
+
+def senders(logic: Logic) -> list[Sender]:
+    """Return the axes of a program, each with what it sends."""
+    if not isinstance(logic, SequenceLogic):
+        return []
+    return [_sender(logic, part) for part in parts_of(logic) if isinstance(part, Axis3601)]
+
+
+def _sender(logic: SequenceLogic, axis: Axis3601) -> Sender:
+    command = axis.commanded
+    if command is None:
+        return Sender(axis.slot, f"{axis.name}, before its first command", NOWHERE)
+    if not command.busy:
+        became = command.outcome.value
+        return Sender(axis.slot, f"{axis.name}, after {command!r}: {became}", NOWHERE)
+    waiting = [each for each in sequences_of(logic) if repr(command) in each.waits_for]
+    at = NOWHERE
+    if waiting:
+        first = waiting[0]
+        at = Line(first.file or "", first.line or 0, first.name)
+    return Sender(axis.slot, f"{axis.name} for {command!r}", at)

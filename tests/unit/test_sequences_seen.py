@@ -1,0 +1,131 @@
+"""A program with sequences, seen from outside: recording, bench, why; run again, replayed and compared."""
+
+import pytest
+from scanrack import open_bench, open_trace
+from scanrack.runtime.app.bench import NotReachedError
+from scanrack.runtime.cli import build
+from scanrack.traces.sequence_steps import sequence_steps
+from typer.testing import CliRunner
+
+PROGRAM = """from scanrack import Axis3601, Configuration, Input, InputBit, Logic, sequence, until
+
+USED = InputBit.CAPTURE | InputBit.HOME | InputBit.CW_LIMIT
+
+
+class Line(Logic):
+    axis = Axis3601(1, Configuration(inputs_used=USED, starting_speed=500))
+    start = Input("slot1.status.IN_CAPTURE")
+    count: int = 0
+
+    @sequence
+    async def cycle(self) -> None:
+        await self.axis.configure()
+        await self.axis.set_position(0)
+        await self.start.rises
+        await self.axis.move_to(400, speed=5000, acceleration=100, deceleration=100)
+        self.count += 1
+
+    @sequence
+    async def turns(self) -> None:
+        while True:
+            await until(lambda: True)
+"""
+RACK = """program = "line.py"
+run_for_s = 0.4
+[[slot]]
+number = 1
+module = "amci3601"
+[[slot.machine.timeline]]
+at_s = 0.099
+input = "capture"
+energised = true
+"""
+
+
+@pytest.fixture
+def rack(tmp_path):
+    (tmp_path / "line.py").write_text(PROGRAM, encoding="utf-8")
+    file = tmp_path / "rack.toml"
+    file.write_text(RACK, encoding="utf-8")
+    return file
+
+
+@pytest.fixture
+def trace(rack, tmp_path):
+    path = tmp_path / "run.mcap"
+    result = invoke("run", rack, "--record", path, "-q")
+    assert result.exit_code == 0, result.output
+    return path
+
+
+def invoke(*words):
+    return CliRunner().invoke(build(), list(map(str, words)))
+
+
+def test_a_row_for_each_wait_and_none_while_waiting(trace):
+    with open_trace(trace) as opened:
+        steps = sequence_steps(opened)
+    assert [step.label for step in steps["cycle"]] == [
+        "line 13: axis.configure()",
+        "line 14: axis.set_position(0)",
+        "line 15: start rises",
+        "line 16: axis.move_to(400)",
+        "over",
+    ]
+    # the button of the timeline is in at 0.099 s; scan 50 of 2 ms each is the first to see it
+    assert steps["cycle"][3].scan == 50
+    # a sequence that goes on in every scan, to the same wait, is told of once
+    assert [(step.scan, step.line) for step in steps["turns"]] == [(0, 22)]
+
+
+def test_show_and_query_know_it(trace):
+    shown = invoke("show", trace).stdout
+    assert "cycle waits at line 16 of line.py for axis.move_to(400)" in shown
+    assert "cycle is over" in shown
+    found = invoke("query", trace, "rose(cycle.line == 16)")
+    assert found.stdout.splitlines()[1].split()[:2] == ["50", "50"]
+
+
+def test_why_says_where_they_wait_and_for_which_line_the_axis_sends(rack, trace):
+    answer = invoke("why", rack, "--at", "52").stdout
+    assert "cycle waits at line 16 of line.py for axis.move_to(400) since 0.1 s" in answer.splitlines()
+    assert "line.py:16 in cycle, sent by axis for axis.move_to(400)" in answer
+    by_rack = invoke("why", rack, "slot1.command.ABSOLUTE_MOVE", "--at", "50").stdout
+    assert by_rack.splitlines() == [
+        "after 51 scans, 0.1 s: slot1.command.ABSOLUTE_MOVE is 1 since scan 50 (0.1 s): line.py:16 in cycle, "
+        "sent by axis for axis.move_to(400)",
+        "    await self.axis.move_to(400, speed=5000, acceleration=100, deceleration=100)",
+    ]
+    by_trace = invoke("why", trace, "slot1.command.ABSOLUTE_MOVE", "--at", "50", "--trust").stdout
+    assert by_trace.partition(": ")[2] == by_rack.partition(": ")[2]
+    of_trace = invoke("why", trace, "--at", "52", "--trust").stdout
+    assert of_trace.partition("\n")[2] == answer.partition("\n")[2]
+
+
+def test_the_bench_says_where_they_wait(rack):
+    bench = open_bench(rack)
+    bench.run_until(lambda bench: bench.sequences["cycle"].line == 16)
+    with pytest.raises(NotReachedError, match=r"cycle waits at line 16 of line\.py for axis"):
+        bench.run_until("slot1.status.HOLD_STATE", within="10 ms")
+    bench.run_until(lambda bench: bench.sequences["cycle"].over)
+    assert "cycle is over since" in str(bench)
+
+
+def test_run_again_it_is_the_same_byte_for_byte(trace):
+    again = invoke("rerun", trace, "--trust")
+    assert (again.exit_code, "the same byte for byte" in again.stdout) == (0, True)
+
+
+@pytest.mark.parametrize("into", ["module", "program", "rack"])
+def test_replayed_it_answers_the_same(trace, into):
+    result = invoke("replay", trace, "--into", into, "--trust", "-q")
+    assert result.exit_code == 0, result.output
+
+
+def test_compared_with_another_program_the_first_difference_is_found(rack, trace, tmp_path):
+    other = tmp_path / "other.mcap"
+    (tmp_path / "line.py").write_text(PROGRAM.replace("move_to(400", "move_to(500"), encoding="utf-8")
+    assert invoke("run", rack, "--record", other, "-q").exit_code == 0
+    result = invoke("compare", trace, other)
+    assert (result.exit_code, "first in scan 50" in result.stdout) == (1, True)
+    assert "slot1.out.target" in result.stdout
