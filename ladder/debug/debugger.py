@@ -20,10 +20,10 @@ from ..tags import program_of
 from ..tree import Routine
 from ..view import Tags
 from .crossref import CrossReference
+from .inquiry import Inquiry
 from .journal import MOST, Entry, Journal, Write
 from .values import with_values
 from .watching import Change, WatchedEngine, shown
-from .why import bits_of, changes_of, is_counted, state_of, telling, told, untouched
 
 Condition = Callable[["Debugger"], Any] | str
 """Something to run to: a function of the debugger, or the address of a bit that is to be on."""
@@ -409,44 +409,16 @@ class Debugger:
         return self._cross_reference
 
     def last_change(self, tag: str) -> Change | None:
-        """Return the last change of a tag that is remembered, None if it has not changed since.
-
-        A change is one from the end of a scan to the end of the next.
-
-        Raises:
-            LadderError: there is no such tag.
-        """
-        where = self._resolver.address(parse_address(tag))
-        scan = None
-        if is_counted(where):  # ACC changes in most scans, and says less than the bits
-            scan = self._journal.last_change(lambda engine: bits_of(engine.tags[tag]))
-        if scan is None:
-            scan = self._journal.last_change(lambda engine: engine.tags[tag])
-        if scan is None:
-            return None
-        return telling(changes_of(self._journal.again(scan).history, where), where)
+        """Return the last change of a tag that is remembered, see `Inquiry.last_change`."""
+        return self._inquiry.last_change(tag)
 
     def why(self, tag: str) -> str:
-        """Say why a tag is as it is: the scan and the rung that last changed it, and what was false there.
+        """Say why a tag is as it is, see `Inquiry.why`."""
+        return self._inquiry.why(tag)
 
-        Raises:
-            LadderError: there is no such tag.
-        """
-        value = self.tags[tag]
-        where = self._resolver.address(parse_address(tag))
-        if tag in self._forces:
-            return f"{tag} is {shown(value)} because it is forced."
-        lowered = self._engine.lowered
-        image = where.leaf if isinstance(where, Place) and where.leaf.slot is not None else None
-        is_input = image is not None and not image.output
-        asked = image is None or image.output or image.ident in lowered.written_inputs
-        change = self.last_change(tag) if asked else None
-        if is_input and change is None:
-            return f"{tag} is {shown(value)} because the module says so: it is an input image."
-        if change is None:
-            said = state_of(where, value)
-            return untouched(tag, said, [each for each in self.cross_reference.of(tag) if each.writes])
-        return told(lowered, tag, where, change, value)
+    @property
+    def _inquiry(self) -> Inquiry:
+        return Inquiry(self._engine, self._journal, self._forces, self.cross_reference)
 
     def _routine(self, name: str) -> Routine:
         for each in self.program.routines:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from ....ladder import LadderLogic
+from ....ladder.debug.crossref import CrossReference
 from ....ladder.debug.watching import WatchedEngine
 from ....ladder.draw import captions_of, live_rung, power
 from ....ladder.errors import LadderError
@@ -20,6 +22,9 @@ from ....ladder.tree import Address, Routine, Rung
 from .shadow import Truths
 
 Json = dict[str, Any]
+
+MOST_HITS = 200
+"""Hits that a search lists."""
 
 COLUMNS = range(40, 121)
 """Widths of a rung that a page may ask for."""
@@ -186,6 +191,42 @@ class Catalog:
             return isinstance(self._known[name], (bool, int, float, str))
         except ValueError:
             return False
+
+    @cached_property
+    def cross_reference(self) -> CrossReference:
+        """Where its tags are read and written."""
+        return CrossReference(self._program.build())
+
+    def mentions(self, tag: str) -> list[Json]:
+        """Return where a tag is read and written.
+
+        Raises:
+            ValueError: there is no such tag.
+        """
+        return [
+            {"text": str(each), "rung": f"{each.site.routine}.{each.site.rung}", "tag": tag}
+            for each in self.cross_reference.of(tag)
+        ]
+
+    def find(self, text: str) -> list[Json]:
+        """Return the tags and rungs in which a text stands, tags first; case does not matter."""
+        wanted = text.casefold()
+        hits: list[Json] = [
+            {
+                "text": f"{each['name']} : {each['type']}  {each['description']}".strip(),
+                "rung": None,
+                "tag": each["name"],
+            }
+            for each in self.tags()
+            if wanted in f"{each['name']} {each['description']}".casefold()
+        ]
+        for routine in self._program.routines:
+            for number in routine.numbers:
+                told = routine.numbered(number)
+                comment = routine.rungs[number].comment if routine.statements is None else ""
+                if wanted in f"{told} {comment}".casefold():
+                    hits.append({"text": told, "rung": f"{routine.name}.{number}", "tag": None})
+        return hits[:MOST_HITS]
 
     def has(self, name: str) -> bool:
         """Tell whether there is such a tag."""

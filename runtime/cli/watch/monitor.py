@@ -14,6 +14,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from ....ladder import LadderLogic
+from ....ladder.debug.inquiry import Inquiry
 from ...app.loading import Job, load_job
 from ...live.orders import ORDERS, order_of, said_of
 from ...live.ring import Ring, Row, Shape
@@ -34,6 +35,9 @@ EVENTS_FIRST = 200
 
 MOST_WATCHED = 500
 """Tags that a page may watch."""
+
+ENVELOPE_STEPS = 500
+"""Points of a position in a window of the past."""
 
 STRIP_FIRST = 2048
 """Rows that the first strip of a page begins with."""
@@ -105,6 +109,7 @@ class Monitor:
         self._forced: Json = {}
         self._events: list[Json] = []
         self._events_dropped = 0
+        self._rules: dict[tuple[int, str], Json] = {}
         self._late = self._missed = 0
         self._reached: float | None = None
         self._picture: Json = {}
@@ -159,9 +164,23 @@ class Monitor:
             "text": event.get("text") or _spoken(event),
         }
         self._events.append(told)
+        if event.get("kind") == "rule":
+            self._note_rule(event)
         if len(self._events) > 2 * EVENTS_KEPT:
             self._events_dropped += EVENTS_KEPT
             del self._events[:EVENTS_KEPT]
+
+    def _note_rule(self, event: Json) -> None:
+        """Remember the rule that last set each bit."""
+        for bit in event.get("bits") or ():
+            self._rules[event.get("slot", 0), bit] = {
+                "slot": event.get("slot", 0),
+                "bit": bit,
+                "rule": event.get("name", ""),
+                "text": event.get("text", ""),
+                "section": event.get("section", ""),
+                "scan": event["scan"],
+            }
 
     def _take_answer(self, answer: Json) -> None:
         page, number = self._asked.pop(answer["id"], (None, None))
@@ -246,6 +265,7 @@ class Monitor:
             "forced": self._forced,
             "breakpoints": state["breakpoints"],
             "met": state["met"],
+            "rules": list(self._rules.values()),
             "faults": [{"text": state["fault"], "at": None}] if state["fault"] else [],
             **self._places.of(row),
         }
@@ -334,6 +354,45 @@ class Monitor:
         page.watch(tuple(name for name in tags if name not in unknown))
         return {"unknown": unknown}
 
+    def _why(self, page: Page, said: Mapping[str, Any]) -> Json:
+        """Say why a tag is as it is in the scan that the page shows."""
+        tag = _text(said, "tag")
+        shadow, row = self._past, self._row_of(page)
+        if shadow is None or self._catalog is None or row is None:
+            raise ValueError(f"{tag}: the program is in Python: scanrack why tells of a recording")
+        scan = int(row["scan"])
+        if not shadow.show(scan):
+            raise ValueError(f"scan {scan} can't be repeated: ask again in a moment")
+        try:
+            text = Inquiry(shadow.engine, shadow, self._forced, self._catalog.cross_reference).why(tag)
+        finally:
+            shadow.show(scan)
+        return {"text": text, "scan": scan}
+
+    def _xref(self, _page: Page, said: Mapping[str, Any]) -> Json:
+        """List where a tag is read and written."""
+        tag = _text(said, "tag")
+        if self._catalog is None:
+            raise ValueError(f"{tag}: the program is in Python: it has no rungs")
+        return {"hits": self._catalog.mentions(tag)}
+
+    def _find(self, _page: Page, said: Mapping[str, Any]) -> Json:
+        """List the tags and rungs in which a text stands."""
+        text = _text(said, "text")
+        return {"hits": [] if self._catalog is None else self._catalog.find(text)}
+
+    def _window(self, page: Page, said: Mapping[str, Any]) -> Json:
+        """Return edges and envelopes of past scans."""
+        first, last = said.get("from"), said.get("to")
+        if type(first) is not int or type(last) is not int or not 0 <= first <= last:
+            raise ValueError("from and to are numbers of scans, the first one not behind the other")
+        rows = self._recent.between(first, last)
+        bits = edges(rows, rows[:0], self._signals)
+        wanted = said.get("signals")
+        if isinstance(wanted, list):
+            bits = {name: each for name, each in bits.items() if name in wanted}
+        return {"strip": bits, "env": envelopes(rows, self._signals, ENVELOPE_STEPS)}
+
     def _look(self, page: Page, said: Mapping[str, Any]) -> Json:
         scan = said.get("scan")
         if scan == "live":
@@ -377,5 +436,9 @@ _QUESTIONS: Mapping[str, Callable[[Monitor, Page, Mapping[str, Any]], Json]] = {
     "show": Monitor._show,
     "watch": Monitor._watch,
     "look": Monitor._look,
+    "window": Monitor._window,
+    "why": Monitor._why,
+    "xref": Monitor._xref,
+    "find": Monitor._find,
 }
 """What a page may ask."""

@@ -10,7 +10,7 @@ What is asked mostly is the latest scan: the engine goes on from where it is.
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from typing import Any
 
@@ -26,6 +26,9 @@ from ...loop.phases import IDLE_PHASES
 from ...loop.rack import SLOT_BYTES
 from ...loop.scan import MODE_MASK, CpuMode, ScanFlag
 from .recent import Recent
+
+CHAPTERS = 60
+"""Stretches of scans that are searched for a change: half a minute at 2 ms."""
 
 Truths = Mapping[LineKey, tuple[bool, ...]]
 
@@ -109,6 +112,64 @@ class Shadow:
         self.at = scan
         return True
 
+    # --- looking back: see `ladder.debug.inquiry.Past`
+
+    def again(self, scan: int) -> WatchedEngine:
+        """Repeat a scan, watched; return the engine as it stands behind it.
+
+        Raises:
+            ValueError: it can't be repeated.
+        """
+        self.at = None  # from values in front of it
+        start = self._start(scan)
+        rows = self._recent.between(scan if start is None else start, scan)
+        if start is None or len(rows) != scan - start + 1:
+            raise ValueError(f"scan {scan} can't be repeated any more")
+        self._repeat(rows, watched=True)
+        self.at = scan
+        return self.engine
+
+    def last_change(self, read: Callable[[WatchedEngine], Any]) -> int | None:
+        """Return the last scan up to the one shown behind which a value was another than in front of it."""
+        end = self.at
+        if end is None or self._impure:
+            return None
+        try:
+            for start, last in self._chapters(end):
+                found = self._change_in(start, last, read)
+                if found is not None:
+                    return found
+            return None
+        finally:
+            self.show(end)
+
+    def _chapters(self, end: int) -> Iterator[tuple[int, int]]:
+        """Yield the latest stretches of scans that begin with values, the last one first."""
+        place = self._kept.place(end)
+        for _ in range(CHAPTERS):
+            if place is None or place < 0:
+                return
+            start = self._kept.scans[place]
+            if start <= end:
+                yield start, end
+            end = start - 1
+            place -= 1
+
+    def _change_in(self, start: int, last: int, read: Callable[[WatchedEngine], Any]) -> int | None:
+        """Return the last change of a value in a stretch of scans."""
+        rows = self._recent.between(start, last)
+        place = self._kept.place(start)
+        if len(rows) != last - start + 1 or place is None:
+            return None
+        self._restore(place)
+        found, before = None, read(self.engine)
+        for row in rows:
+            self._do(row)
+            value = read(self.engine)
+            if value != before:
+                found, before = int(row["scan"]), value
+        return found
+
     def _start(self, scan: int) -> int | None:
         """Return the scan from which on the engine has to repeat; put it there."""
         place, at = self._kept.place(scan), self.at
@@ -128,16 +189,20 @@ class Shadow:
         engine.hold(self._kept.forces(scan))
         self.at = scan - 1
 
-    def _repeat(self, rows: Any) -> None:
-        """Repeat scans, the last one with power."""
+    def _repeat(self, rows: Any, *, watched: bool = False) -> None:
+        """Repeat scans, the last one with power, or watched."""
         engine = self.engine
         engine.watching = False
         engine.note(())
         for row in rows[:-1]:
             self._do(row)
-        engine.note_all()
+        if watched:
+            engine.watching = True
+        else:
+            engine.note_all()
         if self._do(rows[-1]):
             self.truths = engine.truths
+        engine.watching = False
 
     def _do(self, row: Row) -> bool:
         """Repeat one scan; return whether logic ran in it."""

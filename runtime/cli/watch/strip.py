@@ -90,14 +90,23 @@ def edges(rows: Rows, before: Rows, signals: Signals) -> dict[str, list[Edge]]:
     return found
 
 
-def envelopes(rows: Rows, signals: Signals) -> dict[str, list[list[int]]]:
-    """Return the positions: time of the first row, least, greatest and last value, steps."""
+def envelopes(rows: Rows, signals: Signals, most: int = 1) -> dict[str, list[list[int]]]:
+    """Return the positions, steps, in up to `most` stretches of rows.
+
+    Returns:
+        Per stretch the time of its first row, ns, and the least, the greatest and the last value.
+    """
     if not len(rows):
         return {}
     words = rows["words"].astype(np.int64)
+    starts = np.unique(np.linspace(0, len(rows), min(most, len(rows)), endpoint=False).astype(np.int64))
+    ends = [*starts[1:].tolist(), len(rows)]
+    times = rows["now_ns"][starts].tolist()
     found = {}
     for name, (thousands, rest) in signals.positions.items():
         values = words[:, thousands] * 1000 + words[:, rest]
-        start = int(rows["now_ns"][0])
-        found[name] = [[start, int(values.min()), int(values.max()), int(values[-1])]]
+        least = np.minimum.reduceat(values, starts).tolist()
+        greatest = np.maximum.reduceat(values, starts).tolist()
+        last = [int(values[end - 1]) for end in ends]
+        found[name] = [list(point) for point in zip(times, least, greatest, last, strict=True)]
     return found

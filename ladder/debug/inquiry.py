@@ -1,0 +1,83 @@
+"""Questions about a program as it stands behind a scan: what has changed a tag, and why it is as it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Container
+from typing import Any, Protocol
+
+from ..expressions import parse_address
+from ..operands import Place
+from ..resolver import Resolver
+from .crossref import CrossReference
+from .watching import Change, WatchedEngine, shown
+from .why import bits_of, changes_of, is_counted, state_of, telling, told, untouched
+
+
+class Past(Protocol):
+    """Scans that can be run again."""
+
+    def again(self, scan: int) -> WatchedEngine:
+        """Run up to a scan again, that one watched; return the engine as it stands behind it."""
+        ...
+
+    def last_change(self, read: Callable[[WatchedEngine], Any]) -> int | None:
+        """Return the last scan behind which a value was another than in front of it, None without one."""
+        ...
+
+
+class Inquiry:
+    """Answers questions about a program.
+
+    Args:
+        engine: the program as it stands.
+        past: its scans.
+        forced: the tags that are forced.
+        cross_reference: where its tags are read and written.
+    """
+
+    def __init__(
+        self, engine: WatchedEngine, past: Past, forced: Container[str], cross_reference: CrossReference
+    ) -> None:
+        self._engine, self._past, self._forced = engine, past, forced
+        self._cross_reference = cross_reference
+        self._resolver = Resolver(engine.lowered.layout)
+
+    def last_change(self, tag: str) -> Change | None:
+        """Return the last change of a tag that is remembered, None if it has not changed since.
+
+        A change is one from the end of a scan to the end of the next.
+
+        Raises:
+            LadderError: there is no such tag.
+        """
+        where = self._resolver.address(parse_address(tag))
+        scan = None
+        if is_counted(where):  # ACC changes in most scans, and says less than the bits
+            scan = self._past.last_change(lambda engine: bits_of(engine.tags[tag]))
+        if scan is None:
+            scan = self._past.last_change(lambda engine: engine.tags[tag])
+        if scan is None:
+            return None
+        return telling(changes_of(self._past.again(scan).history, where), where)
+
+    def why(self, tag: str) -> str:
+        """Say why a tag is as it is: the scan and the rung that last changed it, and what was false there.
+
+        Raises:
+            LadderError: there is no such tag.
+        """
+        value = self._engine.tags[tag]
+        where = self._resolver.address(parse_address(tag))
+        if tag in self._forced:
+            return f"{tag} is {shown(value)} because it is forced."
+        lowered = self._engine.lowered
+        image = where.leaf if isinstance(where, Place) and where.leaf.slot is not None else None
+        is_input = image is not None and not image.output
+        asked = image is None or image.output or image.ident in lowered.written_inputs
+        change = self.last_change(tag) if asked else None
+        if is_input and change is None:
+            return f"{tag} is {shown(value)} because the module says so: it is an input image."
+        if change is None:
+            said = state_of(where, value)
+            return untouched(tag, said, [each for each in self._cross_reference.of(tag) if each.writes])
+        return told(lowered, tag, where, change, value)
