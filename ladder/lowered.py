@@ -81,6 +81,9 @@ class OperandResolver(Protocol):
             OperandError: the instruction stands in an add-on instruction, which has none.
         """
 
+    def kept(self, path: str, initial: int) -> None:
+        """Make sure that there is a LINT of an object at a hidden path; note what it begins as."""
+
     def function(self, name: str, function: Callable[..., Any]) -> str:
         """Make a Python function known that an instruction calls; return its full name."""
 

@@ -421,6 +421,13 @@ class Lowering:
         leaf = self.lowered.layout.hidden(f"{HIDDEN}{name}{len(self.lowered.sites)}", LINT)
         return Place(leaf, (), None, leaf.path)
 
+    def kept(self, path: str, initial: int) -> None:
+        """Make sure that there is a LINT of an object, see `OperandResolver`."""
+        if path.upper() not in self.lowered.layout.leaves:
+            self.lowered.layout.hidden(path, LINT)
+            if initial:
+                self.lowered.presets[path] = initial
+
     def function(self, name: str, function: Callable[..., Any]) -> str:
         """Make a Python function known, see `OperandResolver`."""
         full = self.named(f"{HIDDEN}{name}")

@@ -2,7 +2,8 @@
 
 An attribute is a row of `ATTRIBUTES`: how it is read as bytes, and, if it can be set, how it is set from
 bytes. The tag of GSV and SSV may be a structure, an array, or the first member of a structure, as exports
-name it. WallClockTime is the virtual time, from 1970-01-01 00:00 at power-up on.
+name it. WallClockTime is the virtual time, from 1970-01-01 00:00 at power-up on, until SSV sets it.
+Attributes of which nothing makes a value are memory, see `objects`.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import struct
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from ..arithmetic import wrap
 from ..interpreter import Interpreter
 from ..lowered import OperandResolver
 from ..operand_checks import OperandError
@@ -21,6 +23,8 @@ from ..schedule import ScheduledProgram, ScheduledTask, task_named
 from ..spec import Use, action
 from ..tags import program_of
 from ..tree import Address, Operand
+from ..types import HIDDEN
+from .objects import OBJECTS, Kept
 
 __all__ = ["EVENT", "GSV", "SSV"]
 
@@ -82,8 +86,12 @@ def _write_major_fault(machine: Interpreter, name: str, data: bytes) -> None:
 
 
 def _task(machine: Interpreter, name: str) -> ScheduledTask | None:
+    """Return the task of that name, or the one that runs the program of that name, as THIS means it."""
     schedule = machine.lowered.schedule
-    return task_named(schedule.tasks, name) if schedule is not None else None
+    if schedule is None:
+        return None
+    own = (each for each in schedule.tasks if name in (program.name.upper() for program in each.programs))
+    return task_named(schedule.tasks, name) or next(own, None)
 
 
 Reader = Callable[[Interpreter, str], bytes]
@@ -108,13 +116,70 @@ def _write_overlaps(machine: Interpreter, name: str, data: bytes) -> None:
 # --- WALLCLOCKTIME
 
 
-def _microseconds(machine: Interpreter, _name: str) -> bytes:
+CLOCK = "WALLCLOCKTIME"
+_LATEST_US = 8_000 * 365 * 86_400 * 1_000_000
+"""µs from power-up that the clock can be set to."""
+
+
+def _wall_us(machine: Interpreter) -> int:
+    leaf = machine.lowered.layout.leaves.get(_path(CLOCK, "", "OFFSET").upper())
+    offset = int(machine.memory.read(leaf)) if leaf is not None else 0
+    return machine.now_ns // 1_000 + offset
+
+
+def _set_wall(machine: Interpreter, now_us: int) -> None:
+    """Let the clock go on from a time; one that is out of range is not taken."""
+    leaf = machine.lowered.layout.leaves.get(_path(CLOCK, "", "OFFSET").upper())
+    if leaf is not None and 0 <= now_us < _LATEST_US:
+        machine.memory.write(leaf, 0, now_us - machine.now_ns // 1_000)
+
+
+def _virtual_us(machine: Interpreter, _name: str) -> bytes:
     return struct.pack("<q", machine.now_ns // 1_000)
 
 
+def _virtual_ns(machine: Interpreter, _name: str) -> bytes:
+    return struct.pack("<q", machine.now_ns)
+
+
+def _microseconds(machine: Interpreter, _name: str) -> bytes:
+    return struct.pack("<q", _wall_us(machine))
+
+
+def _write_microseconds(machine: Interpreter, _name: str, data: bytes) -> None:
+    if len(data) >= 8:
+        _set_wall(machine, struct.unpack_from("<q", data)[0])
+
+
 def _date(machine: Interpreter, _name: str) -> bytes:
-    now = POWER_UP + datetime.timedelta(microseconds=machine.now_ns // 1_000)
+    now = POWER_UP + datetime.timedelta(microseconds=_wall_us(machine))
     return struct.pack("<7i", *now.timetuple()[:6], now.microsecond)
+
+
+def _write_date(machine: Interpreter, _name: str, data: bytes) -> None:
+    if len(data) < 28:
+        return
+    try:
+        moment = datetime.datetime(*struct.unpack_from("<7i", data))
+    except (ValueError, OverflowError):  # no date: the clock goes on
+        return
+    _set_wall(machine, (moment - POWER_UP) // datetime.timedelta(microseconds=1))
+
+
+# --- names
+
+
+_NAME_SIZE = 82
+
+
+def _name_of(_machine: Interpreter, name: str) -> bytes:
+    """Return a STRING with the name of an instance; THIS has been replaced by it."""
+    text = name.encode("latin-1", "replace")[:_NAME_SIZE]
+    return struct.pack("<i", len(text)) + text.ljust(_NAME_SIZE, b"\0")
+
+
+def _name_of_controller(machine: Interpreter, _name: str) -> bytes:
+    return _name_of(machine, machine.lowered.name)
 
 
 ATTRIBUTES: Mapping[tuple[str, str], Attribute] = {
@@ -124,11 +189,53 @@ ATTRIBUTES: Mapping[tuple[str, str], Attribute] = {
     ("TASK", "OVERLAPCOUNT"): Attribute(
         _of_task("<i", lambda machine, each: int(machine.memory.read(each.overlaps))), _write_overlaps
     ),
-    ("WALLCLOCKTIME", "CURRENTVALUE"): Attribute(_microseconds),
-    ("WALLCLOCKTIME", "DATETIME"): Attribute(_date),
-    ("WALLCLOCKTIME", "LOCALDATETIME"): Attribute(_date),
+    (CLOCK, "CURRENTVALUE"): Attribute(_microseconds, _write_microseconds),
+    (CLOCK, "DATETIME"): Attribute(_date, _write_date),
+    (CLOCK, "LOCALDATETIME"): Attribute(_date, _write_date),
+    ("CST", "CURRENTVALUE"): Attribute(_virtual_us),
+    ("TIMESYNCHRONIZE", "CURRENTTIMEMICROSECONDS"): Attribute(_virtual_us),
+    ("TIMESYNCHRONIZE", "CURRENTTIMENANOSECONDS"): Attribute(_virtual_ns),
+    ("CONTROLLER", "NAME"): Attribute(_name_of_controller),
+    **{(kind, "NAME"): Attribute(_name_of) for kind in ("MODULE", "PROGRAM", "ROUTINE", "TASK")},
 }
-"""Attributes by class and name in capitals."""
+"""Attributes of which something here makes a value, by class and name in capitals."""
+
+
+def _path(kind: str, instance: str, name: str) -> str:
+    """Return the path of an attribute that is memory."""
+    return f"{HIDDEN}gsv.{kind}.{instance}.{name}"
+
+
+def _kept(kind: str, name: str, kept: Kept) -> Attribute:
+    """Return an attribute that is memory."""
+
+    def read(machine: Interpreter, instance: str) -> bytes:
+        leaf = machine.lowered.layout.leaf(_path(kind, instance, name))
+        value = int(machine.memory.read(leaf)) & (1 << 64) - 1
+        return value.to_bytes(8, "little").ljust(kept.size, b"\0")[: kept.size]
+
+    def write(machine: Interpreter, instance: str, data: bytes) -> None:
+        leaf = machine.lowered.layout.leaf(_path(kind, instance, name))
+        number = int.from_bytes(data[: min(8, kept.size)], "little")
+        machine.memory.write(leaf, 0, wrap(number, 64))
+
+    return Attribute(read, write if kept.set else None)
+
+
+_KEPT = {
+    (kind, name): _kept(kind, name, kept) for kind, names in OBJECTS.items() for name, kept in names.items()
+}
+
+
+def _attribute(kind: str, name: str) -> Attribute | None:
+    return ATTRIBUTES.get((kind, name)) or _KEPT.get((kind, name))
+
+
+def _known(kind: str, *, written: bool) -> str:
+    """List what there is of a class, or the classes; what SSV sets, if no tag is `written`."""
+    rows = [each for each, row in {**ATTRIBUTES, **_KEPT}.items() if written or row.write]
+    names = [name for each, name in rows if each == kind] or list(dict.fromkeys(each for each, _ in rows))
+    return ", ".join(names)
 
 
 def _resolve(
@@ -142,12 +249,16 @@ def _resolve(
         written: whether the tag is written.
     """
     kind, instance, name = (str(each).upper() for each in given[:3])
-    attribute = ATTRIBUTES.get((kind, name))
+    attribute = _attribute(kind, name)
     if attribute is None or not (written or attribute.write):
-        known = [f"{a} {b}" for (a, b), row in ATTRIBUTES.items() if written or row.write]
-        raise OperandError(f"there is no attribute {name} of {kind} here", f"there are {', '.join(known)}")
+        known = _known(kind, written=written)
+        raise OperandError(f"there is no attribute {name} of {kind} here", f"there are {known}")
     if instance == THIS:
         instance = program_of(resolver.named(""))
+    if (kind, name) in _KEPT:
+        resolver.kept(_path(kind, instance, name), OBJECTS[kind][name].initial)
+    elif kind == CLOCK:
+        resolver.kept(_path(CLOCK, "", "OFFSET"), 0)
     if not isinstance(given[3], Address):
         raise OperandError(f"{given[3]} is not a tag", "name a tag")
     return kind, instance, name, resolver.memory(given[3], written=written)
@@ -160,7 +271,9 @@ def _count(end: End, size: int) -> int:
 
 
 def _gsv(machine: Interpreter, kind: str, instance: str, name: str, target: Place | Group) -> None:
-    data = ATTRIBUTES[kind, name].read(machine, instance)
+    attribute = _attribute(kind, name)
+    assert attribute is not None
+    data = attribute.read(machine, instance)
     store, region, first = end = machine.end(target)
     count = _count(end, len(data))
     room = count * region.size
@@ -171,7 +284,8 @@ def _gsv(machine: Interpreter, kind: str, instance: str, name: str, target: Plac
 
 
 def _ssv(machine: Interpreter, kind: str, instance: str, name: str, source: Place | Group) -> None:
-    attribute = ATTRIBUTES[kind, name]
+    attribute = _attribute(kind, name)
+    assert attribute is not None
     assert attribute.write is not None
     store, region, first = end = machine.end(source)
     size = len(attribute.read(machine, instance))

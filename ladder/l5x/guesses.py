@@ -13,7 +13,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from ..addon import AddOn
+from ..inferred import BY_USE
 from ..instructions import BY_NAME
+from ..motion_types import MOTION_INSTRUCTION
+from ..motion_words import KEYWORDS
 from ..spec import Spec, Use
 from ..statements import (
     Assignment,
@@ -44,8 +47,6 @@ from ..tree import (
     instructions_of,
 )
 from ..types import (
-    ALARM_ANALOG,
-    ALARM_DIGITAL,
     BOOL,
     CONTROL,
     COUNTER,
@@ -55,7 +56,6 @@ from ..types import (
     FBD_TIMER,
     LINT,
     MESSAGE,
-    PID,
     REAL,
     STRING,
     TIMER,
@@ -73,16 +73,9 @@ MOST_LENGTH = 4096
 _BITS = frozenset({Use.BIT, Use.COIL, Use.LATCH, Use.STORAGE, Use.TRUTH, Use.SWITCH})
 
 _STRUCTURES: Mapping[Use, DataType] = {
-    Use.TIMER: TIMER,
-    Use.COUNTER: COUNTER,
-    Use.CONTROL: CONTROL,
-    Use.MESSAGE: MESSAGE,
-    Use.PID: PID,
-    Use.ALARM_DIGITAL: ALARM_DIGITAL,
-    Use.ALARM_ANALOG: ALARM_ANALOG,
-    Use.TEXT: STRING,
-    Use.TEXT_TARGET: STRING,
+    use: kind for use, kind in BY_USE.items() if isinstance(kind, Structure)
 }
+"""What an operand of a use is, if it is a structure."""
 
 _BLOCKS: Mapping[str, DataType] = {
     **dict.fromkeys(("TONR", "TOFR", "RTOR"), FBD_TIMER),
@@ -90,8 +83,8 @@ _BLOCKS: Mapping[str, DataType] = {
     **dict.fromkeys(("OSRI", "OSFI"), FBD_ONESHOT),
 }
 
-_NAMES = frozenset({Use.LABEL, Use.MODE, Use.ROUTINE})
-_BY_MEMBERS = (TIMER, COUNTER, CONTROL, STRING)
+_NAMES = frozenset({Use.LABEL, Use.MODE, Use.ROUTINE, Use.PASSES})
+_BY_MEMBERS = (TIMER, COUNTER, CONTROL, STRING, MOTION_INSTRUCTION, MESSAGE)
 
 Known = Callable[[str, Address], DataType | None]
 """Returns the type of a declared address in a program, None if it is not declared."""
@@ -156,9 +149,15 @@ class Guess:
                 return votes[0]
         return DINT
 
+    def fits(self, member: Member | None) -> bool:
+        """Whether its uses are those of a member of a type."""
+        if member is None or bool(member.dims) != bool(self.lengths):
+            return False
+        return BOOL not in self.votes or member.type is BOOL
+
     def _structure(self, path: str) -> Structure:
-        for each in _BY_MEMBERS:
-            if all(each.member(name) for name in self.members):
+        for each in _BY_MEMBERS if ":" not in self.name else ():
+            if all(guess.fits(each.member(guess.name)) for guess in self.members.values()):
                 return each
         members = [
             Member(each.name, each.type(f"{path}_{each.name}"), each.dims) for each in self.members.values()
@@ -208,7 +207,7 @@ class Guesses:
             use = uses[place] if place < len(uses) else Use.PARAMETERS
             self._inside(program, operand)
             if isinstance(operand, Address):
-                if use in _NAMES or (instruction.name in ("GSV", "SSV") and place < 3):
+                if use in _NAMES or (use is Use.KEYWORD and not operand.steps and _is_word(operand)):
                     continue
                 self._address(program, operand, *self._wanted(use, instruction, place, definition, partner))
             elif isinstance(operand, Operation):
@@ -338,6 +337,11 @@ class Guesses:
             here.weak.append(likely)
 
 
+def _is_word(operand: Address) -> bool:
+    """Whether a motion instruction means a word by this, not a tag."""
+    return operand.name.upper().replace(" ", "") in KEYWORDS
+
+
 def _bit_of(step: object) -> int:
     index = getattr(step, "index", 0)
     if isinstance(index, Number):
@@ -347,17 +351,28 @@ def _bit_of(step: object) -> int:
 
 def called_routines(routines: Iterable[Routine]) -> Iterator[str]:
     """Yield the names of the routines that are called, as they are written."""
+    return _named_first(routines, "JSR", "FOR")
+
+
+def triggered_tasks(routines: Iterable[Routine]) -> Iterator[str]:
+    """Yield the names of the tasks that EVENT triggers, as they are written."""
+    return _named_first(routines, "EVENT")
+
+
+def _named_first(routines: Iterable[Routine], *instructions: str) -> Iterator[str]:
+    """Yield the first operands of instructions, if they are names."""
+    for each in all_instructions(routines):
+        if each.name in instructions and each.operands:
+            target = each.operands[0]
+            if isinstance(target, Address) and not target.steps:
+                yield target.name
+
+
+def all_instructions(routines: Iterable[Routine]) -> Iterator[Instruction]:
+    """Yield the instructions of rungs and of structured text."""
     for routine in routines:
         for rung in routine.rungs:
-            for each in instructions_of(rung.series):
-                yield from _called(each)
+            yield from instructions_of(rung.series)
         for statement in statements_in(routine.statements or ()):
             if isinstance(statement, Invocation):
-                yield from _called(statement.instruction)
-
-
-def _called(instruction: Instruction) -> Iterator[str]:
-    if instruction.name in ("JSR", "FOR") and instruction.operands:
-        target = instruction.operands[0]
-        if isinstance(target, Address) and not target.steps:
-            yield target.name
+                yield statement.instruction

@@ -16,12 +16,12 @@ from ..instructions.stubbed import specs_of_stubs
 from ..schedule import Task, TaskKind
 from ..stubs import ALL_MESSAGES, NO_STUBS, Stubs, parse_stub
 from ..tags import STATUS_FLAGS, Declaration, Tag, program_of
-from ..tree import Address, Routine, Step, SubscriptStep, instructions_of
+from ..tree import Address, Routine, Step, SubscriptStep
 from .addons import AddOns
 from .assembly import CALLS, Parts, ProgramPart, call_of, harness_of, without
 from .datatypes import Types
 from .document import read_document
-from .guesses import Guess, Guesses, called_routines
+from .guesses import Guess, Guesses, all_instructions, called_routines, triggered_tasks
 from .modules import module_tags
 from .records import Document, ProgramRecord, TagRecord
 from .report import Refusal, Report
@@ -166,6 +166,8 @@ class Importer:
         if not document.whole:
             self._complete_routines()
         parts.tasks = tasks_of(document, [each.name for each in parts.programs.values()], self.report)
+        if not document.whole:
+            self._complete_tasks()
 
     def _guess(self) -> None:
         """Declare what the file leaves out, from its use."""
@@ -237,6 +239,18 @@ class Importer:
             if part.main is None:
                 self._main_of(part, called)
 
+    def _complete_tasks(self) -> None:
+        """Declare the event tasks that a partial export triggers; without tasks all programs run in one."""
+        routines = [each for part in self._parts.programs.values() for each in part.routines.values()]
+        events = {name.upper(): name for name in triggered_tasks(routines)}
+        known = {each.name.upper() for each in self._parts.tasks}
+        missing = [name for key, name in events.items() if key not in known]
+        if missing and not self._parts.tasks:
+            self._parts.tasks = implicit_task([each.name for each in self._parts.programs.values()])
+        for name in missing:
+            self._parts.tasks.append(Task(name, TaskKind.EVENT, ()))
+            self.report.declared[f"task {name}"] = "event task that runs nothing"
+
     def _main_of(self, part: ProgramPart, called: Iterable[str]) -> None:
         uncalled = [each for name, each in part.routines.items() if name not in called]
         if len(part.routines) == 1 and uncalled and len(call_of(uncalled[0]).series) == 1:
@@ -252,12 +266,7 @@ class Importer:
     def _note_stubs(self) -> None:
         routines = [each for part in self._parts.programs.values() for each in part.routines.values()]
         routines += [each for definition in self._parts.add_ons.values() for each in definition.routines]
-        if any(
-            instruction.name == ALL_MESSAGES
-            for routine in routines
-            for rung in routine.rungs
-            for instruction in instructions_of(rung.series)
-        ):
+        if any(each.name == ALL_MESSAGES for each in all_instructions(routines)):
             self.report.stubs[ALL_MESSAGES] = str(self._parts.stubs[ALL_MESSAGES])
 
     # --- building

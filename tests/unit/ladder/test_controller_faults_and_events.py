@@ -135,7 +135,7 @@ def test_with_preempt_it_runs_at_the_end_of_the_rung():
         ("GSV(Axis,A,Position,Seen);", "there is no attribute POSITION of AXIS here"),
         (
             "SSV(Task,C,Rate,Seen);",
-            "there is no attribute RATE of TASK here; there are PROGRAM MAJORFAULTRECORD",
+            "there is no attribute RATE of TASK here; there are OVERLAPCOUNT, DISABLEUPDATEOUTPUTS",
         ),
         ("GSV(Task,C,Rate,Go);", "Go is a BOOL, a tag with bytes is needed"),
     ],
@@ -178,3 +178,31 @@ END PROGRAM
         assert tags["Late"] == 0
         engine.step(4)
         assert tags["Late"] == 0
+
+
+def test_attributes_that_are_memory_and_a_clock_that_is_set():
+    text = """CONTROLLER plant
+TAG Entry : INT
+TAG Mode : INT
+TAG Back : INT
+TAG Time : DINT[7]
+TAG Micro : LINT
+TAG Own : STRING
+TAG Set : BOOL := true
+PROGRAM Main
+ROUTINE Main
+GSV(Module,Drive,EntryStatus,Entry)GSV(Program,THIS,Name,Own);
+XIC(Set)MOV(4,Mode)SSV(Module,Drive,Mode,Mode);
+XIC(Set)MOV(2024,Time[0])MOV(2,Time[1])MOV(29,Time[2])SSV(WallClockTime,,DateTime,Time[0])OTU(Set);
+GSV(Module,Drive,Mode,Back)GSV(Module,Other,Mode,Mode);
+GSV(WallClockTime,,DateTime,Time[0]);
+END
+END PROGRAM
+"""
+    for engine in both(text):
+        engine.step()
+        engine.step(1_500)
+        tags = engine.tags
+        assert (tags["Entry"], tags["Own"]) == (0x4000, "MAIN")  # 4 in the upper bits: running
+        assert (tags["Back"], tags["Mode"]) == (4, 0)
+        assert tags["Time"] == [2024, 2, 29, 0, 0, 1, 500_000]

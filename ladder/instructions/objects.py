@@ -1,0 +1,130 @@
+"""Attributes of objects that GSV reads and SSV sets, and of which nothing here makes a value.
+
+Each is a number in the program's memory: it begins as its row says, SSV sets it, tests may set it, GSV reads
+it. A module is running and has no fault; a scan takes no time [1756-RM003N, GSV/SSV objects].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+SINT, INT, DINT, LINT = 1, 2, 4, 8
+"""Bytes of an attribute."""
+
+RUNNING = 0x4000
+"""EntryStatus of a module whose connections are open: 4 in the upper four bits."""
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """An attribute that is memory.
+
+    Attributes:
+        size: its bytes.
+        initial: what it begins as, in its first eight bytes; the others are 0.
+        set: whether SSV may set it.
+    """
+
+    size: int
+    initial: int = 0
+    set: bool = False
+
+
+_SCAN_TIMES = {"LASTSCANTIME": Kept(DINT, set=True), "MAXSCANTIME": Kept(DINT, set=True)}
+
+OBJECTS: Mapping[str, Mapping[str, Kept]] = {
+    "ADDONINSTRUCTIONDEFINITION": {
+        "MAJORREVISION": Kept(DINT, 1),
+        "MINORREVISION": Kept(DINT),
+        "SIGNATUREID": Kept(DINT),
+    },
+    "CONTROLLER": {
+        "AUDITVALUE": Kept(LINT),
+        "CANUSERPIFROMPRODUCER": Kept(DINT),
+        "CHANGESTODETECT": Kept(LINT, set=True),
+        "CONTROLLERLOGEXECUTIONMODIFICATIONCOUNT": Kept(DINT, set=True),
+        "CONTROLLERLOGTOTALENTRYCOUNT": Kept(DINT, set=True),
+        "DATATABLEPADPERCENTAGE": Kept(INT),
+        "IGNOREARRAYFAULTSDURINGPOSTSCAN": Kept(SINT, set=True),
+        "INHIBITAUTOMATICFIRMWAREUPDATE": Kept(INT, set=True),
+        "KEEPTESTEDITSONSWITCHOVER": Kept(SINT),
+        "REDUNDANCYENABLED": Kept(SINT),
+        "SHAREUNUSEDTIMESLICE": Kept(INT, 1, set=True),
+        "TIMESLICE": Kept(INT, 20, set=True),
+    },
+    "CONTROLLERDEVICE": {
+        "PRODUCTCODE": Kept(INT),
+        "PRODUCTREV": Kept(INT),
+        "SERIALNUMBER": Kept(DINT),
+        "STATUS": Kept(INT, 0x3060),
+        "TYPE": Kept(INT, 14),
+        "VENDOR": Kept(INT, 1),
+    },
+    "CST": {"CURRENTSTATUS": Kept(INT)},
+    "FAULTLOG": {
+        "MAJOREVENTS": Kept(INT, set=True),
+        "MAJORFAULTBITS": Kept(DINT, set=True),
+        "MINOREVENTS": Kept(INT, set=True),
+        "MINORFAULTBITS": Kept(DINT, set=True),
+    },
+    "MODULE": {
+        "ENTRYSTATUS": Kept(INT, RUNNING),
+        "FAULTCODE": Kept(INT),
+        "FAULTINFO": Kept(DINT),
+        "FIRMWARESUPERVISORSTATUS": Kept(INT),
+        "FORCESTATUS": Kept(INT),
+        "INSTANCE": Kept(DINT),
+        "LEDSTATUS": Kept(INT, 3),
+        "MODE": Kept(INT, set=True),
+    },
+    "PROGRAM": {
+        "DISABLEFLAG": Kept(SINT, set=True),
+        "INSTANCE": Kept(DINT),
+        "MINORFAULTRECORD": Kept(44, set=True),
+        "SFCRESTART": Kept(INT, set=True),
+        **_SCAN_TIMES,
+    },
+    "REDUNDANCY": {
+        "CHASSISREDUNDANCYSTATE": Kept(INT),
+        "COMPATIBILITYRESULTS": Kept(SINT),
+        "MODULEREDUNDANCYSTATE": Kept(INT),
+        "PARTNERMINORFAULTS": Kept(DINT),
+        "PARTNERMODE": Kept(DINT),
+        "QUALIFICATIONINPROGRESS": Kept(INT),
+    },
+    "ROUTINE": {
+        "INSTANCE": Kept(DINT),
+        "SFCPAUSED": Kept(INT, set=True),
+        "SFCRESUMEBITS": Kept(INT, set=True),
+    },
+    "SAFETY": {
+        "SAFETYLOCKEDSTATE": Kept(SINT),
+        "SAFETYSTATUS": Kept(INT),
+        "SAFETYSIGNATUREEXISTS": Kept(SINT),
+        "SAFETYTASKFAULTRECORD": Kept(44),
+    },
+    "TASK": {
+        "DISABLEUPDATEOUTPUTS": Kept(DINT, set=True),
+        "ENABLETIMEOUT": Kept(DINT, set=True),
+        "INHIBITTASK": Kept(DINT, set=True),
+        "INSTANCE": Kept(DINT),
+        "MAXINTERVAL": Kept(LINT, set=True),
+        "MININTERVAL": Kept(LINT, set=True),
+        "STARTTIME": Kept(LINT, set=True),
+        "STATUS": Kept(DINT, set=True),
+        "WATCHDOG": Kept(DINT, 500_000, set=True),
+        **_SCAN_TIMES,
+    },
+    "TIMESYNCHRONIZE": {
+        "ISSYNCHRONIZED": Kept(DINT),
+        "PTPENABLE": Kept(DINT, set=True),
+        "OFFSETFROMMASTER": Kept(LINT),
+    },
+    "WALLCLOCKTIME": {
+        "APPLYDST": Kept(DINT, set=True),
+        "CSTOFFSET": Kept(LINT, set=True),
+        "DSTADJUSTMENT": Kept(INT, set=True),
+    },
+}
+"""Attributes by class, both in capitals."""
