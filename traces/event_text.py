@@ -30,6 +30,8 @@ def describe(topic: str, scan: int, fields: Mapping[str, object]) -> str:
     'COMMAND_ERROR at scan 4711: a move was started before the last one ended [CMD-03, chapter 6]'
     >>> describe("/cpu", 0, {"mode": "run"}), describe("/forces", 9, {"slot1.I.2": 5})
     ('the CPU is in run mode', 'forces: slot1.I.2 = 5')
+    >>> describe("/forces", 9, {"slot1.I.2": 5, "tags": {"Run": True}})
+    'forces: slot1.I.2 = 5, Run = True'
     """
     return _BY_TOPIC.get(topic, _event)(scan, fields)
 
@@ -61,7 +63,9 @@ def _cpu(_: int, fields: Mapping[str, object]) -> str:
 
 
 def _forces(_: int, fields: Mapping[str, object]) -> str:
-    return f"forces: {_pairs(fields)}"
+    tags = fields.get("tags")
+    of_tags = tags if isinstance(tags, dict) else {}
+    return f"forces: {_pairs({**{name: fields[name] for name in fields if name != 'tags'}, **of_tags})}"
 
 
 def _fault(_: int, fields: Mapping[str, object]) -> str:

@@ -1,7 +1,7 @@
 """The CPU's flags in a scan, by name.
 
 bits 0 and 1   the mode: program, run, test, single scan
-bits 2 to 6    what was special about the scan
+bits 2 to 7    what was special about the scan
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ FLAGS = {
     4: "OUTPUT_FORCES",
     5: "OVERRUN",         # real time only: the scan began late
     6: "FAULT",
+    7: "TAGS_FROM_OUTSIDE",  # one is forced, or was set since the scan before
 }
 # fmt: on
 """The flags by number of their bit."""

@@ -49,7 +49,7 @@ CHUNK_SCANS = 4096
 
 _SEQUENCE_MASK = 0xFFFF_FFFF
 
-Value = str | int | float | bool | None | list[int] | list[str]
+Value = str | int | float | bool | None | list[int] | list[str] | Mapping[str, str | int | float | bool]
 
 
 @dataclass(frozen=True, slots=True)

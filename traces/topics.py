@@ -6,7 +6,7 @@ Every message carries the number of the scan in which it became known.
                                                     was edited between two scans
     /stimuli    the machine or a person acted       a button of the timeline, a station's pulse
     /indicators the lights of a module changed      as the front panel shows them
-    /forces     which bits are forced, in full      written again when it changes
+    /forces     which bits and tags are forced      in full, written again when it changes
     /cpu        mode and health of the CPU, in full written again when it changes
     /faults     the CPU faulted                     scan and cause
     /texts      a recorded text changed             only where texts are recorded

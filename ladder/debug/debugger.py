@@ -69,6 +69,7 @@ class Debugger:
         latest: what went into the latest scan from outside; None before the first.
         edits: edits of the running program, each with the number of the first scan behind it.
         on_edit: called with every edit, once the edited program is in place.
+        on_outside: called after a tag was set or forced between scans, or released.
 
     Args:
         program: the program; it is built if that has not been done.
@@ -82,6 +83,7 @@ class Debugger:
         self.stops: tuple[Stop, ...] = ()
         self.edits: list[tuple[int, Edit]] = []
         self.on_edit: Callable[[Edit], object] = lambda _edit: None
+        self.on_outside: Callable[[], object] = lambda: None
         self._remembered = remembered
         self.latest: Entry | None = None
         self._use(program, WatchedEngine(program.build(), program.scanner))
@@ -100,6 +102,7 @@ class Debugger:
         self._journal = Journal(engine.lowered, program.scanner, engine.variants, self._remembered)
         self._outside: list[Write] = []
         engine.memory.outside = self._outside
+        engine.memory.on_outside = lambda: self.on_outside()
         self._journal.begin(engine.memory, engine.scans)
         self._resolver = Resolver(engine.lowered.layout)
         self._cross_reference = None
@@ -123,6 +126,8 @@ class Debugger:
         for tag, value in forces.items():
             if tag in self.tags:
                 self.force(tag, value)
+        if len(self._forces) < len(forces):
+            self.on_outside()
         self.edits.append((engine.scans, edit))
         self.on_edit(edit)
         return edit
@@ -312,6 +317,7 @@ class Debugger:
         if tag is None:
             self._forces.clear()
             self._engine.hold({})
+            self.on_outside()
             return
         if tag not in self._forces:
             forced = ", ".join(self._forces) or "none"
@@ -323,6 +329,7 @@ class Debugger:
         if mask is not None and kept is not None and kept & ~mask:
             forces[key] = (kept & ~mask, int(value) & ~mask)
         self._engine.hold(forces)
+        self.on_outside()
 
     @property
     def forces(self) -> dict[str, Value]:

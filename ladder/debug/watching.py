@@ -105,12 +105,14 @@ class WatchedMemory(Memory):
     Attributes:
         watcher: told of every change while a scan is watched.
         outside: collects what is written between scans, None while it is not wanted.
+        on_outside: called after each such write.
         forces: what is forced; the mapping is replaced, never changed, see `hold`.
         held: the same, with the leaves.
     """
 
     watcher: Callable[[Leaf, int, Value, Value], None] | None = None
     outside: list[tuple[Leaf, int, Value]] | None = None
+    on_outside: Callable[[], object] = staticmethod(lambda: None)
     forces: Forces = NOTHING  # type: ignore[assignment]  # it is empty
     held: Mapping[tuple[str, int], Held] = NOTHING  # type: ignore[assignment]
 
@@ -136,9 +138,10 @@ class WatchedMemory(Memory):
         watcher = self.watcher
         after = self.forced(leaf, index, value) if self.held else value
         if watcher is None:
+            super().write(leaf, index, after)
             if self.outside is not None:
                 self.outside.append((leaf, index, after))
-            super().write(leaf, index, after)
+                self.on_outside()
             return
         before = self.read(leaf, index)
         super().write(leaf, index, after)

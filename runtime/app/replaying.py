@@ -14,7 +14,7 @@ from ...traces.replay import Follower, Image, Recording
 from ..config.rackspec import RackSpec
 from ..loop.faults import CpuFault
 from ..loop.rack import Card, Rack
-from ..loop.scan import CpuMode, Logic
+from ..loop.scan import CpuMode, Logic, ScanFlag
 from .build import build_playback, build_rack
 from .levels import recorded_levels
 from .playback import RecordedInputs, Score, Stimulus, recorded_outputs, stimulated
@@ -70,6 +70,7 @@ class Replay:
         self.notes = list(_assumptions(into, self._score))
         if into is not Into.MODULE:
             self.notes += edit_notes(recording.events)
+            self.notes += outside_notes(self._score)
 
     def run(self, allowed: Tolerance, *, to_the_end: bool, observed: Observer = unobserved) -> Follower:
         """Replay to the first difference, or to the end; return the follower with the comparison.
@@ -116,6 +117,18 @@ def edit_notes(events: Iterable[TraceEvent]) -> list[str]:
     ]
 
 
+def outside_notes(score: Score) -> list[str]:
+    """Return a note if tags were forced or set: the program runs without that."""
+    touched = [row for row, flags in enumerate(score.flags) if flags & ScanFlag.TAGS_FROM_OUTSIDE]
+    if not touched:
+        return []
+    first = score.numbers[touched[0]]
+    return [
+        f"tags were forced or set from outside in {len(touched):,} scans, first in scan {first:,}: "
+        "the replay does neither"
+    ]
+
+
 _GAPS_TOLD = 3
 
 _FRESH = {
@@ -149,7 +162,7 @@ def _gaps(numbers: Sequence[int]) -> Iterator[str]:
 def _forces(recording: Recording) -> Mapping[int, Mapping[str, int]]:
     """Return the forces by the scan from which they were in effect."""
     return {
-        event.scan: {address: int(str(value)) for address, value in event.fields.items()}
+        event.scan: {address: int(str(value)) for address, value in event.fields.items() if address != "tags"}
         for event in recording.events
         if event.topic == "/forces"
     }

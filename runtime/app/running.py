@@ -24,6 +24,7 @@ from ..loop.scan import Logic
 from .build import build_cpu, build_rack
 from .hints import Hints
 from .loading import Job
+from .outside import tell_cpu
 from .rack_units import UnitsBeside, units_of
 from .recording import NOTHING, recorder_for
 from .repeating import RecordedOrder, Repeated
@@ -92,6 +93,8 @@ class JobRun:
             heard.append(UnitsBeside(units, trace))
         self._pacer = pacer or FreeRun()
         self.cpu = build_cpu(job.spec, self.logic, self.rack, listeners=heard, pacer=self._pacer)
+        if isinstance(self.logic, Debugger):
+            tell_cpu(self.logic, self.cpu)
         self.repeated: Repeated | None = None
         if orders is not None:
             self.repeated = Repeated(self.cpu, self.hands, orders)

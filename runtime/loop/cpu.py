@@ -7,13 +7,13 @@ show them, and the listeners hear of them with that scan.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import AbstractContextManager, ExitStack
 from itertools import repeat
 from types import TracebackType
 from typing import NoReturn, Self
 
-from .events import Event
+from .events import Event, JsonValue
 from .exchange import EndOfScan, Exchange
 from .faults import Cause, CpuFault, Fault, place_of, words_of
 from .listeners import ScanListener
@@ -83,6 +83,7 @@ class Cpu(ScanPhases):
         self.stop_requested = False
         self._scanning = False
         self._closed = False
+        self._tag_forces_changed = False
         self._mode = self._wanted_mode = mode
         self._news["/cpu"] = {"mode": mode_name(mode)}
         if mode is not CpuMode.RUN:
@@ -122,6 +123,21 @@ class Cpu(ScanPhases):
             event: not earlier than the latest scan.
         """
         self._announced.append(event)
+        self._ask_for_attention()
+
+    def tags_from_outside(self, forces: Mapping[str, str | int | float | bool]) -> None:
+        """Take note that a tag of the program was set from outside, or a force of one changed.
+
+        The next scan shows it, in its flags and on /forces. The program keeps the forces; the CPU only
+        tells of them.
+
+        Args:
+            forces: the forced tags and their values, all of them.
+        """
+        self._tags_set_before = self._next_scan
+        if forces != self._tag_forces:
+            self._tag_forces = dict(forces)
+            self._tag_forces_changed = True
         self._ask_for_attention()
 
     def run(self, scans: int | None = None) -> None:
@@ -205,6 +221,10 @@ class Cpu(ScanPhases):
         if not self._scanning:
             self._serve_requests()
 
+    @property
+    def _next_scan(self) -> int:
+        return self.scan + self._scanning
+
     def _attend(self) -> None:
         if "logic" not in IDLE_PHASES[self._mode]:
             self._view.first = False
@@ -214,8 +234,12 @@ class Cpu(ScanPhases):
 
     def _serve_requests(self) -> None:
         self._attention = False
-        if self.forces.commit():
-            self._news["/forces"] = self.forces.active
+        if self.forces.commit() or self._tag_forces_changed:
+            self._tag_forces_changed = False
+            forces: dict[str, JsonValue] = {**self.forces.active}
+            if self._tag_forces:
+                forces["tags"] = self._tag_forces
+            self._news["/forces"] = forces
         if self._wanted_mode is not self._mode:
             self._change_mode(self._wanted_mode)
         self._prepare(self._mode)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-JsonValue = str | int | float | bool | None | list[int] | list[str]
+JsonValue = str | int | float | bool | None | list[int] | list[str] | Mapping[str, str | int | float | bool]
 
 
 @dataclass(frozen=True, slots=True)

@@ -82,6 +82,8 @@ class ScanPhases(ABC):
         self._flags = self._scan_flags = 0
         self._news: dict[str, Mapping[str, JsonValue]] = {}
         self._announced: list[Event] = []
+        self._tag_forces: Mapping[str, str | int | float | bool] = {}
+        self._tags_set_before = -1  # the scan before which a tag was set from outside
         self._attention = False
         self._phases: tuple[Phase, ...] = ()
         self._blame: Mapping[Phase, Cause] = {}
@@ -127,6 +129,11 @@ class ScanPhases(ABC):
     @abstractmethod
     def _ask_for_attention(self) -> None:
         """Have requests served by the housekeeping of the present scan, or now if there is none."""
+
+    @property
+    @abstractmethod
+    def _next_scan(self) -> int:
+        """Number of the scan in which a request that is made now takes effect."""
 
     @abstractmethod
     def _attend(self) -> None:
@@ -182,15 +189,18 @@ class ScanPhases(ABC):
         )
         self._phases = tuple(phase for needed, phase, _ in plan if needed)
         self._blame = {phase: cause for needed, phase, cause in plan if needed}
-        self._flags = self._scan_flags = _flags(mode, first, forced_in, forced_out)
-        if first or starting or news or mode is CpuMode.SINGLE_SCAN:
+        set_before = self._tags_set_before == self._next_scan
+        outside = set_before or bool(self._tag_forces)
+        self._flags = self._scan_flags = _flags(mode, first, forced_in, forced_out, outside)
+        if first or starting or news or set_before or mode is CpuMode.SINGLE_SCAN:
             self._attention = True
 
 
-def _flags(mode: CpuMode, first: bool, forced_in: bool, forced_out: bool) -> int:
+def _flags(mode: CpuMode, first: bool, forced_in: bool, forced_out: bool, outside: bool) -> int:
     return (
         mode.value
         | first * ScanFlag.FIRST_SCAN.value
         | forced_in * ScanFlag.INPUT_FORCES.value
         | forced_out * ScanFlag.OUTPUT_FORCES.value
+        | outside * ScanFlag.TAGS_FROM_OUTSIDE.value
     )

@@ -41,6 +41,9 @@ class ScanFlag(IntFlag):
     FAULT = 1 << 6
     """The CPU faulted in this scan; the outputs shown are the zeros that were sent."""
 
+    TAGS_FROM_OUTSIDE = 1 << 7
+    """A tag of the program is forced, or was set from outside since the scan before."""
+
 
 MODE_MASK = 0b11
 """Bits of the flags that hold the mode."""

@@ -124,7 +124,7 @@ def test_what_does_not_change_is_named_with_its_value(trace: Path) -> None:
 def test_the_slots_come_first_and_are_as_without_tags(trace: Path) -> None:
     slot, tags = chart(trace).panels
     assert (slot.name, slot.about) == ("slot 1", "amci3601")
-    assert (tags.name, tags.about, tags.marks) == ("program", "8 tags", ())
+    assert (tags.name, tags.about, list(tags.marks)) == ("program", "8 tags", [])
     assert [panel.name for panel in chart(trace, slots=[1]).panels] == ["slot 1"]
     assert [panel.name for panel in chart(trace, "Step", slots=[1]).panels] == ["slot 1", "program"]
 

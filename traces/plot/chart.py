@@ -17,7 +17,7 @@ from .changes import ChangeFinder
 from .curves import CurveMaker
 from .lanes import GROUPS, Band, Lane, bit_lanes, card_lanes, ramp_lane
 from .marks import Mark, marks
-from .tagged import Choice, TagTracks, choose
+from .tagged import FROM_OUTSIDE, Choice, TagTracks, choose
 
 C = TypeVar("C")
 
@@ -169,7 +169,7 @@ def read_chart(
     catalog = Catalog.of(trace)
     choice = Choice((), 0) if slots and not tags else choose(trace, catalog, selection, tags)
     tracks = [Tracks(slot, catalog, maker) for slot in wanted_slots(trace, slots)]
-    program = TagTracks(choice.signals, exact or maker)
+    program = TagTracks(choice.signals, catalog[FROM_OUTSIDE], exact or maker)
     extent = Extent()
     for block in blocks(trace, selection, progress=progress):
         extent.add(block)
@@ -178,10 +178,11 @@ def read_chart(
             track.add(block)
         program.add(block)
     happened = [*more, *marks(trace.events(), extent.start_ns, extent.end_ns)]
-    heads = [track.slot for track in tracks]
-    panels = [track.panel(marks_of(happened, track.slot, heads[0])) for track in tracks]
+    apart = [mark for mark in happened if mark.of_tags or not tracks] if choice.signals else []
+    rest = [mark for mark in happened if mark not in apart]
+    panels = [track.panel(marks_of(rest, track.slot, tracks[0].slot)) for track in tracks]
     if choice.signals:
-        panels.append(program_panel(program, choice, () if tracks else happened))
+        panels.append(program_panel(program, choice, apart))
     return Chart(
         title=title if title is not None else chart_title(trace),
         start_ns=extent.start_ns,

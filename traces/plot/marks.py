@@ -25,6 +25,7 @@ class Mark:
         kind: one of KINDS.
         label: a word or two.
         text: a sentence.
+        of_tags: whether it is about tags of the program.
     """
 
     time_ns: int
@@ -32,26 +33,35 @@ class Mark:
     kind: str
     label: str
     text: str
+    of_tags: bool = False
 
 
 def marks(events: Iterable[TraceEvent], start_ns: int, end_ns: int) -> list[Mark]:
     """Return the marks of the events between two times, both included, in order of time, then of kind."""
-    found = [_mark(event) for event in events if start_ns <= event.now_ns <= end_ns]
-    return sorted((mark for mark in found if mark is not None), key=_by_time_and_kind)
+    found: list[Mark] = []
+    forced: object = None
+    for event in events:
+        mark = _mark(event, forced) if start_ns <= event.now_ns <= end_ns else None
+        found += [] if mark is None else [mark]
+        forced = event.fields.get("tags") if event.topic == "/forces" else forced
+    return sorted(found, key=_by_time_and_kind)
 
 
 def _by_time_and_kind(mark: Mark) -> tuple[int, int]:
     return mark.time_ns, KINDS.index(mark.kind)
 
 
-def _mark(event: TraceEvent) -> Mark | None:
+def _mark(event: TraceEvent, forced: object) -> Mark | None:
+    """Return the mark of an event; `forced` are the tags that were forced before it, None for none."""
     fields = event.fields
     slot = fields.get("slot")
     kind, label = _kind_and_label(event)
     if not kind:
         return None
     text = describe(event.topic, event.scan, fields)
-    return Mark(event.now_ns, slot if isinstance(slot, int) else None, kind, label, text)
+    of_tags = event.topic == "/forces" and fields.get("tags") != forced
+    label = f"{label} over" if of_tags and "tags" not in fields else label
+    return Mark(event.now_ns, slot if isinstance(slot, int) else None, kind, label, text, of_tags)
 
 
 def _kind_and_label(event: TraceEvent) -> tuple[str, str]:
@@ -59,8 +69,10 @@ def _kind_and_label(event: TraceEvent) -> tuple[str, str]:
     name = str(event.fields.get("name", ""))
     if event.topic == "/cpu":
         return "cpu", str(event.fields.get("mode", "CPU"))
-    if event.topic in ("/forces", "/faults"):
-        return "cpu", event.topic[1:].removesuffix("s")
+    if event.topic == "/forces":
+        return "cpu", _force(event.fields)
+    if event.topic == "/faults":
+        return "cpu", "fault"
     if event.topic == "/stimuli":
         return "stimulus", _stimulus(name, event.fields)
     if event.topic == "/events" and event.fields.get("kind") == "rule":
@@ -69,6 +81,14 @@ def _kind_and_label(event: TraceEvent) -> tuple[str, str]:
         outcome = event.fields.get("outcome", "")
         return "move", "home found" if name == outcome == "home" else f"{name} {outcome}".strip()
     return "", ""
+
+
+def _force(fields: Mapping[str, object]) -> str:
+    """Return the label of the forces in effect: what is forced, if it is one tag."""
+    tags = fields.get("tags")
+    if isinstance(tags, Mapping) and len(tags) == len(fields) == 1:
+        return f"force {next(iter(tags))}"
+    return "force"
 
 
 def _stimulus(name: str, fields: Mapping[str, object]) -> str:

@@ -14,6 +14,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ..flags import FLAGS
 from ..reader import Trace
 from ..signals import Block, Catalog, Kind, Selection, Signal, blocks
 from ..signals.sequences import FIELD as SEQUENCES
@@ -25,6 +26,9 @@ from .lanes import Band, Lane
 
 CURVES_MAX, ROWS_MAX = 8, 24
 """Most curves, and most bands and lanes, of tags that nobody chose."""
+
+FROM_OUTSIDE = f"cpu.flags.{next(bit for bit, name in FLAGS.items() if name == 'TAGS_FROM_OUTSIDE')}"
+"""The signal that is on while a tag is forced, and in a scan before which one was set."""
 
 CHOSEN_MAX = 200
 """Most tags on a chart."""
@@ -163,10 +167,14 @@ class TagTracks(Generic[C]):
 
     Args:
         signals: the tags to draw.
+        outside: whether tags are forced or set from outside; a lane of its own if they ever are.
         maker: makes a maker of curves; it is given values of the tags' own types.
     """
 
-    def __init__(self, signals: Sequence[Signal], maker: Callable[[], CurveMaker[C]]) -> None:
+    def __init__(
+        self, signals: Sequence[Signal], outside: Signal, maker: Callable[[], CurveMaker[C]]
+    ) -> None:
+        self._outside = StepFinder(outside)
         numbers = [signal for signal in signals if signal.kind is Kind.NUMBER]
         self._curves = [(Steady(signal), maker()) for signal in numbers]
         self._steps = [(signal, StepFinder(signal)) for signal in signals if signal.kind is not Kind.NUMBER]
@@ -178,7 +186,7 @@ class TagTracks(Generic[C]):
             curve.add(block.time_ns, values)
             if steady.same:
                 steady.add(values)
-        for _, finder in self._steps:
+        for finder in (self._outside, *(finder for _, finder in self._steps)):
             finder.add(block)
 
     def parts(self) -> TagParts[C]:
@@ -187,12 +195,13 @@ class TagTracks(Generic[C]):
         rows = [_lane(signal, finder.steps()) for signal, finder in self._steps]
         bands = [row for row in rows if isinstance(row, Band)]
         lanes = [row for row in rows if not isinstance(row, Band)]
-        numbers = [(_title(each.signal), f"{each.first:.6g}") for each, _ in self._curves if each.same]
+        numbers = [(_title(each.signal), _number(each)) for each, _ in self._curves if each.same]
+        outside = _bit("from outside", self._outside.steps())
         return TagParts(
             curves=[(_title(signal), curve.curve()) for signal, curve in moving],
             fractional=[_title(signal) for signal, _ in moving if not signal.bits],
             bands=[band for band in bands if not band.steady],
-            lanes=[lane for lane in lanes if not lane.steady],
+            lanes=[*([outside] if outside.value.any() else []), *(lane for lane in lanes if not lane.steady)],
             steady=[lane for lane in lanes if lane.steady],
             unchanged=[
                 *((band.name, band.text(int(band.value[0]))) for band in bands if band.steady),
@@ -202,11 +211,20 @@ class TagTracks(Generic[C]):
         )
 
 
+def _number(steady: Steady) -> str:
+    """Return the value of a number that does not change: integers in full."""
+    return str(steady.first) if steady.signal.bits else f"{steady.first:.9g}"
+
+
 def _lane(signal: Signal, steps: Steps) -> Lane:
     if signal.kind is Kind.CODE:
         codes = steps.value.astype(np.int32)
         return Band(_title(signal), "band", steps.row, steps.time_ns, codes, signal.names)
-    return Lane(_title(signal), "tag", steps.row, steps.time_ns, steps.value.astype(np.int8))
+    return _bit(_title(signal), steps)
+
+
+def _bit(name: str, steps: Steps) -> Lane:
+    return Lane(name, "tag", steps.row, steps.time_ns, steps.value.astype(np.int8))
 
 
 def _title(signal: Signal) -> str:

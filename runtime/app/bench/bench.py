@@ -17,6 +17,7 @@ from ...loop.pace import Watchdog
 from ...loop.rack import Rack, Slots
 from ...loop.scan import CpuMode, Logic
 from ..build import build_cpu, build_rack
+from ..outside import tell_cpu
 from ..sequence_watch import sequences_in, standing, watching
 from ..tag_names import named_values, namespace_of
 from ..why.again import Load
@@ -105,6 +106,8 @@ class Bench:
             listeners=[*listeners(rack), watching(self._journal, logic), ear],
             watchdog=None if watched else Watchdog(0),
         )
+        if self._observed:
+            tell_cpu(self.program, self.cpu)
         self.slot = Slots(
             (number, SlotBench(slot, self.run_for, lambda: self.now_ns))
             for number, slot in rack.slots.items()

@@ -154,7 +154,9 @@ class Monitor:
     def _take_event(self, event: Json) -> None:
         topic = event["topic"]
         if topic == "/forces":
-            self._forced = {key: value for key, value in event.items() if key not in ("scan", "t", "topic")}
+            self._forced = {
+                key: value for key, value in event.items() if key not in ("scan", "t", "topic", "tags")
+            }
         told = {
             "scan": event["scan"],
             "t": event["t"],
