@@ -66,7 +66,7 @@ def test_a_blend_is_the_same_path_sooner(scan_ms):
 def distinct(side, script):
     """Return each new output image, and how many scans the one before it stood."""
     deeds = dict(legal(script))
-    images = []
+    images: list[tuple[list[int], int]] = []
     for scan in range(max(deeds) + 500):
         words = side.scan(deeds.get(scan))
         if not images or images[-1][0] != words:
