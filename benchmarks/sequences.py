@@ -2,10 +2,10 @@
 
     python benchmarks/sequences.py [--calls N] [--smoke]
 
-Two programs of the three-station line run on a simulated 3601 each: `examples/three_stations/line.py`, a state
-machine over raw words, and a sequence. At two moments, in the middle of a move and waiting for the next pulse,
-the logic alone is called again and again while the position word changes. The programs take turns; times are
-processor time, the best of the rounds, less the loop itself.
+Two programs of the three-station line run on a simulated 3601 each: `examples/three_stations/line.py`, a
+state machine over raw words, and a sequence. At two moments, in the middle of a move and waiting for the next
+pulse, the logic alone is called again and again while the position word changes. The programs take turns;
+times are processor time, the best of the rounds, less the loop itself.
 
 Both must have given the module the same commands, word for word, in the same order.
 
@@ -36,7 +36,7 @@ MOST_US = 1.5
 PERIOD_NS = 2_000_000
 ROUNDS = 7
 PULSE = 500
-"""A pulse on the capture input begins in every scan that is a multiple of it; the longest move takes 1.5 s."""
+"""A pulse on the capture input begins in every multiple of so many scans, 1 s."""
 
 MOVING, WAITING = 100 + 3 * PULSE, 3 * PULSE - 10
 """Scans in which the line moves, and waits."""

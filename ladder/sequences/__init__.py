@@ -7,7 +7,7 @@
 | `sequence` | one coroutine, and where it stands |
 | `branches` | several waits as one |
 | `parts`, `signals` | what a class declares; bits and words of the images |
-| `declaring`, `logic` | what a class may have; the class |
+| `declaring`, `forgotten`, `logic` | what a class may have; waits that nobody awaits; the class |
 
 There is no event loop, no thread and no clock: the scan asks each wait, and resumes a sequence when its
 wait holds.

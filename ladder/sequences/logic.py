@@ -26,6 +26,7 @@ from contextlib import ExitStack
 from typing import Any, Self, TypeVar
 
 from .declaring import SequenceMethod, check_class, declarations
+from .forgotten import check_awaited
 from .parts import Clock, Device, Part, Scan, Slots, Turn
 from .sequence import Sequence
 from .signals import Place, Signal, place_of
@@ -52,6 +53,7 @@ class Logic:
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
         check_class(cls)
+        check_awaited(cls)
 
     def __new__(cls, *args: Any, **options: Any) -> Self:
         """Make an instance with parts and sequences of its own, whatever its `__init__` does."""

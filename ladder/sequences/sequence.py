@@ -202,9 +202,7 @@ class Sequence:
         while not isinstance(wait, Wait):
             if wait is _OVER:
                 return
-            wait = self._advance(
-                TypeError(f"{self.name} awaits {wait!r}: a sequence awaits waits, see scanrack")
-            )
+            wait = self._advance(TypeError(f"{self.name} awaits {wait!r}, which is no wait of scanrack"))
         wait.begin(now_ns)
         self._wait = wait
 
@@ -218,6 +216,10 @@ class Sequence:
             self.value = over.value
         except Abort:
             pass  # the end that was asked for
+        except RuntimeError as error:
+            if isinstance(error.__cause__, StopIteration):  # Python's name for a StopIteration that escapes
+                error = error.with_traceback(error.__cause__.__traceback__)  # which knows the user's line
+            raise error
         self._work = None
         return _OVER
 

@@ -112,12 +112,10 @@ class Signal(Part):
             raise ValueError(f"{self.address!r} is an {IMAGES[at.image]}: declare it as {other}")
         if (at.bit is None) is not self.whole_word:
             kind = IMAGES[self.image].capitalize()
-            hint = (
-                f"a bit: declare it as {kind}"
-                if self.whole_word
-                else f"a word: add a bit, or declare it as {kind}Word"
+            is_what = (
+                f"a bit: declare it as {kind}" if self.whole_word else f"a word: add a bit, or {kind}Word"
             )
-            raise ValueError(f"{self.address!r} is {hint}")
+            raise ValueError(f"{self.address!r} is {is_what}")
 
 
 class Input(Signal):

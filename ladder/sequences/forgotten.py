@@ -1,0 +1,105 @@
+"""Waits that are made and never awaited, found in the source when a class is made.
+
+    dwell("2 s")            a statement that does nothing
+    self.start.rises        likewise
+    self.part()             an `async def` that never runs
+
+A command is no such statement: `self.axis.halt()` is carried out, whether awaited or not. What is found here
+stands as a statement of its own. Python warns of the other coroutines that nobody awaits, at their line.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import linecache
+from collections.abc import Iterator
+from types import FunctionType
+from typing import Any
+
+from .declaring import SequenceMethod
+from .signals import Input
+
+WAITS = ("all_of", "dwell", "first_of", "steady", "until", "within")
+"""Functions and classes whose call is a wait."""
+
+OF_INPUTS = ("falls", "off", "on", "rises")
+"""Attributes of an input that are waits."""
+
+PROBE = "captured"
+"""The method of an axis that is a wait, and no command."""
+
+_OURS = "scanrack."
+
+
+def check_awaited(cls: type) -> None:
+    """Refuse statements in the methods of a class that make a wait and do not await it.
+
+    Raises:
+        TypeError: there is one; its file and line.
+    """
+    for function in _functions(cls):
+        for line, text in _forgotten(cls, function):
+            where = f"{function.__code__.co_filename}:{line}"
+            raise TypeError(f"{where}: `{text}` is never awaited and does nothing: write `await {text}`")
+
+
+def _functions(cls: type) -> Iterator[FunctionType]:
+    for each in vars(cls).values():
+        function = each.function if isinstance(each, SequenceMethod) else each
+        if isinstance(function, FunctionType):
+            yield function
+
+
+def _forgotten(cls: type, function: FunctionType) -> Iterator[tuple[int, str]]:
+    """Yield line and text of each such statement of a function."""
+    body = _body_of(function)
+    for statement in ast.walk(body) if body is not None else ():
+        if isinstance(statement, ast.Expr) and _is_wait(cls, function, statement.value):
+            yield statement.lineno, ast.unparse(statement.value)
+
+
+def _body_of(function: FunctionType) -> ast.AST | None:
+    """Return the syntax of a function; None if there is no source."""
+    code = function.__code__
+    tree = _tree_of(code.co_filename)
+    for node in ast.walk(tree) if tree is not None else ():
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            first = min((each.lineno for each in node.decorator_list), default=node.lineno)
+            if node.name == code.co_name and first == code.co_firstlineno:
+                return node
+    return None
+
+
+def _tree_of(file: str) -> ast.Module | None:
+    linecache.checkcache(file)
+    try:
+        return ast.parse("".join(linecache.getlines(file)))
+    except SyntaxError:  # the file has changed since it was loaded
+        return None
+
+
+def _is_wait(cls: type, function: FunctionType, node: ast.expr) -> bool:
+    if isinstance(node, ast.Attribute):
+        return node.attr in OF_INPUTS and isinstance(_of_self(cls, node.value), Input)
+    if not isinstance(node, ast.Call):
+        return False
+    if isinstance(node.func, ast.Name):
+        return _makes_wait(function.__globals__.get(node.func.id))
+    if not isinstance(node.func, ast.Attribute):
+        return False
+    if node.func.attr == PROBE:
+        return hasattr(_of_self(cls, node.func.value), PROBE)
+    return inspect.iscoroutinefunction(_of_self(cls, node.func))
+
+
+def _of_self(cls: type, node: ast.expr) -> Any:
+    """Return what `self.name` is in the class; None for any other expression."""
+    if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "self":
+        return inspect.getattr_static(cls, node.attr, None)
+    return None
+
+
+def _makes_wait(called: Any) -> bool:
+    ours = getattr(called, "__module__", "").startswith(_OURS) and getattr(called, "__name__", "") in WAITS
+    return ours or inspect.iscoroutinefunction(called)

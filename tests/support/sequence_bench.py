@@ -1,0 +1,132 @@
+"""Logic in Python on a small rack, scan by scan: a 3601 in slot 1, a card with inputs and outputs in slot 2.
+
+bench = SequenceBench(Line)
+bench.press(0).scan(3)
+assert bench.lamp(0)
+
+The card's input n is Local:2:I.Data.n, its output n Local:2:O.Data.n. Input 0 is named start, input 1 stop.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Generic, TypeVar
+
+from bench3601 import CONFIGURATION
+from scanrack import Configuration, Logic
+from scanrack.io_images.amci3601 import InputBit
+from scanrack.io_images.amci3601.words import WORDS_3601
+from scanrack.io_images.image import Image
+from scanrack.ladder.sequences import Sequence, sequences_of
+from scanrack.runtime.loop.cpu import Cpu
+from scanrack.runtime.loop.events import Event
+from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi
+from scanrack.runtime.loop.rack import Card, Rack
+from scanrack.runtime.loop.scan import CpuMode
+from scanrack.runtime.machine import Machine, MachineSpec, Switch
+from scanrack.runtime.modules.amci3601 import Amci3601
+from scanrack.runtime.modules.cards.kinds import DISCRETE16
+from scanrack.runtime.modules.cards.options import CardOptions
+
+PERIOD_NS = 2_000_000
+SETUP = Configuration.from_image(Image(CONFIGURATION))
+RATES = {"acceleration": 20, "deceleration": 10}
+SLOW = {"speed": 5_000, **RATES}
+
+CARD_WORDS = CardOptions(inputs={"start": 0, "stop": 1}).words(DISCRETE16)
+
+SomeLogic = TypeVar("SomeLogic", bound=Logic)
+
+
+class Terminals:
+    """A card whose inputs a test sets."""
+
+    def __init__(self) -> None:
+        self.events: list[Event] = []
+        self.inputs = Image()
+
+    def update(self, now_ns: int, outputs: Image) -> Image:
+        return self.inputs
+
+    def plc_run(self, running: bool) -> None:
+        pass
+
+    def power_cycle(self) -> None:
+        pass
+
+
+class SequenceBench(Generic[SomeLogic]):
+    """A rack and the logic that runs on it.
+
+    Args:
+        kind: the class of the logic, or an instance.
+        firmware: of the 3601.
+        switches: switch ranges by input name.
+        rpi_ms: period of an asynchronous exchange; None exchanges at the end of the scan.
+        scan_ms: scan period.
+    """
+
+    def __init__(
+        self,
+        kind: type[SomeLogic] | SomeLogic,
+        *,
+        firmware: str = "4.1",
+        switches: dict[str, tuple[int | None, int | None]] | None = None,
+        rpi_ms: int | None = None,
+        scan_ms: int = 2,
+    ) -> None:
+        wired = tuple(Switch(InputBit[name.upper()], *ends) for name, ends in (switches or {}).items())
+        self.module = Amci3601(firmware, Machine(MachineSpec(switches=wired)))
+        self.card = Terminals()
+        self.rack = Rack(
+            [
+                Card(1, self.module, "amci3601", firmware, WORDS_3601),
+                Card(2, self.card, "discrete16", "", CARD_WORDS),
+            ]
+        )
+        self.logic: SomeLogic = kind() if isinstance(kind, type) else kind
+        exchange = EndOfScan() if rpi_ms is None else EveryRpi(rpi_ms * 1_000_000)
+        self.cpu = Cpu(self.rack, self.logic, scan_ms * 1_000_000, exchange=exchange)
+
+    def scan(self, scans: int = 1) -> SequenceBench[SomeLogic]:
+        """Let scans pass."""
+        self.cpu.run(scans)
+        return self
+
+    def press(self, number: int, on: bool = True) -> SequenceBench[SomeLogic]:
+        """Set an input of the card, from the next scan on."""
+        self.card.inputs.set_bit(0, number, on)
+        return self
+
+    def estop(self, pressed: bool) -> SequenceBench[SomeLogic]:
+        """Press or release the emergency stop of the 3601."""
+        self.module.machine.set_input(InputBit.ESTOP, pressed)
+        self.module.look_again()
+        return self
+
+    def restart(self) -> SequenceBench[SomeLogic]:
+        """Turn the key to program mode and back to run, with a scan in program mode."""
+        self.cpu.mode = CpuMode.PROGRAM
+        self.cpu.run(1)
+        self.cpu.mode = CpuMode.RUN
+        return self
+
+    def until(self, condition: Any, scans: int = 20_000) -> SequenceBench[SomeLogic]:
+        """Scan until a condition is true."""
+        for _ in range(scans):
+            if condition():
+                return self
+            self.cpu.run(1)
+        raise AssertionError(f"it never came: {[str(each) for each in self.sequences]}")
+
+    def lamp(self, number: int) -> bool:
+        """Return whether an output of the card is on."""
+        return self.rack.slots[2].outputs.bit(0, number)
+
+    @property
+    def words(self) -> list[int]:
+        """Output words of the 3601."""
+        return list(self.rack.slots[1].outputs)
+
+    @property
+    def sequences(self) -> tuple[Sequence, ...]:
+        return sequences_of(self.logic)
