@@ -1,4 +1,4 @@
-"""Names of a Python program that are recorded: attributes of the objects in its module.
+"""Names of a Python program that are recorded: attributes of the objects in its module, fields of its class.
 
 Every scan looks up `line.step` in the module, so an object that is replaced is found. Types come from
 annotations, else from first values.
@@ -16,6 +16,7 @@ from enum import Enum, Flag
 from types import FunctionType, ModuleType
 from typing import Any, get_type_hints
 
+from ...ladder.sequences import Logic as SequenceLogic
 from ...ladder.tag_values import TEXT, matches_part
 from ..loop.scan import Logic
 
@@ -46,9 +47,13 @@ class NamedValue:
 def namespace_of(logic: Logic) -> dict[str, Any]:
     """Return the names of the module that a function is from.
 
+    An instance of a class of `Logic` has the name of the class in small letters: `line` of `class Line(Logic)`.
+
     Raises:
         ValueError: this kind of program has no module with values.
     """
+    if isinstance(logic, SequenceLogic):
+        return {type(logic).__name__.lower(): logic}
     function = inspect.unwrap(logic)
     function = getattr(function, "__func__", function)
     if isinstance(function, FunctionType):
@@ -106,8 +111,21 @@ def _is_address(text: str) -> bool:
 def _all_values(namespace: Mapping[str, Any]) -> Iterator[NamedValue]:
     hints = namespace.get("__annotations__", {})
     for name, value in namespace.items():
-        if not name.startswith("_"):
+        if isinstance(value, SequenceLogic):
+            yield from _fields(name, value)
+        elif not name.startswith("_"):
             yield from _below(name, hints.get(name), value, DEPTH, frozenset())
+
+
+def _fields(name: str, logic: SequenceLogic) -> Iterator[NamedValue]:
+    """Yield the fields of a class of logic: those of its body, and those that the instance has made."""
+    hints = _hints(logic)
+    bodies = [vars(kind) for kind in reversed(type(logic).__mro__) if kind is not SequenceLogic]
+    fields = {each: value for body in bodies for each, value in body.items() if not hasattr(value, "__get__")}
+    for each in dict.fromkeys([*fields, *vars(logic)]):
+        if not each.startswith("_"):
+            inner = getattr(logic, each)
+            yield from _below(f"{name}.{each}", hints.get(each), inner, DEPTH - 1, frozenset({id(logic)}))
 
 
 def _below(name: str, hint: object, value: object, depth: int, above: frozenset[int]) -> Iterator[NamedValue]:

@@ -7,7 +7,14 @@ from scanrack.runtime.cli import build
 from scanrack.traces.sequence_steps import sequence_steps
 from typer.testing import CliRunner
 
-PROGRAM = """from scanrack import Axis3601, Configuration, Input, InputBit, Logic, sequence, until
+PROGRAM = """from enum import Enum
+
+from scanrack import Axis3601, Configuration, Input, InputBit, Logic, sequence, until
+
+class Mode(Enum):
+    IDLE = "idle"
+    BUSY = "busy"
+
 
 USED = InputBit.CAPTURE | InputBit.HOME | InputBit.CW_LIMIT
 
@@ -16,6 +23,7 @@ class Line(Logic):
     axis = Axis3601(1, Configuration(inputs_used=USED, starting_speed=500))
     start = Input("slot1.status.IN_CAPTURE")
     count: int = 0
+    mode = Mode.IDLE
 
     @sequence
     async def cycle(self) -> None:
@@ -66,33 +74,33 @@ def test_a_row_for_each_wait_and_none_while_waiting(trace):
     with open_trace(trace) as opened:
         steps = sequence_steps(opened)
     assert [step.label for step in steps["cycle"]] == [
-        "line 13: axis.configure()",
-        "line 14: axis.set_position(0)",
-        "line 15: start rises",
-        "line 16: axis.move_to(400)",
+        "line 21: axis.configure()",
+        "line 22: axis.set_position(0)",
+        "line 23: start rises",
+        "line 24: axis.move_to(400)",
         "over",
     ]
     # the button of the timeline is in at 0.099 s; scan 50 of 2 ms each is the first to see it
     assert steps["cycle"][3].scan == 50
     # a sequence that goes on in every scan, to the same wait, is told of once
-    assert [(step.scan, step.line) for step in steps["turns"]] == [(0, 22)]
+    assert [(step.scan, step.line) for step in steps["turns"]] == [(0, 30)]
 
 
 def test_show_and_query_know_it(trace):
     shown = invoke("show", trace).stdout
-    assert "cycle waits at line 16 of line.py for axis.move_to(400)" in shown
+    assert "cycle waits at line 24 of line.py for axis.move_to(400)" in shown
     assert "cycle is over" in shown
-    found = invoke("query", trace, "rose(cycle.line == 16)")
+    found = invoke("query", trace, "rose(cycle.line == 24)")
     assert found.stdout.splitlines()[1].split()[:2] == ["50", "50"]
 
 
 def test_why_says_where_they_wait_and_for_which_line_the_axis_sends(rack, trace):
     answer = invoke("why", rack, "--at", "52").stdout
-    assert "cycle waits at line 16 of line.py for axis.move_to(400) since 0.1 s" in answer.splitlines()
-    assert "line.py:16 in cycle, sent by axis for axis.move_to(400)" in answer
+    assert "cycle waits at line 24 of line.py for axis.move_to(400) since 0.1 s" in answer.splitlines()
+    assert "line.py:24 in cycle, sent by axis for axis.move_to(400)" in answer
     by_rack = invoke("why", rack, "slot1.command.ABSOLUTE_MOVE", "--at", "50").stdout
     assert by_rack.splitlines() == [
-        "after 51 scans, 0.1 s: slot1.command.ABSOLUTE_MOVE is 1 since scan 50 (0.1 s): line.py:16 in cycle, "
+        "after 51 scans, 0.1 s: slot1.command.ABSOLUTE_MOVE is 1 since scan 50 (0.1 s): line.py:24 in cycle, "
         "sent by axis for axis.move_to(400)",
         "    await self.axis.move_to(400, speed=5000, acceleration=100, deceleration=100)",
     ]
@@ -104,11 +112,27 @@ def test_why_says_where_they_wait_and_for_which_line_the_axis_sends(rack, trace)
 
 def test_the_bench_says_where_they_wait(rack):
     bench = open_bench(rack)
-    bench.run_until(lambda bench: bench.sequences["cycle"].line == 16)
-    with pytest.raises(NotReachedError, match=r"cycle waits at line 16 of line\.py for axis"):
+    bench.run_until(lambda bench: bench.sequences["cycle"].line == 24)
+    with pytest.raises(NotReachedError, match=r"cycle waits at line 24 of line\.py for axis"):
         bench.run_until("slot1.status.HOLD_STATE", within="10 ms")
     bench.run_until(lambda bench: bench.sequences["cycle"].over)
     assert "cycle is over since" in str(bench)
+
+
+def test_fields_of_the_class_are_recorded_like_tags(rack, tmp_path):
+    path = tmp_path / "tags.mcap"
+    assert invoke("run", rack, "--record", path, "--tag", "line.*", "-q").exit_code == 0
+    with open_trace(path) as opened:
+        assert [(field.tag.name, field.tag.type) for field in opened.head.tags.fields] == [
+            ("line.count", "LINT"),
+            ("line.mode", "ENUM"),
+        ]
+    found = invoke("query", path, "rose(line.count == 1)").stdout.splitlines()[1].split()[0]
+    with open_trace(path) as opened:
+        assert int(found) == sequence_steps(opened)["cycle"][-1].scan  # the scan in which it is over
+    assert invoke("why", rack, "line.count").stdout.splitlines()[1].strip() == "self.count += 1"
+    refused = invoke("run", rack, "--tag", "count", "--record", tmp_path / "no.mcap")
+    assert (refused.exit_code, "did you mean line.count?" in refused.stderr) == (2, True)
 
 
 def test_run_again_it_is_the_same_byte_for_byte(trace):
