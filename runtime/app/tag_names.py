@@ -47,7 +47,7 @@ class NamedValue:
 def namespace_of(logic: Logic) -> dict[str, Any]:
     """Return the names of the module that a function is from.
 
-    An instance of a class of `Logic` has the name of the class in small letters: `line` of `class Line(Logic)`.
+    An instance of a class of `Logic` has the name of its class in small letters: `line` of `Line`.
 
     Raises:
         ValueError: this kind of program has no module with values.

@@ -11,9 +11,10 @@ from typing import Any
 from ...loop.rack import Rack
 from ...loop.scan import Logic
 from ..why.lines import Line, Lines
+from ..wrapped import Wrapped
 
 
-class Places:
+class Places(Wrapped):
     """A logic that is traced line by line.
 
     Attributes:
@@ -21,7 +22,7 @@ class Places:
     """
 
     def __init__(self, logic: Logic, rack: Rack) -> None:
-        self._logic = logic
+        super().__init__(logic)
         self._outputs = [slot.outputs.raw for slot in rack.slots.values()]
         self._lines = Lines(lambda: b"".join(self._outputs), self._changed)
         self.last = ""

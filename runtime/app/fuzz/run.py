@@ -13,6 +13,7 @@ from typing import Any
 from typing_extensions import override
 
 from ....io_images.amci3601 import RULES, StatusMsw
+from ....ladder.sequences import Sequence as LogicSequence
 from ...config.rackspec import RackSpec
 from ...loop.cpu import Cpu, ScanFlag
 from ...loop.events import JsonValue
@@ -22,6 +23,8 @@ from ...loop.pace import wall_ns
 from ...loop.rack import Rack
 from ...loop.scan import Logic
 from ..build import build_cpu, build_rack
+from ..sequence_watch import sequences_in, standing
+from ..wrapped import Wrapped
 from .invariants import Invariant, Watch
 from .place import Places
 from .scan_view import Moment
@@ -54,12 +57,13 @@ class Broken:
         scan: number of the scan.
         now_ns: its virtual time, ns since power-up.
         why: in which way it did not.
-        shows: what each slot shows at the end of that scan, in words.
+        shows: what each slot shows at the end of that scan, in words, and where the program's sequences wait.
         rules: sentences of the manual's rules that fired in that scan, and of an adapter's refusals,
             with their ids.
         cause: distinguishes it from other failures of the same invariant: of a fault, its place; of others
             the rule that refused a command in that scan (or in the one that started a clock), or else the
-            line that last changed an output word, or of a ladder program the commands in force.
+            line that last changed an output word, where the sequences of the program wait, or of a ladder
+            program the commands in force.
     """
 
     invariant: str
@@ -102,11 +106,11 @@ class Verdict:
     printed: int = 0
 
 
-class _Timed:
+class _Timed(Wrapped):
     """A logic whose time is taken."""
 
     def __init__(self, logic: Logic) -> None:
-        self._logic = logic
+        super().__init__(logic)
         self.spent_ns = 0
 
     def __call__(self, scan: Any) -> None:
@@ -167,6 +171,8 @@ class _Watcher(ScanListener):
         self.rules: Counter[str] = Counter()
         self.broken: Broken | None = None
         self.spent_ns = 0
+        self.sequences: tuple[LogicSequence, ...] = ()
+        self._stood: tuple[str, ...] = ()
         self._told: list[str] = []
         self._fired: dict[int, list[str]] = {}
 
@@ -182,6 +188,7 @@ class _Watcher(ScanListener):
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Ask every invariant, unless the scan was not finished."""
         if flags & FAULT:
+            self._stood = self._standing(scan)  # before the CPU closes them
             return
         start_ns = wall_ns()
         moment = self.moment
@@ -217,7 +224,12 @@ class _Watcher(ScanListener):
         """Return what is broken at this moment."""
         now = self.moment
         shows = tuple(f"slot {number}: {slot}" for number, slot in now.slot.items())
+        shows += self._stood or self._standing(now.scan)
         return Broken(name, sentence, now.scan, now.ns, why, shows, tuple(self._told))
+
+    def _standing(self, scan: int) -> tuple[str, ...]:
+        """Return where the program's sequences wait, a sentence each."""
+        return tuple(str(standing(each, scan)) for each in self.sequences)
 
     def faulted(self, fault: Fault) -> Broken:
         """Return that the CPU has faulted."""
@@ -332,6 +344,7 @@ class _Run:
         asked = [_Asked(each) for each in bench.invariants if each.name not in without]
         self._watcher = _Watcher(asked, without, self._place)
         self._watcher.moment = Moment(self._rack, bench.tags_of(logic))
+        self._watcher.sequences = sequences_in(logic)
 
     def go(self, listeners: Listeners, *, aloud: bool) -> Verdict:
         """Run; return what it came to.
@@ -357,11 +370,16 @@ class _Run:
         return Verdict(cpu.scan, watcher.rules, watcher.broken, spent, watcher.applied, self._printed.lines)
 
     def _place(self) -> str:
-        """Return the line that last changed an output word, or the commands in force where there is none."""
+        """Return the line that last changed an output word.
+
+        Where an axis of the program writes them it is where the sequences wait; else the commands in force.
+        """
         if self._places is None:
             return UNPLACED
         commands = [name for slot in self._watcher.moment.slot.values() for name in slot.commands]
-        return self._places.last or " ".join(commands)
+        waiting = [each for each in self._watcher.sequences if not each.over]
+        places = [f"{each.name} at {Path(each.file or '').name}:{each.line}" for each in waiting]
+        return self._places.last or " ".join(places or commands)
 
     @contextmanager
     def _kept_quiet(self, *, aloud: bool) -> Iterator[None]:

@@ -24,10 +24,11 @@ from ...config.rackspec import RackSpec
 from ...loop.events import JsonValue
 from ...loop.faults import CpuFault
 from ...loop.rack import SLOT_BYTES, Slot
-from ...loop.scan import AttachedLogic, Logic, Scan
+from ...loop.scan import Logic, Scan
 from ..attachments import forget_imported
 from ..build import build_playback
 from ..replaying import recorded_rack, score_of
+from ..wrapped import Wrapped
 from .conditions import Stands, stands_in, values_of
 from .lines import Line, Lines
 from .reads import Reads
@@ -143,7 +144,7 @@ def fresh(load: Load) -> Iterator[Logic]:
         sys.modules.update(before)
 
 
-class _Traced:
+class _Traced(Wrapped):
     """A logic that is traced in some scans.
 
     Attributes:
@@ -153,7 +154,8 @@ class _Traced:
     """
 
     def __init__(self, logic: Logic, rows: frozenset[int], read: Callable[[], Any] | None) -> None:
-        self._logic, self._rows, self._read = logic, rows, read
+        super().__init__(logic)
+        self._rows, self._read = rows, read
         self._reads = Reads()
         self._lines = Lines(self._watch, self._changed, self._begins)
         self._reads.counts = lambda: self._lines.in_program
@@ -181,13 +183,7 @@ class _Traced:
     def __attach_logic__(self, slots: Mapping[int, Slot]) -> None:
         """Attach the logic to watched images, see `AttachedLogic`."""
         self._reads.watch(slots)
-        if isinstance(self._logic, AttachedLogic):
-            self._logic.__attach_logic__(slots)
-
-    def __close_logic__(self) -> None:
-        """Close the logic, see `AttachedLogic`."""
-        if isinstance(self._logic, AttachedLogic):
-            self._logic.__close_logic__()
+        super().__attach_logic__(slots)
 
     def _look_at_value(self) -> None:
         if self._read is not None:
