@@ -47,13 +47,14 @@ async function open(name) {
   if (!found) return;
   routine = found;
   columns = columnsNow();
-  const wish = `${name} ${columns}`, mine = ++generation;
+  const wish = `${name} ${columns}`;
   for (const tab of tabs.children) {
     setAttribute(tab, "aria-selected", String(tab.dataset.routine === name));
     tab.tabIndex = tab.dataset.routine === name ? 0 : -1;
   }
   if (wish === shownAt) return reveal();
   shownAt = wish;
+  const mine = ++generation;
   let answer;
   try {
     answer = await ask("show", { routine: name, columns });
@@ -83,8 +84,9 @@ export function showRung(rung) {
 function reveal() {
   if (!wantedRung) return;
   const node = sheet.querySelector(`[data-at="${CSS.escape(wantedRung)}"]`);
+  if (!node) return; // the routine is on its way
   wantedRung = null;
-  node?.scrollIntoView({ block: "center", behavior: matchMedia("(prefers-reduced-motion: reduce)").matches ? "auto" : "smooth" });
+  node.scrollIntoView({ block: "center", behavior: matchMedia("(prefers-reduced-motion: reduce)").matches ? "auto" : "smooth" });
 }
 
 export function moveRung(by) {

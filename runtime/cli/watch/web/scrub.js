@@ -28,7 +28,10 @@ export async function lookAt(scan) {
   asking = false;
 }
 
-const clamp = scan => scan === "live" ? scan : Math.min(Math.max(Math.round(scan), run.range[0]), run.range[1]);
+function clamp(scan) {
+  if (scan === "live" || !run.range) return scan; // a link is followed before the first picture
+  return Math.min(Math.max(Math.round(scan), run.range[0]), run.range[1]);
+}
 
 function dragged() {
   lookAt(Number(slider.value));
@@ -36,7 +39,7 @@ function dragged() {
 
 export function goLive() {
   link({ scan: null });
-  lookAt(run.hello?.kind === "trace" ? run.range[1] : "live");
+  lookAt(run.hello?.kind === "trace" ? run.range?.[1] ?? 0 : "live");
 }
 
 // Moves by so many scans, from the present into the past if need be.
@@ -48,6 +51,7 @@ async function branch() {
 }
 
 onPaint(() => {
+  if (!run.range) return;
   const [first, last] = run.range;
   const past = run.state === "past";
   if (Number(slider.min) !== first) slider.min = first;

@@ -6,7 +6,7 @@ const PARTS = ["words", "values", "machine", "power", "tags", "lines"]; // parts
 const LISTS = ["strip", "env"]; // lists that go on
 const MOST = 20000; // entries of a list while nothing is painted
 
-export const run = { hello: null, state: "lost", forced: {}, breakpoints: [], faults: [], range: [0, 0] };
+export const run = { hello: null, state: "lost", forced: {}, breakpoints: [], faults: [], range: null };
 const painters = [], builders = [];
 let pending = null, due = false;
 
@@ -18,8 +18,9 @@ export const onPaint = paint => { painters.push(paint); };
 
 export function greet(hello) {
   pending = null;
-  Object.assign(run, { hello, forced: {}, breakpoints: [], faults: [], range: [hello.first_scan ?? 0, hello.last_scan ?? 0] });
+  Object.assign(run, { hello, state: "paused", forced: {}, breakpoints: [], faults: [], range: null });
   for (const part of PARTS) run[part] = {};
+  handles();
   for (const build of builders) build(hello);
 }
 

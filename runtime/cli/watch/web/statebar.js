@@ -59,6 +59,7 @@ function build(hello) {
     el("div", { class: "row" }, rack, state, key, transport, el("span", { class: "gap" }),
       findBox(), incidentsButton(), helpButton()),
     el("div", { class: "row readings" }, scan.node, time.node, reached.node, late.node, record.node, scrubber()));
+  paintMode();
 }
 
 const fileOf = path => path ? path.split("/").pop() : "";

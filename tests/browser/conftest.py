@@ -1,0 +1,53 @@
+"""A browser for all tests of this folder, and what they look at."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from watching import Look, Session, open_browser, watching, why_not
+
+FEEDER = Path("examples/feeder/feeder.toml")
+
+
+@pytest.fixture(scope="session")
+def _browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Look]:
+    missing = why_not()
+    if missing is not None:
+        pytest.skip(missing)
+    browser = open_browser(tmp_path_factory.mktemp("profile"))
+    yield Look(browser)
+    browser.quit()
+
+
+@pytest.fixture
+def page(_browser: Look) -> Iterator[Look]:
+    """The browser, its window and colours as they were; it keeps nothing from one test to the next."""
+    _browser.look(1600, 1000)
+    _browser.messages()
+    yield _browser
+    if _browser.browser.current_url.startswith("http"):
+        _browser.run("localStorage.clear()")
+    _browser.browser.get("about:blank")
+    _browser.look(1600, 1000)
+
+
+@pytest.fixture(scope="module")
+def feeder() -> Iterator[Session]:
+    """A feeder that runs in real time."""
+    missing = why_not()
+    if missing is not None:
+        pytest.skip(missing)
+    with watching(FEEDER) as session:
+        yield session
+
+
+@pytest.fixture
+def paused() -> Iterator[Session]:
+    """A feeder that stands before its first scan; it runs as fast as it can."""
+    missing = why_not()
+    if missing is not None:
+        pytest.skip(missing)
+    with watching(FEEDER, "--paused", "--speed", "max") as session:
+        yield session

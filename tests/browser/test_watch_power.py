@@ -1,0 +1,54 @@
+"""Power and tags that the page shows are those of a bench that was run as far."""
+
+from scanrack.ladder.draw import power
+from scanrack.runtime.app.bench.opening import open_bench
+from watching import until
+
+SCANS = [1, 1, 1, 1, 6, 90, 200, 200, 300, 1, 1, 400, 800, 1000, 1000, 40, 60, 500, 3, 1]
+"""Steps of a session: 20 pauses, the emergency stop at 8 s among them."""
+TAGS = ["Awake", "Trouble", "Homing", "Feeding", "OutGo", "BackGo", "Quiet.ACC", "Strokes.ACC", "Axis.State"]
+
+
+def expected_power(bench):
+    """Power of the feeder's routine in the latest scan, as `scanrack ladder --at` draws it."""
+    (routine,) = bench.program.program.routines
+    truths = bench.program.truth("Main")
+    return {
+        f"Main.{number}.{place}": sign
+        for number, rung in enumerate(routine.rungs)
+        for place, sign in enumerate(power(rung, truths[number]))
+    }
+
+
+def plain(value):
+    return str(int(value)) if isinstance(value, bool) else str(value)
+
+
+def test_twenty_paused_scans(page, paused):
+    bench = open_bench("examples/feeder/feeder.toml", watched=True)
+    page.open(paused.link, paused=True)
+    for scans in SCANS:
+        page.step(scans)
+        bench.scan(scans)
+        until(lambda: page.handle("scan") == str(bench.scans - 1))
+        wanted = expected_power(bench)
+        until(lambda wanted=wanted: page.power() == wanted, 5)
+        shown = {tag: page.value(tag) for tag in TAGS}
+        assert shown == {tag: plain(bench.program.tags[tag]) for tag in TAGS}
+        assert page.value("1.position") == str(bench.slot[1].status.position)
+
+
+def test_scans_of_the_past_are_shown_as_they_were(page, paused):
+    page.open(paused.link, paused=True)
+    page.step(1500)
+    until(lambda: page.handle("scan") == "1499")
+    bench = open_bench("examples/feeder/feeder.toml", watched=True)
+    for scan in (0, 1, 500, 1234):
+        page.run("location.hash = location.hash.replace(/&scan=.*|$/, `&scan=${arguments[0]}`)", scan)
+        until(lambda scan=scan: page.handle("scan") == str(scan) and page.handle("state") == "past")
+        bench.scan(scan + 1 - bench.scans)
+        wanted = expected_power(bench)
+        until(lambda wanted=wanted: page.power() == wanted, 5)
+        assert page.value("Strokes.ACC") == str(bench.program.tags["Strokes.ACC"])
+    page.press("Live")
+    until(lambda: page.handle("state") == "paused" and page.handle("scan") == "1499")

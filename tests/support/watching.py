@@ -1,0 +1,222 @@
+"""`scanrack watch` in a process of its own, and Chromium with the distribution's driver looking at it."""
+
+from __future__ import annotations
+
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+DRIVER = shutil.which("chromedriver")
+PATIENCE_S = 30
+FLAGS = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--window-size=1600,1000",
+)
+
+
+def why_not() -> str | None:
+    """Return why no browser can be driven here; None if one can."""
+    if BROWSER is None:
+        return "no Chromium is installed"
+    if DRIVER is None:
+        return "chromedriver is not installed (Debian: chromium-driver)"
+    try:
+        import selenium  # noqa: F401
+    except ImportError:
+        return "selenium is not installed"
+    return None
+
+
+def open_browser(profile: Path) -> Any:
+    """Return a Chromium that has loaded nothing yet.
+
+    Args:
+        profile: an empty folder for its files.
+    """
+    from selenium.webdriver import Chrome
+    from selenium.webdriver.chrome.options import Options
+    from selenium.webdriver.chrome.service import Service
+
+    options = Options()
+    options.binary_location = BROWSER or ""
+    for flag in (*FLAGS, f"--user-data-dir={profile}"):
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    return Chrome(options, Service(DRIVER))
+
+
+class Session:
+    """A `scanrack watch` that runs.
+
+    Attributes:
+        link: what it has printed first.
+    """
+
+    def __init__(self, process: subprocess.Popen[str], link: str) -> None:
+        self.process = process
+        self.link = link
+
+    @property
+    def base(self) -> str:
+        """The address without the key."""
+        return "http://{0.netloc}".format(urlsplit(self.link))
+
+    def end(self) -> int:
+        """End it as Ctrl-C does; return its exit status."""
+        self.process.send_signal(signal.SIGINT)
+        return self.process.wait(PATIENCE_S)
+
+
+@contextmanager
+def watching(*words: object) -> Iterator[Session]:
+    """Run `scanrack watch` with these words as long as the context lasts."""
+    command = [
+        sys.executable,
+        "-c",
+        "import sys; from scanrack.runtime.cli import main; sys.exit(main())",
+        "watch",
+    ]
+    process = subprocess.Popen([*command, *map(str, words)], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    try:
+        link = process.stdout.readline().split(" ")[0]
+        assert link.startswith("http://"), link
+        yield Session(process, link)
+    finally:
+        if process.poll() is None:
+            process.send_signal(signal.SIGINT)
+        try:
+            process.wait(PATIENCE_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+        process.stdout.close()
+
+
+def until(holds: Callable[[], Any], patience_s: float = PATIENCE_S) -> Any:
+    """Wait until something holds, and return it."""
+    give_up = time.monotonic() + patience_s
+    while not (found := holds()):
+        assert time.monotonic() < give_up, "it has not come about in time"
+        time.sleep(0.02)
+    return found
+
+
+class Look:
+    """The page as a script sees it: the handles of docs/watch.md and nothing else.
+
+    Args:
+        browser: a driver.
+    """
+
+    def __init__(self, browser: Any) -> None:
+        self.browser = browser
+
+    def open(self, link: str, *, paused: bool = False) -> None:
+        """Open a link and wait for the first picture of the rack; `paused` before its first scan has none."""
+        self.browser.get("about:blank")
+        self.browser.get(link)
+        until(lambda: self.handle("state") == "paused" if paused else self.handle("scan") is not None)
+
+    def step(self, scans: int) -> None:
+        """Run so many scans: by the button if it is one, else as the button does it."""
+        if scans == 1:
+            self.press("Step")
+        else:
+            self.run("import('/orders.js').then(orders => orders.step(arguments[0]))", scans)
+
+    def watch(self, tag: str) -> None:
+        """Put a tag into the watch table."""
+        field = self.control("Tag to watch")
+        field.send_keys(tag)
+        self.press("Add to watch table")
+
+    def run(self, script: str, *given: object) -> Any:
+        """Run a script in the page."""
+        return self.browser.execute_script(script, *given)
+
+    def handle(self, name: str) -> str | None:
+        """Return a handle of the whole page: scan, mode, time-ns, late, speed or state."""
+        found: str | None = self.run(f"return document.documentElement.getAttribute('data-{name}')")
+        return found
+
+    def value(self, name: str) -> str | None:
+        """Return the value that is shown of a name."""
+        found: str | None = self.run(
+            'return document.querySelector(`[data-name="${CSS.escape(arguments[0])}"]`)?.dataset.value ?? null',
+            name,
+        )
+        return found
+
+    def power(self) -> dict[str, str]:
+        """Return the power of all elements that are shown."""
+        found: dict[str, str] = self.run(
+            "return Object.fromEntries([...document.querySelectorAll('[data-element]')]"
+            ".map(each => [each.dataset.element, each.dataset.power]))"
+        )
+        return found
+
+    def control(self, name: str) -> Any:
+        """Return the control with an accessible name."""
+        found: list[Any] = self.run(CALLED, name)
+        for each in found:
+            if each.accessible_name == name:
+                return each
+        raise AssertionError(f"no control is called {name}")
+
+    def press(self, name: str) -> None:
+        """Click the control with an accessible name."""
+        control = self.control(name)
+        self.run("arguments[0].scrollIntoView({block: 'center'})", control)
+        control.click()
+
+    def look(self, width: int, height: int, *, scheme: str = "light", motion: str = "no-preference") -> None:
+        """Make the window so big, with a scheme of colours."""
+        size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
+        self.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+        features = [
+            {"name": "prefers-color-scheme", "value": scheme},
+            {"name": "prefers-reduced-motion", "value": motion},
+        ]
+        self.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
+
+    def messages(self) -> list[str]:
+        """Return what the browser's console has said since it was last asked."""
+        return [str(each["message"]) for each in self.browser.get_log("browser")]
+
+
+CALLED = """
+return [...document.querySelectorAll("button, input, select, [role=button]")].filter(each =>
+  [each.getAttribute("aria-label"), each.textContent.trim()].includes(arguments[0]));
+"""
+"""Gives the controls that may have an accessible name."""
+
+FRAMES = """
+const [ms, done] = arguments, times = [];
+const watcher = new MutationObserver(() => times.push(performance.now()));
+watcher.observe(document.documentElement, { attributes: true, attributeFilter: ["data-scan"] });
+setTimeout(() => { watcher.disconnect(); done(times); }, ms);
+"""
+"""Gives the times, ms, at which another scan was shown."""
+
+
+def frames(look: Look, seconds: float) -> Sequence[float]:
+    """Return the times, s, at which the page has shown another scan."""
+    look.browser.set_script_timeout(seconds + PATIENCE_S)
+    times: list[float] = look.browser.execute_async_script(FRAMES, seconds * 1000)
+    return [each / 1000 for each in times]
