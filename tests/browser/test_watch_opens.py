@@ -15,11 +15,7 @@ SHOWS = {
 def opened(page, feeder):
     page.open(feeder.link)
     for selector in SHOWS.values():
-        until(
-            lambda selector=selector: page.run(
-                "return document.querySelector(arguments[0]) !== null", selector
-            )
-        )
+        page.until_there(selector)
     return page
 
 

@@ -2,7 +2,6 @@
 
 from scanrack.ladder.draw import power
 from scanrack.runtime.app.bench.opening import open_bench
-from watching import until
 
 SCANS = [1, 1, 1, 1, 6, 90, 200, 200, 300, 1, 1, 400, 800, 1000, 1000, 40, 60, 500, 3, 1]
 """Steps of a session: 20 pauses, the emergency stop at 8 s among them."""
@@ -30,9 +29,8 @@ def test_twenty_paused_scans(page, paused):
     for scans in SCANS:
         page.step(scans)
         bench.scan(scans)
-        until(lambda: page.handle("scan") == str(bench.scans - 1))
-        wanted = expected_power(bench)
-        until(lambda wanted=wanted: page.power() == wanted, 5)
+        page.until_scan(bench.scans - 1, "paused")
+        page.until_power(expected_power(bench))
         shown = {tag: page.value(tag) for tag in TAGS}
         assert shown == {tag: plain(bench.program.tags[tag]) for tag in TAGS}
         assert page.value("1.position") == str(bench.slot[1].status.position)
@@ -41,14 +39,13 @@ def test_twenty_paused_scans(page, paused):
 def test_scans_of_the_past_are_shown_as_they_were(page, paused):
     page.open(paused.link, paused=True)
     page.step(1500)
-    until(lambda: page.handle("scan") == "1499")
+    page.until_scan(1499, "paused")
     bench = open_bench("examples/feeder/feeder.toml", watched=True)
     for scan in (0, 1, 500, 1234):
         page.run("location.hash = location.hash.replace(/&scan=.*|$/, `&scan=${arguments[0]}`)", scan)
-        until(lambda scan=scan: page.handle("scan") == str(scan) and page.handle("state") == "past")
+        page.until_scan(scan, "past")
         bench.scan(scan + 1 - bench.scans)
-        wanted = expected_power(bench)
-        until(lambda wanted=wanted: page.power() == wanted, 5)
+        page.until_power(expected_power(bench))
         assert page.value("Strokes.ACC") == str(bench.program.tags["Strokes.ACC"])
     page.press("Live")
-    until(lambda: page.handle("state") == "paused" and page.handle("scan") == "1499")
+    page.until_scan(1499, "paused")

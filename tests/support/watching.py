@@ -74,7 +74,7 @@ class Session:
     @property
     def base(self) -> str:
         """The address without the key."""
-        return "http://{0.netloc}".format(urlsplit(self.link))
+        return f"http://{urlsplit(self.link).netloc}"
 
     def end(self) -> int:
         """End it as Ctrl-C does; return its exit status."""
@@ -158,7 +158,8 @@ class Look:
     def value(self, name: str) -> str | None:
         """Return the value that is shown of a name."""
         found: str | None = self.run(
-            'return document.querySelector(`[data-name="${CSS.escape(arguments[0])}"]`)?.dataset.value ?? null',
+            "const found = document.querySelector(`[data-name='${CSS.escape(arguments[0])}']`);"
+            "return found?.dataset.value ?? null",
             name,
         )
         return found
@@ -178,6 +179,18 @@ class Look:
             if each.accessible_name == name:
                 return each
         raise AssertionError(f"no control is called {name}")
+
+    def until_power(self, wanted: dict[str, str]) -> None:
+        """Wait until the page shows this power."""
+        until(lambda: self.power() == wanted, 5)
+
+    def until_scan(self, scan: int, state: str) -> None:
+        """Wait until the page shows a scan, in a state."""
+        until(lambda: (self.handle("scan"), self.handle("state")) == (str(scan), state))
+
+    def until_there(self, selector: str) -> None:
+        """Wait until an element is there."""
+        until(lambda: self.run("return document.querySelector(arguments[0]) !== null", selector))
 
     def press(self, name: str) -> None:
         """Click the control with an accessible name."""
