@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
@@ -19,7 +19,7 @@ from .lowered import AddOnCall, Frame, Line, Lowered, LoweredRoutine, Node, Para
 from .lowering_statements import StatementLowering
 from .motion_words import KEYWORDS
 from .operand_checks import OPERAND_CHECKS, WRITTEN, OperandError, described
-from .operands import Constant, Group, Place, Resolved, first_leaf, leaves_in
+from .operands import Constant, Group, Place, Resolved, constant, first_leaf, leaves_in
 from .resolver import AddressError, Resolver
 from .spec import WITH_PRESETS, Kind, Spec, Use
 from .stubs import Stub
@@ -300,6 +300,8 @@ class Lowering:
             return operand.name.upper()
         if use is Use.PASSES:
             return _passes(operand)
+        if use is Use.IGNORED and isinstance(operand, Unknown):
+            return constant(0)
         if use is Use.KEYWORD and (word := self._keyword(operand)):
             return word
         resolved = self.resolver.operand(operand)
@@ -343,13 +345,20 @@ class Lowering:
             self.lowered.flags = True
 
     def _presets(self, spec: Spec, given: tuple[Operand, ...], operands: list[Any]) -> None:
-        """Note initial values that stand in the rung, of the first operand that has them."""
-        if Use.PRESET in spec.operands:
-            uses = [use for use in spec.operands if use is not Use.PRESET]
-            structure = next(each for use, each in zip(uses, operands, strict=True) if use in WITH_PRESETS)
-            names = WITH_PRESETS[next(use for use in uses if use in WITH_PRESETS)]
-            presets = [each for use, each in zip(spec.operands, given, strict=False) if use is Use.PRESET]
-            self._initial(structure, names, presets)
+        """Note initial values that stand in the rung, each of the structure before it that has them."""
+        if Use.PRESET not in spec.operands:
+            return
+        resolved = iter(operands)
+        structure: Group | None = None
+        names: Iterator[str] = iter(())
+        for use, each in zip(spec.operands, given, strict=False):
+            if use is Use.PRESET:
+                assert structure is not None
+                self._initial(structure, (next(names),), [each])
+                continue
+            operand = next(resolved)
+            if use in WITH_PRESETS:
+                structure, names = operand, iter(WITH_PRESETS[use])
 
     def _initial(self, structure: Group, names: tuple[str, ...], given: list[Operand]) -> None:
         for name, operand in zip(names, given, strict=False):

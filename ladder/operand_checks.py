@@ -20,6 +20,7 @@ from .operands import (
     is_truth,
 )
 from .operators import BITWISE, RELATIONS
+from .predefined import HMIBC, SERIAL_PORT_CONTROL
 from .spec import Use
 from .types import (
     ALARM_ANALOG,
@@ -235,6 +236,8 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
         use: OperandCheck(partial(_is_of, kind), f"a {kind.name}", f"declare the tag as {kind.name}")
         for use, kind in (
             (Use.PID, PID),
+            (Use.SERIAL, SERIAL_PORT_CONTROL),
+            (Use.HMI_BUTTON, HMIBC),
             (Use.MOTION, MOTION_INSTRUCTION),
             (Use.MOTION_GROUP, MOTION_GROUP),
             (Use.COORDINATE_SYSTEM, COORDINATE_SYSTEM),

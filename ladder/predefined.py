@@ -26,6 +26,9 @@ SERIAL_PORT_CONTROL = Structure(
 )
 """What the instructions of the serial port work on [1756-RM003N, ASCII serial port instructions]."""
 
+HMIBC = Structure("HMIBC", _members(BOOL, "EnableIn EnableOut ProgFB ButtonState HMIButtonSet"))
+"""What HMIBC works on: a page or a test sets ButtonState."""
+
 _PLAIN = (
     Structure("CONNECTION_STATUS", _members(BOOL, "RunMode ConnectionFaulted")),
     Structure("PHASE_INSTRUCTION", (*_members(DINT, "Status"), *_members(BOOL, "EN ER PC IP WA ABORT"))),
@@ -64,6 +67,7 @@ PREDEFINED_TYPES: Mapping[str, DataType] = {
     **TYPES,
     **MOTION_TYPES,
     SERIAL_PORT_CONTROL.name: SERIAL_PORT_CONTROL,
+    HMIBC.name: HMIBC,
     **{each.name: each for each in _PLAIN},
 }
 """By name in capitals: the types that every program may use."""

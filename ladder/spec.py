@@ -55,6 +55,10 @@ class Use(Enum):
     CONTROL = auto()
     MESSAGE = auto()
     PID = auto()
+    SERIAL = auto()
+    """A SERIAL_PORT_CONTROL."""
+    HMI_BUTTON = auto()
+    """An HMIBC."""
     AXIS = auto()
     MOTION = auto()
     """A MOTION_INSTRUCTION."""

@@ -19,10 +19,15 @@ from . import (
     compare,
     compute,
     control,
+    decimal,
+    diagnostics,
     files,
+    immediate,
     messages,
     motion,
     move,
+    phases,
+    ports,
     process,
     sequencers,
     shifts,
@@ -38,10 +43,15 @@ from .blocks import *  # noqa: F403
 from .compare import *  # noqa: F403
 from .compute import *  # noqa: F403
 from .control import *  # noqa: F403
+from .decimal import *  # noqa: F403
+from .diagnostics import *  # noqa: F403
 from .files import *  # noqa: F403
+from .immediate import *  # noqa: F403
 from .messages import *  # noqa: F403
 from .motion import *  # noqa: F403
 from .move import *  # noqa: F403
+from .phases import *  # noqa: F403
+from .ports import *  # noqa: F403
 from .process import *  # noqa: F403
 from .sequencers import *  # noqa: F403
 from .shifts import *  # noqa: F403
@@ -68,6 +78,11 @@ FAMILIES = (
     messages,
     process,
     alarms,
+    diagnostics,
+    decimal,
+    immediate,
+    ports,
+    phases,
     motion,
 )
 """The family files, in the manual's order; each lists its instructions in `__all__`."""

@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from ..arithmetic import wrap
+from ..errors import LadderError
 from ..interpreter import Interpreter
 from ..lowered import OperandResolver
 from ..operand_checks import OperandError
@@ -22,7 +23,7 @@ from ..regions import End, put, take
 from ..schedule import ScheduledProgram, ScheduledTask, task_named
 from ..spec import Use, action
 from ..tags import program_of
-from ..tree import Address, Operand
+from ..tree import Address, MemberStep, Operand
 from ..types import HIDDEN
 from .objects import OBJECTS, Kept
 
@@ -30,6 +31,9 @@ __all__ = ["EVENT", "GSV", "SSV"]
 
 THIS = "THIS"
 """Instance name of the program in which an instruction stands."""
+
+OF_TAGS = frozenset({"AXIS", "MOTIONGROUP", "COORDINATESYSTEM"})
+"""Classes whose instances are tags, and whose attributes are their members."""
 
 POWER_UP = datetime.datetime(1970, 1, 1)
 """WallClockTime at virtual time 0."""
@@ -240,8 +244,10 @@ def _known(kind: str, *, written: bool) -> str:
 
 def _resolve(
     resolver: OperandResolver, given: tuple[Operand, ...], *, written: bool
-) -> tuple[str, str, str, Place | Group]:
+) -> tuple[str, str | Place, str, Place | Group]:
     """Return class, instance and attribute in capitals, and the tag.
+
+    Of an axis the instance is the member of its tag that the attribute is.
 
     Args:
         resolver: resolves operands.
@@ -249,6 +255,9 @@ def _resolve(
         written: whether the tag is written.
     """
     kind, instance, name = (str(each).upper() for each in given[:3])
+    if kind in OF_TAGS and isinstance(given[1], Address) and isinstance(given[3], Address):
+        member = _member(resolver, given[1], str(given[2]))
+        return kind, member, name, resolver.memory(given[3], written=written)
     attribute = _attribute(kind, name)
     if attribute is None or not (written or attribute.write):
         known = _known(kind, written=written)
@@ -264,16 +273,34 @@ def _resolve(
     return kind, instance, name, resolver.memory(given[3], written=written)
 
 
+def _member(resolver: OperandResolver, tag: Address, name: str) -> Place:
+    """Return the member of a tag that an attribute is."""
+    try:
+        found = resolver.any(Address(tag.name, (*tag.steps, MemberStep(name))))
+    except LadderError:
+        found = None
+    if not isinstance(found, Place) or found.type.is_bool:
+        raise OperandError(f"{tag} has no attribute {name} here", "name a member of the tag")
+    return found
+
+
+def _read(machine: Interpreter, kind: str, instance: str | Place, name: str) -> bytes:
+    if isinstance(instance, Place):
+        store, region, first = machine.end(instance)
+        return take(store, region, first, 1)
+    attribute = _attribute(kind, name)
+    assert attribute is not None
+    return attribute.read(machine, instance)
+
+
 def _count(end: End, size: int) -> int:
     """Return how many elements hold that many bytes, as far as there are."""
     store, region, first = end
     return min(region.left(first, store), -(-size // region.size))
 
 
-def _gsv(machine: Interpreter, kind: str, instance: str, name: str, target: Place | Group) -> None:
-    attribute = _attribute(kind, name)
-    assert attribute is not None
-    data = attribute.read(machine, instance)
+def _gsv(machine: Interpreter, kind: str, instance: str | Place, name: str, target: Place | Group) -> None:
+    data = _read(machine, kind, instance, name)
     store, region, first = end = machine.end(target)
     count = _count(end, len(data))
     room = count * region.size
@@ -283,13 +310,19 @@ def _gsv(machine: Interpreter, kind: str, instance: str, name: str, target: Plac
     put(store, region, first, count, data)
 
 
-def _ssv(machine: Interpreter, kind: str, instance: str, name: str, source: Place | Group) -> None:
+def _ssv(machine: Interpreter, kind: str, instance: str | Place, name: str, source: Place | Group) -> None:
+    store, region, first = end = machine.end(source)
+    size = len(_read(machine, kind, instance, name))
+    data = take(store, region, first, _count(end, size))[:size]
+    if isinstance(instance, Place):
+        store, region, first = machine.end(instance)
+        if len(data) == size:
+            put(store, region, first, 1, data)
+        return
     attribute = _attribute(kind, name)
     assert attribute is not None
     assert attribute.write is not None
-    store, region, first = end = machine.end(source)
-    size = len(attribute.read(machine, instance))
-    attribute.write(machine, instance, take(store, region, first, _count(end, size))[:size])
+    attribute.write(machine, instance, data)
 
 
 # --- EVENT

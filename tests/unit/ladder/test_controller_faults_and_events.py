@@ -132,7 +132,7 @@ def test_with_preempt_it_runs_at_the_end_of_the_rung():
     ("rung", "says"),
     [
         ("EVENT(C);", "there is no event task C; event tasks are Bell"),
-        ("GSV(Axis,A,Position,Seen);", "there is no attribute POSITION of AXIS here"),
+        ("GSV(Axis,A,Position,Seen);", "A has no attribute Position here"),
         (
             "SSV(Task,C,Rate,Seen);",
             "there is no attribute RATE of TASK here; there are OVERLAPCOUNT, DISABLEUPDATEOUTPUTS",

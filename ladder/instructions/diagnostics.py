@@ -1,0 +1,136 @@
+"""FBC, DDT and DTR: what has changed, bit by bit [1756-RM003N, compare and sequencer diagnostics].
+
+FBC and DDT search once per rising rung: with IN of the compare CONTROL to the next mismatch, without it for
+all. FD says that one was found; its bit number goes to the result array. DDT also copies the bit to the
+reference. A false rung ends a search that is done, so that the next one begins at bit 0.
+"""
+
+from __future__ import annotations
+
+from ..interpreter import Interpreter
+from ..interpreter.files import Control, Elements
+from ..operands import Group, Place, Resolved
+from ..regions import converted
+from ..spec import Use, always
+from ..types import Elementary
+
+__all__ = ["FBC", "DDT", "DTR"]  # noqa: RUF022 - the manual's order
+
+
+class _Bits:
+    """The bits of an array by their number from the operand on."""
+
+    def __init__(self, machine: Interpreter, operand: Resolved) -> None:
+        self._elements = Elements(machine, operand)
+        kind = self._elements.type
+        assert isinstance(kind, Elementary)
+        self._type, self._width = kind, kind.bits
+
+    def __getitem__(self, number: int) -> bool:
+        word, bit = divmod(number, self._width)
+        return bool(int(self._elements[word]) >> bit & 1)
+
+    def __setitem__(self, number: int, value: bool) -> None:
+        word, bit = divmod(number, self._width)
+        others = int(self._elements[word]) & ~(1 << bit)
+        self._elements[word] = converted(self._type, others | value << bit)
+
+
+def _compare(
+    machine: Interpreter,
+    power: bool,
+    source: Resolved,
+    reference: Resolved,
+    result: Resolved,
+    compared: Group,
+    found: Group,
+    *,
+    updates: bool,
+) -> None:
+    search, results = Control(machine, compared), Control(machine, found)
+    if not power:
+        search.set(EN=False, ER=False, FD=False)
+        for control in (search, results):
+            if control["DN"]:
+                control.set(DN=False, POS=0)
+        return
+    if search["EN"]:
+        return
+    search.set(EN=True, FD=False)
+    if search["LEN"] <= 0 or search["POS"] < 0 or results["LEN"] <= 0 or results["POS"] < 0:
+        search.set(ER=True)
+        return
+    here, there, numbers = _Bits(machine, source), _Bits(machine, reference), Elements(machine, result)
+    while search["POS"] < search["LEN"]:
+        bit = search["POS"]
+        search.set(POS=bit + 1)
+        if here[bit] == there[bit]:
+            continue
+        if updates:
+            there[bit] = here[bit]
+        _note(results, numbers, bit)
+        search.set(FD=True)
+        if search["IN"]:
+            break
+    search.set(DN=search["POS"] >= search["LEN"])
+
+
+def _note(results: Control, numbers: Elements, bit: int) -> None:
+    """Put the number of a bit into the result array; a full one begins again."""
+    place = 0 if results["POS"] >= results["LEN"] else results["POS"]
+    kind = numbers.type
+    assert isinstance(kind, Elementary)
+    numbers[place] = converted(kind, bit)
+    results.set(POS=place + 1, DN=place + 1 >= results["LEN"])
+
+
+def _prescan(machine: Interpreter, *operands: Resolved) -> None:
+    for each in operands[3:]:
+        assert isinstance(each, Group)
+        control = Control(machine, each)
+        control.set(EN=False, DN=False)
+
+
+# --- DTR
+
+
+def _dtr(machine: Interpreter, power: bool, source: Resolved, mask: Resolved, reference: Place) -> bool:
+    masked = machine.integer(source) & machine.integer(mask)
+    changed = machine.integer(reference) != masked
+    machine.put(reference, converted(reference.type, masked))
+    return power and changed
+
+
+def _prescan_dtr(machine: Interpreter, source: Resolved, mask: Resolved, reference: Place) -> None:
+    _dtr(machine, False, source, mask, reference)
+
+
+# --- the rows
+
+_FILES = (
+    *(Use.TABLE, Use.ARRAY, Use.ARRAY),
+    *(Use.CONTROL, Use.PRESET, Use.PRESET, Use.CONTROL, Use.PRESET, Use.PRESET),
+)
+
+FBC = always(
+    "FBC",
+    *_FILES,
+    run=lambda machine, power, *operands: _compare(machine, power, *operands, updates=False),
+    prescan=_prescan,
+)
+DDT = always(
+    "DDT",
+    *_FILES,
+    run=lambda machine, power, *operands: _compare(machine, power, *operands, updates=True),
+    prescan=_prescan,
+)
+DTR = always(
+    "DTR",
+    Use.INTEGER,
+    Use.INTEGER,
+    Use.INTEGER_TARGET,
+    run=_dtr,
+    prescan=_prescan_dtr,
+    decides=True,
+    alone=True,
+)
