@@ -255,7 +255,10 @@ class Guesses:
         if isinstance(operand, Operation):
             kinds = [self._kind(program, each) for each in operand.operands]
             return REAL if REAL in kinds else None
-        return self._known(program, operand) if isinstance(operand, Address) else None
+        if not isinstance(operand, Address):
+            return None
+        is_bit = bool(operand.steps) and isinstance(operand.steps[-1], BitStep)
+        return BOOL if is_bit else self._known(program, operand)
 
     def _statement(self, program: str, statement: Statement) -> None:
         if isinstance(statement, Invocation):
@@ -277,10 +280,8 @@ class Guesses:
 
     def _assignment(self, program: str, statement: Assignment) -> None:
         value, target = statement.value, statement.target
-        kind = self._known(program, target) or self._kind(program, value)
-        logical = isinstance(value, Operation) and (
-            value.name in ("=", "<>", "<", "<=", ">", ">=", "NOT") or kind is BOOL
-        )
+        kind = self._kind(program, target) or self._kind(program, value)
+        logical = isinstance(value, Operation) and (value.name in (*_RELATIONS, "NOT") or kind is BOOL)
         if isinstance(kind, Structure):
             self._address(program, target, kind, None)
         else:
@@ -298,7 +299,8 @@ class Guesses:
             if isinstance(node, Address):
                 self._address(program, node, None, BOOL if is_bit else beside or DINT)
             elif isinstance(node, Operation):
-                inner = is_bit and node.name in ("AND", "OR", "XOR", "NOT")
+                inner = is_bit and node.name in _LOGICAL
+                inner = inner or (node.name in _RELATIONS and any(map(_is_logical, node.operands)))
                 near = self._partner(program, node.operands) or beside
                 todo += [(each, inner, near) for each in node.operands]
 
@@ -335,6 +337,18 @@ class Guesses:
             here.votes.append(needed)
         elif likely is not None:
             here.weak.append(likely)
+
+
+_LOGICAL = ("AND", "OR", "XOR", "NOT")
+_RELATIONS = ("=", "<>", "<", "<=", ">", ">=")
+
+
+def _is_logical(operand: Operand) -> bool:
+    """Whether an operand of a relation is true or false, not a number."""
+    if not isinstance(operand, Operation):
+        return False
+    numbers = any(isinstance(each, Number) for each in operand.operands)
+    return operand.name in _RELATIONS or (operand.name in _LOGICAL and not numbers)
 
 
 def _is_word(operand: Address) -> bool:

@@ -17,7 +17,7 @@ block: statement*
 
 ?statement: BASE step* ASSIGN expression SEMI                     -> assignment
           | BASE step* NON_RETENTIVE expression SEMI              -> assignment
-          | BASE "(" [expression ("," expression)*] ")" SEMI      -> invocation
+          | BASE "(" [expression ("," argument)*] ")" SEMI        -> invocation
           | IF expression THEN block (ELSIF expression THEN block)* (ELSE block)? END_IF SEMI      -> if_
           | CASE expression OF choice* (ELSE block)? END_CASE SEMI                                 -> case
           | FOR BASE step* ASSIGN expression TO expression (BY expression)? DO block END_FOR SEMI  -> for_
@@ -27,6 +27,8 @@ block: statement*
           | RETURN SEMI                                           -> return_
           | SEMI                                                  -> empty
           | REGION block END_REGION                               -> region
+
+?argument: expression |                                           -> missing
 
 choice: range ("," range)* COLON block
 range: label [DOTS label]

@@ -149,6 +149,10 @@ class _Expressions(Transformer[Token, Any]):
         except ValueError as error:
             raise _Misplaced(children[0], "escapes of characters", str(error)) from None
 
+    def missing(self, _children: list[Any]) -> Address:
+        """An operand that is left out, as in GSV(WallClockTime,,DateTime,Now)."""
+        return Address("")
+
     def address(self, children: list[Any]) -> Address:
         """A tag with steps."""
         return Address(str(children[0]), tuple(children[1:]))
@@ -303,6 +307,8 @@ class _Reader:
             if mode not in BYTE_ORDERS:
                 self._fail(name.start_pos, f"one of {', '.join(BYTE_ORDERS)}", mode)
             return Address(mode)
+        if operand == Address("") and use is not Use.LABEL:
+            self._fail(name.start_pos, f"an operand at every place of {name.upper()}", "none")
         return cast(Operand, self._checked(operand, name))
 
     def _if(self, tree: Any) -> Statement:
