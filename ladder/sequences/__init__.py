@@ -7,14 +7,17 @@
 | `sequence` | one coroutine, and where it stands |
 | `branches` | several waits as one |
 | `parts`, `signals` | what a class declares; bits and words of the images |
+| `blocks`, `locks` | timers, edges, counters; what one sequence has at a time |
 | `declaring`, `forgotten`, `logic` | what a class may have; waits that nobody awaits; the class |
 
 There is no event loop, no thread and no clock: the scan asks each wait, and resumes a sequence when its
 wait holds.
 """
 
+from .blocks import Counter, DownCounter, Fall, OffDelay, OnDelay, Pulse, Rise
 from .branches import WaitTimeout, all_of, first_of, within
 from .declaring import sequence
+from .locks import Lock
 from .logic import Logic, fields_of, fresh, parts_of, sequences_of
 from .sequence import Abort, Sequence
 from .signals import Input, InputWord, Output, OutputWord
@@ -22,11 +25,19 @@ from .waits import Wait, dwell, steady, until
 
 __all__ = [
     "Abort",
+    "Counter",
+    "DownCounter",
+    "Fall",
     "Input",
     "InputWord",
+    "Lock",
     "Logic",
+    "OffDelay",
+    "OnDelay",
     "Output",
     "OutputWord",
+    "Pulse",
+    "Rise",
     "Sequence",
     "Wait",
     "WaitTimeout",

@@ -107,7 +107,7 @@ class Logic:
         Raises:
             ValueError: a slot, word, bit or name that is not there, or two owners of one; all at once.
         """
-        problems = []
+        problems = _undeclared(self)
         for part in self._logic_parts:
             try:
                 part.attach(slots, self._logic_clock)
@@ -149,6 +149,15 @@ def _declare(logic: Logic) -> None:
         if not hasattr(type(each), "__get__"):  # outputs and words are found through their class
             vars(logic)[name] = part
     logic._logic_parts, logic._logic_sequences = tuple(parts), tuple(sequences)
+
+
+def _undeclared(logic: Logic) -> list[str]:
+    """Return a message for each part that an instance has made for itself."""
+    return [
+        f"{each.declared}: {name} is made by an instance: declare it in the body of {type(logic).__name__}"
+        for name, each in vars(logic).items()
+        if isinstance(each, Part) and not each.loose and each not in logic._logic_parts
+    ]
 
 
 def _shared(parts: tuple[Part, ...]) -> list[str]:

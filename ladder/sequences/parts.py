@@ -71,9 +71,11 @@ class Part:
     Attributes:
         name: the name it is declared under.
         declared: file and line of its declaration.
+        loose: whether an instance may make it in its `__init__`, since it needs nothing of the rack.
     """
 
     name = ""
+    loose = False
 
     def __init__(self) -> None:
         self.declared = place_of_caller()

@@ -9,10 +9,10 @@ The card's input n is Local:2:I.Data.n, its output n Local:2:O.Data.n. Input 0 i
 
 from __future__ import annotations
 
-from typing import Any, Generic, TypeVar
+from typing import Any
 
 from bench3601 import CONFIGURATION
-from scanrack import Configuration, Logic
+from scanrack import Configuration
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.amci3601.words import WORDS_3601
 from scanrack.io_images.image import Image
@@ -34,8 +34,6 @@ SLOW = {"speed": 5_000, **RATES}
 
 CARD_WORDS = CardOptions(inputs={"start": 0, "stop": 1}).words(DISCRETE16)
 
-SomeLogic = TypeVar("SomeLogic", bound=Logic)
-
 
 class Terminals:
     """A card whose inputs a test sets."""
@@ -54,7 +52,7 @@ class Terminals:
         pass
 
 
-class SequenceBench(Generic[SomeLogic]):
+class SequenceBench:
     """A rack and the logic that runs on it.
 
     Args:
@@ -67,7 +65,7 @@ class SequenceBench(Generic[SomeLogic]):
 
     def __init__(
         self,
-        kind: type[SomeLogic] | SomeLogic,
+        kind: Any,
         *,
         firmware: str = "4.1",
         switches: dict[str, tuple[int | None, int | None]] | None = None,
@@ -83,34 +81,34 @@ class SequenceBench(Generic[SomeLogic]):
                 Card(2, self.card, "discrete16", "", CARD_WORDS),
             ]
         )
-        self.logic: SomeLogic = kind() if isinstance(kind, type) else kind
+        self.logic: Any = kind() if isinstance(kind, type) else kind
         exchange = EndOfScan() if rpi_ms is None else EveryRpi(rpi_ms * 1_000_000)
         self.cpu = Cpu(self.rack, self.logic, scan_ms * 1_000_000, exchange=exchange)
 
-    def scan(self, scans: int = 1) -> SequenceBench[SomeLogic]:
+    def scan(self, scans: int = 1) -> SequenceBench:
         """Let scans pass."""
         self.cpu.run(scans)
         return self
 
-    def press(self, number: int, on: bool = True) -> SequenceBench[SomeLogic]:
+    def press(self, number: int, on: bool = True) -> SequenceBench:
         """Set an input of the card, from the next scan on."""
         self.card.inputs.set_bit(0, number, on)
         return self
 
-    def estop(self, pressed: bool) -> SequenceBench[SomeLogic]:
+    def estop(self, pressed: bool) -> SequenceBench:
         """Press or release the emergency stop of the 3601."""
         self.module.machine.set_input(InputBit.ESTOP, pressed)
         self.module.look_again()
         return self
 
-    def restart(self) -> SequenceBench[SomeLogic]:
+    def restart(self) -> SequenceBench:
         """Turn the key to program mode and back to run, with a scan in program mode."""
         self.cpu.mode = CpuMode.PROGRAM
         self.cpu.run(1)
         self.cpu.mode = CpuMode.RUN
         return self
 
-    def until(self, condition: Any, scans: int = 20_000) -> SequenceBench[SomeLogic]:
+    def until(self, condition: Any, scans: int = 20_000) -> SequenceBench:
         """Scan until a condition is true."""
         for _ in range(scans):
             if condition():

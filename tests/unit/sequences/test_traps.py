@@ -325,7 +325,7 @@ def test_an_instance_dropped_in_mid_wait_is_closed_quietly():
     bench = SequenceBench(Program).scan(300)
     ended = bench.logic.ended
     words = bench.words
-    bench.logic = None  # type: ignore[assignment]
+    bench.logic = None
     rack = bench.rack
     del bench
     import gc

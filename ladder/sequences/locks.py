@@ -1,0 +1,50 @@
+"""A lock: what several sequences share, and one has at a time."""
+
+from __future__ import annotations
+
+from types import TracebackType
+
+from typing_extensions import override
+
+from .parts import Part
+from .waits import until
+
+
+class Lock(Part):
+    """One owner at a time, in order of asking.
+
+    async with self.zone:
+        await self.axis.move_to(4000, ...)
+
+    A lock that is free is taken in the same scan. Whatever ends the block, `Abort` too, releases it.
+    """
+
+    loose = True
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._queue: list[object] = []
+
+    @property
+    def taken(self) -> bool:
+        """Whether a sequence has it."""
+        return bool(self._queue)
+
+    @override
+    def reset_part(self) -> None:
+        self._queue = []
+
+    async def __aenter__(self) -> None:
+        me = object()
+        self._queue.append(me)
+        try:
+            if self._queue[0] is not me:
+                await until(lambda: self._queue[0] is me, f"{self.name or 'a lock'} free")
+        except BaseException:
+            self._queue.remove(me)
+            raise
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        del self._queue[0]
