@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from watching import Look, Session, open_browser, watching, why_not
+from watched_page import Look, Session, open_browser, watching, why_not
 
 FEEDER = Path("examples/feeder/feeder.toml")
 

@@ -1,7 +1,7 @@
 """The page opens: rungs, bits and rail are there, everything comes from this machine, nothing complains."""
 
 import pytest
-from watching import until
+from watched_page import until
 
 SHOWS = {
     "rungs": "svg.rung [data-element]",

@@ -154,9 +154,8 @@ class Monitor:
     def _take_event(self, event: Json) -> None:
         topic = event["topic"]
         if topic == "/forces":
-            self._forced = {
-                key: value for key, value in event.items() if key not in ("scan", "t", "topic", "tags")
-            }
+            images = {key: value for key, value in event.items() if key not in ("scan", "t", "topic", "tags")}
+            self._forced = {**images, **event.get("tags", {})}
         told = {
             "scan": event["scan"],
             "t": event["t"],

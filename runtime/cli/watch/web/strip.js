@@ -14,7 +14,7 @@ const SPANS = [0.2, 0.5, 1, 2, 5, 10, 20, 60]; // s
 const TOP = 8, CURVE = 64, LANE = 17, AXIS = 20, LEAST_LANES = 6; // CSS pixels
 const THIN = 2; // a pulse narrower than that many pixels is drawn as a needle
 const MOST_LANES = 16;
-const ROWS = 120; // edges that are listed
+const ROWS = 240; // edges that are listed
 
 const canvas = el("canvas", { class: "chart", tabindex: "0", role: "img", "aria-label": "Timing: positions and bits over time", click: clicked, wheel: wheeled, keydown: keyed });
 const spanText = el("output", { class: "figure" });

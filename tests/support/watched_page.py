@@ -198,6 +198,12 @@ class Look:
         self.run("arguments[0].scrollIntoView({block: 'center'})", control)
         control.click()
 
+    def choose(self, name: str, value: str) -> None:
+        """Choose a value of the list with an accessible name."""
+        from selenium.webdriver.support.select import Select
+
+        Select(self.control(name)).select_by_value(value)
+
     def look(self, width: int, height: int, *, scheme: str = "light", motion: str = "no-preference") -> None:
         """Make the window so big, with a scheme of colours."""
         size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
