@@ -69,10 +69,13 @@ class Tap:
         self._latest: tuple[int, ...] = (0,) * ring.shape.figures
         self._due_ns = 0
         self._seen_asked = 0
+        self._forces: Mapping[str, JsonValue] = {}
         self._last: tuple[int, int, int] | None = None
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
         """Pass an event on."""
+        if topic == "/forces":
+            self._forces = fields
         self.tell({"event": {"scan": scan, "t": now_ns, "topic": topic, **fields}})
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
@@ -105,6 +108,7 @@ class Tap:
         self._seen_asked = self._ring.asked
         self._notes.give(self.session.scan if scan is None else scan)
         self.tell({"state": self.session.described()})
+        self.tell({"forces": self._forces})
 
     def tell(self, message: Mapping[str, object]) -> None:
         """Write a message to the monitor; one that is too long is lost."""

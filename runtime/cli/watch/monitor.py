@@ -154,8 +154,9 @@ class Monitor:
     def _take_event(self, event: Json) -> None:
         topic = event["topic"]
         if topic == "/forces":
-            images = {key: value for key, value in event.items() if key not in ("scan", "t", "topic", "tags")}
-            self._forced = {**images, **event.get("tags", {})}
+            self._take_forces(
+                {key: value for key, value in event.items() if key not in ("scan", "t", "topic")}
+            )
         told = {
             "scan": event["scan"],
             "t": event["t"],
@@ -170,6 +171,9 @@ class Monitor:
         if len(self._events) > 2 * EVENTS_KEPT:
             self._events_dropped += EVENTS_KEPT
             del self._events[:EVENTS_KEPT]
+
+    def _take_forces(self, forces: Json) -> None:
+        self._forced = {key: value for key, value in forces.items() if key != "tags"} | forces.get("tags", {})
 
     def _note_rule(self, event: Json) -> None:
         """Remember the rule that last set each bit."""
@@ -430,6 +434,7 @@ _TAKE: Mapping[str, Callable[[Monitor, Json], None]] = {
     "event": Monitor._take_event,
     "answer": Monitor._take_answer,
     "state": Monitor._take_state,
+    "forces": Monitor._take_forces,
 }
 """Messages of the scan process by their key."""
 

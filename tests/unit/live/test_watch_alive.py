@@ -1,6 +1,6 @@
 """A session and its pages: pictures, orders, questions; a killed monitor, and pages that never read.
 
-Broken on purpose: no restart, a pump that waits for each page, edges of the last row only: each turns a test red.
+Broken on purpose: no restart, a pump that waits for each page, edges of the last row only: a test turns red.
 """
 
 import asyncio
