@@ -86,9 +86,6 @@ class ScanRecorder:
         orders: whether the rack can be operated while it runs: the trace has /orders then.
         sequences: whether events of /sequences will come.
 
-    Attributes:
-        plan: the tags that are recorded; None for none.
-
     Raises:
         ValueError: slots and memory block do not fit, or a slot is given twice.
         OSError: the target can't be written; TraceFull if it is the disk that is full.
@@ -119,7 +116,7 @@ class ScanRecorder:
         self._memory = memory
         self._tags = tags
         self._orders = orders
-        self.plan = plan = None if tags is None else tags.plan
+        plan = None if tags is None else tags.plan
         self._schema = scan_schema(self._slots, plan)
         self._states: dict[str, Mapping[str, Value]] = {}
         self._closed = False

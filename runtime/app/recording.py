@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 
@@ -35,6 +35,7 @@ def recorder_for(
     *,
     orders: bool = False,
     metadata: Mapping[str, str] = NOTHING,
+    warn: Callable[[str], None] = lambda _cost: None,
 ) -> ScanListener:
     """Return the recorder of a run.
 
@@ -45,6 +46,7 @@ def recorder_for(
         logic: what runs in place of the job's logic: a debugger of it.
         orders: whether the rack can be operated while it runs.
         metadata: further entries of the metadata record.
+        warn: told of tags that cost much.
 
     Raises:
         OSError: the trace can't be written.
@@ -53,6 +55,8 @@ def recorder_for(
     spec = job.spec
     running = logic or job.logic
     tags = tags_of(running, spec.tags, rack.memory) if spec.tags else None
+    if tags is not None and tags.plan.cost is not None:
+        warn(tags.plan.cost)
     recorder = ScanRecorder(
         trace,
         rack.memory,

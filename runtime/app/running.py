@@ -88,10 +88,9 @@ class JobRun:
         self.hints = Hints(self.rack, job.spec, warn)
         heard: list[ScanListener] = [*listeners, self.hints]
         if trace is not None:
-            recorder = recorder_for(job, self.rack, trace, self.logic, orders=handled, metadata=metadata)
-            heard.append(recorder)
-            if recorder.plan is not None and recorder.plan.cost is not None:
-                warn(recorder.plan.cost)
+            heard.append(
+                recorder_for(job, self.rack, trace, self.logic, orders=handled, metadata=metadata, warn=warn)
+            )
         if units:
             heard.append(UnitsBeside(units, trace))
         self._pacer = pacer or FreeRun()
