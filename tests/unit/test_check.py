@@ -72,8 +72,31 @@ def logic(scan):
     scan.slot[1].outputs.load(Idle().to_image())
 """
 
+SEQUENCES = """\
+from scanrack import Axis3601, Configuration, Direction, Input, InputBit, Logic, Output, sequence
+
+
+class Line(Logic):
+    axis = Axis3601(1, Configuration(inputs_used=InputBit.HOME | InputBit.CW_LIMIT, starting_speed=500))
+    start = Input("start")
+    stop = Input("Local:2:I.Data.1")
+    lamp: Output = Output("slot3.output.lamp")
+
+    @sequence
+    async def cycle(self) -> None:
+        await self.axis.home(Direction.CW, speed=500, acceleration=1, deceleration=1)
+        while True:
+            await self.start.rises
+            for target in (0, 4000):
+                await self.axis.move_to(target, speed=5000, acceleration=1, deceleration=1)
+            self.lamp = bool(self.stop)
+"""
+
 HOME = '    {{ input = "home", first = 10, last = 20 }},\n'
 """The home switch, line 9 of the rack."""
+
+LOOP = "        while True:\n", "        while True:\n            self.lamp = True\n        while True:\n"
+"""What is replaced in the program with sequences by a loop that never waits."""
 
 PLANTED = {
     "not-configured": (".rung", RUNGS.replace("16#8414", "16#8424"), RACK, "line.toml:10"),
@@ -105,6 +128,8 @@ PLANTED = {
         "line.rung:10",
     ),
     "out-of-range": (".rung", RUNGS.replace("5, 0, 1, 1]", "5, 0, 2001, 1]"), RACK, "line.rung:10"),
+    "no-place": (".py", SEQUENCES.replace('"Local:2', '"Local:4'), RACK, "line.py:7"),
+    "never-waits": (".py", SEQUENCES.replace(*LOOP), RACK, "line.py:13"),
 }
 """By rule: suffix, program and rack with the mistake, and where it is found."""
 
@@ -136,7 +161,7 @@ def test_examples_are_clean(rack):
     assert "not seen: " in done.stdout
 
 
-@pytest.mark.parametrize(("suffix", "program"), [(".rung", RUNGS), (".py", PYTHON)])
+@pytest.mark.parametrize(("suffix", "program"), [(".rung", RUNGS), (".py", PYTHON), (".py", SEQUENCES)])
 def test_a_sound_rack_has_no_findings(check, suffix, program):
     assert check(suffix, program)[:2] == (0, [])
 
@@ -171,6 +196,37 @@ def test_a_planted_mistake_in_python_is_found(check, rule):
         program = program.replace('scan.slot[3].outputs["lamp"] = buttons[0]', 'print("lamp")')
     status, findings, _ = check(".py", program)
     assert (status, [each[:2] for each in findings]) == (1, [(rule, place)])
+
+
+SEQUENCES_PLANTED = {
+    "not-configured": ("CW_LIMIT", "CCW_LIMIT", "line.toml:10"),
+    "unused-terminal": ('start = Input("start")', 'start = Input("stop")', "line.toml:18"),
+    "out-of-range": ("speed=500, acceleration=1", "speed=500, acceleration=3000", "line.py:12"),
+    "no-place": ("    stop", "    other = Axis3601(1, axis.configuration)\n    stop", "line.py:7"),
+}
+"""By rule: what is replaced in the program with sequences by what, and where the mistake is found."""
+
+
+@pytest.mark.parametrize("rule", SEQUENCES_PLANTED)
+def test_a_planted_mistake_in_sequences_is_found(check, rule):
+    old, new, place = SEQUENCES_PLANTED[rule]
+    status, findings, _ = check(".py", SEQUENCES.replace(old, new))
+    assert (status, [each[:2] for each in findings]) == (1, [(rule, place)])
+
+
+def test_all_that_has_no_place_is_found_at_once(check):
+    program = SEQUENCES.replace('"start"', '"strat"').replace('lamp"', 'lump"')
+    _, findings, _ = check(".py", program)
+    assert [each[1] for each in findings] == ["line.py:6", "line.py:8"]
+    assert "did you mean start?" in findings[0][2]
+
+
+def test_a_call_that_nobody_awaits_is_refused_at_its_line(tmp_path):
+    (tmp_path / "line.py").write_text(SEQUENCES.replace("await self.start", "self.start"), encoding="utf-8")
+    (tmp_path / "line.toml").write_text(RACK.format(suffix=".py"), encoding="utf-8")
+    done = CliRunner().invoke(build(), ["check", str(tmp_path / "line.toml")])
+    assert done.exit_code == 2
+    assert "line.py:14: `self.start.rises` is never awaited" in done.stderr
 
 
 def test_a_search_in_python_without_a_switch(check):

@@ -3,6 +3,7 @@
 facts.py            what a program says, whatever its language
 ladder_facts.py     facts of rungs
 python_facts.py     facts of a Python program's text
+sequence_facts.py   facts of a program with sequences: its class, and its text
 rules.py            the rules, one row each; they read the facts and the rack
 """
 

@@ -62,6 +62,8 @@ class Facts:
         unused: tags that no instruction names.
         held: command bits that it sets and never takes back.
         out_of_range: constants that a 3601 refuses.
+        misplaced: inputs, outputs and axes that the rack does not have, or that two own.
+        endless: loops of sequences that never wait.
         uses_bit: whether it uses a bit of a card; None if that can't be seen.
         not_seen: sentences about what the reader can't see.
     """
@@ -72,5 +74,7 @@ class Facts:
     unused: list[Remark] = field(default_factory=list)
     held: list[Remark] = field(default_factory=list)
     out_of_range: list[Remark] = field(default_factory=list)
+    misplaced: list[Remark] = field(default_factory=list)
+    endless: list[Remark] = field(default_factory=list)
     uses_bit: UsesBit | None = None
     not_seen: list[str] = field(default_factory=list)

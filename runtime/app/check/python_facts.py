@@ -41,7 +41,7 @@ CHECKED = (*GIVEN, "Configuration")
 _VALUES = (ast.Constant, ast.Name, ast.Attribute, ast.UnaryOp, ast.BinOp, ast.unaryop, ast.operator, ast.Load)
 
 
-class _UnknownError(Exception):
+class UnknownError(Exception):
     """An argument whose value the text does not tell."""
 
 
@@ -54,7 +54,7 @@ def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str]) -> F
         terminals: the names of the cards' terminals.
     """
     tree = ast.parse(path.read_text("utf-8"))
-    reader = _Reader(str(path), tree, names)
+    reader = Reader(str(path), tree, names)
     facts = Facts(not_seen=["values that the program computes", "words written without a command's class"])
     for kind, call in reader.calls():
         place = Place(str(path), call.lineno)
@@ -74,13 +74,21 @@ def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str]) -> F
     return facts
 
 
-class _Reader:
+class Reader:
+    """Reads the text of a Python program.
+
+    Args:
+        file: its path.
+        tree: its syntax.
+        names: the names of its module, with their values.
+    """
+
     def __init__(self, file: str, tree: ast.Module, names: Mapping[str, Any]) -> None:
         self.file, self.tree, self.names = file, tree, names
         self.local = {
             name
             for function in ast.walk(tree)
-            if isinstance(function, (ast.FunctionDef, ast.Lambda))
+            if isinstance(function, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda))
             for name in _bound(function)
         }
 
@@ -110,7 +118,7 @@ class _Reader:
         for name, node in given.items():
             try:
                 arguments[name] = self.value(node)
-            except _UnknownError:
+            except UnknownError:
                 if kind == "Configuration":
                     return None
                 if name in NEUTRAL:
@@ -124,16 +132,16 @@ class _Reader:
         """Return the value of an expression of constants and names of the module.
 
         Raises:
-            _UnknownError: it has other parts, or no value.
+            UnknownError: it has other parts, or no value.
         """
         for part in ast.walk(node):
             is_local = isinstance(part, ast.Name) and part.id in self.local
             if is_local or isinstance(part, ast.Pow) or not isinstance(part, _VALUES):
-                raise _UnknownError
+                raise UnknownError
         try:
             return eval(compile(ast.Expression(node), self.file, "eval"), dict(self.names))
         except (NameError, AttributeError, TypeError, ArithmeticError) as error:
-            raise _UnknownError from error
+            raise UnknownError from error
 
     def held(self) -> Iterator[Remark]:
         """Yield the last command of a program that never zeroes word 0."""
@@ -167,7 +175,7 @@ def _class(name: str) -> Any:
     return getattr(amci3601, name)
 
 
-def _bound(function: ast.FunctionDef | ast.Lambda) -> Iterator[str]:
+def _bound(function: ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda) -> Iterator[str]:
     """Yield the names that a function gives values to."""
     for node in ast.walk(function):
         if isinstance(node, ast.arg):

@@ -11,6 +11,7 @@ from ....io_images.amci3601.words import WORDS_3601
 from ....io_images.module_words import BitPlace
 from ....ladder import LadderLogic
 from ....ladder.program import Form
+from ....ladder.sequences import Logic as SequenceLogic
 from ...config.rackfile import load_rack_file
 from ...config.rackspec import SlotSpec
 from ...config.tomllines import KeyLines, KeyPath
@@ -19,6 +20,7 @@ from ..loading import Job, rack_form
 from .facts import Facts, Place, Remark, Sent
 from .ladder_facts import ladder_facts
 from .python_facts import python_facts
+from .sequence_facts import sequence_facts
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,6 +176,12 @@ RULES = (
     Rule("unused-tag", "a tag that no instruction names", _remarks("unused")),
     Rule("command-held", "a command bit that is set and never taken back", _remarks("held")),
     Rule("out-of-range", "a constant that the module refuses", _remarks("out_of_range")),
+    Rule(
+        "no-place",
+        "an input, output or axis that the rack lacks, or that two own",
+        _remarks("misplaced"),
+    ),
+    Rule("never-waits", "a loop of a sequence without an await", _remarks("endless")),
 )
 """The rules, in the order of the report."""
 
@@ -199,6 +207,8 @@ def facts_of(job: Job) -> Facts:
     if isinstance(job.logic, LadderLogic):
         return ladder_facts(job.logic, job.program, job.spec)
     if job.program.suffix == ".py":
+        if isinstance(job.logic, SequenceLogic):
+            return sequence_facts(job.program, job.logic, job.spec)
         terminals = {name for slot in job.spec.slot for _, _, name, _ in _terminals(slot)}
         return python_facts(job.program, getattr(job.logic, "__globals__", {}), terminals)
     return Facts(not_seen=[_STEPS_NOT_SEEN])
