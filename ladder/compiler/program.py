@@ -14,6 +14,8 @@ from .rungs import RungWriter
 from .statements import StatementWriter
 from .writer import INDENT, Writer
 
+_NAMES = re.compile(r"[^\W\d]\w*")
+
 
 @dataclass(frozen=True, slots=True)
 class ProgramText:
@@ -50,7 +52,8 @@ def text_of(lowered: Lowered, observation: Observation = UNOBSERVED) -> ProgramT
             lines += _routine(lowered, routine, functions, name, called, notes(key), based=based)
             names.append(name)
         written.update(waiting)
-    head = [f"def program({', '.join(idents)}):"]
+    used = {name for text, _ in lines for name in _NAMES.findall(text)}
+    head = [f"def program({', '.join(each for each in idents if each in used)}):"]
     if names:
         head.append(f"{INDENT}global {', '.join(names)}")
     body = [(text, 1) for text in head] + [(INDENT + text if text else "", line) for text, line in lines]

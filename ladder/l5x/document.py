@@ -50,7 +50,7 @@ _BOMS = (
 )
 _DECLARED = re.compile(rb"""<\?xml[^>]{0,200}?encoding\s*=\s*["']([A-Za-z0-9._-]{1,40})["']""")
 _ENCODINGS = {"iso-8859-1": "latin-1", "windows-1252": "cp1252", "us-ascii": "ascii"}
-_PROLOG = re.compile(r"\s+|<\?.*?\?>|<!--.*?-->", re.DOTALL)
+_PROLOG = re.compile(rb"\s+|<\?.*?\?>|<!--.*?-->", re.DOTALL)
 _NUMBER = re.compile(r"\d{1,9}")
 
 
@@ -93,16 +93,16 @@ def _root(data: bytes, file: str) -> Any:
     """Parse the XML, see the table of this module."""
     if len(data) > MOST_BYTES:
         raise L5xError(file, 0, f"it has more than {MOST_BYTES:,} bytes")
-    text = _decoded(data, file).lstrip()
-    marks = text.count("<") + text.count("=")
+    data = _as_utf8(data, file)
+    marks = data.count(b"<") + data.count(b"=")
     if marks > MOST_MARKS:
         raise L5xError(file, 0, f"it has {marks:,} tags and attributes; {MOST_MARKS:,} are allowed")
-    _refuse_doctype(text, file)
+    _refuse_doctype(data, file)
     parser = etree.XMLParser(
         encoding="utf-8", resolve_entities=False, load_dtd=False, no_network=True, huge_tree=False
     )
     try:
-        root = etree.fromstring(text.encode("utf-8"), parser)
+        root = etree.fromstring(data, parser)
     except etree.XMLSyntaxError as error:
         raise L5xError(file, error.lineno or 1, f"it is not XML: {error.msg}") from None
     except ValueError as error:
@@ -112,7 +112,7 @@ def _root(data: bytes, file: str) -> Any:
     return root
 
 
-def _decoded(data: bytes, file: str) -> str:
+def _as_utf8(data: bytes, file: str) -> bytes:
     """Return the text: by its byte order mark, by the zeros of UTF-16, by its declaration, else UTF-8."""
     encoding = next((name for mark, name in _BOMS if data.startswith(mark)), None)
     if encoding is None and data[:2] in (b"<\0", b"\0<"):
@@ -122,18 +122,21 @@ def _decoded(data: bytes, file: str) -> str:
         name = declared.group(1).decode("ascii").lower() if declared else ""
         encoding = _ENCODINGS.get(name, "utf-8")
     try:
-        return data.decode(encoding).removeprefix("\ufeff")
+        text = data.decode(encoding)
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise L5xError(file, line, f"it is not {encoding.upper()} text: {error.reason}") from None
+    if encoding == "utf-8":
+        return data.removeprefix(codecs.BOM_UTF8).lstrip()
+    return text.removeprefix("\ufeff").lstrip().encode("utf-8")
 
 
-def _refuse_doctype(text: str, file: str) -> None:
+def _refuse_doctype(data: bytes, file: str) -> None:
     at = 0
-    while found := _PROLOG.match(text, at):
+    while found := _PROLOG.match(data, at):
         at = found.end()
-    if text.startswith("<!", at):
-        line = text.count("\n", 0, at) + 1
+    if data.startswith(b"<!", at):
+        line = data.count(b"\n", 0, at) + 1
         raise L5xError(file, line, "it has a DOCTYPE; no export of an L5X has one")
 
 
@@ -275,7 +278,7 @@ class _Reader:
             _is_true(get("Required", "")),
             comment,
             comments,
-            tuple(data),
+            data,
             element.sourceline,
         )
 
@@ -391,7 +394,7 @@ class _Reader:
             suffix,
             element.tag,
             _comments(element.find("Comments")),
-            tuple(element.iterchildren("Data")),
+            list(element.iterchildren("Data")),
             _whole(size),
             element.sourceline,
         )

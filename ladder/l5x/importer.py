@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from ..expressions import TAG_NAME
 from ..instructions.stubbed import specs_of_stubs
 from ..schedule import Task, TaskKind
 from ..stubs import ALL_MESSAGES, NO_STUBS, Stubs, parse_stub
-from ..tags import STATUS_FLAGS, Declaration, Tag, program_of
+from ..tags import STATUS_FLAGS, Alias, Declaration, Tag, program_of
 from ..tree import Address, Routine, Step, SubscriptStep
 from .addons import AddOns
 from .assembly import CALLS, Parts, ProgramPart, call_of, harness_of, without
@@ -165,6 +166,7 @@ class Importer:
         self._guess()
         if not document.whole:
             self._complete_routines()
+        document.release()
         parts.tasks = tasks_of(document, [each.name for each in parts.programs.values()], self.report)
         if not document.whole:
             self._complete_tasks()
@@ -174,12 +176,35 @@ class Importer:
         guesses = Guesses(self._missing, self._parts.known, self._parts.add_ons, self._reader.specs)
         for part in self._parts.programs.values():
             for routine in part.routines.values():
-                guesses.read(part.name, routine)
+                guesses.read(part.name, self._to_guess(part, routine))
         for guess in guesses.found.values():
             if not guess.name.startswith("type "):
                 self._declare_guess(guess)
         for program, record in self._untyped:
             self._declare_untyped(program, record, guesses.found.get(f"TYPE {record.type.upper()}"))
+
+    def _to_guess(self, part: ProgramPart, routine: Routine) -> Routine:
+        """Return the part of a routine that may name something missing: of a whole controller, a module."""
+        modules_only = self._document.whole and not self._untyped and not self._stubs.missing_tags
+        if not modules_only or self._aliases_of_modules or routine.statements is not None:
+            return routine
+        record = self._reader.record(part.name, routine.name)
+        texts = [each.text for each in record.rungs] if record else []
+        pairs = zip(routine.rungs, texts, strict=False)
+        return replace(routine, rungs=tuple(rung for rung, text in pairs if ":" in text))
+
+    @cached_property
+    def _aliases_of_modules(self) -> bool:
+        """Whether an alias names a module's tag that is not declared."""
+        scopes = [("", self._parts.declarations)]
+        scopes += [(each.name, each.declarations) for each in self._parts.programs.values()]
+        return any(
+            ":" in target.name and self._parts.declaration(program, target.name) is None
+            for program, declared in scopes
+            for each in declared
+            if isinstance(each, Alias)
+            for target in [self._parts.without_aliases(program, Address(each.name))]
+        )
 
     def _missing(self, program: str, address: Address) -> tuple[str, tuple[Step, ...]] | None:
         address = self._parts.without_aliases(program, address)
@@ -223,7 +248,7 @@ class Importer:
             return
         kind = guess.type(record.type)
         try:
-            self._scope(program).append(tag_of(replace(record, data=()), kind, self.report, program))
+            self._scope(program).append(tag_of(replace(record, data=[]), kind, self.report, program))
         except LadderError as error:
             self.report.note(record.name, f"it is not declared: {error}", record.line)
         self.report.declared[f"type {record.type}"] = kind.name
