@@ -6,6 +6,7 @@ which is logic just as well. The files, from the bottom up; each imports only fr
 
 | file | does |
 |---|---|
+| `collector` | the garbage collector, paused while large trees are built |
 | `errors`, `arithmetic`, `types`, `quoting` | messages and faults; how Logix computes; data types; escapes |
 | `tree`, `statements`, `operators` | the tree: rungs, statements, expressions |
 | `scanner`, `expressions` | expressions from text |

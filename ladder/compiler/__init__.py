@@ -15,6 +15,7 @@ from functools import partial
 from types import CodeType, FunctionType
 from typing import Any
 
+from ..collector import collector_paused
 from ..engine import Engine
 from ..lowered import Lowered
 from ..memory import NOTHING
@@ -46,8 +47,9 @@ def scanner_of(lowered: Lowered) -> Scanner:
 
 def observed_scanner_of(lowered: Lowered, observation: Observation) -> ObservedScanner:
     """Compile a program that notes power and holds forces, see `observed`."""
-    text = text_of(lowered, observation)
-    code = _code(text, observation)
+    with collector_paused():
+        text = text_of(lowered, observation)
+        code = _code(text, observation)
     regions, interpreted = regions_of(lowered), interpreted_of(lowered)
 
     def bind(engine: Engine, observed: Mapping[str, Any]) -> Callable[[int], object]:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ..addon import AddOn
+from ..collector import collector_paused
 from ..controller import Controller
 from ..errors import BuildError, LadderError, Problem
 from ..expressions import TAG_NAME
@@ -69,7 +70,8 @@ def import_l5x(path: Path | str, stubs: Stubs = NO_STUBS, *, trial: bool = False
     Raises:
         L5xError: the file can't be used at all.
     """
-    return Importer(read_document(Path(path)), stubs).run(trial=trial)
+    with collector_paused():
+        return Importer(read_document(Path(path)), stubs).run(trial=trial)
 
 
 class Importer:
