@@ -16,9 +16,13 @@ from typing import Any
 from ...ladder.debug import Debugger
 from ...ladder.debug.journal import Entry, snapshot
 from ..live.ring import Records
+from ..loop.pace import wall_ns
 
 EVERY = 256
 """Scans from values to values."""
+
+IMPURE_NS = 30_000_000
+"""Time from values to values of a program with routines in Python, whose scans can't be run again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +69,8 @@ class LadderNotes:
         self._debugger, self._records = debugger, records
         self._entry: Entry | None = None
         self._forces: object = None
+        self._impure = bool(debugger.program.functions)
+        self._due_ns = 0
 
     def note(self, scan: int) -> None:
         """Write what went into a scan, if it is more than images; now and then the values behind it."""
@@ -76,7 +82,8 @@ class LadderNotes:
                 self._forces = entry.forces
                 writes = tuple((leaf.ident, index, value) for leaf, index, value in entry.writes)
                 self._write(Inputs(scan, writes, dict(entry.forces), entry.images if copied else None))
-        if scan % EVERY == EVERY - 1:
+        if scan % EVERY == EVERY - 1 or (self._impure and wall_ns() >= self._due_ns):
+            self._due_ns = wall_ns() + IMPURE_NS
             self.give(scan + 1)
 
     def give(self, scan: int) -> None:

@@ -55,17 +55,18 @@ class Tap:
         rack: its memory is copied behind every scan.
         period_ns: time from scan to scan.
         figures: numbers beside the images.
-        notes: what the monitor needs of the program.
 
     Attributes:
+        notes: what the monitor needs of the program.
         session: obeys orders behind each scan; set before the first one.
     """
 
     session: Session
 
-    def __init__(self, ring: Ring, rack: Rack, period_ns: int, figures: Figures, notes: Notes) -> None:
+    def __init__(self, ring: Ring, rack: Rack, period_ns: int, figures: Figures) -> None:
         self._ring, self._memory, self._period_ns = ring, rack.memory, period_ns
-        self._figures, self._notes = figures, notes
+        self._figures = figures
+        self.notes: Notes = NoNotes()
         self._latest: tuple[int, ...] = (0,) * ring.shape.figures
         self._due_ns = 0
         self._seen_asked = 0
@@ -85,7 +86,7 @@ class Tap:
             self._due_ns = wall + FIGURES_NS
             self._latest = self._figures.read(now_ns)
         self._ring.put(scan, flags, now_ns, wall, self._latest, self._memory)
-        self._notes.note(scan)
+        self.notes.note(scan)
         if self._ring.asked != self._seen_asked:
             self._give(scan + 1)
         session = self.session
@@ -101,12 +102,13 @@ class Tap:
             self._last = None
             self._latest = self._figures.read(now_ns)
             self._ring.put(scan, flags, now_ns, wall_ns(), self._latest, self._memory)
+            self.notes.give(self.session.scan)
         if self._ring.asked != self._seen_asked:
             self._give(None)
 
     def _give(self, scan: int | None) -> None:
         self._seen_asked = self._ring.asked
-        self._notes.give(self.session.scan if scan is None else scan)
+        self.notes.give(self.session.scan if scan is None else scan)
         self.tell({"state": self.session.described()})
         self.tell({"forces": self._forces})
 

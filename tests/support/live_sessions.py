@@ -14,7 +14,7 @@ from scanrack.runtime.app.watched_machines import PER_SLOT, MachineFigures
 from scanrack.runtime.app.watched_program import LadderNotes
 from scanrack.runtime.live.ring import Ring
 from scanrack.runtime.live.session import Session
-from scanrack.runtime.live.tap import NoNotes, Tap
+from scanrack.runtime.live.tap import Tap
 from scanrack.runtime.loop.pace import Paced
 
 FEEDER = Path(__file__).parents[2] / "examples" / "feeder" / "feeder.toml"
@@ -54,8 +54,9 @@ class LiveSession:
         self.program = self.run.logic if isinstance(self.run.logic, Debugger) else None
         figures = MachineFigures(self.run.rack)
         self.ring = Ring(len(self.run.rack.memory), PER_SLOT * len(figures.slots))
-        notes = NoNotes() if self.program is None else LadderNotes(self.program, self.ring.snapshots)
-        self.tap = Tap(self.ring, self.run.rack, self.run.cpu.period_ns, figures, notes)
+        self.tap = Tap(self.ring, self.run.rack, self.run.cpu.period_ns, figures)
+        if self.program is not None:
+            self.tap.notes = LadderNotes(self.program, self.ring.snapshots)
         inbox = Script(orders)
         self.session = Session(
             self.run.cpu, self.run.hands, pacer, inbox, self.tell, stops=self.program, live=live

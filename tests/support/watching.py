@@ -56,9 +56,10 @@ def watched(*options, rack=FEEDER, cwd=None):
         cwd=cwd,
     )
     try:
+        assert process.stdout is not None
         line = process.stdout.readline()
         if not line:
-            raise AssertionError(process.stderr.read())
+            raise AssertionError(process.communicate()[1])
         yield Watched(process, line.split()[0])
     finally:
         if process.poll() is None:

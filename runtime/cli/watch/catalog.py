@@ -253,3 +253,27 @@ def shown_value(value: object) -> Any:
     if isinstance(value, list):
         return [shown_value(each) for each in value]
     return value
+
+
+def python_routines(path: Path) -> list[Json]:
+    """Return a program in Python as the one routine that `hello` lists."""
+    return [{"name": path.name, "kind": "python", "comment": "", "lines": len(_lines_of(path))}]
+
+
+def python_source(path: Path, names: tuple[str, ...]) -> tuple[Shown, Json]:
+    """Return what a page shows of a program in Python, and the answer with its text.
+
+    Args:
+        path: of its file.
+        names: its values.
+    """
+    lines = [{"number": number, "text": text} for number, text in enumerate(_lines_of(path), 1)]
+    answer = {"routine": path.name, "file": path.name, "text": lines, "names": list(names)}
+    return Shown(path.name, {}, (), names), answer
+
+
+def _lines_of(path: Path) -> list[str]:
+    try:
+        return path.read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return []

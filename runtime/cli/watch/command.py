@@ -18,12 +18,14 @@ import typer
 from ....ladder.debug import Debugger
 from ...app.loading import Job, load_job, scans_to_run
 from ...app.running import JobRun
+from ...app.sequence_watch import watching
 from ...app.watched_machines import PER_SLOT, MachineFigures
 from ...app.watched_program import LadderNotes
+from ...app.watched_python import PythonNotes
 from ...live.orders import MAX, SPEED_LEAST, SPEED_MOST
 from ...live.ring import Ring
 from ...live.session import Session
-from ...live.tap import NoNotes, PipeInbox, Tap
+from ...live.tap import Notes, PipeInbox, Tap
 from ...loop.faults import CpuFault
 from ...loop.pace import Paced, interrupted_by
 from ...loop.realtime import frozen_collector
@@ -129,13 +131,20 @@ def _watch(
         webbrowser.open(link)
     inbox = PipeInbox(ring, keeper.pipe)
     program = run.logic if isinstance(run.logic, Debugger) else None
-    notes = NoNotes() if program is None else LadderNotes(program, ring.snapshots)
-    tap = Tap(ring, run.rack, run.cpu.period_ns, figures, notes)
+    tap = Tap(ring, run.rack, run.cpu.period_ns, figures)
+    tap.notes = _notes(run, job, ring, tap)
     session = Session(run.cpu, run.hands, pacer, inbox, tap.tell, stops=program, live=wanted.live)
     tap.session, session.attend = session, tap.attend
-    run.cpu.add_listener(tap)
+    run.cpu.add_listener(watching(tap, run.logic))
     keeper.keep(inbox)
     return _run(run, session, wanted)
+
+
+def _notes(run: JobRun, job: Job, ring: Ring, tap: Tap) -> Notes:
+    """Return what tells the monitor of the program."""
+    if isinstance(run.logic, Debugger):
+        return LadderNotes(run.logic, ring.snapshots)
+    return PythonNotes(run.logic, job.spec.tags, tap.tell)
 
 
 def _run(run: JobRun, session: Session, wanted: Wanted) -> int:

@@ -19,7 +19,7 @@ from ...app.loading import Job, load_job
 from ...live.orders import ORDERS, order_of, said_of
 from ...live.ring import Ring, Row, Shape
 from ...loop.scan import ScanFlag
-from .catalog import COLUMNS, Catalog, shown_value
+from .catalog import COLUMNS, Catalog, python_routines, python_source, shown_value
 from .hello import incidents_of, is_stepper, slots_of
 from .page import Page
 from .picture import Places, changed, late_scans, mode_of, speed_reached
@@ -109,6 +109,8 @@ class Monitor:
         self._forced: Json = {}
         self._events: list[Json] = []
         self._events_dropped = 0
+        self._values: Json = {}
+        self._lines: Json = {}
         self._rules: dict[tuple[int, str], Json] = {}
         self._late = self._missed = 0
         self._reached: float | None = None
@@ -157,6 +159,14 @@ class Monitor:
             self._take_forces(
                 {key: value for key, value in event.items() if key not in ("scan", "t", "topic")}
             )
+        if topic == "/sequences":
+            self._lines[event["sequence"]] = {
+                "file": event["file"],
+                "line": event["line"],
+                "text": event["wait"],
+                "since": event["t"],
+            }
+            return
         told = {
             "scan": event["scan"],
             "t": event["t"],
@@ -192,6 +202,9 @@ class Monitor:
         if page is not None:
             page.send({"answer": {**answer, "id": number}})
 
+    def _take_values(self, told: Json) -> None:
+        self._values.update(told["values"])
+
     def _take_state(self, state: Json) -> None:
         self._state = state
 
@@ -211,12 +224,20 @@ class Monitor:
                 "period_ns": spec.scan_ns,
                 "record": setup.record,
                 "slots": slots_of(spec),
-                "routines": self._catalog.routines() if self._catalog else [],
-                "tags": self._catalog.tags() if self._catalog else [],
+                "routines": self._catalog.routines() if self._catalog else python_routines(self._job.program),
+                "tags": self._catalog.tags() if self._catalog else self._python_tags(),
                 "incidents": [] if setup.live else incidents_of(spec),
                 "sequences": [],
             }
         }
+
+    def _python_tags(self) -> list[Json]:
+        """Return the values of a program in Python, as far as they have been told."""
+        kinds = {bool: "BOOL", int: "LINT", str: "TEXT"}
+        return [
+            {"name": name, "type": kinds.get(type(value), "LREAL"), "description": "", "writable": False}
+            for name, value in self._values.items()
+        ]
 
     def join(self, page: Page) -> None:
         """Let a page in."""
@@ -270,6 +291,7 @@ class Monitor:
             "forced": self._forced,
             "breakpoints": state["breakpoints"],
             "met": state["met"],
+            "lines": dict(self._lines),
             "rules": list(self._rules.values()),
             "faults": [{"text": state["fault"], "at": None}] if state["fault"] else [],
             **self._places.of(row),
@@ -278,7 +300,9 @@ class Monitor:
     def _program(self, page: Page, scan: int) -> Json:
         """Return power and tags of what a page shows."""
         shadow = self._live if page.past is None else self._past
-        if shadow is None or not shadow.show(scan):
+        if shadow is None:
+            return {} if page.past is not None else {"tags": self._python_values(page)}
+        if not shadow.show(scan):
             return {}
         tags = shadow.engine.tags
         names = dict.fromkeys((*page.shown.names, *page.watched))
@@ -286,6 +310,11 @@ class Monitor:
             "power": page.shown.power(shadow.truths),
             "tags": {name: shown_value(tags[name]) for name in names if name in tags},
         }
+
+    def _python_values(self, page: Page) -> Json:
+        """Return the values of a program in Python that a page shows."""
+        names = dict.fromkeys((*page.shown.names, *page.watched))
+        return {name: self._values[name] for name in names if name in self._values}
 
     def _strip(self, page: Page) -> Json:
         """Return edges and envelopes since the last frame; at first the latest rows."""
@@ -343,7 +372,9 @@ class Monitor:
 
     def _show(self, page: Page, said: Mapping[str, Any]) -> Json:
         if self._catalog is None:
-            raise ValueError("the program is in Python: it has no rungs")
+            shown, answer = python_source(self._job.program, tuple(self._values))
+            page.show(shown)
+            return answer
         columns = said.get("columns", 88)
         if type(columns) is not int or columns not in COLUMNS:
             raise ValueError(f"columns {columns!r}: allowed are {COLUMNS[0]} to {COLUMNS[-1]}")
@@ -355,7 +386,8 @@ class Monitor:
         tags = said.get("tags")
         if not isinstance(tags, list) or len(tags) > MOST_WATCHED or not all(map(_is_name, tags)):
             raise ValueError(f"tags is a list of up to {MOST_WATCHED} names")
-        unknown = [name for name in tags if self._catalog is None or not self._catalog.has(name)]
+        known = self._values.__contains__ if self._catalog is None else self._catalog.has
+        unknown = [name for name in tags if not known(name)]
         page.watch(tuple(name for name in tags if name not in unknown))
         return {"unknown": unknown}
 
@@ -435,6 +467,7 @@ _TAKE: Mapping[str, Callable[[Monitor, Json], None]] = {
     "answer": Monitor._take_answer,
     "state": Monitor._take_state,
     "forces": Monitor._take_forces,
+    "values": Monitor._take_values,
 }
 """Messages of the scan process by their key."""
 

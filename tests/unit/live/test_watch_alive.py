@@ -14,7 +14,7 @@ from scanrack.runtime.cli import build
 from scanrack.traces.arrays import read_columns
 from scanrack.traces.reader import open_trace
 from typer.testing import CliRunner
-from watching import page_of, watched
+from watching import FEEDER, page_of, watched
 
 
 @pytest.fixture(scope="module")
@@ -172,3 +172,21 @@ def test_pages_that_never_read_keep_nobody_waiting(session):
 def test_a_session_ends_by_itself_after_its_scans():
     with watched("--scans", "50", "--speed", "max") as session:
         assert session.process.wait(30) == 0
+
+
+def test_a_program_in_python_shows_its_text_and_its_values():
+    async def look(page):
+        await page.until(lambda seen: "scan" in seen.frame)
+        answer = await page.ask("show", routine="line.py", columns=88)
+        await page.until(lambda seen: seen.frame.get("tags", {}).get("line.station") is not None)
+        refused = await page.ask("write", tag="line.station", value=1)
+        return answer, page.frame["tags"], refused["refused"]
+
+    rack = FEEDER.parents[1] / "three_stations" / "line.toml"
+    with watched(rack=rack) as session:
+        answer, tags, refused = on_a_page(session, look)
+    assert answer["file"] == "line.py"
+    assert answer["text"][0]["text"].startswith('"""Logic of the three-station line')
+    assert set(answer["names"]) >= {"line.step", "line.station"}
+    assert isinstance(tags["line.step"], str)
+    assert "the program has no tags that can be set" in refused

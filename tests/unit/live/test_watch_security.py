@@ -89,7 +89,7 @@ def closing(session, first):
             await opened.send(first)
             with pytest.raises(ConnectionClosed) as closed:
                 await asyncio.wait_for(opened.recv(), 10)
-            return closed.value.rcvd.code
+            return closed.value.rcvd and closed.value.rcvd.code
 
     return asyncio.run(begin())
 
@@ -107,7 +107,7 @@ async def closed_with(page):
         while True:
             await page.hear()
     except ConnectionClosed as closed:
-        return closed.rcvd.code
+        return closed.rcvd and closed.rcvd.code
 
 
 def test_a_message_of_100_kb_closes_the_socket_and_nothing_else(session):
@@ -179,7 +179,25 @@ def nonsense(dice):
         "why",
     ]
     keys = ["id", "do", "tag", "value", "slot", "name", "on", "mode", "scan", "scans", "at", "kind", "factor"]
-    values = [None, True, 0, -1, 1 << 80, 0.5, "", "Main", "Homing", "\x00", "<b>", [], {}, [1], "all", "max"]
+    values: list[object] = [None, True, 0, -1, 1 << 80, 0.5, "", "Main", "Homing", "\x00", "<b>", "all", "max"]
+    values += [[], {}, [1]]
+        None,
+        True,
+        0,
+        -1,
+        1 << 80,
+        0.5,
+        "",
+        "Main",
+        "Homing",
+        "\x00",
+        "<b>",
+        [],
+        {},
+        [1],
+        "all",
+        "max",
+    ]
     kind = dice.randrange(4)
     if kind == 0:
         return bytes(dice.randrange(256) for _ in range(dice.randrange(40)))

@@ -1,0 +1,79 @@
+"""What a monitor shows of a program in Python: its values, a few times a second.
+
+A program in Python may do anything, so its scans are not run again: what it remembers is read where it runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from enum import Enum
+from types import CodeType
+from typing import Any
+
+from ..loop.pace import wall_ns
+from ..loop.scan import Logic
+from .tag_names import named_values, namespace_of
+
+EVERY_NS = 30_000_000
+"""Time from look to look."""
+
+MOST = 200
+"""Values that are shown."""
+
+ALL = ("*",)
+
+
+class PythonNotes:
+    """Tells a monitor of the values of a program in Python; see `runtime.live.tap.Notes`.
+
+    Args:
+        logic: the program.
+        patterns: the values that the rack file records; all if it names none.
+        tell: takes messages for the monitor.
+    """
+
+    def __init__(
+        self, logic: Logic, patterns: Sequence[str], tell: Callable[[Mapping[str, object]], None]
+    ) -> None:
+        self._tell = tell
+        self._namespace: dict[str, Any] = {}
+        self._codes: dict[str, CodeType] = {}
+        try:
+            self._namespace = namespace_of(logic)
+            found = named_values(self._namespace, patterns or ALL)[:MOST]
+            self._codes = {each.name: compile(each.name, "<watched>", "eval") for each in found}
+        except ValueError:
+            pass  # a program without values, or of a kind that keeps none
+        self._known: dict[str, object] = {}
+        self._due_ns = 0
+
+    def note(self, scan: int) -> None:
+        """Tell of values that have changed, at times."""
+        if self._codes:
+            now = wall_ns()
+            if now >= self._due_ns:
+                self._due_ns = now + EVERY_NS
+                self._look(scan)
+
+    def give(self, scan: int) -> None:
+        """Tell of all values."""
+        self._known = {}
+        self._look(scan - 1)
+
+    def _look(self, scan: int) -> None:
+        values = {name: self._value(code) for name, code in self._codes.items()}
+        known = self._known
+        new = {name: value for name, value in values.items() if name not in known or value != known[name]}
+        self._known = values
+        if new:
+            self._tell({"values": {"scan": scan, "values": new}})
+
+    def _value(self, code: CodeType) -> object:
+        """Return a value as a page shows it; what can't be read now is None."""
+        try:
+            value = eval(code, self._namespace)
+        except Exception:  # a property of the user's: its mistake is shown as no value
+            return None
+        if isinstance(value, Enum):
+            return value.name
+        return value if isinstance(value, bool | int | str) else str(value)
