@@ -29,7 +29,7 @@ from .records import DAMAGED, MAGIC, Message, Span, TraceError, TraceLimitError,
 from .schema import LIBRARY, SCAN_HEAD
 from .sections import Part, ScanRows, ScanShape, Section, find_sections, held, take_apart, torn_chunk
 from .tagplan import FIELD
-from .topics import ORDERS, SCAN_TOPIC, SEQUENCES, TEXTS, TOPICS
+from .topics import ALL_TOPICS, SCAN_TOPIC, TEXTS
 
 
 class Scan(NamedTuple):
@@ -374,7 +374,7 @@ def _opened(path: Path, kind: Callable[[BinaryIO, int], R]) -> R:
 _NO_SCAN = 1 << 32
 """More than any number of a scan."""
 
-_EVENT_TOPICS = frozenset(topic.name for topic in (*TOPICS, TEXTS, ORDERS, SEQUENCES))
+_EVENT_TOPICS = frozenset(topic.name for topic in ALL_TOPICS)
 
 
 def _event(message: Message, topic: str) -> TraceEvent:

@@ -156,3 +156,6 @@ SEQUENCES = Topic(
     },
 )
 """The topic of a trace whose program has sequences."""
+
+ALL_TOPICS = (*TOPICS, TEXTS, ORDERS, SEQUENCES)
+"""Every topic that a trace may have beside /scan, in the order of their channels."""

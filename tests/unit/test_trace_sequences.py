@@ -4,7 +4,7 @@ import csv
 from pathlib import Path
 
 import pytest
-from scanrack.traces.export import write_csv
+from scanrack.traces.export import write_csv, write_mcap
 from scanrack.traces.layout import SlotInfo
 from scanrack.traces.plot.chart import read_chart
 from scanrack.traces.plot.envelope import Envelope
@@ -12,7 +12,7 @@ from scanrack.traces.query import query
 from scanrack.traces.reader import open_trace
 from scanrack.traces.recorder import ScanRecorder
 from scanrack.traces.sequence_steps import sequence_steps
-from scanrack.traces.signals import Catalog, Kind
+from scanrack.traces.signals import Catalog, Kind, Selection
 from scanrack.traces.signals.catalog import UnknownSignalError
 
 SCANS = 100
@@ -87,6 +87,14 @@ def test_csv_says_where_they_wait(trace: Path, tmp_path: Path) -> None:
     assert rows[10]["sequences.cycle"] == "line 15: axis.move_to(4000)"
     assert rows[10]["sequences.part"] == "not begun"
     assert rows[95]["sequences.part.line"] == "0"
+
+
+def test_a_copy_with_decoded_values_has_them(trace: Path, tmp_path: Path) -> None:
+    with open_trace(trace) as opened:
+        write_mcap(opened, tmp_path / "copy.mcap", Selection(first=50))
+    with open_trace(trace) as opened, open_trace(tmp_path / "copy.mcap") as copy:
+        assert sequence_steps(copy) == sequence_steps(opened)  # also the step before, which holds in scan 50
+        assert query(copy, "count(cycle.line == 14)").count == 1
 
 
 def test_the_chart_has_a_band_for_each(trace: Path) -> None:

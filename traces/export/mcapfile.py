@@ -36,13 +36,14 @@ from ..schema import (
 )
 from ..sections import ScanRows
 from ..signals import ALL, Selection, blocks
+from ..topics import ALL_TOPICS, SCAN_TOPIC, SEQUENCES, TEXTS
 from ..topics import MESSAGE_ENCODING as JSON_ENCODING
-from ..topics import SCAN_TOPIC, TEXTS, TOPICS
 from ..topics import SCHEMA_ENCODING as JSON_SCHEMA_ENCODING
 
 CHUNK_BYTES = 1 << 20
 _PREAMBLE_BYTES = 9
 _SEQUENCE_MASK = 0xFFFF_FFFF
+_NEEDED_LATER = (TEXTS.name, SEQUENCES.name)
 
 
 def write_mcap(
@@ -161,7 +162,7 @@ class Copy:
             topic.name: self._writer.channel(
                 topic.name, JSON_ENCODING, topic.schema, JSON_SCHEMA_ENCODING, topic.schema_text
             )
-            for topic in (*TOPICS, TEXTS)
+            for topic in ALL_TOPICS
             if topic.name in trace.head.channels
         }
         for record in _metadata(trace):
@@ -187,8 +188,8 @@ class Copy:
         self.count += len(recorded)
 
     def event(self, event: TraceEvent, selection: Selection) -> None:
-        """Write an event, unless its scan is not wanted; texts are needed by all later scans."""
-        if event.topic != TEXTS.name and not _is_selected(event, selection):
+        """Write an event, unless its scan is not wanted; texts and steps are needed by all later scans."""
+        if event.topic not in _NEEDED_LATER and not _is_selected(event, selection):
             return
         text = json.dumps({"scan": event.scan, **event.fields}, ensure_ascii=False, separators=(",", ":"))
         channel, number = self._channels[event.topic], event.scan & _SEQUENCE_MASK
