@@ -116,7 +116,7 @@ class AddOns:
             for each in record.routines:
                 routine = reader.routine(record.name, each)
                 role = next((role for role in ROUTINES if role.upper() == each.name.upper()), None)
-                if role is not None:
+                if role is not None and routine is not None:
                     routines.append(Routine(role, routine.rungs, routine.comment, routine.statements))
             if LOGIC not in [each.name for each in routines]:
                 routines.insert(0, Routine(LOGIC, ()))

@@ -30,7 +30,7 @@ class ProgramPart:
         fault: its fault routine.
         declarations: its tags.
         routines: its routines, by name in capitals.
-        functions: routines that the file leaves out, by name in capitals.
+        functions: what stands for routines that the file leaves out or that are refused, by name in capitals.
     """
 
     name: str

@@ -38,8 +38,8 @@ from .records import (
 MOST_BYTES = 64 << 20
 """Bytes of a file."""
 
-MOST_MARKS = 3_000_000
-"""Tags and attributes of a file, counted by `<` and `=`: what libxml2 needs less than 400 MiB for."""
+MOST_MARKS = 1_800_000
+"""Tags and attributes of a file, counted by `<` and `=`: libxml2 takes up to 260 bytes for each."""
 
 ROOT = "RSLogix5000Content"
 

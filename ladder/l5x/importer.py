@@ -140,16 +140,22 @@ class Importer:
                 return
             part = self._parts.programs[key] = ProgramPart(record.name)
         for each in record.routines:
-            if each.name.upper() in part.routines or not _PLACE.fullmatch(each.name):
+            if each.name.upper() in {*part.routines, *part.functions} or not _PLACE.fullmatch(each.name):
                 reason = f"there are two routines {each.name}, or it is no name"
                 self._reader.skipped(record.name, each, reason, "rename it")
                 continue
-            part.routines[each.name.upper()] = self._reader.routine(record.name, each)
+            routine = self._reader.routine(record.name, each)
+            if routine is None:
+                part.functions[each.name.upper()] = _nothing(each.name)
+            else:
+                part.routines[each.name.upper()] = routine
         for encoded in record.encoded:
+            self._reader.encoded(record.name, encoded)
             if encoded.name.upper() not in part.routines and _PLACE.fullmatch(encoded.name):
-                part.routines[encoded.name.upper()] = self._reader.encoded(record.name, encoded)
-        part.main = record.main if record.main.upper() in part.routines else None
-        part.fault = record.fault if record.fault.upper() in part.routines else None
+                part.functions[encoded.name.upper()] = _nothing(encoded.name)
+        known = {*part.routines, *part.functions}
+        part.main = record.main if record.main.upper() in known else None
+        part.fault = record.fault if record.fault.upper() in known else None
         scope = scope_of(record.tags, self._types, self.report, record.name)
         part.declarations += scope.declarations
         self._untyped += [(record.name, each) for each in scope.untyped]
@@ -260,7 +266,7 @@ class Importer:
         for part in self._parts.programs.values():
             called = {name.upper(): name for name in called_routines(part.routines.values())}
             for key, name in called.items():
-                if key not in part.routines and _PLACE.fullmatch(name):
+                if key not in {*part.routines, *part.functions} and _PLACE.fullmatch(name):
                     part.functions[key] = _nothing(name)
                     self.report.declared[rf"\{part.name}.{name}"] = "routine that does nothing"
             if part.main is None:
@@ -352,7 +358,12 @@ class Importer:
         else:
             raw = record.rungs[number].text
             self._reader.refuse(owner, routine, number, text, remedy, _column(raw, text))
-        self._replace(owner, routine, without(found, number))
+        part = self._parts.programs.get(owner.upper())
+        if part is not None and found.statements is not None:
+            del part.routines[routine.upper()]
+            part.functions[routine.upper()] = _nothing(found.name)
+        else:
+            self._replace(owner, routine, without(found, number))
         return True
 
     def _refuse_routine(self, owner: str, routine: str, problem: Problem) -> bool:

@@ -43,8 +43,8 @@ class RoutineReader:
         self.withheld: dict[str, str] = {}
         self.stubbed: frozenset[str] = frozenset()
 
-    def routine(self, owner: str, record: RoutineRecord) -> Routine:
-        """Read a routine.
+    def routine(self, owner: str, record: RoutineRecord) -> Routine | None:
+        """Read a routine; None if it is refused as a whole.
 
         Args:
             owner: the program, or the add-on instruction.
@@ -54,7 +54,7 @@ class RoutineReader:
         self._report.rungs += len(record.rungs)
         if record.kind in DIAGRAMS:
             self.refuse_object(owner, record.name, f"it is {DIAGRAMS[record.kind]}", record.line)
-            return Routine(record.name, (), record.comment)
+            return None
         if record.kind == "ST":
             return self._statements(owner, record)
         rungs = tuple(self._rung(owner, record, place, each) for place, each in enumerate(record.rungs))
@@ -67,11 +67,10 @@ class RoutineReader:
         for place in range(len(record.rungs)):
             self.refuse(owner, record.name, place, reason, remedy)
 
-    def encoded(self, owner: str, record: EncodedRecord) -> Routine:
-        """Refuse a routine whose source is not in the file; return an empty one."""
+    def encoded(self, owner: str, record: EncodedRecord) -> None:
+        """Refuse a routine whose source is not in the file."""
         text = "its source is encoded, so that it is not in the file"
         self.refuse_object(owner, record.name, text, record.line, "export it without source protection")
-        return Routine(record.name, ())
 
     def _rung(self, owner: str, record: RoutineRecord, place: int, rung: RungRecord) -> Rung:
         origin = Origin(self._report.file, rung.line)
@@ -99,7 +98,7 @@ class RoutineReader:
                 return Rung((), rung.comment, origin)
         return read
 
-    def _statements(self, owner: str, record: RoutineRecord) -> Routine:
+    def _statements(self, owner: str, record: RoutineRecord) -> Routine | None:
         from ..st import parse_statements  # lark takes time to import, and most files have none
 
         lines: list[str] = []
@@ -117,7 +116,7 @@ class RoutineReader:
         except RungTextError as error:
             reason = f"column {error.column}: " + str(error).partition(f"column {error.column}: ")[2]
             self.refuse_object(owner, record.name, reason, error.line, "correct the line")
-            return Routine(record.name, (), record.comment)
+            return None
         return Routine(record.name, (), record.comment, block)
 
     # --- refusing
