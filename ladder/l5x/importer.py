@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -16,7 +16,8 @@ from ..errors import BuildError, LadderError, Problem
 from ..expressions import TAG_NAME
 from ..instructions.stubbed import specs_of_stubs
 from ..schedule import Task, TaskKind
-from ..stubs import ALL_MESSAGES, NO_STUBS, Stubs, parse_stub
+from ..spec import Spec
+from ..stubs import ALL_MESSAGES, NO_STUBS, Power, Stubs, parse_stub
 from ..tags import STATUS_FLAGS, Alias, Declaration, Tag, program_of
 from ..tree import Address, Routine, Step, SubscriptStep
 from .addons import AddOns
@@ -24,10 +25,11 @@ from .assembly import CALLS, Parts, ProgramPart, call_of, harness_of, without
 from .datatypes import Types
 from .document import read_document
 from .guesses import Guess, Guesses, all_instructions, called_routines, triggered_tasks
+from .mnemonics import MNEMONICS
 from .modules import module_tags
 from .records import Document, ProgramRecord, TagRecord
 from .report import Refusal, Report
-from .routines import RoutineReader
+from .routines import RoutineReader, instruction_names
 from .schedule import tasks_of
 from .scopes import scope_of, tag_of
 
@@ -90,9 +92,11 @@ class Importer:
         self._add_ons = AddOns(document.add_ons, self._types, self.report)
         self._parts = Parts(document.name, stubs=dict(stubs.by_name))
         self._untyped: list[tuple[str, TagRecord]] = []
+        self._completes = stubs.missing_tags
 
     def run(self, *, trial: bool) -> Imported:
         """Import it."""
+        self._completes = self._stubs.missing_tags or (trial and not self._document.whole)
         self._read_logic()
         self._declare()
         if trial:
@@ -108,7 +112,10 @@ class Importer:
     def _read_logic(self) -> None:
         document, reader = self._document, self._reader
         reader.stubbed = frozenset(self._stubs.by_name)
-        reader.specs = {**self._add_ons.specs(), **specs_of_stubs(self._stubs.by_name)}
+        shapes = self._add_ons.specs()
+        if self._completes:
+            self._stub_absent_add_ons(shapes)
+        reader.specs = {**shapes, **specs_of_stubs(self._parts.stubs)}
         for name, record in self._add_ons.records.items():
             if name in self._stubs.by_name:
                 continue
@@ -123,6 +130,13 @@ class Importer:
         self._check_add_ons()
         for program in document.programs:
             self._program(program)
+
+    def _stub_absent_add_ons(self, shapes: Mapping[str, Spec]) -> None:
+        """Let add-on instructions whose definition was not exported do nothing."""
+        for name in instruction_names(self._document):
+            if name.upper() not in shapes and name.upper() not in (MNEMONICS | self._parts.stubs.keys()):
+                self._parts.stubs[name.upper()] = Power(True)
+                self.report.declared[f"add-on {name}"] = "instruction that does nothing"
 
     def _check_add_ons(self) -> None:
         """Refuse what has no place in an add-on instruction."""
@@ -172,11 +186,11 @@ class Importer:
         parts.declarations += [*scope.declarations, *module_tags(document, self._types, self.report)]
         self._untyped += [("", each) for each in scope.untyped]
         self._guess()
-        if not document.whole:
+        if self._completes:
             self._complete_routines()
         document.release()
         parts.tasks = tasks_of(document, [each.name for each in parts.programs.values()], self.report)
-        if not document.whole:
+        if self._completes:
             self._complete_tasks()
 
     def _guess(self) -> None:
@@ -193,7 +207,7 @@ class Importer:
 
     def _to_guess(self, part: ProgramPart, routine: Routine) -> Routine:
         """Return the part of a routine that may name something missing: of a whole controller, a module."""
-        modules_only = self._document.whole and not self._untyped and not self._stubs.missing_tags
+        modules_only = not self._completes and not self._untyped
         if not modules_only or self._aliases_of_modules or routine.statements is not None:
             return routine
         record = self._reader.record(part.name, routine.name)
@@ -230,8 +244,7 @@ class Importer:
                 if record.dims and steps and isinstance(steps[0], SubscriptStep):
                     steps = steps[1:]
                 return f"type {record.type}", steps
-        declares = self._stubs.missing_tags or not self._document.whole or ":" in name
-        if name in STATUS_FLAGS or not declares:
+        if name in STATUS_FLAGS or not (self._completes or ":" in name):
             return None
         plain = re.fullmatch(TAG_NAME, address.name.rpartition(".")[2], re.ASCII)
         return (address.name, address.steps) if plain else None

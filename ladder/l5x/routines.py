@@ -5,6 +5,7 @@ The number of a rung in the tree is its place in the document, so that a later r
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 
 from ..errors import RungTextError
@@ -12,7 +13,7 @@ from ..instructions import BY_NAME
 from ..spec import Spec
 from ..text import parse_rung
 from ..tree import Origin, Routine, Rung, instructions_of
-from .records import EncodedRecord, RoutineRecord, RungRecord
+from .records import Document, EncodedRecord, RoutineRecord, RungRecord
 from .report import Refusal, Report
 
 DIAGRAMS = {"FBD": "a function block diagram", "SFC": "a sequential function chart"}
@@ -21,6 +22,21 @@ DIAGRAMS = {"FBD": "a function block diagram", "SFC": "a sequential function cha
 _ANOTHER_LANGUAGE = "write the routine as ladder or structured text, or stub it"
 _UNKNOWN = "stub the instruction, or take it out"
 _PENDING = "accept or cancel the edits, then export again"
+
+
+_CALLED = re.compile(r"([A-Za-z_]\w*)\(")
+_QUOTED = re.compile(r"'(?:[^'$\n]|\$[^\n])*'")
+
+
+def instruction_names(document: Document) -> list[str]:
+    """Return what stands before an opening parenthesis in the rungs of a document, each name once."""
+    routines = [each for program in document.programs for each in program.routines]
+    routines += [each for add_on in document.add_ons for each in add_on.routines]
+    found: dict[str, None] = {}
+    for routine in routines:
+        for rung in routine.rungs:
+            found.update(dict.fromkeys(_CALLED.findall(_QUOTED.sub("", rung.text))))
+    return list(found)
 
 
 class RoutineReader:

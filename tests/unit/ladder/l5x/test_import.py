@@ -21,6 +21,7 @@ from l5x_files import (
 )
 from scanrack.ladder.l5x import import_l5x
 from scanrack.ladder.l5x.trial import run_trial
+from scanrack.ladder.stubs import Stubs
 
 
 @pytest.fixture
@@ -205,16 +206,20 @@ def test_encoded_add_on_refuses_the_rungs_that_call_it(imported):
 
 def test_partial_export_declares_what_it_leaves_out(imported):
     routine = ladder(
-        "Sub", "XIC(M.Ready)TON(Delay,?,?)MOV(M.Count[3],Total)JSR(Other,0);", "EQU(Speed,1.5)OTE(Bits.7);"
+        "Sub",
+        "XIC(M.Ready)TON(Delay,?,?)MOV(M.Count[3],Total)Mixer(Mix,Total)JSR(Other,0);",
+        "EQU(Speed,1.5)OTE(Bits.7);",
     )
     text = document(target="Routine", programs=[program("P", routine, main="")])
     report = imported(text).report
     assert (report.refused, report.ran) == ([], 2)
     assert report.declared == {
+        "add-on Mixer": "instruction that does nothing",
         r"\P.Other": "routine that does nothing",
         "M": "M",
         "Delay": "TIMER",
         "Total": "DINT",
+        "Mix": "DINT",
         "Speed": "REAL",
         "Bits": "DINT",
     }
@@ -233,3 +238,17 @@ def test_a_call_with_operands_of_a_routine_that_is_refused_is_imported(imported)
     found = imported(document(tags=tags, programs=[program("P", calls, diagram("Blocks", "SFC"))]))
     assert (found.report.refused, found.report.ran, len(found.report.objects)) == ([], 1, 1)
     assert after(found).Called is True
+
+
+def test_an_instruction_of_logix_that_is_not_here_is_no_add_on(imported):
+    text = document(target="Routine", programs=[program("P", ladder("Sub", "DCM(a,b);"), main="")])
+    (refused,) = imported(text).report.refused
+    assert "there is no DCM" in refused.reason
+
+
+def test_a_rack_runs_a_partial_export_if_it_says_so(tmp_path):
+    path = tmp_path / "sub.L5X"
+    path.write_text(document(target="Program", programs=[program("P", ladder("Main", "XIC(a)OTE(b);"))]))
+    assert "there is no tag a" in import_l5x(path).report.refused[0].reason
+    declared = import_l5x(path, Stubs(missing_tags=True)).report
+    assert (declared.refused, declared.declared) == ([], {"a": "BOOL", "b": "BOOL"})
