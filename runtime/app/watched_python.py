@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
 from types import CodeType
-from typing import Any
 
 from ..loop.pace import wall_ns
 from ..loop.scan import Logic
@@ -16,6 +15,9 @@ from .tag_names import named_values, namespace_of
 
 EVERY_NS = 30_000_000
 """Time from look to look."""
+
+FIND_EVERY = 32
+"""Looks from one search for new values to the next."""
 
 MOST = 200
 """Values that are shown."""
@@ -35,32 +37,39 @@ class PythonNotes:
     def __init__(
         self, logic: Logic, patterns: Sequence[str], tell: Callable[[Mapping[str, object]], None]
     ) -> None:
-        self._tell = tell
-        self._namespace: dict[str, Any] = {}
+        self._tell, self._patterns = tell, patterns or ALL
         self._codes: dict[str, CodeType] = {}
+        self._known: dict[str, object] = {}
+        self._due_ns = self._looks = 0
         try:
             self._namespace = namespace_of(logic)
-            found = named_values(self._namespace, patterns or ALL)[:MOST]
-            self._codes = {each.name: compile(each.name, "<watched>", "eval") for each in found}
         except ValueError:
-            pass  # a program without values, or of a kind that keeps none
-        self._known: dict[str, object] = {}
-        self._due_ns = 0
+            self._namespace = {}  # a kind of program that keeps nothing
 
     def note(self, scan: int) -> None:
         """Tell of values that have changed, at times."""
-        if self._codes:
-            now = wall_ns()
-            if now >= self._due_ns:
-                self._due_ns = now + EVERY_NS
-                self._look(scan)
+        now = wall_ns()
+        if now >= self._due_ns:
+            self._due_ns = now + EVERY_NS
+            self._look(scan)
 
     def give(self, scan: int) -> None:
         """Tell of all values."""
         self._known = {}
         self._look(scan - 1)
 
+    def _find(self) -> None:
+        """Find the values that there are now: a program may make them while it runs."""
+        try:
+            found = named_values(self._namespace, self._patterns)[:MOST]
+        except ValueError:
+            return
+        self._codes = {each.name: compile(each.name, "<watched>", "eval") for each in found}
+
     def _look(self, scan: int) -> None:
+        if self._looks % FIND_EVERY == 0:
+            self._find()
+        self._looks += 1
         values = {name: self._value(code) for name, code in self._codes.items()}
         known = self._known
         new = {name: value for name, value in values.items() if name not in known or value != known[name]}

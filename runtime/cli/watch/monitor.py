@@ -301,7 +301,7 @@ class Monitor:
         """Return power and tags of what a page shows."""
         shadow = self._live if page.past is None else self._past
         if shadow is None:
-            return {} if page.past is not None else {"tags": self._python_values(page)}
+            return {} if page.past is not None else {"tags": dict(self._values)}
         if not shadow.show(scan):
             return {}
         tags = shadow.engine.tags
@@ -310,11 +310,6 @@ class Monitor:
             "power": page.shown.power(shadow.truths),
             "tags": {name: shown_value(tags[name]) for name in names if name in tags},
         }
-
-    def _python_values(self, page: Page) -> Json:
-        """Return the values of a program in Python that a page shows."""
-        names = dict.fromkeys((*page.shown.names, *page.watched))
-        return {name: self._values[name] for name in names if name in self._values}
 
     def _strip(self, page: Page) -> Json:
         """Return edges and envelopes since the last frame; at first the latest rows."""

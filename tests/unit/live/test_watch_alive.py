@@ -187,6 +187,6 @@ def test_a_program_in_python_shows_its_text_and_its_values():
         answer, tags, refused = on_a_page(session, look)
     assert answer["file"] == "line.py"
     assert answer["text"][0]["text"].startswith('"""Logic of the three-station line')
-    assert set(answer["names"]) >= {"line.step", "line.station"}
+    assert set(tags) >= {"line.step", "line.station"}
     assert isinstance(tags["line.step"], str)
     assert "the program has no tags that can be set" in refused
