@@ -2,6 +2,8 @@
 
 from watched_page import until, watching
 
+NOTICE = "return document.getElementById('notice').textContent"
+
 
 def element(page, name):
     return page.browser.find_element("css selector", f"[data-element='{name}']")
@@ -97,18 +99,21 @@ def test_a_value_is_written_and_nonsense_refused(page, feeder):
     field.clear()
     field.send_keys("many")
     page.press("Write")
-    until(lambda: "many is no value" in page.run("return document.getElementById('notice').textContent"))
+    until(lambda: "many is no value" in page.run(NOTICE))
 
 
-def test_a_breakpoint_on_a_rung_pauses(page, feeder):
-    page.open(feeder.link)
+def test_a_breakpoint_on_a_rung_pauses(page, paused):
+    page.open(paused.link, paused=True)
+    page.press("Step")
     page.until_there("[data-at='Main.9']")
-    page.press("Breakpoint on rung 9")  # BackGo: at the latest when a stroke out is over
+    page.press("Breakpoint on rung 9")  # BackGo
     page.until_there("[data-at='Main.9'][data-breakpoint]")
-    until(lambda: page.handle("state") == "paused")
-    assert page.run("return document.querySelector('[data-element=\"Main.9.2\"]').dataset.power") == "1"
-    body(page).send_keys("b")  # nothing is selected
-    until(lambda: "Select a rung" in page.run("return document.getElementById('notice').textContent"))
+    page.press("Go on")
+    until(lambda: "rung 9 is true" in page.run(NOTICE))
+    assert page.handle("state") == "paused"
+    until(lambda: page.power()["Main.9.2"] == "1")
+    body(page).send_keys("b")
+    until(lambda: "Select a rung" in page.run(NOTICE))
     page.browser.find_element("css selector", "[data-at='Main.9']").click()
     body(page).send_keys("b")
     until(lambda: not page.run("return document.querySelector('[data-breakpoint]')"))
@@ -146,7 +151,7 @@ def test_what_a_read_only_session_shows_can_be_looked_at_only(page):
             assert not page.control(name).is_enabled()
         refused = page.run("return import('/orders.js').then(orders => orders.pause())")
         assert refused is None
-        assert "read-only" in page.run("return document.getElementById('notice').textContent")
+        assert "read-only" in page.run(NOTICE)
 
 
 EDGES = """

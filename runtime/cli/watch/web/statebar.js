@@ -5,6 +5,7 @@ import { findBox } from "./find.js";
 import { clock, count, times } from "./format.js";
 import { incidentsButton } from "./incidents.js";
 import { helpButton } from "./keys.js";
+import { tell } from "./notice.js";
 import * as orders from "./orders.js";
 import { scrubber } from "./scrub.js";
 import { onHello, onPaint, run } from "./state.js";
@@ -71,6 +72,7 @@ function paint(changes) {
   setFlag(late.node, "data-warning", run.late > 0);
   if (changes.speed) paintSpeed(changes.speed);
   if (changes.record !== undefined) setText(record.value, fileOf(changes.record) || "off");
+  if (changes.met?.length) tell(changes.met.join("\n"), "told");
   paintMode();
 }
 

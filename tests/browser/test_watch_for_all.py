@@ -1,0 +1,142 @@
+"""For everybody: keyboard, names, no colour alone, dark and light, reduced motion, narrow; markup is text."""
+
+import json
+
+import pytest
+from contrast import contrast
+from selenium.webdriver.common.keys import Keys
+from watched_page import until, watching
+
+CONTROLS = "button, input, select, summary, a[href], [tabindex], [role=button], [role=tab]"
+REACHED = f"""
+const seen = each => each.checkVisibility({{visibilityProperty: true}}) && !each.disabled;
+return [...document.querySelectorAll("{CONTROLS}")].filter(each => seen(each) && each.tabIndex >= 0);
+"""
+WIDE = "return [document.documentElement.scrollWidth, innerWidth]"
+STYLE = "return getComputedStyle(document.querySelector(arguments[0])).getPropertyValue(arguments[1])"
+COLOURS = """
+const style = getComputedStyle(document.documentElement);
+return arguments[0].map(name => style.getPropertyValue(`--${name}`));
+"""
+SCALE = """
+const rung = document.querySelector("svg.rung");
+return rung.clientWidth / rung.viewBox.baseVal.width;
+"""
+MOVING = """
+const styles = [...document.querySelectorAll("*")].map(each => getComputedStyle(each));
+return styles.filter(each => each.transitionDuration !== "0s" || each.animationName !== "none").length;
+"""
+
+
+def html(control):
+    return control.get_attribute("outerHTML")[:200]
+
+
+@pytest.fixture
+def opened(page, feeder):
+    page.open(feeder.link)
+    page.until_there("svg.rung [data-element]")
+    return page
+
+
+def text(page, selector):
+    return page.run("return document.querySelector(arguments[0])?.textContent", selector)
+
+
+def test_every_control_has_an_accessible_name(opened):
+    controls = opened.run(REACHED)
+    assert len(controls) > 60
+    assert [html(each) for each in controls if not each.accessible_name.strip()] == []
+
+
+def test_the_keyboard_reaches_every_control(opened):
+    opened.press("Pause")  # events that come meanwhile are controls, too
+    until(lambda: opened.handle("state") == "paused")
+    wanted = opened.run(REACHED)
+    opened.run(
+        "window.seen = []; document.addEventListener('focusin', event => seen.push(event.target));"
+        "document.activeElement.blur()"
+    )
+    for _ in range(len(wanted) + 5):
+        opened.browser.switch_to.active_element.send_keys(Keys.TAB)
+    missed = opened.run("return arguments[0].filter(each => !seen.includes(each))", wanted)
+    assert [html(each) for each in missed] == []
+    opened.press("Go on")
+
+
+def test_instructions_are_chosen_with_arrows_and_enter(opened):
+    first = opened.browser.find_element("css selector", "[data-element='Main.7.0']")
+    opened.run("arguments[0].focus()", first)
+    for _ in range(2):
+        opened.browser.switch_to.active_element.send_keys(Keys.ARROW_RIGHT)
+    opened.browser.switch_to.active_element.send_keys(Keys.ENTER)
+    until(lambda: text(opened, "#tag .name") == "Homing")
+    assert opened.run("return document.querySelector('[data-element=\"Main.7.2\"]').ariaCurrent") == "true"
+
+
+def test_no_state_is_shown_by_colour_alone(opened):
+    widths = {}
+    for power in "01":
+        wire = f"[data-power='{power}'] > .wire"
+        opened.until_there(wire)
+        widths[power] = float(opened.run(STYLE, wire, "stroke-width").strip("px"))
+    assert widths["1"] >= 2 * widths["0"]  # power is thick
+    for level in "01":  # bits and inputs carry their level as a digit
+        shown = f"#words .bit[data-value='{level}'] .level"
+        opened.until_there(shown)
+        assert text(opened, shown) == level
+    assert text(opened, ".state").endswith("Live")
+    assert text(opened, ".key [aria-pressed=true]") == "Run"
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_texts_can_be_read_in_either_scheme(opened, scheme):
+    opened.look(1600, 1000, scheme=scheme)
+    names = ("ink", "soft", "accent", "power", "warn", "fault", "mark")
+    panel, *colours = opened.run(COLOURS, ["panel", *names])
+    for name, colour in zip(names, colours, strict=True):
+        assert contrast(colour, panel) >= 4.5, name  # WCAG 2, 1.4.3
+    for name in ("power", "warn", "fault"):
+        ink, paper = opened.run(COLOURS, [name, f"{name}-soft"])
+        assert contrast(ink, paper) >= 4.5, name
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_a_narrow_window_does_not_scroll_sideways(opened, scheme):
+    wide = opened.run("return document.querySelector('svg.rung').getAttribute('width')")
+    opened.look(400, 800, scheme=scheme)
+    until(lambda: opened.run("return document.querySelector('svg.rung').getAttribute('width')") != wide)
+    reach, width = opened.run(WIDE)
+    assert reach <= width == 400
+    assert opened.run(SCALE) > 0.85  # the rungs are laid out anew, not made small
+
+
+def test_reduced_motion_moves_nothing_by_itself(opened):
+    opened.look(1600, 1000, motion="reduce")
+    assert opened.run(MOVING) == 0
+
+
+MARKUP = "<img src=x onerror=alert(1)><script>alert(2)</script>&amp;"
+
+
+def test_markup_in_names_and_comments_is_text(page, tmp_path):
+    folder = tmp_path / "<b>bold"
+    folder.mkdir()
+    (folder / "<i>.rung").write_text(
+        f"PROGRAM Line\nTAG Go : BOOL\nTAG Text : STRING := {json.dumps(MARKUP)}\n"
+        f"ROUTINE Main\n// {MARKUP}\nXIC(Go)CMP(1<2)OTE(Go);\nEND\n"
+    )
+    (folder / "rack.toml").write_text(
+        f"name = '{MARKUP}'\nprogram = '<i>.rung'\nscan_ms = 2\n[[slot]]\nnumber = 1\nmodule = '1769-IQ16'\n"
+        "[slot.options]\ninputs = { go = 0 }\n"
+    )
+    with watching(folder / "rack.toml") as session:
+        page.open(session.link)
+        page.until_there("svg.rung text")
+        assert page.run("return document.querySelectorAll('img, script:not([src]), b').length") == 0
+        assert text(page, ".comment") == MARKUP
+        assert text(page, ".rack") == MARKUP
+        assert MARKUP in page.run("return document.title")
+        page.watch("Text")
+        until(lambda: page.value("Text") == MARKUP)
+        assert page.messages() == []
