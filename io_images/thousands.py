@@ -23,6 +23,12 @@ once it passes 7FFFh [chapter 6, Current Position].
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
 PARAMETER_MIN = -8_388_608
 """Least position parameter [chapter 5 table; the +-8,388,607 of chapter 6 is the less specific figure]."""
 
@@ -106,6 +112,14 @@ def split_reported(value: int) -> tuple[int, int]:
     else:
         thousands, lsw = divmod(value, 1000)
     return (thousands + 32_768 & 0xFFFF) - 32_768, lsw
+
+
+def split_reported_all(values: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Split many reported values as `split_reported` does; the MSW is in the low 16 bits."""
+    sign = 1 - 2 * (values < 0)
+    magnitudes = values * sign
+    thousands = magnitudes // 1000
+    return thousands * sign, (magnitudes - 1000 * thousands) * sign
 
 
 def join_reported(msw: int, lsw: int) -> int:

@@ -62,6 +62,8 @@ class Playback(Cpu):
         watchdog: ends logic that does not come back.
     """
 
+    _looks_ahead = False
+
     def __init__(
         self,
         score: Score,

@@ -110,6 +110,24 @@ class Segment:
         u = t_ns - self.start_ns
         return (((self._c3 * u + self._c2) * u + self._c1) * u + self._c0) // self._step
 
+    @property
+    def step(self) -> int:
+        """The length of a step in the units of `terms`."""
+        return self._step
+
+    def terms(self, first_ns: int, every_ns: int) -> tuple[int, int, int, int]:
+        """Return the travel at the instants first_ns + k * every_ns as a polynomial of k, lowest power first.
+
+        Divided by `step` and rounded down, it is `steps_at` of that instant.
+        """
+        c3, c2, c1, c0, u = self._c3, self._c2, self._c1, self._c0, first_ns - self.start_ns
+        return (
+            ((c3 * u + c2) * u + c1) * u + c0,
+            ((3 * c3 * u + 2 * c2) * u + c1) * every_ns,
+            (3 * c3 * u + c2) * every_ns**2,
+            c3 * every_ns**3,
+        )
+
     def instant_of(self, steps: int) -> int:
         """Return the least instant at which a number of steps is made.
 

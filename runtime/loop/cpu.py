@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from contextlib import AbstractContextManager, ExitStack
-from itertools import repeat
 from types import TracebackType
 from typing import NoReturn, Self
 
@@ -21,14 +20,18 @@ from .pace import FreeRun, Pacer, Watchdog, WatchdogExpired, stopping_on_interru
 from .phases import IDLE_PHASES, PHASES, Phase, ScanPhases
 from .rack import Rack
 from .scan import AttachedLogic, CpuMode, Logic, Scan, ScanFlag, mode_name
+from .scans_ahead import ScansAhead
 
 __all__ = ["PHASES", "Cpu", "CpuFault", "CpuMode", "Fault", "Logic", "Scan", "ScanFlag"]
 
 PERIOD_NS = 2_000_000
 """Default time from scan to scan."""
 
+ENDLESS = 1 << 62
+"""More scans than any run has."""
 
-class Cpu(ScanPhases):
+
+class Cpu(ScansAhead):
     """Runs logic on a rack, scan by scan.
 
     Use it as a context manager, or call `close` at the end: that closes the listeners.
@@ -80,7 +83,6 @@ class Cpu(ScanPhases):
             watchdog=watchdog or Watchdog(),
         )
         self.fault: Fault | None = None
-        self.stop_requested = False
         self._scanning = False
         self._closed = False
         self._tag_forces_changed = False
@@ -158,7 +160,7 @@ class Cpu(ScanPhases):
         with self._watchdog.armed(lambda: self._view.number, inside=ScanPhases.logic.__code__):
             try:
                 self._scanning = True
-                self._loop(repeat(None) if scans is None else repeat(None, scans))
+                self._loop(ENDLESS if scans is None else scans)
             finally:
                 self._scanning = False
 
@@ -205,16 +207,11 @@ class Cpu(ScanPhases):
     ) -> None:
         self.close()
 
-    def _loop(self, turns: Iterable[None]) -> None:
-        phase: Phase = self.input_latch
+    def _loop(self, scans: int) -> None:
         try:
-            for _ in turns:
-                for phase in self._phases:
-                    phase()
-                if self.stop_requested:
-                    break
+            self._scan(scans)
         except (Exception, SystemExit, WatchdogExpired) as error:
-            self._fail(error, phase)
+            self._fail(error, self._present)
 
     def _ask_for_attention(self) -> None:
         self._attention = True

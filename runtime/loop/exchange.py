@@ -24,11 +24,13 @@ inputs, and its outputs wait for the next one.
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Protocol, TypeAlias
 
 from typing_extensions import override
 
 from ...io_images.image import IMAGE_BYTES, Image
+from .ahead import Block, Outlook, outputs_of
 from .rack import SLOT_BYTES, Rack
 
 RPI_NS = 2_000_000
@@ -62,6 +64,27 @@ class Exchange(Protocol):
         """Tell the modules at once that the PLC does not run; the outputs sent last stay in force."""
         ...
 
+    def tell_before_change(self, notice: Callable[[], None]) -> None:
+        """Have `notice` called before anything but this exchange acts on a module."""
+
+    def calm_scans(self, now_ns: int, period_ns: int) -> int:
+        """Return how many scans from `now_ns` on are foreseen if the outputs stay as they are; 0 = none."""
+        return 0
+
+    def foresee(self, now_ns: int, period_ns: int, count: int, most_rows: int) -> Block:
+        """Return the scans from `now_ns` on.
+
+        Args:
+            now_ns: virtual time of the next scan.
+            period_ns: from scan to scan.
+            count: how many, at most `calm_scans`.
+            most_rows: how many at most if anything moves.
+        """
+        return Block((), 0)
+
+    def catch_up(self, now_ns: int) -> None:
+        """Advance the modules to the scan at `now_ns` after scans that were foreseen."""
+
 
 Line: TypeAlias = tuple[Callable[[int, Image], Image], Image, memoryview]
 """One module's end of the backplane: its `update`, the outputs in force there, where its inputs go."""
@@ -70,13 +93,14 @@ Line: TypeAlias = tuple[Callable[[int, Image], Image], Image, memoryview]
 class EndOfScan(Exchange):
     """Inputs at the beginning of the scan, outputs at its end, as a MicroLogix does it."""
 
-    __slots__ = ("_lines", "_memory", "_rack", "_sent")
+    __slots__ = ("_lines", "_memory", "_outlook", "_rack", "_sent")
 
     @override
     def attach(self, rack: Rack) -> None:
         self._rack, self._memory = rack, rack.memory
         self._sent = bytearray(len(rack.memory))
         self._lines = _lines(rack, self._sent)
+        self._outlook = Outlook(rack, _images(self._sent))
 
     def latch_inputs(self, now_ns: int) -> bool:
         """Advance every module to `now_ns` and take its inputs."""
@@ -96,6 +120,24 @@ class EndOfScan(Exchange):
     @override
     def stop(self) -> None:
         _tell_modules(self._rack, False)
+
+    @override
+    def tell_before_change(self, notice: Callable[[], None]) -> None:
+        self._outlook.tell_before_change(notice)
+
+    @override
+    def calm_scans(self, now_ns: int, period_ns: int) -> int:
+        if outputs_of(self._memory) != outputs_of(self._sent):
+            return 0
+        return max(0, -(-(self._outlook.calm_until_ns() - now_ns) // period_ns))
+
+    @override
+    def foresee(self, now_ns: int, period_ns: int, count: int, most_rows: int) -> Block:
+        return self._outlook.foresee(now_ns, period_ns, count, most_rows)
+
+    @override
+    def catch_up(self, now_ns: int) -> None:
+        _advance(self._lines, now_ns)
 
 
 class RecordedAtRpi(EndOfScan):
@@ -133,7 +175,17 @@ class EveryRpi(Exchange):
         ValueError: the interval is not positive.
     """
 
-    __slots__ = ("_lines", "_memory", "_next_ns", "_rack", "_sent", "_starting", "_waiting", "rpi_ns")
+    __slots__ = (
+        "_lines",
+        "_memory",
+        "_next_ns",
+        "_outlook",
+        "_rack",
+        "_sent",
+        "_starting",
+        "_waiting",
+        "rpi_ns",
+    )
 
     def __init__(self, rpi_ns: int = RPI_NS) -> None:
         if rpi_ns < 1:
@@ -147,6 +199,7 @@ class EveryRpi(Exchange):
         self._waiting = bytearray(len(rack.memory))
         self._sent = bytearray(len(rack.memory))
         self._lines = _lines(rack, self._sent)
+        self._outlook = Outlook(rack, _images(self._sent))
         self._next_ns = 0
         self._starting = False
 
@@ -172,6 +225,39 @@ class EveryRpi(Exchange):
         self._starting = False
         _tell_modules(self._rack, False)
 
+    @override
+    def tell_before_change(self, notice: Callable[[], None]) -> None:
+        self._outlook.tell_before_change(notice)
+
+    @override
+    def calm_scans(self, now_ns: int, period_ns: int) -> int:
+        steady = outputs_of(self._memory) == outputs_of(self._sent) == outputs_of(self._waiting)
+        if self._starting or not steady:
+            return 0
+        calm_exchanges = max(0, -(-(self._outlook.calm_until_ns() - self._next_ns) // self.rpi_ns))
+        unknown_ns = self._next_ns + calm_exchanges * self.rpi_ns
+        return max(0, -(-(unknown_ns - now_ns) // period_ns))
+
+    @override
+    def foresee(self, now_ns: int, period_ns: int, count: int, most_rows: int) -> Block:
+        if period_ns % self.rpi_ns == 0:  # the last exchange of every scan will do
+            return self._outlook.foresee(now_ns // self.rpi_ns * self.rpi_ns, period_ns, count, most_rows)
+        count = min(count, most_rows, 1 + (most_rows - 1) * self.rpi_ns // period_ns)
+        first_ns = self._next_ns
+        exchanges = [(now_ns + scan * period_ns - first_ns) // self.rpi_ns for scan in range(count)]
+        rows = self._outlook.rows(first_ns, self.rpi_ns, max(1, exchanges[-1] + 1))
+        present = bytes(self._memory)
+        shown = [rows[at] if rows is not None and at >= 0 else present for at in exchanges]
+        fresh = [at > before for before, at in pairwise([-1, *exchanges])]
+        return Block(zip(shown, fresh, strict=True), count)
+
+    @override
+    def catch_up(self, now_ns: int) -> None:
+        if self._next_ns <= now_ns:
+            latest_ns = now_ns // self.rpi_ns * self.rpi_ns
+            self._next_ns = latest_ns + self.rpi_ns
+            _advance(self._lines, latest_ns)
+
     def _exchange(self, at_ns: int) -> None:
         for update, outputs, inputs in self._lines:
             inputs[:] = update(at_ns, outputs).raw
@@ -186,18 +272,26 @@ def _lines(rack: Rack, sent: bytearray) -> tuple[Line, ...]:
 
     Modules that follow others come after them, so that both are at the same instant.
     """
-    view = memoryview(sent)
+    slots = rack.slots.values()
     lines = [
-        (
-            slot.module.update,
-            Image(buffer=view[SLOT_BYTES * place : SLOT_BYTES * place + IMAGE_BYTES]),
-            slot.inputs.raw,
-        )
-        for place, slot in enumerate(rack.slots.values())
+        (slot.module.update, outputs, slot.inputs.raw)
+        for slot, outputs in zip(slots, _images(sent), strict=True)
     ]
     follow = [bool(getattr(slot.module, "follows", ())) for slot in rack.slots.values()]
     order = sorted(range(len(lines)), key=lambda place: follow[place])
     return tuple(lines[place] for place in order)
+
+
+def _images(sent: bytearray) -> list[Image]:
+    """Return the output images in a block laid out like the rack's memory."""
+    view = memoryview(sent)
+    return [Image(buffer=view[at : at + IMAGE_BYTES]) for at in range(0, len(sent), SLOT_BYTES)]
+
+
+def _advance(lines: tuple[Line, ...], now_ns: int) -> None:
+    """Update the modules, whose inputs are in the rack's memory already."""
+    for update, outputs, _inputs in lines:
+        update(now_ns, outputs)
 
 
 def _tell_modules(rack: Rack, running: bool) -> None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Protocol, runtime_checkable
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from typing_extensions import override
 
@@ -11,8 +11,11 @@ from ...io_images.image import Image
 from .events import Event, JsonValue
 from .exchange import RPI_NS
 from .incidents import LASTING, ON_THE_LINE, TROUBLES, FaultKind, Incident
-from .module import Module
+from .module import Foreseeing, Module, unnoticed
 from .module_fault import ModuleFault
+
+if TYPE_CHECKING:
+    from .module import Words
 
 WORST_FIRST = (FaultKind.REMOVED, FaultKind.FATAL_ERROR, FaultKind.ASIC_LOST, FaultKind.LINK_LOST)
 """Of several faults at a time, a module shows the first."""
@@ -115,6 +118,28 @@ class Exposed(Module):
             self._advance(at_ns, outputs)
             self._act(at_ns, incident, begins=begins)
         return self._advance(now_ns, outputs)
+
+    @property
+    def before_change(self) -> Callable[[], None]:
+        """What the module calls before a change; see `Foreseeing`."""
+        return self.module.before_change if isinstance(self.module, Foreseeing) else unnoticed
+
+    @before_change.setter
+    def before_change(self, notice: Callable[[], None]) -> None:
+        if isinstance(self.module, Foreseeing):
+            self.module.before_change = notice
+
+    def calm_until_ns(self, outputs: Image) -> int:
+        """Return the instant before which only the module itself goes on; see `Foreseeing`."""
+        if not isinstance(self.module, Foreseeing) or self._now_ns < self._late_ns or outputs != self._before:
+            return 0
+        calm_ns = self.module.calm_until_ns(outputs)
+        return min(calm_ns, self._acts[0][0]) if self._acts else calm_ns
+
+    def foretell(self, first_ns: int, every_ns: int, count: int) -> Words:
+        """Return what the module foretells."""
+        assert isinstance(self.module, Foreseeing)
+        return self.module.foretell(first_ns, every_ns, count)
 
     @override
     def plc_run(self, running: bool) -> None:

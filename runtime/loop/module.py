@@ -8,11 +8,20 @@ None of them owns a clock, a thread or unseeded randomness: time is what
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Protocol, runtime_checkable
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Protocol, TypeAlias, runtime_checkable
 
 from ...io_images.image import Image
 from .events import Event
+
+if (
+    TYPE_CHECKING
+):  # numpy takes longer to load than 50,000 scans do; a module that foresees nothing needs none
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Words: TypeAlias = Mapping[int, NDArray[np.int64]]
+    """Input words by their index, 0 to 7: their values at many instants, of which the low 16 bits count."""
 
 
 class Module(Protocol):
@@ -49,6 +58,45 @@ class Module(Protocol):
     def power_cycle(self) -> None:
         """Remove and restore power at the last `now_ns`; what is volatile is lost, the clock goes on."""
         ...
+
+
+@runtime_checkable
+class Foreseeing(Module, Protocol):
+    """A module that can tell what it will show while nobody acts on it, see `runtime.loop.ahead`.
+
+    What it tells is what `update` would return, bit by bit.
+
+    Attributes:
+        before_change: what the module calls before anything but `update` acts on it, from its PLC's
+            mode to its machine's inputs; afterwards it has been brought up to the present.
+    """
+
+    before_change: Callable[[], None]
+
+    def calm_until_ns(self, outputs: Image) -> int:
+        """Return the instant before which the module only goes on as it does, without an event.
+
+        Args:
+            outputs: the output image that stays in force.
+
+        Returns:
+            An instant; one that is not later than the last `update` if the module can't tell.
+        """
+        ...
+
+    def foretell(self, first_ns: int, every_ns: int, count: int) -> Words:
+        """Return the input words that change at `count` instants, `every_ns` apart; the others stay.
+
+        Args:
+            first_ns: the first instant, later than the last `update`.
+            every_ns: from instant to instant, 1 or more.
+            count: 1 or more; all instants lie before `calm_until_ns`.
+        """
+        ...
+
+
+def unnoticed() -> None:
+    """Notice no change: what `before_change` is while nothing has been told ahead."""
 
 
 @runtime_checkable

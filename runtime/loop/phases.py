@@ -53,7 +53,8 @@ class ScanPhases(ABC):
     """What a scan consists of.
 
     The list of phases that have something to do is prepared anew whenever that changes
-    (`_prepare`), so that a scan without forces does not ask about forces.
+    (`_prepare`), so that a scan without forces does not ask about forces. `_plain` scans have nothing
+    to do but the input latch, the logic, the output latch, record and housekeeping.
     """
 
     def __init__(
@@ -85,6 +86,8 @@ class ScanPhases(ABC):
         self._tag_forces: Mapping[str, str | int | float | bool] = {}
         self._tags_set_before = -1  # the scan before which a tag was set from outside
         self._attention = False
+        self._plain = False
+        self._call_logic: Phase = self.logic
         self._phases: tuple[Phase, ...] = ()
         self._blame: Mapping[Phase, Cause] = {}
 
@@ -174,7 +177,7 @@ class ScanPhases(ABC):
         starting = mode is CpuMode.RUN and not self._modules_run
         news = bool(self._news or self._announced)
         forced_in, forced_out = self.forces.on_inputs, logic_runs and self.forces.on_outputs
-        call_logic = self._timed_logic if self._watchdog.timed else self.logic
+        call_logic = self._call_logic = self._timed_logic if self._watchdog.timed else self.logic
         send = self._first_output_latch if starting else self.output_latch
         plan: tuple[tuple[bool, Phase, Cause], ...] = (
             (not self.pacer.free, self._pace, Cause.MODULE),
@@ -194,6 +197,8 @@ class ScanPhases(ABC):
         self._flags = self._scan_flags = _flags(mode, first, forced_in, forced_out, outside)
         if first or starting or news or set_before or mode is CpuMode.SINGLE_SCAN:
             self._attention = True
+        special = self._attention or forced_in or forced_out
+        self._plain = mode is CpuMode.RUN and self.pacer.free and not special
 
 
 def _flags(mode: CpuMode, first: bool, forced_in: bool, forced_out: bool, outside: bool) -> int:

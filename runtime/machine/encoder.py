@@ -14,8 +14,15 @@ from __future__ import annotations
 from bisect import bisect_right, insort
 from collections import deque
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from .spec import EncoderSpec
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+_INT64_ROOM = 1 << 63
 
 
 class ShaftEncoder:
@@ -43,6 +50,13 @@ class ShaftEncoder:
         [-3, 0, 2, 5]
         """
         return self.direction * (shaft * self._numerator // self._denominator)
+
+    def counts_all(self, shafts: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the counts at many shaft positions."""
+        if int(abs(shafts).max(initial=0)) * self._numerator < _INT64_ROOM:
+            return self.direction * (shafts * self._numerator // self._denominator)
+        shafts[:] = [self.counts(shaft) for shaft in shafts.tolist()]
+        return shafts
 
     def shaft_reaching(self, direction: int, counts: int) -> int:
         """Return the shaft position at which, turning in `direction`, the counts come to `counts` or past it.

@@ -10,13 +10,21 @@ number of queries.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
 from ...io_images.amci3601.bits import InputBit
 from ..loop.events import Event
+from ..loop.module import unnoticed
 from .encoder import HandTurning, ShaftEncoder
 from .shaft import FAR, Shaft
 from .spec import MachineSpec
 from .stimuli import Stimuli
 from .switches import SwitchTable
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 NOTHING_WIRED = MachineSpec()
 
@@ -25,6 +33,10 @@ class Machine:
     """A machine at rest at t = 0 with its shaft at 0.
 
     `now_ns` never goes back from one call to the next, whatever is called.
+
+    Attributes:
+        spec: its parts.
+        before_change: called before a person changes something: an input, the encoder, a Z pulse.
 
     Args:
         spec: its parts.
@@ -42,11 +54,13 @@ class Machine:
         "_shaft",
         "_stimuli",
         "_switches",
+        "before_change",
         "spec",
     )
 
     def __init__(self, spec: MachineSpec = NOTHING_WIRED, seed: int = 0) -> None:
         self.spec = spec
+        self.before_change: Callable[[], None] = unnoticed
         self._shaft = Shaft(spec.slips, spec.jams, seed)
         self._switches = SwitchTable(spec.switches)
         self._stimuli = Stimuli(spec)
@@ -108,6 +122,10 @@ class Machine:
         """
         return self._shaft.steps_to(direction, target)
 
+    def free_steps(self, direction: int) -> int:
+        """Return how many motor steps in `direction` the shaft follows one to one, 0 at a slip or jam."""
+        return self._shaft.free_steps(direction)
+
     # --- inputs
 
     def levels(self, now_ns: int) -> int:
@@ -151,6 +169,11 @@ class Machine:
         target = last + 1 if direction > 0 else first - 1
         return self._shaft.steps_to(direction, target) if -FAR <= target <= FAR else None
 
+    @property
+    def acts_next_ns(self) -> int:
+        """The next instant at which timeline or stations act, as far as they have acted; FAR = never."""
+        return self._stimuli.next_ns
+
     def next_change_ns(self, now_ns: int) -> int | None:
         """Return the next instant after `now_ns` at which timeline or stations act; None = never."""
         if now_ns >= self._stimuli.next_ns:
@@ -168,6 +191,7 @@ class Machine:
             raise ValueError(
                 f"set_input: {bit.name} is wired to the machine; allowed: inputs that it leaves free"
             )
+        self.before_change()
         self._stimuli.hold(bit, energised)
         self._forget_levels()
 
@@ -188,6 +212,10 @@ class Machine:
     def encoder_counts(self, now_ns: int) -> int:
         """Return the x4 counts since power-up: by the shaft, and by hand."""
         return self._encoder.counts(self._shaft.position) + self._hand.counts(now_ns)
+
+    def encoder_counts_all(self, shafts: NDArray[np.int64], now_ns: int) -> NDArray[np.int64]:
+        """Return the x4 counts with the shaft at many positions, and the hand at rest from `now_ns` on."""
+        return self._encoder.counts_all(shafts) + self._hand.counts(now_ns)
 
     def steps_to_counts(self, direction: int, counts: int, now_ns: int) -> int | None:
         """Return the motor steps in `direction` until the encoder reaches or passes `counts`.
@@ -227,6 +255,7 @@ class Machine:
         Raises:
             ValueError: the times are not in this order.
         """
+        self.before_change()
         self._hand.turn(counts, start_ns, end_ns)
 
     def turning(self, now_ns: int) -> bool:
@@ -242,6 +271,7 @@ class Machine:
 
     def marker_at(self, at_ns: int) -> None:
         """Give a Z pulse from the bench at `at_ns`."""
+        self.before_change()
         self._hand.mark(at_ns)
 
     def next_marker_ns(self, now_ns: int) -> int | None:
@@ -250,4 +280,5 @@ class Machine:
 
     def let_go(self, now_ns: int) -> None:
         """Cancel the counts and Z pulses planned for later than `now_ns`."""
+        self.before_change()
         self._hand.let_go(now_ns)

@@ -98,6 +98,12 @@ class Shaft:
         else:
             self._follow_past_obstacles(direction, steps)
 
+    def free_steps(self, direction: int) -> int:
+        """Return how many motor steps in `direction` the shaft follows one to one; 0 at a slip or jam."""
+        if not self._low < self.position < self._high:
+            return 0
+        return self._high - self.position if direction > 0 else self.position - self._low
+
     def _follow_past_obstacles(self, direction: int, steps: int) -> None:
         while steps:
             if (self.position, direction) in self._jams:

@@ -62,6 +62,25 @@ class Bolted(Module, Protocol):
         ...
 
 
+@runtime_checkable
+class BoltedAhead(Bolted, Protocol):
+    """A module that can tell what its machine will do while nobody acts on it.
+
+    An instant that is not later than the last `update` means that it can't.
+    """
+
+    def shaft_calm_until_ns(self, first: int | None, last: int | None) -> int:
+        """Return the instant before which the shaft does not enter or leave positions `first` to `last`.
+
+        An end that is left out (None) is open.
+        """
+        ...
+
+    def levels_calm_until_ns(self) -> int:
+        """Return the instant before which no level of the machine's inputs changes."""
+        ...
+
+
 class Trait(Enum):
     """Events and equipment of a kind of module, for `fuzz` and `drive`."""
 

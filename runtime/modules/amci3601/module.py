@@ -20,13 +20,15 @@ milliseconds as after a quarter of one.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
 
 from ....io_images.amci3601 import Firmware, InputBit, StatusMsw
 from ....io_images.image import Image
-from ....io_images.thousands import split_reported
+from ....io_images.thousands import split_reported, split_reported_all
 from ...kinematics import Segment
 from ...loop.events import Event, JsonValue
+from ...loop.module import unnoticed
 from ...loop.module_fault import ModuleFault
 from ...machine import Machine
 from .command_layer import CommandLayer
@@ -34,6 +36,9 @@ from .indicators import ASIC_LOST, DIAGNOSTICS_FAILED, UNPOWERED, indicators
 from .options import Amci3601Options
 from .report import report
 from .step_generator import NEVER, StepGenerator
+
+if TYPE_CHECKING:
+    from ...loop.module import Words
 
 LIGHTS_IN_TROUBLE = {
     ModuleFault.REMOVED: UNPOWERED,
@@ -58,6 +63,7 @@ class Amci3601:
         trouble: the fault in which the module does not answer, if any; see `inject`.
         indicators: the lights on its front.
         events: what happened, in order of time; the caller empties it.
+        before_change: called before anything but `update` acts on it or its machine.
 
     Args:
         firmware: "2.0", "2.1", "2.2", "3.1" or "4.1", or a `Firmware`.
@@ -82,6 +88,8 @@ class Amci3601:
         self.machine = Machine() if machine is None else machine
         self.options = Amci3601Options.of(options)
         self.events: list[Event] = []
+        self.before_change: Callable[[], None] = unnoticed
+        self.machine.before_change = self._tell_before_change
         self._tick_ns = 1000 * self.options.input_scan_us
         self._diagnostic_wiring = diagnostic_wiring
         self._now_ns = 0
@@ -120,11 +128,13 @@ class Amci3601:
     def plc_run(self, running: bool) -> None:
         """Set whether the PLC is in run mode, from the last `update` on."""
         if running != self._plc_running:
+            self.before_change()
             self._plc_running = running
             self.look_again()
 
     def power_cycle(self) -> None:
         """Remove and restore power; the shaft stays where it is and the clock goes on."""
+        self.before_change()
         self._fall_silent()
         self.trouble = None
         self._power_up()
@@ -157,12 +167,16 @@ class Amci3601:
         """
         if trouble is None and self.trouble is ModuleFault.FATAL_ERROR:
             raise ValueError("trouble None: a fatal error ends with a power cycle only")
+        self.before_change()
         if self.trouble is ModuleFault.REMOVED:
             self.power_cycle()
         self.trouble = trouble
         if trouble in (ModuleFault.REMOVED, ModuleFault.FATAL_ERROR):
             self._fall_silent()
         self.look_again()
+
+    def _tell_before_change(self) -> None:
+        self.before_change()
 
     def _fall_silent(self) -> None:
         """End the step output at the last `update`."""
@@ -177,8 +191,37 @@ class Amci3601:
 
     def look_again(self) -> None:
         """Sample inputs and mode at the next tick, after a change from outside."""
+        self.before_change()
         self._tick_due_ns = self._tick_at_or_after(self._now_ns)
         self._due_ns = 0
+
+    # -- ahead --------------------------------------------------------------------------------
+
+    def calm_until_ns(self, outputs: Image) -> int:
+        """Return the instant before which only position and count change; see `Foreseeing`."""
+        if outputs.raw.tobytes() != self._acted_on:
+            return 0
+        return min(self._due_ns, self.axis.counts_calm_until_ns()) if self._counting else self._due_ns
+
+    def foretell(self, first_ns: int, every_ns: int, count: int) -> Words:
+        """Return position and count at instants before `calm_until_ns`; see `Foreseeing`."""
+        if self._segment is None:
+            return {}
+        positions = self.axis.positions_at_all(first_ns, every_ns, count)
+        words = dict(zip((2, 3), split_reported_all(positions), strict=True))
+        if self._counting:
+            words |= zip((4, 5), split_reported_all(self.axis.encoders_at_all(positions)), strict=True)
+        return words
+
+    def shaft_calm_until_ns(self, first: int | None, last: int | None) -> int:
+        """Return the instant before which the shaft does not enter or leave positions `first` to `last`."""
+        self.axis.advance(self._now_ns)
+        return self.axis.shaft_calm_until_ns(first, last)
+
+    def levels_calm_until_ns(self) -> int:
+        """Return the instant before which no level of the machine's inputs changes."""
+        self.axis.advance(self._now_ns)
+        return self.axis.levels_calm_until_ns()
 
     # -- time ---------------------------------------------------------------------------------
 

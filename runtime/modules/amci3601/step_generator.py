@@ -11,6 +11,8 @@ the module's count.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from ....io_images.amci3601 import Configuration
 from ...kinematics import FOREVER, PICO, Motion, Profile, Rate, Segment, Shape, stopping_distance
 from ...kinematics import blend as plan_blend
@@ -23,6 +25,10 @@ from ...kinematics import stop as plan_stop
 from ...machine import Machine
 from .axis import BlendProgram
 from .capabilities import Capabilities
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 NEVER = FOREVER
 """Never (ns)."""
@@ -86,13 +92,13 @@ class StepGenerator:
         return self._source_counts() + self._encoder_offset if self.counting else 0
 
     def _source_counts(self) -> int:
-        if (
-            self._configuration is not None
-            and self._configuration.diagnostic_feedback
-            and self._diagnostic_wiring
-        ):
-            return self.position
-        return self.machine.encoder_counts(self.now_ns)
+        return self.position if self._counts_itself else self.machine.encoder_counts(self.now_ns)
+
+    @property
+    def _counts_itself(self) -> bool:
+        """Whether the step outputs, and not the shaft, give the counts."""
+        configuration = self._configuration
+        return configuration is not None and configuration.diagnostic_feedback and self._diagnostic_wiring
 
     # -- time ---------------------------------------------------------------------------------
 
@@ -184,6 +190,61 @@ class StepGenerator:
         """Ask for a tick at the next marker pulse, and forget earlier ones."""
         self._marker_watched = True
         self.marker_seen = False
+
+    # -- ahead --------------------------------------------------------------------------------
+
+    def counts_calm_until_ns(self) -> int:
+        """Return the instant before which the counts follow the motor one to one; 0 if they don't.
+
+        The generator has been advanced to the present.
+        """
+        if self._counts_itself:
+            return NEVER
+        if self.machine.turning(self.now_ns):
+            return 0
+        if self.motion is None:
+            return NEVER
+        free = self.machine.free_steps(self.motion.direction)
+        beyond = self._when_made(free + 1) if free else 0
+        return NEVER if beyond is None else beyond
+
+    def shaft_calm_until_ns(self, first: int | None, last: int | None) -> int:
+        """Return the instant before which the shaft does not enter or leave positions `first` to `last`."""
+        if self.motion is None:
+            return NEVER
+        direction, shaft = self.motion.direction, self.machine.shaft
+        bounds = [bound for bound in (first, None if last is None else last + 1) if bound is not None]
+        if direction > 0:
+            ends = [bound for bound in bounds if bound > shaft]
+        else:
+            ends = [bound - 1 for bound in bounds if bound <= shaft]
+        nearest = min(ends, key=lambda end: abs(end - shaft), default=None)
+        steps = None if nearest is None else self.machine.steps_to_shaft(direction, nearest)
+        instant = self._when_made(steps)
+        return NEVER if instant is None else instant
+
+    def levels_calm_until_ns(self) -> int:
+        """Return the instant before which no input's level changes."""
+        instant = None
+        if self.motion is not None:
+            instant = self._when_made(self.machine.steps_to_switch(self.motion.direction))
+        acts_ns = self.machine.acts_next_ns
+        return acts_ns if instant is None else min(instant, acts_ns)
+
+    def positions_at_all(self, first_ns: int, every_ns: int, count: int) -> NDArray[np.int64]:
+        """Return the positions at many instants within the present segment, or at rest."""
+        from ...kinematics.series import steps_at_all
+
+        assert self.motion is not None and self.segment is not None
+        steps = steps_at_all(self.segment, first_ns, every_ns, count)
+        return self.motion.origin + self.motion.direction * steps
+
+    def encoders_at_all(self, positions: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the counts at positions, all before `counts_calm_until_ns`."""
+        if self._counts_itself:
+            return positions + self._encoder_offset
+        shafts = positions + (self.machine.shaft - self.position)
+        return self.machine.encoder_counts_all(shafts, self.now_ns) + self._encoder_offset
 
     # -- commands -----------------------------------------------------------------------------
 

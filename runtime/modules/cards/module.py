@@ -12,17 +12,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from typing_extensions import override
 
 from ....io_images.image import Image, signed_word
 from ...loop.events import Event
-from ...loop.module import Module
+from ...loop.module import Module, unnoticed
+from ...machine.shaft import FAR
 from ...machine.spec import INPUT_NAMES
-from ..record import Bolted
+from ..record import Bolted, BoltedAhead
 from .kinds import DISCRETE16, CardKind
 from .options import WORD_BITS, Cam, CardOptions
+
+if TYPE_CHECKING:
+    from ...loop.module import Words
 
 WORD_MASK = (1 << WORD_BITS) - 1
 Contact = Callable[[int], bool]
@@ -68,7 +72,9 @@ class GenericCard(Module):
         self.events: list[Event] = []
         self.lit = 0
         self._levels = self.options.at_rest
+        self.before_change: Callable[[], None] = unnoticed
         self._cams: list[tuple[str, Contact]] = []
+        self._horizons: list[Callable[[], int]] = []
         self._changes = sorted(_changes(self.options), key=lambda change: change.at_ns)
         self._next = 0
         self._runs = True
@@ -86,6 +92,7 @@ class GenericCard(Module):
             ValueError: there is no machine that can be seen in a slot.
         """
         self._cams = [(each.input, _contact(each, modules)) for each in self.options.cam]
+        self._horizons = [_horizon(each, modules) for each in self.options.cam]
 
     @override
     def update(self, now_ns: int, outputs: Image) -> Image:
@@ -93,15 +100,28 @@ class GenericCard(Module):
             self._act(self._changes[self._next])
             self._next += 1
         for name, operated in self._cams:
-            self._set_level(name, self._energised(name, operated(now_ns)))
+            self._put_level(name, self._energised(name, operated(now_ns)))
         self.lit = self._outputs(outputs) if self._runs else 0
         if not self.kind.analog:
             self._show(self.lit if self.kind.echo else self._levels)
         return self._image
 
+    def calm_until_ns(self, outputs: Image) -> int:
+        """Return the instant before which no input changes; see `runtime.loop.module.Foreseeing`."""
+        if self.lit != (self._outputs(outputs) if self._runs else 0):
+            return 0
+        change_ns = self._changes[self._next].at_ns if self._next < len(self._changes) else FAR
+        return min([change_ns, *(horizon() for horizon in self._horizons)])
+
+    def foretell(self, first_ns: int, every_ns: int, count: int) -> Words:
+        """Return no word: nothing changes before `calm_until_ns`."""
+        return {}
+
     @override
     def plc_run(self, running: bool) -> None:
-        self._runs = running
+        if running != self._runs:
+            self.before_change()
+            self._runs = running
 
     @override
     def power_cycle(self) -> None:
@@ -118,9 +138,10 @@ class GenericCard(Module):
         self._place(name)
         if name not in self.options.buttons:
             raise ValueError(f"input {name!r} is wired to a cam: the machine operates it")
-        self._set_level(name, energised)
+        self.before_change()
+        self._put_level(name, energised)
 
-    def _set_level(self, name: str, energised: bool) -> None:
+    def _put_level(self, name: str, energised: bool) -> None:
         place = self._place(name)
         self._levels = self._levels | 1 << place if energised else self._levels & ~(1 << place)
 
@@ -133,6 +154,7 @@ class GenericCard(Module):
         place = self._place(name)
         if not self.kind.analog:
             raise ValueError(f"input {name!r} is a contact: it has a level, no value")
+        self.before_change()
         self._image[place] = value
 
     def _place(self, name: str) -> int:
@@ -161,7 +183,7 @@ class GenericCard(Module):
             self.events.append(Event(change.at_ns, "stimulus", name, text, {"value": change.value}))
             return
         energised = self._energised(name, change.acted_on)
-        self._set_level(name, energised)
+        self._put_level(name, energised)
         level = "energised" if energised else "de-energised"
         text = f"The {name} input is {level}."
         self.events.append(Event(change.at_ns, "stimulus", name, text, {"energised": energised}))
@@ -180,6 +202,16 @@ def _contact(cam: Cam, modules: Mapping[int, Module]) -> Contact:
     if not isinstance(stepper, Bolted):
         raise ValueError(f"cam {cam.input}: slot {cam.slot} has no machine that can be seen")
     return partial(_at_switch if cam.switch is not None else _in_range, cam, stepper)
+
+
+def _horizon(cam: Cam, modules: Mapping[int, Module]) -> Callable[[], int]:
+    """Return what says until when a cam stays as it is; 0 where its module can't tell."""
+    stepper = modules[cam.slot]
+    if not isinstance(stepper, BoltedAhead):
+        return lambda: 0
+    if cam.switch is not None:
+        return stepper.levels_calm_until_ns
+    return partial(stepper.shaft_calm_until_ns, cam.first, cam.last)
 
 
 def _at_switch(cam: Cam, stepper: Bolted, now_ns: int) -> bool:

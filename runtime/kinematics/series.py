@@ -1,0 +1,55 @@
+"""Steps at many instants at once: what `Segment.steps_at` returns, instant by instant, by numpy.
+
+    instants   first_ns, first_ns + every_ns, first_ns + 2 * every_ns, ...
+    steps      floor(P(k) / step), P a polynomial of the index k, all of its coefficients whole numbers
+
+At constant speed the remainders fit 64 bits, and integers do it. A ramp's do not: floats estimate its
+quotients, with an error below `error`, and where one lies nearer than that to a whole number the
+segment itself is asked.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .segment import Segment
+
+_INT64_ROOM = 1 << 62
+_ROUNDINGS = 16
+"""Units of 2**-53 by which a cubic in floats may be wrong, per sum of its terms: 7 by Horner's bound, doubled."""
+
+
+def steps_at_all(segment: Segment, first_ns: int, every_ns: int, count: int) -> NDArray[np.int64]:
+    """Return the whole steps made since the motion began, at `count` instants `every_ns` apart.
+
+    Args:
+        segment: holds at all of the instants.
+        first_ns: the first instant.
+        every_ns: from instant to instant, 0 or more.
+        count: 1 or more.
+    """
+    terms = segment.terms(first_ns, every_ns)
+    step = segment.step
+    index = np.arange(count)
+    if terms[2:] == (0, 0) and step * (count + 1) < _INT64_ROOM:
+        made, rest = divmod(terms[0], step)
+        each, more = divmod(terms[1], step)
+        return np.asarray(made + each * index + (rest + more * index) // step)
+    return _estimated(segment, first_ns, every_ns, index)
+
+
+def _estimated(segment: Segment, first_ns: int, every_ns: int, index: NDArray[np.int64]) -> NDArray[np.int64]:
+    terms, step = segment.terms(first_ns, every_ns), segment.step
+    made, rest = divmod(terms[0], step)
+    powers = (rest / step, *(term / step for term in terms[1:]))  # each is the float nearest to it
+    k = index.astype(np.float64)
+    steps = ((powers[3] * k + powers[2]) * k + powers[1]) * k + powers[0]
+    most = float(len(index))
+    error = _ROUNDINGS * 2.0**-53 * (1 + sum(abs(power) * most**n for n, power in enumerate(powers)))
+    below = np.floor(steps)
+    found = below.astype(np.int64) + made
+    doubtful = (steps - below < error) | (below + 1 - steps < error)
+    for at in np.flatnonzero(doubtful).tolist():
+        found[at] = segment.steps_at(first_ns + at * every_ns)
+    return found
