@@ -48,6 +48,18 @@ class Block(NamedTuple):
     scans: Iterable[tuple[bytes, bool]]
     count: int
 
+    @classmethod
+    def of(cls, rows: list[bytes] | bytes, count: int) -> Block:
+        """Return the block in which every scan updates the inputs.
+
+        Args:
+            rows: one per scan, or a single one for all.
+            count: of the scans, if it is a single row.
+        """
+        if isinstance(rows, bytes):
+            return cls(repeat((rows, True), count), count)
+        return cls(zip(rows, repeat(True)), len(rows))
+
 
 class Outlook:
     """What the modules of a rack foretell together.
@@ -83,28 +95,37 @@ class Outlook:
                 return 0
         return min(until_ns)
 
-    def rows(self, first_ns: int, every_ns: int, count: int) -> list[bytes] | None:
-        """Return the rack's memory at `count` instants before `calm_until_ns`; None = it stays as it is."""
+    def rows(self, latest_ns: int, first_ns: int, every_ns: int, count: int) -> list[bytes] | bytes:
+        """Return the rack's memory at `count` instants before `calm_until_ns`; a single row if it stays.
+
+        Args:
+            latest_ns: the instant of the modules' last `update`.
+            first_ns: the first instant.
+            every_ns: from instant to instant.
+            count: 1 or more.
+        """
         told = [module.foretell(first_ns, every_ns, count) for module in self._modules]
+        present = self._present(latest_ns)
         if not any(told):
-            return None
+            return present
         import numpy as np
 
-        present = np.frombuffer(self._memory, "<i2")
-        block = np.empty((count, len(present)), "<i2")
-        block[:] = present
-        for place, words in enumerate(told):
-            for index, values in words.items():
+        words = np.frombuffer(present, "<i2")
+        block = np.empty((count, len(words)), "<i2")
+        block[:] = words
+        for place, changing in enumerate(told):
+            for index, values in changing.items():
                 block[:, _SLOT_WORDS * place + _INPUT_WORDS + index] = values
-        rows: list[bytes] = block.view(f"V{len(self._memory)}").ravel().tolist()
+        rows: list[bytes] = block.view(f"V{len(present)}").ravel().tolist()
         return rows
 
-    def foresee(self, first_ns: int, every_ns: int, count: int, most_rows: int) -> Block:
-        """Return the scans at `count` instants before `calm_until_ns`, up to `most_rows` if anything moves."""
-        rows = self.rows(first_ns, every_ns, min(count, most_rows))
-        if rows is None:
-            return Block(repeat((bytes(self._memory), True), count), count)
-        return Block(zip(rows, repeat(True)), len(rows))
+    def _present(self, latest_ns: int) -> bytes:
+        """Return the memory with the inputs that the modules show, which a force may have covered."""
+        present = bytearray(self._memory)
+        for place, (module, outputs) in enumerate(zip(self._modules, self._sent, strict=True)):
+            at = SLOT_BYTES * place + IMAGE_BYTES
+            present[at : at + IMAGE_BYTES] = module.update(latest_ns, outputs).raw
+        return bytes(present)
 
 
 def outputs_of(memory: bytes | bytearray) -> list[bytes]:

@@ -39,7 +39,6 @@ class Cpu(ScansAhead):
     Attributes:
         rack: the rack.
         program: the logic.
-        period_ns: time from scan to scan.
         forces: the forces; changes take effect with the next scan.
         pacer: what makes scans wait; its overruns count the late ones.
         fault: why the CPU stopped, or None.

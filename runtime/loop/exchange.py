@@ -93,7 +93,7 @@ Line: TypeAlias = tuple[Callable[[int, Image], Image], Image, memoryview]
 class EndOfScan(Exchange):
     """Inputs at the beginning of the scan, outputs at its end, as a MicroLogix does it."""
 
-    __slots__ = ("_lines", "_memory", "_outlook", "_rack", "_sent")
+    __slots__ = ("_latest_ns", "_lines", "_memory", "_outlook", "_rack", "_sent")
 
     @override
     def attach(self, rack: Rack) -> None:
@@ -101,9 +101,11 @@ class EndOfScan(Exchange):
         self._sent = bytearray(len(rack.memory))
         self._lines = _lines(rack, self._sent)
         self._outlook = Outlook(rack, _images(self._sent))
+        self._latest_ns = 0
 
     def latch_inputs(self, now_ns: int) -> bool:
         """Advance every module to `now_ns` and take its inputs."""
+        self._latest_ns = now_ns
         for update, outputs, inputs in self._lines:
             inputs[:] = update(now_ns, outputs).raw
         return True
@@ -133,10 +135,12 @@ class EndOfScan(Exchange):
 
     @override
     def foresee(self, now_ns: int, period_ns: int, count: int, most_rows: int) -> Block:
-        return self._outlook.foresee(now_ns, period_ns, count, most_rows)
+        rows = self._outlook.rows(self._latest_ns, now_ns, period_ns, min(count, most_rows))
+        return Block.of(rows, count)
 
     @override
     def catch_up(self, now_ns: int) -> None:
+        self._latest_ns = now_ns
         _advance(self._lines, now_ns)
 
 
@@ -240,16 +244,18 @@ class EveryRpi(Exchange):
 
     @override
     def foresee(self, now_ns: int, period_ns: int, count: int, most_rows: int) -> Block:
-        if period_ns % self.rpi_ns == 0:  # the last exchange of every scan will do
-            return self._outlook.foresee(now_ns // self.rpi_ns * self.rpi_ns, period_ns, count, most_rows)
-        count = min(count, most_rows, 1 + (most_rows - 1) * self.rpi_ns // period_ns)
-        first_ns = self._next_ns
-        exchanges = [(now_ns + scan * period_ns - first_ns) // self.rpi_ns for scan in range(count)]
-        rows = self._outlook.rows(first_ns, self.rpi_ns, max(1, exchanges[-1] + 1))
-        present = bytes(self._memory)
-        shown = [rows[at] if rows is not None and at >= 0 else present for at in exchanges]
+        latest_ns, rpi_ns = self._next_ns - self.rpi_ns, self.rpi_ns
+        if period_ns % rpi_ns == 0:  # the last exchange of every scan will do
+            first_ns = now_ns // rpi_ns * rpi_ns
+            return Block.of(self._outlook.rows(latest_ns, first_ns, period_ns, min(count, most_rows)), count)
+        count = min(count, most_rows, 1 + (most_rows - 1) * rpi_ns // period_ns)
+        exchanges = [(now_ns + scan * period_ns - self._next_ns) // rpi_ns for scan in range(count)]
+        table = [bytes(self._memory)]  # until the next exchange
+        if exchanges[-1] >= 0:
+            rows = self._outlook.rows(latest_ns, self._next_ns, rpi_ns, exchanges[-1] + 1)
+            table += [rows] * (exchanges[-1] + 1) if isinstance(rows, bytes) else rows
         fresh = [at > before for before, at in pairwise([-1, *exchanges])]
-        return Block(zip(shown, fresh, strict=True), count)
+        return Block(zip([table[at + 1] for at in exchanges], fresh, strict=True), count)
 
     @override
     def catch_up(self, now_ns: int) -> None:

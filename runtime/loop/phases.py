@@ -70,7 +70,7 @@ class ScanPhases(ABC):
     ) -> None:
         self.rack = rack
         self.program = logic
-        self.period_ns = period_ns
+        self._period_ns = period_ns
         self.pacer = pacer
         self.forces = Forces(rack, self._ask_for_attention)
         self._exchange = exchange
@@ -90,6 +90,11 @@ class ScanPhases(ABC):
         self._call_logic: Phase = self.logic
         self._phases: tuple[Phase, ...] = ()
         self._blame: Mapping[Phase, Cause] = {}
+
+    @property
+    def period_ns(self) -> int:
+        """Time from scan to scan."""
+        return self._period_ns
 
     def input_latch(self) -> None:
         """Bring the modules up to now and take their inputs."""
@@ -127,7 +132,7 @@ class ScanPhases(ABC):
             self._attend()
         view = self._view
         view.number += 1
-        view.now_ns += self.period_ns
+        view.now_ns += self._period_ns
 
     @abstractmethod
     def _ask_for_attention(self) -> None:

@@ -66,12 +66,14 @@ class ScansAhead(ScanPhases):
         if not (self._plain and self._looks_ahead and numpy_is_worth_it(view.number)):
             patience.not_calm(0)
             return 0
-        calm = self._exchange.calm_scans(view.now_ns, self.period_ns)
+        if most < LEAST_ROWS or any(module.events for module in self._modules):
+            return 0  # events of a module on which a listener has acted are told by the next scan's phases
+        calm = self._exchange.calm_scans(view.now_ns, self._period_ns)
         if calm < LEAST_ROWS:
             patience.not_calm(calm)
             return 0
         count = min(calm, most)
-        block = self._exchange.foresee(view.now_ns, self.period_ns, count, patience.most_rows)
+        block = self._exchange.foresee(view.now_ns, self._period_ns, count, patience.most_rows)
         first = view.number
         self._scan_by_rows(block.scans)
         used = view.number - first
@@ -80,7 +82,7 @@ class ScansAhead(ScanPhases):
 
     def _scan_by_rows(self, scans: Iterable[tuple[bytes, bool]]) -> None:
         view, memory, latch, logic = self._view, self.rack.memory, self._latch, self._call_logic
-        tell, flags, period_ns = self._listeners.scan, self._scan_flags, self.period_ns
+        tell, flags, period_ns = self._listeners.scan, self._scan_flags, self._period_ns
         phase: Phase = self.input_latch
         self._by_rows = True
         try:

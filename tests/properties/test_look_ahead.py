@@ -1,0 +1,107 @@
+"""Scans by rows show what scans by phases show: every image, event and instant, and the trace's bytes.
+
+Waiting and the least size of a block are set to 1, so that blocks begin and end at every odd place.
+"""
+
+from __future__ import annotations
+
+import pytest
+from ahead3601 import TICK_NS, Rig, World, played, replayed
+from hypothesis import given
+from hypothesis import strategies as st
+from scanrack.runtime.loop import ahead, scans_ahead
+from scanrack.runtime.loop.incidents import TROUBLES, FaultKind, Incident
+from scanrack.runtime.machine import Jam, Slip
+from steps3601 import Wait
+from stories3601 import THEMES, scripts
+
+MS = 1_000_000
+PERIODS = [2 * MS, 10 * MS, MS, TICK_NS, 333_333, 7 * MS]
+RPIS = [None, None, 2 * MS, 3 * MS]
+
+
+@pytest.fixture(autouse=True)
+def _impatient(monkeypatch):
+    monkeypatch.setattr(scans_ahead, "LEAST_ROWS", 1)
+    for name, value in (("SHORTEST_WAIT", 1), ("LONGEST_WAIT", 2), ("FEWEST_ROWS", 40)):
+        monkeypatch.setattr(ahead.Patience, name, value)
+
+
+class Force:
+    """A step: hold an address at a value; None = let all go."""
+
+    def __init__(self, address, value):
+        self.address, self.value = address, value
+
+    def play(self, bench):
+        bench.force(self.address, self.value)
+        bench.run(100)
+
+
+FORCES = [Force("I:1.1/2", 1), Force("I:1.3", 77), Force("O:1.0/3", 0), Force("O:1.7", 5), Force("", None)]
+
+
+@st.composite
+def incidents(draw):
+    """Up to three incidents of slot 1, and perhaps a turn of the key."""
+    kinds = [FaultKind.POWER_CYCLE, FaultKind.TORN_UPDATE, FaultKind.PROGRAM_MODE, *TROUBLES]
+    found = []
+    for what in draw(st.lists(st.sampled_from(kinds), max_size=3)):
+        at_ns = draw(st.integers(0, 2_000)) * MS + draw(st.sampled_from([0, 1, 123_456]))
+        slot = 0 if what is FaultKind.PROGRAM_MODE else 1
+        words = (1, 2, 3) if what is FaultKind.TORN_UPDATE else ()
+        for_ns = 0 if what is FaultKind.POWER_CYCLE else draw(st.integers(1, 300)) * MS
+        found.append(Incident(at_ns, what, slot, for_ns, words))
+    return found
+
+
+@st.composite
+def stories(draw, theme):
+    """A world and a script for it."""
+    setting, steps = draw(scripts(theme))
+    for force in draw(st.lists(st.sampled_from(FORCES), max_size=2)):
+        steps.insert(draw(st.integers(0, len(steps))), force)
+    positions = st.integers(-60, 400)
+    world = World(
+        setting,
+        period_ns=draw(st.sampled_from(PERIODS)),
+        rpi_ns=draw(st.sampled_from(RPIS)),
+        slips=draw(st.lists(st.builds(Slip, positions, st.integers(1, 9), times=st.none()), max_size=2)),
+        jams=draw(st.lists(st.builds(Jam, positions, st.sampled_from([1, -1])), max_size=1)),
+        incidents=draw(incidents()),
+        neighbours=draw(st.booleans()),
+    )
+    return world, steps
+
+
+@pytest.mark.parametrize("theme", THEMES)
+def test_rows_show_what_phases_show(theme):
+    @given(story=stories(theme))
+    def lockstep(story):
+        script = played(*story)
+        assert_same(replayed(script, ahead=False), replayed(script, ahead=True))
+
+    lockstep()
+
+
+def assert_same(slow: Rig, fast: Rig):
+    """Compare all that the listeners have been told, and what the logic could see of the exchange."""
+    for ours, theirs in zip(fast.diary.told, slow.diary.told, strict=False):
+        assert ours == theirs
+    assert len(fast.diary.told) == len(slow.diary.told)
+    assert fast.fresh == slow.fresh
+    assert fast.stepper.indicators == slow.stepper.indicators
+    assert fast.stepper.machine_at(fast.cpu.now_ns).shaft == slow.stepper.machine_at(slow.cpu.now_ns).shaft
+
+
+@pytest.mark.parametrize("theme", ["moves", "encoder"])
+def test_traces_are_equal_byte_for_byte(tmp_path, theme):
+    @given(story=stories(theme))
+    def same_bytes(story):
+        world, steps = story
+        script = played(world, [*steps, Wait(2_000)])
+        replayed(script, ahead=False, trace=tmp_path / "slow.mcap")
+        replayed(script, ahead=True, trace=tmp_path / "fast.mcap")
+        assert (tmp_path / "fast.mcap").read_bytes() == (tmp_path / "slow.mcap").read_bytes()
+
+    same_bytes()
