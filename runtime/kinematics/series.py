@@ -17,7 +17,7 @@ from .segment import Segment
 
 _INT64_ROOM = 1 << 62
 _ROUNDINGS = 16
-"""Units of 2**-53 by which a cubic in floats may be wrong, per sum of its terms: 7 by Horner's bound, doubled."""
+"""Units of 2**-53, per sum of its terms, by which a cubic in floats may be wrong: Horner's bound is 7."""
 
 
 def steps_at_all(segment: Segment, first_ns: int, every_ns: int, count: int) -> NDArray[np.int64]:

@@ -42,11 +42,11 @@ class Block(NamedTuple):
 
     Attributes:
         scans: for each the rack's memory as the logic finds it, and whether the modules update their inputs.
-        count: how many scans.
+        length: how many scans.
     """
 
     scans: Iterable[tuple[bytes, bool]]
-    count: int
+    length: int
 
     @classmethod
     def of(cls, rows: list[bytes] | bytes, count: int) -> Block:

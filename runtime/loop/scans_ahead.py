@@ -27,7 +27,7 @@ class ScansAhead(ScanPhases):
     """A CPU's scans, by their phases or by rows."""
 
     _looks_ahead = True
-    """False = every scan by its phases: the oracle of the tests, and for scans that are not `period_ns` apart."""
+    """False = every scan by its phases, as in the tests' oracle and where scans are not a period apart."""
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
@@ -40,12 +40,10 @@ class ScansAhead(ScanPhases):
 
     def _scan(self, scans: int) -> None:
         """Run scans until they are done or a stop is requested; `_present` is the phase that ran last."""
-        while scans > 0:
+        while True:
             scans -= self._scan_by_phases(min(scans, self._patience.wait))
-            if self.stop_requested:
-                break
             scans -= self._scan_ahead(scans)
-            if self.stop_requested:
+            if scans <= 0 or self.stop_requested:
                 break
 
     def _scan_by_phases(self, scans: int) -> int:
@@ -66,7 +64,7 @@ class ScansAhead(ScanPhases):
         if not (self._plain and self._looks_ahead and numpy_is_worth_it(view.number)):
             patience.not_calm(0)
             return 0
-        if most < LEAST_ROWS or any(module.events for module in self._modules):
+        if self.stop_requested or most < LEAST_ROWS or any(module.events for module in self._modules):
             return 0  # events of a module on which a listener has acted are told by the next scan's phases
         calm = self._exchange.calm_scans(view.now_ns, self._period_ns)
         if calm < LEAST_ROWS:
@@ -77,7 +75,7 @@ class ScansAhead(ScanPhases):
         first = view.number
         self._scan_by_rows(block.scans)
         used = view.number - first
-        patience.ended(used, block.count)
+        patience.ended(used, block.length)
         return used
 
     def _scan_by_rows(self, scans: Iterable[tuple[bytes, bool]]) -> None:

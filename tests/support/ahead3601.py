@@ -10,15 +10,17 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import oracle_bits as bits
 from scanrack.io_images.amci3601 import Direction, Idle, InputBit, Manual
 from scanrack.io_images.image import Image
 from scanrack.runtime.loop.cpu import Cpu, CpuMode
-from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi
+from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi, Exchange
 from scanrack.runtime.loop.exposed import Exposed
 from scanrack.runtime.loop.incidents import FaultKind, Incident
 from scanrack.runtime.loop.key_switch import KeySwitch
+from scanrack.runtime.loop.listeners import ScanListener
 from scanrack.runtime.loop.rack import Card, Rack
 from scanrack.runtime.machine import EncoderSpec, Jam, Machine, MachineSpec, Slip, Switch
 from scanrack.runtime.modules.amci3601 import Amci3601
@@ -31,8 +33,8 @@ TICK_NS = 250_000
 SECOND_SLOT = ((0x843F, 0x003F, 1, 0, 0, 0, 0, 0), Idle(), Manual(Direction.CCW, 1200, 30, 30))
 """What the second 3601 is told in the first scans: it turns for ever, slowly."""
 
-CARD = CardOptions.of(
-    {
+CARD = CardOptions(
+    **{
         "inputs": {"here": 0, "beyond": 1, "short": 2, "home": 3, "start": 4},
         "outputs": {"lamp": 0},
         "normally_closed": ["beyond"],
@@ -63,7 +65,7 @@ class World:
         neighbours: whether there are a card with cams and a second 3601.
     """
 
-    setting: object
+    setting: Any
     period_ns: int = 2_000_000
     rpi_ns: int | None = None
     slips: Sequence[Slip] = ()
@@ -131,7 +133,7 @@ class Rig:
         actions: Sequence[tuple[int, Action]] = (),
         trace: Path | None = None,
     ) -> None:
-        self.world_ = world
+        self.made_of = world
         self.setting = world.setting
         self.rack = world.rack()
         self.diary = Diary(self, actions)
@@ -140,18 +142,18 @@ class Rig:
         self.lamp = 0
         self.held = 0
         self.turned_until = 0
-        listeners = [self.diary]
+        listeners: list[ScanListener] = [self.diary]
         if trace is not None:
             slots = [SlotInfo(slot.number, slot.catalog, slot.firmware) for slot in self.rack.slots.values()]
             listeners.insert(0, ScanRecorder(trace, self.rack.memory, slots, scan_period_ns=world.period_ns))
-        exchange = EndOfScan() if world.rpi_ns is None else EveryRpi(world.rpi_ns)
+        exchange: Exchange = EndOfScan() if world.rpi_ns is None else EveryRpi(world.rpi_ns)
         self.cpu = Cpu(self.rack, self.logic, world.period_ns, exchange=exchange, listeners=listeners)
         self.cpu._looks_ahead = ahead
         turns = [each for each in world.incidents if each.what is FaultKind.PROGRAM_MODE]
         if turns:
             self.cpu.add_listener(KeySwitch(self.cpu, turns))
-        slot = self.rack.slots[1].module
-        self.stepper = slot.module if isinstance(slot, Exposed) else slot
+        slot: Any = self.rack.slots[1].module
+        self.stepper: Amci3601 = getattr(slot, "module", slot)  # inside of incidents
         self.inputs = self.rack.slots[1].inputs
         self.fresh: list[bool] = []
 
@@ -215,7 +217,7 @@ class Rig:
     # -- time
 
     def run(self, ticks) -> None:
-        self.cpu.run(max(1, ticks * TICK_NS // self.world_.period_ns))
+        self.cpu.run(max(1, ticks * TICK_NS // self.made_of.period_ns))
 
     def run_to_rest(self, ticks) -> None:
         for _ in range(20):
@@ -270,7 +272,7 @@ def played(world: World, steps) -> Rig:
 def replayed(rig: Rig, *, ahead: bool, trace: Path | None = None) -> Rig:
     """Run the scans of a rig in one go, its actions at the ends of the same scans."""
     early = [action for scan, action in rig.actions if scan < 0]
-    twin = Rig(rig.world_, ahead=ahead, actions=[pair for pair in rig.actions if pair[0] >= 0], trace=trace)
+    twin = Rig(rig.made_of, ahead=ahead, actions=[pair for pair in rig.actions if pair[0] >= 0], trace=trace)
     for action in early:
         action(twin)
     twin.cpu.run(rig.cpu.scan)

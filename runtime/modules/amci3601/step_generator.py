@@ -235,7 +235,8 @@ class StepGenerator:
         """Return the positions at many instants within the present segment, or at rest."""
         from ...kinematics.series import steps_at_all
 
-        assert self.motion is not None and self.segment is not None
+        assert self.motion is not None
+        assert self.segment is not None
         steps = steps_at_all(self.segment, first_ns, every_ns, count)
         return self.motion.origin + self.motion.direction * steps
 
