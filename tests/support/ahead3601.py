@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,7 @@ from scanrack.runtime.loop.rack import Card, Rack
 from scanrack.runtime.machine import EncoderSpec, Jam, Machine, MachineSpec, Slip, Switch
 from scanrack.runtime.modules.amci3601 import Amci3601
 from scanrack.runtime.modules.cards.module import GenericCard
-from scanrack.runtime.modules.cards.options import CardOptions
+from scanrack.runtime.modules.cards.options import Cam, CardOptions, Press
 from scanrack.traces.layout import SlotInfo
 from scanrack.traces.recorder import ScanRecorder
 
@@ -34,18 +35,16 @@ SECOND_SLOT = ((0x843F, 0x003F, 1, 0, 0, 0, 0, 0), Idle(), Manual(Direction.CCW,
 """What the second 3601 is told in the first scans: it turns for ever, slowly."""
 
 CARD = CardOptions(
-    **{
-        "inputs": {"here": 0, "beyond": 1, "short": 2, "home": 3, "start": 4},
-        "outputs": {"lamp": 0},
-        "normally_closed": ["beyond"],
-        "cam": [
-            {"input": "here", "slot": 1, "first": 40, "last": 77},
-            {"input": "beyond", "slot": 1, "first": 300},
-            {"input": "short", "slot": 1, "last": -100},
-            {"input": "home", "slot": 1, "switch": "home"},
-        ],
-        "timeline": [{"at_ms": 777.5, "input": "start", "for_ms": 100}],
-    }
+    inputs={"here": 0, "beyond": 1, "short": 2, "home": 3, "start": 4},
+    outputs={"lamp": 0},
+    normally_closed=("beyond",),
+    cam=(
+        Cam(input="here", slot=1, first=40, last=77),
+        Cam(input="beyond", slot=1, first=300),
+        Cam(input="short", slot=1, last=-100),
+        Cam(input="home", slot=1, switch="home"),
+    ),
+    timeline=(Press(at_ms=Decimal("777.5"), input="start", for_ms=Decimal(100)),),
 )
 
 Action = Callable[["Rig"], None]

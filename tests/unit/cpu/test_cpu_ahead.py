@@ -1,4 +1,4 @@
-"""Scans by rows: when they are used, and what ends them; that they show the same is a property test's business."""
+"""Scans by rows: when they are used, and what ends them. That they show the same: test_look_ahead.py."""
 
 from __future__ import annotations
 
@@ -133,12 +133,13 @@ def test_one_module_that_can_not_tell_has_all_go_by_phases(new_module):
 
 @pytest.mark.parametrize("how", ["mode", "force", "stop"])
 def test_requests_of_listeners_take_effect_in_the_next_scan(how):
-    cpu, listener = cpu_of(Amci3601(), actions={500: lambda: requests[how]()})
+    cpu, listener = cpu_of(Amci3601())
     requests = {
         "mode": lambda: setattr(cpu, "mode", CpuMode.PROGRAM),
         "force": lambda: cpu.forces.set("I:1.3", 77),
         "stop": cpu.stop,
     }
+    listener.actions[500] = requests[how]
     cpu.run(600)
     if how == "stop":
         assert len(listener.positions) == 501
@@ -147,9 +148,9 @@ def test_requests_of_listeners_take_effect_in_the_next_scan(how):
 
 
 def test_a_force_that_is_let_go_leaves_nothing_in_the_rows():
-    actions = {500: lambda: cpu.forces.set("I:1.3", 77), 510: lambda: cpu.forces.clear()}
-    cpu, listener = cpu_of(Amci3601(), actions=actions)
-    cpu._patience.wait = 510  # a block begins right after the last scan with a force
+    cpu, listener = cpu_of(Amci3601())
+    listener.actions = {500: lambda: cpu.forces.set("I:1.3", 77), 510: cpu.forces.clear}
+    cpu._patience.wait = 511  # a block begins right after the last scan with a force
     cpu.run(1000)
     assert listener.positions[511:] == [600 + 10 * (scan - 102) for scan in range(511, 1000)]
 
@@ -209,7 +210,7 @@ def test_what_the_logic_raises_in_a_block_finds_the_modules_at_the_present():
 
 
 def test_outputs_that_somebody_else_writes_are_sent():
-    """A listener that writes an output image is no logic, but what stands there is sent with the next scan."""
+    """What a listener writes into an output image is sent with the next scan."""
     cpu, listener = cpu_of(Amci3601(), lambda scan: moving(scan) if scan.number < 3 else None)
     listener.actions[500] = cpu.rack.slots[1].outputs.clear
     cpu._patience.wait = 501
