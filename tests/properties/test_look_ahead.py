@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import pytest
 from ahead3601 import TICK_NS, Rig, World, played, replayed
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scanrack.runtime.loop import ahead, scans_ahead
 from scanrack.runtime.loop.incidents import TROUBLES, FaultKind, Incident
@@ -76,6 +76,7 @@ def stories(draw, theme):
 
 @pytest.mark.parametrize("theme", THEMES)
 def test_rows_show_what_phases_show(theme):
+    @settings(max_examples=settings().max_examples // 3)
     @given(story=stories(theme))
     def lockstep(story):
         script = played(*story)
@@ -96,6 +97,7 @@ def assert_same(slow: Rig, fast: Rig):
 
 @pytest.mark.parametrize("theme", ["moves", "encoder"])
 def test_traces_are_equal_byte_for_byte(tmp_path, theme):
+    @settings(max_examples=settings().max_examples // 6)
     @given(story=stories(theme))
     def same_bytes(story):
         world, steps = story

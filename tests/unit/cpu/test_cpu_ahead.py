@@ -54,6 +54,7 @@ class Listener:
     def __init__(self, rack: Rack, actions=()) -> None:
         self.rack, self.actions = rack, dict(actions)
         self.positions: list[int] = []
+        self.captured: list[int] = []
         self.events: list[tuple[int, str, object]] = []
 
     def event(self, scan, now_ns, topic, fields) -> None:
@@ -62,6 +63,7 @@ class Listener:
     def scan(self, scan, now_ns, flags) -> None:
         words = self.rack.slots[1].inputs
         self.positions.append(join_reported(words[2], words[3]))
+        self.captured.append(words[7])
         self.actions.get(scan, lambda: None)()
 
     def close(self) -> None:
@@ -149,10 +151,10 @@ def test_requests_of_listeners_take_effect_in_the_next_scan(how):
 
 def test_a_force_that_is_let_go_leaves_nothing_in_the_rows():
     cpu, listener = cpu_of(Amci3601())
-    listener.actions = {500: lambda: cpu.forces.set("I:1.3", 77), 510: cpu.forces.clear}
+    listener.actions = {500: lambda: cpu.forces.set("I:1.7", 77), 510: cpu.forces.clear}
     cpu._patience.wait = 511  # a block begins right after the last scan with a force
     cpu.run(1000)
-    assert listener.positions[511:] == [600 + 10 * (scan - 102) for scan in range(511, 1000)]
+    assert listener.captured == [0] * 501 + [77] * 10 + [0] * 489
 
 
 def test_a_power_cycle_in_mid_block_stops_the_shaft_where_it_is():
