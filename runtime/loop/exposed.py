@@ -89,6 +89,7 @@ class Exposed(Module):
         """
         if not _can_happen(incident.what, self.module):
             raise ValueError(f"{incident.what.value} can't happen to {type(self.module).__name__}")
+        self.before_change()
         if incident.what is FaultKind.TORN_UPDATE:
             self._tears = sorted([*self._tears, incident], key=lambda each: each.at_ns)
         else:

@@ -68,7 +68,8 @@ class Foreseeing(Module, Protocol):
 
     Attributes:
         before_change: what the module calls before anything but `update` acts on it, from its PLC's
-            mode to its machine's inputs; afterwards it has been brought up to the present.
+            mode to its machine's inputs, or looks at what changes in between; afterwards it has been
+            brought up to the present.
     """
 
     before_change: Callable[[], None]

@@ -204,6 +204,7 @@ class Machine:
                 there are none.
             now_ns: virtual time.
         """
+        self.before_change()
         self._stimuli.operate(bit, energised, now_ns)
         self._forget_levels()
 

@@ -9,6 +9,7 @@ import pytest
 from ahead3601 import TICK_NS, Rig, World, played, replayed
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scanrack.io_images.amci3601 import InputBit
 from scanrack.runtime.loop import ahead, scans_ahead
 from scanrack.runtime.loop.incidents import TROUBLES, FaultKind, Incident
 from scanrack.runtime.machine import Jam, Slip
@@ -27,18 +28,23 @@ def _impatient(monkeypatch):
         monkeypatch.setattr(ahead.Patience, name, value)
 
 
-class Force:
-    """A step: hold an address at a value; None = let all go."""
+class Touch:
+    """A step: act on the rack, or look at it, and wait."""
 
-    def __init__(self, address, value):
-        self.address, self.value = address, value
+    def __init__(self, name, *arguments):
+        self.name, self.arguments = name, arguments
 
     def play(self, bench):
-        bench.force(self.address, self.value)
-        bench.run(100)
+        getattr(bench, self.name)(*self.arguments)
+        bench.run(60)
 
 
-FORCES = [Force("I:1.1/2", 1), Force("I:1.3", 77), Force("O:1.0/3", 0), Force("O:1.7", 5), Force("", None)]
+TOUCHES = [
+    *(Touch("force", "I:1.1/2", 1), Touch("force", "I:1.3", 77), Touch("force", "I:1.7", 5)),
+    *(Touch("force", "O:1.0/3", 0), Touch("force", "O:1.7", 5), Touch("force", "", None)),
+    *(Touch("operate", InputBit.HOME, True), Touch("operate", InputBit.HOME, None), Touch("look")),
+    *(Touch("happen", FaultKind.LINK_LOST, 20 * MS), Touch("happen", FaultKind.POWER_CYCLE, 0)),
+]
 
 
 @st.composite
@@ -59,8 +65,8 @@ def incidents(draw):
 def stories(draw, theme):
     """A world and a script for it."""
     setting, steps = draw(scripts(theme))
-    for force in draw(st.lists(st.sampled_from(FORCES), max_size=2)):
-        steps.insert(draw(st.integers(0, len(steps))), force)
+    for touch in draw(st.lists(st.sampled_from(TOUCHES), max_size=4)):
+        steps.insert(draw(st.integers(0, len(steps))), touch)
     positions = st.integers(-60, 400)
     world = World(
         setting,
@@ -91,6 +97,7 @@ def assert_same(slow: Rig, fast: Rig):
         assert ours == theirs
     assert len(fast.diary.told) == len(slow.diary.told)
     assert fast.fresh == slow.fresh
+    assert fast.seen == slow.seen
     assert fast.stepper.indicators == slow.stepper.indicators
     assert fast.stepper.machine_at(fast.cpu.now_ns).shaft == slow.stepper.machine_at(slow.cpu.now_ns).shaft
 

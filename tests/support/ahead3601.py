@@ -153,8 +153,10 @@ class Rig:
             self.cpu.add_listener(KeySwitch(self.cpu, turns))
         slot: Any = self.rack.slots[1].module
         self.stepper: Amci3601 = getattr(slot, "module", slot)  # inside of incidents
+        self.exposed: Any = slot if isinstance(slot, Exposed) else None
         self.inputs = self.rack.slots[1].inputs
         self.fresh: list[bool] = []
+        self.seen: list[tuple[int, int, int]] = []
 
     def logic(self, scan) -> None:
         """Write the words of the script; bring the second 3601 into its motion."""
@@ -205,6 +207,21 @@ class Rig:
 
     def power_cycle(self) -> None:
         self.act(lambda rig: rig.rack.slots[1].module.power_cycle())
+
+    def operate(self, bit, energised) -> None:
+        """Act on an input; None gives it back to the machine."""
+        self.act(lambda rig: rig.stepper.operate(bit, energised))
+
+    def look(self) -> None:
+        """Note shaft, encoder counts and inputs at the present."""
+        self.act(lambda rig: rig.seen.append(rig.stepper.figures()))
+
+    def happen(self, what, for_ns) -> None:
+        """Let an incident come a little later, in a slot that is exposed to some already."""
+        at_ns = self.cpu.now_ns + 12_345_678
+        late = Incident(at_ns, what, 1, for_ns)
+        if self.exposed is not None:
+            self.act(lambda rig: rig.exposed.happen(late))
 
     def force(self, address, value) -> None:
         """Hold a word or bit; None lets all go."""

@@ -63,7 +63,7 @@ class Amci3601:
         trouble: the fault in which the module does not answer, if any; see `inject`.
         indicators: the lights on its front.
         events: what happened, in order of time; the caller empties it.
-        before_change: called before anything but `update` acts on it or its machine.
+        before_change: called before anything but `update` acts on it or its machine, or looks at it now.
 
     Args:
         firmware: "2.0", "2.1", "2.2", "3.1" or "4.1", or a `Firmware`.
@@ -146,6 +146,7 @@ class Amci3601:
 
     def figures(self) -> tuple[int, int, int]:
         """Return what the machine shows at the last `update`, see `Figured`."""
+        self.before_change()
         machine = self.machine_at(self._now_ns)
         return machine.shaft, machine.encoder_counts(self._now_ns), machine.shown
 
@@ -186,6 +187,7 @@ class Amci3601:
 
     def operate(self, bit: InputBit, energised: bool | None) -> None:
         """Act on an input of the machine from the last `update` on, see `Machine.operate`."""
+        self.before_change()
         self.machine.operate(bit, energised, self._now_ns)
         self.look_again()
 
