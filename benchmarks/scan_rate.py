@@ -7,7 +7,7 @@ writes the bytes of the scans, without the records and indexes of a trace. What
 is measured beside it is the whole scan: input latch, forces, logic, output
 latch, listeners, housekeeping, the modules' motion, and a complete MCAP file.
 
-Scans in mid-move go by rows (docs/decisions/0012): the modules are not updated, the making of the rows counts.
+Scans in mid-move go by rows (docs/decisions/0012); the making of the rows counts.
 
     python benchmarks/scan_rate.py            a table
     python benchmarks/scan_rate.py --smoke    a short run that only checks
