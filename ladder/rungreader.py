@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
+from difflib import get_close_matches
 from functools import cache
 from importlib.resources import files
 from typing import NoReturn
@@ -357,7 +358,15 @@ class Reader:
         for known, kind in self._types.items():
             if known.upper() == name.upper():
                 return kind
-        return self._fail(f"a type ({', '.join(self._types)})", name)
+        return self._fail(f"a type ({self._type_hint(name)})", name)
+
+    def _type_hint(self, name: str) -> str:
+        """Return what to write for an unknown type: USE of its library, a close name, or what there is."""
+        for library in LIBRARIES:
+            if any(known.upper() == name.upper() for known in load_library(library).types):
+                return f"{name} is one of the library {library}: write USE {library} above"
+        close = get_close_matches(name.upper(), [known.upper() for known in self._types], 2, 0.7)
+        return f"did you mean {' or '.join(close)}?" if close else ", ".join(self._types)
 
     def _structure(self, name: str) -> Structure:
         kind = self._type(name)

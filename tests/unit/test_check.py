@@ -120,6 +120,7 @@ PLANTED = {
         RACK,
         "line.rung:13",
     ),
+    "unknown-tag": (".rung", RUNGS, 'tags = ["Pulse", "Pluse"]\n' + RACK, "line.toml:1"),
     "unused-tag": (".rung", RUNGS.replace("TAG Pulse", "TAG Spare : DINT\nTAG Pulse"), RACK, "line.rung:5"),
     "command-held": (
         ".rung",
@@ -227,6 +228,12 @@ def test_a_call_that_nobody_awaits_is_refused_at_its_line(tmp_path):
     done = CliRunner().invoke(build(), ["check", str(tmp_path / "line.toml")])
     assert done.exit_code == 2
     assert "line.py:14: `self.start.rises` is never awaited" in done.stderr
+
+
+def test_a_pattern_that_matches_nothing_in_python(check):
+    rack = 'tags = [\n  "FAST",\n  "FASD",\n]\n' + RACK
+    _, findings, _ = check(".py", PYTHON, rack)
+    assert findings == [("unknown-tag", "line.toml:3", "no tag matches 'FASD'; did you mean FAST?")]
 
 
 def test_a_search_in_python_without_a_switch(check):

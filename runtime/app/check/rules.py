@@ -15,8 +15,10 @@ from ....ladder.sequences import Logic as SequenceLogic
 from ...config.rackfile import load_rack_file
 from ...config.rackspec import SlotSpec
 from ...config.tomllines import KeyLines, KeyPath
+from ...loop.rack import SLOT_BYTES
 from ..hints import not_configured, wired_inputs
 from ..loading import Job, rack_form
+from ..tag_source import tags_of
 from .facts import Facts, Place, Remark, Sent
 from .ladder_facts import ladder_facts
 from .python_facts import python_facts
@@ -146,6 +148,15 @@ def _terminals(slot: SlotSpec) -> Iterator[tuple[str, str, str, BitPlace]]:
             yield group, verb, name, at
 
 
+def _unknown_tags(subject: Subject) -> Iterator[Found]:
+    """Patterns of `tags` that a run would refuse."""
+    for index, pattern in enumerate(subject.job.spec.tags):
+        try:
+            tags_of(subject.job.logic, [pattern], bytearray(SLOT_BYTES))
+        except ValueError as error:
+            yield Found(subject.place("tags", index), str(error))
+
+
 def _remarks(field: str) -> Callable[[Subject], Iterator[Found]]:
     def found(subject: Subject) -> Iterator[Found]:
         remarks: list[Remark] = getattr(subject.facts, field)
@@ -173,6 +184,7 @@ RULES = (
     Rule("search-without-switch", "a home search on a machine without a home switch", _search_without_switch),
     Rule("unused-terminal", "a card's wired input or output that no program uses", _unused_terminals),
     Rule("repeated-coil", "a bit with two coils, or a timer with two rungs", _remarks("repeated")),
+    Rule("unknown-tag", "a pattern of recorded tags that matches none", _unknown_tags),
     Rule("unused-tag", "a tag that no instruction names", _remarks("unused")),
     Rule("command-held", "a command bit that is set and never taken back", _remarks("held")),
     Rule("out-of-range", "a constant that the module refuses", _remarks("out_of_range")),

@@ -270,7 +270,12 @@ def test_program_files_both_ways(tmp_path):
     ("text", "message"),
     [
         ("TAG Run : BOOL\n", r"f.rung:1: column 1: expected PROGRAM name"),
-        ("PROGRAM p\nTAG Run : BOLL\n", r"f.rung:2: column 1: expected a type .*found BOLL"),
+        ("PROGRAM p\nTAG Run : BOLL\n", r"expected a type \(did you mean BOOL\?\), found BOLL"),
+        ("PROGRAM p\nTAG Run : Xyzzy\n", r"f.rung:2: column 1: expected a type \(BOOL, SINT, .*found Xyzzy"),
+        (
+            "PROGRAM p\nTAG Axis : AXIS_3601\n",
+            r"a type \(AXIS_3601 is one of the library axis3601: write USE axis3601 above\), found AXIS_3601",
+        ),
         (
             "PROGRAM p\n\n  TAGG Run\n",
             r"f.rung:3: column 3: expected USE, TYPE, INSTRUCTION, TAG, SLOT, ALIAS, STUB or ROUTINE",
