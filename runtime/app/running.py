@@ -28,6 +28,7 @@ from .outside import tell_cpu
 from .rack_units import UnitsBeside, units_of
 from .recording import NOTHING, recorder_for
 from .repeating import RecordedOrder, Repeated
+from .sequence_watch import sequences_in, standing
 
 Observer = Callable[[Cpu, int | None], AbstractContextManager[None]]
 """Observes a CPU while it runs: a progress bar. Arguments: the CPU, the number of its last scan or None."""
@@ -48,6 +49,7 @@ class JobRun:
         logic: the program; of a rack that can be operated a ladder program is under a debugger.
         hints: what the program may have meant otherwise.
         stubs: the stubs in use, see `Job.stubs`.
+        steps: where the program's sequences stand at the end of the run, a sentence each; none after a fault.
 
     Args:
         job: what to run.
@@ -86,6 +88,7 @@ class JobRun:
         self.rack = build_rack(job.spec, ports if live else None, handled=handled)
         self.logic = _under_debugger(job.logic) if handled else job.logic
         self.hints = Hints(self.rack, job.spec, warn)
+        self.steps: list[str] = []
         heard: list[ScanListener] = [*listeners, self.hints]
         if trace is not None:
             heard.append(
@@ -128,6 +131,7 @@ class JobRun:
             observed(cpu, scans),
         ):
             cpu.run(scans)
+            self.steps = [str(standing(each, cpu.scan)) for each in sequences_in(self.logic)]
 
 
 def _under_debugger(logic: Logic) -> Logic:

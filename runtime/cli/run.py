@@ -103,7 +103,16 @@ def _quiet(_hint: str) -> None:
 
 def _summary(run: JobRun, tally: Tally, took_ns: int, pacer: Pacer, trace: Path | None) -> str:
     tally.end(run.rack)
-    return summary(tally, run.cpu.period_ns, took_ns, pacer, trace, run.hints.sentences(), run.stubs)
+    return summary(
+        tally,
+        run.cpu.period_ns,
+        took_ns,
+        pacer,
+        trace,
+        run.hints.sentences(),
+        run.stubs,
+        run.steps,
+    )
 
 
 def check_ports(spec: RackSpec, *, realtime: bool, live: bool) -> None:

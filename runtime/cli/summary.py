@@ -101,6 +101,7 @@ def summary(
     trace: Path | None,
     hints: Sequence[str] = (),
     stubs: Sequence[str] = (),
+    sequences: Sequence[str] = (),
 ) -> str:
     """Return the closing summary of a run."""
     lines = [
@@ -113,6 +114,7 @@ def summary(
             ("moves", _moves(tally)),
             ("errors", _errors(tally)),
             ("every start", _start(tally)),
+            ("sequences", iter(sequences)),
             ("stubs", iter(stubs)),
             ("hints", iter(hints)),
             ("trace", _trace(trace)),

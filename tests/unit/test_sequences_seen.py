@@ -86,6 +86,12 @@ def test_a_row_for_each_wait_and_none_while_waiting(trace):
     assert [(step.scan, step.line) for step in steps["turns"]] == [(0, 30)]
 
 
+def test_a_run_ends_with_where_they_stand(rack):
+    result = invoke("run", rack, "--no-record", "--scans", "52")
+    told = [line.removeprefix("sequences").strip() for line in result.stdout.splitlines()]
+    assert "cycle waits at line 24 of line.py for axis.move_to(400) since 0.1 s" in told
+
+
 def test_show_and_query_know_it(trace):
     shown = invoke("show", trace).stdout
     assert "cycle waits at line 24 of line.py for axis.move_to(400)" in shown

@@ -228,6 +228,14 @@ def test_a_trace_of_a_ladder_program_answers_with_its_rungs(tmp_path):
     assert "EQU(Axis.State,6)OTE(Trouble)" in until[1].stdout
 
 
+def test_about_the_whole_rack_a_ladder_program_names_its_rungs():
+    bench = open_bench("examples/three_stations_ladder/line.toml")
+    bench.scan(3401)
+    lines = [line.strip() for line in bench.why().splitlines()]
+    assert lines[1].endswith("no command: CLR(axis.O.Data[0]) in routine Main, rung 7, whose rung was true:")
+    assert lines[2] == "[XIC(axis.status.MOVING_CW),XIC(axis.status.MOVING_CCW)]CLR(axis.O.Data[0]);"
+
+
 def test_nothing_of_a_question_is_left_in_a_recording(rack, tmp_path):
     file, plain, asked = rack(), tmp_path / "plain.mcap", tmp_path / "asked.mcap"
     for trace, question in ((plain, None), (asked, "O:1.3")):

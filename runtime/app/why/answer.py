@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -33,12 +33,14 @@ class Why:
         row: row of the scan in question.
         spec: the rack.
         load: how the Python program is loaded anew; None for one that has no lines.
+        by_rung: of a ladder program that stands in that scan: says why a tag is as it is, see `Debugger.why`.
     """
 
     recording: Recording
     row: int
     spec: RackSpec
     load: Load | None
+    by_rung: Callable[[str], str] | None = None
 
     @cached_property
     def past(self) -> Past:
@@ -123,12 +125,20 @@ class Why:
             yield f"{said}: the CPU faulted, which zeroes all outputs"
             yield from self._on_record(0, row)
         elif again is None:
-            yield f"{said}."
+            yield f"{said}{self._rung(at, row)}"
         elif not again.explains(row):
             yield f"{said}: {self._departed(again)}"
         else:
             made = [each for each in again.changes.get(row, ()) if _differs(each, at, mask)]
             yield from self._told(said, made, row, self._slot_at(at))
+
+    def _rung(self, at: int, row: int) -> str:
+        """Return which rung changed a word last, after a colon; a full stop if that is not known."""
+        if self.by_rung is None:
+            return "."
+        answer = self.by_rung(f"Local:{self._slot_at(at)}:O.Data[{at % IMAGE_BYTES // 2}]")
+        head, _, rung = answer.partition(": ")
+        return f": {rung}" if head.endswith(f"since {self.past.when(row)}") else "."
 
     def _slot_at(self, at: int) -> int:
         """Return the slot of a place among all output images."""
@@ -183,7 +193,7 @@ class Why:
         names = f"word{'s' if len(words) > 1 else ''} {', '.join(map(str, words))}"
         said = f"output {names} since {self.past.when(row)}: {what}"
         at = self._offset(slot.number) + 2 * words[0]
-        return list(self._by_line(said, row, again, at, ALL_BITS))
+        return [line for each in self._by_line(said, row, again, at, ALL_BITS) for line in each.splitlines()]
 
     # --- a value of the program
 

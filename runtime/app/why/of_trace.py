@@ -106,7 +106,7 @@ def _of_ladder(recording: Recording, job: Job, what: str | None, moment: Moment)
     with cpu, suppress(CpuFault):  # as it did when it was recorded
         cpu.play()
     row = _reached(moment, stopper.row if stopper.met or moment.until is None else None)
-    why = Why(recording, row, job.spec, None)
+    why = Why(recording, row, job.spec, None, debugger.why)
     if what is None:
         return _asked(recording, row, why.rack())
     own = what in debugger.tags or not why.means_image(what)
