@@ -11,6 +11,7 @@ from ..instructions import BY_NAME
 from ..spec import Spec
 from ..tree import Routine
 from ..types import MAX_DIMENSIONS, Structure
+from .assembly import without
 from .datatypes import Types
 from .records import AddOnRecord, TagRecord
 from .report import Refusal, Report
@@ -117,10 +118,23 @@ class AddOns:
                 routine = reader.routine(record.name, each)
                 role = next((role for role in ROUTINES if role.upper() == each.name.upper()), None)
                 if role is not None and routine is not None:
-                    routines.append(Routine(role, routine.rungs, routine.comment, routine.statements))
+                    named = Routine(role, routine.rungs, routine.comment, routine.statements)
+                    routines.append(self._allowed(shape, named, reader))
             if LOGIC not in [each.name for each in routines]:
                 routines.insert(0, Routine(LOGIC, ()))
             self.made[name] = shape.with_routines(tuple(routines))
+
+    def _allowed(self, shape: AddOn, routine: Routine, reader: RoutineReader) -> Routine:
+        """Return a routine without what has no place in an add-on instruction; refuse that."""
+        for number, text in list(shape.wrong_in(routine)):
+            if routine.statements is None:
+                reader.refuse(shape.name, routine.name, number, text, _PARAMETER)
+            else:
+                reader.refuse_object(shape.name, routine.name, f"line {number}: {text}", 0, _PARAMETER)
+            routine = without(routine, number)
+            if routine.statements is not None:
+                break
+        return routine
 
     def _refuse(self, record: AddOnRecord, reason: str, remedy: str) -> None:
         self._report.objects.append(
@@ -128,4 +142,5 @@ class AddOns:
         )
 
 
+_PARAMETER = "pass it as a parameter"
 _DECODE = "export it without source protection, or stub it"

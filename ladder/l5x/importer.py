@@ -127,7 +127,6 @@ class Importer:
                     reader.skipped(record.name, each, reason, "correct the definition")
         self._add_ons.read(reader)
         self._parts.add_ons = self._add_ons.made
-        self._check_add_ons()
         for program in document.programs:
             self._program(program)
 
@@ -137,13 +136,6 @@ class Importer:
             if name.upper() not in shapes and name.upper() not in (MNEMONICS | self._parts.stubs.keys()):
                 self._parts.stubs[name.upper()] = Power(True)
                 self.report.declared[f"add-on {name}"] = "instruction that does nothing"
-
-    def _check_add_ons(self) -> None:
-        """Refuse what has no place in an add-on instruction."""
-        for definition in list(self._parts.add_ons.values()):
-            for routine in definition.routines:
-                for number, text in list(definition.wrong_in(routine)):
-                    self._refuse(definition.name, routine.name, number, text, "pass it as a parameter")
 
     def _program(self, record: ProgramRecord) -> None:
         key = record.name.upper()
@@ -369,8 +361,7 @@ class Importer:
         elif not found.rungs[number].series:
             return False
         else:
-            raw = record.rungs[number].text
-            self._reader.refuse(owner, routine, number, text, remedy, _column(raw, text))
+            self._reader.refuse(owner, routine, number, text, remedy)
         part = self._parts.programs.get(owner.upper())
         if part is not None and found.statements is not None:
             del part.routines[routine.upper()]
@@ -437,16 +428,6 @@ def _owner_of(routine: str) -> tuple[str, str]:
 def _with_routine(definition: AddOn, new: Routine) -> AddOn:
     routines = [new if each.name.upper() == new.name.upper() else each for each in definition.routines]
     return definition.with_routines(tuple(routines))
-
-
-def _column(raw: str, text: str) -> int:
-    """Return where in a rung the instruction stands that a message begins with."""
-    shown = text.partition(": ")[0]
-    at = raw.replace(" ", "").find(shown) if shown else -1
-    name = _PLACE.match(shown)
-    if raw.find(shown) >= 0:
-        return raw.find(shown) + 1
-    return raw.find(name.group()) + 1 if name and at >= 0 else 1
 
 
 def _takes_inputs(routine: Routine) -> bool:

@@ -39,6 +39,13 @@ def instruction_names(document: Document) -> list[str]:
     return list(found)
 
 
+def _column(text: str, reason: str) -> int:
+    """Return where in a rung the instruction stands that a reason begins with, 1 if it is not found."""
+    shown = reason.partition(": ")[0]
+    at = text.find(shown)
+    return (at if at >= 0 else text.find(shown.partition("(")[0])) + 1 or 1
+
+
 class RoutineReader:
     """Reads routines and keeps account of rungs.
 
@@ -137,8 +144,17 @@ class RoutineReader:
 
     # --- refusing
 
-    def refuse(self, owner: str, routine: str, place: int, reason: str, remedy: str, column: int = 1) -> None:
-        """Refuse a rung by its place; once."""
+    def refuse(self, owner: str, routine: str, place: int, reason: str, remedy: str, column: int = 0) -> None:
+        """Refuse a rung by its place; once.
+
+        Args:
+            owner: the program, or the add-on instruction.
+            routine: the routine.
+            place: place of the rung.
+            reason: what is wrong; may begin with the instruction.
+            remedy: what helps.
+            column: where, from 1; 0 for that of the instruction.
+        """
         key = (owner.upper(), routine.upper(), place)
         if key in self._refused:
             return
@@ -146,7 +162,9 @@ class RoutineReader:
         rung = self._records[key[:2]].rungs[place]
         self._report.refused.append(
             Refusal(
-                *(self._report.file, rung.line, owner, routine, rung.number, max(1, column), rung.text),
+                *(self._report.file, rung.line, owner, routine, rung.number),
+                column or _column(rung.text, reason),
+                rung.text,
                 reason,
                 remedy,
             )

@@ -252,3 +252,16 @@ def test_a_rack_runs_a_partial_export_if_it_says_so(tmp_path):
     assert "there is no tag a" in import_l5x(path).report.refused[0].reason
     declared = import_l5x(path, Stubs(missing_tags=True)).report
     assert (declared.refused, declared.declared) == ([], {"a": "BOOL", "b": "BOOL"})
+
+
+def test_an_add_on_refuses_the_rungs_that_name_others_tags(imported):
+    logic = ladder("Logic", "ADD(X,1,Y);", "NOP()MOV(Elsewhere,Y);", "JSR(Other,0);")
+    parts = [parameter("X", "DINT", "Input"), parameter("Y", "DINT", "Output")]
+    text = document(target="AddOnInstructionDefinition", add_ons=[add_on("Next", parts, [], logic)])
+    report = imported(text).report
+    assert [(each.program, each.rung, each.column) for each in report.refused] == [
+        ("Next", 1, 6),
+        ("Next", 2, 1),
+    ]
+    assert "there is no parameter or local tag Elsewhere" in report.refused[0].reason
+    assert report.ran == 1
