@@ -30,7 +30,7 @@ _ACKNOWLEDGED = StatusLsw.BLEND_ACK.value
 class BlendProgramming(Command):
     """The programming of a profile."""
 
-    __slots__ = ("_left", "_zeros_since_ns", "handshake_over")
+    __slots__ = ("_laid_out_ns", "_left", "_zeros_since_ns", "handshake_over")
 
     attended = True
 
@@ -38,6 +38,7 @@ class BlendProgramming(Command):
         super().__init__(axis, PROGRAM_BLEND, text)
         self._left: list[array[int]] = []
         self._zeros_since_ns: int | None = None
+        self._laid_out_ns: int | None = None
         self.handshake_over = False
 
     def fill(self, header: BlendHeader, segments: Sequence[BlendSegment]) -> None:
@@ -51,6 +52,22 @@ class BlendProgramming(Command):
         self.take(header.to_image())
         self._left = [array("h", each.to_image().words) for each in segments]
 
+    def _next(self, drive: Drive, now_ns: int) -> None:
+        """Send the next block, or zeros behind the last."""
+        if not self._left:
+            drive.out = array("h", bytes(2 * WORDS))
+        elif self._parameters_crossed(drive, now_ns):
+            drive.out = self._left.pop(0)
+            self._laid_out_ns = None
+
+    def _parameters_crossed(self, drive: Drive, now_ns: int) -> bool:
+        """Lay out a block without its transmit bit, if that is wanted; return whether it has crossed."""
+        if drive.parameters_first and self._laid_out_ns is None:
+            drive.out = array("h", self._left[0])
+            drive.out[1] = _PROGRAM
+            self._laid_out_ns = now_ns
+        return self._laid_out_ns is None or now_ns - self._laid_out_ns >= drive.trip_ns
+
     @override
     def attend(self, drive: Drive, now_ns: int) -> None:
         if not drive.under_way:
@@ -60,7 +77,7 @@ class BlendProgramming(Command):
         if drive.out[1] == PROGRAM_AND_TRANSMIT and acknowledged:
             drive.out[1] = _PROGRAM
         if drive.out[1] == _PROGRAM and not acknowledged:
-            drive.out = self._left.pop(0) if self._left else array("h", bytes(2 * WORDS))
+            self._next(drive, now_ns)
         if drive.out[1] == 0:
             if self._zeros_since_ns is None:
                 self._zeros_since_ns = now_ns

@@ -20,6 +20,7 @@ ways. The steps are those of the add-on instruction Amci3601 in `ladder/blocks/a
 from __future__ import annotations
 
 from array import array
+from collections.abc import Sequence
 from enum import IntEnum
 
 from ...io_images.amci3601.bits import CommandLsw, CommandMsw, StatusMsw
@@ -248,7 +249,7 @@ class Drive:
     def _begin(self) -> None:
         self.step = _UNDER_WAY
         if self.kind is CONFIGURE and not self.msw & _CONFIG_ERROR:
-            self.out = array("h", ZEROS)  # accepted: zero words lead to command mode
+            self._write(ZEROS)  # accepted: zero words lead to command mode
 
     def _is_done(self, msw: int) -> bool:
         if self.kind is CONFIGURE:
@@ -290,9 +291,10 @@ class Drive:
             return
         if way is Way.RELEASE:
             self.out[0] = 0
-            self.out[1] &= ~_FOLLOWER
+            if not self.parameters_first:
+                self.out[1] &= ~_FOLLOWER
         else:
-            self.out = array("h", way.value)
+            self._write(way.value)
         self.step = Step.YIELDING
 
     def _go_on(self, now_ns: int) -> None:
@@ -309,7 +311,23 @@ class Drive:
         elif self.step == Step.ZEROS:
             self.step = _REST
         elif self.step == Step.PARAMETERS and self.running is not None:
-            self.out = array("h", self.running.words)
+            self._send_command(self.running, now_ns)
+
+    def _lay_out(self, command: Command) -> None:
+        """Send the parameters of a command without its command bits."""
+        self.running = command
+        self.out = array("h", command.words)
+        self.out[0] = 0
+        self.out[1] &= _COMMAND_BITS
+        self.step = Step.PARAMETERS
+
+    def _send_command(self, command: Command, now_ns: int) -> None:
+        """Send the command bits behind the parameters; those of word 1 first, where both words have some."""
+        if command.words[0] and self.out[1] != command.words[1]:
+            self.out[1] = command.words[1]
+            self._since_ns = None  # they have to cross, too
+        else:
+            self._start(command, now_ns)
             self.step = _SENT
 
     def _carry_out(self, command: Command, now_ns: int) -> None:
@@ -320,12 +338,12 @@ class Drive:
         elif command.kind in NOTHING_TO_SEND:
             command.end(Outcome.DONE)
         else:
-            self._start(command, now_ns)
-            self.kind, self.step = command.kind, _SENT
+            self.kind = command.kind
             if self.parameters_first:
-                self.out[0] = 0
-                self.out[1] &= _COMMAND_BITS
-                self.step = Step.PARAMETERS
+                self._lay_out(command)
+            else:
+                self._start(command, now_ns)
+                self.step = _SENT
 
     def _refused_by_now(self, kind: Kind) -> int:
         """Return why a command that has waited can't be carried out: the axis has failed meanwhile."""
@@ -341,8 +359,20 @@ class Drive:
         command.activate(now_ns)
 
     def _clear(self, step: Step) -> None:
-        self.out = array("h", ZEROS)
+        self._write(ZEROS)
         self.step = step
+
+    def _write(self, words: Sequence[int]) -> None:
+        """Write words whose parameters nobody looks at.
+
+        With `parameters_first` those of before stay, so that an update that comes in two parts is not
+        another command.
+        """
+        if self.parameters_first:
+            self.out[0] = words[0]
+            self.out[1] &= _COMMAND_BITS
+        else:
+            self.out = array("h", words)
 
 
 def faults_of(msw: int) -> int:
