@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from .io_images import Image, strategies
     from .io_images.amci3601 import (
         Acceleration,
+        BlendSegment,
         Configuration,
         Direction,
         FindHome,
@@ -79,6 +80,7 @@ __all__ = [
     "Amci3601",
     "Axis3601",
     "AxisError",
+    "BlendSegment",
     "CommandAborted",
     "Configuration",
     "Counter",
@@ -139,6 +141,7 @@ _HOMES = {
     "io_images": ("Image",),
     "io_images.amci3601": (
         "Acceleration",
+        "BlendSegment",
         "Configuration",
         "Direction",
         "FindHome",

@@ -17,10 +17,7 @@ from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Any
 
-from .waits import Wait
-
-CLOSINGS = 100
-"""How many awaits a coroutine may make while it is closed; one that makes more never ends."""
+from .waits import Stepping, Wait
 
 _OURS = f"{Path(__file__).parent}/"
 
@@ -159,6 +156,7 @@ class Sequence:
         if wait is not None:
             wait.drop()
         if work is not None:
+            Stepping.dropped = 0
             _close(work)
 
     def __del__(self) -> None:
@@ -210,6 +208,7 @@ class Sequence:
         """Run to the next await; return what is awaited there, or `_OVER`."""
         work = self._work
         assert work is not None, "a sequence that goes on has begun"
+        before, Stepping.now = Stepping.now, True
         try:
             return work.send(None) if error is None else work.throw(error)
         except StopIteration as over:
@@ -220,6 +219,9 @@ class Sequence:
             if isinstance(error.__cause__, StopIteration):  # Python's name for a StopIteration that escapes
                 error = error.with_traceback(error.__cause__.__traceback__)  # which knows the user's line
             raise error
+        finally:
+            Stepping.now = before
+            Stepping.dropped = 0
         self._work = None
         return _OVER
 
@@ -229,14 +231,11 @@ _OVER = object()
 
 
 def _close(work: Coroutine[Any, Any, object]) -> None:
-    for _ in range(CLOSINGS):
-        try:
-            work.close()
-        except RuntimeError:
-            if getattr(work, "cr_frame", None) is None:
-                raise  # its own, not that of an await during the close
-        else:
-            return
+    try:
+        work.close()
+    except RuntimeError:
+        if getattr(work, "cr_frame", None) is None:
+            raise  # its own; one that swallows its end is left where it is
 
 
 def _at(frame: FrameType | None, error: Exception) -> Exception:

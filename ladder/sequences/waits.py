@@ -22,6 +22,36 @@ Condition = Callable[[], object]
 """A question that is asked in every scan; its answer counts as true or false."""
 
 
+class Stepping:
+    """Whether a sequence takes its turn.
+
+    Python may close a coroutine at any time, the innermost first. Nothing would go on with what its
+    `finally` awaits then, so that await ends at once.
+
+    Attributes:
+        now: whether one does.
+        dropped: how many awaits were ended so since the last turn.
+    """
+
+    now = False
+    dropped = 0
+
+    @classmethod
+    def drop(cls) -> None:
+        """End an await outside of a turn; a loop that swallows that gets to wait after all.
+
+        Raises:
+            GeneratorExit: the coroutine is closed.
+        """
+        cls.dropped += 1
+        if cls.dropped <= DROPS:
+            raise GeneratorExit
+
+
+DROPS = 100
+"""How many awaits end at once outside of a turn; a coroutine that makes more swallows its end."""
+
+
 class Wait(Generic[T_co]):
     """Something to await. Subclass it, with `poll` at least, for a wait of your own.
 
@@ -66,6 +96,8 @@ class Wait(Generic[T_co]):
         """End at once, without a scan; what is inside is closed."""
 
     def __await__(self) -> Generator[Wait[Any], None, T_co]:
+        if not Stepping.now:
+            Stepping.drop()
         yield self
         return self.result()
 

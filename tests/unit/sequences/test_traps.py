@@ -1,5 +1,6 @@
 """The traps of sequences, a test for each: what a user does wrong, and what the CPU says to it."""
 
+import gc
 import textwrap
 
 import pytest
@@ -328,8 +329,6 @@ def test_an_instance_dropped_in_mid_wait_is_closed_quietly():
     bench.logic = None
     rack = bench.rack
     del bench
-    import gc
-
     gc.collect()
     assert ended == ["finally"]
     assert list(rack.slots[1].outputs) == words
@@ -340,6 +339,46 @@ def test_the_cpu_closes_its_logic():
     bench.cpu.close()
     assert bench.logic.ended == ["finally"]
     assert bench.sequences[0].over
+
+
+def test_a_finally_that_awaits_in_a_helper_is_closed_inside_out():
+    ended = []
+
+    class Nested(Logic):
+        @sequence
+        async def outer(self):
+            try:
+                await self.inner()
+            finally:
+                ended.append("outer")
+
+        async def inner(self):
+            try:
+                await dwell("1 s")
+            finally:
+                ended.append("inner")
+                await dwell("1 s")
+                ended.append("dropped with the wait before it")
+
+    SequenceBench(Nested).scan(3).cpu.close()
+    assert ended == ["inner", "outer"]
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # Python's, when it is freed
+def test_a_loop_that_swallows_everything_can_be_closed():
+    class Deaf(Logic):
+        @sequence
+        async def deaf(self):
+            while True:
+                try:
+                    await dwell("1 s")
+                except BaseException:
+                    self.runs = True
+
+    bench = SequenceBench(Deaf).scan(3)
+    bench.cpu.close()
+    assert bench.sequences[0].over
+    gc.collect()
 
 
 def test_an_exception_while_closing_is_raised_and_the_others_are_closed():

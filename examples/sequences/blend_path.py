@@ -1,0 +1,32 @@
+"""A blend path: a slow start, a fast middle and a slow end in one motion, to and fro.
+
+The profile is programmed once; each press of go runs it, clockwise and back by turns.
+"""
+
+from scanrack import Axis3601, BlendSegment, Configuration, Direction, Input, InputBit, Logic, sequence
+
+USED = InputBit.HOME | InputBit.CW_LIMIT  # the module wants a home and an end, wired or not
+
+PATH = (
+    BlendSegment(length=1000, speed=1000, rate=10),
+    BlendSegment(length=4000, speed=8000, rate=50),
+    BlendSegment(length=2000, speed=2000, rate=50),
+)
+
+
+class BlendPath(Logic):
+    """One axis and a button."""
+
+    axis = Axis3601(1, Configuration(inputs_used=USED, step_and_direction=True, starting_speed=500))
+    go = Input("Local:2:I.Data.0")
+
+    @sequence
+    async def path(self) -> None:
+        """Program the path, and run it at each press."""
+        await self.axis.configure()
+        await self.axis.set_position(0)
+        await self.axis.program_blend(PATH, final_deceleration=20)
+        while True:
+            for way in (Direction.CW, Direction.CCW):
+                await self.go.rises
+                await self.axis.run_blend(way)

@@ -1,0 +1,59 @@
+"""A registration labeller: the web runs until its mark comes, and stops exactly one label further.
+
+The sensor looks at the web; printing between two marks must not count, so the module ignores it for the
+first 2,000 steps of each feed. A feed without a mark in two seconds means that the web is at its end.
+"""
+
+from scanrack import (
+    Axis3601,
+    Configuration,
+    Input,
+    InputBit,
+    Logic,
+    Output,
+    WaitTimeout,
+    dwell,
+    sequence,
+    within,
+)
+
+USED = InputBit.EXTERNAL | InputBit.HOME | InputBit.CW_LIMIT  # it wants a home and an end, wired or not
+
+
+class Labeller(Logic):
+    """A web drive, an applicator, and a lamp that says that the web is at its end."""
+
+    web = Axis3601(1, Configuration(inputs_used=USED, step_and_direction=True, starting_speed=500))
+    refilled = Input("Local:2:I.Data.0")
+    applicator: Output = Output("Local:3:O.Data.0")
+    empty: Output = Output("Local:3:O.Data.1")
+
+    labels = 0
+
+    @sequence
+    async def label(self) -> None:
+        """Label until the web ends, and again after each refill."""
+        await self.web.configure()
+        await self.web.set_position(0)
+        await self.web.store_minimum(2000)
+        while True:
+            try:
+                while True:
+                    await within("2 s", self.web.run(3000, acceleration=20, deceleration=20, register=600))
+                    await self.apply()
+            except WaitTimeout:
+                await self.wait_for_refill()
+
+    async def apply(self) -> None:
+        """Press the label on."""
+        self.applicator = True
+        await dwell("150 ms")
+        self.applicator = False
+        self.labels += 1
+
+    async def wait_for_refill(self) -> None:
+        """Bring the web to rest, and wait for a new one."""
+        await self.web.halt()
+        self.empty = True
+        await self.refilled.rises
+        self.empty = False
