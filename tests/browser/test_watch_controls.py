@@ -21,7 +21,7 @@ def body(page):
 def test_pause_step_and_go_on(page, feeder):
     page.open(feeder.link)
     page.press("Pause")
-    until(lambda: page.handle("state") == "paused")
+    page.until_handle("state", "paused")
     scan = int(page.handle("scan"))
     page.press("Step")
     page.until_scan(scan + 1, "paused")
@@ -32,14 +32,14 @@ def test_pause_step_and_go_on(page, feeder):
     page.press("Live")
     page.until_scan(scan + 2, "paused")
     body(page).send_keys(" ")
-    until(lambda: page.handle("state") == "live")
+    page.until_handle("state", "live")
 
 
 def test_the_key_is_turned(page, feeder):
     page.open(feeder.link)
     for mode in ("Program", "Test", "Run"):
         page.press(mode)
-        until(lambda mode=mode: page.handle("mode") == mode.lower())
+        page.until_handle("mode", mode.lower())
         assert page.control(mode).get_attribute("aria-pressed") == "true"
 
 
@@ -47,7 +47,7 @@ def test_speed(page, feeder):
     page.open(feeder.link)
     for factor in (2, 1):
         page.choose("Speed", str(factor))
-        until(lambda factor=factor: abs(float(page.handle("speed")) - factor) < factor / 10)
+        page.until_speed(factor)
 
 
 def test_an_input_is_pressed(page, feeder):
@@ -117,7 +117,7 @@ def test_a_breakpoint_on_a_rung_pauses(page, paused):
     body(page).send_keys("b")
     until(lambda: not page.run("return document.querySelector('[data-breakpoint]')"))
     page.press("Go on")
-    until(lambda: page.handle("state") == "live")
+    page.until_handle("state", "live")
 
 
 def test_the_watch_table_is_kept(page, feeder):

@@ -180,6 +180,14 @@ class Look:
                 return each
         raise AssertionError(f"no control is called {name}")
 
+    def until_handle(self, name: str, wanted: str) -> None:
+        """Wait until a handle of the whole page is as wanted."""
+        until(lambda: self.handle(name) == wanted)
+
+    def until_speed(self, factor: float) -> None:
+        """Wait until the speed reached is about this one."""
+        until(lambda: abs(float(self.handle("speed") or 0) - factor) < factor / 10)
+
     def until_power(self, wanted: dict[str, str]) -> None:
         """Wait until the page shows this power."""
         until(lambda: self.power() == wanted, 5)

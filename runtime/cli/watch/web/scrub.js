@@ -42,6 +42,12 @@ export function goLive() {
   lookAt(run.hello?.kind === "trace" ? run.range?.[1] ?? 0 : "live");
 }
 
+// Goes on after a pause, in the present.
+export function goOn() {
+  if (run.state === "past") goLive();
+  return orders.go();
+}
+
 // Moves by so many scans, from the present into the past if need be.
 export const moveBy = scans => lookAt((run.scan ?? 0) + scans);
 

@@ -7,7 +7,7 @@ import { incidentsButton } from "./incidents.js";
 import { helpButton } from "./keys.js";
 import { tell } from "./notice.js";
 import * as orders from "./orders.js";
-import { scrubber } from "./scrub.js";
+import { goOn, scrubber } from "./scrub.js";
 import { onHello, onPaint, run } from "./state.js";
 
 const MODES = { program: "Program", test: "Test", run: "Run" };
@@ -19,7 +19,7 @@ const modes = Object.entries(MODES).map(([name, title]) =>
 const key = el("div", { class: "key", role: "group", "aria-label": "Key" }, ...modes);
 
 const pauseButton = button("Pause", orders.pause, { text: "❚❚", title: "Pause (space)", class: "sign" });
-const goButton = button("Go on", orders.go, { text: "▶", title: "Go on (space)", class: "sign" });
+const goButton = button("Go on", goOn, { text: "▶", title: "Go on (space)", class: "sign" });
 const stepButton = button("Step", () => orders.step(1), { text: "▶❘", title: "One scan (.)", class: "sign" });
 const speedChoice = el("select", { "aria-label": "Speed", title: "Speed wanted", change: chosen },
   ...SPEEDS.map(speed => el("option", { value: speed }, speed === "max" ? "max" : `${speed}×`)));

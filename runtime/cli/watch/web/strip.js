@@ -121,13 +121,19 @@ function curve(to, points, name, x, top, left) {
   const y = value => top + 5 + (high - value) / (high - low) * (CURVE - 14);
   to.small(count(high), left - 8, top + 9);
   to.small(count(low), left - 8, top + CURVE - 4);
+  const present = Math.min(run.t ?? 0, view()[1]);
   to.inside(left, top, () => {
     to.begin(colours.curve, 1.5);
+    to.from(x(points[0][0]), y(points[0][3]));
     points.forEach(([time, least, most, last], place) => {
-      place ? to.to(x(time), y(last)) : to.from(x(time), y(last));
-      if (most > least) { to.to(x(time), y(least)); to.to(x(time), y(most)); to.to(x(time), y(last)); }
+      const before = points[place - 1]?.[3] ?? last, end = Math.max(points[place + 1]?.[0] ?? present, time);
+      if (least < Math.min(before, last) || most > Math.max(before, last)) { // there and back between two pictures
+        to.to(x(time), y(before));
+        to.to(x((time + end) / 2), y(least));
+        to.to(x((time + end) / 2), y(most));
+      }
+      to.to(x(end), y(last));
     });
-    to.to(x(Math.max(points.at(-1)[0], Math.min(run.t ?? 0, view()[1]))), y(points.at(-1)[3]));
     to.end();
   });
 }

@@ -11,10 +11,10 @@ let since = null; // where it is said how long a line has run
 
 export function buildText(routine, { text = [], names = [] }) {
   lines = new Map();
-  since = el("p", { class: "since", "aria-live": "off" });
+  since = (run.hello.sequences ?? []).length ? el("p", { class: "since", "aria-live": "off" }) : null;
   const code = el("ol", { class: "code" }, ...text.map(line => rowOf(routine, line)));
-  const values = names.length ? el("dl", { class: "values" }, ...names.flatMap(valueOf)) : null;
-  return el("div", {}, ...(routine.kind === "python" ? [since] : []), values ?? "", code);
+  const values = names.length ? el("div", { class: "variables", role: "group", "aria-label": "Variables" }, ...names.map(chip)) : null;
+  return el("div", {}, values ?? "", since ?? "", code);
 }
 
 function rowOf(routine, { number, text, names = [] }) {
@@ -29,12 +29,6 @@ function chip(name) {
   const value = el("output", { class: "figure" }, "–");
   place(value, name, shown);
   return el("button", { type: "button", class: "chip", click: event => { event.stopPropagation(); select({ tag: name }); } }, el("span", {}, name), value);
-}
-
-function valueOf(name) {
-  const value = el("dd", { class: "figure" }, "–");
-  place(value, name, shown);
-  return [el("dt", {}, name), value];
 }
 
 export function paintText({ power, lines: running }) {

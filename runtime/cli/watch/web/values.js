@@ -18,7 +18,7 @@ export function place(node, name, say = shown) {
   places.get(name).push({ node, say });
   node.dataset.name = name;
   if (known.has(name)) put(node, say, known.get(name));
-  setAttribute(node, "data-forced", name in run.forced ? "" : null);
+  mark(node, say, name, run.forced);
 }
 
 export function unplace(root) {
@@ -32,8 +32,19 @@ function put(node, say, value) {
   const raw = plain(value);
   if (node.dataset.value === raw) return;
   node.dataset.value = raw;
+  write(node, say, value);
+}
+
+// A forced value in a picture carries an F; elsewhere the style sheet adds it.
+function write(node, say, value) {
   const text = say(value);
-  if (text !== null) setText(node, text);
+  if (text !== null) setText(node, node instanceof SVGElement && "forced" in node.dataset ? `${text} F` : text);
+}
+
+function mark(node, say, name, forced) {
+  if (name in forced === "forced" in node.dataset) return;
+  setAttribute(node, "data-forced", name in forced ? "" : null);
+  if (known.has(name)) write(node, say, known.get(name));
 }
 
 export function give(name, value) {
@@ -55,6 +66,6 @@ onPaint(({ tags, forced }) => {
   for (const [name, value] of Object.entries(tags ?? {})) give(name, value);
   if (!forced) return;
   for (const [name, list] of places) {
-    for (const { node } of list) setAttribute(node, "data-forced", name in forced ? "" : null);
+    for (const { node, say } of list) mark(node, say, name, forced);
   }
 });
