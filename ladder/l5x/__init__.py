@@ -15,6 +15,8 @@ r"""L5X: programs that Studio 5000 and RSLogix 5000 export, as they are.
 | `scopes` | tags and aliases of the controller and of programs |
 | `modules` | modules to tags |
 | `guesses` | types of tags that a partial export leaves out, from their use |
+| `unknown` | types that the document names and does not define |
+| `mnemonics` | names of all instructions of Logix, known here or not |
 | `schedule` | tasks |
 | `assembly` | all of that to a `Controller` |
 | `importer` | builds it, and refuses what can't be built rung by rung |

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 from ..addon import ENABLES, LOGIC, ROUTINES, AddOn, Parameter, Way
 from ..errors import LadderError
 from ..instructions import BY_NAME
-from ..spec import Spec
+from ..instructions.addons import ADD_ON_CALL
+from ..spec import Spec, Use
 from ..tree import Routine
 from ..types import MAX_DIMENSIONS, Structure
 from .assembly import without
@@ -38,6 +40,7 @@ class AddOns:
         self._types, self._report = types, report
         self._shapes: dict[str, AddOn] = {}
         self._wrong: dict[str, str] = {}
+        self._routines: dict[str, list[Routine]] = {}
         self.made: dict[str, AddOn] = {}
         types.add_on = self.structure
 
@@ -69,20 +72,12 @@ class AddOns:
         return self._shapes[name]
 
     def specs(self) -> Mapping[str, Spec]:
-        """Return the shapes of all instructions, by name in capitals; refuse add-ons that can't be used."""
-        found = dict(BY_NAME)
-        for name, record in self.records.items():
-            try:
-                found[name] = self.shape(name).spec
-            except LadderError as error:
-                self._refuse(record, str(error), "correct the definition")
-        return found
+        """Return the shapes of all instructions, by name in capitals."""
+        return {**BY_NAME, **{name: _spec_of(record) for name, record in self.records.items()}}
 
     def _parameters(self, record: AddOnRecord) -> Any:
-        enables = [each.upper() for each in ENABLES]
-        for each in record.parameters:
-            if each.name.upper() not in enables:
-                yield self._parameter(each, _WAYS.get(each.usage.upper(), Way.INPUT))
+        for each in _own(record):
+            yield self._parameter(each, _way_of(each))
         for each in record.locals:
             yield self._parameter(each, Way.LOCAL)
 
@@ -107,22 +102,44 @@ class AddOns:
         )
 
     def read(self, reader: RoutineReader) -> None:
-        """Read the logic of all add-ons."""
-        for name, shape in self._shapes.items():
-            record = self.records[name]
+        """Read the logic of all add-ons, before their types are known."""
+        for name, record in self.records.items():
+            read = [(each.name, reader.routine(record.name, each)) for each in record.routines]
+            self._routines[name] = [each for _, each in read if each is not None]
+
+    def routines(self) -> Iterator[tuple[str, Routine]]:
+        """Yield the routines that have been read, each with its add-on."""
+        for name, routines in self._routines.items():
+            yield from ((self.records[name].name, each) for each in routines)
+
+    def make(self, reader: RoutineReader) -> Mapping[str, str]:
+        """Make the add-ons of what has been read; return those that can't be, with the reason."""
+        withheld: dict[str, str] = {}
+        self._wrong.clear()  # types may have been defined since
+        for name, record in self.records.items():
             if record.encoded:
-                self._refuse(record, "its source is encoded, so that it is not in the file", _DECODE)
+                withheld[name] = _ENCODED
+                self._refuse(record, _ENCODED, _DECODE)
                 continue
-            routines = []
-            for each in record.routines:
-                routine = reader.routine(record.name, each)
-                role = next((role for role in ROUTINES if role.upper() == each.name.upper()), None)
-                if role is not None and routine is not None:
-                    named = Routine(role, routine.rungs, routine.comment, routine.statements)
-                    routines.append(self._allowed(shape, named, reader))
-            if LOGIC not in [each.name for each in routines]:
-                routines.insert(0, Routine(LOGIC, ()))
-            self.made[name] = shape.with_routines(tuple(routines))
+            try:
+                self.made[name] = self._made(self.shape(name), self._routines[name], reader)
+            except LadderError as error:
+                withheld[name] = f"this add-on can't be used: {error}"
+                self._refuse(record, str(error), _CORRECT)
+                for each in record.routines:
+                    for place in range(len(each.rungs)):
+                        reader.refuse(record.name, each.name, place, withheld[name], _CORRECT)
+        return withheld
+
+    def _made(self, shape: AddOn, read: Iterable[Routine], reader: RoutineReader) -> AddOn:
+        routines = []
+        for each in read:
+            role = next((role for role in ROUTINES if role.upper() == each.name.upper()), None)
+            if role is not None:
+                routines.append(self._allowed(shape, replace(each, name=role), reader))
+        if LOGIC not in [each.name for each in routines]:
+            routines.insert(0, Routine(LOGIC, ()))
+        return shape.with_routines(tuple(routines))
 
     def _allowed(self, shape: AddOn, routine: Routine, reader: RoutineReader) -> Routine:
         """Return a routine without what has no place in an add-on instruction; refuse that."""
@@ -142,5 +159,22 @@ class AddOns:
         )
 
 
+def _own(record: AddOnRecord) -> Iterator[TagRecord]:
+    """Yield the parameters of a definition, without those that all have."""
+    enables = [each.upper() for each in ENABLES]
+    yield from (each for each in record.parameters if each.name.upper() not in enables)
+
+
+def _way_of(parameter: TagRecord) -> Way:
+    return _WAYS.get(parameter.usage.upper(), Way.INPUT)
+
+
+def _spec_of(record: AddOnRecord) -> Spec:
+    required = [each for each in _own(record) if each.required or _way_of(each) is Way.INOUT]
+    return replace(ADD_ON_CALL, name=record.name, operands=(Use.INSTANCE, *[Use.ARGUMENT] * len(required)))
+
+
+_ENCODED = "the source of this add-on is encoded, so that it is not in the file"
+_CORRECT = "correct the definition"
 _PARAMETER = "pass it as a parameter"
 _DECODE = "export it without source protection, or stub it"

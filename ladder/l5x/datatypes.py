@@ -104,6 +104,11 @@ class Types:
             raise LadderError(f"{where} takes more than {MOST_BYTES:,} bytes")
         return Member(member.name, kind, member.dims, hidden=member.hidden)
 
+    def define(self, name: str, kind: DataType) -> None:
+        """Define a type that the document does not."""
+        self._known[name.upper()] = kind
+        self.wrong.clear()  # types with members of this one
+
     def show(self, data: Data) -> DataType | None:
         """Return the type that decorated data show, None if they show none.
 

@@ -385,8 +385,13 @@ def _named_first(routines: Iterable[Routine], *instructions: str) -> Iterator[st
 def all_instructions(routines: Iterable[Routine]) -> Iterator[Instruction]:
     """Yield the instructions of rungs and of structured text."""
     for routine in routines:
-        for rung in routine.rungs:
-            yield from instructions_of(rung.series)
-        for statement in statements_in(routine.statements or ()):
-            if isinstance(statement, Invocation):
-                yield statement.instruction
+        yield from (instruction for _, instruction in numbered_instructions(routine))
+
+
+def numbered_instructions(routine: Routine) -> Iterator[tuple[int, Instruction]]:
+    """Yield the instructions of a routine, each with its rung or line."""
+    for number, rung in enumerate(routine.rungs):
+        yield from ((number, each) for each in instructions_of(rung.series))
+    for statement in statements_in(routine.statements or ()):
+        if isinstance(statement, Invocation):
+            yield statement.line, statement.instruction

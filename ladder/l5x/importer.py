@@ -19,19 +19,28 @@ from ..schedule import Task, TaskKind
 from ..spec import Spec
 from ..stubs import ALL_MESSAGES, NO_STUBS, Power, Stubs, parse_stub
 from ..tags import STATUS_FLAGS, Alias, Declaration, Tag, program_of
-from ..tree import Address, Routine, Step, SubscriptStep
+from ..tree import Address, Routine, Step
+from ..types import Structure
 from .addons import AddOns
 from .assembly import CALLS, Parts, ProgramPart, call_of, harness_of, without
 from .datatypes import Types
 from .document import read_document
-from .guesses import Guess, Guesses, all_instructions, called_routines, triggered_tasks
+from .guesses import (
+    Guess,
+    Guesses,
+    all_instructions,
+    called_routines,
+    numbered_instructions,
+    triggered_tasks,
+)
 from .mnemonics import MNEMONICS
 from .modules import module_tags
-from .records import Document, ProgramRecord, TagRecord
+from .records import Document, ProgramRecord
 from .report import Refusal, Report
-from .routines import RoutineReader, instruction_names
+from .routines import UNKNOWN, RoutineReader, instruction_names
 from .schedule import tasks_of
-from .scopes import scope_of, tag_of
+from .scopes import scope_of
+from .unknown import UnknownTypes
 
 ROUNDS = 30
 """Attempts to build what is left after refusals; each refuses at least one rung."""
@@ -91,7 +100,6 @@ class Importer:
         self._types = Types(document.data_types)
         self._add_ons = AddOns(document.add_ons, self._types, self.report)
         self._parts = Parts(document.name, stubs=dict(stubs.by_name))
-        self._untyped: list[tuple[str, TagRecord]] = []
         self._completes = stubs.missing_tags
 
     def run(self, *, trial: bool) -> Imported:
@@ -111,24 +119,47 @@ class Importer:
 
     def _read_logic(self) -> None:
         document, reader = self._document, self._reader
+        self._parts.declarations += module_tags(document, self._types, self.report)
         reader.stubbed = frozenset(self._stubs.by_name)
         shapes = self._add_ons.specs()
         if self._completes:
             self._stub_absent_add_ons(shapes)
         reader.specs = {**shapes, **specs_of_stubs(self._parts.stubs)}
-        for name, record in self._add_ons.records.items():
-            if name in self._stubs.by_name:
-                continue
-            if record.encoded:
-                reader.withheld[name] = "the source of this add-on is encoded"
-            elif name not in reader.specs or reader.specs[name].name != record.name:
-                for each in record.routines:
-                    reason = f"the add-on {record.name} can't be used"
-                    reader.skipped(record.name, each, reason, "correct the definition")
         self._add_ons.read(reader)
-        self._parts.add_ons = self._add_ons.made
         for program in document.programs:
             self._program(program)
+        self._define_types()
+        withheld = self._add_ons.make(reader)
+        self._parts.add_ons = self._add_ons.made
+        stubbed = self._stubs.by_name
+        self._refuse_callers({name: text for name, text in withheld.items() if name not in stubbed})
+
+    def _define_types(self) -> None:
+        """Define types that the document leaves out, from their use."""
+        unknown = UnknownTypes(self._document, self._types)
+        if not unknown.names:
+            return
+        programs = [
+            (part.name, each) for part in self._parts.programs.values() for each in part.routines.values()
+        ]
+        defined = unknown.define([*programs, *self._add_ons.routines()], self._reader.specs)
+        for name, kind in defined.items():
+            members = [each.name for each in kind.members] if isinstance(kind, Structure) else [kind.name]
+            self.report.declared[f"type {name}"] = ", ".join(members)
+
+    def _refuse_callers(self, withheld: Mapping[str, str]) -> None:
+        """Refuse the rungs that call add-ons that can't be used."""
+        if not withheld:
+            return
+        owned = [
+            (part.name, each) for part in self._parts.programs.values() for each in part.routines.values()
+        ]
+        owned += [(each.name, routine) for each in self._parts.add_ons.values() for routine in each.routines]
+        for owner, routine in owned:
+            for number, instruction in numbered_instructions(routine):
+                reason = withheld.get(instruction.name.upper())
+                if reason is not None:
+                    self._refuse(owner, routine.name, number, f"{instruction.name}: {reason}", UNKNOWN)
 
     def _stub_absent_add_ons(self, shapes: Mapping[str, Spec]) -> None:
         """Let add-on instructions whose definition was not exported do nothing."""
@@ -162,9 +193,6 @@ class Importer:
         known = {*part.routines, *part.functions}
         part.main = record.main if record.main.upper() in known else None
         part.fault = record.fault if record.fault.upper() in known else None
-        scope = scope_of(record.tags, self._types, self.report, record.name)
-        part.declarations += scope.declarations
-        self._untyped += [(record.name, each) for each in scope.untyped]
 
     def _skip_program(self, record: ProgramRecord, reason: str) -> None:
         for each in record.routines:
@@ -174,9 +202,11 @@ class Importer:
 
     def _declare(self) -> None:
         document, parts = self._document, self._parts
-        scope = scope_of(document.tags, self._types, self.report)
-        parts.declarations += [*scope.declarations, *module_tags(document, self._types, self.report)]
-        self._untyped += [("", each) for each in scope.untyped]
+        parts.declarations += scope_of(document.tags, self._types, self.report)
+        for program in document.programs:
+            part = parts.programs.get(program.name.upper())
+            if part is not None:
+                part.declarations += scope_of(program.tags, self._types, self.report, program.name)
         self._guess()
         if self._completes:
             self._complete_routines()
@@ -192,15 +222,11 @@ class Importer:
             for routine in part.routines.values():
                 guesses.read(part.name, self._to_guess(part, routine))
         for guess in guesses.found.values():
-            if not guess.name.startswith("type "):
-                self._declare_guess(guess)
-        for program, record in self._untyped:
-            self._declare_untyped(program, record, guesses.found.get(f"TYPE {record.type.upper()}"))
+            self._declare_guess(guess)
 
     def _to_guess(self, part: ProgramPart, routine: Routine) -> Routine:
         """Return the part of a routine that may name something missing: of a whole controller, a module."""
-        modules_only = not self._completes and not self._untyped
-        if not modules_only or self._aliases_of_modules or routine.statements is not None:
+        if self._completes or self._aliases_of_modules or routine.statements is not None:
             return routine
         record = self._reader.record(part.name, routine.name)
         texts = [each.text for each in record.rungs] if record else []
@@ -225,17 +251,6 @@ class Importer:
         if self._parts.declaration(program, address.name) is not None:
             return None
         name = address.name.upper()
-        owner = program_of(name).upper()
-        for scope, record in self._untyped:
-            if record.name.upper() == name.rpartition(".")[2] and scope.upper() in (
-                "",
-                owner,
-                program.upper(),
-            ):
-                steps = address.steps
-                if record.dims and steps and isinstance(steps[0], SubscriptStep):
-                    steps = steps[1:]
-                return f"type {record.type}", steps
         if name in STATUS_FLAGS or not (self._completes or ":" in name):
             return None
         plain = re.fullmatch(TAG_NAME, address.name.rpartition(".")[2], re.ASCII)
@@ -252,19 +267,6 @@ class Importer:
             return self._parts.declarations
         part = self._parts.programs.setdefault(program.upper(), ProgramPart(program))
         return part.declarations
-
-    def _declare_untyped(self, program: str, record: TagRecord, guess: Guess | None) -> None:
-        if guess is None:
-            self.report.note(
-                record.name, f"it is not declared: there is no data type {record.type}", record.line
-            )
-            return
-        kind = guess.type(record.type)
-        try:
-            self._scope(program).append(tag_of(replace(record, data=[]), kind, self.report, program))
-        except LadderError as error:
-            self.report.note(record.name, f"it is not declared: {error}", record.line)
-        self.report.declared[f"type {record.type}"] = kind.name
 
     def _complete_routines(self) -> None:
         """Give programs of a partial export a main routine, and the routines that they call."""

@@ -12,7 +12,7 @@ from ..errors import RungTextError
 from ..instructions import BY_NAME
 from ..spec import Spec
 from ..text import parse_rung
-from ..tree import Origin, Routine, Rung, instructions_of
+from ..tree import Origin, Routine, Rung
 from .records import Document, EncodedRecord, RoutineRecord, RungRecord
 from .report import Refusal, Report
 
@@ -20,7 +20,9 @@ DIAGRAMS = {"FBD": "a function block diagram", "SFC": "a sequential function cha
 """Kinds of routines that do not run here."""
 
 _ANOTHER_LANGUAGE = "write the routine as ladder or structured text, or stub it"
-_UNKNOWN = "stub the instruction, or take it out"
+UNKNOWN = "stub the instruction, or take it out"
+"""What helps against an instruction that is not here."""
+
 _PENDING = "accept or cancel the edits, then export again"
 
 
@@ -51,7 +53,6 @@ class RoutineReader:
 
     Attributes:
         specs: the shapes of all instructions, by name in capitals.
-        withheld: instructions whose definition is not in the file, with the reason, by name in capitals.
         stubbed: names in capitals of instructions and routines for which a stub stands.
 
     Args:
@@ -63,7 +64,6 @@ class RoutineReader:
         self._records: dict[tuple[str, str], RoutineRecord] = {}
         self._refused: set[tuple[str, str, int]] = set()
         self.specs: Mapping[str, Spec] = BY_NAME
-        self.withheld: dict[str, str] = {}
         self.stubbed: frozenset[str] = frozenset()
 
     def routine(self, owner: str, record: RoutineRecord) -> Routine | None:
@@ -112,13 +112,8 @@ class RoutineReader:
             )
         except RungTextError as error:
             reason = str(error).partition(f"column {error.column}: ")[2]
-            self.refuse(owner, record.name, place, reason, _UNKNOWN, error.column)
+            self.refuse(owner, record.name, place, reason, UNKNOWN, error.column)
             return Rung((), rung.comment, origin)
-        for each in instructions_of(read.series) if self.withheld else ():
-            if each.name.upper() in self.withheld:
-                reason = f"{each.name}: {self.withheld[each.name.upper()]}"
-                self.refuse(owner, record.name, place, reason, _UNKNOWN, rung.text.find(each.name) + 1)
-                return Rung((), rung.comment, origin)
         return read
 
     def _statements(self, owner: str, record: RoutineRecord) -> Routine | None:

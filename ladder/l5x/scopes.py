@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
 
 from ..errors import LadderError
 from ..expressions import parse_address
@@ -20,21 +19,10 @@ _FILLED = {
 }
 
 
-@dataclass(slots=True)
-class Scope:
-    """Tags of the controller or of a program.
-
-    Attributes:
-        declarations: in order.
-        untyped: tags of a type that the file does not define.
-    """
-
-    declarations: list[Declaration] = field(default_factory=list)
-    untyped: list[TagRecord] = field(default_factory=list)
-
-
-def scope_of(records: Iterable[TagRecord], types: Types, report: Report, owner: str = "") -> Scope:
-    """Return the declarations of tags.
+def scope_of(
+    records: Iterable[TagRecord], types: Types, report: Report, owner: str = ""
+) -> list[Declaration]:
+    """Return the declarations of the tags of the controller or of a program.
 
     Args:
         records: the tags.
@@ -42,22 +30,21 @@ def scope_of(records: Iterable[TagRecord], types: Types, report: Report, owner: 
         report: gets what can't be declared.
         owner: the program, "" for the controller.
     """
-    scope = Scope()
+    declarations: list[Declaration] = []
     for record in records:
         if record.kind.upper() in _FILLED:
             report.note(_named(owner, record.name), _FILLED[record.kind.upper()], record.line)
         try:
             if record.kind.upper() == "ALIAS" or record.target:
-                scope.declarations.append(Alias(record.name, parse_address(record.target), record.comment))
+                declarations.append(Alias(record.name, parse_address(record.target), record.comment))
                 continue
             kind = type_of(record, types)
             if kind is None:
-                scope.untyped.append(record)
-                continue
-            scope.declarations.append(tag_of(record, kind, report, owner))
+                raise LadderError(f"there is no data type {record.type}")
+            declarations.append(tag_of(record, kind, report, owner))
         except LadderError as error:
             report.note(_named(owner, record.name), f"it is not declared: {error}", record.line)
-    return scope
+    return declarations
 
 
 def type_of(record: TagRecord, types: Types) -> DataType | None:

@@ -265,3 +265,31 @@ def test_an_add_on_refuses_the_rungs_that_name_others_tags(imported):
     ]
     assert "there is no parameter or local tag Elsewhere" in report.refused[0].reason
     assert report.ran == 1
+
+
+DRIVE = '<Parameter Name="Drive" TagType="Base" DataType="AB:Drive:I:0" Usage="InOut" Required="true"/>'
+
+
+def test_an_add_on_whose_parameter_is_of_a_type_that_the_file_leaves_out(imported):
+    logic = ladder(
+        "Logic", "XIC(Drive.Active)MOV(Drive.Speed[2],Y);", "GRT(Drive.Amps,1.5)OTE(Drive.Word.3);"
+    )
+    unit = add_on("Unit", [DRIVE, parameter("Y", "DINT", "Output")], [], logic)
+    report = imported(document(target="AddOnInstructionDefinition", add_ons=[unit])).report
+    assert (report.refused, report.objects, report.ran) == ([], [], 2)
+    assert report.declared == {"type AB:Drive:I:0": "Active, Speed, Amps, Word"}
+
+
+def test_a_type_with_a_member_of_a_type_that_the_file_leaves_out(imported):
+    types = [data_type("Outer", member("Part", "Inner", 2), member("Own", "DINT"))]
+    found = imported(
+        machine(
+            "XIC(O.Part[1].On)OTE(O.Own.4);",
+            "ADD(L[1].Count,1,L[1].Count);",
+            types=types,
+            tags=[tag("O", "Outer"), tag("L", "Inner", "3")],
+        )
+    )
+    assert found.report.ran == 2
+    assert found.report.declared == {"type Inner": "On, Count"}
+    assert after(found)["L[1].Count"] == 1

@@ -1,0 +1,130 @@
+"""Types that a document names and does not define: of modules, or left out of a partial export.
+
+Their members are those that the rungs name, of the types that their uses ask for, see `guesses`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+
+from ..errors import LadderError
+from ..spec import Spec
+from ..tree import Address, MemberStep, Routine, Step, SubscriptStep
+from ..types import DINT, DataType, Member, Structure
+from .datatypes import Types, UnknownTypeError
+from .guesses import Guesses
+from .records import Document, TagRecord
+from .scopes import type_of
+
+Owned = Iterable[tuple[str, Routine]]
+"""Routines, each with its program or add-on."""
+
+
+class UnknownTypes:
+    """Finds and guesses the types that a document does not define.
+
+    Args:
+        document: the document.
+        types: its types.
+    """
+
+    def __init__(self, document: Document, types: Types) -> None:
+        self._types = types
+        self._members = {
+            record.name.upper(): {each.name.upper(): each.type for each in record.members}
+            for record in document.data_types
+        }
+        self._tags = {"": _by_name(document.tags)}
+        for program in document.programs:
+            self._tags[program.name.upper()] = _by_name(program.tags)
+        self._add_ons = {
+            each.name.upper(): _by_name((*each.parameters, *each.locals)) for each in document.add_ons
+        }
+        self.names = dict(self._missing(document))
+
+    def _missing(self, document: Document) -> Iterator[tuple[str, str]]:
+        """Yield the types that are not defined: name in capitals and name."""
+        for data_type in document.data_types:
+            for member in data_type.members:
+                if self._is_unknown(member.type):
+                    yield member.type.upper(), member.type
+        for records in (*self._tags.values(), *self._add_ons.values()):
+            for record in records.values():
+                if self._is_unknown(record.type) and not self._shows(record):
+                    yield record.type.upper(), record.type
+
+    def _is_unknown(self, name: str) -> bool:
+        key = name.upper()
+        if not key or key in self._members or key in self._add_ons:
+            return False
+        try:
+            self._types.find(name)
+        except UnknownTypeError:
+            return True
+        except LadderError:
+            return False
+        return False
+
+    def _shows(self, record: TagRecord) -> bool:
+        try:
+            return type_of(record, self._types) is not None
+        except LadderError:
+            return False
+
+    def define(self, routines: Owned, specs: Mapping[str, Spec]) -> Mapping[str, DataType]:
+        """Define them as the routines use them; return them by name."""
+        guesses = Guesses(self._use_of, self._known, {}, specs)
+        for owner, routine in routines:
+            guesses.read(owner, routine)
+        found: dict[str, DataType] = {}
+        for key, name in self.names.items():
+            guess = guesses.found.get(key)
+            found[name] = (
+                guess.type(name) if guess else Structure(name, (Member("unknown", DINT, hidden=True),))
+            )
+            self._types.define(name, found[name])
+        return found
+
+    def _record(self, owner: str, name: str) -> TagRecord | None:
+        own = self._add_ons.get(owner.upper())
+        if own is not None and name.upper() in own:
+            return own[name.upper()]
+        if name.startswith("\\"):
+            owner, _, name = name[1:].partition(".")
+            return self._tags.get(owner.upper(), {}).get(name.upper())
+        return self._tags.get(owner.upper(), {}).get(name.upper()) or self._tags[""].get(name.upper())
+
+    def _use_of(self, owner: str, address: Address) -> tuple[str, tuple[Step, ...]] | None:
+        """Return the unknown type that an address leads into, and the steps in it; None if there is none."""
+        record = self._record(owner, address.name)
+        kind = record.type if record is not None else ""
+        steps = list(address.steps)
+        while kind:
+            if steps and isinstance(steps[0], SubscriptStep):
+                steps.pop(0)
+            if kind.upper() in self.names:
+                return kind, tuple(steps)
+            if not steps or not isinstance(steps[0], MemberStep):
+                return None
+            kind = self._member_type(kind, steps.pop(0).name)  # type: ignore[union-attr]
+        return None
+
+    def _member_type(self, kind: str, name: str) -> str:
+        members = self._members.get(kind.upper())
+        if members is not None:
+            return members.get(name.upper(), "")
+        parameter = self._add_ons.get(kind.upper(), {}).get(name.upper())
+        return parameter.type if parameter is not None else ""
+
+    def _known(self, owner: str, address: Address) -> DataType | None:
+        record = self._record(owner, address.name)
+        if record is None or any(isinstance(each, MemberStep) for each in address.steps):
+            return None
+        try:
+            return self._types.find(record.type)
+        except LadderError:
+            return None
+
+
+def _by_name(records: Iterable[TagRecord]) -> dict[str, TagRecord]:
+    return {each.name.upper(): each for each in records}
