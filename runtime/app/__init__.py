@@ -8,7 +8,8 @@
 | `attachments`, `trust` | the files that travel with a trace, and which of them may be used |
 | `playback`, `replaying`, `levels` | a recording in place of modules, logic or stimuli |
 | `hints` | what a program may have meant otherwise |
-| `sequence_watch`, `wrapped` | where a program's sequences wait; a logic around another one |
+| `sequence_watch` | where a program's sequences wait |
+| `wrapped`, `bare_slots` | a logic around another one; slots without modules |
 | `rack_units`, `served_units` | controllers beside a rack, and behind a port |
 | `bench/` | a rack in the hands of a test |
 | `why/` | which line of a program changed what, and what the modules wait for |

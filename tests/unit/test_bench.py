@@ -99,10 +99,10 @@ def test_a_fault_names_program_routine_rung_and_tag_and_the_trace_can_be_read(ra
     assert "subscript 7" in shown.stdout
 
 
-def test_a_plain_function_has_no_tags_but_all_the_rest(rack):
+def test_a_plain_function_has_no_rungs_but_all_the_rest(rack):
     bench = open_bench(rack(PLAIN, "plain.py"))
     bench.scan(3)
-    with pytest.raises(ValueError, match="it has no tags and no rungs"):
+    with pytest.raises(ValueError, match="no tag matches 'Run'"):
         bench["Run"]
     with pytest.raises(CpuFault, match="five"):
         bench.run_for("1 s")

@@ -116,6 +116,33 @@ def test_why_says_where_they_wait_and_for_which_line_the_axis_sends(rack, trace)
     assert of_trace.partition("\n")[2] == answer.partition("\n")[2]
 
 
+def test_why_knows_the_names_of_the_class(rack, trace):
+    cycle = invoke("why", rack, "cycle", "--at", "52").stdout.splitlines()
+    assert cycle[0].endswith("cycle waits at line 24 of line.py for axis.move_to(400) since 0.1 s")
+    assert cycle[1].strip() == "await self.axis.move_to(400, speed=5000, acceleration=100, deceleration=100)"
+    assert cycle[2].startswith("  axis (slot 1): moving CW, accelerating, at ")
+    assert invoke("why", trace, "line.cycle", "--at", "52", "--trust").stdout.splitlines()[1:] == cycle[1:]
+    waiting = invoke("why", rack, "cycle", "--at", "40").stdout.splitlines()
+    assert waiting[2] == "  start is 0 since scan 8 (0.016 s)"  # scan 1 to 7: the configuration is mirrored
+    assert "start is 1 since scan 50 (0.1 s)" in invoke("why", rack, "line.start", "--at", "52").stdout
+    axis = invoke("why", rack, "axis", "--at", "52").stdout
+    assert "axis (slot 1): moving CW" in axis
+    assert "no tag matches 'axi'" in invoke("why", rack, "axi").stderr
+
+
+def test_a_question_leaves_the_bench_as_it_is(rack):
+    asked, plain = open_bench(rack), open_bench(rack)
+    for bench in (asked, plain):
+        bench.scan(52)
+    asked.check("cycle")
+    asked.why("cycle")
+    asked.why("line.count")
+    for bench in (asked, plain):
+        bench.run_until(lambda bench: bench.sequences["cycle"].over)
+    assert (asked.scans, str(asked)) == (plain.scans, str(plain))
+    assert asked["line.count"] == 1
+
+
 def test_the_bench_says_where_they_wait(rack):
     bench = open_bench(rack)
     bench.run_until(lambda bench: bench.sequences["cycle"].line == 24)

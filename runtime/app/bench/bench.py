@@ -23,6 +23,7 @@ from ..tag_names import named_values, namespace_of
 from ..why.again import Load
 from ..why.answer import Why
 from ..why.journal import Journal
+from ..why.named import Names
 from .event_log import Ear
 from .slot import SlotBench
 
@@ -179,11 +180,7 @@ class Bench:
             raise NotReachedError(f"{wanted} has not come about within {within}.\n{self}")
 
     def _holds(self, condition: Condition) -> bool:
-        if not isinstance(condition, str):
-            return bool(condition(self))
-        if not self._observed and self._is_image(condition):
-            return bool(self._in_image(condition))
-        return bool(self[condition])
+        return bool(self[condition] if isinstance(condition, str) else condition(self))
 
     def _in_image(self, address: str) -> int:
         """Return a bit or word of an image."""
@@ -229,7 +226,13 @@ class Bench:
         self.cpu.announce(Event(self.now_ns, "edit", self.logic.program.name, str(edit), fields))
 
     def __getitem__(self, tag: str) -> Any:
-        return self.program.tags[tag]
+        if self._observed:
+            return self.program.tags[tag]
+        if self._is_image(tag):
+            return self._in_image(tag)
+        namespace = namespace_of(self.logic)
+        (value,) = named_values(namespace, [tag])
+        return eval(value.source, namespace)
 
     def __setitem__(self, tag: str, value: object) -> None:
         self.program.tags[tag] = value
@@ -243,8 +246,12 @@ class Bench:
         for tag in tags:
             if self._observed and not self._is_image(tag):
                 _ = self.program.tags[tag]
-            elif not self._is_image(tag):
+            elif not self._is_image(tag) and not self._is_declared(tag):
                 named_values(namespace_of(self.logic), [tag])
+
+    def _is_declared(self, name: str) -> bool:
+        """Return whether a class of `Logic` declares something of that name."""
+        return Names(self.logic, {slot.number: slot.words for slot in self.spec.slot}).declares(name)
 
     def why(self, tag: str | None = None) -> str:
         """Say why something is as it is.

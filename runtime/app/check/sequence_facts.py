@@ -14,18 +14,16 @@ import ast
 import re
 import sys
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from inspect import signature
 from pathlib import Path
 from typing import Any
 
 from ....io_images.amci3601 import Acceleration, Direction
-from ....io_images.image import Image
-from ....io_images.module_words import ModuleWords
 from ....ladder.axis3601 import Axis3601, Command, ErrorId
 from ....ladder.sequences import Logic, fresh, parts_of
 from ....ladder.sequences.signals import Signal
 from ...config.rackspec import RackSpec
+from ..bare_slots import bare_slots
 from .facts import Facts, Place, Remark, Sent, UsesBit
 from .python_facts import Reader, UnknownError
 
@@ -51,15 +49,6 @@ _PROBLEM = re.compile(r"(?P<file>.*?):(?P<line>\d+): (?P<text>.*)")
 
 _WAITS = (ast.Await, ast.AsyncWith, ast.AsyncFor)
 _LEAVES = (ast.Break, ast.Return, ast.Raise)
-
-
-@dataclass(frozen=True, slots=True)
-class _Images:
-    """A slot without a module."""
-
-    words: ModuleWords
-    inputs: Image
-    outputs: Image
 
 
 def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
@@ -94,7 +83,7 @@ def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
 
 def _misplaced(logic: Logic, spec: RackSpec, path: Path) -> Iterator[Remark]:
     """Yield what the class declares and the rack does not have, or what two own."""
-    slots = {slot.number: _Images(slot.words, Image(), Image()) for slot in spec.slot}
+    slots = bare_slots({slot.number: slot.words for slot in spec.slot})
     try:
         logic.__attach_logic__(slots)
     except ValueError as error:

@@ -16,7 +16,9 @@ from ....traces.replay import Recording
 from ...config.rackspec import RackSpec
 from ...loop.scan import Logic, ScanFlag
 from ..tag_names import named_values, namespace_of
-from .again import Again, Changed, Load, Watched, run_again
+from .again import Again, Changed, Load, Watched, fresh, run_again
+from .conditions import source_line
+from .named import Names
 from .past import ALL_BITS, Past, SlotPast
 from .telling import told, told_sender
 from .waits import waits
@@ -71,6 +73,15 @@ class Why:
         """
         if self.means_image(text) or self.load is None:
             return "\n".join(self._of_image(text, self.place(text)))
+        with fresh(self.load) as logic:
+            names = Names(logic, {slot.number: slot.words for slot in self.recording.slots})
+        own = names.own(text)
+        if own in names.addresses:
+            return "\n".join(self._of_image(text, self.place(names.addresses[own])))
+        if own in names.sequences:
+            return "\n".join(self._of_sequence(own, names, self.load))
+        if own in names.axes:
+            return "\n".join(self._of_axis(own, names))
         return "\n".join(self._of_value(text, self.load))
 
     def rack(self) -> str:
@@ -90,8 +101,7 @@ class Why:
     def _of_image(self, text: str, place: Address) -> Iterator[str]:
         past, image = self.past, _side(place)
         mask = ALL_BITS if place.bit is None else 1 << place.bit
-        word = past.words(place.slot, image, self.row)[place.word]
-        value = word if place.bit is None else word >> place.bit & 1
+        value = self._value(place)
         if str(place) in past.forces:
             yield f"{text} is {value} because it is forced."
             return
@@ -194,6 +204,39 @@ class Why:
         said = f"output {names} since {self.past.when(row)}: {what}"
         at = self._offset(slot.number) + 2 * words[0]
         return [line for each in self._by_line(said, row, again, at, ALL_BITS) for line in each.splitlines()]
+
+    # --- a sequence
+
+    def _of_sequence(self, name: str, names: Names, load: Load) -> Iterator[str]:
+        """Yield where a sequence waits, and how what it waits for stands."""
+        step = next((each for each in self.past.sequences if each.sequence == name), None)
+        if step is None or not step.line:
+            yield str(step) if step else f"{name} has not begun."
+            return
+        yield str(step)
+        yield f"    {source_line(str(load.folder / step.file), step.line)}"
+        for each in names.named_in(step.wait):
+            if each in names.addresses:
+                yield f"  {self._level(each, self.place(names.addresses[each]))}"
+            else:
+                yield f"  {next(self._of_axis(each, names))}"
+
+    def _of_axis(self, name: str, names: Names) -> Iterator[str]:
+        """Yield what the module of an axis waits for."""
+        slot = next(slot for slot in self.recording.slots if slot.number == names.axes[name])
+        said = waits(SlotPast(self.past, slot))
+        yield f"{name} (slot {slot.number}): {said[0]}"
+        yield from (f"  {each}" for each in said[1:])
+
+    def _level(self, name: str, place: Address) -> str:
+        """Return the value of a bit or word, and since when."""
+        mask = ALL_BITS if place.bit is None else 1 << place.bit
+        row = self.past.last_change(place.slot, _side(place), place.word, mask)
+        return f"{name} is {self._value(place)} since {self.past.when(row or 0)}"
+
+    def _value(self, place: Address) -> int:
+        word = self.past.words(place.slot, _side(place), self.row)[place.word]
+        return word if place.bit is None else word >> place.bit & 1
 
     # --- a value of the program
 

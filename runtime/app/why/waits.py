@@ -52,11 +52,12 @@ _HOME = CommandMsw.FIND_HOME_CW | CommandMsw.FIND_HOME_CCW
 _TO_A_TARGET = CommandMsw.ABSOLUTE_MOVE | CommandMsw.RELATIVE_MOVE
 _MODE = StatusMsw.MODE_CONFIG.value
 _BLENDING = CommandLsw.BLEND_PROGRAM.value
-_BY_RESET = RULES["RST-01"]
+_BY_RESET, _ONLY_RESET = RULES["RST-01"], RULES["RST-03"]
 
 CLEARED_BY = {
     StatusMsw.CONFIG_ERROR: "a valid configuration clears it [CFG-13, chapter 3]",
     StatusMsw.POSITION_INVALID: "a search for home or a preset clears it; it takes no absolute move before",
+    StatusMsw.INPUT_ERROR: "the next move and RESET_ERRORS clear it [STS-M11, chapter 6]",
 }
 """What clears an error bit; of all others it is RESET_ERRORS."""
 
@@ -204,7 +205,10 @@ def _still_on(past: SlotPast) -> str:
 
 
 def _idle(past: SlotPast) -> str:
-    return f"{_rest(past)}: it waits for a command bit to go from 0 to 1"
+    wanted = "a command bit to go from 0 to 1"
+    if past.inputs[0] & StatusMsw.COMMAND_ERROR:
+        wanted = f"RESET_ERRORS, and takes no other command [{_ONLY_RESET.id}, {_ONLY_RESET.section}]"
+    return f"{_rest(past)}: it waits for {wanted}"
 
 
 STATES: Sequence[Callable[[SlotPast], str | None]] = (

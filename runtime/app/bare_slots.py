@@ -1,0 +1,29 @@
+"""Slots without modules: what a program is attached to where nothing runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from ...io_images.image import Image
+from ...io_images.module_words import ModuleWords
+
+
+@dataclass(frozen=True, slots=True)
+class BareSlot:
+    """A slot without a module.
+
+    Attributes:
+        words: what its words are called.
+        inputs: the input image, all 0.
+        outputs: the output image.
+    """
+
+    words: ModuleWords
+    inputs: Image = field(default_factory=Image)
+    outputs: Image = field(default_factory=Image)
+
+
+def bare_slots(words: Mapping[int, ModuleWords]) -> dict[int, BareSlot]:
+    """Return slots by number, from what their words are called."""
+    return {number: BareSlot(each) for number, each in words.items()}
