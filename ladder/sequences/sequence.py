@@ -17,7 +17,7 @@ from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Any
 
-from .waits import Stepping, Wait
+from .waits import Wait, stepping
 
 _OURS = f"{Path(__file__).parent}/"
 
@@ -156,7 +156,7 @@ class Sequence:
         if wait is not None:
             wait.drop()
         if work is not None:
-            Stepping.dropped = 0
+            stepping.dropped = 0
             _close(work)
 
     def __del__(self) -> None:
@@ -208,7 +208,7 @@ class Sequence:
         """Run to the next await; return what is awaited there, or `_OVER`."""
         work = self._work
         assert work is not None, "a sequence that goes on has begun"
-        before, Stepping.now = Stepping.now, True
+        before, stepping.now = stepping.now, True
         try:
             return work.send(None) if error is None else work.throw(error)
         except StopIteration as over:
@@ -220,8 +220,8 @@ class Sequence:
                 error = error.with_traceback(error.__cause__.__traceback__)  # which knows the user's line
             raise error
         finally:
-            Stepping.now = before
-            Stepping.dropped = 0
+            stepping.now = before
+            stepping.dropped = 0
         self._work = None
         return _OVER
 

@@ -9,6 +9,7 @@ A wait takes one scan at least, even one that holds already. Times are virtual a
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Generator
 from typing import Any, Generic, NoReturn, TypeVar
 
@@ -22,8 +23,8 @@ Condition = Callable[[], object]
 """A question that is asked in every scan; its answer counts as true or false."""
 
 
-class Stepping:
-    """Whether a sequence takes its turn.
+class Stepping(threading.local):
+    """Whether a sequence takes its turn, in this thread.
 
     Python may close a coroutine at any time, the innermost first. Nothing would go on with what its
     `finally` awaits then, so that await ends at once.
@@ -36,16 +37,19 @@ class Stepping:
     now = False
     dropped = 0
 
-    @classmethod
-    def drop(cls) -> None:
+    def drop(self) -> None:
         """End an await outside of a turn; a loop that swallows that gets to wait after all.
 
         Raises:
             GeneratorExit: the coroutine is closed.
         """
-        cls.dropped += 1
-        if cls.dropped <= DROPS:
+        self.dropped += 1
+        if self.dropped <= DROPS:
             raise GeneratorExit
+
+
+stepping = Stepping()
+"""Of the thread that asks."""
 
 
 DROPS = 100
@@ -96,8 +100,8 @@ class Wait(Generic[T_co]):
         """End at once, without a scan; what is inside is closed."""
 
     def __await__(self) -> Generator[Wait[Any], None, T_co]:
-        if not Stepping.now:
-            Stepping.drop()
+        if not stepping.now:
+            stepping.drop()
         yield self
         return self.result()
 

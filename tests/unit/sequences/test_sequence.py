@@ -1,5 +1,8 @@
 """A sequence: its turns, abort and restart, and what others see of it."""
 
+import sys
+from threading import Thread
+
 import pytest
 from scanrack import Abort, Axis3601, Input, Logic, Output, dwell, sequence, until
 from scanrack.ladder.sequences import fields_of, parts_of
@@ -268,3 +271,29 @@ def test_a_move_of_a_sequence_scan_by_scan():
     assert bench.logic.second is not None  # the same scan
     bench.until(lambda: bench.words[0] == 2)
     assert bench.cpu.scan - 1 - finished == 7  # zeros have crossed: 10 ms and two scans
+
+
+def test_racks_in_threads_do_not_disturb_each_other():
+    """Whether a sequence takes its turn is asked per thread; the end of one turn is not that of another."""
+
+    class Busy(Logic):
+        rounds = 0
+
+        @sequence
+        async def cycle(self):
+            while True:
+                await until(lambda: True)
+                self.rounds += 1
+
+    benches = [SequenceBench(Busy) for _ in range(4)]
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        threads = [Thread(target=bench.scan, args=(2_000,)) for bench in benches]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    finally:
+        sys.setswitchinterval(interval)
+    assert [bench.logic.rounds for bench in benches] == [1_999] * 4

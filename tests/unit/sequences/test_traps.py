@@ -327,11 +327,11 @@ def test_an_instance_dropped_in_mid_wait_is_closed_quietly():
     ended = bench.logic.ended
     words = bench.words
     bench.logic = None
-    rack = bench.rack
+    outputs = bench.rack.slots[1].outputs
     del bench
     gc.collect()
     assert ended == ["finally"]
-    assert list(rack.slots[1].outputs) == words
+    assert list(outputs) == words
 
 
 def test_the_cpu_closes_its_logic():
