@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -369,20 +369,22 @@ def steps_of(nodes: tuple[Node, ...], *, copies: bool = True) -> list[Step]:
         nodes: a series.
         copies: whether what copies the parameters of add-on instructions is among them.
     """
-    return list(_steps(nodes, copies))
+    found: list[Step] = []
+    _collect(nodes, copies, found)
+    return found
 
 
-def _steps(nodes: tuple[Node, ...], copies: bool) -> Iterator[Step]:
+def _collect(nodes: tuple[Node, ...], copies: bool, found: list[Step]) -> None:
     for node in nodes:
         if isinstance(node, Parallel):
             for leg in node.legs:
-                yield from _steps(leg, copies)
-            continue
-        calls = [each for each in node.operands if copies and isinstance(each, AddOnCall)]
-        for call in calls:
+                _collect(leg, copies, found)
+        elif copies and node.operands and isinstance(node.operands[0], AddOnCall):
+            call = node.operands[0]
             for series in call.inputs:
-                yield from _steps(series, copies)
-        yield node
-        for call in calls:
+                _collect(series, copies, found)
+            found.append(node)
             for series in call.outputs:
-                yield from _steps(series, copies)
+                _collect(series, copies, found)
+        else:
+            found.append(node)

@@ -105,6 +105,7 @@ class Importer:
     def run(self, *, trial: bool) -> Imported:
         """Import it."""
         self._completes = self._stubs.missing_tags or (trial and not self._document.whole)
+        self._note_others()
         self._read_logic()
         self._declare()
         if trial:
@@ -133,6 +134,11 @@ class Importer:
         self._parts.add_ons = self._add_ons.made
         stubbed = self._stubs.by_name
         self._refuse_callers({name: text for name, text in withheld.items() if name not in stubbed})
+
+    def _note_others(self) -> None:
+        """Note the parts of the document that nothing here reads."""
+        for name, line in self._document.others:
+            self.report.note(name, "this part of the controller is not read", line)
 
     def _define_types(self) -> None:
         """Define types that the document leaves out, from their use."""
