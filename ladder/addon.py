@@ -246,15 +246,18 @@ class AddOn:
 
 
 def specs_of(
-    add_ons: Mapping[str, AddOn], stubs: Mapping[str, Stub] = MappingProxyType({})
+    add_ons: Mapping[str, AddOn],
+    stubs: Mapping[str, Stub] = MappingProxyType({}),
+    specs: Mapping[str, Spec] = BY_NAME,
 ) -> Mapping[str, Spec]:
     """Return the shapes of all instructions, by name in capitals: the built-in ones and these.
 
     Args:
         add_ons: add-on instructions, by name in capitals.
         stubs: what stands for instructions, known ones and others, by name in capitals.
+        specs: the built-in ones.
     """
-    return {**BY_NAME, **{name: each.spec for name, each in add_ons.items()}, **specs_of_stubs(stubs)}
+    return {**specs, **{name: each.spec for name, each in add_ons.items()}, **specs_of_stubs(stubs)}
 
 
 def _is_flag(address: Address) -> bool:

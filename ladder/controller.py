@@ -158,7 +158,7 @@ class Controller(LadderLogic):
     def _lower(self) -> tuple[Lowered, list[Problem]]:
         self._declare_missing(self.programs)
         layout = Layout(self._all_declarations())
-        lowering = Lowering(self.name, layout, "", self.add_ons, self.stubs)
+        lowering = Lowering(self.name, layout, "", self.add_ons, self.stubs, self.builtin)
         lowered = lowering.lowered
         problems = list(self._wrong_tasks())
         tasks = self.tasks or [Task(IMPLICIT_TASK, TaskKind.CONTINUOUS, tuple(self._names_of_programs()))]

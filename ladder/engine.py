@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
-from .errors import STACK_CODE, LadderFault, MinorFault, Site
+from .errors import STACK_CODE, LadderFault, MinorFault, ScanEndedError, Site
 from .fault_log import FaultLog
 from .interpreter import Interpreter
 from .lowered import Lowered
@@ -124,6 +124,16 @@ class Engine:
             raise LadderFault(site, "JSR", text, STACK_CODE) from None
 
     def _run(self, now_ns: int, *, first: bool) -> None:
+        for each in self.lowered.opening:
+            each(self, first)
+        try:
+            self._run_logic(now_ns, first=first)
+        except ScanEndedError:
+            self.memory.write(self._first_scan, 0, False)
+        for close in self.lowered.closing:
+            close(self)
+
+    def _run_logic(self, now_ns: int, *, first: bool) -> None:
         if not first:
             self._scan(now_ns)
             return

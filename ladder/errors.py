@@ -155,6 +155,10 @@ OVERFLOW_CODE = 4
 """Minor: overflow, or a divisor of zero [1756-RM003N p. 277]."""
 
 
+class ScanEndedError(Exception):
+    """The scan ends here, in whatever routine: TND of an SLC 500."""
+
+
 @dataclass(frozen=True, slots=True)
 class MinorFault:
     """A minor fault: recorded, and the scan goes on.

@@ -21,10 +21,10 @@ from typing import Any
 
 from typing_extensions import override
 
-from .addon import specs_of
 from .checks import check_whole, recursive_routines, warnings_of
 from .errors import BuildError, LadderError, Problem
 from .front import RungMaker
+from .instructions.dialects import LOGIX
 from .lowered import Lowered
 from .lowering import Lowering
 from .runnable import LadderLogic, wrong_initials
@@ -48,14 +48,21 @@ class Program(LadderLogic):
         main: the routine that a scan calls, if not the first.
         fault: the routine that a major fault calls.
         allow: what is not reported, see `checks.ALLOWANCES`.
+        dialect: whose instructions it has, see `instructions.dialects`.
     """
 
     kind = "program"
 
     def __init__(
-        self, name: str, *, main: str | None = None, fault: str | None = None, allow: Iterable[str] = ()
+        self,
+        name: str,
+        *,
+        main: str | None = None,
+        fault: str | None = None,
+        allow: Iterable[str] = (),
+        dialect: str = LOGIX,
     ) -> None:
-        super().__init__(name, allow=allow)
+        super().__init__(name, allow=allow, dialect=dialect)
         self.main, self.fault = main, fault
         self._controller: LadderLogic | None = None
         self._routines: list[Routine] = []
@@ -94,7 +101,7 @@ class Program(LadderLogic):
 
     def routine(self, function: Callable[[RungMaker], None]) -> Callable[[RungMaker], None]:
         """Add a routine: the function is called once, now, with a `rung` that it calls per rung."""
-        maker = RungMaker(specs_of(self.add_ons, self.stubs))
+        maker = RungMaker(self.specs)
         function(maker)
         self.add_routine(Routine(function.__name__, tuple(maker.rungs), (function.__doc__ or "").strip()))
         return function
@@ -122,7 +129,7 @@ class Program(LadderLogic):
         """
         from .st import parse_statements  # lark takes time to import, and most programs have none
 
-        block = parse_statements(text, specs=specs_of(self.add_ons, self.stubs))
+        block = parse_statements(text, specs=self.specs)
         self.add_routine(Routine(name, (), statements=block))
 
     def function(self, function: Callable[..., Any]) -> Callable[..., Any]:
@@ -171,7 +178,7 @@ class Program(LadderLogic):
     def _lower(self) -> tuple[Lowered, list[Problem]]:
         self._declare_missing((self,))
         layout = Layout(self.declarations)
-        lowering = Lowering(self.name, layout, self.first or "Main", self.add_ons, self.stubs)
+        lowering = Lowering(self.name, layout, self.first or "Main", self.add_ons, self.stubs, self.builtin)
         lowered = lowering.lowered
         if self.fault:
             task = Task(self.name, TaskKind.CONTINUOUS, (self.name,))

@@ -67,6 +67,13 @@ class OperandResolver(Protocol):
             OperandError: it is something else, or an input.
         """
 
+    def checked(self, use: Use, operand: Operand) -> Any:
+        """Return an operand of a use.
+
+        Raises:
+            OperandError: it is something else.
+        """
+
     def any(self, operand: Operand) -> Resolved:
         """Return any operand.
 
@@ -322,6 +329,8 @@ class Lowered:
         recursive: routines that call themselves, directly or through others, in capitals.
         stubs: how messages end, see `stubs`, by name in capitals.
         axes: axis tags that a slot of the rack stands for, in capitals.
+        opening: called with the engine before each scan, and whether it is the first.
+        closing: called with the engine after each scan.
         written_inputs: identifiers of the inputs that the program writes.
     """
 
@@ -339,6 +348,8 @@ class Lowered:
     recursive: frozenset[str] = frozenset()
     stubs: dict[str, Stub] = field(default_factory=dict)
     axes: Mapping[str, object] = field(default_factory=dict)
+    opening: tuple[Callable[[Any, bool], None], ...] = ()
+    closing: tuple[Callable[[Any], None], ...] = ()
     written_inputs: set[str] = field(default_factory=set)
 
     @property

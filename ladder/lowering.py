@@ -60,11 +60,13 @@ class Lowering:
         main: str,
         add_ons: Mapping[str, AddOn] = MappingProxyType({}),
         stubs: Mapping[str, Stub] = MappingProxyType({}),
+        specs: Mapping[str, Spec] = BY_NAME,
     ) -> None:
         self.lowered = Lowered(name, layout, main.upper())
         self.problems: list[Problem] = []
         self.warnings: list[Problem] = []
         self.lowered.stubs = dict(stubs)
+        self._specs = specs
         self._stubbed = specs_of_stubs(stubs)
         self._add_ons = add_ons
         self._uncompiled: list[AddOn] = []
@@ -199,7 +201,7 @@ class Lowering:
         """Lower an instruction."""
         stub = self._stubbed.get(instruction.name.upper())
         definition = None if stub else self._add_ons.get(instruction.name.upper())
-        spec = stub or (definition.spec if definition else BY_NAME.get(instruction.name, CONDITION))
+        spec = stub or (definition.spec if definition else self._specs.get(instruction.name, CONDITION))
         site = self.site(str(instruction))
         if definition:
             return Step(ADD_ON_CALL, self._add_on(definition, instruction), site)
@@ -418,6 +420,10 @@ class Lowering:
         if not isinstance(resolved, (Place, Constant)):
             raise OperandError(f"{operand} is {described(resolved)}, one value is needed", "pass its members")
         return resolved
+
+    def checked(self, use: Use, operand: Operand) -> Any:
+        """Return an operand of a use, see `OperandResolver`."""
+        return self._operand(use, operand)
 
     def any(self, operand: Operand) -> Resolved:
         """Return any operand, see `OperandResolver`."""

@@ -21,6 +21,7 @@ from .operands import (
 )
 from .operators import BITWISE, RELATIONS
 from .predefined import HMIBC, SERIAL_PORT_CONTROL
+from .slc_types import SLC_CONTROL, SLC_COUNTER, SLC_TIMER, SLC_TYPES
 from .spec import Use
 from .types import (
     ALARM_ANALOG,
@@ -236,6 +237,9 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
         use: OperandCheck(partial(_is_of, kind), f"a {kind.name}", f"declare the tag as {kind.name}")
         for use, kind in (
             (Use.PID, PID),
+            (Use.SLC_TIMER, SLC_TIMER),
+            (Use.SLC_COUNTER, SLC_COUNTER),
+            (Use.SLC_CONTROL, SLC_CONTROL),
             (Use.SERIAL, SERIAL_PORT_CONTROL),
             (Use.HMI_BUTTON, HMIBC),
             (Use.MOTION, MOTION_INSTRUCTION),
@@ -245,6 +249,11 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
             (Use.ALARM_ANALOG, ALARM_ANALOG),
         )
     },
+    Use.SLC_RESETTABLE: OperandCheck(
+        lambda each: _is_structure(each, *SLC_TYPES.values()),
+        "an element of a file T, C or R",
+        "clear other tags with CLR or OTU",
+    ),
     Use.AXIS: OperandCheck(
         lambda each: _is_structure(each, *AXIS_TYPES.values()), "an axis", "declare the tag as AXIS_CIP_DRIVE"
     ),

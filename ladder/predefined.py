@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from .motion_types import MOTION_TYPES
+from .slc_types import SLC_TYPES
 from .types import BOOL, DINT, SINT, TYPES, DataType, Member, Structure
 
 
@@ -69,5 +70,6 @@ PREDEFINED_TYPES: Mapping[str, DataType] = {
     SERIAL_PORT_CONTROL.name: SERIAL_PORT_CONTROL,
     HMIBC.name: HMIBC,
     **{each.name: each for each in _PLAIN},
+    **SLC_TYPES,
 }
 """By name in capitals: the types that every program may use."""

@@ -2,7 +2,7 @@
 
 A file is Python that defines `logic`, a function of the scan or an instance of a class of `Logic`; or one
 such class; or `program`, a ladder program. Or it is a `.rung` file, a ladder program as text; a `.st` file,
-structured text; a `.steps` file, a list of steps; or an `.L5X` file, an exported controller.
+structured text; a `.steps` file, a list of steps; or an `.L5X` or `.SLC` file, an exported controller.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import importlib.util
 import inspect
 import sys
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path, PurePath
@@ -30,6 +30,9 @@ from .stubs import NO_STUBS, InPython, Stub, Stubs, check_stubbed, parse_stub
 
 DEFAULT_FUNCTION = "logic"
 """The function that is called once per scan, if the address names no other."""
+
+SLC_SUFFIXES = (".SLC", ".slc")
+"""Suffixes of the text of an SLC 500 or MicroLogix program."""
 
 L5X_SUFFIXES = (".L5X", ".l5x")
 """Suffixes of an exported controller."""
@@ -56,7 +59,7 @@ FORMS = {
     SUFFIX: Form.DATA,
     STRUCTURED_SUFFIX: Form.DATA,
     STEPS_SUFFIX: Form.DATA,
-    **dict.fromkeys(L5X_SUFFIXES, Form.DATA),
+    **dict.fromkeys((*L5X_SUFFIXES, *SLC_SUFFIXES), Form.DATA),
 }
 """By the suffix of a program. `load_program` refuses any other, so nothing else is ever executed."""
 
@@ -109,11 +112,16 @@ def program_form(path: PurePath) -> Form:
         ProgramError: it is not a program.
     """
     if path.suffix not in FORMS:
-        raise ProgramError(f"{path}: a program is a .py, a .rung, a .st, a .steps or an .L5X file")
+        raise ProgramError(f"{path}: a program is a .py, a .rung, a .st, a .steps, an .L5X or an .SLC file")
     return FORMS[path.suffix]
 
 
-def load_program(address: str, folder: Path | str = Path(), stubs: Stubs = NO_STUBS) -> Program:
+def load_program(
+    address: str,
+    folder: Path | str = Path(),
+    stubs: Stubs = NO_STUBS,
+    slots: Collection[int] | None = None,
+) -> Program:
     """Load the function that a scan loop calls once per scan.
 
     The file is run once, as a module of its own; its folder is put on the import path, so that
@@ -123,6 +131,7 @@ def load_program(address: str, folder: Path | str = Path(), stubs: Stubs = NO_ST
         address: `path[:function]`, the path relative to `folder`.
         folder: where a relative path starts.
         stubs: what stands for instructions of a ladder program, see `load_stubs`.
+        slots: slots of the rack, whose images an SLC program has; None if there is no rack.
 
     Raises:
         ProgramError: no such file or function, a syntax error, an error while the file runs, or
@@ -133,6 +142,8 @@ def load_program(address: str, folder: Path | str = Path(), stubs: Stubs = NO_ST
     if program_form(path) is Form.DATA:
         if path.suffix in L5X_SUFFIXES:
             return _load_l5x(path, stubs)
+        if path.suffix in SLC_SUFFIXES:
+            return _load_slc(path, stubs, slots)
         return _load_steps(path) if path.suffix == STEPS_SUFFIX else _load_rungs(path, stubs)
     return load_function(address, folder, default=DEFAULT_FUNCTION, arguments=("scan",), stubs=stubs)
 
@@ -266,13 +277,33 @@ def _load_l5x(path: Path, stubs: Stubs) -> Program:
         imported = import_l5x(path, stubs)
     except LadderError as error:
         raise ProgramError(str(error)) from error
-    refused = [*imported.report.refused, *imported.report.objects]
-    if imported.controller is None or refused:
+    return _whole(path, data, imported.controller, [*imported.report.refused, *imported.report.objects])
+
+
+def _load_slc(path: Path, stubs: Stubs, slots: Collection[int] | None) -> Program:
+    """Load an export of RSLogix 500; one of which a rung is refused does not run."""
+    from .slc import import_slc  # most programs are no SLC
+
+    data = _read(path)
+    try:
+        imported = import_slc(path, stubs, slots)
+    except LadderError as error:
+        raise ProgramError(str(error)) from error
+    return _whole(path, data, imported.program, imported.report.refused)
+
+
+def _whole(path: Path, data: bytes, program: LadderLogic | None, refused: Sequence[object]) -> Program:
+    """Return what was imported.
+
+    Raises:
+        ProgramError: a part of it was refused.
+    """
+    if program is None or refused:
         shown = [str(each) for each in refused[:REFUSALS_SHOWN]] or [f"{path}: there is no program in it"]
         more = len(refused) - REFUSALS_SHOWN
         shown += [f"and {more} more: scanrack l5x {path} lists all"] * (more > 0)
         raise ProgramError("\n".join(shown))
-    return Program(path, imported.controller.name, imported.controller, data)
+    return Program(path, program.name, program, data)
 
 
 def _load_steps(path: Path) -> Program:

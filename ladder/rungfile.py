@@ -1,6 +1,7 @@
 """Programs as neutral text: `.rung` files with tags and routines, read and written.
 
     PROGRAM line
+    DIALECT slc                                   // instructions of an SLC 500, see docs/slc.md
     USE axis3601                                  // add-on instructions that come with scanrack
     TYPE Step (Time : DINT, Valve : BOOL)
     TYPE Flags (Host : SINT HIDDEN, Ready : BOOL AT Host.0)   // Ready is a name of a bit
@@ -47,6 +48,7 @@ from pathlib import Path
 from .addon import AddOn
 from .controller import Controller
 from .errors import LadderError
+from .instructions.dialects import LOGIX
 from .logic import Program
 from .predefined import PREDEFINED_TYPES
 from .rungreader import LIBRARIES, Reader, load_library
@@ -145,7 +147,7 @@ def program_text(program: Program | Controller) -> str:
     if isinstance(program, Controller):
         lines = _controller_lines(program)
     else:
-        head, *allowed = _head(program), *_allowed(program)
+        head, *allowed = _head(program), *_dialect(program), *_allowed(program)
         declared = (*_types(program), *_declarations(program), *_stubs(program))
         lines = iter([head, *allowed, "", *declared, *_routines(program)])
     return "\n".join(lines) + "\n"
@@ -180,6 +182,10 @@ def _task_text(task: Task) -> str:
 def _head(program: Program) -> str:
     roots = [f" {word} {name}" for word, name in (("MAIN", program.main), ("FAULT", program.fault)) if name]
     return f"PROGRAM {program.name}{''.join(roots)}"
+
+
+def _dialect(logic: LadderLogic) -> list[str]:
+    return [] if logic.dialect == LOGIX else [f"DIALECT {logic.dialect}"]
 
 
 def _allowed(logic: LadderLogic) -> list[str]:

@@ -16,6 +16,7 @@ from .addon import ROUTINES, AddOn, Parameter, Way, specs_of
 from .controller import Controller
 from .errors import LadderError, RungTextError
 from .expressions import TAG_NAME, parse_address
+from .instructions.dialects import DIALECTS, LOGIX
 from .logic import Program
 from .predefined import PREDEFINED_TYPES
 from .schedule import Task, TaskKind
@@ -67,10 +68,12 @@ _TASK = re.compile(
     re.IGNORECASE,
 )
 _END_PROGRAM = re.compile(r"END\s+PROGRAM", re.IGNORECASE)
+_DIALECT = re.compile(r"DIALECT\s+(\w+)", re.IGNORECASE)
 _ALLOW = re.compile(r"ALLOW\s+(.+)", re.IGNORECASE)
 _TYPE = re.compile(rf"TYPE\s+({_NAME})\s*\((.*)\)", re.IGNORECASE)
 _TAG = re.compile(
-    rf"TAG\s+({TAG_NAME})\s*:\s*({_NAME})\s*(?:\[([\d,\s]+)\])?\s*(?::=\s*(.+))?", re.IGNORECASE
+    rf"TAG\s+([IO]:\d{{1,3}}|{TAG_NAME})\s*:\s*({_NAME})\s*(?:\[([\d,\s]+)\])?\s*(?::=\s*(.+))?",
+    re.IGNORECASE,
 )
 _SLOT = re.compile(rf"SLOT\s+({_NAME})\s*:\s*(\d{{1,5}})", re.IGNORECASE)
 _ALIAS = re.compile(rf"ALIAS\s+({TAG_NAME})\s*:\s*(\S+)(?:\s+AS\s+({_NAME}))?", re.IGNORECASE)
@@ -121,6 +124,7 @@ class Reader:
         self._add_ons: dict[str, AddOn] = {}
         self._given = stubs
         self._stubs = dict(stubs.by_name)
+        self._builtin = DIALECTS[LOGIX]
         self._specs = specs_of(self._add_ons, self._stubs)
         self._in_program = False
 
@@ -138,11 +142,27 @@ class Reader:
         if _CONTROLLER.fullmatch(self._peek() or ""):
             return self._controller()
         head = self._next(_PROGRAM, "PROGRAM name or CONTROLLER name")
-        program = Program(head.group(1), main=head.group(2), fault=head.group(3), allow=self._allowed())
+        dialect = self._dialect()
+        program = Program(
+            head.group(1), main=head.group(2), fault=head.group(3), allow=self._allowed(), dialect=dialect
+        )
         while self._peek() is not None:
             self._declaration(program)
         program.take_stubs(self._given)
         return program
+
+    def _dialect(self) -> str:
+        """Read whose instructions the program has."""
+        line = self._peek() or ""
+        found = _DIALECT.fullmatch(line)
+        if found is None:
+            return LOGIX
+        if found.group(1).lower() not in DIALECTS:
+            self._fail(f"a dialect ({', '.join(DIALECTS)})", found.group(1))
+        self._at += 1
+        self._builtin = DIALECTS[found.group(1).lower()]
+        self._specs = specs_of(self._add_ons, self._stubs, self._builtin)
+        return found.group(1).lower()
 
     def _allowed(self) -> tuple[str, ...]:
         allowed = []
@@ -263,7 +283,7 @@ class Reader:
             except LadderError as error:
                 raise LadderError(f"{self._file}:{self._at + 1}: {error}") from None
             self._stubs = {**program.stubs, **self._given.by_name}
-            self._specs = specs_of(self._add_ons, self._stubs)
+            self._specs = specs_of(self._add_ons, self._stubs, self._builtin)
         elif found := _ALIAS.fullmatch(line):
             bound = self._structure(found.group(3)) if found.group(3) else None
             program.add(Alias(found.group(1), parse_address(found.group(2)), comment, bound))

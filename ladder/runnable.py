@@ -16,9 +16,11 @@ from .engine import STEP_MS, Engine
 from .errors import LadderError, MinorFault, Problem
 from .expressions import TAG_NAME, parse_address
 from .inferred import Inference
+from .instructions.dialects import DIALECTS, HOOKS, LOGIX, SLC
 from .lowered import Lowered
 from .memory import Memory
 from .resolver import is_image
+from .spec import Spec
 from .stubs import NO_STUBS, InPython, Stub, Stubs, check_stubbed, parse_stub
 from .tagref import TagRef
 from .tags import Alias, Declaration, SlotAlias, Tag
@@ -42,22 +44,33 @@ class LadderLogic(ABC):
         add_ons: the add-on instructions that it uses, by name in capitals.
         allowed: what is not reported, see `checks.ALLOWANCES`.
         stubs: what stands for instructions, and how messages end, by name in capitals.
+        dialect: whose instructions it has.
+        builtin: those instructions, by name in capitals.
+        opening: called with the engine before each scan, and whether it is the first.
+        closing: called with the engine after each scan.
         declares_missing: whether tags that it uses and does not declare are declared by their use.
         declared_missing: those tags, once it is built.
 
     Args:
         name: its name.
         allow: what is not reported.
+        dialect: whose instructions it has, see `instructions.dialects`.
 
     Raises:
-        LadderError: `allow` names something else.
+        LadderError: `allow` or `dialect` names something else.
     """
 
     kind: str
     """What it is called in messages."""
 
-    def __init__(self, name: str, *, allow: Iterable[str] = ()) -> None:
+    def __init__(self, name: str, *, allow: Iterable[str] = (), dialect: str = LOGIX) -> None:
         self.name = name
+        if dialect not in DIALECTS:
+            raise LadderError(f"{dialect!r} is no dialect; there are {', '.join(DIALECTS)}")
+        self.dialect = dialect
+        self.builtin = DIALECTS[dialect]
+        self.opening: list[Callable[[Engine, bool], None]] = []
+        self.closing: list[Callable[[Engine], None]] = []
         self.declarations: list[Declaration] = []
         self.add_ons: dict[str, AddOn] = {}
         self.allowed = frozenset(allow)
@@ -93,6 +106,11 @@ class LadderLogic(ABC):
         Raises:
             BuildError: what is wrong.
         """
+
+    @property
+    def specs(self) -> Mapping[str, Spec]:
+        """All instructions that it may use, by name in capitals."""
+        return specs_of(self.add_ons, self.stubs, self.builtin)
 
     # --- declaring
 
@@ -149,7 +167,7 @@ class LadderLogic(ABC):
         """
         if not self.declares_missing:
             return
-        inference = Inference(specs_of(self.add_ons, self.stubs), self._operands_of, self._structures())
+        inference = Inference(self.specs, self._operands_of, self._structures())
         for part in parts:
             known = self._names | part._names
             for routine in part.routines:
@@ -226,7 +244,7 @@ class LadderLogic(ABC):
         """
         self._refuse_if_built()
         name = declaration.name
-        if not re.fullmatch(TAG_NAME, name, re.ASCII) or name.upper().startswith(("S:", "I:", "O:")):
+        if not self._is_name(name):
             raise LadderError(f"{name!r} is not a tag name: letters, digits and _ are allowed")
         if name.upper() in self._names:
             raise LadderError(f"tag {name} is declared twice; names do not depend on case")
@@ -237,6 +255,13 @@ class LadderLogic(ABC):
             raise LadderError(f"tag {name} takes more than {MOST_BYTES:,} bytes; make it shorter")
         self._names.add(name.upper())
         self.declarations.append(declaration)
+
+    def _is_name(self, name: str) -> bool:
+        """Whether a tag may have a name; in the dialect slc `I:2` is one, the words of a slot as memory."""
+        if self.dialect == SLC and re.fullmatch(r"[IO]:\d{1,3}", name, re.ASCII):
+            return True
+        named = re.fullmatch(TAG_NAME, name, re.ASCII) is not None
+        return named and not name.upper().startswith(("S:", "I:", "O:"))
 
     def use(self, *add_ons: AddOn) -> None:
         """Make add-on instructions known.
@@ -263,6 +288,9 @@ class LadderLogic(ABC):
         """
         if self._lowered is None:
             self._lowered, warnings = self._lower()
+            opening, closing = HOOKS[self.dialect]
+            self._lowered.opening = (*opening, *self.opening)
+            self._lowered.closing = (*self.closing, *closing)
             self._warnings = tuple(warnings)
         return self._lowered
 

@@ -55,6 +55,11 @@ class Use(Enum):
     CONTROL = auto()
     MESSAGE = auto()
     PID = auto()
+    SLC_TIMER = auto()
+    SLC_COUNTER = auto()
+    SLC_CONTROL = auto()
+    SLC_RESETTABLE = auto()
+    """A timer, counter or control of an SLC 500."""
     SERIAL = auto()
     """A SERIAL_PORT_CONTROL."""
     HMI_BUTTON = auto()

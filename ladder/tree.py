@@ -202,7 +202,9 @@ def _ends_in_file(node: Operand) -> bool:
     """Whether the text of a node ends in an address of a data file, behind which / means a bit."""
     if isinstance(node, Operation):
         return LEVEL.get(node.name, ATOM) != ATOM and _ends_in_file(node.operands[-1])
-    return isinstance(node, Address) and ":" in node.name
+    return isinstance(node, Address) and (
+        ":" in node.name or any(isinstance(step, WordStep) for step in node.steps)
+    )
 
 
 # --- rungs and statements

@@ -413,7 +413,7 @@ class _Layout:
 
     def _structure(self, kind: Structure) -> None:
         if any(member.bit is not None for member in kind.members):
-            self.size = 4
+            self.size = 4 if any((member.bit or 0) > 15 for member in kind.members) else 2
         for member in kind.own:
             if member.bit is not None:
                 self.fields.append(Field(member.name, BOOL, member.bit // 8, member.bit % 8))

@@ -15,6 +15,7 @@ from ..controller import Controller
 from ..engine import Engine
 from ..errors import WATCHDOG_TYPE, LadderFault
 from ..memory import same
+from ..runnable import LadderLogic
 from .assembly import Parts, harness_of
 from .importer import Imported, implicit_task
 
@@ -91,8 +92,8 @@ class Outcome:
         self.difference = ""
 
 
-def lockstep(controller: Controller, scans: int = SCANS) -> Outcome:
-    """Run a controller on both back ends and compare after each scan."""
+def lockstep(controller: LadderLogic, scans: int = SCANS) -> Outcome:
+    """Run a controller or a program on both back ends and compare after each scan."""
     outcome = Outcome()
     compiled, interpreted = controller.compile(), controller.interpret()
     for number in range(scans):

@@ -87,7 +87,9 @@ def load_job(rack: str, program: str | None = None) -> Job:
     """
     if program is not None:
         spec, path = load_spec(rack)
-        return _job(spec, load_program(program, stubs=_stubs(spec, path.parent)), path, rack)
+        return _job(
+            spec, load_program(program, stubs=_stubs(spec, path.parent), slots=_slots(spec)), path, rack
+        )
     path = _rack_path(rack)
     return _from_toml(path) if rack_form(path) is Form.DATA else _from_python(rack)
 
@@ -162,7 +164,7 @@ def _from_toml(path: Path) -> Job:
     file = load_rack_file(path)
     stubs = _stubs(file.spec, path.parent, file)
     try:
-        program = load_program(str(file.spec.program), path.parent, stubs)
+        program = load_program(str(file.spec.program), path.parent, stubs, _slots(file.spec))
     except ProgramError as error:
         raise file.refusal("program", str(error)) from error
     if stubs.by_name and not isinstance(program.function, LadderLogic):
@@ -174,9 +176,14 @@ def _from_python(rack: str) -> Job:
     spec, path = load_spec(rack)
     if isinstance(spec.program, str):
         stubs = _stubs(spec, path.parent)
-        return _job(spec, load_program(spec.program, path.parent, stubs), path, rack)
+        return _job(spec, load_program(spec.program, path.parent, stubs, _slots(spec)), path, rack)
     name = getattr(spec.program, "__name__", type(spec.program).__name__)
     return Job(spec, as_logic(spec.program), f"{path.name}:{name}", path, path, _rack_name(rack))
+
+
+def _slots(spec: RackSpec) -> list[int]:
+    """Return the slots of a rack."""
+    return [slot.number for slot in spec.slot]
 
 
 def _stubs(spec: RackSpec, folder: Path, file: RackFile | None = None) -> Stubs:

@@ -1,4 +1,7 @@
-"""`scanrack l5x`: what an exported controller has, what of it runs, and what does not."""
+"""`scanrack l5x`: what an exported controller has, what of it runs, and what does not.
+
+An L5X of Studio 5000, or the text of RSLogix 500 (`SOR ... EOR`), which any suffix but L5X's may have.
+"""
 
 from __future__ import annotations
 
@@ -8,29 +11,49 @@ from typing import Annotated
 
 import typer
 
-from ...ladder.l5x import L5xError, import_l5x
+from ...ladder.errors import LadderError
+from ...ladder.l5x import import_l5x
 from ...ladder.l5x.report import Report
 from ...ladder.l5x.trial import run_trial
+from ...ladder.program import SLC_SUFFIXES
+from ...ladder.slc import import_slc
+from ...ladder.slc.trial import run_trial as run_slc_trial
 from .status import BAD_INPUT, DONE, NO, complain
 from .terminal import say
 
 
 def reported(path: Path) -> Report:
-    """Import an L5X, run it for a trial, and return the report.
+    """Import an export, run it for a trial, and return the report.
 
     Raises:
-        L5xError: the file can't be used.
+        LadderError: the file can't be used.
     """
+    if is_slc(path):
+        program = import_slc(path)
+        run_slc_trial(program)
+        return program.report
     imported = import_l5x(path, trial=True)
     run_trial(imported)
     return imported.report
 
 
+def is_slc(path: Path) -> bool:
+    """Whether a file is an export of RSLogix 500: by its suffix, or because it does not begin as XML."""
+    if path.suffix in SLC_SUFFIXES or path.suffix.upper() == ".L5X":
+        return path.suffix in SLC_SUFFIXES
+    try:
+        with path.open("rb") as file:
+            begin = file.read(200)
+    except OSError:
+        return False
+    return bool(begin.strip()) and b"<" not in begin and b"\0" not in begin
+
+
 def _l5x_command(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="An L5X export.", show_default=False)],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="An L5X or SLC export.", show_default=False)],
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> None:
-    """Say what is in an L5X export: what is imported, what is refused and why, what runs.
+    """Say what is in an L5X or SLC export: what is imported, what is refused and why, what runs.
 
     Rungs that are imported run for 100 scans in the interpreter and compiled; "ran" counts those in programs
     in which both agreed after every scan.
@@ -41,7 +64,7 @@ def _l5x_command(
     """
     try:
         report = reported(file)
-    except L5xError as error:
+    except LadderError as error:
         raise typer.Exit(complain(str(error), BAD_INPUT)) from None
     if as_json:
         say(json.dumps(report.as_json(), indent=2))

@@ -1,0 +1,124 @@
+"""Shifts, queues and sequencers on words [1747-RM001, chapters "Application specific", "Sequencer", "FIFO"].
+
+What a rung names is the first word of a file. Shifts move LEN bits; the bit that leaves goes to UL. Step 0 of
+a sequencer is where it starts, and after step LEN comes step 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ...arithmetic import wrap
+from ...interpreter import Interpreter
+from ...interpreter.files import Control, Elements
+from ...operands import Group, Place, Resolved
+
+_BITS = 16
+
+
+def shift(left: bool) -> Callable[..., None]:
+    """Return BSL or BSR."""
+
+    def run(
+        machine: Interpreter, power: bool, file: Resolved, group: Group, source: Place, *_shown: Resolved
+    ) -> None:
+        control = Control(machine, group)
+        if not power:
+            control.set(EN=False, DN=False)
+            return
+        if control["EN"]:
+            return
+        control.check()
+        length = control["LEN"]
+        words = Elements(machine, file)
+        count = -(-length // _BITS)
+        pattern = sum((int(words[place]) & 0xFFFF) << place * _BITS for place in range(count))
+        inside = pattern & (1 << length) - 1
+        entering = int(bool(machine.get(source)))
+        leaving = inside >> length - 1 & 1 if left and length else inside & 1
+        moved = (inside << 1 | entering) if left else (inside >> 1 | entering << max(length - 1, 0))
+        pattern = pattern & ~((1 << length) - 1) | moved & (1 << length) - 1
+        for place in range(count):
+            words[place] = wrap(pattern >> place * _BITS & 0xFFFF, _BITS)
+        control.set(EN=True, DN=True, UL=bool(leaving))
+
+    return run
+
+
+# --- sequencers
+
+
+def _step(control: Control) -> bool:
+    """Go one step further behind a rising rung; return whether LEN and POS are possible."""
+    if control["LEN"] <= 0 or control["POS"] < 0 or control["POS"] > control["LEN"]:
+        control.set(ER=True)
+        return False
+    if not control["EN"]:
+        over = control["POS"] >= control["LEN"]
+        control.set(EN=True, ER=False, POS=1 if over else control["POS"] + 1)
+    control.set(DN=control["POS"] == control["LEN"])
+    return True
+
+
+def sequence_output(
+    machine: Interpreter,
+    power: bool,
+    file: Resolved,
+    mask: Resolved,
+    target: Place,
+    group: Group,
+    *_shown: Resolved,
+) -> None:
+    """SQO: the bits of a step under the mask."""
+    control = Control(machine, group)
+    if not power:
+        control.set(EN=False)
+    elif _step(control):
+        bits, value = machine.integer(mask), int(Elements(machine, file)[control["POS"]])
+        machine.put(target, wrap(int(machine.get(target)) & ~bits | value & bits, target.type.bits))
+
+
+def sequence_compare(
+    machine: Interpreter,
+    power: bool,
+    file: Resolved,
+    mask: Resolved,
+    source: Resolved,
+    group: Group,
+    *_shown: Resolved,
+) -> None:
+    """SQC: FD says whether the source is as the step says under the mask."""
+    control = Control(machine, group)
+    if not power:
+        control.set(EN=False, FD=False)
+    elif _step(control):
+        wanted = int(Elements(machine, file)[control["POS"]])
+        control.set(FD=(machine.integer(source) ^ wanted) & machine.integer(mask) & 0xFFFF == 0)
+
+
+def sequence_load(
+    machine: Interpreter, power: bool, file: Resolved, source: Resolved, group: Group, *_shown: Resolved
+) -> None:
+    """SQL: the source into the next step."""
+    control = Control(machine, group)
+    rises = power and not control["EN"]
+    if not power:
+        control.set(EN=False)
+    elif _step(control) and rises:
+        Elements(machine, file)[control["POS"]] = wrap(machine.integer(source), _BITS)
+
+
+def prescan_control(name: str, place: int) -> Callable[..., None]:
+    """Return a prescan that takes the rung before the first scan for true.
+
+    Args:
+        name: the bit that remembers the rung.
+        place: the operand that has it.
+    """
+
+    def run(machine: Interpreter, *operands: Resolved) -> None:
+        group = operands[place]
+        assert isinstance(group, Group)
+        Control(machine, group).set(**{name: True})
+
+    return run

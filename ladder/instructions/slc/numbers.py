@@ -1,0 +1,270 @@
+"""Arithmetic of integers of 16 and 32 bits, and of floating point [1747-RM001, chapter "Math instructions"].
+
+A result that does not fit becomes the nearest limit, 32,767 or -32,768, unless S:2/14 is set, which keeps
+its low bits; both set S:0/1 and the trap S:5/0. Quotients and results that are floating point round to the
+nearest integer, halves away from zero. Logic sets zero and sign, and clears carry and overflow.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from ...arithmetic import real, wrap
+from ...interpreter import Interpreter
+from ...interpreter.files import Elements
+from ...operands import DOUBLE, Place, Resolved, is_integer
+from ...types import LINT
+from .status import Status
+
+_WIDE = LINT.bits
+
+
+def rounded(value: float) -> int:
+    """Return the nearest integer, halves away from zero.
+
+    >>> rounded(2.5), rounded(-2.5), rounded(2.4)
+    (3, -3, 2)
+    """
+    return math.floor(value + 0.5) if value >= 0 else math.ceil(value - 0.5)
+
+
+def quotient(a: int, b: int) -> int:
+    """Return a quotient rounded to the nearest integer, halves away from zero.
+
+    >>> quotient(7, 2), quotient(-7, 2), quotient(7, 3)
+    (4, -4, 2)
+    """
+    size = (2 * abs(a) + abs(b)) // (2 * abs(b))
+    return size if (a < 0) == (b < 0) else -size
+
+
+def store(machine: Interpreter, target: Place, value: float, *, carry: bool = False) -> None:
+    """Store a result and set the flags."""
+    status, kind = Status(machine), target.type
+    if not kind.is_integer:
+        stored: float = real(value)
+        machine.put(target, stored)
+        status.set_flags(stored, overflow=math.isinf(stored) and math.isfinite(value))
+        return
+    if math.isnan(value):
+        value = 0
+    elif math.isinf(value):
+        value = kind.highest + 1 if value > 0 else kind.lowest - 1
+    exact = int(value) if value == int(value) else rounded(value)
+    fits = kind.lowest <= exact <= kind.highest
+    if not fits:
+        limit = kind.highest if exact > 0 else kind.lowest
+        exact = wrap(exact, kind.bits) if status.keeps_low_bits else limit
+    machine.put(target, exact)
+    status.set_flags(exact, carry=carry, overflow=not fits)
+
+
+def store_bits(machine: Interpreter, target: Place, value: int) -> None:
+    """Store the result of a move or of logic: it always fits."""
+    stored = wrap(value, target.type.bits)
+    machine.put(target, stored)
+    Status(machine).set_flags(stored)
+
+
+def number(machine: Interpreter, operand: Resolved) -> float:
+    """Return an operand, an exact integer or a floating point number."""
+    return machine.number(operand, _WIDE if is_integer(operand) else DOUBLE)
+
+
+def _is_whole(*operands: Resolved) -> bool:
+    return all(map(is_integer, operands))
+
+
+# --- two operands
+
+
+def add(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> None:
+    """ADD; the carry is that of 16 bits."""
+    x, y = number(machine, a), number(machine, b)
+    whole = _is_whole(a, b, target)
+    store(machine, target, x + y, carry=whole and (int(x) & 0xFFFF) + (int(y) & 0xFFFF) > 0xFFFF)
+
+
+def subtract(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> None:
+    """SUB; the carry is the borrow."""
+    x, y = number(machine, a), number(machine, b)
+    whole = _is_whole(a, b, target)
+    store(machine, target, x - y, carry=whole and (int(x) & 0xFFFF) < (int(y) & 0xFFFF))
+
+
+def multiply(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> None:
+    """MUL; the whole product goes to the math register."""
+    value = number(machine, a) * number(machine, b)
+    if _is_whole(a, b):
+        Status(machine).register = int(value)
+    store(machine, target, value)
+
+
+def divide(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> None:
+    """DIV: the rounded quotient; S:14 gets the quotient cut off, S:13 the remainder."""
+    x, y = number(machine, a), number(machine, b)
+    if y == 0:
+        store(machine, target, math.copysign(math.inf, x))
+        return
+    if not _is_whole(a, b):
+        store(machine, target, x / y)
+        return
+    _whole_quotient(machine, int(x), int(y), target)
+
+
+def divide_double(machine: Interpreter, a: Resolved, target: Place) -> None:
+    """DDV: the math register by a number."""
+    divisor = int(number(machine, a))
+    dividend = Status(machine).register
+    if divisor == 0:
+        store(machine, target, math.copysign(math.inf, dividend))
+        return
+    _whole_quotient(machine, dividend, divisor, target)
+
+
+def _whole_quotient(machine: Interpreter, x: int, y: int, target: Place) -> None:
+    status = Status(machine)
+    cut = abs(x) // abs(y) * (1 if (x < 0) == (y < 0) else -1)
+    status[14], status[13] = cut, x - cut * y
+    store(machine, target, quotient(x, y))
+
+
+def power(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> None:
+    """XPY; without a real result the destination stays, and it is an overflow."""
+    try:
+        value = float(number(machine, a)) ** float(number(machine, b))
+    except (OverflowError, ZeroDivisionError):
+        value = math.inf
+    store(machine, target, value if isinstance(value, float) else math.inf)
+
+
+# --- one operand
+
+
+def of_one(function: Callable[[float], float]) -> Callable[[Interpreter, Resolved, Place], None]:
+    """Return an instruction that stores a function of its source."""
+
+    def run(machine: Interpreter, source: Resolved, target: Place) -> None:
+        try:
+            value = function(number(machine, source))
+        except (ValueError, OverflowError, ZeroDivisionError):
+            value = math.inf
+        store(machine, target, value)
+
+    return run
+
+
+def negate(machine: Interpreter, source: Resolved, target: Place) -> None:
+    """NEG; the carry is set unless the result is zero or does not fit."""
+    value = -number(machine, source)
+    kind = target.type
+    fits = not kind.is_integer or kind.lowest <= value <= kind.highest
+    store(machine, target, value, carry=fits and value != 0)
+
+
+def move(machine: Interpreter, source: Resolved, target: Place) -> None:
+    """MOV."""
+    store(machine, target, number(machine, source))
+
+
+def clear(machine: Interpreter, target: Place) -> None:
+    """CLR."""
+    store(machine, target, 0)
+
+
+def compute(machine: Interpreter, target: Place, expression: Resolved) -> None:
+    """CPT: integers in 64 bits, anything else in double precision, rounded at the end."""
+    store(machine, target, number(machine, expression))
+
+
+def masked_move(machine: Interpreter, source: Resolved, mask: Resolved, target: Place) -> None:
+    """MVM."""
+    bits = int(number(machine, mask))
+    before = int(machine.get(target))
+    store_bits(machine, target, before & ~bits | int(number(machine, source)) & bits)
+
+
+def logic(function: Callable[[int, int], int]) -> Callable[[Interpreter, Resolved, Resolved, Place], None]:
+    """Return an instruction that combines the bits of two integers."""
+
+    def run(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> None:
+        store_bits(machine, target, function(int(number(machine, a)), int(number(machine, b))))
+
+    return run
+
+
+def invert(machine: Interpreter, source: Resolved, target: Place) -> None:
+    """NOT."""
+    store_bits(machine, target, ~int(number(machine, source)))
+
+
+def swap(machine: Interpreter, first: Resolved, length: Resolved) -> None:
+    """SWP: exchange the bytes of words."""
+    words = Elements(machine, first)
+    for place in range(min(machine.integer(length), len(words))):
+        value = int(words[place]) & 0xFFFF
+        words[place] = wrap(value << 8 | value >> 8, 16)
+
+
+# --- scaling
+
+
+def scale(machine: Interpreter, source: Resolved, rate: Resolved, offset: Resolved, target: Place) -> None:
+    """SCL: source times rate / 10,000, rounded, plus offset; an overflow before the offset counts, too."""
+    product = number(machine, source) * number(machine, rate)
+    scaled = quotient(int(product), 10_000) if _is_whole(source, rate) else rounded(product / 10_000)
+    store(machine, target, scaled + number(machine, offset))
+
+
+def scale_with_parameters(machine: Interpreter, *operands: Resolved) -> None:
+    """SCP: the value at the source on the line through two points, rounded in an integer destination."""
+    *given, target = operands
+    value, low, high, first, last = (number(machine, each) for each in given)
+    assert isinstance(target, Place)
+    if high == low:
+        store(machine, target, math.inf)
+        return
+    if _is_whole(*given, target):
+        product, span = int((value - low) * (last - first)), int(high - low)
+        store(machine, target, quotient(product, span) + int(first))
+        return
+    store(machine, target, (value - low) * (last - first) / (high - low) + first)
+
+
+# --- decimal
+
+
+def to_decimal(machine: Interpreter, source: Resolved, target: Place) -> None:
+    """TOD: four digits; more, or a negative number, is an overflow."""
+    value = int(number(machine, source))
+    fits = 0 <= value <= 9_999
+    digits = int(str(value), 16) if fits else 0x9999
+    machine.put(target, wrap(digits, target.type.bits))
+    Status(machine).set_flags(digits, overflow=not fits)
+    Status(machine).register = int(str(min(abs(value), 32_768)), 16)
+
+
+def from_decimal(machine: Interpreter, source: Resolved, target: Place) -> None:
+    """FRD: four digits; one above 9 is an overflow."""
+    pattern = int(number(machine, source)) & 0xFFFF
+    digits = [pattern >> shift & 0xF for shift in (12, 8, 4, 0)]
+    value = sum(digit * weight for digit, weight in zip(digits, (1000, 100, 10, 1), strict=True))
+    machine.put(target, wrap(value, target.type.bits))
+    Status(machine).set_flags(value, overflow=max(digits) > 9)
+
+
+# --- codes of bits
+
+
+def decode(machine: Interpreter, source: Resolved, target: Place) -> None:
+    """DCD: the bit that the low four bits of the source name."""
+    machine.put(target, wrap(1 << (machine.integer(source) & 0xF), target.type.bits))
+
+
+def encode(machine: Interpreter, source: Resolved, target: Place) -> None:
+    """ENC: the number of the lowest set bit; several are an overflow."""
+    bits = machine.integer(source) & 0xFFFF
+    value = (bits & -bits).bit_length() - 1 if bits else 0
+    machine.put(target, value)
+    Status(machine).set_flags(value, overflow=bits.bit_count() > 1)

@@ -1,0 +1,214 @@
+"""The rows of the dialect: operands as RSLogix 500 prints them [1747-RM001, 1766-RM001].
+
+PRE, ACC, LEN and POS that a rung shows behind its timer or control are what the data file holds; they count
+where the export has no data for it, see `ladder.slc`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from ...errors import ScanEndedError
+from ...interpreter import Interpreter
+from ...lowered import OperandResolver
+from ...operand_checks import OperandError
+from ...operands import Constant, Resolved
+from ...spec import Kind, Spec, Use, action, always, condition
+from ...tree import Operand
+from ...types import REAL
+from .. import bits, compare, control, files, messages, move, shifts
+from . import files as words
+from . import numbers, timing
+
+
+def _end_scan(_machine: Interpreter) -> None:
+    raise ScanEndedError
+
+
+def _suspend(machine: Interpreter, _number: Resolved) -> None:
+    """SUS stops the processor; here it ends the scan."""
+    _end_scan(machine)
+
+
+def _nothing(_machine: Interpreter, *_operands: Resolved) -> None:
+    """Images cross at the ends of the scan, whatever the rung; interrupts do not run."""
+
+
+def _shown(count: int) -> tuple[Use, ...]:
+    """Operands that only show what a data file holds."""
+    return (Use.IGNORED,) * count
+
+
+# --- timers
+
+
+def _timer(name: str, run: Callable[..., None], prescan: Callable[..., None]) -> Spec:
+    def resolve(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[Any, ...]:
+        timer = resolver.checked(Use.SLC_TIMER, given[0])
+        base = Constant(0.01, REAL) if len(given) < 4 else resolver.value(given[1])
+        if not isinstance(base, Constant) or float(base.value) not in timing.BASES_NS:
+            raise OperandError(f"{given[1]} is not a time base", "write 1.0, 0.01 or 0.001")
+        return timer, base
+
+    return Spec(
+        name,
+        Kind.BOTH,
+        (Use.SLC_TIMER, *_shown(3)),
+        run=run,
+        prescan=prescan,
+        resolve=resolve,
+        optional=1,
+    )
+
+
+def _counter(name: str, run: Callable[..., None], prescan: Callable[..., None]) -> Spec:
+    return always(name, Use.SLC_COUNTER, *_shown(2), optional=2, run=run, prescan=prescan)
+
+
+def _first(count: int, spec: Spec) -> Callable[..., Any]:
+    """Return the run of a row, of which only the first operands count."""
+    start = 1 if spec.kind is Kind.BOTH else 0
+    return lambda machine, *operands: spec.run(machine, *operands[: start + count])
+
+
+def _queue(spec: Spec, *uses: Use) -> Spec:
+    def prescan(machine: Interpreter, *operands: Resolved) -> None:
+        assert spec.prescan is not None
+        spec.prescan(machine, *operands[:3])
+
+    return always(
+        spec.name, *uses, Use.SLC_CONTROL, *_shown(2), optional=2, run=_first(3, spec), prescan=prescan
+    )
+
+
+def _of_one(name: str, function: Callable[[float], float]) -> Spec:
+    return action(name, Use.NUMBER, Use.TARGET, run=numbers.of_one(function))
+
+
+def _log(function: Callable[[float], float]) -> Callable[[float], float]:
+    return lambda value: function(value) if value > 0 else -math.inf if value == 0 else math.nan
+
+
+_TWO = (Use.NUMBER, Use.NUMBER, Use.TARGET)
+_LOGIC = (Use.INTEGER, Use.INTEGER, Use.INTEGER_TARGET)
+
+_ROWS: tuple[Spec, ...] = (
+    # bits: as in Logix
+    *(bits.XIC, bits.XIO, bits.OTE, bits.OTL, bits.OTU, bits.ONS, bits.OSF),
+    bits.OSR,
+    # timers and counters
+    _timer("TON", timing.on_delay, timing.prescan_timer),
+    _timer("TOF", timing.off_delay, timing.prescan_off_delay),
+    _timer("RTO", timing.retentive, timing.prescan_retentive),
+    _counter("CTU", timing.count_up, timing.prescan_up),
+    _counter("CTD", timing.count_down, timing.prescan_down),
+    action("RES", Use.SLC_RESETTABLE, run=timing.reset),
+    # comparisons: as in Logix
+    *(compare.EQU, compare.NEQ, compare.LES, compare.LEQ, compare.GRT, compare.GEQ, compare.LIM, compare.MEQ),
+    compare.CMP,
+    # arithmetic
+    action("ADD", *_TWO, run=numbers.add),
+    action("SUB", *_TWO, run=numbers.subtract),
+    action("MUL", *_TWO, run=numbers.multiply),
+    action("DIV", *_TWO, run=numbers.divide),
+    action("DDV", Use.INTEGER, Use.TARGET, run=numbers.divide_double),
+    action("XPY", *_TWO, run=numbers.power),
+    action("NEG", Use.NUMBER, Use.TARGET, run=numbers.negate),
+    action("CLR", Use.TARGET, run=numbers.clear),
+    action("CPT", Use.TARGET, Use.EXPRESSION, run=numbers.compute),
+    _of_one("SQR", lambda value: math.sqrt(abs(value))),
+    _of_one("ABS", abs),
+    _of_one("SIN", math.sin),
+    _of_one("COS", math.cos),
+    _of_one("TAN", math.tan),
+    _of_one("ASN", math.asin),
+    _of_one("ACS", math.acos),
+    _of_one("ATN", math.atan),
+    _of_one("LN", _log(math.log)),
+    _of_one("LOG", _log(math.log10)),
+    _of_one("DEG", math.degrees),
+    _of_one("RAD", math.radians),
+    action("SCL", Use.NUMBER, Use.NUMBER, Use.NUMBER, Use.TARGET, run=numbers.scale),
+    action("SCP", *[Use.NUMBER] * 5, Use.TARGET, run=numbers.scale_with_parameters),
+    # moves and logic
+    action("MOV", Use.NUMBER, Use.TARGET, run=numbers.move),
+    action("MVM", *_LOGIC, run=numbers.masked_move),
+    action("AND", *_LOGIC, run=numbers.logic(lambda a, b: a & b)),
+    action("OR", *_LOGIC, run=numbers.logic(lambda a, b: a | b)),
+    action("XOR", *_LOGIC, run=numbers.logic(lambda a, b: a ^ b)),
+    action("NOT", Use.INTEGER, Use.INTEGER_TARGET, run=numbers.invert),
+    action("SWP", Use.ARRAY, Use.INTEGER, run=numbers.swap),
+    move.BTD,
+    action("TOD", Use.INTEGER, Use.INTEGER_TARGET, run=numbers.to_decimal),
+    action("FRD", Use.INTEGER, Use.INTEGER_TARGET, run=numbers.from_decimal),
+    action("DCD", Use.INTEGER, Use.INTEGER_TARGET, run=numbers.decode),
+    action("ENC", Use.INTEGER, Use.INTEGER_TARGET, run=numbers.encode),
+    # files
+    files.COP,
+    files.FLL,
+    always(
+        "BSL",
+        *(Use.ARRAY, Use.SLC_CONTROL, Use.BIT),
+        *_shown(1),
+        optional=1,
+        run=words.shift(True),
+        prescan=words.prescan_control("EN", 1),
+    ),
+    always(
+        "BSR",
+        *(Use.ARRAY, Use.SLC_CONTROL, Use.BIT),
+        *_shown(1),
+        optional=1,
+        run=words.shift(False),
+        prescan=words.prescan_control("EN", 1),
+    ),
+    _queue(shifts.FFL, Use.ITEM, Use.ARRAY),
+    _queue(shifts.FFU, Use.ARRAY, Use.ITEM_TARGET),
+    _queue(shifts.LFL, Use.ITEM, Use.ARRAY),
+    _queue(shifts.LFU, Use.ARRAY, Use.ITEM_TARGET),
+    always(
+        "SQO",
+        *(Use.TABLE, Use.INTEGER, Use.INTEGER_TARGET, Use.SLC_CONTROL),
+        *_shown(2),
+        optional=2,
+        run=words.sequence_output,
+        prescan=words.prescan_control("EN", 3),
+    ),
+    always(
+        "SQC",
+        *(Use.TABLE, Use.INTEGER, Use.INTEGER, Use.SLC_CONTROL),
+        *_shown(2),
+        optional=2,
+        run=words.sequence_compare,
+        prescan=words.prescan_control("EN", 3),
+    ),
+    always(
+        "SQL",
+        *(Use.ARRAY, Use.INTEGER, Use.SLC_CONTROL),
+        *_shown(2),
+        optional=2,
+        run=words.sequence_load,
+        prescan=words.prescan_control("EN", 2),
+    ),
+    # program control
+    *(control.JMP, control.LBL, control.JSR, control.RET, control.SBR, control.MCR, control.AFI, control.NOP),
+    action("TND", run=_end_scan),
+    condition("END", run=lambda _machine: True, alone=True),
+    action("SUS", Use.IGNORED, run=_suspend),
+    action("IIM", *_shown(3), optional=2, run=_nothing),
+    action("IOM", *_shown(3), optional=2, run=_nothing),
+    action("REF", *_shown(2), optional=2, run=_nothing),
+    action("STD", *_shown(1), optional=1, run=_nothing),
+    action("STE", *_shown(1), optional=1, run=_nothing),
+    action("STS", *_shown(2), optional=2, run=_nothing),
+    action("INT", *_shown(1), optional=1, run=_nothing),
+    action("UID", *_shown(1), optional=1, run=_nothing),
+    action("UIE", *_shown(1), optional=1, run=_nothing),
+    action("UIF", *_shown(1), optional=1, run=_nothing),
+    messages.MSG,
+)
+
+SLC_SPECS: Mapping[str, Spec] = {each.name: each for each in _ROWS}
+"""By name."""

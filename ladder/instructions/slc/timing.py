@@ -1,0 +1,140 @@
+"""Timers with a time base, and counters of 16 bits [1747-RM001, chapter "Basic instructions"].
+
+rung  ___|‾‾‾‾‾‾‾‾‾‾|______     ACC counts time bases up to PRE; a part of one stays for the next scan
+EN    ___|‾‾‾‾‾‾‾‾‾‾|______
+TT    ___|‾‾‾‾‾|___________     TON; a TOF times while the rung is false
+DN    _________|‾‾‾‾|______
+"""
+
+from __future__ import annotations
+
+from ...arithmetic import wrap
+from ...interpreter import Interpreter
+from ...interpreter.files import Members
+from ...operands import Constant, Group, Resolved
+from ...types import INT
+
+BASES_NS = {1.0: 1_000_000_000, 0.01: 10_000_000, 0.001: 1_000_000}
+"""Time bases by their operand, ns; 0.001 s is MicroLogix's."""
+
+
+def _count(machine: Interpreter, group: Group, timer: Members, base: Resolved) -> None:
+    """Add to ACC the time bases that have passed."""
+    assert isinstance(base, Constant)
+    unit, last = BASES_NS[float(base.value)], int(timer["~last_ns"])
+    units = max(machine.now_ns - last, 0) // unit
+    preset, accumulated = int(timer["PRE"]), int(timer["ACC"])
+    if preset < 0 or accumulated < 0:
+        machine.fault_log.negative_timer(machine.site, group.text, preset, accumulated)
+    timer.set(ACC=min(accumulated + units, max(preset, accumulated)), **{"~last_ns": last + units * unit})
+
+
+def _begin(machine: Interpreter, timer: Members) -> None:
+    timer.set(**{"~last_ns": machine.now_ns})
+
+
+def on_delay(machine: Interpreter, power: bool, group: Group, base: Resolved, *_shown: Resolved) -> None:
+    """TON."""
+    timer = Members(machine, group)
+    if not power:
+        timer.set(EN=False, TT=False, DN=False, ACC=0)
+        return
+    _run(machine, group, timer, base)
+
+
+def retentive(machine: Interpreter, power: bool, group: Group, base: Resolved, *_shown: Resolved) -> None:
+    """RTO: a false rung keeps ACC and DN."""
+    timer = Members(machine, group)
+    if not power:
+        timer.set(EN=False, TT=False)
+        return
+    _run(machine, group, timer, base)
+
+
+def _run(machine: Interpreter, group: Group, timer: Members, base: Resolved) -> None:
+    if not timer["EN"]:
+        _begin(machine, timer)
+    _count(machine, group, timer, base)
+    done = timer["ACC"] >= timer["PRE"]
+    timer.set(EN=True, DN=done, TT=not done)
+
+
+def off_delay(machine: Interpreter, power: bool, group: Group, base: Resolved, *_shown: Resolved) -> None:
+    """TOF."""
+    timer = Members(machine, group)
+    if power:
+        timer.set(EN=True, TT=False, DN=True, ACC=0)
+        return
+    if timer["EN"]:
+        _begin(machine, timer)
+    elif not timer["TT"]:
+        return
+    _count(machine, group, timer, base)
+    done = timer["ACC"] >= timer["PRE"]
+    timer.set(EN=False, TT=not done, DN=not done)
+
+
+def prescan_timer(machine: Interpreter, group: Group, *_others: Resolved) -> None:
+    """Reset a TON, as entering run mode does."""
+    Members(machine, group).set(EN=False, TT=False, DN=False, ACC=0)
+
+
+def prescan_retentive(machine: Interpreter, group: Group, *_others: Resolved) -> None:
+    """Reset what an RTO does not retain."""
+    Members(machine, group).set(EN=False, TT=False)
+
+
+def prescan_off_delay(machine: Interpreter, group: Group, *_others: Resolved) -> None:
+    """Let a TOF be over, as it is behind a false rung."""
+    timer = Members(machine, group)
+    timer.set(EN=False, TT=False, DN=False, ACC=max(int(timer["PRE"]), 0))
+
+
+# --- counters
+
+
+def _counted(group: Group, machine: Interpreter, power: bool, bit: str, step: int, beyond: str) -> None:
+    counter = Members(machine, group)
+    if power and not counter[bit]:
+        value = int(counter["ACC"]) + step
+        counter.set(ACC=wrap(value, INT.bits))
+        if not INT.lowest <= value <= INT.highest:
+            counter.set(**{beyond: True})
+    counter.set(**{bit: power})
+    counter.set(DN=counter["ACC"] >= counter["PRE"])
+
+
+def count_up(machine: Interpreter, power: bool, group: Group, *_shown: Resolved) -> None:
+    """CTU: 32,768 becomes -32,768, with OV."""
+    _counted(group, machine, power, "CU", 1, "OV")
+
+
+def count_down(machine: Interpreter, power: bool, group: Group, *_shown: Resolved) -> None:
+    """CTD: -32,769 becomes 32,767, with UN."""
+    _counted(group, machine, power, "CD", -1, "UN")
+
+
+def prescan_up(machine: Interpreter, group: Group, *_others: Resolved) -> None:
+    """Let no first scan count: the rung before is taken for true."""
+    Members(machine, group).set(CU=True)
+
+
+def prescan_down(machine: Interpreter, group: Group, *_others: Resolved) -> None:
+    """See `prescan_up`."""
+    Members(machine, group).set(CD=True)
+
+
+# --- RES
+
+
+RESET = {
+    "SLC_TIMER": ("EN", "TT", "DN", "ACC"),
+    "SLC_COUNTER": ("CU", "CD", "DN", "OV", "UN", "UA", "ACC"),
+    "SLC_CONTROL": ("EN", "EU", "DN", "EM", "ER", "UL", "IN", "FD", "POS"),
+}
+"""What RES clears, by type."""
+
+
+def reset(machine: Interpreter, group: Group) -> None:
+    """RES."""
+    Members(machine, group).set(**dict.fromkeys(RESET[group.type.name], 0))

@@ -1,0 +1,21 @@
+"""RSLogix 500 exports: the text of an SLC 500 or MicroLogix program to a program that runs, and back.
+
+    SOR BST XIC I:1.0/3 NXB XIC B3/17 BND TON T4:0 0.01 500 0 EOR
+
+| file | does |
+|---|---|
+| `document` | lines to records: slots, ladder files with rungs, data files |
+| `addresses` | `N7:0`, `B3/17`, `N7:[N7:1]`, `#N7:0`, `T4:0/DN` to addresses of the tree, and back |
+| `datafiles` | data files to tags with their values |
+| `rungs` | mnemonics and operands of a rung to the tree, and back |
+| `importer` | a document to a program, and the report of what became of it |
+| `export` | a program back to text |
+
+The program has the dialect `slc`, see `instructions.slc`.
+"""
+
+from .document import SlcError
+from .export import export_text
+from .importer import Imported, import_slc, import_text
+
+__all__ = ["Imported", "SlcError", "export_text", "import_slc", "import_text"]

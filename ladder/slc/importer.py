@@ -1,0 +1,177 @@
+"""An export of RSLogix 500 to a program that can run, and the report of what became of it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from ..addon import specs_of
+from ..errors import BuildError, LadderError, Problem
+from ..instructions.dialects import SLC
+from ..instructions.slc import SLC_SPECS
+from ..l5x.report import Refusal, Report
+from ..logic import Program
+from ..stubs import NO_STUBS, Stubs
+from ..tree import Origin, Routine, Rung, Series
+from .datafiles import DataFiles
+from .document import Document, LadderRecord, parse_document, read_document
+from .rungs import RungError, RungReader, routine_name
+
+ROUNDS = 30
+"""Attempts to build what is left after refusals; each refuses at least one rung."""
+
+MAIN = 2
+"""Number of the main ladder file."""
+
+_PLACE = re.compile(r"routine U(\d+), rung (\d+)")
+
+
+@dataclass(slots=True)
+class Imported:
+    """What became of an export.
+
+    Attributes:
+        document: the export.
+        report: what was imported and refused.
+        program: what runs; None if nothing can be built.
+    """
+
+    document: Document
+    report: Report
+    program: Program | None
+
+
+def import_slc(path: Path | str, stubs: Stubs = NO_STUBS, slots: Collection[int] | None = None) -> Imported:
+    """Import an export from a file.
+
+    Args:
+        path: the file.
+        stubs: what stands for instructions.
+        slots: slots of the rack that the program runs in; None if there is none. Images of other slots are
+            memory. Without a rack, slots are the rack's that a 3601 sits in, or all if the export names none.
+
+    Raises:
+        SlcError: the file can't be used at all.
+    """
+    return _Importer(read_document(path), stubs, slots).run()
+
+
+def import_text(
+    text: str, name: str, stubs: Stubs = NO_STUBS, slots: Collection[int] | None = None, *, file: str = ""
+) -> Imported:
+    """Import the text of an export, see `import_slc`."""
+    return _Importer(parse_document(text, file, name), stubs, slots).run()
+
+
+class _Importer:
+    """Imports one document."""
+
+    def __init__(self, document: Document, stubs: Stubs, slots: Collection[int] | None) -> None:
+        self._document, self._stubs, self._slots = document, stubs, slots
+        self._specs = specs_of({}, stubs.by_name, SLC_SPECS)
+        self._report = Report(document.file, "", "RSLogix 500", document.name)
+        self._rungs: dict[tuple[int, int], tuple[int, str]] = {}
+
+    def run(self) -> Imported:
+        document, report = self._document, self._report
+        for line, text in document.others:
+            report.note(text.split()[0], f"the line is not understood: {text}"[:200], line)
+        routines = [self._routine(each) for each in document.ladders.values()]
+        program = None
+        for _ in range(ROUNDS):
+            try:
+                program = self._program(routines)
+                program.build()
+                break
+            except BuildError as error:
+                program = None
+                if not self._refuse_all(error.problems, routines):
+                    raise
+        if program is not None:
+            for each in program.stubs_in_use:
+                name, _, text = each.partition(" = ")
+                report.stubs[name] = text
+        return Imported(document, report, program)
+
+    # --- rungs
+
+    def _routine(self, record: LadderRecord) -> Routine:
+        reader = RungReader(self._specs, {})
+        rungs = []
+        for number, each in enumerate(record.rungs):
+            self._report.rungs += 1
+            self._rungs[record.number, number] = each.line, each.text
+            series: Series = ()
+            try:
+                if not each.whole:
+                    raise RungError("the rung has no EOR", len(each.text), "end it with EOR")
+                series = reader.read(each.words)
+            except RungError as error:
+                self._refuse(record.number, number, str(error), error.remedy, error.column)
+            rungs.append(Rung(series, each.comment, Origin(self._document.file, each.line)))
+        return Routine(routine_name(record.number, {}), tuple(rungs), record.name)
+
+    def _refuse(self, file: int, rung: int, reason: str, remedy: str, column: int = 1) -> None:
+        line, text = self._rungs[file, rung]
+        name = routine_name(file, {})
+        self._report.refused.append(
+            Refusal(self._document.file, line, self._document.name, name, rung, column, text, reason, remedy)
+        )
+
+    def _refuse_all(self, problems: list[Problem] | tuple[Problem, ...], routines: list[Routine]) -> bool:
+        """Refuse the rungs of problems; return whether there was one."""
+        places = {routine.name: number for number, routine in enumerate(routines)}
+        empty: set[tuple[int, int]] = set()
+        for problem in problems:
+            found = _PLACE.search(problem.where)
+            if found is None:
+                continue
+            file, rung = int(found.group(1)), int(found.group(2))
+            if (file, rung) in empty or (file, rung) not in self._rungs:
+                continue
+            empty.add((file, rung))
+            self._refuse(file, rung, problem.text, problem.remedy)
+            place = places[routine_name(file, {})]
+            rungs = list(routines[place].rungs)
+            rungs[rung] = replace(rungs[rung], series=())
+            routines[place] = replace(routines[place], rungs=tuple(rungs))
+        return bool(empty)
+
+    # --- the program
+
+    def _program(self, routines: list[Routine]) -> Program:
+        name = re.sub(r"\W", "_", self._document.name) or "program"
+        main = routine_name(MAIN, {})
+        known = [each.name for each in routines]
+        program = Program(name, main=main if main in known else None, dialect=SLC)
+        program.take_stubs(self._stubs)
+        files = DataFiles(self._specs)
+        self._report.notes[:] = [each for each in self._report.notes if each.name != "data"]
+        for record in self._document.data:
+            wrong = files.data(record)
+            if wrong:
+                self._report.note("data", f"{record.address}: {wrong}", record.line)
+        for routine in routines:
+            files.routine(routine)
+            program.add_routine(routine)
+        bound = [each for each in files.images if self._is_bound(int(each.split(":")[1]))]
+        for tag in files.tags(bound):
+            try:
+                program.add(tag)
+            except LadderError as error:
+                self._report.note("data", f"{tag.name}: {error}")
+        for image in files.images:
+            if image not in bound:
+                text = "memory: the rack has no module there; a test or a timeline may set it"
+                self._report.note("data", f"{image} is {text}")
+        return program
+
+    def _is_bound(self, slot: int) -> bool:
+        """Whether the images of a slot are the rack's."""
+        if self._slots is not None:
+            return slot in self._slots
+        if not self._document.slots:
+            return slot > 0
+        return slot in self._document.slots and self._document.slots[slot].is_3601
