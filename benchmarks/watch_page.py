@@ -1,0 +1,169 @@
+"""What the page of `scanrack watch` reaches in a headless Chromium that draws in software.
+
+    python benchmarks/watch_page.py [--seconds N] [--clicks N] [--scrubs N] [--smoke]
+
+The feeder in real time, scans of 2 ms, one page of 1600 by 1000:
+
+    opens      from the start of the command to its link; from there to rungs, bits and rail
+    frames     pictures a second that show another scan: the median of three windows; the longest gap of 95 %
+    bytes      what the socket brings for such a page
+    click      from a click on an input to the picture that shows its level
+    scrub      from the slider to the picture of a scan of the last minute, rungs with their power
+    processor  share of a core: the monitor with the page and without, the scan process, Chromium
+
+What is shown is checked: each click has its picture, each scrub shows its scan. Without a browser or a
+driver the benchmark says so and ends.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import json
+import os
+import statistics
+import sys
+import tempfile
+import time
+from itertools import pairwise
+from pathlib import Path
+from urllib.parse import urlsplit
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
+
+from watched_page import Look, Session, frames, open_browser, until, watching, why_not
+from websockets.asyncio.client import connect
+
+FEEDER = Path(__file__).parents[1] / "examples" / "feeder" / "feeder.toml"
+READY = ("svg.rung [data-element]", "[data-name='1.MOVE_COMPLETE'][data-value]", "svg.rail .cart")
+
+CLICKS = """
+const [clicks, done] = arguments, took = [];
+const button = document.querySelector("[data-name='1.input.external']");
+const painted = () => new Promise(shown => requestAnimationFrame(shown));
+for (let click = 0; click < clicks; click++) {
+  const before = button.dataset.value, start = performance.now();
+  button.click();
+  while (button.dataset.value === before) await painted();
+  took.push(performance.now() - start);
+  await new Promise(rest => setTimeout(rest, 100 + 7 * (click % 13)));
+}
+done(took);
+"""
+
+SCRUBS = """
+const [count, done] = arguments, took = [], root = document.documentElement;
+const slider = document.querySelector("[aria-label='Scan shown']");
+const painted = () => new Promise(shown => requestAnimationFrame(shown));
+for (let scrub = 0; scrub < count; scrub++) {
+  const least = Number(slider.min), most = Number(slider.max);
+  const scan = Math.round(least + (most - least) * ((scrub * 0.618) % 1)), start = performance.now();
+  slider.value = scan;
+  slider.dispatchEvent(new Event("input", { bubbles: true }));
+  while (root.dataset.scan !== String(scan) || root.dataset.state !== "past") await painted();
+  took.push(performance.now() - start);
+}
+done(took);
+"""
+
+
+def processor_s(pid: int) -> float:
+    """Return the processor time that a process has used, s."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def children(pid: int) -> list[int]:
+    """Return a process' children and theirs."""
+    lists = [each.read_text() for each in Path(f"/proc/{pid}/task").glob("*/children")]
+    own = [int(each) for text in lists for each in text.split()]
+    return [every for each in own for every in (each, *children(each))]
+
+
+def shares(pids: list[int], seconds: float) -> list[float]:
+    """Return the share of a core that each process uses for a while, %."""
+    before = [processor_s(pid) for pid in pids]
+    start = time.monotonic()
+    time.sleep(seconds)
+    took = time.monotonic() - start
+    return [100 * (processor_s(pid) - was) / took for pid, was in zip(pids, before, strict=True)]
+
+
+async def bytes_per_s(session: Session, seconds: float) -> float:
+    """Return what the socket brings for a page that shows the routine Main."""
+    link = urlsplit(session.link)
+    async with connect(f"ws://{link.netloc}/socket", max_size=None) as socket:
+        await socket.send(json.dumps({"key": link.fragment.removeprefix("key=")}))
+        await socket.send(json.dumps({"id": 1, "do": "show", "routine": "Main", "columns": 120}))
+        settled = time.monotonic() + 1
+        while time.monotonic() < settled:
+            await socket.recv()
+        count, end = 0, time.monotonic() + seconds
+        while time.monotonic() < end:
+            count += len(await socket.recv())
+    return count / seconds
+
+
+def said(name: str, values: list[float], unit: str) -> None:
+    values = sorted(values)
+    print(f"{name:10} {statistics.median(values):8.1f} {values[int(0.95 * (len(values) - 1))]:8.1f}  {unit}")
+
+
+def main(arguments: list[str]) -> int:
+    parser = argparse.ArgumentParser(description="What the page of scanrack watch reaches.")
+    parser.add_argument("--seconds", type=float, default=10.0, help="length of a window")
+    parser.add_argument("--clicks", type=int, default=50)
+    parser.add_argument("--scrubs", type=int, default=50)
+    parser.add_argument("--smoke", action="store_true", help="a quick run that checks, and measures little")
+    given = parser.parse_args(arguments)
+    missing = why_not()
+    if missing is not None:
+        print(f"not measured: {missing}")
+        return 0
+    seconds, clicks, scrubs = (1.0, 3, 3) if given.smoke else (given.seconds, given.clicks, given.scrubs)
+    with tempfile.TemporaryDirectory() as profile:
+        browser = open_browser(Path(profile))
+        try:
+            measure(Look(browser), seconds, clicks, scrubs)
+        finally:
+            browser.quit()
+    return 0
+
+
+def measure(look: Look, seconds: float, clicks: int, scrubs: int) -> None:
+    start = time.monotonic()
+    with watching(FEEDER) as session:
+        linked = time.monotonic()
+        look.look(1600, 1000)
+        look.open(session.link)
+        for selector in READY:
+            look.until_there(selector)
+        print(f"opens      {linked - start:8.2f} {time.monotonic() - linked:8.2f}  s: link, page")
+        print("             median     95 %")
+        windows = [frames(look, seconds) for _ in range(3)]
+        rate = statistics.median(len(each) / seconds for each in windows)
+        print(f"frames     {rate:8.1f}           pictures/s")
+        said("gap", [1000 * (after - each) for times in windows for each, after in pairwise(times)], "ms")
+        look.browser.set_script_timeout(120)
+        took: list[float] = look.browser.execute_async_script(CLICKS, clicks)
+        assert len(took) == clicks
+        said("click", took, "ms")
+        took = look.browser.execute_async_script(SCRUBS, scrubs)
+        assert len(took) == scrubs
+        said("scrub", took, "ms")
+        look.press("Live")
+        until(lambda: look.handle("state") == "live")
+        monitor, scans = children(session.process.pid)[0], session.process.pid
+        tree = [monitor, scans, *children(look.browser.service.process.pid)]
+        used = shares(tree, seconds)
+        print(f"bytes      {asyncio.run(bytes_per_s(session, seconds)) / 1000:8.1f}           kB/s")
+        look.browser.get("about:blank")
+        time.sleep(0.5)
+        idle = shares([monitor, scans], seconds)
+        print(f"monitor    {used[0]:8.1f} {idle[0]:8.1f}  % of a core, with the page and without")
+        print(f"scans      {used[1]:8.1f} {idle[1]:8.1f}  %")
+        print(f"chromium   {sum(used[2:]):8.1f}           %")
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
