@@ -17,9 +17,7 @@ class Pair(Logic):
     pusher = Axis3601(3, PLAIN)
     stop = Input("Local:2:I.Data.0")
     go = Input("Local:2:I.Data.1")
-
-    def __init__(self) -> None:
-        self.zone = Lock()
+    zone = Lock()
 
     @sequence
     async def supervise(self) -> None:

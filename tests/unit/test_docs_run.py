@@ -1,7 +1,7 @@
 """What looks runnable on a page runs, and moves something.
 
-Every fenced Python block that defines `logic`, every rack file, and the commands of the README and of the
-pages about charts and queries, from the root of a fresh copy.
+Every fenced Python block that defines `logic` or a class of `Logic`, every rack file, and the commands of the
+README and of the pages about charts and queries, from the root of a fresh copy.
 """
 
 import re
@@ -26,6 +26,7 @@ SNIPPETS = [
     for number, (language, text) in enumerate(BLOCK.findall(page.read_text(encoding="utf-8")))
 ]
 LOGIC = [each for each in SNIPPETS if each.values[0] == "python" and "\ndef logic(" in str(each.values[1])]
+CLASSES = [each for each in SNIPPETS if each.values[0] == "python" and "(Logic):" in str(each.values[1])]
 RACKS = [each for each in SNIPPETS if each.values[0] == "toml" and "program = " in str(each.values[1])]
 
 
@@ -53,6 +54,7 @@ def moves_of(rack):
 
 def test_there_is_something_to_run():
     assert len(LOGIC) >= 2
+    assert len(CLASSES) >= 2
     assert len(RACKS) >= 2
 
 
@@ -74,6 +76,14 @@ def test_the_rack_of_the_page_about_running_moves_the_axis(folder):
     (text,) = [str(each.values[1]) for each in RACKS if str(each.id).startswith("run-")]
     (folder / "line.toml").write_text(text, encoding="utf-8")
     assert moves_of("line.toml") > 0
+
+
+@pytest.mark.parametrize(("language", "text"), CLASSES)
+def test_sequences_run_on_the_rack_of_their_page(folder, language, text):
+    (rack,) = [str(each.values[1]) for each in RACKS if str(each.id).startswith("sequences-")]
+    (folder / "line.py").write_text(text, encoding="utf-8")
+    (folder / "line.toml").write_text(rack, encoding="utf-8")
+    assert moves_of("line.toml") == 4  # home, 0, 4000, 8000
 
 
 @pytest.fixture(scope="module")
@@ -103,4 +113,4 @@ def test_the_commands_of_a_page_run_one_after_the_other(clone, page, monkeypatch
 
 
 def test_the_logic_of_the_readme_is_the_first_to_be_tried():
-    assert str(LOGIC[0].id).startswith("README")
+    assert str(CLASSES[0].id).startswith("README")
