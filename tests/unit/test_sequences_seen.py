@@ -186,3 +186,38 @@ def test_compared_with_another_program_the_first_difference_is_found(rack, trace
     result = invoke("compare", trace, other)
     assert (result.exit_code, "first in scan 50" in result.stdout) == (1, True)
     assert "slot1.out.target" in result.stdout
+
+
+LAMP = """from scanrack import Axis3601, Configuration, Input, InputBit, Logic, Output, sequence
+
+USED = InputBit.CAPTURE | InputBit.HOME | InputBit.CW_LIMIT
+
+
+class Line(Logic):
+    axis = Axis3601(1, Configuration(inputs_used=USED, starting_speed=500))
+    start = Input("slot1.status.IN_CAPTURE")
+    lamp: Output = Output("lamp")
+
+    @sequence
+    async def cycle(self) -> None:
+        await self.axis.configure()
+
+    def every_scan(self) -> None:
+        self.lamp = self.start
+"""
+CARD = """
+[[slot]]
+number = 2
+module = "1769-OB16"
+options = { outputs = { lamp = 3 } }
+"""
+
+
+def test_what_an_axis_reads_is_not_what_the_line_has_read(rack, tmp_path):
+    (tmp_path / "line.py").write_text(LAMP, encoding="utf-8")
+    rack.write_text(RACK + CARD, encoding="utf-8")
+    assert invoke("why", rack, "lamp", "--at", "52").stdout.splitlines() == [
+        "after 53 scans, 0.104 s: lamp is 1 since scan 50 (0.1 s): line.py:16 in every_scan",
+        "    self.lamp = self.start",
+        "  read before it in that scan: slot 1: IN_CAPTURE 1",
+    ]

@@ -54,6 +54,7 @@ def scenario(released_ns=400 * MS):
 
 def test_a_failure_says_where_the_sequences_waited():
     broken = Bench(SPEC, Line, [moves], 100).run(scenario()).broken
+    assert broken is not None
     # pressed at 99 ms, so the scan at 100 ms sees it and sends the move
     wait = f"cycle waits at line {line_of('the move')} of {HERE} for axis.move_to(4000) since 0.1 s"
     assert wait in broken.shows
@@ -62,6 +63,7 @@ def test_a_failure_says_where_the_sequences_waited():
 
 def test_a_fault_says_where_the_others_waited():
     broken = Bench(SPEC, Line, [], 200).run(scenario(200 * MS)).broken
+    assert broken is not None
     assert broken.cause == f"{HERE}:{line_of('the fault')}"
     assert any(each.startswith(f"cycle waits at line {line_of('the move')}") for each in broken.shows)
 
