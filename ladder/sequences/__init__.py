@@ -4,7 +4,7 @@
 |---|---|
 | `durations` | times from text |
 | `waits` | what a sequence awaits: conditions, times, edges |
-| `sequence` | one coroutine, and where it stands |
+| `coroutine` | one sequence: a coroutine, and where it stands |
 | `branches` | several waits as one |
 | `parts`, `signals` | what a class declares; bits and words of the images |
 | `blocks`, `locks` | timers, edges, counters; what one sequence has at a time |
@@ -16,10 +16,10 @@ wait holds.
 
 from .blocks import Counter, DownCounter, Fall, OffDelay, OnDelay, Pulse, Rise
 from .branches import WaitTimeout, all_of, first_of, within
+from .coroutine import Abort, Sequence
 from .declaring import sequence
 from .locks import Lock
 from .logic import Logic, fields_of, fresh, parts_of, sequences_of
-from .sequence import Abort, Sequence
 from .signals import Input, InputWord, Output, OutputWord
 from .waits import Wait, dwell, steady, until
 

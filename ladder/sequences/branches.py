@@ -15,8 +15,8 @@ from typing import Any, Generic, TypeVar, overload
 
 from typing_extensions import override
 
+from .coroutine import Sequence
 from .durations import duration_ns
-from .sequence import Sequence
 from .waits import Wait
 
 T = TypeVar("T")

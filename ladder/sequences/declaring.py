@@ -6,8 +6,8 @@ import inspect
 from collections.abc import Callable, Coroutine
 from typing import Any, overload
 
+from .coroutine import Sequence
 from .parts import Part
-from .sequence import Sequence
 
 Method = Callable[[Any], Coroutine[Any, Any, object]]
 """An `async def` method without arguments."""

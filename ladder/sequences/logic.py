@@ -25,10 +25,10 @@ import copy
 from contextlib import ExitStack
 from typing import Any, Self, TypeVar
 
+from .coroutine import Sequence
 from .declaring import SequenceMethod, check_class, declarations
 from .forgotten import check_awaited
 from .parts import Clock, Device, Part, Scan, Slots, Turn
-from .sequence import Sequence
 from .signals import Place, Signal, place_of
 
 Field = bool | int | float | str
