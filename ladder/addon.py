@@ -207,6 +207,11 @@ class AddOn:
         """What a call names after the instance."""
         return tuple(each for each in self.parameters if each.required or each.way is Way.INOUT)
 
+    @property
+    def operand_types(self) -> tuple[tuple[DataType, tuple[int, ...]], ...]:
+        """Type and dimensions of the operands of a call."""
+        return ((self.structure, ()), *((each.type, each.dims) for each in self.required))
+
     @cached_property
     def spec(self) -> Spec:
         """Its shape, as the parser needs it."""

@@ -1,8 +1,9 @@
 """Types of tags that a program uses and does not declare, from how it uses them.
 
-A partial export has rungs without the tags of their controller. A tag that is missing gets the type that its
-uses ask for, and arrays the length of their highest constant subscript; a computed one asks for `COMPUTED`
-elements.
+A partial export has rungs without the tags of their controller. All uses of a tag are collected in a tree of
+its members. A use that takes one type only decides; a real number beside a number makes it REAL; a bit of it
+makes it an integer. An array has the length of its highest constant subscript, with computed ones only
+`COMPUTED` elements.
 
 | the program says | the tag is |
 |---|---|
@@ -19,15 +20,21 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
-from .motion_types import (
-    AXIS_TYPES,
-    COORDINATE_SYSTEM,
-    MOTION_GROUP,
-    MOTION_INSTRUCTION,
-)
+from .instructions import BY_NAME
+from .motion_types import AXIS_TYPES, COORDINATE_SYSTEM, MOTION_GROUP, MOTION_INSTRUCTION
+from .motion_words import KEYWORDS
 from .spec import Spec, Use
-from .statements import Assignment, If, Invocation, Repeat, While, operands_in, statements_in
-from .tags import STATUS_FLAGS, Tag
+from .statements import (
+    Assignment,
+    Case,
+    For,
+    If,
+    Invocation,
+    Repeat,
+    While,
+    operands_in,
+    statements_in,
+)
 from .tree import (
     Address,
     BitStep,
@@ -40,6 +47,7 @@ from .tree import (
     Routine,
     SlashStep,
     Statement,
+    Step,
     SubscriptStep,
     WordStep,
     addresses_in,
@@ -52,6 +60,10 @@ from .types import (
     CONTROL,
     COUNTER,
     DINT,
+    FBD_COUNTER,
+    FBD_ONESHOT,
+    FBD_TIMER,
+    LINT,
     MESSAGE,
     PID,
     REAL,
@@ -65,11 +77,16 @@ from .types import (
 COMPUTED = 100
 """Elements of an array with a computed subscript."""
 
-MOST = 100_000
-"""Elements that a constant subscript may ask for."""
+COMPUTED_EACH = 16
+"""The same per dimension of an array of several."""
+
+MOST = 20_000
+"""Elements that a constant can ask for."""
+
+_BITS = (Use.BIT, Use.COIL, Use.LATCH, Use.STORAGE, Use.TRUTH, Use.SWITCH)
 
 BY_USE: Mapping[Use, DataType] = {
-    **dict.fromkeys((Use.BIT, Use.COIL, Use.LATCH, Use.STORAGE, Use.SWITCH, Use.TRUTH), BOOL),
+    **dict.fromkeys(_BITS, BOOL),
     **dict.fromkeys((Use.TEXT, Use.TEXT_TARGET), STRING),
     Use.TIMER: TIMER,
     Use.COUNTER: COUNTER,
@@ -85,206 +102,289 @@ BY_USE: Mapping[Use, DataType] = {
 }
 """What an operand of a use is."""
 
-_NUMBERS = frozenset(
-    {
-        *(Use.NUMBER, Use.TEXT_OR_NUMBER, Use.TARGET, Use.EXPRESSION, Use.CONDITION, Use.KEYWORD),
-        *(Use.OPTIONAL_TARGET, Use.PARAMETERS),
-    }
-)
-"""Uses of a DINT, or of a REAL beside a number with a point."""
+_BLOCKS: Mapping[str, DataType] = {
+    **dict.fromkeys(("TONR", "TOFR", "RTOR"), FBD_TIMER),
+    "CTUD": FBD_COUNTER,
+    **dict.fromkeys(("OSRI", "OSFI"), FBD_ONESHOT),
+}
 
-_ARRAYS = frozenset({Use.ARRAY, Use.TABLE})
+_REGIONS = frozenset({Use.SOURCE, Use.DESTINATION, Use.ARRAY, Use.TABLE})
 _NAMES = frozenset({Use.LABEL, Use.MODE, Use.ROUTINE, Use.PASSES})
-
-_BY_MEMBERS = (TIMER, COUNTER, CONTROL, STRING, MOTION_INSTRUCTION, MESSAGE, *AXIS_TYPES.values(), PID)
+_BY_MEMBERS = (
+    *(TIMER, COUNTER, CONTROL, STRING, MOTION_INSTRUCTION, MESSAGE),
+    *(*AXIS_TYPES.values(), PID),
+)
 """What a structure is whose members are all among theirs; the first that fits."""
 
+Known = Callable[[str, Address], DataType | None]
+"""Returns the type of a declared address in a program, None if it is not declared."""
 
-@dataclass
-class _Guess:
-    """What the uses of a tag, or of a part of one, say of its type."""
+OfCall = Callable[[str], tuple[tuple[DataType, tuple[int, ...]], ...]]
+"""Returns types and dimensions of the operands of an add-on call."""
 
-    asked: dict[DataType, None] = field(default_factory=dict)
-    members: dict[str, tuple[str, _Guess]] = field(default_factory=dict)
+Missing = Callable[[str, Address], tuple[str, tuple[Step, ...]] | None]
+"""Returns what is to be guessed for an address in a program and the steps from there, None if it is known."""
+
+
+@dataclass(slots=True)
+class Guess:
+    """What is known of a tag or a member.
+
+    Attributes:
+        name: its name.
+        structures: what it may be if its members are among theirs.
+        members: its members, by name in capitals.
+        lengths: of its dimensions, as far as subscripts show them.
+        votes: types that its uses need.
+        weak: types that its uses make likely.
+        bit: the highest bit that is named, -1 without one.
+    """
+
+    name: str
+    structures: tuple[Structure, ...] = ()
+    members: dict[str, Guess] = field(default_factory=dict)
     lengths: list[int] = field(default_factory=list)
+    votes: list[DataType] = field(default_factory=list)
+    weak: list[DataType] = field(default_factory=list)
+    bit: int = -1
 
-    def member(self, name: str) -> _Guess:
-        return self.members.setdefault(name.upper(), (name, _Guess()))[1]
+    def member(self, name: str) -> Guess:
+        """Return a member, new or known."""
+        return self.members.setdefault(name.upper(), Guess(name, self.structures))
 
-    def subscript(self, indices: tuple[Operand, ...]) -> None:
-        self.lengths += [1] * (len(indices) - len(self.lengths))
-        for place, each in enumerate(indices):
-            wanted = COMPUTED
-            if isinstance(each, Number) and isinstance(each.value, int):
-                wanted = each.value + 1 if 0 <= each.value < MOST else 1
-            self.lengths[place] = max(self.lengths[place], wanted)
+    def subscripts(self, step: SubscriptStep) -> None:
+        """Note subscripts."""
+        while len(self.lengths) < len(step.indices):
+            self.lengths.append(0)
+        for place, index in enumerate(step.indices):
+            length = COMPUTED if len(step.indices) == 1 else COMPUTED_EACH
+            if isinstance(index, Number) and isinstance(index.value, int):
+                length = min(max(index.value, 0), MOST - 1) + 1
+            self.lengths[place] = max(self.lengths[place], length)
 
-    def type(self, name: str, known: Iterable[Structure]) -> DataType:
-        structures = [each for each in self.asked if isinstance(each, Structure)]
+    @property
+    def dims(self) -> tuple[int, ...]:
+        """Its dimensions."""
+        return tuple(max(1, each) for each in self.lengths[:3])
+
+    def type(self, path: str) -> DataType:
+        """Return its type."""
+        structures = [each for each in self.votes if isinstance(each, Structure)]
         if structures:
             return structures[0]
         if self.members:
-            return self._structure(name, known)
-        first = next(iter(self.asked), DINT)
-        return next((each for each in (BOOL, REAL) if each in self.asked), first)
+            return self._structure(path)
+        if self.bit >= 0:
+            return LINT if self.bit > 31 else DINT
+        for votes in (self.votes, self.weak):
+            for kind in (BOOL, REAL, LINT, DINT):
+                if kind in votes:
+                    return kind
+            if votes:
+                return votes[0]
+        return DINT
 
-    def _structure(self, name: str, known: Iterable[Structure]) -> Structure:
-        for each in (*_BY_MEMBERS, *known):
-            if all(each.member(member) is not None for member in self.members):
+    def fits(self, member: Member | None) -> bool:
+        """Whether its uses are those of a member of a type."""
+        if member is None or bool(member.dims) != bool(self.lengths):
+            return False
+        return BOOL not in self.votes or member.type is BOOL
+
+    def _structure(self, path: str) -> Structure:
+        for each in self.structures if ":" not in self.name else ():
+            if all(guess.fits(each.member(guess.name)) for guess in self.members.values()):
                 return each
-        made = [
-            Member(said, guess.type(f"{name}_{said}", known), tuple(guess.lengths))
-            for said, guess in self.members.values()
+        members = [
+            Member(each.name, each.type(f"{path}_{each.name}"), each.dims) for each in self.members.values()
         ]
-        return Structure(f"{name}_type", tuple(made))
+        return Structure(path, tuple(members))
 
 
-class Inference:
-    """Collects what routines ask of tags that nothing declares.
+class Guesses:
+    """Collects uses of what is not declared.
 
     Args:
-        specs: the known instructions, by name in capitals.
-        of_call: returns the types of the operands of an add-on call; none for any other instruction.
-        known: structures that a tag may be of whose members are among theirs.
+        missing: returns what is to be guessed.
+        known: returns the type of a declared address.
+        of_call: returns what the operands of an add-on call are; none for any other instruction.
+        specs: the shapes of all instructions.
+        structures: what a structure may be, too, whose members are all among theirs.
     """
 
     def __init__(
         self,
+        missing: Missing,
+        known: Known,
+        of_call: OfCall,
         specs: Mapping[str, Spec],
-        of_call: Callable[[str], tuple[tuple[DataType, tuple[int, ...]], ...]] = lambda _name: (),
-        known: Iterable[Structure] = (),
+        structures: Iterable[Structure] = (),
     ) -> None:
-        self._specs, self._of_call = specs, of_call
-        self._is_declared: Callable[[str], bool] = lambda _name: False
-        self._known = tuple(known)
-        self._guesses: dict[str, tuple[str, _Guess]] = {}
+        self._missing, self._known = missing, known
+        self._of_call, self._specs = of_call, specs
+        self._structures = (*_BY_MEMBERS, *structures)
+        self.found: dict[str, Guess] = {}
 
-    def routine(self, routine: Routine, is_declared: Callable[[str], bool]) -> None:
-        """Take notice of a routine.
-
-        Args:
-            routine: it.
-            is_declared: whether a name means something in its program.
-        """
-        self._is_declared = is_declared
+    def read(self, program: str, routine: Routine) -> None:
+        """Collect the uses in a routine."""
         for rung in routine.rungs:
             for instruction in instructions_of(rung.series):
-                self._instruction(instruction)
+                self._instruction(program, instruction)
         for statement in statements_in(routine.statements or ()):
-            if isinstance(statement, Invocation):
-                self._instruction(statement.instruction)
-                continue
-            for operand in operands_in(statement):
-                self._value(operand, _is_real(operand))
-            self._statement(statement)
+            self._statement(program, statement)
 
-    def _statement(self, statement: Statement) -> None:
-        if isinstance(statement, If):
-            for arm in statement.arms:
-                self._condition(arm.condition)
-        elif isinstance(statement, While):
-            self._condition(statement.condition)
-        elif isinstance(statement, Repeat):
-            self._condition(statement.until)
-        elif isinstance(statement, Assignment):
-            if _is_logical(statement.value):
-                self._address(statement.target, BOOL)
-                self._condition(statement.value)
-            elif _is_real(statement.value):
-                self._address(statement.target, REAL)
+    # --- instructions and statements
 
-    def tags(self) -> list[Tag]:
-        """Return the tags that are missing, in the order of their first use."""
-        return [
-            Tag(name, guess.type(name.replace(":", "_"), self._known), tuple(guess.lengths[:3]))
-            for name, guess in self._guesses.values()
-        ]
-
-    def _instruction(self, instruction: Instruction) -> None:
+    def _instruction(self, program: str, instruction: Instruction) -> None:
+        spec = self._specs.get(instruction.name.upper()) or BY_NAME.get(instruction.name)
+        uses = spec.operands if spec else ()
+        if instruction.name == "JSR":
+            uses = (Use.ROUTINE, Use.CONSTANT)
         handed = self._of_call(instruction.name)
-        if handed:
-            for (kind, dims), operand in zip(handed, instruction.operands, strict=False):
-                self._argument(operand, kind, dims)
-            return
-        spec = self._specs.get(instruction.name.upper())
-        real = any(map(_is_real, instruction.operands))
-        uses = spec.operands if spec is not None else ()
+        partner = self._partner(program, instruction.operands)
         for place, operand in enumerate(instruction.operands):
-            use = uses[min(place, len(uses) - 1)] if uses else Use.ANYTHING
-            self._operand(use, operand, real, instruction)
+            use = uses[place] if place < len(uses) else Use.PARAMETERS
+            self._inside(program, operand)
+            if isinstance(operand, Address):
+                if use in _NAMES or (use is Use.KEYWORD and not operand.steps and _is_word(operand)):
+                    continue
+                if place < len(handed):
+                    self._argument(program, operand, *handed[place])
+                    continue
+                here = self._address(program, operand, *self._wanted(use, instruction, partner))
+                if here is not None and use in _REGIONS:
+                    self._region(here, operand, instruction)
+            elif isinstance(operand, Operation):
+                self._operation(program, operand, partner, bits=use in _BITS)
 
-    def _argument(self, operand: Operand, kind: DataType, dims: tuple[int, ...]) -> None:
-        if isinstance(operand, Address):
-            guess = self._address(operand, kind)
-            if guess is not None and dims and not guess.lengths:
-                guess.lengths = list(dims)
-        else:
-            self._value(operand, kind == REAL)
+    def _wanted(
+        self, use: Use, instruction: Instruction, partner: DataType | None
+    ) -> tuple[DataType | None, DataType | None]:
+        """Return the type that a use needs, or else the type that it makes likely."""
+        if use is Use.BLOCK:
+            return _BLOCKS.get(instruction.name), None
+        if use in BY_USE:
+            return BY_USE[use], None
+        if use is Use.RESETTABLE:
+            return None, TIMER
+        if use in (Use.TEXT_OR_NUMBER, Use.SOURCE, Use.DESTINATION, Use.ITEM, Use.ITEM_TARGET):
+            return (partner, None) if isinstance(partner, Structure) else (None, partner or DINT)
+        if use in (Use.INTEGER, Use.INTEGER_TARGET, Use.CONSTANT):
+            return None, DINT
+        return None, REAL if partner is REAL else DINT
 
-    def _operand(self, use: Use, operand: Operand, real: bool, instruction: Instruction) -> None:
-        if use in _NAMES or (use is Use.KEYWORD and isinstance(operand, Address) and not operand.steps):
-            return
-        kind = BY_USE.get(use)
-        if kind is not None and isinstance(operand, Address):
-            self._address(operand, kind)
-        elif use in _ARRAYS or use in (Use.SOURCE, Use.DESTINATION):
-            self._region(operand, instruction)
-        elif use is Use.TRUTH:
-            self._condition(operand)
-        else:
-            self._value(operand, real)
+    def _argument(self, program: str, operand: Address, kind: DataType, dims: tuple[int, ...]) -> None:
+        """Note what an add-on instruction gets."""
+        here = self._address(program, operand, kind, None)
+        if here is not None and dims and not here.lengths and not _ends_in_element(operand):
+            here.lengths = [min(each, MOST) for each in dims]
 
-    def _region(self, operand: Operand, instruction: Instruction) -> None:
-        """An array, or as many elements as a COP or FLL beside it copies."""
-        if not isinstance(operand, Address):
-            self._value(operand, False)
-            return
-        guess = self._address(operand, None)
+    def _region(self, here: Guess, operand: Address, instruction: Instruction) -> None:
+        """Note how many elements a COP or FLL copies."""
         last = instruction.operands[-1]
-        if guess is None or guess.lengths or guess.members or _ends_in_element(operand):
+        if here.lengths or here.members or _ends_in_element(operand):
             return
-        if isinstance(last, Number) and isinstance(last.value, int) and 1 < last.value < MOST:
-            guess.lengths = [last.value]
+        if isinstance(last, Number) and isinstance(last.value, int) and 1 < last.value <= MOST:
+            here.lengths = [last.value]
 
-    def _value(self, operand: Operand, real: bool) -> None:
-        """A number, or an expression of numbers."""
-        if isinstance(operand, Address):
-            self._address(operand, REAL if real else None)
-        elif isinstance(operand, Operation):
-            for each in addresses_in(operand):
-                self._address(each, REAL if real else None)
+    def _partner(self, program: str, operands: Iterable[Operand]) -> DataType | None:
+        """Return REAL if an operand is one, a string or a structure if one is, else None."""
+        kinds = [self._kind(program, each) for each in operands]
+        structure = next((each for each in kinds if isinstance(each, Structure)), None)
+        return structure or (REAL if REAL in kinds else None)
 
-    def _condition(self, operand: Operand) -> None:
-        """Something true or false, in structured text."""
-        if isinstance(operand, Address):
-            self._address(operand, BOOL)
-        elif isinstance(operand, Operation) and operand.name in ("AND", "OR", "XOR", "NOT"):
-            for each in operand.operands:
-                self._condition(each)
-
-    def _address(self, address: Address, kind: DataType | None) -> _Guess | None:
-        """Note a use of an address; return what is known of its end, None if it is declared."""
-        for step in address.steps:
-            for inner in step.indices if isinstance(step, SubscriptStep) else ():
-                self._value(inner, False)
-            if isinstance(step, BitStep):
-                self._value(step.index, False)
-        name = address.name
-        if not name or name.upper() in STATUS_FLAGS or self._is_declared(name):
+    def _kind(self, program: str, operand: Operand) -> DataType | None:
+        if isinstance(operand, Number):
+            return REAL if isinstance(operand.value, float) else None
+        if isinstance(operand, Characters):
+            return STRING
+        if isinstance(operand, Operation):
+            kinds = [self._kind(program, each) for each in operand.operands]
+            return REAL if REAL in kinds else None
+        if not isinstance(operand, Address):
             return None
-        here = self._guesses.setdefault(name.upper(), (name, _Guess()))[1]
-        for step in address.steps:
+        is_bit = bool(operand.steps) and isinstance(operand.steps[-1], BitStep)
+        return BOOL if is_bit else self._known(program, operand)
+
+    def _statement(self, program: str, statement: Statement) -> None:
+        if isinstance(statement, Invocation):
+            self._instruction(program, statement.instruction)
+            return
+        for operand in operands_in(statement):
+            self._inside(program, operand)
+        if isinstance(statement, Assignment):
+            self._assignment(program, statement)
+        elif isinstance(statement, If):
+            for arm in statement.arms:
+                self._operation(program, arm.condition, None, bits=True)
+        elif isinstance(statement, While | Repeat):
+            for operand in operands_in(statement):
+                self._operation(program, operand, None, bits=True)
+        elif isinstance(statement, Case | For):
+            for operand in operands_in(statement):
+                self._operation(program, operand, None, bits=False)
+
+    def _assignment(self, program: str, statement: Assignment) -> None:
+        value, target = statement.value, statement.target
+        kind = self._kind(program, target) or self._kind(program, value)
+        logical = isinstance(value, Operation) and (value.name in (*_RELATIONS, "NOT") or kind is BOOL)
+        if isinstance(kind, Structure):
+            self._address(program, target, kind, None)
+        else:
+            self._address(program, target, None, BOOL if logical else kind or DINT)
+        if isinstance(value, Address):
+            self._address(program, value, kind if isinstance(kind, Structure) else None, kind or DINT)
+        else:
+            self._operation(program, value, REAL if kind is REAL else None, bits=logical)
+
+    def _operation(self, program: str, operand: Operand, partner: DataType | None, *, bits: bool) -> None:
+        """Note the uses in an expression."""
+        todo: list[tuple[Operand, bool, DataType | None]] = [(operand, bits, partner)]
+        while todo:
+            node, is_bit, beside = todo.pop()
+            if isinstance(node, Address):
+                self._address(program, node, None, BOOL if is_bit else beside or DINT)
+            elif isinstance(node, Operation):
+                inner = is_bit and node.name in _LOGICAL
+                inner = inner or (node.name in _RELATIONS and any(map(_is_logical, node.operands)))
+                near = self._partner(program, node.operands) or beside
+                todo += [(each, inner, near) for each in reversed(node.operands)]
+
+    def _inside(self, program: str, operand: Operand) -> None:
+        """Note the tags in subscripts and computed bits."""
+        for address in addresses_in(operand):
+            for step in address.steps:
+                inner = step.indices if isinstance(step, SubscriptStep) else ()
+                if isinstance(step, BitStep):
+                    inner = (step.index,)
+                for each in inner:
+                    self._operation(program, each, None, bits=False)
+
+    # --- addresses
+
+    def _address(
+        self, program: str, address: Address, needed: DataType | None, likely: DataType | None
+    ) -> Guess | None:
+        """Note a use of an address; return what is known of its end, None if it is declared or a bit."""
+        missing = self._missing(program, address)
+        if missing is None:
+            return None
+        name, steps = missing
+        here = self.found.setdefault(name.upper(), Guess(name, self._structures))
+        for step in steps:
             if isinstance(step, MemberStep):
                 here = here.member(step.name)
             elif isinstance(step, SubscriptStep):
-                here.subscript(step.indices)
+                here.subscripts(step)
             elif isinstance(step, WordStep):
-                here.subscript((Number(step.index, str(step.index)),))
-            elif isinstance(step, (BitStep, SlashStep)):
-                here.asked[DINT] = None
+                here.subscripts(SubscriptStep((Number(step.index, str(step.index)),)))
+            else:
+                index = step.index if isinstance(step, SlashStep) else _bit_of(step)
+                here.bit = max(here.bit, index)
                 return None
-        if kind is not None:
-            here.asked[kind] = None
+        if needed is not None:
+            here.votes.append(needed)
+        elif likely is not None:
+            here.weak.append(likely)
         return here
 
 
@@ -292,16 +392,25 @@ def _ends_in_element(address: Address) -> bool:
     return bool(address.steps) and isinstance(address.steps[-1], SubscriptStep)
 
 
-def _is_real(operand: Operand) -> bool:
-    if isinstance(operand, Number):
-        return isinstance(operand.value, float)
-    return isinstance(operand, Operation) and any(map(_is_real, operand.operands))
+_LOGICAL = ("AND", "OR", "XOR", "NOT")
+_RELATIONS = ("=", "<>", "<", "<=", ">", ">=")
 
 
 def _is_logical(operand: Operand) -> bool:
+    """Whether an operand of a relation is true or false, not a number."""
     if not isinstance(operand, Operation):
         return False
-    if operand.name in ("=", "<>", "<", "<=", ">", ">="):
-        return True
-    numbers = any(isinstance(each, (Number, Characters)) for each in operand.operands)
-    return operand.name == "NOT" or (operand.name in ("AND", "OR", "XOR") and not numbers)
+    numbers = any(isinstance(each, Number) for each in operand.operands)
+    return operand.name in _RELATIONS or (operand.name in _LOGICAL and not numbers)
+
+
+def _is_word(operand: Address) -> bool:
+    """Whether a motion instruction means a word by this, not a tag."""
+    return operand.name.upper().replace(" ", "") in KEYWORDS
+
+
+def _bit_of(step: object) -> int:
+    index = getattr(step, "index", 0)
+    if isinstance(index, Number):
+        return int(index.value)
+    return index if isinstance(index, int) else 0

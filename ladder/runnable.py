@@ -15,7 +15,7 @@ from .edit import Edit, carry_over
 from .engine import STEP_MS, Engine
 from .errors import LadderError, MinorFault, Problem
 from .expressions import TAG_NAME, parse_address
-from .inferred import Inference
+from .inferred import Guesses
 from .instructions.dialects import DIALECTS, HOOKS, LOGIX, SLC
 from .lowered import Lowered
 from .memory import Memory
@@ -23,8 +23,8 @@ from .resolver import is_image
 from .spec import Spec
 from .stubs import NO_STUBS, InPython, Stub, Stubs, check_stubbed, parse_stub
 from .tagref import TagRef
-from .tags import Alias, Declaration, SlotAlias, Tag
-from .tree import Routine
+from .tags import STATUS_FLAGS, Alias, Declaration, SlotAlias, Tag
+from .tree import Address, Routine, Step
 from .types import MAX_DIMENSIONS, DataType, Structure, count_of, size_of
 from .view import Tags
 
@@ -159,7 +159,7 @@ class LadderLogic(ABC):
             used.append(f"missing_tags = declare: {tags}")
         return tuple(used)
 
-    def _declare_missing(self, parts: Iterable[LadderLogic]) -> None:
+    def _declare_missing(self, parts: Sequence[LadderLogic]) -> None:
         """Declare the tags that routines use and nothing declares.
 
         Args:
@@ -167,12 +167,24 @@ class LadderLogic(ABC):
         """
         if not self.declares_missing:
             return
-        inference = Inference(self.specs, self._operands_of, self._structures())
+        known = {part.name: self._names | part._names for part in parts}
+
+        def missing(program: str, address: Address) -> tuple[str, tuple[Step, ...]] | None:
+            name = address.name
+            is_known = name.upper() in known[program] or name.upper() in STATUS_FLAGS or is_image(name)
+            return None if is_known or not name else (name, address.steps)
+
+        specs = specs_of(self.add_ons, self.stubs)
+        guesses = Guesses(
+            missing, lambda _program, _address: None, self._operands_of, specs, self._structures()
+        )
         for part in parts:
-            known = self._names | part._names
             for routine in part.routines:
-                inference.routine(routine, lambda name, known=known: name.upper() in known or is_image(name))  # type: ignore[misc]
-        self.declared_missing = inference.tags()
+                guesses.read(part.name, routine)
+        self.declared_missing = [
+            Tag(each.name, each.type(f"{each.name.replace(':', '_')}_type"), each.dims)
+            for each in guesses.found.values()
+        ]
         for tag in self.declared_missing:
             self.add(tag)
 
@@ -181,7 +193,7 @@ class LadderLogic(ABC):
         definition = self.add_ons.get(name.upper())
         if definition is None or name.upper() in self.stubs:
             return ()
-        return ((definition.structure, ()), *((each.type, each.dims) for each in definition.required))
+        return definition.operand_types
 
     def _structures(self) -> list[Structure]:
         """Return the structures that its tags are of."""

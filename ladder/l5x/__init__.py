@@ -14,7 +14,7 @@ r"""L5X: programs that Studio 5000 and RSLogix 5000 export, as they are.
 | `routines` | rungs and structured text |
 | `scopes` | tags and aliases of the controller and of programs |
 | `modules` | modules to tags |
-| `guesses` | types of tags that a partial export leaves out, from their use |
+| `uses` | what routines call, and the instructions in them |
 | `unknown` | types that the document names and does not define |
 | `mnemonics` | names of all instructions of Logix, known here or not |
 | `schedule` | tasks |

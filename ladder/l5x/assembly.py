@@ -89,6 +89,11 @@ class Parts:
             controller.add_task(task)
         return controller
 
+    def operands_of(self, name: str) -> tuple[tuple[DataType, tuple[int, ...]], ...]:
+        """Return type and dimensions of the operands of an add-on instruction; none for another one."""
+        definition = self.add_ons.get(name.upper())
+        return definition.operand_types if definition is not None else ()
+
     def known(self, program: str, address: Address) -> DataType | None:
         """Return the type of a declared address in a program, None if it is not declared."""
         address = self.without_aliases(program, address)

@@ -14,6 +14,7 @@ from ..collector import collector_paused
 from ..controller import Controller
 from ..errors import BuildError, LadderError, Problem
 from ..expressions import TAG_NAME
+from ..inferred import Guess, Guesses
 from ..instructions.stubbed import specs_of_stubs
 from ..schedule import Task, TaskKind
 from ..spec import Spec
@@ -25,14 +26,6 @@ from .addons import AddOns
 from .assembly import CALLS, Parts, ProgramPart, call_of, harness_of, without
 from .datatypes import Types
 from .document import read_document
-from .guesses import (
-    Guess,
-    Guesses,
-    all_instructions,
-    called_routines,
-    numbered_instructions,
-    triggered_tasks,
-)
 from .mnemonics import MNEMONICS
 from .modules import module_tags
 from .records import Document, ProgramRecord
@@ -41,6 +34,7 @@ from .routines import UNKNOWN, RoutineReader, instruction_names
 from .schedule import tasks_of
 from .scopes import scope_of
 from .unknown import UnknownTypes
+from .uses import all_instructions, called_routines, numbered_instructions, triggered_tasks
 
 ROUNDS = 30
 """Attempts to build what is left after refusals; each refuses at least one rung."""
@@ -223,7 +217,7 @@ class Importer:
 
     def _guess(self) -> None:
         """Declare what the file leaves out, from its use."""
-        guesses = Guesses(self._missing, self._parts.known, self._parts.add_ons, self._reader.specs)
+        guesses = Guesses(self._missing, self._parts.known, self._parts.operands_of, self._reader.specs)
         for part in self._parts.programs.values():
             for routine in part.routines.values():
                 guesses.read(part.name, self._to_guess(part, routine))
@@ -264,7 +258,7 @@ class Importer:
 
     def _declare_guess(self, guess: Guess) -> None:
         name = guess.name.rpartition(".")[2] if guess.name.startswith("\\") else guess.name
-        kind, dims = guess.type(re.sub(r"\W", "_", name)), guess.dims
+        kind, dims = guess.type(f"{re.sub(r'[^A-Za-z0-9]', '_', name)}_type"), guess.dims
         self._scope(program_of(guess.name)).append(Tag(name, kind, dims))
         self.report.declared[guess.name] = kind.name + "".join(f"[{each}]" for each in dims)
 

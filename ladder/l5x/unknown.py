@@ -8,11 +8,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 
 from ..errors import LadderError
+from ..inferred import Guesses
 from ..spec import Spec
 from ..tree import Address, MemberStep, Routine, Step, SubscriptStep
 from ..types import DINT, DataType, Member, Structure
 from .datatypes import Types, UnknownTypeError
-from .guesses import Guesses
 from .records import Document, TagRecord
 from .scopes import type_of
 
@@ -73,7 +73,7 @@ class UnknownTypes:
 
     def define(self, routines: Owned, specs: Mapping[str, Spec]) -> Mapping[str, DataType]:
         """Define them as the routines use them; return them by name."""
-        guesses = Guesses(self._use_of, self._known, {}, specs)
+        guesses = Guesses(self._use_of, self._known, lambda _name: (), specs)
         for owner, routine in routines:
             guesses.read(owner, routine)
         found: dict[str, DataType] = {}

@@ -216,7 +216,7 @@ def test_partial_export_declares_what_it_leaves_out(imported):
     assert report.declared == {
         "add-on Mixer": "instruction that does nothing",
         r"\P.Other": "routine that does nothing",
-        "M": "M",
+        "M": "M_type",
         "Delay": "TIMER",
         "Total": "DINT",
         "Mix": "DINT",
