@@ -36,6 +36,15 @@ class NamedInputs(Protocol):
 
 
 @runtime_checkable
+class AnalogInputs(Protocol):
+    """A module with analog inputs that have names."""
+
+    def set_value(self, name: str, value: float) -> None:
+        """Give an input a value from now on; ValueError for an unknown input, or a value it can't have."""
+        ...
+
+
+@runtime_checkable
 class Operable(Protocol):
     """A module whose machine has inputs that a person may act on."""
 

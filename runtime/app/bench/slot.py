@@ -11,7 +11,7 @@ from ....io_images.image import Image
 from ...loop.incidents import TROUBLES, FaultKind
 from ...loop.rack import Slot
 from ...machine.spec import INPUT_NAMES
-from ...modules.record import NamedInputs, Trait
+from ...modules.record import AnalogInputs, NamedInputs, Trait
 from ...modules.registry import MODULES, has
 
 
@@ -69,6 +69,20 @@ class SlotBench:
             raise ValueError(f"there is no input {name!r}: inputs are {', '.join(INPUT_NAMES)}")
         self._device.machine.set_input(bit, energised)
         self._device.look_again()
+
+    def set_value(self, name: str, value: float) -> None:
+        """Give an analog input of a card a value from now on.
+
+        Args:
+            name: as the rack file names it.
+            value: V or mA of a channel with a range, else the raw number.
+
+        Raises:
+            ValueError: there is no such input, or it can't have this value.
+        """
+        if not isinstance(self._device, AnalogInputs):
+            raise ValueError(f"slot {self.number}: a {self._slot.catalog} has no analog inputs")
+        self._device.set_value(name, value)
 
     def press(self, name: str, for_: str = "50 ms") -> None:
         """Energise an input and run for a time; then release it.

@@ -10,7 +10,9 @@ The data of a card with 32 terminals are one DINT to a CompactLogix: `Local:2:I.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+from .analog import FORMATS, FORMATS_12, RANGES, Convert, RangeBits
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +26,11 @@ class CardKind:
         channels_in: number of its analog inputs.
         channels_out: number of its analog outputs.
         echo: the input image repeats the outputs that are in force (output data echo).
+        echo_at: of an analog card: the input word that repeats channel 0.
+        bits: of an analog card: where its range bits are.
+        ranges: of an analog card: names of the ranges of its channels.
+        formats: of an analog card: its data formats.
+        ignored: of an analog card: low bits of an output word that it does not look at.
     """
 
     name: str
@@ -32,12 +39,21 @@ class CardKind:
     channels_in: int = 0
     channels_out: int = 0
     echo: bool = False
+    echo_at: int = 0
+    bits: RangeBits | None = None
+    ranges: tuple[str, ...] = ()
+    formats: Mapping[str, Convert] = field(default_factory=dict)
+    ignored: int = 0
 
     @property
     def analog(self) -> bool:
         """Whether it has channels; no card has terminals, too."""
         return bool(self.channels_in or self.channels_out)
 
+
+_ALL_RANGES = tuple(RANGES)
+_INPUT_BITS = RangeBits(status_word=4, word=5, over=14, step=-2)  # U0 O0 U1 O1 U2 O2 U3 O3 from bit 15 on
+_RAW = {"raw": FORMATS["raw"]}
 
 KINDS: Mapping[str, CardKind] = {
     kind.name: kind
@@ -48,15 +64,30 @@ KINDS: Mapping[str, CardKind] = {
         CardKind("1762-OB8", outputs=8),
         CardKind("1762-OB16", outputs=16),
         CardKind("1762-OW8", outputs=8),
-        CardKind("1762-IF4", channels_in=4),
-        CardKind("1762-OF4", channels_out=4),
+        CardKind("1762-IF4", channels_in=4, bits=_INPUT_BITS, ranges=_ALL_RANGES, formats=_RAW),
+        CardKind(
+            "1762-OF4",
+            channels_out=4,
+            bits=RangeBits(status_word=0, word=1, over=6, step=-2),  # U0 O0 ... from bit 7 on
+            ranges=("0..10 V", "4..20 mA", "0..20 mA"),
+            formats=FORMATS_12,
+            ignored=7,
+        ),
         CardKind("1769-IQ16", inputs=16),
         CardKind("1769-IQ32", inputs=32),
         CardKind("1769-OB16", outputs=16, echo=True),
         CardKind("1769-OB32", outputs=32, echo=True),
         CardKind("1769-OW8", outputs=8, echo=True),
-        CardKind("1769-IF4", channels_in=4),
-        CardKind("1769-OF4", channels_out=4),
+        CardKind("1769-IF4", channels_in=4, bits=_INPUT_BITS, ranges=_ALL_RANGES, formats=FORMATS),
+        CardKind(
+            "1769-OF4",
+            channels_out=4,
+            echo=True,
+            echo_at=1,
+            bits=RangeBits(status_word=0, word=0, over=8, step=2),  # U3 O3 ... U0 O0 from bit 15 on
+            ranges=_ALL_RANGES,
+            formats=FORMATS,
+        ),
     )
 }
 """The cards by catalog name."""

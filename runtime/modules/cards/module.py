@@ -11,6 +11,8 @@ first, so the order of the slots does not matter.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from decimal import Decimal
+from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -40,13 +42,13 @@ class Change(NamedTuple):
         at_ns: when.
         input: which, by its name.
         acted_on: of a contact: True = operated from then on, False = released.
-        value: of an analog input: what it shows from then on.
+        value: of an analog input: what is at it from then on.
     """
 
     at_ns: int
     input: str
     acted_on: bool
-    value: int | None
+    value: Decimal | None
 
 
 class GenericCard(Module):
@@ -79,6 +81,10 @@ class GenericCard(Module):
         self._next = 0
         self._runs = True
         self._image = Image()
+        self._channels = self.options.channels(kind)
+        self._driven: tuple[int, ...] | None = None
+        for channel in self._channels if kind.channels_in else ():
+            self._take_signal(channel, Fraction(0))
 
     @property
     def follows(self) -> frozenset[int]:
@@ -104,11 +110,15 @@ class GenericCard(Module):
         self.lit = self._outputs(outputs) if self._runs else 0
         if not self.kind.analog:
             self._show(self.lit if self.kind.echo else self._levels)
+        elif self.kind.channels_out and (driven := self._driving(outputs)) != self._driven:
+            self._drive(driven)
         return self._image
 
     def calm_until_ns(self, outputs: Image) -> int:
         """Return the instant before which no input changes; see `runtime.loop.module.Foreseeing`."""
         if self.lit != (self._outputs(outputs) if self._runs else 0):
+            return 0
+        if self.kind.channels_out and self._driving(outputs) != self._driven:
             return 0
         change_ns = self._changes[self._next].at_ns if self._next < len(self._changes) else FAR
         return min([change_ns, *(horizon() for horizon in self._horizons)])
@@ -145,8 +155,12 @@ class GenericCard(Module):
         place = self._place(name)
         self._levels = self._levels | 1 << place if energised else self._levels & ~(1 << place)
 
-    def set_value(self, name: str, value: int) -> None:
-        """Give an analog input a raw value from now on, -32,768 to 32,767.
+    def set_value(self, name: str, value: float | Decimal) -> None:
+        """Give an analog input a value from now on.
+
+        Args:
+            name: the input.
+            value: V or mA of a channel with a range, -30 to 30; else the raw number, -32,768 to 32,767.
 
         Raises:
             ValueError: an unknown input, a digital one, or a value that is not allowed.
@@ -154,8 +168,43 @@ class GenericCard(Module):
         place = self._place(name)
         if not self.kind.analog:
             raise ValueError(f"input {name!r} is a contact: it has a level, no value")
+        exact = value if isinstance(value, Decimal) else Decimal(str(value))
+        self.options.check_value(name, exact)
         self.before_change()
-        self._image[place] = value
+        if place in self._channels:
+            self._take_signal(place, Fraction(exact))
+        else:
+            self._image[place] = int(exact)
+
+    def _take_signal(self, place: int, signal: Fraction) -> None:
+        """Show a signal at an input channel, and its range bits."""
+        channel = self._channels[place]
+        self._image[place] = channel.word(signal)
+        self._show_range(place, *channel.signal_beyond(signal))
+
+    def _show_range(self, place: int, over: bool, under: bool) -> None:
+        bits = self.kind.bits
+        assert bits is not None
+        self._image.set_bit(bits.word, bits.over_bit(place), over)
+        self._image.set_bit(bits.word, bits.over_bit(place) + 1, under)
+        self._image.set_bit(bits.status_word, place, over or under)
+
+    def _driving(self, outputs: Image) -> tuple[int, ...]:
+        """Return the words of the analog outputs that are in force; 0 while the PLC does not run."""
+        return tuple(outputs[place] if self._runs else 0 for place in range(self.kind.channels_out))
+
+    def _drive(self, driven: tuple[int, ...]) -> None:
+        """Put out values, and show what a card shows of them: range bits, and the echo."""
+        self._driven = driven
+        for place, word in enumerate(driven):
+            channel = self._channels.get(place)
+            shown = word
+            if channel is not None:
+                seen = word & ~self.kind.ignored
+                shown = channel.limited(seen)
+                self._show_range(place, *channel.word_beyond(seen))
+            if self.kind.echo:
+                self._image[self.kind.echo_at + place] = shown
 
     def _place(self, name: str) -> int:
         if name not in self.options.inputs:
@@ -179,14 +228,20 @@ class GenericCard(Module):
         name = change.input
         if change.value is not None:
             self.set_value(name, change.value)
-            text = f"The {name} input is {change.value}."
-            self.events.append(Event(change.at_ns, "stimulus", name, text, {"value": change.value}))
+            text = f"The {name} input is {change.value}{self._unit(name)}."
+            value = int(change.value) if change.value == int(change.value) else float(change.value)
+            self.events.append(Event(change.at_ns, "stimulus", name, text, {"value": value}))
             return
         energised = self._energised(name, change.acted_on)
         self._put_level(name, energised)
         level = "energised" if energised else "de-energised"
         text = f"The {name} input is {level}."
         self.events.append(Event(change.at_ns, "stimulus", name, text, {"energised": energised}))
+
+    def _unit(self, name: str) -> str:
+        """Return a space and the unit of a channel with a range."""
+        channel = self._channels.get(self.options.inputs[name])
+        return "" if channel is None else f" {channel.range.unit}"
 
 
 def _changes(options: CardOptions) -> Iterator[Change]:

@@ -13,7 +13,7 @@ cam = [
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from decimal import Decimal
 from typing import Annotated, ClassVar, Self
 
@@ -23,6 +23,7 @@ from ....io_images.image import WORD_MAX, WORD_MIN, WORDS
 from ....io_images.module_words import BitPlace, ModuleWords
 from ...loop.options import Options
 from ...machine.spec import INPUT_NAMES
+from .analog import RANGES, SIGNAL_MAX, Channel
 from .kinds import CardKind
 
 WORD_BITS = 16
@@ -50,13 +51,14 @@ class Press(_Row):
         at_ms: when, ms since power-up.
         input: which, by its name.
         for_ms: how long, ms; left out = it stays operated.
-        value: of an analog input: what the channel shows from then on, raw.
+        value: of an analog input: what is at the channel from then on: V or mA where `ranges` names it,
+            else the raw number that it shows.
     """
 
     at_ms: Milliseconds
     input: str
     for_ms: Annotated[Milliseconds, Field(gt=0)] | None = None
-    value: Annotated[int, Field(ge=WORD_MIN, le=WORD_MAX)] | None = None
+    value: Annotated[Decimal, BeforeValidator(_exact), Field(ge=WORD_MIN, le=WORD_MAX)] | None = None
 
     @property
     def begin_ns(self) -> int:
@@ -107,6 +109,9 @@ class CardOptions(Options):
         normally_closed: inputs whose contacts are closed at rest: acting on one de-energises it.
         timeline: what happens to the inputs.
         cam: inputs that the machine of another slot operates.
+        ranges: of an analog card: the range of a named channel, such as "4..20 mA"; with it the card
+            converts, and shows over- and under-range.
+        formats: of an analog card: the data format of a channel with a range; "raw" if left out.
     """
 
     owner: ClassVar[str] = "card"
@@ -116,6 +121,8 @@ class CardOptions(Options):
     normally_closed: Annotated[tuple[str, ...], Field(strict=False)] = ()
     timeline: Annotated[tuple[Press, ...], Field(strict=False)] = ()
     cam: Annotated[tuple[Cam, ...], Field(strict=False)] = ()
+    ranges: Mapping[str, str] = Field(default_factory=dict)
+    formats: Mapping[str, str] = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _is_sound(self) -> Self:
@@ -151,6 +158,48 @@ class CardOptions(Options):
                 raise ValueError(f"timeline: {press.input!r} {says}")
             if kind.analog and press.for_ms is not None:
                 raise ValueError(f"timeline: {press.input!r} has a value until the next one: no for_ms")
+            if press.value is not None:
+                self.check_value(press.input, press.value)
+        self._check_ranges(kind)
+
+    def _check_ranges(self, kind: CardKind) -> None:
+        for name, wanted in self.ranges.items():
+            _check_choice(f"ranges: {name!r}", wanted, kind.ranges, kind.name)
+            if name not in self.inputs and name not in self.outputs:
+                known = ", ".join((*self.inputs, *self.outputs)) or "none"
+                raise ValueError(f"ranges: there is no channel {name!r}: channels are {known}")
+        for name, wanted in self.formats.items():
+            _check_choice(f"formats: {name!r}", wanted, tuple(kind.formats), kind.name)
+            if name not in self.ranges:
+                raise ValueError(f"formats: {name!r} has no range: name one in ranges")
+            if wanted == "percent" and RANGES[self.ranges[name]].low < 0:
+                raise ValueError(f"formats: {name!r}: a range of {self.ranges[name]} has no percent")
+
+    def check_value(self, name: str, value: Decimal) -> None:
+        """Refuse a value that an analog input can't have.
+
+        Raises:
+            ValueError: a signal beyond 30 V or mA; of a channel without a range what is no word.
+        """
+        if name in self.ranges:
+            if abs(value) > SIGNAL_MAX:
+                unit = self.ranges[name].rpartition(" ")[2]
+                raise ValueError(
+                    f"{name!r}: {value} {unit} is no signal of it: allowed are -{SIGNAL_MAX} to {SIGNAL_MAX}"
+                )
+        elif value != int(value) or not WORD_MIN <= value <= WORD_MAX:
+            raise ValueError(
+                f"{name!r}: {value} is no word: allowed are {WORD_MIN} to {WORD_MAX}, "
+                "or V and mA with a range in ranges"
+            )
+
+    def channels(self, kind: CardKind) -> dict[int, Channel]:
+        """Return the channels with a range, by number."""
+        wired = {**self.inputs, **self.outputs}
+        return {
+            wired[name]: Channel(RANGES[wanted], kind.formats[self.formats.get(name, "raw")])
+            for name, wanted in self.ranges.items()
+        }
 
     @property
     def at_rest(self) -> int:
@@ -200,7 +249,26 @@ def _analog_words(kind: CardKind, options: CardOptions) -> ModuleWords:
         images[image] = tuple(names)
         profile |= {f"Ch{at}Data": (image, at) for at in range(channels)}
     stem += "Out" * (kind.channels_out > 0) * (not options.outputs)
-    return ModuleWords(stem, images["O"], images["I"], profile_words=profile)
+    groups = {"status": _range_bits(kind, options)} if options.ranges else {}
+    return ModuleWords(stem, images["O"], images["I"], groups, profile_words=profile)
+
+
+def _range_bits(kind: CardKind, options: CardOptions) -> dict[str, BitPlace]:
+    """Return the range bits of the channels with a range, by name: `level_over`, `level_under`."""
+    assert kind.bits is not None
+    wired = {**options.inputs, **options.outputs}
+    places = {}
+    for name in options.ranges:
+        over = kind.bits.over_bit(wired[name])
+        places[f"{name}_over"] = BitPlace("I", kind.bits.word, over)
+        places[f"{name}_under"] = BitPlace("I", kind.bits.word, over + 1)
+    return places
+
+
+def _check_choice(where: str, wanted: str, allowed: Sequence[str], card: str) -> None:
+    if wanted not in allowed:
+        what = f"a {card} has {', '.join(allowed)}" if allowed else f"a {card} has no channels"
+        raise ValueError(f"{where} = {wanted!r}: {what}")
 
 
 def _check_names(field: str, names: Mapping[str, int]) -> None:

@@ -1,0 +1,169 @@
+"""Channels of analog cards: a signal in volts or milliamperes, the number for it, and the range bits.
+
+    range          normal        converted up to    beyond that the number stays at the limit
+    -10..10 V      -10 to 10     -10.5 to 10.5
+    4..20 mA       4 to 20       3.2 to 21          below 4 mA: under-range, as with an open circuit
+
+Over-range and under-range mean outside of the normal range; each one sets the channel's status bit, too.
+
+Sources: 1769-UM002B, Compact I/O Analog Modules, tables 3.7 and 3.17 (ranges and formats), page 3-3 (bits);
+1762-RM001C, I/O Configuration (1762-IF4); 1762-IN016D, pages 14 and 15 (1762-OF4); 1769-IN087A, page 15
+(1769-OF4).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from math import floor
+
+FULL_RAW = 32_767
+"""Raw number at the end of a range, of a card that converts 16 bits."""
+
+STEPS_12 = 4095
+"""Steps of a 1762-OF4: 12 bits, in bits 3 to 14 of the word; bits 0 to 2 do not matter."""
+
+PID_FULL = 16_383
+PERCENT_FULL = 10_000
+THOUSANDTHS = 1000
+
+SIGNAL_MAX = 30
+"""Largest signal that a rack file may give, V or mA."""
+
+
+@dataclass(frozen=True, slots=True)
+class SignalRange:
+    """A range that a channel is configured for.
+
+    Attributes:
+        name: as a rack file has it.
+        unit: V or mA.
+        low: lower end of the normal range.
+        high: upper end.
+        least: lowest signal that is converted.
+        most: highest one.
+    """
+
+    name: str
+    unit: str
+    low: Fraction
+    high: Fraction
+    least: Fraction
+    most: Fraction
+
+
+def _range(unit: str, low: int, high: int, least: str, most: str) -> tuple[str, SignalRange]:
+    name = f"{low}..{high} {unit}"
+    return name, SignalRange(name, unit, Fraction(low), Fraction(high), Fraction(least), Fraction(most))
+
+
+RANGES: Mapping[str, SignalRange] = dict(
+    (
+        _range("V", -10, 10, "-10.5", "10.5"),
+        _range("V", 0, 5, "0", "5.25"),
+        _range("V", 0, 10, "0", "10.5"),
+        _range("mA", 4, 20, "3.2", "21"),
+        _range("V", 1, 5, "0.5", "5.25"),
+        _range("mA", 0, 20, "0", "21"),
+    )
+)
+"""The ranges by name, in the order of the cards' configuration bits."""
+
+
+def _raw(signal: Fraction, over: SignalRange) -> int:
+    """Return the raw number: proportional to the signal, the end of the range is 32,767."""
+    return int(signal / over.most * FULL_RAW)
+
+
+def _raw_12(signal: Fraction, over: SignalRange) -> int:
+    return floor(signal / over.most * STEPS_12) * 8
+
+
+def _pid_12(signal: Fraction, over: SignalRange) -> int:
+    return floor(signal / over.most * STEPS_12) * 4
+
+
+def _engineering(signal: Fraction, over: SignalRange) -> int:
+    return _nearest(signal * THOUSANDTHS)
+
+
+def _pid(signal: Fraction, over: SignalRange) -> int:
+    return _nearest((signal - over.low) / (over.high - over.low) * PID_FULL)
+
+
+def _percent(signal: Fraction, over: SignalRange) -> int:
+    return _nearest((signal - over.low) / (over.high - over.low) * PERCENT_FULL)
+
+
+def _nearest(value: Fraction) -> int:
+    """Return the nearest whole number; halves away from zero."""
+    return floor(value + Fraction(1, 2)) if value >= 0 else -floor(-value + Fraction(1, 2))
+
+
+Convert = Callable[[Fraction, SignalRange], int]
+
+FORMATS: Mapping[str, Convert] = {
+    "raw": _raw,
+    "engineering": _engineering,
+    "pid": _pid,
+    "percent": _percent,
+}
+"""How a signal becomes a number, by name: proportional, V or mA times 1000, 0 to 16,383, 0 to 10,000."""
+
+FORMATS_12: Mapping[str, Convert] = {"raw": _raw_12, "pid": _pid_12}
+"""The same for a 1762-OF4: 0 to 32,760 and 0 to 16,380 at the end of the range."""
+
+
+@dataclass(frozen=True, slots=True)
+class RangeBits:
+    """Where a card shows the range bits of a channel, in its input image.
+
+    Attributes:
+        status_word: word of the status bits; bit n is that of channel n.
+        word: word of the over- and under-range bits.
+        over: the over-range bit of channel 0.
+        step: from a channel's bit to the next one's.
+    """
+
+    status_word: int
+    word: int
+    over: int
+    step: int
+
+    def over_bit(self, channel: int) -> int:
+        """Return the over-range bit of a channel; its under-range bit is the next one up."""
+        return self.over + self.step * channel
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """A channel with a range.
+
+    Attributes:
+        range: what it is configured for.
+        convert: its data format.
+    """
+
+    range: SignalRange
+    convert: Convert
+
+    def word(self, signal: Fraction) -> int:
+        """Return the number for a signal, which is limited to what the card converts.
+
+        >>> Channel(RANGES["4..20 mA"], FORMATS["raw"]).word(Fraction(20))
+        31206
+        """
+        return self.convert(min(max(signal, self.range.least), self.range.most), self.range)
+
+    def limited(self, word: int) -> int:
+        """Return an output's number, limited to what the card converts."""
+        return min(max(word, self.word(self.range.least)), self.word(self.range.most))
+
+    def signal_beyond(self, signal: Fraction) -> tuple[bool, bool]:
+        """Return whether a signal is above the normal range, and below it."""
+        return signal > self.range.high, signal < self.range.low
+
+    def word_beyond(self, word: int) -> tuple[bool, bool]:
+        """Return whether an output's number is above the normal range, and below it."""
+        return word > self.word(self.range.high), word < self.word(self.range.low)
