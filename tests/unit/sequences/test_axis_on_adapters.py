@@ -1,0 +1,94 @@
+"""The axis over any module that speaks a 3601's words: the feeder as a sequence, on three hardwares.
+
+The story is that of `tests/unit/test_feeder_on_three_hardwares.py`, whose program is made of rungs: home, two
+strokes to and fro, an emergency stop in the third, home again. As docs/adapters.md asks, the round trip is
+400 ms, and strokes end 100 steps off the home switch.
+"""
+
+from pathlib import Path
+
+import pytest
+from scanrack.ladder.sequences import fresh
+from scanrack.runtime.app.build import build_cpu, build_rack
+from scanrack.runtime.app.loading import load_job
+from witness import Witness
+
+FEEDER = Path(__file__).parents[3] / "examples" / "feeder" / "feeder.toml"
+SCANS = 10_000  # 20 s
+
+HARDWARES = {
+    "amci3601": "",
+    "pcl601-adapter": "",
+    "pmc006-adapter": "options = { home_stroke = 20000 }",
+}
+
+STORY = [
+    ("home", "home", 0),
+    ("absolute", "complete", 6000),
+    ("absolute", "complete", 100),
+    ("absolute", "complete", 6000),
+    ("absolute", "complete", 100),
+    ("absolute", "cut short", None),  # the emergency stop, wherever the stroke then is
+    ("home", "home", 0),
+    ("absolute", "complete", 6000),
+]
+
+PROGRAM = """\
+from scanrack import Axis3601, AxisError, Configuration, Direction, Logic, State, sequence, steady
+
+
+class Feeder(Logic):
+    axis = Axis3601(
+        1, Configuration(inputs_used=0x3C, active_high=0x3C, step_and_direction=True, starting_speed=500), OPTIONS
+    )
+
+    @sequence
+    async def cycle(self):
+        await self.axis.configure()
+        while True:
+            try:
+                if self.axis.state == State.ERROR_STOP:
+                    await self.axis.reset()
+                if self.axis.status.POSITION_INVALID:
+                    await self.axis.home(Direction.CCW, speed=2000, acceleration=10, deceleration=10)
+                while True:
+                    await self.axis.move_to(6000, speed=4000, acceleration=10, deceleration=10)
+                    await self.axis.move_to(100, speed=8000, acceleration=10, deceleration=10)
+            except AxisError:
+                await steady(lambda: not self.axis.status.IN_ESTOP, "1 s")
+"""
+
+
+def run(folder, hardware, options="round_trip_ms=400"):
+    """Run the feeder; return its moves."""
+    (folder / "feeder.py").write_text(PROGRAM.replace("OPTIONS", options), encoding="utf-8")
+    text = FEEDER.read_text(encoding="utf-8")
+    for right, instead in {
+        "feeder.rung": "feeder.py",
+        '"amci3601"': f'"{hardware}"',
+        'firmware = "4.1"': HARDWARES[hardware],
+        "at_s = 8.0": "at_s = 12.0",
+    }.items():
+        assert right in text
+        text = text.replace(right, instead)
+    (folder / "rack.toml").write_text(text, encoding="utf-8")
+    job = load_job(str(folder / "rack.toml"))
+    witness = Witness()
+    with build_cpu(job.spec, fresh(job.logic), build_rack(job.spec), listeners=[witness]) as cpu:
+        cpu.run(SCANS)
+    return [
+        (event["name"], event["outcome"], None if event["outcome"] == "cut short" else event["to"])
+        for event in witness.events
+        if event.get("kind") == "move"
+    ]
+
+
+@pytest.mark.parametrize("hardware", HARDWARES)
+def test_a_sequence_makes_the_same_moves(hardware, tmp_path):
+    assert run(tmp_path, hardware)[: len(STORY)] == STORY
+
+
+@pytest.mark.parametrize("hardware", HARDWARES)
+def test_parameters_first_on_each_of_them(hardware, tmp_path):
+    moves = run(tmp_path, hardware, "round_trip_ms=400, parameters_first=True")
+    assert moves[:4] == STORY[:4]
