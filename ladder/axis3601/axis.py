@@ -371,7 +371,9 @@ class Axis3601(Device):
         return self._drive.judge, self._drive.send
 
     def _new_drive(self) -> Drive:
-        return Drive(self.round_trip_ms * 1_000_000, parameters_first=self.parameters_first)
+        trip_ns = self.round_trip_ms * 1_000_000
+        owner = f"{self.name or 'the axis'} of slot {self.slot} [{self.declared}]"
+        return Drive(trip_ns, owner, parameters_first=self.parameters_first)
 
     def _move(
         self,

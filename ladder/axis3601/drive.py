@@ -22,6 +22,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Sequence
 from enum import IntEnum
+from typing import NoReturn
 
 from ...io_images.amci3601.bits import CommandLsw, CommandMsw, StatusMsw
 from ...io_images.image import WORDS, Image
@@ -96,12 +97,16 @@ class Drive:
 
     Args:
         trip_ns: how long words take to cross the backplane both ways.
+        owner: the name of the axis, for messages.
         parameters_first: send the command bit once the parameters have crossed.
         late: judge the inputs after the logic, as rungs do; to compare with these.
     """
 
-    def __init__(self, trip_ns: int, *, parameters_first: bool = False, late: bool = False) -> None:
+    def __init__(
+        self, trip_ns: int, owner: str = "the axis", *, parameters_first: bool = False, late: bool = False
+    ) -> None:
         self.trip_ns = trip_ns
+        self.owner = owner
         self.parameters_first = parameters_first
         self.late = late
         self.attach(Image(), Image(), Clock())
@@ -110,11 +115,12 @@ class Drive:
         """Take the images of a slot, and be as new."""
         self._clock = clock
         self.inputs, self._in = inputs, inputs.words
-        self._words = outputs.words
+        self._words, self._raw = outputs.words, outputs.raw
         self.reset()
 
     def reset(self) -> None:
         """Be as new: at rest, nothing asked for."""
+        self._sent = self._raw.tobytes()
         self.step, self.kind = _REST, RESET
         self.out = array("h", ZEROS)
         self.running: Command | None = None
@@ -190,7 +196,13 @@ class Drive:
         self._judge(now_ns)
 
     def send(self, now_ns: int) -> None:
-        """Write the words, after the logic."""
+        """Write the words, after the logic.
+
+        Raises:
+            RuntimeError: another writer has changed them.
+        """
+        if self._raw.tobytes() != self._sent:
+            self._refuse_other_writer()
         if self._quiet:
             return
         running = self.running
@@ -202,6 +214,14 @@ class Drive:
         self._take(now_ns)
         self._quiet = self._nothing_to_come()
         self._words[:] = self.out
+        self._sent = self._raw.tobytes()
+
+    def _refuse_other_writer(self) -> NoReturn:
+        sent, found = Image(buffer=bytearray(self._sent)), self._words.tolist()
+        raise RuntimeError(
+            f"{self.owner} is the only writer of its module's output words: "
+            f"something else has made {found} of {list(sent)}"
+        )
 
     def _nothing_to_come(self) -> bool:
         """Return whether nothing is to be done before status word 0 changes or a command comes."""

@@ -38,9 +38,8 @@ from scanrack import Axis3601, AxisError, Configuration, Direction, Logic, State
 
 
 class Feeder(Logic):
-    axis = Axis3601(
-        1, Configuration(inputs_used=0x3C, active_high=0x3C, step_and_direction=True, starting_speed=500), OPTIONS
-    )
+    setup = Configuration(inputs_used=0x3C, active_high=0x3C, step_and_direction=True, starting_speed=500)
+    axis = Axis3601(1, setup, OPTIONS)
 
     @sequence
     async def cycle(self):

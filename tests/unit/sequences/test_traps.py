@@ -12,6 +12,7 @@ from scanrack import (
     Logic,
     Output,
     OutputWord,
+    State,
     all_of,
     dwell,
     first_of,
@@ -539,3 +540,50 @@ def test_words_out_of_range_are_refused():
     bench = SequenceBench(Wide).scan()
     assert bench.rack.slots[2].outputs[1] == -32_768
     assert "level = 32768 is out of range" in fault_of(Wide).text
+
+
+def test_another_writer_of_the_modules_words_is_named():
+    """A function of the scan beside an instance: both work in one rack, on modules of their own."""
+
+    class Owner(Logic):
+        axis = Axis3601(1, SETUP)
+
+        @sequence
+        async def cycle(self):
+            await self.axis.configure()
+
+    owner = Owner()
+
+    def both(scan):
+        owner(scan)
+        scan.slot[2].outputs.set_bit(0, 5, True)
+        if scan.number == 20:
+            scan.slot[1].outputs[0] = 1
+
+    bench = SequenceBench(both).scan(21)
+    assert bench.lamp(5)
+    with pytest.raises(CpuFault) as caught:
+        bench.scan()
+    says = str(caught.value)
+    assert "axis of slot 1 [" in says
+    assert "test_traps.py:" in says
+    assert "made [1, 0, 0, 0, 0, 0, 0, 0] of [0, 0, 0, 0, 0, 0, 0, 0]" in says
+
+
+def test_forces_are_no_other_writer():
+    class Owner(Logic):
+        axis = Axis3601(1, SETUP)
+
+        @sequence
+        async def cycle(self):
+            if self.axis.state == State.DISABLED:
+                await self.axis.configure()
+
+    bench = SequenceBench(Owner).scan()
+    bench.until(lambda: bench.sequences[0].over, 100)
+    bench.cpu.forces.set("Local:1:O.Data[7].0", True)
+    bench.scan(5)
+    assert bench.words[7] == 1
+    bench.restart().scan(50)
+    bench.cpu.forces.clear()
+    bench.scan(50)
