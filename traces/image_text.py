@@ -119,6 +119,15 @@ def seconds(time_ns: int) -> str:
     return f"{whole}.{digits[:3]}{digits[3:].rstrip('0')}"
 
 
+def short_seconds(time_ns: int) -> str:
+    """Return a time in seconds, exact, with as many decimals as it needs.
+
+    >>> short_seconds(1_498_174_000_000), short_seconds(100_000_000), short_seconds(0)
+    ('1498.174', '0.1', '0')
+    """
+    return seconds(time_ns).rstrip("0").rstrip(".")
+
+
 def module_text(slot: SlotInfo, direction: str, before: Words, after: Words) -> str:
     """Return what changed in an image of a slot as text; `direction` is "out" or "in"."""
     if slot.speaks_3601:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from .image_text import short_seconds
 from .reader import Trace, TraceEvent
 from .topics import SEQUENCES
 
@@ -51,10 +52,10 @@ class Step:
         >>> str(Step(602, 1_204_000_000, "cycle", "line.py", 14, "axis.move_to(4000)"))
         'cycle waits at line 14 of line.py for axis.move_to(4000) since 1.204 s'
         """
+        since = f"since {short_seconds(self.now_ns)} s"
         if not self.line:
-            return f"{self.sequence} is over since {self.now_ns / 1e9:g} s"
-        at = f"line {self.line} of {self.file}"
-        return f"{self.sequence} waits at {at} for {self.wait} since {self.now_ns / 1e9:g} s"
+            return f"{self.sequence} is over {since}"
+        return f"{self.sequence} waits at line {self.line} of {self.file} for {self.wait} {since}"
 
 
 def step_of(event: TraceEvent) -> Step:

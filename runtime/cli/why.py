@@ -12,6 +12,7 @@ from ...ladder import LadderError
 from ...ladder.debug import cross_reference
 from ...ladder.program import split_address
 from ...ladder.resolver import AddressError
+from ...traces.image_text import short_seconds
 from ...traces.reader import open_trace
 from ..app.bench import Bench, NotReachedError
 from ..app.bench.opening import open_bench
@@ -92,14 +93,14 @@ def _ask_bench(bench: Bench, what: str | None, moment: Moment) -> None:
         _run(bench, moment)
     except CpuFault as error:
         say(f"the CPU has faulted in {error}", err=True)
-    _say(f"after {bench.scans:,} scans, {bench.now_s:g} s:", bench.why(what), what)
+    _say(f"after {bench.scans:,} scans, {short_seconds(bench.now_ns)} s:", bench.why(what), what)
 
 
 def _ask_trace(path: Path, what: str | None, moment: Moment, *, trust: bool) -> None:
     with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
         tell_notes(trace)
         asked = why_of_trace(trace, Path(folder), what, moment, trust=trust)
-    _say(f"scan {asked.scan:,}, {asked.now_ns / 1e9:g} s:", asked.text, what)
+    _say(f"scan {asked.scan:,}, {short_seconds(asked.now_ns)} s:", asked.text, what)
 
 
 def _say(when: str, answer: str, what: str | None) -> None:

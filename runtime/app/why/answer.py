@@ -65,6 +65,17 @@ class Why:
             return False
         return True
 
+    def first_on(self, text: str) -> int | None:
+        """Return the first row in which a bit or word of an image is not 0; None if there is none.
+
+        Raises:
+            ValueError: the text is no address.
+        """
+        place = self.place(text)
+        mask = ALL_BITS if place.bit is None else 1 << place.bit
+        last = Past(self.recording, len(self.recording.scans) - 1)
+        return last.first_on(place.slot, _side(place), place.word, mask)
+
     def of(self, text: str) -> str:
         """Say why a bit or word of an image, or a value of a Python program, is as it is.
 

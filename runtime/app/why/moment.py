@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from ....traces.replay import Recording
@@ -49,22 +48,13 @@ class Moment:
         # the scan at that very time is one of them
         return None if self.at is None else parse_time(self.at) // period_ns + 1
 
-    def row(self, recording: Recording, holds: Callable[[int], bool]) -> int | None:
-        """Return the row of a recording.
-
-        Args:
-            recording: the recording.
-            holds: whether the bit of `until` is on in a row.
-
-        Returns:
-            The row; None if the bit does not come on.
+    def row(self, recording: Recording) -> int:
+        """Return the row of a recording; `until` is not looked at.
 
         Raises:
             ValueError: the recording has no such scan.
         """
         rows = len(recording.scans)
-        if self.until is not None:
-            return next((row for row in range(rows) if holds(row)), None)
         wanted = rows - 1 if self.scans is None else self.scans - 1
         if self.number is not None:
             wanted = bisect_right(recording.numbers, self.number) - 1

@@ -74,14 +74,7 @@ def _of_images(
     load: Load | None = None,
 ) -> Asked:
     asked = Why(recording, 0, spec or RackSpec.model_construct(), load)
-    place = None if moment.until is None else asked.place(moment.until)
-
-    def holds(row: int) -> bool:
-        assert place is not None
-        word = asked.past.words(place.slot, "in" if place.image == "I" else "out", row)[place.word]
-        return bool(word if place.bit is None else word >> place.bit & 1)
-
-    row = _reached(moment, moment.row(recording, holds))
+    row = moment.row(recording) if moment.until is None else _reached(moment, asked.first_on(moment.until))
     why = Why(recording, row, asked.spec, load)
     return _asked(recording, row, why.rack() if what is None else why.of(what))
 
@@ -95,10 +88,9 @@ def _of_ladder(recording: Recording, job: Job, what: str | None, moment: Moment)
         if tag is not None and not images.means_image(tag):
             _ = debugger.tags[tag]  # refuse an unknown tag before the run
     if moment.until is not None and images.means_image(moment.until):
-        row = _of_images(recording, None, moment).scan
-        moment = Moment(at=str(row))
-    last = len(recording.scans) - 1 if moment.until is not None else moment.row(recording, lambda _row: False)
-    assert last is not None
+        row = _reached(moment, images.first_on(moment.until))
+        moment = Moment(at=str(recording.numbers[row]))
+    last = len(recording.scans) - 1 if moment.until is not None else moment.row(recording)
     rack = recorded_rack(recording)
     stopper = _Stopper(debugger, moment.until, last)
     cpu = build_playback(job.spec, score_of(recording), debugger, rack, listeners=[stopper])

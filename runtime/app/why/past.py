@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from ....io_images.image import WORDS
+from ....traces.image_text import short_seconds
 from ....traces.layout import SlotInfo
 from ....traces.packed import CHUNK_SCANS
 from ....traces.reader import TraceEvent
@@ -37,7 +38,7 @@ class Past:
 
     def when(self, row: int) -> str:
         """Return number and time of a scan as text."""
-        return f"scan {self.recording.numbers[row]} ({self.recording.times[row] / 1e9:g} s)"
+        return f"scan {self.recording.numbers[row]} ({short_seconds(self.recording.times[row])} s)"
 
     def words(self, slot: int, image: str, row: int) -> tuple[int, ...]:
         """Return an image of a slot in a scan; `image` is "in" or "out"."""
@@ -55,7 +56,7 @@ class Past:
 
     def changes(self, slot: int, image: str, word: int, mask: int = ALL_BITS) -> list[int]:
         """Return the rows in which bits of a word changed, in order."""
-        column = self.recording.place(slot) // 2 + (WORDS if image == "in" else 0) + word
+        column = self._column(slot, image, word)
         before = 0 if self.recording.numbers[0] == 0 else None
         found: list[int] = []
         for number, columns in enumerate(self._chunks()):
@@ -67,6 +68,18 @@ class Past:
             found += (differs + start).tolist()
             before = int(values[-1])
         return found
+
+    def first_on(self, slot: int, image: str, word: int, mask: int) -> int | None:
+        """Return the first row in which a bit of a mask is on; None if there is none."""
+        column = self._column(slot, image, word)
+        for number, columns in enumerate(self._chunks()):
+            on = np.flatnonzero(columns[:, column].astype(np.int32) & mask)
+            if len(on):
+                return int(on[0]) + number * CHUNK_SCANS
+        return None
+
+    def _column(self, slot: int, image: str, word: int) -> int:
+        return self.recording.place(slot) // 2 + (WORDS if image == "in" else 0) + word
 
     def _chunks(self) -> Iterator[np.ndarray[tuple[int, int], np.dtype[np.int16]]]:
         for number, columns in enumerate(self.recording.scans.chunks()):

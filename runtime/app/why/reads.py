@@ -45,17 +45,19 @@ class Reads:
         for number, slot in slots.items():
             image: Any = slot.inputs
             if not isinstance(image.words, WatchedWords):
-                image.words = WatchedWords(image.words, number, self.note)
+                image.words = WatchedWords(image.words, number, self)
 
 
 class WatchedWords:
     """The eight words of an image, in place of its memoryview of them."""
 
-    def __init__(self, words: memoryview, slot: int, note: Callable[[int, int, int], None]) -> None:
-        self._words, self._slot, self._note = words, slot, note
+    def __init__(self, words: memoryview, slot: int, reads: Reads) -> None:
+        self._words, self._slot, self._reads, self._note = words, slot, reads, reads.note
 
     def __getitem__(self, index: Any) -> Any:
         value = self._words[index]
+        if not self._reads.on and isinstance(value, int):
+            return value
         if not isinstance(value, int):
             return [self[each] for each in range(*index.indices(len(self._words)))]
         word = range(len(self._words))[index]
