@@ -279,12 +279,14 @@ class Guesses:
             here.lengths = [min(each, MOST) for each in dims]
 
     def _region(self, here: Guess, operand: Address, instruction: Instruction) -> None:
-        """Note how many elements a COP or FLL copies."""
+        """Note how many elements a COP or FLL copies; of another instruction, that it is an array."""
         last = instruction.operands[-1]
         if here.lengths or here.members or _ends_in_element(operand):
             return
         if isinstance(last, Number) and isinstance(last.value, int) and 1 < last.value <= MOST:
             here.lengths = [last.value]
+        elif instruction.name == "SIZE":
+            here.lengths = [COMPUTED]
 
     def _partner(self, program: str, operands: Iterable[Operand]) -> DataType | None:
         """Return REAL if an operand is one, a string or a structure if one is, else None."""
@@ -303,7 +305,18 @@ class Guesses:
         if not isinstance(operand, Address):
             return None
         is_bit = bool(operand.steps) and isinstance(operand.steps[-1], BitStep)
-        return BOOL if is_bit else self._known(program, operand)
+        return BOOL if is_bit else self._known(program, operand) or self._guessed(program, operand)
+
+    def _guessed(self, program: str, address: Address) -> DataType | None:
+        """Return the type of a member of a structure that an earlier use asks for, None if there is none."""
+        missing = self._missing(program, address)
+        here = self.found.get(missing[0].upper()) if missing else None
+        kind = next((each for each in here.votes if isinstance(each, Structure)), None) if here else None
+        for step in missing[1] if missing and kind else ():
+            if isinstance(step, MemberStep):
+                member = kind.member(step.name) if isinstance(kind, Structure) else None
+                kind = member.type if member is not None else None  # type: ignore[assignment]
+        return kind
 
     def _statement(self, program: str, statement: Statement) -> None:
         if isinstance(statement, Invocation):
@@ -342,7 +355,8 @@ class Guesses:
         while todo:
             node, is_bit, beside = todo.pop()
             if isinstance(node, Address):
-                self._address(program, node, None, BOOL if is_bit else beside or DINT)
+                needed = beside if isinstance(beside, Structure) else None
+                self._address(program, node, needed, BOOL if is_bit else beside or DINT)
             elif isinstance(node, Operation):
                 inner = is_bit and node.name in _LOGICAL
                 inner = inner or (node.name in _RELATIONS and any(map(_is_logical, node.operands)))

@@ -18,8 +18,8 @@ from .instructions.stubbed import specs_of_stubs
 from .lowered import AddOnCall, Frame, Line, Lowered, LoweredRoutine, Node, Parallel, Step, steps_of
 from .lowering_statements import StatementLowering
 from .motion_words import KEYWORDS
-from .operand_checks import OPERAND_CHECKS, WRITTEN, OperandError, described
-from .operands import Constant, Group, Place, Resolved, constant, first_leaf, leaves_in
+from .operand_checks import OPERAND_CHECKS, WRITTEN, OperandError, described, is_string
+from .operands import Constant, Group, Place, Resolved, as_number, constant, first_leaf, leaves_in
 from .resolver import AddressError, Resolver
 from .spec import WITH_PRESETS, Kind, Spec, Use
 from .stubs import Stub
@@ -40,6 +40,9 @@ from .tree import (
     too_deep,
 )
 from .types import DINT, HIDDEN, LINT, Structure
+
+_NUMERIC = (Use.NUMBER, Use.INTEGER, Use.EXPRESSION)
+"""Uses of numbers, which may be written as characters: MOV('A',Code)."""
 
 _KEPT_FLAGS = frozenset({"S:V", "S:Z", "S:N", "S:C"})
 
@@ -290,6 +293,8 @@ class Lowering:
             for use, operand in zip(spec.operands, given, strict=False)
             if use is not Use.PRESET
         ]
+        if Use.TEXT_OR_NUMBER in spec.operands and not all(map(is_string, operands)):
+            operands = list(map(as_number, operands))
         self._presets(spec, given, operands)
         if spec.check is not None:
             spec.check(*operands)
@@ -308,6 +313,8 @@ class Lowering:
             return word
         resolved = self.resolver.operand(operand)
         self.note_flags(operand)
+        if use in _NUMERIC:
+            resolved = as_number(resolved)
         check = OPERAND_CHECKS[use]
         if not check.accepts(resolved):
             raise OperandError(f"{operand} is {described(resolved)}, {check.text} is needed", check.remedy)

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 from .instructions.statements import CASE, CONDITION, EXIT, RETURN, assignment
 from .lowered import Act, Arms, Body, Line, Loop, LoweredRoutine, Selection, Step
 from .operand_checks import OperandError, described, is_arithmetic, is_logical, is_string
-from .operands import Calculation, Constant, Group, Place, Resolved, constant, width_of
+from .operands import Calculation, Constant, Group, Place, Resolved, as_number, constant, width_of
 from .resolver import AddressError, Resolver
 from .spec import Kind, Spec
 from .statements import (
@@ -55,10 +55,8 @@ INSTEAD: Mapping[str, str] = {
     "LFU": "write it in a routine of rungs",
     "AVE": "write it in a routine of rungs",
     "STD": "write it in a routine of rungs",
-    "SRT": "write it in a routine of rungs",
     "SQO": "write CASE",
     "SQL": "write CASE",
-    "PID": "write it in a routine of rungs",
     "ALMD": "write it in a routine of rungs",
     "ALMA": "write it in a routine of rungs",
     "MSG": "write it in a routine of rungs",
@@ -314,7 +312,7 @@ class StatementLowering:
         return resolved
 
     def _arithmetic(self, operand: Operand) -> Resolved:
-        resolved = self._resolved(operand)
+        resolved = as_number(self._resolved(operand))
         if not is_arithmetic(resolved):
             raise _wrong(operand, resolved, "a number", "decide with IF: IF bit THEN n := 1; END_IF;")
         return resolved

@@ -120,6 +120,24 @@ class Quoted:
 Resolved = Constant | Place | Group | Calculation | Quoted
 
 
+MOST_CHARACTERS = 8
+"""Characters that a number can be: those of a LINT."""
+
+
+def as_number(resolved: Resolved) -> Resolved:
+    """Return the number that a string constant is where a number is needed, in ASCII; others unchanged.
+
+    The first character is the most significant byte, as the display style ASCII has it.
+
+    >>> as_number(Quoted("A")).value, as_number(Quoted("AB")).value == 0x4142
+    (65, True)
+    """
+    if not isinstance(resolved, Quoted) or not 0 < len(resolved.value) <= MOST_CHARACTERS:
+        return resolved
+    codes = resolved.value.encode("latin-1", "replace")
+    return constant(int.from_bytes(codes, "big", signed=len(codes) == MOST_CHARACTERS))
+
+
 def leaves_in(resolved: Place | Group) -> list[Leaf]:
     """Return the leaves that a place or a group consists of."""
     if isinstance(resolved, Place):

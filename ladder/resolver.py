@@ -21,7 +21,7 @@ from ..io_images.amci3601.bits import PROFILE_BITS, CommandLsw, CommandMsw, Conf
 from ..io_images.image import WORDS
 from .errors import LadderError
 from .expressions import parse_address
-from .operands import Calculation, Constant, Group, Place, Quoted, Resolved, constant, is_integer
+from .operands import Calculation, Constant, Group, Place, Quoted, Resolved, as_number, constant, is_integer
 from .tags import HELD, STATUS_FLAGS, Alias, Layout, SlotAlias, Tag, program_of
 from .tree import (
     Address,
@@ -131,7 +131,10 @@ class Resolver:
         if isinstance(operand, Number):
             return constant(operand.value)
         if isinstance(operand, Operation):
-            return Calculation(operand.name, tuple(map(self.operand, operand.operands)))
+            resolved = tuple(map(self.operand, operand.operands))
+            if not all(map(_is_text, resolved)):
+                resolved = tuple(map(as_number, resolved))
+            return Calculation(operand.name, resolved)
         if isinstance(operand, Characters):
             return Quoted(operand.value)
         assert isinstance(operand, Unknown)
@@ -304,6 +307,13 @@ class Resolver:
         some = ", ".join([*names[:_NAMES_LISTED], *["..."] * (len(names) > _NAMES_LISTED)]) or "none"
         meant = f"did you mean {close[0]}?" if close else f"tags are {some}"
         return AddressError(f"there is no tag {name} ({meant})", "declare it")
+
+
+def _is_text(resolved: Resolved) -> bool:
+    """Whether this is a string or a string constant."""
+    if isinstance(resolved, Group):
+        return isinstance(resolved.type, Structure) and not resolved.dims and resolved.type.is_string
+    return isinstance(resolved, Quoted)
 
 
 def _bound(alias: Alias, module: Place | Group) -> Group:

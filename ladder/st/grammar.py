@@ -28,7 +28,9 @@ block: statement*
           | SEMI                                                  -> empty
           | REGION block END_REGION                               -> region
 
-?argument: expression |                                           -> missing
+?argument: expression
+         | PERCENT                                                -> word
+         |                                                        -> missing
 
 choice: range ("," range)* COLON block
 range: label [DOTS label]
@@ -103,6 +105,7 @@ STRING: /'([^'$\n]|\$[^\n])*'/
 MEMBER: /\.\s*[A-Za-z_]\w*/
 BIT.2: /(?<=[\w\]])\.\d+/
 COMPUTED: /\.\s*\[/
+PERCENT: /%\s?of\s?\w+/i
 BASE: /{TAG_BASE}/
 
 %ignore /\s+/

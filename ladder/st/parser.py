@@ -153,6 +153,10 @@ class _Expressions(Transformer[Token, Any]):
         """An operand that is left out, as in GSV(WallClockTime,,DateTime,Now)."""
         return Address("")
 
+    def word(self, children: list[Any]) -> Address:
+        """A word of a motion instruction: `%ofTime`."""
+        return Address(str(children[0]))
+
     def address(self, children: list[Any]) -> Address:
         """A tag with steps."""
         return Address(str(children[0]), tuple(children[1:]))
