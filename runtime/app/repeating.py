@@ -3,28 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import NamedTuple
 
 from ...traces.reader import Trace
 from ...traces.topics import ORDERS
-from ..live.hands import Hands
-from ..live.orders import Order, order_of, parsed
+from ..live.hands import GivenOrder, Hands
+from ..live.orders import order_of, parsed
 from ..loop.cpu import Cpu
 from ..loop.events import JsonValue
 
-
-class RecordedOrder(NamedTuple):
-    """An order of a session.
-
-    Attributes:
-        scan: number of the scan before which it acted.
-        at_ns: virtual time of that scan.
-        order: the order.
-    """
-
-    scan: int
-    at_ns: int
-    order: Order
+RecordedOrder = GivenOrder
+"""An order as a recording has it."""
 
 
 def is_session(trace: Trace) -> bool:
@@ -87,6 +75,6 @@ class Repeated:
             number, at_ns, order = self._orders[self._next]
             self._next += 1
             try:
-                self._hands.act(order, at_ns)
+                self._hands.act(order, at_ns, number)
             except ValueError as error:
                 self.refused.append(f"the order before scan {number} is not carried out: {error}")

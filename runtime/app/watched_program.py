@@ -77,20 +77,29 @@ class LadderNotes:
         entry = self._debugger.latest
         if entry is not None and entry is not self._entry:
             self._entry = entry
-            copied = self._debugger.engine.memory.copies_inputs
-            if entry.writes or entry.forces is not self._forces or copied:
+            if entry.writes or entry.forces is not self._forces or self._debugger.engine.memory.copies_inputs:
                 self._forces = entry.forces
-                writes = tuple((leaf.ident, index, value) for leaf, index, value in entry.writes)
-                self._write(Inputs(scan, writes, dict(entry.forces), entry.images if copied else None))
+                self._write(inputs_of(self._debugger, entry, scan))
         if scan % EVERY == EVERY - 1 or (self._impure and wall_ns() >= self._due_ns):
             self._due_ns = wall_ns() + IMPURE_NS
             self.give(scan + 1)
 
     def give(self, scan: int) -> None:
         """Write the values in front of a scan."""
-        memory = self._debugger.engine.memory
-        self._write(Values(scan, snapshot(memory), len(self._debugger.edits)))
+        self._write(values_of(self._debugger, scan))
         self._forces = None
 
     def _write(self, record: Values | Inputs) -> None:
         self._records.write(pickle.dumps(record, pickle.HIGHEST_PROTOCOL))
+
+
+def values_of(debugger: Debugger, scan: int) -> Values:
+    """Return the values of a program in front of a scan."""
+    return Values(scan, snapshot(debugger.engine.memory), len(debugger.edits))
+
+
+def inputs_of(debugger: Debugger, entry: Entry, scan: int) -> Inputs:
+    """Return what went into a scan beside its images."""
+    writes = tuple((leaf.ident, index, value) for leaf, index, value in entry.writes)
+    images = entry.images if debugger.engine.memory.copies_inputs else None
+    return Inputs(scan, writes, dict(entry.forces), images)

@@ -36,7 +36,7 @@ class Entry(NamedTuple):
 
 COMMANDS = {
     "run": Entry("run", "Run a rack's logic scan by scan, and record every scan."),
-    "watch": Entry("watch.command", "Run a rack and show it in the browser."),
+    "watch": Entry("watch.command", "Show a rack that runs, or a trace, in the browser."),
     "show": Entry("show", "Print a trace: what happened, and what changed."),
     "query": Entry("query", "Find the scans of a trace in which something holds."),
     "plot": Entry("plot", "Draw a timing chart of a trace."),

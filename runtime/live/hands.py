@@ -7,7 +7,7 @@ change no image: they are only announced. So the orders of a recording, given ag
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from ...io_images.addresses import parse_address
 from ...io_images.module_words import ModuleWords
@@ -21,6 +21,20 @@ from ..machine.spec import INPUT_NAMES
 from ..modules.record import NamedInputs, Operable
 from . import orders
 from .orders import ALL, NAMES, Order, Value, text_of
+
+
+class GivenOrder(NamedTuple):
+    """An order that was carried out.
+
+    Attributes:
+        scan: number of the scan before which it acted.
+        at_ns: virtual time of that scan.
+        order: the order.
+    """
+
+    scan: int
+    at_ns: int
+    order: Order
 
 
 class Desk(Protocol):
@@ -47,18 +61,24 @@ class Hands:
         cpu: runs the rack.
         rack: its modules are exposed to incidents, as far as they are simulated.
         desk: the program; None if it has no tags that can be set.
+
+    Attributes:
+        given: the orders that were carried out.
+        words: of the modules, by slot.
     """
 
     def __init__(self, cpu: Cpu, rack: Rack, desk: Desk | None) -> None:
         self._cpu, self._rack, self._desk = cpu, rack, desk
+        self.given: list[GivenOrder] = []
         self.words: Mapping[int, ModuleWords] = {slot.number: slot.words for slot in rack.slots.values()}
 
-    def act(self, order: Order, at_ns: int) -> None:
+    def act(self, order: Order, at_ns: int, scan: int) -> None:
         """Carry out an order before the next scan, and announce it.
 
         Args:
             order: the order.
             at_ns: virtual time of that scan.
+            scan: its number.
 
         Raises:
             ValueError: it can't be carried out, and nothing has happened.
@@ -66,6 +86,7 @@ class Hands:
         act = _ACTS.get(type(order))
         if act is not None:
             act(self, order, at_ns)
+        self.given.append(GivenOrder(scan, at_ns, order))
         name = NAMES[type(order)]
         self._cpu.announce(Event(at_ns, "order", name, sentence(order), {"order": text_of(order)}))
 
@@ -166,6 +187,7 @@ _SENTENCES: Mapping[type[Order], Callable[[Any], str]] = {
     orders.Breakpoint: lambda order: f"A breakpoint is set: {order.at}.",
     orders.Unbreak: lambda order: f"A breakpoint is removed: {order.at}.",
     orders.Reload: lambda _order: "The program is edited.",
+    orders.Branch: lambda order: f"Another way from scan {order.scan:,} on.",
 }
 
 

@@ -18,6 +18,7 @@ from ..loop.incidents import FaultKind
 
 SPEED_LEAST, SPEED_MOST = 0.01, 1000.0
 MOST_STEPS = 1_000_000
+SCAN_MOST = (1 << 32) - 1
 TEXT_MOST = 400
 """Longest name or text in an order, characters."""
 
@@ -122,6 +123,13 @@ class Reload:
     """Go on with the program as its file is now."""
 
 
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """Begin a new session that repeats this one up to a scan, and goes its own way from there."""
+
+    scan: int
+
+
 Order = (
     Mode
     | Pause
@@ -136,6 +144,7 @@ Order = (
     | Breakpoint
     | Unbreak
     | Reload
+    | Branch
 )
 
 ORDERS: Mapping[str, type[Order]] = {
@@ -152,6 +161,7 @@ ORDERS: Mapping[str, type[Order]] = {
     "breakpoint": Breakpoint,
     "unbreak": Unbreak,
     "reload": Reload,
+    "branch": Branch,
 }
 """The orders by name."""
 
@@ -249,6 +259,7 @@ _TEXT = f"text of 1 to {TEXT_MOST} printable characters"
 _ALLOWED: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "mode": (lambda value: value in _MODES, ", ".join(_MODES)),
     "scans": (_whole(1, MOST_STEPS), f"1 to {MOST_STEPS:,}"),
+    "scan": (_whole(0, SCAN_MOST), "the number of a scan"),
     "factor": (_is_speed, f"{SPEED_LEAST} to {SPEED_MOST:g}, or {MAX}"),
     "slot": (_whole(1, 1 << 16), "the number of a slot"),
     "name": (_is_text, _TEXT),

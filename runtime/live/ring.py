@@ -218,6 +218,11 @@ class Records:
         """Bytes written so far; where the next record begins."""
         return int(self._head[self._index])
 
+    @property
+    def oldest(self) -> int:
+        """Where a reader begins that knows no place: with the first record, or with what comes."""
+        return 0 if self.end <= self._margin else self.end
+
     def write(self, record: bytes) -> bool:
         """Write a record; return whether it has room: a quarter of all."""
         length = _aligned(4 + len(record))

@@ -10,7 +10,7 @@ during a pause the session waits for them.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -18,7 +18,7 @@ from ..loop.cpu import Cpu, CpuFault
 from ..loop.pace import Paced, stopping_on_interrupt
 from ..loop.phases import ScanPhases
 from . import orders
-from .hands import Hands
+from .hands import GivenOrder, Hands
 from .orders import ALL, MAX, Order, order_of, parsed
 
 WAIT_S = 0.02
@@ -95,6 +95,8 @@ class Session:
     Attributes:
         state: what a monitor shows.
         over: whether the session has been ended.
+        branch: the scan from which another session is to begin; None if none is.
+        attend: serves the monitor during a pause.
     """
 
     def __init__(
@@ -115,6 +117,8 @@ class Session:
         self.state = State(speed=pacer.speed)
         self.over = False
         self.attend: Callable[[], None] = lambda: None
+        self.branch: int | None = None
+        self._repeats = 0
         self._until: int | None = None
         self._fault: CpuFault | None = None
         self._next = 0
@@ -124,7 +128,27 @@ class Session:
         """Number of the next scan."""
         return self._cpu.scan
 
+    @property
+    def given(self) -> Sequence[GivenOrder]:
+        """The orders that were carried out."""
+        return self._hands.given
+
     # --- running
+
+    def repeat_to(self, scan: int) -> None:
+        """Run up to a scan as fast as possible; orders and breakpoints wait until then.
+
+        Raises:
+            CpuFault: see `Cpu.run`.
+        """
+        self._repeats = scan
+        if scan > self._cpu.scan:
+            with stopping_on_interrupt(self.end, inside=ScanPhases.logic.__code__):
+                self._cpu.run(scan - self._cpu.scan)
+
+    def set_speed(self, speed: float | None) -> None:
+        """Set the speed: times real time, or None for as fast as possible."""
+        self.state.speed = self._pacer.speed = speed
 
     def run(self, scans: int | None = None, *, paused: bool = False) -> None:
         """Run until `end` is called, or so many scans are done.
@@ -182,7 +206,7 @@ class Session:
     def look(self) -> None:
         """See whether a breakpoint was met; called behind every scan."""
         stops = self._stops.stops if self._stops is not None else ()
-        if stops and self.state.breakpoints:
+        if stops and self.state.breakpoints and self._cpu.scan >= self._repeats:
             self.state.met = [str(each) for each in stops]
             self._pause()
 
@@ -195,7 +219,7 @@ class Session:
             at_ns: virtual time of the next scan.
             scan: its number.
         """
-        while self._inbox.pending:
+        while scan >= self._repeats and self._inbox.pending:
             number: object = None
             try:
                 said = parsed(self._inbox.take())
@@ -226,7 +250,7 @@ class Session:
         act = _ACTS.get(type(order))
         if act is not None:
             act(self, order)
-        self._hands.act(order, at_ns)
+        self._hands.act(order, at_ns, scan)
         self._show()
 
     def _show(self) -> None:
@@ -299,6 +323,13 @@ class Session:
             raise ValueError("the program is a Python function: it has no rungs to stop at")
         return self._stops
 
+    def _begin_branch(self, order: orders.Branch) -> None:
+        self._refuse_if_live("branch")
+        if order.scan > self._next:
+            raise ValueError(f"scan {order.scan} has not been run yet: the next one is {self._next}")
+        self.branch = order.scan
+        self.end()
+
     def _load_again(self, _order: orders.Reload) -> None:
         if self._reload is None:
             raise ValueError("this program can't be edited while it runs")
@@ -321,5 +352,6 @@ _ACTS: Mapping[type[Order], Callable[[Session, Any], None]] = {
     orders.Breakpoint: Session._break,
     orders.Unbreak: Session._unbreak,
     orders.Reload: Session._load_again,
+    orders.Branch: Session._begin_branch,
 }
 """The orders that act on the session itself."""

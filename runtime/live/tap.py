@@ -110,7 +110,7 @@ class Tap:
         self._seen_asked = self._ring.asked
         self.notes.give(self.session.scan if scan is None else scan)
         self.tell({"state": self.session.described()})
-        self.tell({"forces": self._forces})
+        self.tell({"forces": {"scan": self.session.scan, "forces": self._forces}})
 
     def tell(self, message: Mapping[str, object]) -> None:
         """Write a message to the monitor; one that is too long is lost."""

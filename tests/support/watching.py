@@ -15,7 +15,7 @@ from pathlib import Path
 from websockets.asyncio.client import connect
 
 FEEDER = Path(__file__).parents[2] / "examples" / "feeder" / "feeder.toml"
-PATIENCE_S = 30
+PATIENCE_S = 60
 
 
 class Watched:
@@ -128,7 +128,7 @@ class Page:
 async def page_of(session, key=None):
     """Open a page."""
     uri = f"ws://{session.host}/socket"
-    async with connect(uri, max_size=None, compression=None, close_timeout=0.5) as opened:
+    async with connect(uri, max_size=None, compression=None, close_timeout=0.5, open_timeout=60) as opened:
         await opened.send(json.dumps({"key": session.key if key is None else key}))
         page = Page(opened)
         yield page

@@ -13,7 +13,7 @@ from multiprocessing.connection import Connection
 from typing import Protocol
 
 from ...live.ring import Ring
-from .monitor import Setup
+from .session_monitor import Setup
 
 MAIN = f"from {__package__}.server import main; main()"
 """What the process of a monitor runs. It is not this program again, whose main module may do anything."""
@@ -53,6 +53,11 @@ class Keeper:
         """Start it again from now on, and connect the orders."""
         self._inbox = inbox
         self._watch.start()
+
+    def go_on_with(self, trace: str, record: str | None) -> None:
+        """Give monitors that are started from now on another recording."""
+        about = replace(self._setup.about, record=record)
+        self._setup = replace(self._setup, about=about, trace=trace)
 
     @property
     def pid(self) -> int:

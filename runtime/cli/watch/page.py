@@ -6,6 +6,7 @@ import asyncio
 from collections import deque
 from typing import Any
 
+from ...live.ring import Row
 from ...loop.pace import wall_ns
 from .catalog import NOTHING_SHOWN, Shown
 
@@ -24,6 +25,7 @@ class Page:
         shown: the routine that it shows.
         watched: tags that it wants beside those of the routine.
         past: the scan that it looks at; None = the latest.
+        row: the row of that scan, once it has been read.
         place: the place of the row in `Recent` that its strip has come to; None before the first frame.
         events: number of the next event for it.
         last: what it was told last.
@@ -35,6 +37,7 @@ class Page:
         self.shown: Shown = NOTHING_SHOWN
         self.watched: tuple[str, ...] = ()
         self.past: int | None = None
+        self.row: Row | None = None
         self.place: int | None = None
         self.events = 0
         self.last: Json = {}

@@ -49,9 +49,13 @@ class Places:
             if is_stepper(names):
                 shown["values"][str(slot)] = _values(inputs, outputs)
         figures = row["figures"].tolist()
+        recorded = not row["wall_ns"]  # a row of a trace has no figures
         for place, slot in enumerate(self.machines):
             shaft, encoder, levels = figures[PER_SLOT * place :][:PER_SLOT]
             values = shown["values"].get(str(slot), {})
+            if recorded:
+                shaft = encoder = None
+                levels = shown["words"][str(slot)][1]  # status LSW: the levels as the module reads them
             shown["machine"][str(slot)] = {
                 "position": values.get("position"),
                 "shaft": shaft,

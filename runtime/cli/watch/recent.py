@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ...live.ring import Rows
@@ -14,11 +16,12 @@ class Recent:
     """Rows in the order of their scans, the latest `KEPT` and up to as many more.
 
     Args:
-        empty: an array of no rows.
+        dtype: of the rows.
     """
 
-    def __init__(self, empty: Rows) -> None:
-        self._rows = np.zeros(2 * KEPT, empty.dtype)
+    def __init__(self, dtype: np.dtype[Any]) -> None:
+        self.dtype = dtype
+        self._rows = np.zeros(0, dtype)  # until there are rows: a recording has none
         self._length = 0
         self.count = 0
         """Rows added so far; a row's place counts from the first one ever added."""
@@ -37,6 +40,8 @@ class Recent:
         """Add rows; one of the same scan as the last one replaces it."""
         if not len(rows):
             return
+        if not len(self._rows):
+            self._rows = np.zeros(2 * KEPT, self.dtype)
         if self._length and rows["scan"][0] == self._rows["scan"][self._length - 1]:
             self._rows[self._length - 1] = rows[0]
             rows = rows[1:]
@@ -48,6 +53,11 @@ class Recent:
         self._rows[self._length : self._length + len(rows)] = rows
         self._length += len(rows)
         self.count += len(rows)
+
+    def clear(self) -> None:
+        """Forget all rows: another session begins."""
+        self._length = 0
+        self.count += 1  # no place of before is one of now
 
     def since(self, place: int) -> Rows:
         """Return the rows from a place on, as far as they are there."""

@@ -20,11 +20,15 @@ from websockets.http11 import Request, Response
 from ...live.orders import parsed
 from ...live.ring import Ring
 from .gate import Gate
-from .monitor import Monitor, Setup
+from .monitor import Monitor
 from .page import Page
+from .session_monitor import SessionMonitor, Setup
 
 HZ, IDLE_HZ = 30, 10
 """Pictures a second, with pages and without."""
+
+BUSY_S = 0.025
+"""How long a monitor with much to do may go on until the next picture."""
 
 MESSAGE_MOST = 1 << 16
 PAGES_MOST = 8
@@ -44,10 +48,10 @@ class Server:
     Args:
         monitor: what pages look at.
         gate: who may come in.
-        pipe: ends when the scan process does.
+        pipe: ends when the scan process does; None without one.
     """
 
-    def __init__(self, monitor: Monitor, gate: Gate, pipe: Connection) -> None:
+    def __init__(self, monitor: Monitor, gate: Gate, pipe: Connection | None = None) -> None:
         self._monitor, self._gate, self._pipe = monitor, gate, pipe
         self._strangers = 0
 
@@ -70,9 +74,12 @@ class Server:
         while not self._ended():
             due = max(due + 1 / (HZ if self._monitor.pages else IDLE_HZ), loop.time())
             await asyncio.sleep(due - loop.time())
-            self._monitor.tick()
+            while self._monitor.tick() and loop.time() < due + BUSY_S:
+                await asyncio.sleep(0)
 
     def _ended(self) -> bool:
+        if self._pipe is None:
+            return False
         try:
             return self._pipe.poll(0) and not self._pipe.recv_bytes()
         except (EOFError, OSError):
@@ -161,6 +168,6 @@ def main() -> None:
     orders, listening, file = map(int, sys.argv[1:])
     pipe = Connection(orders)
     setup: Setup = pickle.loads(pipe.recv_bytes())
-    monitor = Monitor(setup, Ring.opened(setup.shape, file), pipe)
+    monitor = SessionMonitor(setup, Ring.opened(setup.shape, file), pipe)
     gate = Gate(setup.host, setup.port, setup.key)
     asyncio.run(Server(monitor, gate, pipe).run(socket.socket(fileno=listening)))

@@ -9,7 +9,8 @@ What is asked mostly is the latest scan: the engine goes on from where it is.
 
 from __future__ import annotations
 
-from bisect import bisect_right
+import pickle
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from typing import Any
@@ -21,11 +22,17 @@ from ....ladder.debug.journal import restore
 from ....ladder.debug.watching import WatchedEngine
 from ....ladder.errors import LadderFault
 from ...app.watched_program import Inputs, Values
-from ...live.ring import Row
+from ...live.ring import Rows
 from ...loop.phases import IDLE_PHASES
 from ...loop.rack import SLOT_BYTES
 from ...loop.scan import MODE_MASK, CpuMode, ScanFlag
-from .recent import Recent
+from .timeline import Timeline
+
+MOST_VALUES = 4096
+"""Values that are kept: of a million scans; then fewer of the older ones."""
+
+THINNED = 4096
+"""Scans from values to values among the older ones."""
 
 CHAPTERS = 60
 """Stretches of scans that are searched for a change: half a minute at 2 ms."""
@@ -41,19 +48,35 @@ class Kept:
     """
 
     def __init__(self) -> None:
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget all: another session begins."""
         self.edits = 0
         self.scans: list[int] = []
-        self._values: list[dict[str, Any]] = []
+        self._values: list[bytes] = []
         self.inputs: dict[int, Inputs] = {}
+        self._forced: list[int] = []
 
     def take(self, record: Values | Inputs) -> None:
         """Remember a note."""
         if isinstance(record, Inputs):
+            if record.scan not in self.inputs:
+                self._forced.insert(bisect_right(self._forced, record.scan), record.scan)
             self.inputs[record.scan] = record
         elif record.program == self.edits:
             at = bisect_right(self.scans, record.scan)
             self.scans.insert(at, record.scan)
-            self._values.insert(at, record.values)
+            self._values.insert(at, pickle.dumps(record.values, pickle.HIGHEST_PROTOCOL))
+            if len(self.scans) > MOST_VALUES:
+                self._thin_out()
+
+    def _thin_out(self) -> None:
+        """Keep fewer of the older values: from one to the next the shadow may take a moment."""
+        old = MOST_VALUES // 2
+        keep = [at for at, scan in enumerate(self.scans) if at >= old or scan % THINNED == 0]
+        self.scans = [self.scans[at] for at in keep]
+        self._values = [self._values[at] for at in keep]
 
     def place(self, scan: int) -> int | None:
         """Return the place of the last values in front of a scan, or of an earlier one; None without any."""
@@ -62,12 +85,13 @@ class Kept:
 
     def values(self, place: int) -> dict[str, Any]:
         """Return the values at a place."""
-        return self._values[place]
+        values: dict[str, Any] = pickle.loads(self._values[place])
+        return values
 
     def forces(self, scan: int) -> Mapping[tuple[str, int], tuple[int | None, Any]]:
         """Return what was forced in front of a scan."""
-        before = [number for number in self.inputs if number < scan]
-        return self.inputs[max(before)].forces if before else {}
+        place = bisect_left(self._forced, scan) - 1
+        return self.inputs[self._forced[place]].forces if place >= 0 else {}
 
 
 class Shadow:
@@ -76,7 +100,7 @@ class Shadow:
     Args:
         program: the program.
         slots: numbers of the slots, in the order of the rack's memory.
-        recent: the rows.
+        timeline: the rows.
         kept: the values.
 
     Attributes:
@@ -85,16 +109,21 @@ class Shadow:
         truths: power of that scan, by routine in capitals and rung.
     """
 
-    def __init__(self, program: LadderLogic, slots: list[int], recent: Recent, kept: Kept) -> None:
+    def __init__(self, program: LadderLogic, slots: list[int], timeline: Timeline, kept: Kept) -> None:
         self.program = program
         self.engine = WatchedEngine(program.build(), program.scanner)
         self.at: int | None = None
         self.truths: Truths = {}
         self._impure = bool(program.functions)
-        self._recent = recent
+        self._timeline = timeline
         self._kept = kept
-        self._images = [leaf for leaf in self.engine.lowered.layout.images if not leaf.output]
-        self._places = {number: place * SLOT_BYTES + IMAGE_BYTES for place, number in enumerate(slots)}
+        places = {number: place * SLOT_BYTES + IMAGE_BYTES for place, number in enumerate(slots)}
+        self._images = [
+            (places[int(leaf.slot or 0)], self.engine.memory.cells[leaf.ident].cell_contents.cast("B"))
+            for leaf in self.engine.lowered.layout.images
+            if not leaf.output
+        ]
+        self._leaves = {leaf.ident: leaf for leaf in self.engine.lowered.layout.leaves.values()}
 
     def show(self, scan: int) -> bool:
         """Repeat a scan, so that engine and truths are as behind it; return whether that was possible."""
@@ -103,7 +132,7 @@ class Shadow:
         start = self._start(scan)
         if start is None:
             return False
-        rows = self._recent.between(start, scan)
+        rows = self._timeline.between(start, scan)
         if len(rows) != scan - start + 1:
             self.at = None
             return False
@@ -122,7 +151,7 @@ class Shadow:
         """
         self.at = None  # from values in front of it
         start = self._start(scan)
-        rows = self._recent.between(scan if start is None else start, scan)
+        rows = self._timeline.between(scan if start is None else start, scan)
         if start is None or len(rows) != scan - start + 1:
             raise ValueError(f"scan {scan} can't be repeated any more")
         self._repeat(rows, watched=True)
@@ -157,17 +186,17 @@ class Shadow:
 
     def _change_in(self, start: int, last: int, read: Callable[[WatchedEngine], Any]) -> int | None:
         """Return the last change of a value in a stretch of scans."""
-        rows = self._recent.between(start, last)
+        rows = self._timeline.between(start, last)
         place = self._kept.place(start)
         if len(rows) != last - start + 1 or place is None:
             return None
         self._restore(place)
         found, before = None, read(self.engine)
-        for row in rows:
-            self._do(row)
+        for each in _scans_in(rows):
+            self._do(*each)
             value = read(self.engine)
             if value != before:
-                found, before = int(row["scan"]), value
+                found, before = each[0], value
         return found
 
     def _start(self, scan: int) -> int | None:
@@ -189,24 +218,24 @@ class Shadow:
         engine.hold(self._kept.forces(scan))
         self.at = scan - 1
 
-    def _repeat(self, rows: Any, *, watched: bool = False) -> None:
+    def _repeat(self, rows: Rows, *, watched: bool = False) -> None:
         """Repeat scans, the last one with power, or watched."""
         engine = self.engine
         engine.watching = False
         engine.note(())
-        for row in rows[:-1]:
-            self._do(row)
+        *before, last = _scans_in(rows)
+        for each in before:
+            self._do(*each)
         if watched:
             engine.watching = True
         else:
             engine.note_all()
-        if self._do(rows[-1]):
+        if self._do(*last):
             self.truths = engine.truths
         engine.watching = False
 
-    def _do(self, row: Row) -> bool:
+    def _do(self, scan: int, flags: int, now_ns: int, memory: bytes) -> bool:
         """Repeat one scan; return whether logic ran in it."""
-        scan, flags = int(row["scan"]), int(row["flags"])
         engine = self.engine
         known = self._kept.inputs.get(scan)
         if known is not None:
@@ -216,22 +245,14 @@ class Shadow:
             )
         if "logic" in IDLE_PHASES[CpuMode(flags & MODE_MASK)]:
             return False
-        memory = row["words"].tobytes()
-        for number, leaf in enumerate(self._images):
+        for number, (at, cell) in enumerate(self._images):
             if known is not None and known.images is not None:
-                image = known.images[number]
+                cell[:] = known.images[number]
             else:
-                at = self._places[int(leaf.slot or 0)]
-                image = memory[at : at + IMAGE_BYTES]
-            cell = engine.memory.cells[leaf.ident].cell_contents.cast("B")
-            cell[:] = image[: len(cell)]
+                cell[:] = memory[at : at + len(cell)]
         with suppress(LadderFault):  # it has stopped that scan then, too
-            engine.do(int(row["now_ns"]), first=bool(flags & ScanFlag.FIRST_SCAN))
+            engine.do(now_ns, first=bool(flags & ScanFlag.FIRST_SCAN))
         return True
-
-    @property
-    def _leaves(self) -> Mapping[str, Any]:
-        return {leaf.ident: leaf for leaf in self.engine.lowered.layout.leaves.values()}
 
     def _show_values(self, scan: int) -> bool:
         """Show values of a program with routines in Python, which can't be repeated: the nearest ones."""
@@ -241,3 +262,11 @@ class Shadow:
         restore(self.engine.memory, self._kept.values(place))
         self.at = scan
         return True
+
+
+def _scans_in(rows: Rows) -> Iterator[tuple[int, int, int, bytes]]:
+    """Yield the number, flags, time and memory of each row."""
+    memory, size = rows["words"].tobytes(), rows.dtype["words"].itemsize
+    columns = (rows[name].tolist() for name in ("scan", "flags", "now_ns"))
+    for place, (scan, flags, now_ns) in enumerate(zip(*columns, strict=True)):
+        yield scan, flags, now_ns, memory[place * size : place * size + size]

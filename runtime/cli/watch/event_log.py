@@ -1,0 +1,166 @@
+"""The events of a session or a recording: what has happened, and what stood in each scan.
+
+events    everything, in order; the latest are kept
+forces    by the scan from which they were in effect
+lines     by the scan from which a sequence waited there
+rules     the rule that last set each bit
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from ....traces.reader import TraceEvent
+
+Json = dict[str, Any]
+
+KEPT = 2000
+FIRST = 200
+"""Events of the past that a page is told of first."""
+
+SEQUENCES, FORCES = "/sequences", "/forces"
+
+_NOT_FORCED = ("scan", "t", "topic", "tags")
+
+
+class EventLog:
+    """Events, in the order in which they became known.
+
+    Args:
+        kept: how many are kept at least.
+
+    Attributes:
+        begin: number of the first event that is kept.
+    """
+
+    def __init__(self, kept: int = KEPT) -> None:
+        self._kept = kept
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget all: another session begins."""
+        self.begin = 0
+        self._events: list[Json] = []
+        self._forces = _Standing()
+        self._lines = _Standing()
+        self._rules: list[Json] = []
+
+    @property
+    def end(self) -> int:
+        """Number of the event that comes next."""
+        return self.begin + len(self._events)
+
+    @property
+    def first_of_page(self) -> int:
+        """Number of the event that a new page begins with."""
+        return max(self.begin, self.end - FIRST)
+
+    def since(self, number: int) -> Sequence[Json]:
+        """Return the events from a number on, as far as they are kept."""
+        return self._events[max(0, number - self.begin) :]
+
+    def add_before(self, events: Iterable[TraceEvent]) -> None:
+        """Take the events of a recording up to those that are known."""
+        known, first = self._events, self._events[0]["scan"] if self._events else 1 << 32
+        rules = self._rules
+        forces, lines = self._forces, self._lines
+        self.clear()
+        self.take_all(each for each in events if each.scan < first)
+        self._events += known
+        self._rules += rules
+        self._forces.go_on(forces)
+        self._lines.go_on(lines)
+
+    def take_all(self, events: Iterable[TraceEvent]) -> None:
+        """Take the events of a recording."""
+        for event in events:
+            self.take({**event.fields, "scan": event.scan, "t": event.now_ns, "topic": event.topic})
+
+    def take(self, event: Mapping[str, Any]) -> None:
+        """Take an event: scan, t, topic and its fields."""
+        topic, scan = event["topic"], event["scan"]
+        if topic == FORCES:
+            self.forced(scan, event)
+        if topic == SEQUENCES:
+            self._take_line(event)
+            return
+        if event.get("kind") == "rule":
+            self._take_rule(event)
+        self._events.append(
+            {
+                "scan": scan,
+                "t": event["t"],
+                "slot": event.get("slot", 0),
+                "kind": event.get("kind", topic.strip("/")),
+                "name": event.get("name", ""),
+                "text": event.get("text") or _spoken(event),
+            }
+        )
+        if len(self._events) > 2 * self._kept:
+            self.begin += self._kept
+            del self._events[: self._kept]
+
+    def forced(self, scan: int, forces: Mapping[str, Any]) -> None:
+        """Note the forces in effect from a scan on."""
+        images = {key: value for key, value in forces.items() if key not in _NOT_FORCED}
+        self._forces.note(scan, {**images, **forces.get("tags", {})})
+
+    def _take_line(self, event: Mapping[str, Any]) -> None:
+        place = {"file": event["file"], "line": event["line"], "text": event["wait"], "since": event["t"]}
+        self._lines.note(event["scan"], {**self._lines.latest, event["sequence"]: place})
+
+    def _take_rule(self, event: Mapping[str, Any]) -> None:
+        for bit in event.get("bits") or ():
+            rule = {"slot": event.get("slot", 0), "bit": bit, "rule": event.get("name", "")}
+            told = {"text": event.get("text", ""), "section": event.get("section", ""), "scan": event["scan"]}
+            self._rules.append(rule | told)
+
+    # --- what stood in a scan
+
+    def forces_at(self, scan: int | None) -> Json:
+        """Return the forces in effect in a scan; None = the latest."""
+        return self._forces.at(scan)
+
+    def lines_at(self, scan: int | None) -> Json:
+        """Return where the sequences waited in a scan, by name."""
+        return self._lines.at(scan)
+
+    def rules_at(self, scan: int | None) -> list[Json]:
+        """Return the rule that last set each bit, up to a scan."""
+        latest = {
+            (each["slot"], each["bit"]): each for each in self._rules if scan is None or each["scan"] <= scan
+        }
+        return list(latest.values())
+
+
+class _Standing:
+    """States by the scan from which on they stood."""
+
+    def __init__(self) -> None:
+        self._scans: list[int] = []
+        self._states: list[Json] = []
+
+    @property
+    def latest(self) -> Json:
+        return self._states[-1] if self._states else {}
+
+    def note(self, scan: int, state: Json) -> None:
+        self._scans.append(scan)
+        self._states.append(state)
+
+    def go_on(self, other: _Standing) -> None:
+        self._scans += other._scans
+        self._states += other._states
+
+    def at(self, scan: int | None) -> Json:
+        if scan is None:
+            return self.latest
+        place = bisect_right(self._scans, scan) - 1
+        return self._states[place] if place >= 0 else {}
+
+
+def _spoken(event: Mapping[str, Any]) -> str:
+    skipped = ("scan", "t", "topic", "kind", "slot")
+    return ", ".join(f"{key} {value}" for key, value in event.items() if key not in skipped) or "none"

@@ -1,0 +1,112 @@
+"""Runs a recorded program through once, so that any of its scans can be shown at once: values now and then.
+
+scan      0 ... 4,095   4,096 ...   8,192 ...
+values    *             *           *            from here the shadow goes on, 60 ms at most
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from ....io_images.image import IMAGE_BYTES
+from ....io_images.module_words import ModuleWords
+from ....ladder import LadderLogic
+from ....ladder.debug import Debugger
+from ....ladder.errors import LadderFault
+from ...app.playback import RecordedInputs
+from ...app.repeating import RecordedOrder
+from ...app.watched_program import inputs_of, values_of
+from ...live import orders
+from ...live.orders import ALL, Order
+from ...live.ring import Rows
+from ...loop.phases import IDLE_PHASES
+from ...loop.rack import SLOT_BYTES, Card, Rack
+from ...loop.scan import MODE_MASK, CpuMode, Scan, ScanFlag
+from .shadow import Kept
+
+EVERY = 4096
+"""Scans from values to values."""
+
+SLICE = 1000
+"""Scans per step."""
+
+
+class Indexer:
+    """Runs a program on recorded images, scan by scan from the first one.
+
+    Args:
+        program: the program; it has no routines in Python.
+        slots: the words of the modules, in the order of the rack's memory.
+        period_ns: time from scan to scan.
+        given: the orders of the session.
+        kept: takes the values.
+
+    Attributes:
+        next: the scan that comes next.
+    """
+
+    def __init__(
+        self,
+        program: LadderLogic,
+        slots: Mapping[int, ModuleWords],
+        period_ns: int,
+        given: Sequence[RecordedOrder],
+        kept: Kept,
+    ) -> None:
+        cards = [Card(slot, RecordedInputs([], []), words=words) for slot, words in slots.items()]
+        self._rack = Rack(cards)
+        self._view = Scan(self._rack.slots, period_ns)
+        self._debugger = Debugger(program, remembered=1)
+        self._kept = kept
+        self._words = slots
+        self._orders: dict[int, list[Order]] = {}
+        for each in given:
+            self._orders.setdefault(each.scan, []).append(each.order)
+        self.next = 0
+        self._forces: object = None
+
+    def run(self, rows: Rows) -> None:
+        """Run the scans of these rows, which follow each other and begin with `next`."""
+        numbers, flags, times = (rows[name].tolist() for name in ("scan", "flags", "now_ns"))
+        memory = rows["words"].tobytes()
+        size = len(self._rack.memory)
+        for place, (scan, flag, now_ns) in enumerate(zip(numbers, flags, times, strict=True)):
+            self._before(scan)
+            if "logic" not in IDLE_PHASES[CpuMode(flag & MODE_MASK)]:
+                self._run(scan, flag, now_ns, memory[place * size : place * size + size])
+            self.next = scan + 1
+
+    def _before(self, scan: int) -> None:
+        if scan % EVERY == 0:
+            self._kept.take(values_of(self._debugger, scan))
+            self._forces = None
+        for order in self._orders.get(scan, ()):
+            self._give(order)
+
+    def _give(self, order: Order) -> None:
+        """Carry out an order on the program; images and modules are recorded as they became."""
+        try:
+            match order:
+                case orders.Write(tag, value):
+                    self._debugger.tags[tag] = value
+                case orders.Force(tag, value) if tag in self._debugger.tags:
+                    self._debugger.force(tag, value)
+                case orders.Unforce(tag):
+                    self._debugger.unforce(None if tag == ALL else tag)
+        except ValueError:
+            pass  # an image; forces of images are in the recorded images
+
+    def _run(self, scan: int, flags: int, now_ns: int, memory: bytes) -> None:
+        own = self._rack.memory
+        for at in range(IMAGE_BYTES, len(own), SLOT_BYTES):
+            own[at : at + IMAGE_BYTES] = memory[at : at + IMAGE_BYTES]
+        view = self._view
+        view.number, view.now_ns, view.first = scan, now_ns, bool(flags & ScanFlag.FIRST_SCAN)
+        try:
+            self._debugger(view)
+        except LadderFault:
+            return  # it has stopped that scan then, too
+        entry = self._debugger.latest
+        if entry is not None and (entry.writes or entry.forces is not self._forces):
+            self._forces = entry.forces
+            self._kept.take(inputs_of(self._debugger, entry, scan))

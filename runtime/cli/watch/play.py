@@ -1,0 +1,271 @@
+"""A session from its start to its end, and its branches: the scan process's side of `scanrack watch RACK`.
+
+    session    0 ------------- 12,345 ------------- 20,000
+    branch                     `- 12,345 ----------------- ...     a new rack, the same orders up to there
+
+The ring, the link and the monitor outlive a branch; rack, program and recording are new.
+"""
+
+from __future__ import annotations
+
+import secrets
+import socket
+import tempfile
+import webbrowser
+from collections.abc import Sequence
+from contextlib import ExitStack, nullcontext
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+
+from ....ladder.debug import Debugger
+from ...app.attachments import forget_imported
+from ...app.loading import Job, load_job
+from ...app.repeating import RecordedOrder
+from ...app.running import JobRun
+from ...app.sequence_watch import watching
+from ...app.watched_machines import PER_SLOT, MachineFigures
+from ...app.watched_program import LadderNotes
+from ...app.watched_python import PythonNotes
+from ...live.ring import Ring
+from ...live.session import Session
+from ...live.tap import Notes, PipeInbox, Tap
+from ...loop.faults import CpuFault
+from ...loop.pace import Paced, interrupted_by
+from ...loop.realtime import frozen_collector
+from ..run import complain_of_fault
+from ..status import BAD_INPUT, CANNOT_WRITE, DONE, INTERRUPTED, complain, reason
+from ..terminal import say
+from .keeper import Keeper
+from .monitor import About
+from .session_monitor import Setup
+
+HOST = "127.0.0.1"
+KEY_BYTES = 16
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What the command line asks for.
+
+    Attributes:
+        rack: path of the rack file.
+        port: of the server; 0 = any free one.
+        speed: times real time; None = as fast as possible.
+        paused: begin with a pause.
+        read_only: refuse orders.
+        record: where the recording is kept; None = it is not.
+        scans: how many scans; None = until Ctrl-C.
+        live: real ports may be driven.
+        opened: open the page in the browser.
+    """
+
+    rack: str
+    port: int
+    speed: float | None
+    paused: bool
+    read_only: bool
+    record: Path | None
+    scans: int | None
+    live: bool
+    opened: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """Where a session begins.
+
+    Attributes:
+        scan: the first scan that is not a repetition; 0 without a parent.
+        orders: of the parent, those before that scan and before earlier ones.
+        metadata: what the recording says of its parent.
+    """
+
+    scan: int = 0
+    orders: Sequence[RecordedOrder] | None = None
+    metadata: dict[str, str] = field(default_factory=dict)
+
+
+def watch_job(job: Job, wanted: Wanted) -> int:
+    """Run a job in a session that pages can look at; return the exit status."""
+    with ExitStack() as stack:
+        try:
+            listening = stack.enter_context(socket.create_server((HOST, wanted.port)))
+        except OSError as error:
+            return complain(f"port {wanted.port}: {error.strerror}", BAD_INPUT)
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack")))
+        return _Play(wanted, listening, folder, stack).play(job)
+
+
+class _Play:
+    """The sessions of one command.
+
+    Args:
+        wanted: the options.
+        listening: the socket of the page.
+        folder: for recordings that are not kept.
+        stack: closes what outlives a session.
+    """
+
+    def __init__(self, wanted: Wanted, listening: socket.socket, folder: Path, stack: ExitStack) -> None:
+        self._wanted, self._listening, self._folder, self._stack = wanted, listening, folder, stack
+        self._ring: Ring | None = None
+        self._keeper: Keeper | None = None
+        self._inbox: PipeInbox | None = None
+        self._sources: tuple[bytes, ...] = ()
+
+    def play(self, job: Job) -> int:
+        """Play the session and its branches; return the exit status."""
+        self._sources = _sources(job)
+        start = Start()
+        while True:
+            with ExitStack() as ports:
+                pacer = Paced(self._wanted.speed if start.orders is None else None)
+                trace = self._trace(start)
+                try:
+                    run = JobRun(
+                        job,
+                        ports,
+                        trace=trace,
+                        live=self._wanted.live,
+                        pacer=pacer,
+                        warn=_warn,
+                        handled=True,
+                        metadata=start.metadata,
+                        orders=start.orders,
+                    )
+                except ValueError as error:
+                    return complain(str(error), BAD_INPUT)
+                except OSError as error:
+                    return complain(f"the trace can't be written: {reason(error)}", CANNOT_WRITE)
+                if start.orders is None:
+                    for each in job.warnings:
+                        complain(each)
+                session = self._session(run, job, pacer, trace, start)
+                status = self._run(run, session, start)
+            if session.branch is None:
+                return status
+            start = _branch_of(session, trace)
+            try:
+                job = self._again(job)
+            except ValueError as error:
+                return complain(str(error), BAD_INPUT)
+
+    def _trace(self, start: Start) -> Path:
+        """Return where the recording goes: the path wanted, a name after it, or a passing file."""
+        kept = self._wanted.record
+        if kept is None:
+            return _free(self._folder / "session.mcap")
+        return kept if start.orders is None else _free(kept.with_name(f"{kept.stem}-{start.scan}.mcap"))
+
+    def _session(self, run: JobRun, job: Job, pacer: Paced, trace: Path, start: Start) -> Session:
+        """Put a session around a run, and let the monitor know."""
+        figures = MachineFigures(run.rack)
+        if self._ring is None:
+            self._ring = Ring(len(run.rack.memory), PER_SLOT * len(figures.slots))
+            self._stack.callback(self._ring.close)
+            self._open(job, self._ring, figures, trace)
+        assert self._inbox is not None
+        program = run.logic if isinstance(run.logic, Debugger) else None
+        tap = Tap(self._ring, run.rack, run.cpu.period_ns, figures)
+        tap.notes = _notes(run, job, self._ring, tap)
+        hands = run.hands
+        if start.orders is not None:
+            hands.given.extend(start.orders)
+        session = Session(run.cpu, hands, pacer, self._inbox, tap.tell, stops=program, live=self._wanted.live)
+        tap.session, session.attend = session, tap.attend
+        if start.orders is not None:
+            self._tell_branch(tap, trace, start)
+        run.cpu.add_listener(watching(tap, run.logic))
+        return session
+
+    def _open(self, job: Job, ring: Ring, figures: MachineFigures, trace: Path) -> None:
+        """Print the link, and start the monitor."""
+        wanted = self._wanted
+        key, port = secrets.token_hex(KEY_BYTES), self._listening.getsockname()[1]
+        record = None if wanted.record is None else str(wanted.record)
+        about = About(
+            version("scanrack"), job.spec.name, wanted.rack, "rack", wanted.read_only, wanted.live, record
+        )
+        setup = Setup(ring.shape, about, key, HOST, port, tuple(figures.slots), str(trace))
+        self._keeper = Keeper(setup, ring, self._listening, complain)
+        self._stack.callback(self._keeper.end)
+        self._inbox = PipeInbox(ring, self._keeper.pipe)
+        self._keeper.keep(self._inbox)
+        link = f"http://{HOST}:{port}/#key={key}"
+        say(f"{link} - Ctrl-C ends the session")
+        if wanted.opened:
+            webbrowser.open(link)
+
+    def _tell_branch(self, tap: Tap, trace: Path, start: Start) -> None:
+        """Let the monitor begin anew, also one that is started later."""
+        assert self._ring is not None
+        assert self._keeper is not None
+        record = None if self._wanted.record is None else str(trace)
+        self._keeper.go_on_with(str(trace), record)
+        places = {"rows": self._ring.written, "snapshots": self._ring.snapshots.end}
+        tap.tell({"branch": {"trace": str(trace), "record": record, "scan": start.scan, **places}})
+
+    def _run(self, run: JobRun, session: Session, start: Start) -> int:
+        """Run a session to its end, whatever that is; return the exit status."""
+        wanted = self._wanted
+        try:
+            with frozen_collector() if wanted.live else nullcontext(), run.cpu:
+                if start.orders is not None:
+                    session.repeat_to(start.scan)
+                    session.set_speed(wanted.speed)
+                session.run(wanted.scans, paused=wanted.paused or start.orders is not None)
+        except CpuFault as error:
+            return complain_of_fault(error)
+        except OSError as error:
+            return complain(f"the trace can't be finished: {reason(error)}", CANNOT_WRITE)
+        except KeyboardInterrupt:
+            return complain(f"stopped by {interrupted_by()} in scan {run.cpu.scan}", INTERRUPTED)
+        if session.over and session.branch is None:
+            return complain(f"stopped by {interrupted_by()} after {run.cpu.scan} scans", INTERRUPTED)
+        return DONE
+
+    def _again(self, job: Job) -> Job:
+        """Load the job again, so that nothing of the session before remains.
+
+        Raises:
+            ValueError: a file is another one now.
+        """
+        for folder in {job.rack_file.parent.resolve(), job.program.parent.resolve()}:
+            forget_imported(folder)
+        again = load_job(self._wanted.rack)
+        if _sources(again) != self._sources:
+            raise ValueError("rack file or program have changed since the session began: no branch of it")
+        return again
+
+
+def _sources(job: Job) -> tuple[bytes, ...]:
+    return job.rack_file.read_bytes(), job.program.read_bytes()
+
+
+def _branch_of(session: Session, trace: Path) -> Start:
+    """Return where a branch begins."""
+    scan = session.branch
+    assert scan is not None
+    given = [each for each in session.given if each.scan <= scan]
+    return Start(scan, given, {"parent": trace.name, "parent_scan": str(scan)})
+
+
+def _free(path: Path) -> Path:
+    """Return a path that does not exist yet: with a number, if it has to be."""
+    number, tried = 2, path
+    while tried.exists():
+        tried = path.with_name(f"{path.stem}-{number}{path.suffix}")
+        number += 1
+    return tried
+
+
+def _warn(hint: str) -> None:
+    complain(str(hint))
+
+
+def _notes(run: JobRun, job: Job, ring: Ring, tap: Tap) -> Notes:
+    """Return what tells the monitor of the program."""
+    if isinstance(run.logic, Debugger):
+        return LadderNotes(run.logic, ring.snapshots)
+    return PythonNotes(run.logic, job.spec.tags, tap.tell)

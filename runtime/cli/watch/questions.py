@@ -1,0 +1,141 @@
+"""What a page may ask, each with the answer to it; a ValueError says what is wrong with a question."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from ....ladder.debug.inquiry import Inquiry
+from .catalog import COLUMNS, python_source
+from .page import Page
+from .strip import edges, envelopes
+
+if TYPE_CHECKING:
+    from .monitor import Monitor
+
+Json = dict[str, Any]
+Said = Mapping[str, Any]
+
+MOST_WATCHED = 500
+"""Tags that a page may watch."""
+
+ENVELOPE_STEPS = 500
+"""Points of a position in a window of the past."""
+
+WINDOW_MOST = 50_000
+"""Scans of such a window."""
+
+
+def show(monitor: Monitor, page: Page, said: Said) -> Json:
+    """Draw a routine; from now on frames tell its power and tags."""
+    subject = monitor.subject
+    if subject.catalog is None:
+        shown, answer = python_source(subject.program, tuple(subject.values))
+    else:
+        columns = said.get("columns", 88)
+        if type(columns) is not int or columns not in COLUMNS:
+            raise ValueError(f"columns {columns!r}: allowed are {COLUMNS[0]} to {COLUMNS[-1]}")
+        shown, answer = subject.catalog.show(_text(said, "routine"), columns)
+    page.show(shown)
+    return answer
+
+
+def watch(monitor: Monitor, page: Page, said: Said) -> Json:
+    """Tell further tags from now on."""
+    tags = said.get("tags")
+    if not isinstance(tags, list) or len(tags) > MOST_WATCHED or not all(map(_is_name, tags)):
+        raise ValueError(f"tags is a list of up to {MOST_WATCHED} names")
+    catalog = monitor.subject.catalog
+    known = monitor.subject.values.__contains__ if catalog is None else catalog.has
+    unknown = [name for name in tags if not known(name)]
+    page.watch(tuple(name for name in tags if name not in unknown))
+    return {"unknown": unknown}
+
+
+def look(monitor: Monitor, page: Page, said: Said) -> Json:
+    """Show a past scan to this page, or the latest again."""
+    scan = said.get("scan")
+    if scan == "live":
+        if monitor.about.kind == "trace":
+            raise ValueError("this is a recording: there is no scan that runs")
+        page.past = None
+        page.begin_anew()
+        return {"scan": "live"}
+    if type(scan) is not int:
+        raise ValueError('scan is the number of a scan, or "live"')
+    if monitor.subject.timeline.row(scan) is None:
+        extent = monitor.subject.timeline.extent
+        there = "none" if extent is None else f"{extent[0]} to {extent[1]}"
+        raise ValueError(f"scan {scan} is not there: there are {there}")
+    page.past = scan
+    return {"scan": scan}
+
+
+def window(monitor: Monitor, _page: Page, said: Said) -> Json:
+    """Return edges and envelopes of past scans."""
+    first, last = said.get("from"), said.get("to")
+    if type(first) is not int or type(last) is not int or not 0 <= first <= last < first + WINDOW_MOST:
+        raise ValueError(f"from and to are numbers of scans, {WINDOW_MOST:,} of them at most")
+    signals = monitor.subject.signals
+    rows = monitor.subject.timeline.between(first, last)
+    bits = edges(rows, rows[:0], signals)
+    wanted = said.get("signals")
+    if isinstance(wanted, list):
+        bits = {name: each for name, each in bits.items() if name in wanted}
+    return {"strip": bits, "env": envelopes(rows, signals, ENVELOPE_STEPS)}
+
+
+def why(monitor: Monitor, page: Page, said: Said) -> Json:
+    """Say why a tag is as it is in the scan that the page shows."""
+    tag = _text(said, "tag")
+    subject, row = monitor.subject, monitor.row_of(page)
+    shadow = subject.past
+    if shadow is None or subject.catalog is None or row is None:
+        raise ValueError(f"{tag}: the program is in Python: scanrack why answers from its recording")
+    scan = int(row["scan"])
+    if not shadow.show(scan):
+        raise ValueError(f"scan {scan} can't be repeated yet: ask again in a moment")
+    forced = monitor.log.forces_at(page.past)
+    try:
+        text = Inquiry(shadow.engine, shadow, forced, subject.catalog.cross_reference).why(tag)
+    finally:
+        shadow.show(scan)
+    return {"text": text, "scan": scan}
+
+
+def xref(monitor: Monitor, _page: Page, said: Said) -> Json:
+    """List where a tag is read and written."""
+    tag = _text(said, "tag")
+    if monitor.subject.catalog is None:
+        raise ValueError(f"{tag}: the program is in Python: it has no rungs")
+    return {"hits": monitor.subject.catalog.mentions(tag)}
+
+
+def find(monitor: Monitor, _page: Page, said: Said) -> Json:
+    """List the tags and rungs in which a text stands."""
+    text = _text(said, "text")
+    catalog = monitor.subject.catalog
+    return {"hits": [] if catalog is None else catalog.find(text)}
+
+
+def _text(said: Said, key: str) -> str:
+    value = said.get(key)
+    if not _is_name(value):
+        raise ValueError(f"{key} is text of 1 to 400 characters")
+    return str(value)
+
+
+def _is_name(value: object) -> bool:
+    return isinstance(value, str) and 0 < len(value) <= 400
+
+
+QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json]] = {
+    "show": show,
+    "watch": watch,
+    "look": look,
+    "window": window,
+    "why": why,
+    "xref": xref,
+    "find": find,
+}
+"""The questions by name."""

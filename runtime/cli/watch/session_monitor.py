@@ -1,0 +1,251 @@
+"""The monitor of a session: rows, notes and messages of the scan process in, orders out."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+from typing_extensions import override
+
+from ....ladder import LadderLogic
+from ....traces.reader import open_trace
+from ....traces.records import TraceError
+from ...app.loading import load_job
+from ...app.repeating import orders_of
+from ...live.orders import ORDERS, order_of, said_of
+from ...live.ring import Ring, Row, Shape
+from ...loop.scan import ScanFlag
+from .indexer import SLICE, Indexer
+from .monitor import About, Monitor, Subject
+from .page import Page
+from .picture import late_scans, speed_reached
+from .questions import QUESTIONS
+
+Json = dict[str, Any]
+
+SPEED_ROWS = 512
+"""Rows over which the speed is measured."""
+
+
+@dataclass(frozen=True, slots=True)
+class Setup:
+    """What the scan process gives a monitor.
+
+    Attributes:
+        shape: of the ring.
+        about: what a page is told of the session.
+        key: that pages have to give.
+        host: what the server listens on.
+        port: and its port.
+        machines: the slots with figures in the ring's rows.
+        trace: path of the recording, which may be a passing one.
+        started: how often a monitor was started before.
+    """
+
+    shape: Shape
+    about: About
+    key: str
+    host: str
+    port: int
+    machines: tuple[int, ...]
+    trace: str
+    started: int = 0
+
+
+class SessionMonitor(Monitor):
+    """What pages look at while a rack runs.
+
+    Args:
+        setup: what the scan process says.
+        ring: its ring.
+        pipe: orders go through it.
+    """
+
+    def __init__(self, setup: Setup, ring: Ring, pipe: Connection) -> None:
+        job = load_job(setup.about.path)
+        subject = Subject(job.spec, job.logic, job.program, setup.machines, ring.dtype, Path(setup.trace))
+        super().__init__(setup.about, subject)
+        self._setup, self._ring, self._pipe = setup, ring, pipe
+        self._rows_at = max(0, ring.written - ring.shape.rows)
+        self._messages_at = ring.messages.oldest
+        self._snapshots_at = ring.snapshots.oldest
+        self._session: Json = {"paused": False, "speed": 1.0, "breakpoints": [], "met": [], "fault": ""}
+        self._late = self._missed = 0
+        self._reached: float | None = None
+        self._orders = 0
+        self._asked: dict[int, tuple[Page, object]] = {}
+        self._row: Row | None = None
+        self._indexer: Indexer | None = None
+        self._indexed = False
+        self._index_to = 0
+        ring.asked += 1  # values to begin with, and the state
+
+    @property
+    @override
+    def latest(self) -> Row | None:
+        return self._row
+
+    @override
+    def state(self, *, past: bool) -> Json:
+        session = self._session
+        paused = bool(session["paused"])
+        shown: Json = {
+            "state": "past" if past else "paused" if paused else "live",
+            "speed": {"wanted": session["speed"], "reached": 0 if paused else self._reached},
+            "late": self._late,
+            "missed": self._missed,
+            "breakpoints": session["breakpoints"],
+            "met": session["met"],
+            "faults": [{"text": session["fault"], "at": None}] if session["fault"] else [],
+        }
+        return shown | ({"mode": "fault"} if session["fault"] and not past else {})
+
+    @override
+    def join(self, page: Page) -> None:
+        super().join(page)
+        if self._setup.started:
+            page.send({"note": "The monitor was started again; the scans went on without it."})
+
+    # --- time
+
+    @override
+    def tick(self) -> bool:
+        """Take what the scan process has written, and let pages know."""
+        taken = self._ring.take(self._rows_at)
+        self._rows_at = taken.end
+        self._missed += max(0, taken.lost) if self._row is not None else 0
+        self._late += late_scans(taken.rows, ScanFlag.OVERRUN)
+        self.subject.recent.add(taken.rows)
+        if len(taken.rows):
+            self._row = taken.rows[-1]
+            self._reached = speed_reached(self.subject.recent.rows[-SPEED_ROWS:])
+        self._take_notes()
+        self._take_messages()
+        for page in self.pages:
+            page.due.set()
+        return self._index()
+
+    def _take_notes(self) -> None:
+        records, self._snapshots_at, _lost = self._ring.snapshots.read(self._snapshots_at)
+        for record in records:
+            self.subject.kept.take(pickle.loads(record))
+
+    def _take_messages(self) -> None:
+        messages, self._messages_at, lost = self._ring.messages.read(self._messages_at)
+        if lost:
+            self._ring.asked += 1  # the state may have been among them
+        for message in messages:
+            for kind, content in json.loads(message).items():
+                _TAKE[kind](self, content)
+
+    # --- messages of the scan process
+
+    def _take_event(self, event: Json) -> None:
+        self.log.take(event)
+
+    def _take_forces(self, told: Json) -> None:
+        self.log.forced(told["scan"], told["forces"])
+
+    def _take_answer(self, answer: Json) -> None:
+        page, number = self._asked.pop(answer["id"], (None, None))
+        if page is not None:
+            page.send({"answer": {**answer, "id": number}})
+
+    def _take_values(self, told: Json) -> None:
+        self.subject.values.update(told["values"])
+
+    def _take_state(self, state: Json) -> None:
+        self._session = state
+
+    def _take_branch(self, told: Json) -> None:
+        """Begin anew: the rack runs another way from a past scan on."""
+        self._setup = replace(
+            self._setup,
+            about=replace(self.about, record=told["record"]),
+            trace=told["trace"],
+        )
+        self.about = self._setup.about
+        subject = self.subject
+        subject.recent.clear()
+        subject.timeline.forget(Path(told["trace"]))
+        subject.kept.clear()
+        for shadow in (subject.live, subject.past):
+            if shadow is not None:
+                shadow.at = None
+        self.log.clear()
+        self._indexer, self._indexed = None, False
+        self._row, self._late, self._missed = None, 0, 0
+        self._rows_at, self._snapshots_at = told["rows"], told["snapshots"]
+        for page in self.pages:
+            page.past = None
+            self.greet(page)
+
+    # --- scans of before
+
+    def _index(self) -> bool:
+        """Run scans whose values were missed: a monitor has died. Return whether there are more."""
+        if not self._indexed:
+            self._begin_index()
+        indexer = self._indexer
+        if indexer is None:
+            return False
+        rows = self.subject.timeline.between(indexer.next, min(indexer.next + SLICE - 1, self._index_to))
+        if not len(rows):
+            return False  # not written yet
+        indexer.run(rows)
+        if indexer.next > self._index_to:
+            self._indexer = None
+        return self._indexer is not None
+
+    def _begin_index(self) -> None:
+        """Begin with it, once there are values: from them on nothing is missed."""
+        subject, logic = self.subject, self.subject.logic
+        if not isinstance(logic, LadderLogic) or logic.functions:
+            self._indexed = True
+            return
+        if not subject.kept.scans:
+            return
+        self._indexed = True
+        self._index_to = subject.kept.scans[0] - 1
+        if self._index_to < 0:
+            return
+        try:
+            with open_trace(self._setup.trace) as trace:
+                given = orders_of(trace)
+                self.log.add_before(trace.events())
+        except (TraceError, ValueError):
+            self._indexed = False  # nothing of it has been written yet
+            return
+        self._indexer = Indexer(logic, subject.words, subject.spec.scan_ns, given, subject.kept)
+
+    # --- orders
+
+    @override
+    def order(self, page: Page, number: object, said: Mapping[str, Any]) -> None:
+        if said.get("do") not in ORDERS:
+            known = ", ".join((*ORDERS, *QUESTIONS))
+            raise ValueError(f"there is nothing to do called {str(said.get('do'))[:60]!r}: there are {known}")
+        order = order_of({key: value for key, value in said.items() if key != "id"})
+        if self.about.read_only:
+            raise ValueError("this session is read-only: it takes no orders")
+        self._orders += 1
+        self._asked[self._orders] = page, number
+        message = json.dumps({"id": self._orders, "order": said_of(order)}, allow_nan=False)
+        self._pipe.send_bytes(message.encode())
+        self._ring.orders += 1
+
+
+_TAKE: Mapping[str, Callable[[SessionMonitor, Json], None]] = {
+    "event": SessionMonitor._take_event,
+    "answer": SessionMonitor._take_answer,
+    "state": SessionMonitor._take_state,
+    "forces": SessionMonitor._take_forces,
+    "values": SessionMonitor._take_values,
+    "branch": SessionMonitor._take_branch,
+}
+"""Messages of the scan process by their key."""

@@ -1,0 +1,140 @@
+"""The scans of a session or a recording by number: the latest from the ring, the rest from the trace.
+
+    scan     0 ............................ 229,374 ............. 300,000
+    from     the trace, a chunk at a time   the ring, in memory
+
+A row from a trace has no figures and no wall-clock time: what machines showed is not recorded.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from ....traces.arrays import extent, read_columns
+from ....traces.columns import Columns, Selection
+from ....traces.reader import Trace, open_trace
+from ....traces.records import TraceError
+from ...live.ring import Row, Rows
+from .recent import Recent
+
+WINDOWS = 4
+"""Stretches of a trace that are kept in memory."""
+
+WINDOW = 8192
+"""Scans of such a stretch."""
+
+
+class Timeline:
+    """Rows by scan.
+
+    Args:
+        recent: the latest rows; none for a recording.
+        path: of the trace, which may be growing; None without one.
+    """
+
+    def __init__(self, recent: Recent, path: Path | None) -> None:
+        self.recent = recent
+        self._path = path
+        self._trace: Trace | None = None
+        self._windows: dict[int, Rows] = {}
+        self._extent: tuple[int, int] | None = None
+
+    @property
+    def extent(self) -> tuple[int, int] | None:
+        """The first and the last scan; None if there is none."""
+        numbers = self.recent.rows["scan"]
+        if not len(numbers):
+            return self._recorded()
+        first = int(numbers[0])
+        if first and self._path is not None:
+            recorded = self._recorded()
+            first = first if recorded is None else min(first, recorded[0])
+        return first, int(numbers[-1])
+
+    def row(self, scan: int) -> Row | None:
+        """Return the row of a scan, None if it is not there."""
+        rows = self.between(scan, scan)
+        return rows[0] if len(rows) else None
+
+    def between(self, first: int, last: int) -> Rows:
+        """Return the rows of the scans from one to another, both included, as far as they are there."""
+        rows = self.recent.between(first, last)
+        begins = int(rows["scan"][0]) if len(rows) else last + 1
+        if self._path is None or len(rows) == last - first + 1:
+            return rows
+        if begins <= first:  # rows were lost, at a speed that nobody can follow
+            return self._read(first, last)
+        return np.concatenate([self._read(first, begins - 1), rows])
+
+    def forget(self, path: Path | None) -> None:
+        """Begin with another trace."""
+        self.close()
+        self._path = path
+
+    def close(self) -> None:
+        """Close the trace."""
+        if self._trace is not None:
+            self._trace.close()
+        self._trace, self._extent = None, None
+        self._windows.clear()
+
+    # --- the trace
+
+    def _recorded(self) -> tuple[int, int] | None:
+        if self._extent is None:
+            trace = self._opened()
+            ends = None if trace is None else extent(trace).scan.tolist()
+            self._extent = (ends[0], ends[-1]) if ends else None
+        return self._extent
+
+    def _read(self, first: int, last: int) -> Rows:
+        """Return rows of the trace, by whole windows."""
+        numbers = range(first // WINDOW, last // WINDOW + 1)
+        rows = np.concatenate([self._window(number, last) for number in numbers])
+        low, high = np.searchsorted(rows["scan"], [first, last + 1])
+        return rows[int(low) : int(high)]
+
+    def _window(self, number: int, last: int) -> Rows:
+        """Return a window; read it again if the trace has grown since, and the scans are wanted."""
+        start, end = number * WINDOW, (number + 1) * WINDOW - 1
+        known = self._windows.pop(number, None)
+        wanted = min(end, last)
+        if known is None or not len(known) or (known["scan"][-1] < wanted and self._grows):
+            known = self._columns(Selection(start, end))
+            if (not len(known) or known["scan"][-1] < wanted) and self._grows:
+                self._close_trace()  # what was written since is not in what was opened
+                known = self._columns(Selection(start, end))
+        self._windows[number] = known
+        while len(self._windows) > WINDOWS:
+            del self._windows[next(iter(self._windows))]
+        return known
+
+    @property
+    def _grows(self) -> bool:
+        return len(self.recent.rows) > 0
+
+    def _close_trace(self) -> None:
+        if self._trace is not None:
+            self._trace.close()
+            self._trace = None
+
+    def _columns(self, selection: Selection) -> Rows:
+        trace = self._opened()
+        return self._rows(None if trace is None else read_columns(trace, selection))
+
+    def _opened(self) -> Trace | None:
+        if self._trace is None and self._path is not None:
+            try:
+                self._trace = open_trace(self._path)
+            except TraceError:
+                return None  # nothing has been written yet
+        return self._trace
+
+    def _rows(self, columns: Columns | None) -> Rows:
+        rows = np.zeros(0 if columns is None else len(columns.scan), self.recent.dtype)
+        if columns is not None:
+            rows["scan"] = rows["again"] = columns.scan
+            rows["flags"], rows["now_ns"], rows["words"] = columns.flags, columns.time_ns, columns.words
+        return rows

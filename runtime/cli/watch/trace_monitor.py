@@ -1,0 +1,105 @@
+"""The monitor of a recording: pages look at its scans; nothing runs, and nothing can be ordered."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from typing_extensions import override
+
+from ....ladder import LadderLogic
+from ....traces.reader import Trace
+from ...app.repeating import RecordedOrder
+from ...app.watched_machines import PER_SLOT
+from ...config.rackspec import RackSpec
+from ...live.orders import ORDERS
+from ...live.ring import Row, row_type
+from ...loop.rack import SLOT_BYTES
+from ...loop.scan import Logic
+from ...modules.record import Trait
+from ...modules.registry import has
+from .event_log import EventLog
+from .indexer import SLICE, Indexer
+from .monitor import About, Monitor, Subject
+from .page import Page
+
+Json = dict[str, Any]
+
+
+class TraceMonitor(Monitor):
+    """What pages look at of a recording.
+
+    Args:
+        about: what a page is told of it.
+        trace: the recording.
+        path: its path.
+        spec: its rack.
+        logic: its program; None if that must not be run.
+        program: path of the program's file.
+        orders: of a session, given to the program again.
+        first: the scan that pages begin with; None = the last one.
+    """
+
+    def __init__(
+        self,
+        about: About,
+        trace: Trace,
+        path: Path,
+        spec: RackSpec,
+        logic: Logic | None,
+        program: Path,
+        orders: Sequence[RecordedOrder],
+        first: int | None,
+    ) -> None:
+        machines = tuple(slot.number for slot in spec.slot if has(slot.module, Trait.MACHINE))
+        dtype = row_type(SLOT_BYTES * len(spec.slot), PER_SLOT * len(machines))
+        subject = Subject(spec, logic, program, machines, dtype, path)
+        super().__init__(about, subject)
+        self.log = EventLog(kept=1 << 20)
+        self.log.take_all(trace.events())
+        extent = subject.timeline.extent
+        if extent is None:
+            raise ValueError(f"{path}: there is no scan in it")
+        self._last = extent[1]
+        self._first = extent[1] if first is None else first
+        self._row = subject.timeline.row(self._first)
+        if self._row is None:
+            raise ValueError(f"{path} has no scan {first}: it has {extent[0]} to {extent[1]}")
+        self._indexer: Indexer | None = None
+        if isinstance(logic, LadderLogic) and not logic.functions and extent[0] == 0:
+            self._indexer = Indexer(logic, subject.words, spec.scan_ns, orders, subject.kept)
+
+    @property
+    @override
+    def latest(self) -> Row | None:
+        return self._row
+
+    @override
+    def state(self, *, past: bool) -> Json:
+        return {"state": "past", "speed": {"wanted": 0, "reached": 0}, "late": 0, "missed": 0}
+
+    @override
+    def join(self, page: Page) -> None:
+        page.past = self._first
+        super().join(page)
+
+    @override
+    def tick(self) -> bool:
+        """Run a slice of the program's scans, until all have been run once."""
+        indexer = self._indexer
+        if indexer is None:
+            return False
+        rows = self.subject.timeline.between(indexer.next, min(indexer.next + SLICE - 1, self._last))
+        indexer.run(rows)
+        if not len(rows) or indexer.next > self._last:
+            self._indexer = None
+        for page in self.pages:
+            page.due.set()
+        return self._indexer is not None
+
+    @override
+    def order(self, page: Page, number: object, said: Mapping[str, Any]) -> None:
+        if said.get("do") in ORDERS:
+            raise ValueError("this is a recording: it takes no orders")
+        raise ValueError(f"there is nothing to do called {str(said.get('do'))[:60]!r}")
