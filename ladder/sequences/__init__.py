@@ -6,9 +6,9 @@
 | `waits` | what a sequence awaits: conditions, times, edges |
 | `coroutine` | one sequence: a coroutine, and where it stands |
 | `branches` | several waits as one |
-| `parts`, `signals` | what a class declares; bits and words of the images |
+| `parts`, `places`, `signals` | what a class declares; where it is; bits and words of the images |
 | `blocks`, `locks` | timers, edges, counters; what one sequence has at a time |
-| `declaring`, `forgotten`, `logic` | what a class may have; waits that nobody awaits; the class |
+| `declaring`, `mistakes`, `logic` | what a class may have; statements that can't be meant so; the class |
 
 There is no event loop, no thread and no clock: the scan asks each wait, and resumes a sequence when its
 wait holds.

@@ -27,7 +27,7 @@ from typing import Any, Self, TypeVar
 
 from .coroutine import Sequence
 from .declaring import SequenceMethod, check_class, declarations
-from .forgotten import check_awaited
+from .mistakes import check_statements
 from .parts import Clock, Device, Part, Scan, Slots, Turn
 from .signals import Place, Signal, place_of
 
@@ -53,7 +53,7 @@ class Logic:
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
         check_class(cls)
-        check_awaited(cls)
+        check_statements(cls)
 
     def __new__(cls, *args: Any, **options: Any) -> Self:
         """Make an instance with parts and sequences of its own, whatever its `__init__` does."""

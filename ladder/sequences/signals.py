@@ -2,7 +2,7 @@
 
     start = Input("Local:2:I.Data.0")         a terminal of a card; I:2.0/0 and Data[0].0 are the same
     estop = Input("slot1.status.IN_ESTOP")    a bit by its meaning
-    ready = Input("ready")                    a bit that the rack file names, of the slot that has it
+    ready = Input("ready")                    a terminal that the rack file names, of the slot that has it
     level = InputWord("Local:3:I.Ch0Data")    a word, signed
     lamp: Output = Output("Local:2:O.Data.0")
 
@@ -14,25 +14,22 @@ module mirrors other bits there.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any, Self, overload
 
 from typing_extensions import override
 
-from ...io_images.addresses import Address, allowed, parse_address
+from ...io_images.addresses import Address
 from ...io_images.amci3601.bits import LIVE_BITS
 from ...io_images.amci3601.words import WORDS_3601
 from ...io_images.image import WORD_MAX, WORD_MIN
-from ...io_images.module_words import ModuleWords
 from .parts import Clock, Part, Slots, words_of
+from .places import find_bit, find_word
 from .waits import Edge, Wait, until
 
 _BY_MEANING = re.compile(r"slot\d+\.status\.\w+", re.IGNORECASE)
-_BARE_NAME = re.compile(r"[A-Za-z_]\w*")
 _SIGN_BIT = 15
 _MODE = 1 << _SIGN_BIT
-
-IMAGES = {"I": "input", "O": "output"}
 
 
 def mask_of(bit: int) -> int:
@@ -52,18 +49,14 @@ class Signal(Part):
         at: where that is, once the logic is attached to a rack.
 
     Args:
-        address: see `scanrack.io_images.addresses`; or the bare name of a bit that one slot has.
+        address: see `scanrack.io_images.addresses`; or the bare name of a bit or word that one slot has.
     """
 
     image = "I"
-    whole_word = False
+    search = staticmethod(find_bit)
 
     def __init__(self, address: str) -> None:
         super().__init__()
-        if not isinstance(address, str):
-            raise TypeError(
-                f"{type(self).__name__}({address!r}): an address is a text, such as Local:2:I.Data.0"
-            )
         self.address = address
         self.at: Address | None = None
 
@@ -73,49 +66,10 @@ class Signal(Part):
         Raises:
             ValueError: it is not there, is in the other image, or is a word in place of a bit.
         """
-        words = words_of(slots)
         try:
-            at = (
-                self._named(words)
-                if _BARE_NAME.fullmatch(self.address)
-                else parse_address(self.address, words)
-            )
-            self._check(at)
+            return self.search(self.address, self.image, words_of(slots))
         except ValueError as error:
             raise ValueError(f"{self.declared}: {self.name}: {error}") from None
-        return at
-
-    def _named(self, slots: Mapping[int, ModuleWords]) -> Address:
-        found = {
-            (number, name): Address(number, *place)
-            for number, words in slots.items()
-            for names in words.groups.values()
-            for name, place in names.items()
-            if place.image == self.image
-        }
-        matches = [at for (_, name), at in found.items() if name.upper() == self.address.upper()]
-        if len(matches) > 1:
-            places = ", ".join(f"slot {at.slot}" for at in matches)
-            raise ValueError(
-                f"{self.address!r} is in {places}: write which, such as slot2.input.{self.address}"
-            )
-        if not matches:
-            names = dict.fromkeys(name for _, name in found)
-            raise ValueError(
-                f"there is no {IMAGES[self.image]} {self.address!r}; {allowed(self.address, names)}"
-            )
-        return matches[0]
-
-    def _check(self, at: Address) -> None:
-        if at.image != self.image:
-            other = "Output" if self.image == "I" else "Input"
-            raise ValueError(f"{self.address!r} is an {IMAGES[at.image]}: declare it as {other}")
-        if (at.bit is None) is not self.whole_word:
-            kind = IMAGES[self.image].capitalize()
-            is_what = (
-                f"a bit: declare it as {kind}" if self.whole_word else f"a word: add a bit, or {kind}Word"
-            )
-            raise ValueError(f"{self.address!r} is {is_what}")
 
 
 class Input(Signal):
@@ -138,6 +92,10 @@ class Input(Signal):
         self.read = _reader(slots[at.slot].inputs.words, at.word, at.bit, guarded=guarded)
 
     def __bool__(self) -> bool:
+        return self.read()
+
+    def __call__(self) -> bool:
+        """Return whether it is on; so an input is a condition: `steady(self.door, "1 s")`."""
         return self.read()
 
     @property
@@ -177,9 +135,7 @@ def _reader(words: memoryview, word: int, bit: int, *, guarded: bool) -> Callabl
 
 def _unattached(part: Part) -> Callable[[], bool]:
     def refuse() -> bool:
-        raise ValueError(
-            f"{part.name or 'an input'} has no slot yet: declare it in the class body, read it in scans"
-        )
+        raise ValueError(f"{part.name or 'an input'} has no slot before the first scan")
 
     return refuse
 
@@ -187,7 +143,7 @@ def _unattached(part: Part) -> Callable[[], bool]:
 class InputWord(Signal):
     """A word of an input image as a number, -32,768 to 32,767: `self.level` is an `int`."""
 
-    whole_word = True
+    search = staticmethod(find_word)
 
     @override
     def attach(self, slots: Slots, clock: Clock) -> None:

@@ -120,12 +120,12 @@ def check_condition(condition: object, what: str) -> None:
 
 
 def text_of(condition: Condition) -> str:
-    """Return what a condition is called: the name of its function.
+    """Return what a condition is called: the name of its function, or of the input that it is.
 
     >>> text_of(lambda: True), text_of(str.isdigit)
     ('a condition', 'isdigit')
     """
-    name = getattr(condition, "__name__", "<lambda>")
+    name = getattr(condition, "__name__", None) or getattr(condition, "name", None) or "<lambda>"
     return "a condition" if name == "<lambda>" else str(name)
 
 

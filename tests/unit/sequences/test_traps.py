@@ -99,6 +99,18 @@ def test_a_call_that_is_never_awaited_names_its_line(tmp_path, call):
         load_program("line.py", tmp_path)
 
 
+@pytest.mark.parametrize(
+    ("statement", "kind"),
+    [("self.start = True", "Input"), ("self.axis += 1", "Axis3601"), ("self.cycle = None", "SequenceMethod")],
+)
+def test_an_assignment_that_would_hide_a_part_names_its_line(tmp_path, statement, kind):
+    body = (
+        f"def every_scan(self):\n    {statement}\n@sequence\nasync def cycle(self):\n    self.lamp = True\n"
+    )
+    with pytest.raises(ProgramError, match=rf"line\.py:10: `.*` would hide .* declares as {kind}"):
+        load(tmp_path, body)
+
+
 def test_a_command_may_be_left_alone(tmp_path):
     """It is carried out, as a block whose outputs nobody reads."""
     logic = load(tmp_path, "@sequence\nasync def cycle(self):\n    self.axis.configure()\n")
@@ -117,7 +129,7 @@ def test_a_command_may_be_left_alone(tmp_path):
         ('bad = Input("slot1.status.IN_HOMES")', "did you mean IN_HOME"),
         ('bad = Input("Local:2:O.Data.0")', "is an output: declare it as Output"),
         ('bad = Output("Local:2:I.Data.0")', "is an input: declare it as Input"),
-        ('bad = Input("Local:2:I.Data[0]")', "is a word: add a bit, or InputWord"),
+        ('bad = Input("Local:2:I.Data[0]")', "is a word: add a bit, or declare it as InputWord"),
         ('bad = InputWord("Local:2:I.Data.0")', "is a bit: declare it as Input"),
         ("bad = Axis3601(3, axis.configuration)", "bad: slot 3 is empty; modules sit in 1, 2"),
         ("bad = Axis3601(2, axis.configuration)", "which does not speak a 3601's words"),

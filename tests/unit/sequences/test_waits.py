@@ -130,3 +130,10 @@ def test_a_wait_is_neither_true_nor_false():
     """`if self.start.on:` would always be true."""
     with pytest.raises(TypeError, match="await it"):
         bool(dwell("1 s"))
+
+
+def test_an_input_is_a_condition():
+    assert held(lambda self: until(self.start), presses=[4]) == [4]
+    assert held(lambda self: steady(self.start, "10 ms"), presses=[4]) == [9]
+    start = Waiting(until).start
+    assert repr(steady(start, "1 s")) == "start steady for 1 s"

@@ -1,11 +1,12 @@
-"""Waits that are made and never awaited, found in the source when a class is made.
+"""Statements that can't be meant so, found in the source of a class when it is made.
 
-    dwell("2 s")            a statement that does nothing
+    dwell("2 s")            a wait that nobody awaits: it does nothing
     self.start.rises        likewise
     self.part()             an `async def` that never runs
+    self.start = True       would hide an input, an axis or a sequence
 
-A command is no such statement: `self.axis.halt()` is carried out, whether awaited or not. What is found here
-stands as a statement of its own. Python warns of the other coroutines that nobody awaits, at their line.
+A command is no such statement: `self.axis.halt()` is carried out, whether awaited or not. Python warns of the
+coroutines that are neither a statement nor awaited, at their line.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from types import FunctionType
 from typing import Any
 
 from .declaring import SequenceMethod
+from .parts import Part
 from .signals import Input
 
 WAITS = ("all_of", "dwell", "first_of", "steady", "until", "within")
@@ -32,16 +34,37 @@ PROBE = "captured"
 _OURS = "scanrack."
 
 
-def check_awaited(cls: type) -> None:
-    """Refuse statements in the methods of a class that make a wait and do not await it.
+def check_statements(cls: type) -> None:
+    """Refuse statements in the methods of a class that can't be meant so.
 
     Raises:
         TypeError: there is one; its file and line.
     """
     for function in _functions(cls):
-        for line, text in _forgotten(cls, function):
-            where = f"{function.__code__.co_filename}:{line}"
-            raise TypeError(f"{where}: `{text}` is never awaited and does nothing: write `await {text}`")
+        body = _body_of(function)
+        for node in ast.walk(body) if body is not None else ():
+            mistake = _mistake(cls, function, node)
+            if mistake:
+                raise TypeError(f"{function.__code__.co_filename}:{getattr(node, 'lineno', '?')}: {mistake}")
+
+
+def _mistake(cls: type, function: FunctionType, node: ast.AST) -> str:
+    """Return what is wrong with a statement; empty if nothing."""
+    if isinstance(node, ast.Expr) and _is_wait(cls, function, node.value):
+        text = ast.unparse(node.value)
+        return f"`{text}` is never awaited and does nothing: write `await {text}`"
+    for target in _targets(node):
+        declared = _of_self(cls, target)
+        if isinstance(declared, Part | SequenceMethod) and not hasattr(type(declared), "__set__"):
+            text, kind = ast.unparse(target), type(declared).__name__
+            return f"`{text} = ...` would hide {text}, which the class declares as {kind}"
+    return ""
+
+
+def _targets(node: ast.AST) -> list[ast.expr]:
+    if isinstance(node, ast.Assign):
+        return node.targets
+    return [node.target] if isinstance(node, ast.AugAssign | ast.AnnAssign) else []
 
 
 def _functions(cls: type) -> Iterator[FunctionType]:
@@ -49,14 +72,6 @@ def _functions(cls: type) -> Iterator[FunctionType]:
         function = each.function if isinstance(each, SequenceMethod) else each
         if isinstance(function, FunctionType):
             yield function
-
-
-def _forgotten(cls: type, function: FunctionType) -> Iterator[tuple[int, str]]:
-    """Yield line and text of each such statement of a function."""
-    body = _body_of(function)
-    for statement in ast.walk(body) if body is not None else ():
-        if isinstance(statement, ast.Expr) and _is_wait(cls, function, statement.value):
-            yield statement.lineno, ast.unparse(statement.value)
 
 
 def _body_of(function: FunctionType) -> ast.AST | None:
