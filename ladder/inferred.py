@@ -49,6 +49,7 @@ from .tree import (
     Statement,
     Step,
     SubscriptStep,
+    Unknown,
     WordStep,
     addresses_in,
     instructions_of,
@@ -240,7 +241,12 @@ class Guesses:
         if instruction.name == "JSR":
             uses = (Use.ROUTINE, Use.CONSTANT)
         handed = self._of_call(instruction.name)
-        partner = self._partner(program, instruction.operands)
+        others = [
+            operand
+            for place, operand in enumerate(instruction.operands)
+            if not (place < len(uses) and isinstance(BY_USE.get(uses[place]), Structure))
+        ]
+        partner = self._partner(program, others)
         for place, operand in enumerate(instruction.operands):
             use = uses[place] if place < len(uses) else Use.PARAMETERS
             self._inside(program, operand)
@@ -280,13 +286,14 @@ class Guesses:
 
     def _region(self, here: Guess, operand: Address, instruction: Instruction) -> None:
         """Note how many elements a COP or FLL copies; of another instruction, that it is an array."""
-        last = instruction.operands[-1]
-        if here.lengths or here.members or _ends_in_element(operand):
-            return
-        if isinstance(last, Number) and isinstance(last.value, int) and 1 < last.value <= MOST:
-            here.lengths = [last.value]
-        elif instruction.name == "SIZE":
-            here.lengths = [COMPUTED]
+        spec = self._specs.get(instruction.name.upper())
+        preset = spec.operands.index(Use.PRESET) if spec and Use.PRESET in spec.operands else -1
+        counted = instruction.operands[preset] if preset < len(instruction.operands) else None
+        length = counted.value if isinstance(counted, Number) and isinstance(counted.value, int) else 0
+        if instruction.name == "SIZE" or isinstance(counted, Unknown):
+            length = COMPUTED
+        if 1 < length <= MOST and not here.members and (not here.lengths or _ends_in_element(operand)):
+            here.lengths[:1] = [max(length, *here.lengths[:1])] if here.lengths else [length]
 
     def _partner(self, program: str, operands: Iterable[Operand]) -> DataType | None:
         """Return REAL if an operand is one, a string or a structure if one is, else None."""

@@ -20,7 +20,7 @@ from ..schedule import Task, TaskKind
 from ..spec import Spec
 from ..stubs import ALL_MESSAGES, NO_STUBS, Power, Stubs, parse_stub
 from ..tags import STATUS_FLAGS, Alias, Declaration, Tag, program_of
-from ..tree import Address, Routine, Step
+from ..tree import Address, Instruction, Routine, Rung, Step
 from ..types import Structure
 from .addons import AddOns
 from .assembly import CALLS, Parts, ProgramPart, call_of, harness_of, without
@@ -34,7 +34,7 @@ from .routines import UNKNOWN, RoutineReader, instruction_names
 from .schedule import tasks_of
 from .scopes import scope_of
 from .unknown import UnknownTypes
-from .uses import all_instructions, called_routines, numbered_instructions, triggered_tasks
+from .uses import all_instructions, called_routines, jumps, labels, numbered_instructions, triggered_tasks
 
 ROUNDS = 30
 """Attempts to build what is left after refusals; each refuses at least one rung."""
@@ -271,6 +271,8 @@ class Importer:
     def _complete_routines(self) -> None:
         """Give programs of a partial export a main routine, and the routines that they call."""
         for part in self._parts.programs.values():
+            for routine in part.routines.values():
+                part.routines[routine.name.upper()] = self._with_labels(part, routine)
             called = {name.upper(): name for name in called_routines(part.routines.values())}
             for key, name in called.items():
                 if key not in {*part.routines, *part.functions} and _PLACE.fullmatch(name):
@@ -278,6 +280,15 @@ class Importer:
                     self.report.declared[rf"\{part.name}.{name}"] = "routine that does nothing"
             if part.main is None:
                 self._main_of(part, called)
+
+    def _with_labels(self, part: ProgramPart, routine: Routine) -> Routine:
+        """Return a routine with the labels at its end to which it jumps and which were not exported."""
+        there = [name.upper() for name in labels([routine])]
+        missing = {name.upper(): name for name in jumps([routine]) if name.upper() not in there}
+        for name in missing.values():
+            self.report.declared[rf"\{part.name}.{routine.name}, label {name}"] = "behind the last rung"
+        rungs = tuple(Rung((Instruction("LBL", (Address(name),)),)) for name in missing.values())
+        return replace(routine, rungs=routine.rungs + rungs) if rungs else routine
 
     def _complete_tasks(self) -> None:
         """Declare the event tasks that a partial export triggers; without tasks all programs run in one."""
@@ -360,7 +371,7 @@ class Importer:
                 return False
             line = record.lines[min(max(number - 1, 0), len(record.lines) - 1)][1] if record.lines else 0
             self._reader.refuse_object(owner, routine, f"line {number}: {text}", line, remedy)
-        elif not found.rungs[number].series:
+        elif number >= len(record.rungs) or not found.rungs[number].series:
             return False
         else:
             self._reader.refuse(owner, routine, number, text, remedy)

@@ -18,6 +18,16 @@ def triggered_tasks(routines: Iterable[Routine]) -> Iterator[str]:
     return _named_first(routines, "EVENT")
 
 
+def jumps(routines: Iterable[Routine]) -> Iterator[str]:
+    """Yield the labels to which routines jump, as they are written."""
+    return _named_first(routines, "JMP")
+
+
+def labels(routines: Iterable[Routine]) -> Iterator[str]:
+    """Yield the labels of routines, as they are written."""
+    return _named_first(routines, "LBL")
+
+
 def _named_first(routines: Iterable[Routine], *instructions: str) -> Iterator[str]:
     """Yield the first operands of instructions, if they are names."""
     for each in all_instructions(routines):

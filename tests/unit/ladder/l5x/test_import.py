@@ -293,3 +293,12 @@ def test_a_type_with_a_member_of_a_type_that_the_file_leaves_out(imported):
     assert found.report.ran == 2
     assert found.report.declared == {"type Inner": "On, Count"}
     assert after(found)["L[1].Count"] == 1
+
+
+def test_rungs_that_jump_to_a_label_that_was_not_exported(imported):
+    text = document(
+        target="Rung", programs=[program("P", ladder("R", "XIC(a)JMP(Out);", "OTE(b);"), main="")]
+    )
+    report = imported(text).report
+    assert (report.refused, report.ran) == ([], 2)
+    assert report.declared[r"\P.R, label Out"] == "behind the last rung"
