@@ -2,8 +2,9 @@
 
     python tests/tools/watch_pictures.py [NAME ...]
 
-Each picture is made of a session that is stepped to one scan, so that it shows the same every time; only fonts
-may differ from machine to machine. Takes Chromium with its driver, selenium, and Pillow (which matplotlib brings).
+A picture is made of a session that is stepped to one scan, so that it shows the same every time; only fonts
+may differ from machine to machine. The film is taken of a session that runs, and keeps its time. It takes
+Chromium with its driver, selenium, and Pillow, which matplotlib brings.
 """
 
 from __future__ import annotations
@@ -13,24 +14,28 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT / "tests" / "support"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from watched_page import Look, open_browser, watching, why_not
 
+ROOT = Path(__file__).parents[2]
 IMAGES = ROOT / "docs" / "images"
 EXAMPLES = ROOT / "examples"
-COLOURS = 128
-"""Of a picture: few enough for a small file, enough for smooth letters."""
+COLOURS, FILM_COLOURS = 128, 128
+"""Of a picture and of the film: few enough for a small file, enough for smooth letters."""
 
-FILM_SCANS, FILM_STEP = 1_760, 40
-"""Scans of the film, a stroke to and fro, and from one of its pictures to the next."""
+LAST_MS = 1500
+"""How long the last picture of the film stays."""
 
-FILM_SIZE = 1080, 640
-PICTURE_MS = 90
+FILM_SIZE, FILM_WIDTH = (1120, 1090), 800
+"""Of the window, and how wide the film is, CSS pixels."""
+
+FILM_FROM_S, FILM_TO_S, FILM_SPEED = 0.3, 5.6, 0.25
+"""Machine time of its start and end, and how fast the rack runs while it is taken."""
 
 
 def stepped(look: Look, rack: Path, scan: int, then: Callable[[], None]) -> None:
@@ -99,28 +104,29 @@ def narrow(look: Look) -> None:
 
 
 def film(look: Look) -> None:
-    """A stroke to and fro, for the README."""
+    """A button, a lamp, home, and the first stations, for the README."""
+    from PIL import Image
+
     look.look(*FILM_SIZE)
-
-    def then() -> None:
-        frames = []
-        look.run("document.querySelector('#strip details').parentElement.hidden = true")
-        for scan in range(2_360, 2_360 + FILM_SCANS, FILM_STEP):
-            look.step(FILM_STEP)
-            look.until_scan(scan + FILM_STEP, "paused")
-            frames.append(picture(look).resize((900, 900 * FILM_SIZE[1] // FILM_SIZE[0]), reducing_gap=3))
-        palette = frames[0].quantize(64)
-        small = [frame.quantize(palette=palette, dither=0) for frame in frames]
-        small[0].save(
-            IMAGES / "watch.gif",
-            save_all=True,
-            append_images=small[1:],
-            duration=PICTURE_MS,
-            loop=0,
-            optimize=True,
-        )
-
-    stepped(look, EXAMPLES / "feeder" / "feeder.toml", 2_360, then)
+    rack = EXAMPLES / "three_stations_panel" / "line.toml"
+    taken: list[tuple[float, Image.Image]] = []
+    with watching(rack, "--paused", "--speed", FILM_SPEED) as session:
+        look.open(session.link, paused=True)
+        look.step(1)
+        look.until_there("svg.rung")
+        look.press("Go on")
+        now_s = 0.0
+        while now_s < FILM_TO_S:
+            now_s = int(look.handle("time-ns") or 0) / 1e9
+            if now_s > FILM_FROM_S:
+                taken.append((now_s, picture(look)))
+    size = FILM_WIDTH, FILM_WIDTH * FILM_SIZE[1] // FILM_SIZE[0]
+    small = [image.resize(size, Image.Resampling.LANCZOS) for _, image in taken]
+    palette = small[len(small) // 2].quantize(FILM_COLOURS, Image.Quantize.MAXCOVERAGE)
+    drawn = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in small]
+    times = [time_s for time_s, _ in taken]
+    lasts = [round(100 * (after - each)) * 10 for each, after in pairwise(times)] + [LAST_MS]
+    drawn[0].save(IMAGES / "watch.gif", save_all=True, append_images=drawn[1:], duration=lasts, loop=0)
 
 
 PICTURES: dict[str, Callable[[Look], None]] = {
@@ -132,11 +138,10 @@ PICTURES: dict[str, Callable[[Look], None]] = {
 }
 
 
-def main(wanted: list[str]) -> int:
+def main(wanted: list[str]) -> None:
     missing = why_not()
     if missing is not None:
-        print(missing, file=sys.stderr)
-        return 1
+        sys.exit(missing)
     with tempfile.TemporaryDirectory() as profile:
         browser = open_browser(Path(profile))
         try:
@@ -146,9 +151,8 @@ def main(wanted: list[str]) -> int:
         finally:
             browser.quit()
     for file in sorted(IMAGES.glob("watch*")):
-        print(f"{file.relative_to(ROOT)}: {file.stat().st_size // 1000} kB")
-    return 0
+        sys.stdout.write(f"{file.relative_to(ROOT)}: {file.stat().st_size // 1000} kB\n")
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    main(sys.argv[1:])

@@ -32,6 +32,9 @@ from .timeline import Timeline
 
 Json = dict[str, Any]
 
+ENVELOPE_ROWS, ENVELOPE_MOST = 16, 128
+"""Rows that a point of a position stands for in a frame, and most points: a fast rack has many rows."""
+
 STRIP_FIRST = 2048
 """Rows that the first strip of a page begins with."""
 
@@ -254,7 +257,7 @@ class Monitor(ABC):
         before = rows[:0] if first else recent.since(max(place - 1, recent.begin))[:1]
         parts = {
             "strip": edges(rows, before, self.subject.signals),
-            "env": envelopes(rows, self.subject.signals),
+            "env": envelopes(rows, self.subject.signals, min(-(-len(rows) // ENVELOPE_ROWS), ENVELOPE_MOST)),
         }
         return {name: part for name, part in parts.items() if part}
 

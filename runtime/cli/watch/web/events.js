@@ -16,13 +16,15 @@ onHello(() => {
 
 onPaint(({ events }) => {
   if (!events?.length) return;
-  const rows = events.slice(-MOST).map(row).reverse();
-  list.prepend(...rows);
+  for (const event of events.slice(-MOST)) {
+    if (event.name === "step" && list.firstChild?.dataset.event === "step") list.firstChild.remove(); // one row for many steps
+    list.prepend(row(event));
+  }
   while (list.children.length > MOST) list.lastChild.remove();
 });
 
-function row({ scan, t, slot, text, kind }) {
-  return el("li", { "data-kind": kind, "data-scan": scan },
+function row({ scan, t, slot, text, kind, name }) {
+  return el("li", { "data-kind": kind, "data-event": name, "data-scan": scan },
     el("button", { type: "button", title: `Look at scan ${scan}`, click: () => lookAt(scan) },
       el("time", { class: "figure" }, clock(t)), el("span", { class: "what" }, slot && run.hello.slots.length > 1 ? `${slot}: ${text}` : text)));
 }

@@ -66,11 +66,11 @@ let asked = "";
 
 // Asks for the strip around a scan of the past.
 async function look() {
-  const [from, to] = view().map(Math.round), wish = `${from} ${to}`;
+  const [from, to] = view().map(time => Math.max(Math.round(time / run.hello.period_ns), 0)), wish = `${from} ${to}`;
   if (wish === asked) return;
-  asked = wish;
+  asked = wish; // the scans in view
   try {
-    const answer = await ask("window", { from: Math.max(from, 0), to, signals: live.names });
+    const answer = await ask("window", { from, to, signals: live.names });
     if (wish !== asked) return;
     past = new Lanes(live.order);
     past.take(answer);
@@ -96,11 +96,12 @@ function draw() {
   const shown = lanes(), names = drawn(), curves = [...(shown.curves.size ? shown : live).curves.keys()];
   const wide = canvas.clientWidth, high = TOP + curves.length * CURVE + Math.max(names.length, LEAST_LANES) * LANE + AXIS;
   if (!wide) return;
+  const newest = run.range ? run.range[1] * run.hello.period_ns : Infinity;
   const to = pen(canvas, wide, high), left = wide < 600 ? 96 : 168, [from, end] = view();
   const x = time => left + (time - from) / (end - from) * (wide - left - 8);
   grid(to, x, from, end, high);
   curves.forEach((name, place) => curve(to, shown.points(name, from, end), name, x, TOP + place * CURVE, left));
-  names.forEach((name, place) => lane(to, shown.stretches(name, from, end), name, x, TOP + curves.length * CURVE + place * LANE, left));
+  names.forEach((name, place) => lane(to, shown.stretches(name, from, Math.min(end, newest)), name, x, TOP + curves.length * CURVE + place * LANE, left));
   const now = x(run.t ?? 0);
   to.line(now, 0, now, high - AXIS, run.state === "past" ? colours.mark : colours.edge, run.state === "past" ? 1.5 : 1);
 }

@@ -4,7 +4,7 @@ import { at, el, heading, setText } from "./dom.js";
 import { inRadix } from "./format.js";
 import { select } from "./selection.js";
 import { onHello, onPaint, run } from "./state.js";
-import { give, place } from "./values.js";
+import { give, place, valueOf } from "./values.js";
 
 let slots = new Map(); // number -> { bits, words, values }
 
@@ -75,7 +75,7 @@ function paint(changes) {
   for (const [number, values] of Object.entries(changes.values ?? {})) {
     for (const [name, value] of Object.entries(values)) give(`${number}.${name}`, value);
   }
-  if (changes.rules) paintRules(changes.rules);
+  if (changes.rules || (changes.words && run.rules?.length)) paintRules();
 }
 
 const signed = word => (word & 0x8000 ? word - 0x10000 : word);
@@ -88,11 +88,13 @@ function paintSlot(slot, words) {
   words.forEach((word, place) => give(nameOfWord(slot, place >= ins, place >= ins ? place - ins : place), signed(word)));
 }
 
-function paintRules(rules) {
+// Shows the rules that have set the bits that are on.
+function paintRules() {
   for (const node of document.querySelectorAll("[data-rule]")) {
-    const fired = rules.filter(rule => String(rule.slot) === node.dataset.rule);
-    node.hidden = !fired.length;
-    setText(node, fired.map(rule => `⚠ ${[rule.rule, rule.section].filter(Boolean).join(", ")}: ${rule.text}`).join("\n"));
+    const fired = (run.rules ?? []).filter(rule => String(rule.slot) === node.dataset.rule && valueOf(`${rule.slot}.${rule.bit}`));
+    const said = new Set(fired.map(rule => `⚠ ${rule.bit}: ${rule.text} [${[rule.rule, rule.section].filter(Boolean).join(", ")}]`));
+    node.hidden = !said.size;
+    setText(node, [...said].join("\n"));
   }
 }
 
