@@ -185,6 +185,8 @@ def test_compared_with_another_program_the_first_difference_is_found(rack, trace
     assert invoke("run", rack, "--record", other, "-q").exit_code == 0
     result = invoke("compare", trace, other)
     assert (result.exit_code, "first in scan 50" in result.stdout) == (1, True)
+    waits = "axis.move_to(400) from scan 50 on / axis.move_to(500) from scan 50 on"
+    assert f"sequence cycle: {waits}" in result.stdout.splitlines()
     assert "slot1.out.target" in result.stdout
 
 
@@ -205,6 +207,16 @@ class Line(Logic):
     def every_scan(self) -> None:
         self.lamp = self.start
 """
+
+
+def test_moved_lines_are_no_difference(rack, trace, tmp_path):
+    other = tmp_path / "other.mcap"
+    (tmp_path / "line.py").write_text(f"# a comment\n{PROGRAM}", encoding="utf-8")
+    assert invoke("run", rack, "--record", other, "-q").exit_code == 0
+    result = invoke("compare", trace, other)
+    assert (result.exit_code, "sequence" in result.stdout) == (0, False)
+
+
 CARD = """
 [[slot]]
 number = 2

@@ -18,6 +18,7 @@ from .exactly import exactly
 from .fields import all_fields
 from .findings import Findings
 from .reading import Progress, read_parts
+from .sequenced import Difference, differing_sequences
 from .streaming import Stream, keyed_by_number, keyed_by_time
 from .tagged import CommonTags
 from .tolerance import EXACT, Tolerance
@@ -40,6 +41,7 @@ class Comparison:
         heads: entries of the metadata that differ: name, in the first trace, in the second.
         tolerance: what was allowed to differ.
         aligned: whether their clocks were brought together.
+        sequences: sequences of the programs that wait otherwise: name, first step that differs in either.
     """
 
     first: First | None
@@ -54,13 +56,14 @@ class Comparison:
     heads: tuple[tuple[str, str, str], ...]
     tolerance: Tolerance
     aligned: bool = False
+    sequences: tuple[Difference, ...] = ()
 
     @property
     def same(self) -> bool:
         """Whether both show the same: every scan, in the slots of both, and no more of them in one.
 
-        Metadata may differ: the same images from another program are the same images. Traces whose
-        clocks were brought together need not begin and end together.
+        Metadata and sequences may differ: the same images from another program are the same images.
+        Traces whose clocks were brought together need not begin and end together.
         """
         if self.first is not None or self.slots_only_a or self.slots_only_b:
             return False
@@ -103,6 +106,8 @@ def compare(
         heads=_heads(one, other) + _tags_of_one(tags),
         tags=tags,
     )
+    exact = tolerance.exact and clock == SAME_CLOCK
+    found = replace(found, sequences=differing_sequences(one, other, exact=exact))
     if found.first is None:
         return found
     slots = {detail.slot for detail in found.first.details}

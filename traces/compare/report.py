@@ -156,6 +156,8 @@ def _beside(found: Comparison, names: Names) -> Iterator[str]:
             yield f"only in {name}: {only:,} scan{'s' * (only != 1)}"
         if slots:
             yield f"only in {name}: slot {', '.join(map(str, slots))}"
+    for name, a, b in found.sequences:
+        yield f"sequence {name}: {a} / {b}"
     for name, a, b in found.heads:
         yield f"{name}: {_short(a)} / {_short(b)}"
 
