@@ -205,7 +205,8 @@ class Line(Logic):
         await self.axis.configure()
 
     def every_scan(self) -> None:
-        self.lamp = self.start
+        if self.start and not self.lamp:
+            self.lamp = self.start
 """
 
 
@@ -229,7 +230,8 @@ def test_what_an_axis_reads_is_not_what_the_line_has_read(rack, tmp_path):
     (tmp_path / "line.py").write_text(LAMP, encoding="utf-8")
     rack.write_text(RACK + CARD, encoding="utf-8")
     assert invoke("why", rack, "lamp", "--at", "52").stdout.splitlines() == [
-        "after 53 scans, 0.104 s: lamp is 1 since scan 50 (0.1 s): line.py:16 in every_scan",
+        "after 53 scans, 0.104 s: lamp is 1 since scan 50 (0.1 s): line.py:17 in every_scan",
         "    self.lamp = self.start",
+        "  inside of if self.start and not self.lamp [self.start = True, self.lamp = False]",
         "  read before it in that scan: slot 1: IN_CAPTURE 1",
     ]

@@ -19,6 +19,7 @@ from pathlib import Path
 from types import FrameType, MemberDescriptorType
 from typing import Any
 
+from ....ladder.sequences import Input, InputWord, Output
 from ...loop.faults import is_the_users
 
 PLAIN = bool, int, float, str, type(None), Enum
@@ -112,8 +113,8 @@ def values_of(names: tuple[str, ...], frame: FrameType) -> dict[str, str]:
     for name in names:
         try:
             value = _value(name.split("."), frame)
-        except (AttributeError, LookupError):
-            continue
+        except (AttributeError, LookupError, TypeError, ValueError):
+            continue  # it has no value here, or none that can be read without the program's code
         if isinstance(value, PLAIN):
             found[name] = _shown(value)
     return found
@@ -130,7 +131,7 @@ def _value(parts: list[str], frame: FrameType) -> object:
     value: object = spaces[first]
     for name in rest:
         value = _attribute(value, name)
-    return value
+    return value.read() if isinstance(value, Input) else value
 
 
 def _attribute(value: object, name: str) -> object:
@@ -140,6 +141,8 @@ def _attribute(value: object, name: str) -> object:
     found = inspect.getattr_static(value, name)
     if isinstance(found, MemberDescriptorType):
         return found.__get__(value)
+    if isinstance(found, Output | InputWord):
+        return found.__get__(value, type(value))
     if isinstance(found, property):
         file = getattr(getattr(found.fget, "__code__", None), "co_filename", "")
         if not file or is_the_users(file):
