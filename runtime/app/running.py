@@ -100,11 +100,22 @@ class JobRun:
         self.cpu = build_cpu(job.spec, self.logic, self.rack, listeners=heard, pacer=self._pacer)
         if isinstance(self.logic, Debugger):
             tell_cpu(self.logic, self.cpu)
+        self._edits = 0
         self.repeated: Repeated | None = None
         if orders is not None:
             self.repeated = Repeated(self.cpu, self.hands, orders)
             self.cpu.add_listener(self.repeated)
             self.repeated.begin()
+
+    @property
+    def edits(self) -> int:
+        """How often the program was edited while it ran."""
+        return len(self.logic.edits) if isinstance(self.logic, Debugger) else self._edits
+
+    def use(self, logic: Logic) -> None:
+        """Go on with another program that is no ladder program, from the next scan on."""
+        self.logic = self.cpu.program = logic
+        self._edits += 1
 
     @property
     def hands(self) -> Hands:

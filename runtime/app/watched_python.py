@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
 from types import CodeType
+from typing import Any
 
 from ..loop.pace import wall_ns
 from ..loop.scan import Logic
@@ -29,22 +30,23 @@ class PythonNotes:
     """Tells a monitor of the values of a program in Python; see `runtime.live.tap.Notes`.
 
     Args:
-        logic: the program.
+        logic: returns the program; another one after an edit.
         patterns: the values that the rack file records; all if it names none.
         tell: takes messages for the monitor.
     """
 
     def __init__(
-        self, logic: Logic, patterns: Sequence[str], tell: Callable[[Mapping[str, object]], None]
+        self,
+        logic: Callable[[], Logic],
+        patterns: Sequence[str],
+        tell: Callable[[Mapping[str, object]], object],
     ) -> None:
         self._tell, self._patterns = tell, patterns or ALL
         self._codes: dict[str, CodeType] = {}
         self._known: dict[str, object] = {}
         self._due_ns = self._looks = 0
-        try:
-            self._namespace = namespace_of(logic)
-        except ValueError:
-            self._namespace = {}  # a kind of program that keeps nothing
+        self._logic = logic
+        self._namespace: dict[str, Any] = {}
 
     def note(self, scan: int) -> None:
         """Tell of values that have changed, at times."""
@@ -56,14 +58,16 @@ class PythonNotes:
     def give(self, scan: int) -> None:
         """Tell of all values."""
         self._known = {}
+        self._looks = 0
         self._look(scan - 1)
 
     def _find(self) -> None:
         """Find the values that there are now: a program may make them while it runs."""
         try:
+            self._namespace = namespace_of(self._logic())
             found = named_values(self._namespace, self._patterns)[:MOST]
         except ValueError:
-            return
+            return  # it keeps nothing, as yet
         self._codes = {each.name: compile(each.name, "<watched>", "eval") for each in found}
 
     def _look(self, scan: int) -> None:

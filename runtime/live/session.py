@@ -90,13 +90,15 @@ class Session:
         tell: takes messages for the monitor: an answer, or the state.
         stops: the program, if it can have breakpoints.
         live: there are real ports: no pause, step or speed.
-        reload: loads the program again and goes on with it; None if that can't be.
+        reload: loads the program again, and hands it over when that is done; None if that can't be.
 
     Attributes:
         state: what a monitor shows.
         over: whether the session has been ended.
         branch: the scan from which another session is to begin; None if none is.
         attend: serves the monitor during a pause.
+        give: gives the monitor the values of the program.
+        takeover: goes on with an edited program; called once, between two scans; False for a mistake.
     """
 
     def __init__(
@@ -117,6 +119,8 @@ class Session:
         self.state = State(speed=pacer.speed)
         self.over = False
         self.attend: Callable[[], None] = lambda: None
+        self.give: Callable[[], None] = lambda: None
+        self.takeover: Callable[[int], bool] | None = None
         self.branch: int | None = None
         self._repeats = 0
         self._until: int | None = None
@@ -219,6 +223,8 @@ class Session:
             at_ns: virtual time of the next scan.
             scan: its number.
         """
+        if self.takeover is not None and scan >= self._repeats:
+            self._take_over(at_ns)
         while scan >= self._repeats and self._inbox.pending:
             number: object = None
             try:
@@ -232,6 +238,20 @@ class Session:
                 self._tell({"answer": {"id": number, "refused": text}})
             else:
                 self._tell({"answer": {"id": number, "ok": True, "scan": scan}})
+
+    def _take_over(self, at_ns: int) -> None:
+        """Go on with an edited program; what is wrong with it now is told."""
+        takeover, self.takeover = self.takeover, None
+        assert takeover is not None
+        try:
+            if not takeover(at_ns):
+                return
+        except Exception as error:  # the program that runs goes on, whatever is wrong with the other one
+            self._tell({"mistake": {"text": str(error), "file": "", "line": None}})
+            return
+        self.state.breakpoints, self.state.met = [], []
+        self._show()
+        self.give()
 
     def obey(self, order: Order, at_ns: int, scan: int) -> None:
         """Carry out an order.
@@ -334,7 +354,6 @@ class Session:
         if self._reload is None:
             raise ValueError("this program can't be edited while it runs")
         self._reload()
-        self.state.breakpoints, self.state.met = [], []
 
     def _refuse_if_live(self, what: str) -> None:
         if self._live:

@@ -69,7 +69,7 @@ class Tap:
         self.notes: Notes = NoNotes()
         self._latest: tuple[int, ...] = (0,) * ring.shape.figures
         self._due_ns = 0
-        self._seen_asked = 0
+        self._seen_asked = self._next = 0
         self._forces: Mapping[str, JsonValue] = {}
         self._last: tuple[int, int, int] | None = None
 
@@ -89,6 +89,7 @@ class Tap:
         self.notes.note(scan)
         if self._ring.asked != self._seen_asked:
             self._give(scan + 1)
+        self._next = scan + 1
         session = self.session
         session.look()
         session.obey_all(now_ns + self._period_ns, scan + 1)
@@ -105,6 +106,10 @@ class Tap:
             self.notes.give(self.session.scan)
         if self._ring.asked != self._seen_asked:
             self._give(None)
+
+    def give(self) -> None:
+        """Give the monitor the values in front of the next scan."""
+        self._give(self._next)
 
     def _give(self, scan: int | None) -> None:
         self._seen_asked = self._ring.asked

@@ -36,6 +36,7 @@ from ...loop.realtime import frozen_collector
 from ..run import complain_of_fault
 from ..status import BAD_INPUT, CANNOT_WRITE, DONE, INTERRUPTED, complain, reason
 from ..terminal import say
+from .editor import Editor, Takeover
 from .keeper import Keeper
 from .monitor import About
 from .session_monitor import Setup
@@ -141,7 +142,7 @@ class _Play:
                 if start.orders is None:
                     for each in job.warnings:
                         complain(each)
-                session = self._session(run, job, pacer, trace, start)
+                session = self._session(run, job, pacer, trace, start, ports)
                 status = self._run(run, session, start)
             if session.branch is None:
                 return status
@@ -158,7 +159,9 @@ class _Play:
             return _free(self._folder / "session.mcap")
         return kept if start.orders is None else _free(kept.with_name(f"{kept.stem}-{start.scan}.mcap"))
 
-    def _session(self, run: JobRun, job: Job, pacer: Paced, trace: Path, start: Start) -> Session:
+    def _session(
+        self, run: JobRun, job: Job, pacer: Paced, trace: Path, start: Start, ports: ExitStack
+    ) -> Session:
         """Put a session around a run, and let the monitor know."""
         figures = MachineFigures(run.rack)
         if self._ring is None:
@@ -172,8 +175,25 @@ class _Play:
         hands = run.hands
         if start.orders is not None:
             hands.given.extend(start.orders)
-        session = Session(run.cpu, hands, pacer, self._inbox, tap.tell, stops=program, live=self._wanted.live)
-        tap.session, session.attend = session, tap.attend
+        session: Session
+
+        def hand_over(takeover: Takeover) -> None:
+            session.takeover = takeover
+
+        editor = Editor(job, self._wanted.rack, run, hand_over, tap.tell)
+        session = Session(
+            run.cpu,
+            hands,
+            pacer,
+            self._inbox,
+            tap.tell,
+            stops=program,
+            live=self._wanted.live,
+            reload=editor.load,
+        )
+        editor.start()
+        ports.callback(editor.end)
+        tap.session, session.attend, session.give = session, tap.attend, tap.give
         if start.orders is not None:
             self._tell_branch(tap, trace, start)
         run.cpu.add_listener(watching(tap, run.logic))
@@ -268,4 +288,4 @@ def _notes(run: JobRun, job: Job, ring: Ring, tap: Tap) -> Notes:
     """Return what tells the monitor of the program."""
     if isinstance(run.logic, Debugger):
         return LadderNotes(run.logic, ring.snapshots)
-    return PythonNotes(run.logic, job.spec.tags, tap.tell)
+    return PythonNotes(lambda: run.logic, job.spec.tags, tap.tell)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import pickle
 from collections.abc import Callable, Mapping
@@ -20,6 +21,7 @@ from ...app.repeating import orders_of
 from ...live.orders import ORDERS, order_of, said_of
 from ...live.ring import Ring, Row, Shape
 from ...loop.scan import ScanFlag
+from .catalog import NOTHING_SHOWN
 from .indexer import SLICE, Indexer
 from .monitor import About, Monitor, Subject
 from .page import Page
@@ -80,6 +82,7 @@ class SessionMonitor(Monitor):
         self._orders = 0
         self._asked: dict[int, tuple[Page, object]] = {}
         self._row: Row | None = None
+        self._mistake: Json | None = None
         self._indexer: Indexer | None = None
         self._indexed = False
         self._index_to = 0
@@ -108,6 +111,8 @@ class SessionMonitor(Monitor):
     @override
     def join(self, page: Page) -> None:
         super().join(page)
+        if self._mistake is not None:
+            page.send({"mistake": self._mistake})
         if self._setup.started:
             page.send({"note": "The monitor was started again; the scans went on without it."})
 
@@ -124,8 +129,8 @@ class SessionMonitor(Monitor):
         if len(taken.rows):
             self._row = taken.rows[-1]
             self._reached = speed_reached(self.subject.recent.rows[-SPEED_ROWS:])
-        self._take_notes()
         self._take_messages()
+        self._take_notes()
         for page in self.pages:
             page.due.set()
         return self._index()
@@ -161,6 +166,30 @@ class SessionMonitor(Monitor):
 
     def _take_state(self, state: Json) -> None:
         self._session = state
+
+    def _take_edit(self, told: Json) -> None:
+        """Show the edited program; scans of before ran another one, and have no power any more."""
+        subject = self.subject
+        if isinstance(subject.logic, LadderLogic):
+            job = load_job(self.about.path)
+            now = hashlib.sha256(job.program.read_bytes()).hexdigest()
+            if now != told["sha256"] or not isinstance(job.logic, LadderLogic):
+                return  # it has been saved again meanwhile: the next edit is on its way
+            subject.use(job.logic)
+            subject.kept.clear(told["edits"])
+            self._indexed, self._indexer = True, None
+        else:
+            subject.values.clear()
+        self._mistake = None
+        for page in self.pages:
+            page.send({"edited": {key: told[key] for key in ("text", "new", "changed", "dropped")}})
+            page.show(NOTHING_SHOWN)
+            self.greet(page)
+
+    def _take_mistake(self, told: Json | None) -> None:
+        self._mistake = told
+        for page in self.pages:
+            page.send({"mistake": told})
 
     def _take_branch(self, told: Json) -> None:
         """Begin anew: the rack runs another way from a past scan on."""
@@ -240,12 +269,14 @@ class SessionMonitor(Monitor):
         self._ring.orders += 1
 
 
-_TAKE: Mapping[str, Callable[[SessionMonitor, Json], None]] = {
+_TAKE: Mapping[str, Callable[[SessionMonitor, Any], None]] = {
     "event": SessionMonitor._take_event,
     "answer": SessionMonitor._take_answer,
     "state": SessionMonitor._take_state,
     "forces": SessionMonitor._take_forces,
     "values": SessionMonitor._take_values,
     "branch": SessionMonitor._take_branch,
+    "edited": SessionMonitor._take_edit,
+    "mistake": SessionMonitor._take_mistake,
 }
 """Messages of the scan process by their key."""

@@ -50,9 +50,9 @@ class Kept:
     def __init__(self) -> None:
         self.clear()
 
-    def clear(self) -> None:
-        """Forget all: another session begins."""
-        self.edits = 0
+    def clear(self, edits: int = 0) -> None:
+        """Forget all: another session begins, or the program has been edited so often."""
+        self.edits = edits
         self.scans: list[int] = []
         self._values: list[bytes] = []
         self.inputs: dict[int, Inputs] = {}
@@ -241,7 +241,9 @@ class Shadow:
         if known is not None:
             engine.hold(known.forces)
             engine.outside = tuple(
-                (self._leaves[ident], index, value) for ident, index, value in known.writes
+                (self._leaves[ident], index, value)
+                for ident, index, value in known.writes
+                if ident in self._leaves  # not so of a program that was edited since
             )
         if "logic" in IDLE_PHASES[CpuMode(flags & MODE_MASK)]:
             return False

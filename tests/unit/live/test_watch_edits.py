@@ -1,0 +1,102 @@
+"""Edits while a rack runs: values kept, mistakes shown at their line, the page told.
+
+Broken on purpose: a mistake that ends the session, an edit that is not announced: a test turns red.
+"""
+
+import asyncio
+import shutil
+
+import pytest
+from scanrack.traces.reader import open_trace
+from watching import FEEDER, page_of, watched
+
+
+@pytest.fixture
+def feeder(tmp_path):
+    for name in ("feeder.toml", "feeder.rung"):
+        shutil.copy(FEEDER.parent / name, tmp_path / name)
+    return tmp_path
+
+
+async def told(page, key):
+    """Wait for a message with a key; return what it says."""
+    while True:
+        message = await page.hear()
+        if key in message:
+            return message[key]
+
+
+def edited(folder, old, new):
+    path = folder / "feeder.rung"
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+
+
+def test_a_saved_program_goes_on_with_its_values(feeder):
+    record = feeder / "session.mcap"
+
+    async def edit(session):
+        async with page_of(session) as page:
+            await page.ask("watch", tags=["Strokes.ACC"])
+            await page.until(lambda seen: seen.frame.get("tags", {}).get("Strokes.ACC", 0) >= 1)
+            strokes = page.frame["tags"]["Strokes.ACC"]
+            edited(feeder, "TAG Trouble : BOOL", "TAG Trouble : BOOL\nTAG Brand : DINT := 7")
+            news = await told(page, "edited")
+            await told(page, "hello")
+            assert (await page.ask("watch", tags=["Strokes.ACC", "Brand"]))["unknown"] == []
+            await page.until(lambda seen: seen.frame.get("tags", {}).get("Brand") == 7)
+            assert page.frame["tags"]["Strokes.ACC"] >= strokes
+            await page.ask("show", routine="Main", columns=88)
+            await page.until(lambda seen: seen.frame.get("power", {}).get("Main.0") == "111")
+            return news
+
+    with watched("--record", record, "--speed", "10", rack=feeder / "feeder.toml") as session:
+        news = asyncio.run(edit(session))
+    assert news["new"] == ["Brand"]
+    assert "tags keep their values; new: Brand" in news["text"]
+    with open_trace(record) as trace:
+        (event,) = [each for each in trace.events() if each.fields.get("kind") == "edit"]
+    assert event.fields["new"] == ["Brand"]
+
+
+def test_a_mistake_is_shown_at_its_line_and_the_program_goes_on(feeder):
+    async def edit(session):
+        async with page_of(session) as page:
+            await page.until(lambda seen: seen.frame.get("scan", 0) > 100)
+            edited(feeder, "EQU(Axis.State,6)OTE(Trouble);", "EQU(Axis.State,6)OTE(Truble);")
+            mistake = await told(page, "mistake")
+            begun = page.frame["scan"]
+            await page.until(lambda seen: seen.frame["scan"] > begun + 200)
+            assert page.frame["mode"] == "run"
+            edited(feeder, "OTE(Truble);", "OTE(Trouble);")
+            await told(page, "edited")
+            return mistake
+
+    with watched(rack=feeder / "feeder.toml") as session:
+        mistake = asyncio.run(edit(session))
+    assert "Truble" in mistake["text"]
+    assert mistake["file"] == "feeder.rung"
+
+
+def test_a_python_program_begins_anew_and_says_so(tmp_path):
+    (tmp_path / "rack.toml").write_text(
+        'program = "count.py"\nscan_ms = 2\n[[slot]]\nnumber = 1\nmodule = "amci3601"\nfirmware = "4.1"\n'
+    )
+    program = tmp_path / "count.py"
+    text = (
+        "class State:\n    count: int = 0\n\n\nstate = State()\n\n\ndef logic(scan):\n    state.count += 1\n"
+    )
+    program.write_text(text)
+
+    async def edit(session):
+        async with page_of(session) as page:
+            await page.until(lambda seen: seen.frame.get("tags", {}).get("state.count", 0) > 500)
+            program.write_text(text.replace("+= 1", "-= 1"))
+            news = await told(page, "edited")
+            await page.until(lambda seen: seen.frame.get("tags", {}).get("state.count", 0) < -5)
+            return news
+
+    with watched(rack=tmp_path / "rack.toml") as session:
+        news = asyncio.run(edit(session))
+    assert "count.py is loaded anew: the objects of its module begin again" in news["text"]
