@@ -6,18 +6,29 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from ..addon import AddOn, Way
+from ..addon import AddOn
 from ..controller import Controller
 from ..errors import LadderError
 from ..schedule import Task
 from ..stubs import Stub, Stubs
 from ..tags import Alias, Declaration, Tag
 from ..tree import Address, BitStep, Instruction, MemberStep, Routine, Rung, SubscriptStep, number
-from ..types import INT, DataType, Structure
+from ..types import DINT, INT, DataType, Structure
 from .report import Report
 
 CALLS = "scanrack_calls"
 """Name of the routine that calls the routines of an export that has no main routine."""
+
+CLEARS = "scanrack_clears"
+"""Name of the fault routine of programs without one, in a trial that goes on after a fault."""
+
+FAULT_RECORD = 11
+"""Words of a MajorFaultRecord [1756-PM014]."""
+
+MOST_MADE = 256
+"""Elements of an array that is made for an add-on instruction."""
+
+_ZEROS, _INSTANCE, _ARGUMENT = "scanrack_zeros", "scanrack_instance", "scanrack_argument"
 
 
 @dataclass(slots=True)
@@ -40,10 +51,18 @@ class ProgramPart:
     routines: dict[str, Routine] = field(default_factory=dict)
     functions: dict[str, Callable[..., Any]] = field(default_factory=dict)
 
-    def drop(self, routine: str, place: int) -> None:
-        """Leave an empty rung in place of a refused one."""
-        old = self.routines[routine.upper()]
-        self.routines[routine.upper()] = without(old, place)
+    def with_fault_routine(self) -> ProgramPart:
+        """Return the same program with a routine that clears its major faults."""
+        zeros = Address(_ZEROS, (SubscriptStep((number(0),)),))
+        record = (Address("Program"), Address("THIS"), Address("MajorFaultRecord"), zeros)
+        routine = Routine(CLEARS, (Rung((Instruction("SSV", record),)),))
+        return replace(
+            self,
+            fault=CLEARS,
+            declarations=[*self.declarations, Tag(_ZEROS, DINT, (FAULT_RECORD,))],
+            routines={**self.routines, CLEARS.upper(): routine},
+            main=self.main or next(iter(self.routines.values())).name if self.routines else self.main,
+        )
 
 
 @dataclass(slots=True)
@@ -93,6 +112,13 @@ class Parts:
         """Return type and dimensions of the operands of an add-on instruction; none for another one."""
         definition = self.add_ons.get(name.upper())
         return definition.operand_types if definition is not None else ()
+
+    def with_fault_routines(self) -> Parts:
+        """Return the same, with a fault routine that clears the fault in every program without one."""
+        programs = {
+            name: each if each.fault else each.with_fault_routine() for name, each in self.programs.items()
+        }
+        return replace(self, programs=programs, _indexes={})
 
     def known(self, program: str, address: Address) -> DataType | None:
         """Return the type of a declared address in a program, None if it is not declared."""
@@ -167,25 +193,23 @@ def without(routine: Routine, place: int) -> Routine:
     return replace(routine, rungs=tuple(rungs))
 
 
-def harness_of(parts: Parts, name: str = "AddOns") -> Parts:
-    """Return a controller that calls every add-on instruction once, with tags made for it."""
-    program = ProgramPart(name)
-    rungs = []
-    for place, definition in enumerate(parts.add_ons.values()):
-        instance = f"instance_{place}"
-        program.declarations.append(Tag(instance, definition.structure))
-        operands = [Address(instance)]
-        for number_, each in enumerate(definition.required):
-            argument = f"argument_{place}_{number_}"
-            dims = each.dims
-            if each.way is Way.INOUT:
-                wanted = next(tag for tag in definition.inouts if tag.name == each.name)
-                dims = tuple(min(length, 256) for length in wanted.dims)
-            program.declarations.append(Tag(argument, each.type, dims))
-            operands.append(Address(argument))
-        rungs.append(Rung((Instruction(definition.name, tuple(operands)),)))
-    program.routines["MAIN"] = Routine("Main", tuple(rungs))
-    return Parts(parts.name, [], {name.upper(): program}, [], parts.add_ons, parts.stubs)
+def harness_of(parts: Parts) -> Parts:
+    """Return a controller that calls every add-on instruction once: one program each, of its name."""
+    programs: dict[str, ProgramPart] = {}
+    for key, definition in parts.add_ons.items():
+        part = programs[key] = ProgramPart(
+            definition.name, declarations=[Tag(_INSTANCE, definition.structure)]
+        )
+        operands = [Address(_INSTANCE)]
+        lengths = {each.name: each.dims for each in definition.inouts}
+        for place, each in enumerate(definition.required):
+            name = f"{_ARGUMENT}{place}"
+            dims = lengths.get(each.name, each.dims)
+            part.declarations.append(Tag(name, each.type, tuple(min(length, MOST_MADE) for length in dims)))
+            operands.append(Address(name))
+        rung = Rung((Instruction(definition.name, tuple(operands)),))
+        part.routines["MAIN"] = Routine("Main", (rung,))
+    return Parts(parts.name, [], programs, [], parts.add_ons, parts.stubs)
 
 
 def call_of(routine: Routine) -> Rung:

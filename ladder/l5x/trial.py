@@ -8,7 +8,7 @@ no task runs, and add-on instructions, run in controllers of their own.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from ..controller import Controller
@@ -16,6 +16,7 @@ from ..engine import Engine
 from ..errors import WATCHDOG_TYPE, LadderFault
 from ..memory import same
 from ..runnable import LadderLogic
+from ..schedule import Task
 from .assembly import Parts, harness_of
 from .importer import Imported, implicit_task
 
@@ -27,54 +28,49 @@ def run_trial(imported: Imported, scans: int = SCANS) -> None:
     """Run what was imported; count in its report the rungs that ran, and note faults and differences."""
     parts, report = imported.parts, imported.report
     if imported.controller is not None:
-        run = [name for task in parts.tasks for name in task.programs]
-        scheduled = [name for name in run if name.upper() in parts.programs]
-        others = [each.name for each in parts.programs.values() if each.name not in scheduled]
-        if not parts.tasks:
-            scheduled, others = others, []
-        for names, controller in ((scheduled, imported.controller), (others, None)):
-            if names:
-                _programs(imported, names, controller, scans)
+        tasks = parts.tasks or implicit_task([each.name for each in parts.programs.values()])
+        run = {name.upper() for task in tasks for name in task.programs}
+        others = [each.name for name, each in parts.programs.items() if name not in run]
+        _run(imported, parts, tasks, imported.controller, scans)
+        if others:
+            _run(imported, parts, implicit_task(others), None, scans)
     if parts.add_ons:
-        _add_ons(imported, scans)
+        harness = harness_of(parts)
+        _run(imported, harness, implicit_task([each.name for each in harness.programs.values()]), None, scans)
     report.ran = min(report.ran, report.imported)
 
 
-def _programs(imported: Imported, names: list[str], controller: Controller | None, scans: int) -> None:
-    """Run programs together; after a fault each alone, so that one does not keep the others from running."""
-    made = controller or imported.parts.assemble(imported.report, implicit_task(names))
-    outcome = lockstep(made, scans)
-    if outcome.fault and len(names) > 1:
-        for name in names:
-            alone = imported.parts.assemble(imported.report, implicit_task([name]))
-            _count(imported, [name], lockstep(alone, scans))
-    else:
-        _count(imported, names, outcome)
+def _run(
+    imported: Imported, parts: Parts, tasks: Sequence[Task], controller: Controller | None, scans: int
+) -> None:
+    """Run the programs of tasks.
 
-
-def _count(imported: Imported, names: Iterable[str], outcome: Outcome) -> None:
-    for name in names:
-        text = outcome.difference or outcome.fault
-        if text:
-            imported.report.faults[name] = text
-        if outcome.scans and not outcome.difference:
-            part = imported.parts.programs[name.upper()]
-            imported.report.ran += sum(
-                imported.reader.accepted(part.name, each.name) for each in part.routines.values()
-            )
-
-
-def _add_ons(imported: Imported, scans: int) -> None:
-    parts: Parts = harness_of(imported.parts)
-    outcome = lockstep(parts.assemble(imported.report), scans)
-    if outcome.difference or outcome.fault:
-        imported.report.faults["add-on instructions"] = outcome.difference or outcome.fault
+    A fault of one does not keep the others from running: after one they run again, each with a fault
+    routine that clears it; if that is not enough, as it is not for the watchdog, each runs alone.
+    """
+    names = [name for task in tasks for name in task.programs]
+    report = imported.report
+    outcome = lockstep(controller or parts.assemble(report, tasks), scans)
+    if outcome.fault:
+        report.faults[outcome.program or parts.name] = outcome.fault
+        if len(names) > 1:
+            outcome = lockstep(parts.with_fault_routines().assemble(report, tasks), scans)
     if outcome.scans and not outcome.difference:
-        imported.report.ran += sum(
-            imported.reader.accepted(each.name, role.name)
-            for each in imported.parts.add_ons.values()
-            for role in each.routines
-        )
+        _count(imported, names)
+    elif len(names) == 1:
+        report.faults[names[0]] = outcome.difference or outcome.fault
+    else:
+        for name in names:
+            _run(imported, parts, implicit_task([name]), None, scans)
+
+
+def _count(imported: Imported, names: Iterable[str]) -> None:
+    """Count the rungs of programs and add-ons that ran."""
+    for name in names:
+        part = imported.parts.programs.get(name.upper())
+        definition = imported.parts.add_ons.get(name.upper())
+        routines = part.routines.values() if part else definition.routines if definition else ()
+        imported.report.ran += sum(imported.reader.accepted(name, each.name) for each in routines)
 
 
 class Outcome:
@@ -83,12 +79,13 @@ class Outcome:
     Attributes:
         scans: whether all scans were done.
         fault: the first major fault, "" without one.
+        program: the program in which that was.
         difference: the first difference, "" without one.
     """
 
     def __init__(self) -> None:
         self.scans = False
-        self.fault = ""
+        self.fault = self.program = ""
         self.difference = ""
 
 
@@ -107,7 +104,7 @@ def lockstep(controller: LadderLogic, scans: int = SCANS) -> Outcome:
                 outcome.difference = f"scan {number}: {different}"
                 return outcome
         elif not outcome.fault:
-            outcome.fault = f"scan {number}: {ours}"
+            outcome.fault, outcome.program = f"scan {number}: {ours}", ours.site.program
         if ours is not None and ours.type == WATCHDOG_TYPE:
             return outcome
     outcome.scans = True

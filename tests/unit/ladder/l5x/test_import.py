@@ -302,3 +302,16 @@ def test_rungs_that_jump_to_a_label_that_was_not_exported(imported):
     report = imported(text).report
     assert (report.refused, report.ran) == ([], 2)
     assert report.declared[r"\P.R, label Out"] == "behind the last rung"
+
+
+def test_faults_of_one_program_do_not_keep_the_others_from_running(imported):
+    routines = ladder("Main", "MOV(5,i)JSR(Sub,0);"), ladder("Sub", "MOV(a[i],i);")
+    wrong = program("Wrong", *routines, tags=[tag("a", "DINT", "2"), tag("i", "DINT")])
+    right = program("Right", ladder("Main", "ADD(n,1,n);"), tags=[tag("n", "DINT")])
+    endless = program("Endless", ladder("Main", "LBL(a)JMP(a);"))
+    report = imported(document(programs=[wrong, right], tasks=[task("T", "Wrong", "Right")])).report
+    assert (report.rungs, report.ran, list(report.faults)) == (3, 3, ["Wrong"])
+    text = document(programs=[wrong, right, endless], tasks=[task("T", "Wrong", "Right", "Endless")])
+    report = imported(text).report
+    assert (report.rungs, report.ran, list(report.faults)) == (4, 3, ["Wrong", "Endless"])
+    assert "watchdog" in report.faults["Endless"]
