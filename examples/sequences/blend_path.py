@@ -3,7 +3,19 @@
 The profile is programmed once; each press of go runs it, clockwise and back by turns.
 """
 
-from scanrack import Axis3601, BlendSegment, Configuration, Direction, Input, InputBit, Logic, sequence
+from scanrack import (
+    Axis3601,
+    AxisError,
+    BlendSegment,
+    Configuration,
+    Direction,
+    Input,
+    InputBit,
+    Logic,
+    State,
+    dwell,
+    sequence,
+)
 
 USED = InputBit.HOME | InputBit.CW_LIMIT  # the module wants a home and an end, wired or not
 
@@ -22,11 +34,21 @@ class BlendPath(Logic):
 
     @sequence
     async def path(self) -> None:
-        """Program the path, and run it at each press."""
-        await self.axis.configure()
-        await self.axis.set_position(0)
-        await self.axis.program_blend(PATH, final_deceleration=20)
+        """Run the path at each press, and begin anew after an error."""
         while True:
-            for way in (Direction.CW, Direction.CCW):
-                await self.go.rises
-                await self.axis.run_blend(way)
+            try:
+                await self.make_ready()
+                while True:
+                    for way in (Direction.CW, Direction.CCW):
+                        await self.go.rises
+                        await self.axis.run_blend(way)
+            except AxisError:
+                await dwell("1 s")
+
+    async def make_ready(self) -> None:
+        """Configure and reset the axis, and program the path."""
+        if self.axis.state == State.DISABLED:
+            await self.axis.configure()
+        if self.axis.state == State.ERROR_STOP:
+            await self.axis.reset()
+        await self.axis.program_blend(PATH, final_deceleration=20)

@@ -1,6 +1,7 @@
 """A jog panel: two buttons that turn the axis for as long as they are held, and one that searches for home.
 
-After an emergency stop, or an end limit, the axis is reset once the cause has been gone for a second.
+After an emergency stop, an end limit or a loss of power the axis is made ready again, once the emergency stop
+has been out for a second.
 """
 
 from scanrack import (
@@ -11,6 +12,7 @@ from scanrack import (
     Input,
     InputBit,
     Logic,
+    State,
     first_of,
     sequence,
     steady,
@@ -30,14 +32,21 @@ class Panel(Logic):
 
     @sequence
     async def panel(self) -> None:
-        """Obey the buttons."""
-        await self.axis.configure()
+        """Obey the buttons, and begin anew after an error."""
         while True:
             try:
-                await self.obey()
+                await self.make_ready()
+                while True:
+                    await self.obey()
             except AxisError:
-                await steady(lambda: not self.estop, "1 s")
-                await self.axis.reset()
+                await steady(lambda: not self.estop, "1 s", "estop off")
+
+    async def make_ready(self) -> None:
+        """Configure and reset the axis, as far as each is needed."""
+        if self.axis.state == State.DISABLED:
+            await self.axis.configure()
+        if self.axis.state == State.ERROR_STOP:
+            await self.axis.reset()
 
     async def obey(self) -> None:
         """Do what the next button asks for."""

@@ -1,19 +1,22 @@
 """A registration labeller: the web runs until its mark comes, and stops exactly one label further.
 
-The sensor looks at the web; printing between two marks must not count, so the module ignores it for the
+The sensor looks at the web; print between two marks must not count, so the module ignores the sensor for the
 first 2,000 steps of each feed. A feed without a mark in two seconds means that the web is at its end.
 """
 
 from scanrack import (
     Axis3601,
+    AxisError,
     Configuration,
     Input,
     InputBit,
     Logic,
     Output,
+    State,
     WaitTimeout,
     dwell,
     sequence,
+    steady,
     within,
 )
 
@@ -32,17 +35,33 @@ class Labeller(Logic):
 
     @sequence
     async def label(self) -> None:
-        """Label until the web ends, and again after each refill."""
-        await self.web.configure()
-        await self.web.set_position(0)
-        await self.web.store_minimum(2000)
+        """Label, and begin anew after an error."""
         while True:
             try:
-                while True:
-                    await within("2 s", self.web.run(3000, acceleration=20, deceleration=20, register=600))
-                    await self.apply()
+                await self.make_ready()
+                await self.feed()
+            except AxisError:
+                await dwell("500 ms")
+
+    async def make_ready(self) -> None:
+        """Let the applicator go, configure and reset the axis, wait until no mark is at the sensor."""
+        self.applicator = self.empty = False
+        if self.web.state == State.DISABLED:
+            await self.web.configure()
+        if self.web.state == State.ERROR_STOP:
+            await self.web.reset()
+        await self.web.store_minimum(2000)
+        await steady(lambda: not self.web.status.IN_EXTERNAL, "20 ms", "no mark")
+
+    async def feed(self) -> None:
+        """Feed label by label."""
+        while True:
+            try:
+                await within("2 s", self.web.run(3000, acceleration=20, deceleration=20, register=600))
             except WaitTimeout:
                 await self.wait_for_refill()
+            else:
+                await self.apply()
 
     async def apply(self) -> None:
         """Press the label on."""

@@ -1,12 +1,25 @@
 """Two axes that share a zone: the feeder may stand in it, or the pusher; never both.
 
-Each axis leaves home only while it has the zone. `stop` ends both strokes: each axis goes back, and then
-gives the zone away. `go` begins anew.
+An axis moves only while it has the zone, and gives it away at home. `stop` ends both strokes: each axis goes
+back first. `go` begins anew.
 """
 
-from scanrack import Axis3601, Configuration, Input, InputBit, Lock, Logic, all_of, dwell, sequence
+from scanrack import (
+    Axis3601,
+    AxisError,
+    Configuration,
+    Direction,
+    Input,
+    InputBit,
+    Lock,
+    Logic,
+    State,
+    dwell,
+    sequence,
+    until,
+)
 
-USED = InputBit.HOME | InputBit.CW_LIMIT  # the module wants a home and an end, wired or not
+USED = InputBit.HOME | InputBit.CCW_LIMIT | InputBit.CW_LIMIT
 PLAIN = Configuration(inputs_used=USED, step_and_direction=True, starting_speed=500)
 
 
@@ -21,9 +34,8 @@ class Pair(Logic):
 
     @sequence
     async def supervise(self) -> None:
-        """Start both strokes, and end and begin them by the buttons."""
-        await all_of(self.feeder.configure(), self.pusher.configure())
-        await all_of(self.feeder.set_position(0), self.pusher.set_position(0))
+        """Start both strokes once both axes are at rest, and end and begin them by the buttons."""
+        await until(lambda: not self.feeder.moving and not self.pusher.moving, "both axes at rest")
         while True:
             self.feed.restart()
             self.push.restart()
@@ -36,21 +48,43 @@ class Pair(Logic):
     async def feed(self) -> None:
         """Feed again and again."""
         while True:
-            async with self.zone:
-                await self.stroke(self.feeder, 4000)
+            await self.stroke(self.feeder, 4000)
             await dwell("100 ms")
 
     @sequence(start=False)
     async def push(self) -> None:
         """Push again and again."""
         while True:
-            async with self.zone:
-                await self.stroke(self.pusher, 2500)
+            await self.stroke(self.pusher, 2500)
             await dwell("50 ms")
 
     async def stroke(self, axis: Axis3601, end: int) -> None:
-        """Go to the end of a stroke and back; back even if it is aborted."""
-        try:
-            await axis.move_to(end, speed=5000, acceleration=20, deceleration=20)
-        finally:
-            await axis.move_to(0, speed=5000, acceleration=20, deceleration=20)
+        """Go to the end of a stroke and back; back whatever happens, before the zone is given away."""
+        async with self.zone:
+            try:
+                await self.make_ready(axis)
+                await axis.move_to(end, speed=5000, acceleration=20, deceleration=20)
+            except AxisError:
+                pass  # go_home makes it ready again
+            finally:
+                await self.go_home(axis)
+
+    async def go_home(self, axis: Axis3601) -> None:
+        """Go home, however often it takes."""
+        while True:
+            try:
+                await self.make_ready(axis)
+                await axis.move_to(0, speed=5000, acceleration=20, deceleration=20)
+            except AxisError:
+                await dwell("500 ms")
+            else:
+                return
+
+    async def make_ready(self, axis: Axis3601) -> None:
+        """Configure, reset and search for home, as far as each is needed."""
+        if axis.state == State.DISABLED:
+            await axis.configure()
+        if axis.state == State.ERROR_STOP:
+            await axis.reset()
+        if axis.status.POSITION_INVALID:
+            await axis.home(Direction.CCW, speed=1000, acceleration=10, deceleration=10)

@@ -13,6 +13,7 @@ from scanrack import (
     Logic,
     Output,
     State,
+    WaitTimeout,
     dwell,
     sequence,
     steady,
@@ -45,15 +46,17 @@ class Stations(Logic):
                     await self.start.rises
                     await self.make_round()
                     self.rounds += 1
-            except AxisError:
-                await steady(self.released, "1 s")
+            except (AxisError, WaitTimeout):
+                await steady(lambda: not self.axis.status.IN_ESTOP, "1 s", "estop off")
 
     async def make_ready(self) -> None:
-        """Configure, reset and search for home, as far as each is needed."""
+        """Configure, reset, halt and search for home, as far as each is needed."""
         if self.axis.state == State.DISABLED:
             await self.axis.configure()
         if self.axis.state == State.ERROR_STOP:
             await self.axis.reset()
+        if self.axis.state == State.DISCRETE_MOTION:
+            await self.axis.halt()
         if self.axis.status.POSITION_INVALID:
             await self.axis.home(Direction.CCW, speed=1000, acceleration=10, deceleration=10)
 
@@ -62,7 +65,3 @@ class Stations(Logic):
         for station in (0, 4000, 8000):
             await within("5 s", self.axis.move_to(station, speed=5000, acceleration=10, deceleration=10))
             await dwell("2 s")
-
-    def released(self) -> bool:
-        """Return whether the emergency stop is out."""
-        return not self.axis.status.IN_ESTOP

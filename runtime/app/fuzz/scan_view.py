@@ -7,7 +7,9 @@ from typing import Any
 
 from ....io_images.amci3601 import StatusView
 from ....io_images.amci3601.bits import CommandMsw, status_names
-from ....io_images.image import Image
+from ....io_images.amci3601.words import WORDS_3601
+from ....io_images.image import UNSIGNED_MAX, Image
+from ....io_images.module_words import PLAIN_WORDS
 from ...loop.rack import Rack, Slot
 from ...loop.scan import MODE_MASK, CpuMode, mode_name
 
@@ -25,7 +27,10 @@ MOTIONS = (
 """Command bits that make an axis move."""
 
 NO_WORDS = Image().words
-"""What is in force while the CPU sends nothing."""
+"""What is in force while the CPU sends nothing, and on a card, whose words are no commands."""
+
+SPEAKS_3601 = (WORDS_3601, PLAIN_WORDS)
+"""The words of modules that have a 3601's commands and status; a module that does not say has, too."""
 
 
 class SlotMoment:
@@ -34,23 +39,26 @@ class SlotMoment:
     Attributes:
         outputs: what the logic has written, sent or not; live, so not to be kept.
         inputs: what the logic has seen.
-        status: the bits and values of `inputs` by name.
+        status: the bits and values of `inputs` by name; a card has none of them, so all are off and 0.
     """
 
-    __slots__ = ("_in_force", "inputs", "outputs", "status")
+    __slots__ = ("_axis", "_in_force", "inputs", "outputs", "status")
 
     def __init__(self, slot: Slot) -> None:
         self.outputs: Image = slot.outputs
         self.inputs: Image = slot.inputs
-        self.status = StatusView(slot.inputs)
-        self._in_force = slot.outputs.words
+        self._axis = slot.words in SPEAKS_3601
+        self.status = StatusView(slot.inputs if self._axis else Image())
+        self.outputs_are_sent(True)
 
     def outputs_are_sent(self, sent: bool) -> None:
         """Take the outputs for the words in force, or none if the CPU does not send them."""
-        self._in_force = self.outputs.words if sent else NO_WORDS
+        self._in_force = self.outputs.words if sent and self._axis else NO_WORDS
 
     def __str__(self) -> str:
         """Return what is to be seen of it, in words."""
+        if not self._axis:
+            return f"outputs {_hex(self.outputs)}; inputs {_hex(self.inputs)}"
         commands = "configuration" if self.configuring else " ".join(self.commands) or "none"
         status = " ".join(status_names(self.inputs[0], self.inputs[1])) or "none"
         return f"commands {commands}; status {status}; position {self.position}"
@@ -87,6 +95,18 @@ class SlotMoment:
         """Number of command bits in force that make the axis move."""
         word = self._in_force[0]
         return 0 if word < 0 else (word & MOTIONS.value).bit_count()
+
+
+def _hex(image: Image) -> str:
+    """Return the words of an image up to the last that is not 0, as Logix writes them.
+
+    >>> _hex(Image([5, -1])), _hex(Image())
+    ('16#0005 16#FFFF', '16#0000')
+    """
+    words = [word & UNSIGNED_MAX for word in image.words]
+    while len(words) > 1 and words[-1] == 0:
+        words.pop()
+    return " ".join(f"16#{word:04X}" for word in words)
 
 
 class Slots(dict[int, SlotMoment]):

@@ -10,9 +10,11 @@ import pytest
 from hypothesis import find
 from scanrack.runtime.app.build import build_cpu, build_rack
 from scanrack.runtime.app.fuzz.rackdoc import rack_text
+from scanrack.runtime.app.fuzz.scan_view import Moment
 from scanrack.runtime.app.fuzz.scenario import Push, Scenario
 from scanrack.runtime.app.fuzz.scenarios import Kind, card_buttons, possible_kinds, scenarios
 from scanrack.runtime.app.fuzz.shrink import parts_of, scenario_of
+from scanrack.runtime.app.fuzz.standard import STANDARD
 from scanrack.runtime.app.fuzz.words import told
 from scanrack.runtime.config.rackfile import parse_rack_file
 from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
@@ -63,3 +65,15 @@ def test_a_push_of_another_rack_is_refused() -> None:
     PUSHED.check(RACK)
     with pytest.raises(ValueError, match="slot 2 has no button 'at_two', only start, home"):
         Scenario(pushes=(Push(2, "at_two", 0, MS),)).check(RACK)
+
+
+def test_the_words_of_a_card_are_no_commands_and_no_status() -> None:
+    """Bits 0 and 1 of word 0 would be two motions of a 3601, bit 12 of its inputs COMMAND_ERROR."""
+    rack = build_rack(RACK)
+    rack.slots[3].outputs[0] = 0b11
+    rack.slots[2].inputs[0] = -1
+    now = Moment(rack, {})
+    assert (now.slot[3].motions, now.slot[3].commands) == (0, ())
+    assert not now.slot[2].status.COMMAND_ERROR
+    assert str(now.slot[3]) == "outputs 16#0003; inputs 16#0000"
+    assert not any(invariant.start()(now) for invariant in STANDARD.values())
