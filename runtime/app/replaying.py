@@ -63,7 +63,7 @@ class Replay:
         self._recording = recording
         self._spec = spec
         self._score = score_of(recording)
-        self.rack = build_rack(spec) if into is not Into.PROGRAM else recorded_rack(recording)
+        self.rack = build_rack(spec) if into is not Into.PROGRAM else recorded_rack(recording, spec)
         self._logic = logic or recorded_outputs(self._score, recording.memory)
         directions = {Into.MODULE: ("in",), Into.PROGRAM: ("out",), Into.RACK: ("in", "out")}[into]
         self._images: list[Image] = [(slot, direction) for slot in slots for direction in directions]
@@ -89,15 +89,19 @@ class Replay:
         return follower
 
 
-def recorded_rack(recording: Recording) -> Rack:
-    """Return a rack of modules that show the recorded inputs."""
+def recorded_rack(recording: Recording, spec: RackSpec) -> Rack:
+    """Return a rack of modules that show the recorded inputs.
+
+    A trace keeps the names of words and bits, the rack file also how a card's data are addressed.
+    """
+    known = {slot.number: slot.words for slot in spec.slot}
     return Rack(
         Card(
             slot.number,
             RecordedInputs(recording.images((slot.number, "in")), recording.times),
             slot.module,
             slot.firmware,
-            slot.words,
+            known[slot.number] if known.get(slot.number) == slot.words else slot.words,
         )
         for slot in recording.slots
     )

@@ -4,7 +4,7 @@
 |---|---|
 | `module`, `rack`, `exchange` | contract of a module, slots, images across the backplane |
 | `scan`, `phases`, `cpu` | what logic sees, the phases of a scan, running and stopping |
-| `faults`, `forces`, `addresses`, `events`, `listeners` | what stops, holds, names, marks and hears it |
+| `faults`, `forces`, `events`, `listeners` | what stops, holds, names, marks and hears it |
 | `incidents`, `exposed`, `key_switch`, `module_fault` | what happens to modules and CPU, data and effect |
 | `pace`, `realtime`, `options` | wall clock and watchdog, the system's help, options of modules |
 

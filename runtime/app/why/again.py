@@ -120,7 +120,7 @@ def run_again(
     with fresh(load) as logic:
         read = None if watched is None else watched(logic)
         traced = _Traced(logic, rows, read)
-        rack = recorded_rack(recording)
+        rack = recorded_rack(recording, spec)
         follower = _Outputs(recording, rack.memory, traced, last)
         traced.outputs = follower.of_the_rack
         cpu = build_playback(spec, score_of(recording), traced, rack, listeners=[follower])

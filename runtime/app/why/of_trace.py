@@ -91,7 +91,7 @@ def _of_ladder(recording: Recording, job: Job, what: str | None, moment: Moment)
         row = _reached(moment, images.first_on(moment.until))
         moment = Moment(at=str(recording.numbers[row]))
     last = len(recording.scans) - 1 if moment.until is not None else moment.row(recording)
-    rack = recorded_rack(recording)
+    rack = recorded_rack(recording, job.spec)
     stopper = _Stopper(debugger, moment.until, last)
     cpu = build_playback(job.spec, score_of(recording), debugger, rack, listeners=[stopper])
     stopper.cpu = cpu
