@@ -156,6 +156,7 @@ class ModuleRecord:
         traits: what can happen to it.
         follows: the slots whose machines operate its inputs, with these options.
         buttons: names of the inputs that a person operates, with these options.
+        signals: analog inputs by name, with values that are worth a try, with these options.
         check_controller: refuses (firmware, controller) that do not go together, with a ValueError.
         capabilities: the table of what it refuses, Markdown; None if it refuses nothing of its own.
     """
@@ -169,5 +170,6 @@ class ModuleRecord:
     traits: frozenset[Trait] = frozenset()
     follows: Callable[[Options], frozenset[int]] = lambda _options: frozenset()
     buttons: Callable[[Options], tuple[str, ...]] = lambda _options: ()
+    signals: Callable[[Options], Mapping[str, tuple[float, ...]]] = lambda _options: {}
     check_controller: Callable[[str, str], None] = _any_controller
     capabilities: Callable[[], str] | None = None

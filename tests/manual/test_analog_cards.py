@@ -11,7 +11,7 @@ from scanrack.runtime.modules.cards.module import GenericCard
 from scanrack.runtime.modules.cards.options import CardOptions
 
 # 1769-UM002B, table 3.7 (page 3-12) and page 3-10: range, signal, raw, engineering, PID, percent. For 1 V the
-# table prints 6243, 1000, 1, 1 and for 0.5 V raw 3121; the numbers here are proportional, as in all other rows.
+# table prints 6243, 1000, 1, 1 and for 0.5 V raw 3121; the numbers here are proportional, as in other rows.
 INPUT_TABLE = [
     ("1..5 V", "5.5", 32767, 5250, 17407, 10625),
     ("1..5 V", "5.25", 32767, 5250, 17407, 10625),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from ...config.rackspec import RackSpec
 from ...loop.incidents import Incident
 from ...machine import TimelineEntry
 from ...machine.spec import input_name
-from .scenario import Push, Scenario, entries_of
+from .scenario import Push, Scenario, Signal, entries_of, signal_entries
 
 Table = dict[str, Any]
 
@@ -52,8 +52,11 @@ def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, f
         entries = [entry for each in presses for entry in entries_of(each, slot.machine)]
         _extend(machine, "timeline", map(_entry, entries))
         pushes = [_push(each) for each in scenario.pushes if each.slot == slot.number]
-        if pushes:
-            _extend(table.setdefault("options", {}), "timeline", pushes)
+        signals = [each for each in scenario.signals if each.slot == slot.number]
+        if pushes or signals:
+            options: Table = table.setdefault("options", {})
+            given = list(options.get("timeline", ()))
+            _extend(options, "timeline", [*pushes, *_signals(signals, given)])
     _extend(document, "incident", map(_incident, scenario.incidents))
     return tomli_w.dumps(document)
 
@@ -115,6 +118,15 @@ def _entry(entry: TimelineEntry) -> Table:
 
 def _push(push: Push) -> Table:
     return {"at_ms": _ms(push.at_ns), "input": push.input, "for_ms": _ms(push.for_ns)}
+
+
+def _signals(signals: Sequence[Signal], rows: Sequence[Table]) -> list[Table]:
+    return [{name: _plain(value) for name, value in row.items()} for row in signal_entries(signals, rows)]
+
+
+def _plain(value: object) -> object:
+    """Return a whole number without a fraction, as a person would write it."""
+    return int(value) if isinstance(value, float) and value == int(value) else value
 
 
 def _incident(incident: Incident) -> Table:

@@ -89,6 +89,27 @@ class Push:
 
 
 @dataclass(frozen=True, slots=True)
+class Signal:
+    """An analog input of a card has another value for a time.
+
+    Attributes:
+        slot: of which card.
+        input: which, as the rack file names it.
+        value: V or mA of a channel with a range, else the raw number.
+        at_ns: from when on, ns since power-up.
+        for_ns: how long.
+    """
+
+    __pydantic_config__ = NO_MORE_KEYS
+
+    slot: StrictInt
+    input: StrictStr
+    value: float
+    at_ns: Time
+    for_ns: Annotated[Time, Field(gt=0)]
+
+
+@dataclass(frozen=True, slots=True)
 class Shift:
     """A machine whose switches are not where the drawing has them.
 
@@ -131,6 +152,7 @@ class Scenario:
         shifts: switches that are elsewhere.
         lost: steps that are lost.
         pushes: what people do to the contacts of cards.
+        signals: values of their analog inputs.
     """
 
     __pydantic_config__ = NO_MORE_KEYS
@@ -141,6 +163,7 @@ class Scenario:
     shifts: tuple[Shift, ...] = ()
     lost: tuple[Lost, ...] = ()
     pushes: tuple[Push, ...] = ()
+    signals: tuple[Signal, ...] = ()
 
     def laid_over(self, spec: RackSpec) -> RackSpec:
         """Return a rack with this scenario in it."""
@@ -160,10 +183,11 @@ class Scenario:
         if slips or entries:
             machine = replace(machine, slips=(*machine.slips, *slips), timeline=(*machine.timeline, *entries))
         options = slot.options
-        pushes = [push_entry(each) for each in self.pushes if each.slot == slot.number]
-        if pushes:
-            rows: Any = options.get("timeline", ())
-            options = {**options, "timeline": [*rows, *pushes]}
+        rows: Any = options.get("timeline", ())
+        more = [push_entry(each) for each in self.pushes if each.slot == slot.number]
+        more += signal_entries([each for each in self.signals if each.slot == slot.number], rows)
+        if more:
+            options = {**options, "timeline": [*rows, *more]}
         return slot.model_copy(update={"firmware": firmware, "machine": machine, "options": options})
 
     def to_json(self) -> dict[str, Any]:
@@ -190,9 +214,10 @@ class Scenario:
             ValueError: it is about a slot that the rack does not have.
         """
         have = [slot.number for slot in spec.slot]
-        parts: Sequence[Press | Push | Incident | Shift | Lost] = (
+        parts: Sequence[Press | Push | Signal | Incident | Shift | Lost] = (
             *self.presses,
             *self.pushes,
+            *self.signals,
             *(each for each in self.incidents if each.what is not FaultKind.PROGRAM_MODE),
             *self.shifts,
             *self.lost,
@@ -206,6 +231,13 @@ class Scenario:
             if push.input not in buttons[push.slot]:
                 names = ", ".join(buttons[push.slot]) or "none"
                 raise ValueError(f"scenario: slot {push.slot} has no button {push.input!r}, only {names}")
+        analog = {slot.number: MODULES[slot.module].signals(slot.options) for slot in spec.slot}
+        for signal in self.signals:
+            if signal.input not in analog[signal.slot]:
+                names = ", ".join(analog[signal.slot]) or "none"
+                raise ValueError(
+                    f"scenario: slot {signal.slot} has no analog input {signal.input!r}, only {names}"
+                )
 
     def is_possible(self, spec: RackSpec) -> bool:
         """Return whether no module has an older firmware here than the rack's program needs."""
@@ -224,6 +256,7 @@ class Scenario:
             self.shifts,
             self.lost,
             self.pushes,
+            self.signals,
         )
         return sum(map(len, parts))
 
@@ -248,6 +281,25 @@ def first_mistake(error: ValidationError) -> str:
 def push_entry(push: Push) -> dict[str, Any]:
     """Return a push as a row of a card's timeline."""
     return {"at_ms": push.at_ns / 1e6, "input": push.input, "for_ms": push.for_ns / 1e6}
+
+
+def signal_entries(
+    signals: Sequence[Signal], rows: Sequence[Mapping[str, Any]]
+) -> list[dict[str, str | int | float]]:
+    """Return signals as rows of a card's timeline, each with the return to the value that it would have.
+
+    Args:
+        signals: the signals of one card.
+        rows: the timeline of its rack file.
+    """
+    made: list[dict[str, str | int | float]] = []
+    for each in signals:
+        end_ms = (each.at_ns + each.for_ns) / 1e6
+        before = [row for row in rows if row["input"] == each.input and row["at_ms"] <= end_ms]
+        back = max(before, key=lambda row: row["at_ms"])["value"] if before else 0
+        made.append({"at_ms": each.at_ns / 1e6, "input": each.input, "value": each.value})
+        made.append({"at_ms": end_ms, "input": each.input, "value": back})
+    return made
 
 
 def _incident_spec(incident: Incident) -> IncidentSpec:

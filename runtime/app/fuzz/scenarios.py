@@ -17,10 +17,10 @@ from ...loop.incidents import FaultKind, Incident
 from ...machine import MachineSpec
 from ...modules.record import Trait
 from ...modules.registry import MODULES, has
-from .scenario import Lost, Press, Push, Scenario, Shift
+from .scenario import Lost, Press, Push, Scenario, Shift, Signal
 
 T = TypeVar("T")
-Timed = TypeVar("Timed", Press, Push, Incident)
+Timed = TypeVar("Timed", Press, Push, Signal, Incident)
 """What happens at an instant."""
 
 
@@ -48,7 +48,7 @@ class Kind(Enum):
 def possible_kinds(spec: RackSpec) -> frozenset[Kind]:
     """Return what can happen to a rack: some of it to a 3601 only, some to an adapter only."""
     with_trait = frozenset(kind for kind in Kind if kind not in _NEEDS or _with(spec, _NEEDS[kind]))
-    return with_trait | {Kind.INPUTS} if card_buttons(spec) else with_trait
+    return with_trait | {Kind.INPUTS} if card_buttons(spec) or card_signals(spec) else with_trait
 
 
 def card_buttons(spec: RackSpec) -> list[tuple[int, str]]:
@@ -58,6 +58,17 @@ def card_buttons(spec: RackSpec) -> list[tuple[int, str]]:
         for slot in spec.slot
         if slot.module in MODULES
         for name in MODULES[slot.module].buttons(slot.options)
+    ]
+
+
+def card_signals(spec: RackSpec) -> list[tuple[int, str, float]]:
+    """Return values that are worth a try at the analog inputs of cards: slot, name, value."""
+    return [
+        (slot.number, name, value)
+        for slot in spec.slot
+        if slot.module in MODULES
+        for name, values in MODULES[slot.module].signals(slot.options).items()
+        for value in values
     ]
 
 
@@ -106,6 +117,7 @@ def scenarios(
     bolted = [slot for slot in spec.slot if has(slot.module, Trait.MACHINE)]
     slots = st.sampled_from(bolted or spec.slot)
     contacts = card_buttons(spec) if Kind.INPUTS in kinds else []
+    values = card_signals(spec) if Kind.INPUTS in kinds else []
     nothing: st.SearchStrategy[tuple[()]] = st.just(())
     presses = {slot.number: _presses(slot, times) for slot in bolted}  # made once: a draw costs half
 
@@ -121,6 +133,7 @@ def scenarios(
         shifts=some(Kind.MACHINE, st.builds(Shift, slots.map(_number), st.sampled_from(STEPS)), 1),
         lost=some(Kind.MACHINE, _lost(_with(spec, Trait.SLIPS)), 1) if _with(spec, Trait.SLIPS) else nothing,
         pushes=some(Kind.INPUTS, _pushes(contacts, times)) if contacts else nothing,
+        signals=some(Kind.INPUTS, _signals(values, times)) if values else nothing,
     )
     return made if base is None else st.builds(_joined, _parts_of(base, spec.scan_ns), made)
 
@@ -160,6 +173,15 @@ def _pushes(contacts: Sequence[tuple[int, str]], times: st.SearchStrategy[int]) 
         return Push(*contact, at_ns, for_ns)
 
     return st.builds(pushed, st.sampled_from(contacts), times, _durations())
+
+
+def _signals(
+    values: Sequence[tuple[int, str, float]], times: st.SearchStrategy[int]
+) -> st.SearchStrategy[Signal]:
+    def given(value: tuple[int, str, float], at_ns: int, for_ns: int) -> Signal:
+        return Signal(*value, at_ns, for_ns)
+
+    return st.builds(given, st.sampled_from(values), times, _durations())
 
 
 def sensors(slot: SlotSpec) -> list[InputBit]:
@@ -242,6 +264,7 @@ def _parts_of(base: Scenario, scan_ns: int) -> st.SearchStrategy[Scenario]:
         kept(base.shifts),
         kept(base.lost),
         moved(base.pushes),
+        moved(base.signals),
     )
     return varied | st.just(base)
 
@@ -258,4 +281,5 @@ def _joined(a: Scenario, b: Scenario) -> Scenario:
         a.shifts or b.shifts,
         (*a.lost, *b.lost),
         (*a.pushes, *b.pushes),
+        (*a.signals, *b.signals),
     )

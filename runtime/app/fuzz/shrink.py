@@ -24,7 +24,7 @@ from ....io_images.amci3601.bits import InputBit
 from ....io_images.amci3601.firmware import KNOWN
 from ...loop.incidents import Incident
 from .run import Broken
-from .scenario import Lost, Press, Push, Scenario, Shift
+from .scenario import Lost, Press, Push, Scenario, Shift, Signal
 
 Inputs = Mapping[int, Sequence[InputBit]]
 """By slot number: inputs, those that are simpler to press before the others."""
@@ -32,7 +32,7 @@ Inputs = Mapping[int, Sequence[InputBit]]
 Part = tuple[str, Any]
 """A part of a scenario: the field it stands in, and itself."""
 
-FIELDS = ("firmware", "presses", "incidents", "shifts", "lost", "pushes")
+FIELDS = ("firmware", "presses", "incidents", "shifts", "lost", "pushes", "signals")
 """The fields of a scenario that hold parts."""
 
 STEPS = (1, 2, 5)
@@ -135,7 +135,7 @@ def scenario_of(parts: Sequence[Part]) -> Scenario:
 
 def simpler_parts(part: Any, inputs: Inputs, scan_ns: int) -> Iterator[Any]:
     """Yield parts that are simpler than one, the simplest first of each kind."""
-    if isinstance(part, Press | Push | Incident):
+    if isinstance(part, Press | Push | Signal | Incident):
         yield from (replace(part, at_ns=time_ns) for time_ns in _rounder_times(part.at_ns, scan_ns))
         yield from (
             replace(part, for_ns=time_ns) for time_ns in _rounder_times(part.for_ns, scan_ns) if time_ns
@@ -143,6 +143,8 @@ def simpler_parts(part: Any, inputs: Inputs, scan_ns: int) -> Iterator[Any]:
     if isinstance(part, Press):
         simpler = takewhile(lambda bit: bit is not part.input, inputs.get(part.slot, ()))
         yield from (replace(part, input=bit) for bit in simpler)
+    if isinstance(part, Signal) and part.value == int(part.value):
+        yield from (replace(part, value=float(value)) for value in rounder(int(part.value)))
     if isinstance(part, Incident) and len(part.late_words) > 1:
         yield from (replace(part, late_words=words) for words in _all_but_one(part.late_words))
     if isinstance(part, Lost):

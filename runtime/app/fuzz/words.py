@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from ...loop.incidents import FaultKind, Incident
 from ...machine.spec import input_name
-from .scenario import Press, Push, Scenario
+from .scenario import Press, Push, Scenario, Signal
 
 HAPPENS = {
     FaultKind.POWER_CYCLE: "the power of slot {slot} goes and comes back",
@@ -35,6 +35,7 @@ def told(scenario: Scenario) -> list[str]:
     """
     timed = [(each.at_ns, _press(each)) for each in scenario.presses]
     timed += [(each.at_ns, _push(each)) for each in scenario.pushes]
+    timed += [(each.at_ns, _signal(each)) for each in scenario.signals]
     timed += [(each.at_ns, _incident(each)) for each in scenario.incidents]
     lines = list(_from_the_start(scenario))
     lines += [f"{at_ns / 1e9:g} s: {text}" for at_ns, text in sorted(timed, key=lambda entry: entry[0])]
@@ -58,6 +59,10 @@ def _press(press: Press) -> str:
 
 def _push(push: Push) -> str:
     return f"input {push.input} of slot {push.slot} is operated{_for(push.for_ns)}"
+
+
+def _signal(signal: Signal) -> str:
+    return f"input {signal.input} of slot {signal.slot} is {signal.value:g}{_for(signal.for_ns)}"
 
 
 def _incident(incident: Incident) -> str:

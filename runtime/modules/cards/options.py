@@ -23,7 +23,7 @@ from ....io_images.image import WORD_MAX, WORD_MIN, WORDS
 from ....io_images.module_words import BitPlace, ModuleWords
 from ...loop.options import Options
 from ...machine.spec import INPUT_NAMES
-from .analog import RANGES, SIGNAL_MAX, Channel
+from .analog import RANGES, RAW_LANDMARKS, SIGNAL_MAX, Channel
 from .kinds import CardKind
 
 WORD_BITS = 16
@@ -216,6 +216,14 @@ class CardOptions(Options):
         """The inputs that only a person operates."""
         by_machine = {each.input for each in self.cam}
         return tuple(name for name in self.inputs if name not in by_machine)
+
+    @property
+    def signals(self) -> dict[str, tuple[float, ...]]:
+        """Inputs of an analog card, with values that are worth a try: ends, middle, and beyond the ends."""
+        return {
+            name: RANGES[self.ranges[name]].landmarks if name in self.ranges else RAW_LANDMARKS
+            for name in self.inputs
+        }
 
     def words(self, kind: CardKind) -> ModuleWords:
         """What the words and bits of a kind of card are called with this wiring."""

@@ -70,6 +70,7 @@ def _record(kind: CardKind) -> ModuleRecord:
         status=CardView,
         follows=lambda options: CardOptions.of(options).follows,
         buttons=lambda options: () if kind.analog else CardOptions.of(options).buttons,
+        signals=lambda options: CardOptions.of(options).signals if kind.channels_in else {},
     )
 
 
