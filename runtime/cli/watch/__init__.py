@@ -1,20 +1,27 @@
 """`scanrack watch`: a rack that runs, in the browser.
 
     scan process                                   monitor process
-    command.py, keeper.py -> runtime/live  ==ring==> monitor.py -> server.py -> pages
+    play.py, keeper.py -> runtime/live  ==ring==> session_monitor.py -> server.py -> pages
                                  ^------- orders -----'
 
 | file | what it is for |
 |---|---|
 | `command.py` | the command: options in, an exit status out |
 | `keeper.py` | starts the monitor process, and starts it again when it dies |
-| `monitor.py` | the monitor process: rows in, pages and questions served |
+| `monitor.py` | what pages look at |
+| `session_monitor.py`, `trace_monitor.py` | of a rack that runs; of a recording |
+| `questions.py` | what a page may ask |
 | `server.py` | files and the socket; the only file that imports `websockets` |
+| `play.py`, `recorded.py` | a session from start to end with its branches; a recording |
+| `editor.py` | the program's file is saved: loaded beside the scans, taken over between two |
+| `text.py` | the terminal's view |
 | `gate.py` | who may come in: names of hosts, origins, headers, files, as tables |
-| `page.py` | one open page: what it was shown last, what it may ask |
-| `hello.py` | what a page is told of a rack once |
-| `recent.py` | the latest rows, by scan |
-| `strip.py` | edges and envelopes from rows |
-| `shadow.py` | runs scans of a ladder program again: tags and power of any of them |
+| `page.py` | one open page: what it was shown last, how much it may ask |
+| `hello.py`, `catalog.py` | what a page is told once: of the rack, of its program |
+| `picture.py`, `strip.py` | what a frame shows of a scan; edges and envelopes |
+| `recent.py`, `timeline.py` | rows by scan: the latest, and those of the recording |
+| `event_log.py` | events, and the forces, rules and waiting lines of any scan |
+| `shadow.py` | runs scans of a ladder program again, for tags and power of any of them |
+| `indexer.py` | runs all scans of a recording once, for values now and then |
 | `web/` | the page itself |
 """

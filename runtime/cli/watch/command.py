@@ -68,6 +68,9 @@ def _watch_command(
         typer.Option("--control", help="With --live: take orders, too; without it the page is read-only."),
     ] = False,
     opened: Annotated[bool, typer.Option("--open", help="Open the page in the browser.")] = False,
+    text: Annotated[
+        bool, typer.Option("--text", help="Show bits, values and events in the terminal, too, at 4 Hz.")
+    ] = False,
     trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with a trace.")] = False,
 ) -> None:
     if Path(rack.partition("#")[0].partition(":")[0]).suffix not in RACK_FORMS:
@@ -89,7 +92,7 @@ def _watch_command(
     except ValueError as error:
         raise typer.Exit(complain(str(error), BAD_INPUT)) from error
     looking = read_only or (live and not control)
-    wanted = Wanted(rack, port, factor, paused, looking, record, count, live, opened)
+    wanted = Wanted(rack, port, factor, paused, looking, record, count, live, opened, text)
     raise typer.Exit(watch_job(job, wanted))
 
 

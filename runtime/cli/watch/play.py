@@ -13,7 +13,7 @@ import socket
 import tempfile
 import webbrowser
 from collections.abc import Sequence
-from contextlib import ExitStack, nullcontext
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
@@ -40,6 +40,7 @@ from .editor import Editor, Takeover
 from .keeper import Keeper
 from .monitor import About
 from .session_monitor import Setup
+from .text import TextView
 
 HOST = "127.0.0.1"
 KEY_BYTES = 16
@@ -59,6 +60,7 @@ class Wanted:
         scans: how many scans; None = until Ctrl-C.
         live: real ports may be driven.
         opened: open the page in the browser.
+        text: show the session in the terminal, too.
     """
 
     rack: str
@@ -70,6 +72,7 @@ class Wanted:
     scans: int | None
     live: bool
     opened: bool
+    text: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,6 +199,10 @@ class _Play:
         tap.session, session.attend, session.give = session, tap.attend, tap.give
         if start.orders is not None:
             self._tell_branch(tap, trace, start)
+        if self._wanted.text:
+            view = TextView(job.spec.name, run.rack, session, pacer)
+            run.cpu.add_listener(view)
+            view.begin()
         run.cpu.add_listener(watching(tap, run.logic))
         return session
 
@@ -230,7 +237,7 @@ class _Play:
         """Run a session to its end, whatever that is; return the exit status."""
         wanted = self._wanted
         try:
-            with frozen_collector() if wanted.live else nullcontext(), run.cpu:
+            with frozen_collector(), run.cpu:
                 if start.orders is not None:
                     session.repeat_to(start.scan)
                     session.set_speed(wanted.speed)
