@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -89,13 +90,21 @@ def logic(scan):
 """
 
 
-def test_a_search_finds_the_signal_that_breaks_a_program(tmp_path: Path) -> None:
+def test_a_signal_breaks_a_program(tmp_path: Path) -> None:
     (tmp_path / "tank.py").write_text(PROGRAM)
     (tmp_path / "rack.toml").write_text(
         'program = "tank.py"\nrun_for_s = 0.05\n[[slot]]\nnumber = 2\nmodule = "1769-IF4"\n[slot.options]\n'
         'inputs = { level = 0 }\nranges = { level = "4..20 mA" }\n'
     )
-    words = ["fuzz", tmp_path / "rack.toml", "--runs", 30, "--out", tmp_path / "found", "--only", "inputs"]
+    (tmp_path / "high.json").write_text(json.dumps(HIGH.to_json()))
+    words = [
+        "fuzz",
+        tmp_path / "rack.toml",
+        "--scenario",
+        tmp_path / "high.json",
+        "--out",
+        tmp_path / "found",
+    ]
     result = CliRunner().invoke(build(), [str(word) for word in words])
     assert result.exit_code == 1, result.output
-    assert "input level of slot 2 is" in result.output
+    assert "the tank runs over" in result.output
