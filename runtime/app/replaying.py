@@ -165,11 +165,12 @@ def _gaps(numbers: Sequence[int]) -> Iterator[str]:
 
 def _forces(recording: Recording) -> Mapping[int, Mapping[str, int]]:
     """Return the forces by the scan from which they were in effect."""
-    return {
-        event.scan: {address: int(str(value)) for address, value in event.fields.items() if address != "tags"}
-        for event in recording.events
-        if event.topic == "/forces"
-    }
+    return {event.scan: image_forces(event) for event in recording.events if event.topic == "/forces"}
+
+
+def image_forces(event: TraceEvent) -> dict[str, int]:
+    """Return the forces of images in a message on /forces, by address; those of tags stand beside them."""
+    return {address: int(str(value)) for address, value in event.fields.items() if address != "tags"}
 
 
 def recorded_stimuli(recording: Recording) -> Iterator[Stimulus]:

@@ -100,6 +100,8 @@ def _ask_trace(path: Path, what: str | None, moment: Moment, *, trust: bool) -> 
     with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
         tell_notes(trace)
         asked = why_of_trace(trace, Path(folder), what, moment, trust=trust)
+    for note in asked.notes:
+        say(f"note: {note}", err=True)
     _say(f"scan {asked.scan:,}, {short_seconds(asked.now_ns)} s:", asked.text, what)
 
 

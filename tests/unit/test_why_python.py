@@ -126,6 +126,7 @@ def test_forces_and_what_a_test_writes_are_no_lines(line):
     line.force("O:1.2", 5)
     line.scan()
     assert line.why("O:1.2") == "O:1.2 is 5 because it is forced."
+    assert line.why("O:1.2/0") == "O:1.2/0 is 1 because it is forced."
     line.unforce("O:1.2")
     line.scan()
     assert "line.py" not in line.why("O:1.2").splitlines()[0]  # no line took the force away
@@ -226,6 +227,17 @@ def test_a_trace_of_a_ladder_program_answers_with_its_rungs(tmp_path):
     ]
     assert until[0].stdout.partition(": ")[2] == until[1].stdout.partition(": ")[2]
     assert "EQU(Axis.State,6)OTE(Trouble)" in until[1].stdout
+
+
+def test_a_trace_in_which_tags_were_forced_says_so(tmp_path):
+    trace = tmp_path / "forced.mcap"
+    with open_bench("examples/feeder/feeder.toml", record=trace) as bench:
+        bench.scan(100)
+        bench.force("Trouble", True)
+        bench.scan(100)
+        assert "slot 1: " in bench.why()
+    answer = invoke("why", trace, "Trouble")
+    assert (answer.exit_code, "note: tags were forced or set from outside" in answer.stderr) == (0, True)
 
 
 def test_about_the_whole_rack_a_ladder_program_names_its_rungs():

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass, field
 from io import StringIO
 from pathlib import Path
@@ -21,15 +21,12 @@ from typing import Any
 
 from ....traces.replay import Recording
 from ...config.rackspec import RackSpec
-from ...loop.events import JsonValue
-from ...loop.faults import CpuFault
-from ...loop.rack import SLOT_BYTES, Slot
+from ...loop.rack import Slot
 from ...loop.scan import Logic, Scan
 from ..attachments import forget_imported
-from ..build import build_playback
-from ..replaying import recorded_rack, score_of
 from ..wrapped import Wrapped
 from .conditions import Stands, stands_in, values_of
+from .following import Following
 from .lines import Line, Lines
 from .reads import Reads
 from .senders import Sender, senders
@@ -120,14 +117,10 @@ def run_again(
     with fresh(load) as logic:
         read = None if watched is None else watched(logic)
         traced = _Traced(logic, rows, read)
-        rack = recorded_rack(recording, spec)
-        follower = _Outputs(recording, rack.memory, traced, last)
-        traced.outputs = follower.of_the_rack
-        cpu = build_playback(spec, score_of(recording), traced, rack, listeners=[follower])
-        follower.stop = cpu.stop
-        with cpu, suppress(CpuFault):  # a fault as recorded; another one shows in the outputs
-            cpu.play()
-        traced.found.departs = follower.departs
+        following = Following(recording, spec, last)
+        traced.following = following
+        following.play(traced)
+        traced.found.departs = following.departs
     return traced.found
 
 
@@ -148,8 +141,7 @@ class _Traced(Wrapped):
     """A logic that is traced in some scans.
 
     Attributes:
-        row: the present scan.
-        outputs: returns all output images.
+        following: the run that it is a part of.
         found: what was found.
     """
 
@@ -161,19 +153,18 @@ class _Traced(Wrapped):
         self._reads.counts = lambda: self._lines.in_program
         self._values: dict[Line, dict[str, str]] = {}
         self._looked = 0
-        self.row = 0
-        self.outputs: Callable[[], bytes] = bytes
+        self.following: Following
         self.found = Again(value=None if read is None else read())
 
     def __call__(self, scan: Scan) -> None:
         self._reads.watch(scan.slot)
-        if self.row not in self._rows:
+        if self.following.row not in self._rows:
             self._logic(scan)
         else:
             self._reads.on, self._looked = True, 0
             self._values.clear()
             self._reads.masks.clear()
-            self.found.changes[self.row] = []
+            self.found.changes[self.following.row] = []
             try:
                 self._lines.call(self._logic, scan)
             finally:
@@ -189,10 +180,10 @@ class _Traced(Wrapped):
         if self._read is not None:
             value = self._read()
             if value != self.found.value:
-                self.found.value, self.found.watched = value, self.row
+                self.found.value, self.found.watched = value, self.following.row
 
     def _watch(self) -> tuple[bytes, Any]:
-        return self.outputs(), None if self._read is None else self._read()
+        return self.following.outputs(), None if self._read is None else self._read()
 
     def _begins(self, line: Line, frame: FrameType) -> None:
         self._looked += 1
@@ -208,44 +199,4 @@ class _Traced(Wrapped):
         masks = dict(self._reads.masks)
         sent = () if line.number else senders(self._logic)
         change = Changed(line, before, after, stands, self._values.get(line, {}), masks, sent)
-        self.found.changes[self.row].append(change)
-
-
-class _Outputs:
-    """A listener that compares the outputs with the recorded ones, and ends the run.
-
-    Attributes:
-        departs: row of the first scan whose outputs are others.
-        stop: ends the run.
-    """
-
-    def __init__(self, recording: Recording, memory: bytearray, traced: _Traced, last: int) -> None:
-        self._recorded = recording.memory
-        self._memory, self._traced, self._last = memory, traced, last
-        half = SLOT_BYTES // 2
-        self._spans = [slice(place, place + half) for place in range(0, len(memory), SLOT_BYTES)]
-        self.departs: int | None = None
-        self.stop: Callable[[], None] = lambda: None
-
-    def of_the_rack(self) -> bytes:
-        """Return all output images."""
-        return b"".join([self._memory[span] for span in self._spans])
-
-    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        """Ignore events."""
-
-    def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Compare a scan."""
-        row = self._traced.row
-        if self.departs is None and self._differ(self._recorded[row]):
-            self.departs = row
-        self._traced.row = row + 1
-        if row >= self._last:
-            self.stop()
-
-    def _differ(self, recorded: bytes) -> bool:
-        memory = self._memory
-        return recorded != memory and any(recorded[span] != memory[span] for span in self._spans)
-
-    def close(self) -> None:
-        """Nothing is open."""
+        self.found.changes[self.following.row].append(change)

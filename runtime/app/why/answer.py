@@ -23,7 +23,7 @@ from .past import ALL_BITS, Past, SlotPast
 from .telling import told, told_sender
 from .waits import waits
 
-NO_LINE = "no line of the program wrote it in that scan: it was written from outside"
+NO_LINE = "no line of the program wrote it in that scan: a force came or went, or a test wrote it"
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ class Why:
         past, image = self.past, _side(place)
         mask = ALL_BITS if place.bit is None else 1 << place.bit
         value = self._value(place)
-        if str(place) in past.forces:
+        if past.is_forced(place):
             yield f"{text} is {value} because it is forced."
             return
         row = past.last_change(place.slot, image, place.word, mask)

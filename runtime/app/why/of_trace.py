@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,16 +11,13 @@ from ....ladder.debug import Debugger
 from ....traces.reader import Trace
 from ....traces.replay import Recording
 from ...config.rackspec import RackSpec
-from ...loop.events import JsonValue
-from ...loop.faults import CpuFault
 from ..attachments import PYTHON, job_of
 from ..bench import NotReachedError
-from ..build import build_playback
 from ..loading import Job
-from ..playback import Playback
-from ..replaying import recorded_rack, score_of
+from ..replaying import edit_notes, outside_notes, score_of
 from .again import Load
 from .answer import Why
+from .following import Following
 from .moment import Moment
 
 
@@ -33,11 +29,13 @@ class Asked:
         scan: number of the scan.
         now_ns: its time.
         text: the answer.
+        notes: what may make it untrue.
     """
 
     scan: int
     now_ns: int
     text: str
+    notes: tuple[str, ...] = ()
 
 
 def why_of_trace(trace: Trace, folder: Path, what: str | None, moment: Moment, *, trust: bool) -> Asked:
@@ -91,46 +89,25 @@ def _of_ladder(recording: Recording, job: Job, what: str | None, moment: Moment)
         row = _reached(moment, images.first_on(moment.until))
         moment = Moment(at=str(recording.numbers[row]))
     last = len(recording.scans) - 1 if moment.until is not None else moment.row(recording)
-    rack = recorded_rack(recording, job.spec)
-    stopper = _Stopper(debugger, moment.until, last)
-    cpu = build_playback(job.spec, score_of(recording), debugger, rack, listeners=[stopper])
-    stopper.cpu = cpu
-    with cpu, suppress(CpuFault):  # as it did when it was recorded
-        cpu.play()
-    row = _reached(moment, stopper.row if stopper.met or moment.until is None else None)
+    until = moment.until
+    over = bool if until is None else lambda: debugger.tags[until]
+    following = Following(recording, job.spec, last, over)
+    following.play(debugger)
+    row = _reached(moment, following.row - 1 if following.met or until is None else None)
     why = Why(recording, row, job.spec, None, debugger.why)
+    notes = [*edit_notes(recording.events), *outside_notes(score_of(recording)), *_departed(why, following)]
     if what is None:
-        return _asked(recording, row, why.rack())
+        return _asked(recording, row, why.rack(), notes)
     own = what in debugger.tags or not why.means_image(what)
-    return _asked(recording, row, debugger.why(what) if own else why.of(what))
+    return _asked(recording, row, debugger.why(what) if own else why.of(what), notes)
 
 
-class _Stopper:
-    """A listener that ends a run in a row, or when a tag is on.
-
-    Attributes:
-        row: the present row.
-        met: whether the tag is on.
-    """
-
-    def __init__(self, debugger: Debugger, until: str | None, last: int) -> None:
-        self._debugger, self._until, self._last = debugger, until, last
-        self.row = -1
-        self.met = False
-        self.cpu: Playback
-
-    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        """Ignore events."""
-
-    def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Stop at the row, or when the tag is on."""
-        self.row += 1
-        self.met = self._until is not None and bool(self._debugger.tags[self._until])
-        if self.met or self.row >= self._last:
-            self.cpu.stop()
-
-    def close(self) -> None:
-        """Nothing is open."""
+def _departed(why: Why, following: Following) -> list[str]:
+    """Return a note if the program has not done as recorded."""
+    if following.departs is None:
+        return []
+    when = why.past.when(following.departs)
+    return [f"run again on the recorded inputs, the program writes other words from {when} on"]
 
 
 def _reached(moment: Moment, row: int | None) -> int:
@@ -139,5 +116,5 @@ def _reached(moment: Moment, row: int | None) -> int:
     return row
 
 
-def _asked(recording: Recording, row: int, text: str) -> Asked:
-    return Asked(recording.numbers[row], recording.times[row], text)
+def _asked(recording: Recording, row: int, text: str, notes: Sequence[str] = ()) -> Asked:
+    return Asked(recording.numbers[row], recording.times[row], text, tuple(notes))

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from ....io_images.addresses import Address
 from ....io_images.image import WORDS
 from ....traces.image_text import short_seconds
 from ....traces.layout import SlotInfo
@@ -15,6 +16,7 @@ from ....traces.packed import CHUNK_SCANS
 from ....traces.reader import TraceEvent
 from ....traces.replay import Recording
 from ....traces.sequence_steps import Step, steps_of
+from ..replaying import image_forces
 
 ALL_BITS = 0xFFFF
 
@@ -95,11 +97,12 @@ class Past:
     @cached_property
     def forces(self) -> Mapping[str, int]:
         """The forces in effect, by address."""
-        active: Mapping[str, object] = {}
-        for each in self.events:
-            if each.topic == "/forces":
-                active = each.fields
-        return {address: int(str(value)) for address, value in active.items()}
+        told = [each for each in self.events if each.topic == "/forces"]
+        return image_forces(told[-1]) if told else {}
+
+    def is_forced(self, place: Address) -> bool:
+        """Return whether a bit or word is forced, a bit also with its word."""
+        return bool({str(place), str(replace(place, bit=None))} & set(self.forces))
 
     @cached_property
     def sequences(self) -> Sequence[Step]:

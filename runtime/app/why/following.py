@@ -1,0 +1,76 @@
+"""A program on recorded inputs, up to a scan; its outputs are compared with the recorded ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+
+from ....io_images.image import IMAGE_BYTES
+from ....traces.replay import Recording
+from ...config.rackspec import RackSpec
+from ...loop.events import JsonValue
+from ...loop.faults import CpuFault
+from ...loop.rack import SLOT_BYTES
+from ...loop.scan import Logic
+from ..build import build_playback
+from ..replaying import recorded_rack, score_of
+
+
+class Following:
+    """A run of a program on the inputs of a recording; a listener of its own scan loop.
+
+    Args:
+        recording: the inputs, and the outputs that are expected.
+        spec: the rack.
+        last: row of the last scan to run.
+        over: asked after each scan whether that was the last one.
+
+    Attributes:
+        row: the present scan; after the run the one behind it.
+        departs: row of the first scan whose outputs are not the recorded ones; None if all are.
+        met: whether `over` has ended it.
+    """
+
+    def __init__(
+        self, recording: Recording, spec: RackSpec, last: int, over: Callable[[], object] = bool
+    ) -> None:
+        self._recording, self._spec, self._last, self._over = recording, spec, last, over
+        self._recorded = recording.memory
+        self._rack = recorded_rack(recording, spec)
+        self._memory = self._rack.memory
+        self._spans = [slice(at, at + IMAGE_BYTES) for at in range(0, len(self._memory), SLOT_BYTES)]
+        self._stop: Callable[[], None] = lambda: None
+        self.row = 0
+        self.departs: int | None = None
+        self.met = False
+
+    def play(self, logic: Logic) -> None:
+        """Run a program; a fault ends the run, as it did when it was recorded."""
+        cpu = build_playback(self._spec, score_of(self._recording), logic, self._rack, listeners=[self])
+        self._stop = cpu.stop
+        with cpu, suppress(CpuFault):
+            cpu.play()
+
+    def outputs(self) -> bytes:
+        """Return all output images as they stand."""
+        return b"".join([self._memory[span] for span in self._spans])
+
+    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
+        """Ignore events."""
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Compare a scan, and end the run with the last one."""
+        row = self.row
+        if self.departs is None and self._differ(self._recorded[row]):
+            self.departs = row
+        self.row = row + 1
+        self.met = bool(self._over())
+        if self.met or row >= self._last:
+            self._stop()
+
+    def _differ(self, recorded: bytes) -> bool:
+        memory = self._memory
+        return recorded != memory and any(recorded[span] != memory[span] for span in self._spans)
+
+    def close(self) -> None:
+        """Nothing is open."""
