@@ -2,9 +2,9 @@
 
 import { button, el } from "./dom.js";
 import { field } from "./find.js";
-import * as orders from "./orders.js";
 import { toggleBreakpoint, moveRung } from "./program.js";
-import { goOn, moveBy } from "./scrub.js";
+import { moveBy } from "./scrub.js";
+import { step, toggle } from "./transport.js";
 import { forceSelected } from "./tag.js";
 import { run } from "./state.js";
 
@@ -12,8 +12,8 @@ const second = () => Math.round(1e9 / (run.hello?.period_ns ?? 2e6));
 
 // key: what it does, and how the help says so
 const KEYS = {
-  " ": [() => (run.state === "live" ? orders.pause() : goOn()), "space", "pause, go on"],
-  ".": [() => (run.state === "past" ? moveBy(1) : orders.step(1)), ".", "one scan on"],
+  " ": [toggle, "space", "pause, go on"],
+  ".": [step, ".", "one scan on"],
   ",": [() => moveBy(-1), ",", "one scan back"],
   "[": [() => moveBy(-second()), "[", "one second back"],
   "]": [() => moveBy(second()), "]", "one second on"],

@@ -29,6 +29,10 @@ function hear(message) {
   } else if (message.frame) {
     if (run.state === "lost") hush("lost");
     take(message.frame);
+  } else if (message.edited) {
+    tell(edited(message.edited), "told");
+  } else if ("mistake" in message) {
+    message.mistake ? tell(mistaken(message.mistake), "mistake") : hush("mistake");
   } else if (message.note) {
     tell(message.note, "told");
   } else if (message.lost) {
@@ -38,6 +42,15 @@ function hear(message) {
     tell(message.lost, "lost");
   }
 }
+
+// What an edit has done to the tags, one line each.
+function edited({ text, ...tags }) {
+  const groups = ["new", "changed", "dropped"].filter(name => tags[name]?.length);
+  return [text || "The edited program has been taken over.", ...groups.map(name => `${name}: ${tags[name].join(", ")}`)].join("\n");
+}
+
+const mistaken = ({ text, file, line }) =>
+  `The old program goes on. ${[file, line].filter(Boolean).join(":")}${file ? ": " : ""}${text}`;
 
 // Opens what the link asks for.
 function follow() {

@@ -3,6 +3,8 @@
 import { at, setText } from "./dom.js";
 
 const LASTS_MS = 8000;
+const LASTING = ["lost", "mistake"]; // until they are over
+
 let timer = 0;
 
 export function tell(text, kind = "refused") {
@@ -10,7 +12,7 @@ export function tell(text, kind = "refused") {
   setText(notice, text);
   notice.dataset.kind = kind;
   clearTimeout(timer);
-  if (kind !== "lost") timer = setTimeout(hush, LASTS_MS);
+  if (!LASTING.includes(kind)) timer = setTimeout(hush, LASTS_MS);
 }
 
 export function hush(kind) {

@@ -32,5 +32,8 @@ export const breakpoint = place =>
 // Whether the page may change the run.
 export const allowed = () => Boolean(run.hello) && !run.hello.read_only && run.hello.kind === "rack";
 
+// Whether a recording is shown: time is the page's own.
+export const recorded = () => run.hello?.kind === "trace";
+
 // Whether time obeys: a real controller does not wait.
 export const timed = () => allowed() && !run.hello.live_ports;

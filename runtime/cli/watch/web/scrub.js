@@ -52,8 +52,9 @@ export function goOn() {
 export const moveBy = scans => lookAt((run.scan ?? 0) + scans);
 
 async function branch() {
-  const answer = await orders.branch(run.scan);
-  if (answer) link({ scan: null });
+  const scan = run.scan;
+  link({ scan: null }); // the new session greets the page before the answer comes
+  if (!await orders.branch(scan)) link({ scan });
 }
 
 onPaint(() => {
@@ -67,6 +68,7 @@ onPaint(() => {
   const period = run.hello.period_ns;
   setText(ago, past ? `−${clock((last - run.scan) * period)}` : "");
   live.disabled = !past;
+  setFlag(live, "hidden", run.hello.kind !== "rack");
   branchButton.disabled = !orders.timed() || !["past", "paused"].includes(run.state);
   setFlag(branchButton, "hidden", run.hello.kind !== "rack");
 });

@@ -7,29 +7,16 @@ import { incidentsButton } from "./incidents.js";
 import { helpButton } from "./keys.js";
 import { tell } from "./notice.js";
 import * as orders from "./orders.js";
-import { goOn, scrubber } from "./scrub.js";
+import { scrubber } from "./scrub.js";
 import { onHello, onPaint, run } from "./state.js";
+import { transport } from "./transport.js";
 
 const MODES = { program: "Program", test: "Test", run: "Run" };
-const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 60, "max"];
 const STATES = { live: ["●", "Live"], paused: ["❚❚", "Paused"], past: ["◀", "Past"], lost: ["✕", "Lost"] };
 
 const modes = Object.entries(MODES).map(([name, title]) =>
   button(title, () => orders.mode(name), { "data-mode-key": name, "aria-pressed": "false", title: `Turn the key to ${title}` }));
 const key = el("div", { class: "key", role: "group", "aria-label": "Key" }, ...modes);
-
-const pauseButton = button("Pause", orders.pause, { text: "❚❚", title: "Pause (space)", class: "sign" });
-const goButton = button("Go on", goOn, { text: "▶", title: "Go on (space)", class: "sign" });
-const stepButton = button("Step", () => orders.step(1), { text: "▶❘", title: "One scan (.)", class: "sign" });
-const speedChoice = el("select", { "aria-label": "Speed", title: "Speed wanted", change: chosen },
-  ...SPEEDS.map(speed => el("option", { value: speed }, speed === "max" ? "max" : `${speed}×`)));
-const transport = el("div", { class: "transport", role: "group", "aria-label": "Time" },
-  pauseButton, goButton, stepButton, speedChoice);
-
-function chosen() {
-  const value = speedChoice.value;
-  orders.speed(value === "max" ? value : Number(value));
-}
 
 const figure = (title, kind, hint) => {
   const value = el("output", { class: "figure" }, "–");
@@ -55,9 +42,8 @@ function build(hello) {
   record.node.title = hello.record ? `Recording to ${hello.record}` : "Nothing is recorded";
   setFlag(document.documentElement, "data-read-only", !orders.allowed());
   for (const each of modes) each.disabled = !orders.allowed();
-  speedChoice.disabled = stepButton.disabled = pauseButton.disabled = goButton.disabled = !orders.timed();
   at("bar").replaceChildren(
-    el("div", { class: "row" }, rack, state, key, transport, el("span", { class: "gap" }),
+    el("div", { class: "row" }, rack, state, key, transport(), el("span", { class: "gap" }),
       findBox(), incidentsButton(), helpButton()),
     el("div", { class: "row readings" }, scan.node, time.node, reached.node, late.node, record.node, scrubber()));
   paintMode();
@@ -76,13 +62,9 @@ function paint(changes) {
   paintMode();
 }
 
-function paintSpeed({ wanted, reached: got }) {
-  setText(reached.value, run.state === "live" && got !== null ? times(got) : "0×");
-  const wish = String(wanted);
-  if (![...speedChoice.options].some(option => option.value === wish)) {
-    speedChoice.append(el("option", { value: wish }, times(wanted)));
-  }
-  if (document.activeElement !== speedChoice) speedChoice.value = wish;
+function paintSpeed({ reached: got }) {
+  if (orders.recorded()) setText(reached.value, "–");
+  else setText(reached.value, run.state === "live" && got !== null ? times(got) : "0×");
 }
 
 export function paintMode() {
@@ -91,10 +73,6 @@ export function paintMode() {
   setText(stateWord, run.mode === "fault" && run.state === "live" ? "Fault" : word);
   setAttribute(state, "data-fault", run.mode === "fault" ? "" : null);
   for (const each of modes) setAttribute(each, "aria-pressed", String(each.dataset.modeKey === run.mode));
-  if (orders.timed()) {
-    pauseButton.disabled = run.state !== "live";
-    goButton.disabled = run.state === "live" || run.state === "lost";
-  }
 }
 
 onHello(build);

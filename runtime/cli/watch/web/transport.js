@@ -1,0 +1,72 @@
+// Pause, go on, one scan, speed: of the rack, or of a recording that the page plays.
+
+import { button, el } from "./dom.js";
+import { times } from "./format.js";
+import * as orders from "./orders.js";
+import { play, player, rest } from "./player.js";
+import { goOn, moveBy } from "./scrub.js";
+import { onHello, onPaint, run } from "./state.js";
+
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 60, "max"];
+const FASTEST = 60; // times real time that a recording is played at most
+
+const pauseButton = button("Pause", pause, { text: "❚❚", title: "Pause (space)", class: "sign" });
+const goButton = button("Go on", go, { text: "▶", title: "Go on (space)", class: "sign" });
+const stepButton = button("Step", step, { text: "▶❘", title: "One scan (.)", class: "sign" });
+const speedChoice = el("select", { "aria-label": "Speed", title: "Speed wanted", change: chosen },
+  ...SPEEDS.map(speed => el("option", { value: speed }, speed === "max" ? "max" : `${speed}×`)));
+const node = el("div", { class: "transport", role: "group", "aria-label": "Time" },
+  pauseButton, goButton, stepButton, speedChoice);
+
+export const transport = () => node;
+
+export const toggle = () => (run.state === "live" || player.playing ? pause() : go());
+
+export function step() {
+  if (orders.recorded() || run.state === "past") moveBy(1);
+  else orders.step(1);
+}
+
+function pause() {
+  if (!orders.recorded()) return orders.pause();
+  rest();
+  paint();
+}
+
+function go() {
+  if (!orders.recorded()) return goOn();
+  play(paint);
+  paint();
+}
+
+function chosen() {
+  const value = speedChoice.value, factor = value === "max" ? value : Number(value);
+  if (orders.recorded()) player.speed = factor === "max" ? FASTEST : factor;
+  else orders.speed(factor);
+}
+
+function paint() {
+  const obeys = orders.timed() || orders.recorded(), moves = orders.recorded() ? player.playing : run.state === "live";
+  pauseButton.disabled = !obeys || !moves;
+  goButton.disabled = !obeys || moves || run.state === "lost";
+  stepButton.disabled = speedChoice.disabled = !obeys;
+}
+
+function paintSpeed(wanted) {
+  const wish = String(wanted);
+  if (![...speedChoice.options].some(option => option.value === wish)) {
+    speedChoice.append(el("option", { value: wish }, times(wanted)));
+  }
+  if (document.activeElement !== speedChoice) speedChoice.value = wish;
+}
+
+onHello(() => {
+  rest();
+  if (orders.recorded()) paintSpeed(player.speed);
+  paint();
+});
+
+onPaint(({ speed }) => {
+  if (speed && !orders.recorded()) paintSpeed(speed.wanted);
+  paint();
+});

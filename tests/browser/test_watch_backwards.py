@@ -1,0 +1,76 @@
+"""Backwards: the past of a session, another way from a scan of it, and recordings in the same page."""
+
+import pytest
+from watched_page import until, watching
+
+
+def test_a_branch_goes_another_way_from_a_scan_of_the_past(page, paused):
+    page.open(paused.link, paused=True)
+    page.step(2000)
+    page.until_scan(1999, "paused")
+    page.run("location.hash += '&scan=1200'")
+    page.until_scan(1200, "past")
+    power, strokes = page.power(), page.value("Strokes.ACC")
+    page.press("Branch from here")
+    page.until_scan(1200, "paused")
+    page.until_there("svg.rung")
+    page.until_power(power)
+    assert page.value("Strokes.ACC") == strokes
+    assert "scan=" not in page.browser.current_url
+    page.press("Step")
+    page.until_scan(1201, "paused")
+
+
+@pytest.fixture
+def recording(tmp_path):
+    from scanrack.runtime.cli import build
+    from typer.testing import CliRunner
+
+    trace = tmp_path / "run.mcap"
+    words = ["run", "examples/feeder/feeder.toml", "--record", str(trace), "--for", "5 s"]
+    assert CliRunner().invoke(build(), words).exit_code == 0
+    return trace
+
+
+def test_a_recording_is_opened_at_a_scan_and_a_rung(page, recording):
+    with watching(recording) as session:
+        page.open(f"{session.link}&scan=1700&rung=Main.9")
+        page.until_scan(1700, "past")
+        until(
+            lambda: (
+                page.run("return document.querySelector('[data-at][aria-current]')?.dataset.at") == "Main.9"
+            )
+        )
+        until(lambda: page.power().get("Main.9.2") == "1")  # BackGo since scan 1697
+        for name in ("Run", "Program", "Force", "Press External"):
+            controls = page.run("return [...document.querySelectorAll('button')]")
+            named = [each for each in controls if each.accessible_name == name]
+            assert not any(each.is_enabled() for each in named)
+
+
+def test_a_recording_is_played(page, recording):
+    with watching(recording) as session:
+        page.open(f"{session.link}&scan=100")
+        page.until_scan(100, "past")
+        page.press("Go on")
+        until(lambda: int(page.handle("scan")) > 200)
+        page.press("Pause")
+        assert page.control("Go on").is_enabled()
+        page.press("Step")
+        before = int(page.handle("scan"))
+        page.press("Step")
+        page.until_scan(before + 1, "past")
+
+
+def test_the_slider_and_the_arrows_move_through_the_past(page, paused):
+    page.open(paused.link, paused=True)
+    page.step(1000)
+    page.until_scan(999, "paused")
+    drag = "arguments[0].value = 400; arguments[0].dispatchEvent(new Event('input', {bubbles: true}))"
+    page.run(drag, page.control("Scan shown"))
+    page.until_scan(400, "past")
+    page.run("document.activeElement.blur()")
+    body = page.browser.find_element("css selector", "body")
+    for key, scan in ((".", 401), (",", 400), ("\ue014", 410), ("\ue012", 400), ("]", 900), ("[", 400)):
+        body.send_keys(key)  # \ue014 and \ue012 are the arrows to the right and to the left
+        page.until_scan(scan, "past")
