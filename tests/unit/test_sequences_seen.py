@@ -235,3 +235,7 @@ def test_what_an_axis_reads_is_not_what_the_line_has_read(rack, tmp_path):
         "  inside of if self.start and not self.lamp [self.start = True, self.lamp = False]",
         "  read before it in that scan: slot 1: IN_CAPTURE 1",
     ]
+    trace = tmp_path / "lamp.mcap"
+    assert invoke("run", rack, "--record", trace, "-q").exit_code == 0
+    by_address = invoke("why", trace, "Local:2:O.Data.3", "--at", "52", "--trust").stdout
+    assert "Local:2:O.Data.3 is 1 since scan 50 (0.1 s): line.py:17 in every_scan" in by_address

@@ -2,6 +2,10 @@
 
 import pytest
 from scanrack import open_bench
+from scanrack.runtime.cli import build
+from scanrack.traces.layout import SlotInfo
+from scanrack.traces.recorder import ScanRecorder
+from typer.testing import CliRunner
 
 PROGRAM = """from scanrack import (
     Configuration, Direction, Hold, Idle, InputBit, Manual, Move, MoveKind, PresetPosition, ResetErrors
@@ -139,3 +143,19 @@ def test_an_error_names_its_rule_and_what_clears_it(bench):
         "chapter 6, Command Error 3]; RESET_ERRORS clears it [RST-01, chapter 4, Reset Errors]"
     )
     assert said[1].startswith("COMMAND_ERROR since scan 11 (0.022 s)")
+
+
+def test_a_trace_that_does_not_say_what_made_it_answers_from_its_images(tmp_path):
+    path = tmp_path / "hardware.mcap"
+    memory = bytearray(32)
+    recorder = ScanRecorder(path, memory, [SlotInfo(1, "amci3601", "4.1")], scan_period_ns=2_000_000)
+    for scan in range(5):
+        memory[:2] = (scan >= 2).to_bytes(2, "little")  # ABSOLUTE_MOVE from scan 2 on
+        memory[16:18] = (0x4001 if scan >= 3 else 0x4000).to_bytes(2, "little")  # MOVING_CW, MODULE_OK
+        recorder.scan(scan, scan * 2_000_000, 1)
+    recorder.close()
+    result = CliRunner().invoke(build(), ["why", str(path)])
+    assert result.exit_code == 0, result.output
+    assert "slot 1: moving CW, at 0: ABSOLUTE_MOVE since scan 2 (0.004 s)" in result.stdout
+    bit = CliRunner().invoke(build(), ["why", str(path), "slot1.command.ABSOLUTE_MOVE"])
+    assert "slot1.command.ABSOLUTE_MOVE is 1 since scan 2 (0.004 s)." in bit.stdout

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 from ....io_images.addresses import Address, parse_address
 from ....io_images.image import IMAGE_BYTES, WORDS
+from ....io_images.module_words import ModuleWords
 from ....traces.event_text import describe
 from ....traces.image_text import module_text
 from ....traces.layout import SlotInfo
@@ -33,14 +34,14 @@ class Why:
     Args:
         recording: the scans.
         row: row of the scan in question.
-        spec: the rack.
+        spec: the rack; None if a trace does not say what made it.
         load: how the Python program is loaded anew; None for one that has no lines.
         by_rung: of a ladder program that stands in that scan: says why a tag is as it is, see `Debugger.why`.
     """
 
     recording: Recording
     row: int
-    spec: RackSpec
+    spec: RackSpec | None
     load: Load | None
     by_rung: Callable[[str], str] | None = None
 
@@ -55,7 +56,17 @@ class Why:
         Raises:
             ValueError: it means none.
         """
-        return parse_address(text, {slot.number: slot.words for slot in self.recording.slots})
+        return parse_address(text, self.words)
+
+    @cached_property
+    def words(self) -> Mapping[int, ModuleWords]:
+        """What the words of the slots are called; the rack says more of a card's data than a trace."""
+        given = {slot.number: slot.words for slot in (self.spec.slot if self.spec else ())}
+        recorded = {slot.number: slot.words for slot in self.recording.slots}
+        return {
+            number: given[number] if given.get(number) == words else words
+            for number, words in recorded.items()
+        }
 
     def means_image(self, text: str) -> bool:
         """Return whether a text is the address of a bit or word of an image."""
@@ -85,7 +96,7 @@ class Why:
         if self.means_image(text) or self.load is None:
             return "\n".join(self._of_image(text, self.place(text)))
         with fresh(self.load) as logic:
-            names = Names(logic, {slot.number: slot.words for slot in self.recording.slots})
+            names = Names(logic, self.words)
         own = names.own(text)
         if own in names.addresses:
             return "\n".join(self._of_image(text, self.place(names.addresses[own])))
@@ -93,7 +104,7 @@ class Why:
             return "\n".join(self._of_sequence(own, names, self.load))
         if own in names.axes:
             return "\n".join(self._of_axis(own, names))
-        return "\n".join(self._of_value(text, self.load))
+        return "\n".join(self._of_value(text))
 
     def rack(self) -> str:
         """Say of every module what it waits for, and which lines last changed its output words."""
@@ -136,7 +147,7 @@ class Why:
                 yield f"  {describe(each.topic, each.scan, each.fields)}"
 
     def _again(self, rows: frozenset[int], last: int, watched: Watched | None = None) -> Again | None:
-        if self.load is None:
+        if self.load is None or self.spec is None:
             return None
         return run_again(self.recording, self.spec, self.load, rows, last, watched)
 
@@ -251,14 +262,15 @@ class Why:
 
     # --- a value of the program
 
-    def _of_value(self, text: str, load: Load) -> Iterator[str]:
+    def _of_value(self, text: str) -> Iterator[str]:
         def watched(logic: Logic) -> Any:
             namespace = namespace_of(logic)
             (value,) = named_values(namespace, [text])
             code = compile(value.source, "<watched>", "eval")
             return lambda: eval(code, namespace)
 
-        first = run_again(self.recording, self.spec, load, frozenset(), self.row, watched)
+        first = self._again(frozenset(), self.row, watched)
+        assert first is not None, "a program with values is loaded from a rack"
         said = f"{text} is {first.value!r}"
         if not first.explains(self.row):
             yield f"{said}: {self._departed(first)}"
@@ -266,7 +278,7 @@ class Why:
             yield f"{said}, and has been since the program was loaded."
         else:
             row = first.watched
-            again = run_again(self.recording, self.spec, load, frozenset({row}), row, watched)
+            again = self._again(frozenset({row}), row, watched) or Again()
             made = [each for each in again.changes.get(row, ()) if each.before[1] != each.after[1]]
             yield from self._told(f"{said} since {self.past.when(row)}", made, row)
 

@@ -71,9 +71,9 @@ def _of_images(
     spec: RackSpec | None = None,
     load: Load | None = None,
 ) -> Asked:
-    asked = Why(recording, 0, spec or RackSpec.model_construct(), load)
+    asked = Why(recording, 0, spec, load)
     row = moment.row(recording) if moment.until is None else _reached(moment, asked.first_on(moment.until))
-    why = Why(recording, row, asked.spec, load)
+    why = Why(recording, row, spec, load)
     return _asked(recording, row, why.rack() if what is None else why.of(what))
 
 
