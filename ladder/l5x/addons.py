@@ -65,7 +65,9 @@ class AddOns:
                 if name in BY_NAME:
                     raise LadderError(f"{record.name} is an instruction here, and an add-on in the file")
                 parameters = tuple(self._parameters(record))
-                self._shapes[name] = AddOn(record.name, parameters, (Routine(LOGIC, ()),), record.comment)
+                shape = AddOn(record.name, parameters, (Routine(LOGIC, ()),), record.comment)
+                self._types.refuse_size(shape.structure)
+                self._shapes[name] = shape
             except LadderError as error:
                 self._wrong[name] = str(error)
                 raise

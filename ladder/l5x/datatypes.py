@@ -11,11 +11,17 @@ from typing import Any
 
 from ..errors import LadderError
 from ..predefined import PREDEFINED_TYPES
-from ..types import BOOL, MAX_DIMENSIONS, TYPES, DataType, Elementary, Member, Structure, count_of, size_of
+from ..types import BOOL, MAX_DIMENSIONS, TYPES, DataType, Elementary, Member, Structure, count_of
 from .records import Data, DataTypeRecord, MemberRecord
 
-MOST_BYTES = 1 << 25
-"""Bytes of a type, see `runnable.MOST_BYTES`."""
+MOST_VALUES = 100_000
+"""Values in one element of a type."""
+
+MOST_IN_ALL = 8_000_000
+"""Values of all tags together: 64 MiB of Python for each engine; controllers have less than half of that."""
+
+DEEPEST = 64
+"""Types that stand in one another."""
 
 _RENAMED: Mapping[str, str] = {"BIT": "BOOL", "BOOLEAN": "BOOL", "TIMER_T": "TIMER"}
 
@@ -39,6 +45,9 @@ class Types:
         self._known: dict[str, DataType] = {name.upper(): kind for name, kind in TYPES.items()}
         self._open: list[str] = []
         self._shown: dict[str, DataType] = {}
+        self._counts: dict[int, tuple[DataType, int]] = {}
+        self._left = MOST_IN_ALL
+        self._depth = 0
         self.wrong: dict[str, str] = {}
         self.add_on: Callable[[str], Structure | None] = lambda _name: None
 
@@ -62,6 +71,8 @@ class Types:
             raise LadderError(self.wrong[key])
         if key in self._open:
             raise LadderError(f"data type {name} contains itself")
+        if len(self._open) == DEEPEST:
+            raise LadderError(f"data type {name} stands in {DEEPEST} others")
         self._open.append(key)
         try:
             found = self._define(key, name)
@@ -86,13 +97,42 @@ class Types:
 
     def _structure(self, record: DataTypeRecord) -> Structure:
         found = Structure(record.name, tuple(self._member(record, each) for each in record.members))
-        if size_of(found) > MOST_BYTES:
-            raise LadderError(f"data type {record.name} takes more than {MOST_BYTES:,} bytes")
+        self.refuse_size(found)
         return found
+
+    def refuse_size(self, kind: Structure) -> None:
+        """Refuse a structure that is too large.
+
+        Raises:
+            LadderError: it is.
+        """
+        if self.count(kind) > MOST_VALUES:
+            raise LadderError(f"data type {kind.name} has more than {MOST_VALUES:,} values")
+
+    def count(self, kind: DataType) -> int:
+        """Return the number of values in an element of a type."""
+        if isinstance(kind, Elementary):
+            return 1
+        known = self._counts.get(id(kind))
+        if known is None:
+            total = sum(self.count(each.type) * count_of(each.dims) for each in kind.own)
+            known = self._counts[id(kind)] = kind, total
+        return known[1]
+
+    def take(self, kind: DataType, dims: tuple[int, ...]) -> None:
+        """Take room for a tag.
+
+        Raises:
+            LadderError: there is not so much left.
+        """
+        wanted = self.count(kind) * count_of(dims)
+        if wanted > self._left:
+            raise LadderError(f"the tags of the file have more than {MOST_IN_ALL:,} values")
+        self._left -= wanted
 
     def _member(self, record: DataTypeRecord, member: MemberRecord) -> Member:
         where = f"{member.name} of data type {record.name}"
-        if len(member.dims) > MAX_DIMENSIONS or count_of(member.dims) > MOST_BYTES:
+        if len(member.dims) > MAX_DIMENSIONS:
             raise LadderError(f"{where} has dimensions {member.dims}")
         if member.type.upper() == "BIT" and member.target:
             return Member(member.name, BOOL, at=f"{member.target}.{member.bit}", hidden=member.hidden)
@@ -100,8 +140,8 @@ class Types:
             kind = self.find(member.type)
         except UnknownTypeError:
             raise LadderError(f"{where} is a {member.type}, which the file does not define") from None
-        if size_of(kind) * count_of(member.dims) > MOST_BYTES:
-            raise LadderError(f"{where} takes more than {MOST_BYTES:,} bytes")
+        if self.count(kind) * count_of(member.dims) > MOST_VALUES:
+            raise LadderError(f"{where} has more than {MOST_VALUES:,} values")
         return Member(member.name, kind, member.dims, hidden=member.hidden)
 
     def define(self, name: str, kind: DataType) -> None:
@@ -120,10 +160,14 @@ class Types:
             return self.find(kind)
         except LadderError:
             pass
-        if data.tag not in ("Structure", "StructureMember"):
+        if data.tag not in ("Structure", "StructureMember") or self._depth == DEEPEST:
             return None
+        self._depth += 1
         members = tuple(filter(None, map(self._shown_member, data.iterchildren())))
+        self._depth -= 1
         made = _unique(kind or "unnamed", members)
+        if self.count(made) > MOST_VALUES:
+            return None
         if kind:
             self._shown[kind.upper()] = made
         return made
@@ -143,7 +187,7 @@ class Types:
         lengths = tuple(int(each) for each in element.get("Dimensions", "").split(",") if each.isdigit())
         if kind is None or not lengths or len(lengths) > MAX_DIMENSIONS or min(lengths) < 1:
             return None
-        return Member(name, kind, lengths) if size_of(kind) * count_of(lengths) <= MOST_BYTES else None
+        return Member(name, kind, lengths) if self.count(kind) * count_of(lengths) <= MOST_VALUES else None
 
 
 def _unique(name: str, members: Iterable[Member]) -> Structure:

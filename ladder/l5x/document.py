@@ -215,7 +215,7 @@ class _Reader:
         ]
         others = [
             (str(each.tag), int(each.sourceline))
-            for each in controller.iterchildren()
+            for each in (*controller.iterchildren(), *controller.iterfind("SafetyInfo/SafetyTagMap"))
             if isinstance(each.tag, str) and each.tag not in _READ
         ]
         return Document(

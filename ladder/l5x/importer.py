@@ -42,7 +42,7 @@ ROUNDS = 30
 TRIAL_STUB = "done after 20 ms"
 """How messages end in a trial."""
 
-_PLACE = re.compile(r"[A-Za-z_]\w*")
+_PLACE = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 
 
 @dataclass(slots=True)

@@ -22,13 +22,18 @@ def tasks_of(document: Document, programs: Iterable[str], report: Report) -> lis
     left = {name.upper(): name for name in programs}
     off = {each.name.upper() for each in document.programs if each.disabled}
     found: list[Task] = []
+    names: set[str] = set()
     for record in document.tasks:
+        if record.name.upper() in names:
+            report.note(f"task {record.name}", "there are two tasks of that name", record.line)
+            continue
+        names.add(record.name.upper())
         if record.inhibited:
             report.note(f"task {record.name}", "it is inhibited, and does not run", record.line)
             for name in record.programs:
                 left.pop(name.upper(), None)
             continue
-        names = []
+        programs_run = []
         for name in record.programs:
             known = left.pop(name.upper(), None)
             if known is None:
@@ -36,8 +41,8 @@ def tasks_of(document: Document, programs: Iterable[str], report: Report) -> lis
             elif name.upper() in off:
                 report.note(f"program {name}", "it is disabled, and does not run", record.line)
             else:
-                names.append(known)
-        task = _task(record, tuple(names), report)
+                programs_run.append(known)
+        task = _task(record, tuple(programs_run), report)
         if task is not None and not (
             task.kind is TaskKind.CONTINUOUS and any(each.kind is TaskKind.CONTINUOUS for each in found)
         ):

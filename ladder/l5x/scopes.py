@@ -7,8 +7,8 @@ from collections.abc import Iterable, Iterator
 from ..errors import LadderError
 from ..expressions import parse_address
 from ..tags import Alias, Declaration, Tag
-from ..types import MAX_DIMENSIONS, DataType, count_of, size_of
-from .datatypes import MOST_BYTES, Types
+from ..types import MAX_DIMENSIONS, DataType
+from .datatypes import Types
 from .records import Data, TagRecord
 from .report import Report
 from .values import ValueTextError, initial_of
@@ -39,25 +39,27 @@ def scope_of(
                 declarations.append(Alias(record.name, parse_address(record.target), record.comment))
                 continue
             kind = type_of(record, types)
-            if kind is None:
-                raise LadderError(f"there is no data type {record.type}")
-            declarations.append(tag_of(record, kind, report, owner))
+            declarations.append(tag_of(record, kind, types, report, owner))
         except LadderError as error:
             report.note(_named(owner, record.name), f"it is not declared: {error}", record.line)
     return declarations
 
 
-def type_of(record: TagRecord, types: Types) -> DataType | None:
-    """Return the type of a tag, None if neither the file nor its values show it.
+def type_of(record: TagRecord, types: Types) -> DataType:
+    """Return the type of a tag: of its name, else as its values show it.
 
     Raises:
+        UnknownTypeError: neither the file nor its values show it.
         LadderError: it can't be used.
     """
     try:
         return types.find(record.type)
     except LadderError:
         shown = (types.show(each) for each in _shown(record))
-        return next((each for each in shown if each is not None), None)
+        found = next((each for each in shown if each is not None), None)
+        if found is None:
+            raise
+        return found
 
 
 def _shown(record: TagRecord) -> Iterator[Data]:
@@ -71,7 +73,7 @@ def _shown(record: TagRecord) -> Iterator[Data]:
                 yield inner
 
 
-def tag_of(record: TagRecord, kind: DataType, report: Report, owner: str = "") -> Tag:
+def tag_of(record: TagRecord, kind: DataType, types: Types, report: Report, owner: str = "") -> Tag:
     """Return a tag with its initial value.
 
     Raises:
@@ -79,8 +81,7 @@ def tag_of(record: TagRecord, kind: DataType, report: Report, owner: str = "") -
     """
     if len(record.dims) > MAX_DIMENSIONS or min(record.dims, default=1) < 1:
         raise LadderError(f"it has dimensions {record.dims}")
-    if size_of(kind) * count_of(record.dims) > MOST_BYTES:
-        raise LadderError(f"it takes more than {MOST_BYTES:,} bytes")
+    types.take(kind, record.dims)
     try:
         initial = initial_of(record.data, kind, record.dims)
     except ValueTextError as error:

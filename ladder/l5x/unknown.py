@@ -67,9 +67,10 @@ class UnknownTypes:
 
     def _shows(self, record: TagRecord) -> bool:
         try:
-            return type_of(record, self._types) is not None
+            type_of(record, self._types)
         except LadderError:
             return False
+        return True
 
     def define(self, routines: Owned, specs: Mapping[str, Spec]) -> Mapping[str, DataType]:
         """Define them as the routines use them; return them by name."""

@@ -1,7 +1,9 @@
 """What no export has is refused with an error of the import's own."""
 
+from itertools import pairwise
+
 import pytest
-from l5x_files import HEAD, document, machine, program
+from l5x_files import HEAD, data_type, document, machine, member, program, tag
 from scanrack.ladder.l5x import L5xError, import_l5x
 from scanrack.ladder.l5x.document import MOST_BYTES, MOST_MARKS, parse_document
 
@@ -71,3 +73,33 @@ def test_empty_and_strange_parts(tmp_path):
     )
     report = import_l5x(path, trial=True).report
     assert report.imported + len(report.refused) == report.rungs == 3
+
+
+def imported(tmp_path, text):
+    path = tmp_path / "large.L5X"
+    path.write_text(text, encoding="utf-8")
+    return import_l5x(path, trial=True)
+
+
+def test_types_that_double_at_each_level(tmp_path):
+    names = [f"T{number}" for number in range(40)]
+    types = [data_type("T0", member("A", "DINT"), member("B", "DINT"))]
+    for inner, outer in pairwise(names):
+        types.append(data_type(outer, member("A", inner), member("B", inner)))
+    report = imported(tmp_path, machine("NOP();", types=types, tags=[tag("X", "T39"), tag("Y", "T9")])).report
+    assert [each.name for each in report.notes] == ["X"]
+    assert "T16 has more than 100,000 values" in report.notes[0].text  # 2 ** 17 of them
+
+
+def test_types_that_stand_in_one_another(tmp_path):
+    types = [data_type("T0", member("A", "DINT"))]
+    types += [data_type(f"T{number}", member("A", f"T{number - 1}")) for number in range(1, 3_000)]
+    report = imported(tmp_path, machine("NOP();", types=types, tags=[tag("X", "T2999")])).report
+    assert "stands in 64 others" in report.notes[0].text
+
+
+def test_tags_of_more_values_than_there_is_room_for(tmp_path):
+    tags = [tag(f"X{number}", "BOOL", "3000000") for number in range(100)]
+    report = imported(tmp_path, machine("NOP();", tags=tags)).report
+    assert len(report.notes) == 98
+    assert "the tags of the file have more than 8,000,000 values" in report.notes[0].text
