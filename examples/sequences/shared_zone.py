@@ -42,6 +42,7 @@ class Pair(Logic):
             await self.stop.rises
             self.feed.abort()
             self.push.abort()
+            await until(lambda: self.feed.over and self.push.over, "both strokes over")
             await self.go.rises
 
     @sequence(start=False)
