@@ -6,6 +6,7 @@ view       a column as a sequence          keeps the one chunk unpacked that it 
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Callable, Iterator, Sequence
 from typing import Generic, TypeVar, overload
 
@@ -15,6 +16,9 @@ import zstandard
 from .columns import Columns, join, no_columns
 
 CHUNK_SCANS = 4096
+
+_HEAD = 3
+"""Numbers in front of a scan's images: number, time, flags."""
 
 T = TypeVar("T")
 
@@ -96,27 +100,27 @@ class NotedScans:
 
     def __init__(self, slots: int) -> None:
         self._packed = PackedScans(slots)
-        self._heads: list[tuple[int, int, int]] = []
-        self._blocks: list[bytes] = []
+        self._heads = array("q")
+        self._blocks = bytearray()
 
     def __len__(self) -> int:
-        return len(self._packed) + len(self._blocks)
+        return len(self._packed) + len(self._heads) // _HEAD
 
-    def add(self, scan: int, now_ns: int, flags: int, block: bytes) -> None:
-        """Add a scan: its number, time and flags, and the rack's memory block."""
-        self._heads.append((scan, now_ns, flags))
-        self._blocks.append(block)
-        if len(self._blocks) == CHUNK_SCANS:
+    def add(self, scan: int, now_ns: int, flags: int, block: bytes | bytearray) -> None:
+        """Add a scan: its number, time and flags, and the rack's memory block as it stands."""
+        self._heads.extend((scan, now_ns, flags))
+        self._blocks += block
+        if len(self._heads) == _HEAD * CHUNK_SCANS:
             self.packed()
 
     def packed(self) -> PackedScans:
         """Return all scans so far; further ones will be added to the same object."""
-        if self._blocks:
-            heads = np.array(self._heads, np.int64).reshape(-1, 3)
-            words = np.frombuffer(b"".join(self._blocks), np.int16).reshape(len(heads), -1)
+        if self._heads:
+            heads = np.array(self._heads, np.int64).reshape(-1, _HEAD)
+            words = np.array(self._blocks).view(np.int16).reshape(len(heads), -1)
             self._packed.add(Columns(heads[:, 0], heads[:, 1], heads[:, 2].astype(np.uint32), words))
-            self._heads.clear()
-            self._blocks.clear()
+            self._heads = array("q")
+            self._blocks = bytearray()
         return self._packed
 
 

@@ -29,7 +29,7 @@ class Journal:
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Keep a scan."""
-        self._scans.add(scan, now_ns, flags, bytes(self._memory))
+        self._scans.add(scan, now_ns, flags, self._memory)
 
     def close(self) -> None:
         """Nothing is open."""
