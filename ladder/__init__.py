@@ -14,6 +14,7 @@ which is logic just as well. The files, from the bottom up; each imports only fr
 | `operands`, `regions` | resolved operands; stretches of memory as bytes |
 | `schedule`, `scheduler` | tasks, and when they run their programs |
 | `stubs` | what stands for an instruction, or for the other end of a message |
+| `axes`, `bound_axes` | axes that a 3601 of the rack moves: settings; its block |
 | `motion_types`, `motion_words`, `predefined` | types and words of motion; all predefined types |
 | `tagref`, `spec`, `operand_checks` | Python operands; one instruction, its uses; what a use accepts |
 | `resolver`, `lowered`, `fault_log`, `view` | addresses to operands; a program ready to run; faults; tags |

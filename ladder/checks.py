@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from ..io_images.image import WORDS
 from .errors import Problem
+from .instructions.motion_3601 import ANSWERS
 from .lowered import ADD_ON, AddOnCall, Call, Line, Lowered, LoweredRoutine, Step, steps_of
 from .operands import Constant, Group, Place, first_leaf
 from .regions import Region, region_of
@@ -50,6 +51,7 @@ def check_whole(lowered: Lowered) -> list[Problem]:
     problems.extend(_main_with_inputs(lowered))
     problems.extend(_half_words(lowered))
     problems.extend(_without_stub(lowered))
+    problems.extend(_beyond_a_3601(lowered))
     return problems
 
 
@@ -73,6 +75,19 @@ def uses_of_stubs(lowered: Lowered) -> Iterator[str]:
             yield step.name
         elif step.name == ALL_MESSAGES and isinstance(first, Group):
             yield first.path.upper() if first.path.upper() in lowered.stubs else ALL_MESSAGES
+
+
+def _beyond_a_3601(lowered: Lowered) -> Iterator[Problem]:
+    """Motion instructions of an axis of the rack that a 3601 can't carry out."""
+    for routine, line, step in _all_steps(lowered, copies=False):
+        if Use.MOTION not in step.uses or step.name in ANSWERS:
+            continue
+        first = step.operands[0]
+        if isinstance(first, Group) and first.path.upper() in lowered.axes:
+            text = f"{first.text} is a 3601, which can't do {step.name}"
+            yield Problem(
+                _where(routine, line), line.text, text, f"a 3601 does {', '.join(ANSWERS)}; stub it"
+            )
 
 
 def _unbound_axes(lowered: Lowered) -> Iterator[Problem]:

@@ -29,6 +29,7 @@ from typing import Any
 
 from typing_extensions import override
 
+from .bound_axes import axis_tags, lower_axes, with_blocks
 from .checks import check_whole, recursive_routines, warnings_of
 from .errors import BuildError, LadderError, Problem
 from .logic import Program
@@ -157,8 +158,10 @@ class Controller(LadderLogic):
     @override
     def _lower(self) -> tuple[Lowered, list[Problem]]:
         self._declare_missing(self.programs)
-        layout = Layout(self._all_declarations())
-        lowering = Lowering(self.name, layout, "", self.add_ons, self.stubs, self.builtin)
+        layout = Layout([*self._all_declarations(), *axis_tags(self.axes)])
+        lowering = Lowering(
+            self.name, layout, "", with_blocks(self.add_ons, self.axes), self.stubs, self.builtin
+        )
         lowered = lowering.lowered
         problems = list(self._wrong_tasks())
         tasks = self.tasks or [Task(IMPLICIT_TASK, TaskKind.CONTINUOUS, tuple(self._names_of_programs()))]
@@ -167,6 +170,7 @@ class Controller(LadderLogic):
             lowered.schedule = schedule_of(layout, tasks, roots)
         for program in self.programs:
             problems += program.lower_into(lowering, program.name)
+        problems += lower_axes(lowering, self.axes)
         lowered.recursive = recursive_routines(lowered)
         problems = lowering.problems + check_whole(lowered) + problems + wrong_initials(lowered)
         if problems:

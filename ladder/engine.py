@@ -62,8 +62,8 @@ class Engine:
             name: "jsr" in inspect.signature(function).parameters
             for name, function in lowered.functions.items()
         }
-        self._scan = scanner(self) if scanner else self.interpreter.scan
         self.call_routine: Callable[[str, Sequence[Value]], Sequence[Value]] = self.interpreter.run
+        self._scan = scanner(self) if scanner else self.interpreter.scan  # a scanner has its own call_routine
         self._rack: object = None
         self._program_tags: dict[str, Tags] = {}
         self._started = False

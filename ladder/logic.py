@@ -21,6 +21,7 @@ from typing import Any
 
 from typing_extensions import override
 
+from .bound_axes import axis_tags, lower_axes, with_blocks
 from .checks import check_whole, recursive_routines, warnings_of
 from .errors import BuildError, LadderError, Problem
 from .front import RungMaker
@@ -177,8 +178,15 @@ class Program(LadderLogic):
     @override
     def _lower(self) -> tuple[Lowered, list[Problem]]:
         self._declare_missing((self,))
-        layout = Layout(self.declarations)
-        lowering = Lowering(self.name, layout, self.first or "Main", self.add_ons, self.stubs, self.builtin)
+        layout = Layout([*self.declarations, *axis_tags(self.axes)])
+        lowering = Lowering(
+            self.name,
+            layout,
+            self.first or "Main",
+            with_blocks(self.add_ons, self.axes),
+            self.stubs,
+            self.builtin,
+        )
         lowered = lowering.lowered
         if self.fault:
             task = Task(self.name, TaskKind.CONTINUOUS, (self.name,))
@@ -186,6 +194,7 @@ class Program(LadderLogic):
         problems = self.lower_into(lowering)
         if not self.names and not self.main:
             problems.append(Problem(f"program {self.name}", "", "there is no routine Main", "add a routine"))
+        problems += lower_axes(lowering, self.axes)
         lowered.recursive = recursive_routines(lowered)
         problems = lowering.problems + check_whole(lowered) + problems + wrong_initials(lowered)
         if problems:

@@ -328,7 +328,7 @@ class Lowered:
         schedule: tasks and programs, None for a program without them.
         recursive: routines that call themselves, directly or through others, in capitals.
         stubs: how messages end, see `stubs`, by name in capitals.
-        axes: axis tags that a slot of the rack stands for, in capitals.
+        axes: axes of the rack by their tag in capitals, see `instructions.motion_3601.BoundAxis`.
         opening: called with the engine before each scan, and whether it is the first.
         closing: called with the engine after each scan.
         written_inputs: identifiers of the inputs that the program writes.
@@ -347,7 +347,7 @@ class Lowered:
     schedule: Schedule | None = None
     recursive: frozenset[str] = frozenset()
     stubs: dict[str, Stub] = field(default_factory=dict)
-    axes: Mapping[str, object] = field(default_factory=dict)
+    axes: Mapping[str, Any] = field(default_factory=dict)
     opening: tuple[Callable[[Any, bool], None], ...] = ()
     closing: tuple[Callable[[Any], None], ...] = ()
     written_inputs: set[str] = field(default_factory=set)

@@ -328,7 +328,8 @@ class Lowering:
             return ""
         word = operand.name.upper().replace(" ", "")
         if self.lowered.layout.declaration(operand.name.upper(), self._program) is not None:
-            return ""
+            number = OPERAND_CHECKS[Use.NUMBER].accepts(self.resolver.address(operand))
+            return "" if number or word not in KEYWORDS else word
         if word not in KEYWORDS:
             close = difflib.get_close_matches(word, KEYWORDS, n=1)
             hint = f"did you mean {close[0]}" if close else "name a tag, a number or a word of its list"

@@ -133,13 +133,13 @@ AXIS_MEMBERS: tuple[Member, ...] = (
 )
 
 AXIS_TYPES: Mapping[str, Structure] = {
-    name: Structure(name, AXIS_MEMBERS, hidden=(Member("position", LREAL),))
+    name: Structure(name, AXIS_MEMBERS, hidden=(Member("position", LREAL), Member("shown_ns", LINT)))
     for name in (
         *("AXIS_CIP_DRIVE", "AXIS_SERVO", "AXIS_SERVO_DRIVE", "AXIS_VIRTUAL", "AXIS_CONSUMED"),
         *("AXIS_GENERIC", "AXIS_GENERIC_DRIVE"),
     )
 }
-"""The kinds of axis, by name; `position` is CommandPosition in double precision."""
+"""The kinds of axis, by name; `position` is ActualPosition in double precision at `shown_ns`."""
 
 MOTION_GROUP = Structure(
     "MOTION_GROUP",

@@ -20,13 +20,17 @@ from pathlib import Path, PurePath
 from types import FunctionType, ModuleType
 from typing import Any
 
+from .axes import AxisSettings
+from .bound_axes import Axes
 from .errors import LadderError
 from .rungfile import STRUCTURED_SUFFIX, SUFFIX, parse_program, parse_structured
+from .rungreader import load_library
 from .runnable import LadderLogic
 from .sequences.logic import Logic
 from .steps import SUFFIX as STEPS_SUFFIX
 from .steps import StepsError, parse_steps
 from .stubs import NO_STUBS, InPython, Stub, Stubs, check_stubbed, parse_stub
+from .types import Structure
 
 DEFAULT_FUNCTION = "logic"
 """The function that is called once per scan, if the address names no other."""
@@ -169,6 +173,18 @@ def load_stubs(texts: Mapping[str, str], folder: Path | str, *, missing_tags: bo
         else:
             read[name.upper()] = parse_stub(text)
     return Stubs(read, missing_tags)
+
+
+def axes_of(settings: Mapping[str, AxisSettings]) -> Axes:
+    r"""Return axes for `LadderLogic.take_axes`.
+
+    Args:
+        settings: by tag, in a controller `\\Program.tag` for that of a program.
+    """
+    library = load_library("axis3601")
+    state = library.types["AXIS_3601"]
+    assert isinstance(state, Structure)
+    return Axes(dict(settings), state, library.add_ons["AMCI3601"])
 
 
 def is_python(stub: str) -> bool:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from .addon import AddOn, specs_of
+from .bound_axes import Axes, prescan_axes, run_axes
 from .checks import ALLOWANCES, uses_of_stubs
 from .compiler import Scanner, scanner_of, source_of
 from .edit import Edit, carry_over
@@ -48,6 +49,7 @@ class LadderLogic(ABC):
         builtin: those instructions, by name in capitals.
         opening: called with the engine before each scan, and whether it is the first.
         closing: called with the engine after each scan.
+        axes: axes that are 3601s of the rack, None without any.
         declares_missing: whether tags that it uses and does not declare are declared by their use.
         declared_missing: those tags, once it is built.
 
@@ -78,6 +80,7 @@ class LadderLogic(ABC):
         if unknown:
             raise LadderError(f"{min(unknown)!r} can't be allowed; what can is {', '.join(ALLOWANCES)}")
         self.stubs: dict[str, Stub] = {}
+        self.axes: Axes | None = None
         self.declares_missing = False
         self.declared_missing: list[Tag] = []
         self._names: set[str] = set()
@@ -144,6 +147,20 @@ class LadderLogic(ABC):
         for name in stubs.by_name:
             check_stubbed(name)
         self.stubs.update(stubs.by_name)
+
+    def take_axes(self, axes: Axes) -> None:
+        """Let axes of the program be 3601s of the rack; before it runs.
+
+        Args:
+            axes: the axes, see `program.axes_of`.
+
+        Raises:
+            LadderError: it runs already.
+        """
+        if self._engine is not None:
+            raise LadderError(f"{self.kind} {self.name} runs already: its axes stay")
+        self.axes = axes
+        self._lowered = self._scanner = None
 
     @property
     def stubs_in_use(self) -> tuple[str, ...]:
@@ -301,8 +318,9 @@ class LadderLogic(ABC):
         if self._lowered is None:
             self._lowered, warnings = self._lower()
             opening, closing = HOOKS[self.dialect]
-            self._lowered.opening = (*opening, *self.opening)
-            self._lowered.closing = (*self.closing, *closing)
+            axes = self._lowered.axes
+            self._lowered.opening = (*opening, *([prescan_axes] if axes else []), *self.opening)
+            self._lowered.closing = (*self.closing, *([run_axes] if axes else []), *closing)
             self._warnings = tuple(warnings)
         return self._lowered
 

@@ -18,6 +18,7 @@ from ..motion_types import MOTION_INSTRUCTION
 from ..operands import Group, Resolved
 from ..spec import Kind, Spec, Use
 from ..types import Structure
+from .motion_3601 import Axis, begin, follow
 from .motion_control import AXIS_NOT_CONFIGURED, MotionControl
 
 __all__ = [  # noqa: RUF022 - the manual's order
@@ -99,14 +100,29 @@ def _use(text: str) -> Use:
     return next(use for words, use in USES.items() if f" {text}".endswith(f" {words}"))
 
 
-def _run(machine: Interpreter, power: bool, *operands: Resolved) -> None:
+def _run(machine: Interpreter, power: bool, name: str, *operands: Resolved) -> None:
     motion = _control_of(machine, operands)
-    in_rung = machine.lowered.sites[machine.site].unit == "rung"
-    if power and not (in_rung and motion["EN"]):
+    site = machine.lowered.sites[machine.site]
+    axis = _axis_of(machine, operands[0])
+    if power and not (site.unit == "rung" and motion["EN"]):
         motion.begin()
-        motion.refuse(AXIS_NOT_CONFIGURED)
-    elif not power and (motion["DN"] or motion["ER"]):
+        if axis is None:
+            motion.refuse(AXIS_NOT_CONFIGURED)
+        else:
+            begin(axis, motion, name, operands[2:])
+        return
+    if axis is not None:
+        follow(axis, motion, name)
+    if not power and (motion["DN"] or motion["ER"]):
         motion.set(EN=False)
+
+
+def _axis_of(machine: Interpreter, operand: Resolved) -> Axis | None:
+    """Return the axis that an operand is, None for one that the rack does not have."""
+    if not isinstance(operand, Group) or not machine.lowered.axes:
+        return None
+    bound = machine.lowered.axes.get(machine.handed(operand).path.upper())
+    return None if bound is None else Axis(machine, bound)
 
 
 def _prescan(machine: Interpreter, *operands: Resolved) -> None:
@@ -132,7 +148,11 @@ def motion(name: str, operands: str, *, optional: int = 0) -> Spec:
         optional: how many of the last ones older exports leave out.
     """
     uses = tuple(map(_use, operands.split(", ")))
-    return Spec(name, Kind.BOTH, uses, run=_run, prescan=_prescan, optional=optional)
+
+    def run(machine: Interpreter, power: bool, *given: Resolved) -> None:
+        _run(machine, power, name, *given)
+
+    return Spec(name, Kind.BOTH, uses, run=run, prescan=_prescan, optional=optional)
 
 
 # motion state

@@ -10,12 +10,14 @@ from pathlib import Path, PurePath
 from pydantic import ValidationError
 
 from ...ladder import LadderLogic
+from ...ladder.axes import AxisSettings
 from ...ladder.errors import LadderError
 from ...ladder.program import (
     Form,
     Program,
     ProgramError,
     as_logic,
+    axes_of,
     is_python,
     load_function,
     load_program,
@@ -169,6 +171,10 @@ def _from_toml(path: Path) -> Job:
         raise file.refusal("program", str(error)) from error
     if stubs.by_name and not isinstance(program.function, LadderLogic):
         raise file.refusal("stubs", "the program has no instructions: it is a function")
+    try:
+        _bind_axes(file.spec, program)
+    except LadderError as error:
+        raise file.refusal("axes", str(error)) from error
     return _job(file.spec, program, path, str(path))
 
 
@@ -176,7 +182,8 @@ def _from_python(rack: str) -> Job:
     spec, path = load_spec(rack)
     if isinstance(spec.program, str):
         stubs = _stubs(spec, path.parent)
-        return _job(spec, load_program(spec.program, path.parent, stubs, _slots(spec)), path, rack)
+        loaded = _bound(spec, load_program(spec.program, path.parent, stubs, _slots(spec)), path)
+        return _job(spec, loaded, path, rack)
     name = getattr(spec.program, "__name__", type(spec.program).__name__)
     return Job(spec, as_logic(spec.program), f"{path.name}:{name}", path, path, _rack_name(rack))
 
@@ -184,6 +191,30 @@ def _from_python(rack: str) -> Job:
 def _slots(spec: RackSpec) -> list[int]:
     """Return the slots of a rack."""
     return [slot.number for slot in spec.slot]
+
+
+def _bind_axes(spec: RackSpec, program: Program) -> None:
+    """Let axes of a ladder program be 3601s of the rack.
+
+    Raises:
+        LadderError: the program has no such axis, or asks it for what a 3601 can't do.
+    """
+    if not spec.axes:
+        return
+    if not isinstance(program.function, LadderLogic):
+        raise LadderError("the program has no axes: it is a function")
+    settings = {
+        name: AxisSettings(**axis.values(), round_trip_ms=_round_trip_ms(spec))
+        for name, axis in spec.axes.items()
+    }
+    program.function.take_axes(axes_of(settings))
+    program.function.build()
+
+
+def _round_trip_ms(spec: RackSpec) -> int:
+    """Return how long words take to cross the backplane both ways: two packets and a scan, 10 ms at least."""
+    packets_ns = 2 * spec.rpi_ns if spec.controller == "compactlogix" else 0
+    return max(10, -(-(packets_ns + spec.scan_ns) // 1_000_000))
 
 
 def _stubs(spec: RackSpec, folder: Path, file: RackFile | None = None) -> Stubs:
@@ -225,6 +256,19 @@ def _rack_name(rack: str) -> str:
     """Return the address of a rack without the folder."""
     path, name = split_address(rack, RACK_FUNCTION)
     return Path(path).name if rack_form(Path(path)) is Form.DATA else f"{Path(path).name}:{name}"
+
+
+def _bound(spec: RackSpec, program: Program, file: Path) -> Program:
+    """Return a program whose axes are bound.
+
+    Raises:
+        RackFileError: see `_bind_axes`.
+    """
+    try:
+        _bind_axes(spec, program)
+    except LadderError as error:
+        raise RackFileError(f"{file}: axes: {error}") from error
+    return program
 
 
 def _job(spec: RackSpec, program: Program, rack_file: Path, rack: str) -> Job:

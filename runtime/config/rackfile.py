@@ -19,6 +19,7 @@ from pydantic_core import ErrorDetails
 
 from ...io_images.addresses import allowed
 from ..machine import EncoderSpec, Jam, Slip, Switch
+from .axis_tables import AxisTable
 from .machine_tables import MachineTable, StationTable, TimelineTable
 from .rackspec import ForceSpec, IncidentSpec, MisplacedError, RackSpec, SlotSpec
 from .serial_units import UnitSpec
@@ -187,12 +188,16 @@ _ALLOWED = {
 }
 """By kind of error: what is allowed; other kinds say it themselves."""
 
+ANY = "*"
+"""In `_MODELS` a table of any name."""
+
 _MODELS: Mapping[tuple[str, ...], type[BaseModel] | type[Switch | EncoderSpec | Slip | Jam]] = {
     (): RackSpec,
     ("slot",): SlotSpec,
     ("force",): ForceSpec,
     ("incident",): IncidentSpec,
     ("unit",): UnitSpec,
+    ("axes", ANY): AxisTable,
     ("slot", "machine"): MachineTable,
     ("slot", "machine", "switches"): Switch,
     ("slot", "machine", "timeline"): TimelineTable,
@@ -205,7 +210,8 @@ _MODELS: Mapping[tuple[str, ...], type[BaseModel] | type[Switch | EncoderSpec | 
 
 
 def _keys_at(path: KeyPath) -> Iterable[str]:
-    described = _MODELS[tuple(part for part in path if isinstance(part, str))]
+    names = tuple(part for part in path if isinstance(part, str))
+    described = _MODELS[(names[0], ANY) if names[:1] == ("axes",) else names]
     if issubclass(described, BaseModel):
         return described.model_fields
     return [field.name for field in fields(described)]

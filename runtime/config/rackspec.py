@@ -29,6 +29,7 @@ from ..loop.module import Module
 from ..machine import MachineSpec
 from ..modules.record import LiveModule, Trait
 from ..modules.registry import MODULES, has, live_port, words_of
+from .axis_tables import AxisTable
 from .machine_tables import MachineTable, Table
 from .quantities import Milliseconds, Number, Seconds, between, exact_ns
 from .serial_units import UnitSpec
@@ -250,6 +251,7 @@ class RackSpec(Table):
         stubs: what stands for instructions of a ladder program, by name; `missing_tags = "declare"`
             declares tags that it uses and does not have.
         trace: path of the recording, relative to the rack file.
+        axes: axes of a ladder program's motion instructions, by tag: the 3601 behind each.
         seed: of what is left to chance.
         mode: the CPU's mode at power-up.
         slot: the slots, at least one.
@@ -268,6 +270,7 @@ class RackSpec(Table):
     trace: str | None = None
     tags: Annotated[tuple[str, ...], Field(strict=False)] = ()
     stubs: dict[str, str] = Field(default_factory=dict)
+    axes: dict[str, AxisTable] = Field(default_factory=dict)
     seed: Annotated[int, Field(ge=0)] = 0
     mode: Literal["run", "program", "test"] = "run"
     slot: Annotated[tuple[SlotSpec, ...], Field(strict=False, min_length=1)]
@@ -294,6 +297,7 @@ class RackSpec(Table):
     def _is_sound(self) -> Self:
         self._check_times()
         self._check_stubs()
+        self._check_axes()
         self._check_slots()
         self._check_cams()
         self._check_forces()
@@ -313,6 +317,18 @@ class RackSpec(Table):
         missing = self.stubs.get(MISSING_TAGS, DECLARE)
         if missing != DECLARE:
             raise MisplacedError(("stubs", MISSING_TAGS), missing, f'allowed is "{DECLARE}"')
+
+    def _check_axes(self) -> None:
+        known = [slot.number for slot in self.slot]
+        taken: dict[int, str] = {}
+        for name, axis in self.axes.items():
+            path: KeyPath = ("axes", name, "slot")
+            if axis.slot not in known:
+                there = ", ".join(map(str, known))
+                raise MisplacedError(path, axis.slot, f"this slot is empty: modules sit in {there}")
+            if axis.slot in taken:
+                raise MisplacedError(path, axis.slot, f"{taken[axis.slot]} has this slot already")
+            taken[axis.slot] = name
 
     def _check_slots(self) -> None:
         seen: set[int] = set()

@@ -86,7 +86,7 @@ def test_a_folder_is_no_program(tmp_path):
 @pytest.mark.parametrize("name", [".", "line", "line.txt", "line.PY", "line.mcap", "line.pyc"])
 def test_only_three_kinds_of_file_are_programs(tmp_path, name):
     """Anything else was executed as Python."""
-    says = f"{tmp_path / name}: a program is a .py, a .rung, a .st or a .steps file"
+    says = f"{tmp_path / name}: a program is a .py, a .rung, a .st, a .steps, an .L5X or an .SLC file"
     assert refusal(name, tmp_path) == says
 
 
