@@ -5,7 +5,7 @@ An expression is Python over the variables of the compiled program, the cells of
 | pattern | means |
 |---|---|
 | `Run`, `fill.acc` | a tag, a member; case does not matter |
-| `Fill` | all members of a structure, less the hidden ones |
+| `Fill` | all members of a structure, packed bits by name, less the hidden ones |
 | `\Main.*`, `S?` | all that match |
 | `Recipe[3].T`, `Recipe[3]` | an element |
 | an alias | its target; a bit: its word |
@@ -25,9 +25,11 @@ from .operands import Constant, Group, Place
 from .resolver import Resolver
 from .tags import Alias, Layout, Leaf
 from .tree import Address, BitStep
-from .types import DataType, Elementary, count_of
+from .types import DataType, Elementary, Member, Structure, count_of
 
 TEXT = "TEXT"
+_PACKED = re.compile(r"(?P<host>\w+)\.(?P<bit>\d+)")
+"""What a packed bit is another name of."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,16 +49,23 @@ class TagValue:
     source: str
 
 
+class ImageNamedError(LadderError):
+    """A pattern means a part of a module's image, which is no tag."""
+
+
 def tag_values(layout: Layout, patterns: Sequence[str]) -> list[TagValue]:
     """Return what patterns mean, each value once, in the order of the patterns.
 
     Raises:
-        LadderError: a pattern that matches nothing; the closest tag.
+        LadderError: a pattern that matches nothing, with the closest tag; or part of an image.
     """
     found: dict[str, TagValue] = {}
     known = list(_all_values(layout))
     for pattern in patterns:
-        matches = _matching(layout, known, pattern)
+        try:
+            matches = _matching(layout, known, pattern)
+        except ImageNamedError as error:
+            raise ImageNamedError(f"{pattern!r}: {error}") from None
         found.update((each.name, each) for each in matches if each.name not in found)
     return list(found.values())
 
@@ -67,6 +76,8 @@ def _matching(layout: Layout, known: Sequence[TagValue], pattern: str) -> list[T
         return matches
     try:
         return _at_address(layout, known, parse_address(pattern))
+    except ImageNamedError:
+        raise
     except LadderError as error:
         close = get_close_matches(pattern.upper(), [each.name.upper() for each in known], 1)
         names = {each.name.upper(): each.name for each in known}
@@ -91,21 +102,78 @@ def matches_part(pattern: str, name: str, *, fold: bool = False) -> bool:
 
 def _all_values(layout: Layout) -> Iterator[TagValue]:
     for tag in layout.tags().values():
-        yield from _values(layout, tag.name, tag.type, tag.dims)
+        yield from _values(layout, tag.name, tag.name, tag.type, 0, tag.dims)
 
 
-def _values(layout: Layout, path: str, kind: DataType, dims: tuple[int, ...]) -> Iterator[TagValue]:
-    """Yield the values below a path."""
+def _values(
+    layout: Layout, path: str, name: str, kind: DataType, at: int, dims: tuple[int, ...]
+) -> Iterator[TagValue]:
+    """Yield the values below a path.
+
+    Args:
+        layout: the memory.
+        path: tag and members, without subscripts.
+        name: the same, with the subscripts that are settled.
+        kind: the type of an element.
+        at: which element of the dimensions that are settled.
+        dims: the dimensions that are left.
+    """
+    count = count_of(dims)
     if isinstance(kind, Elementary):
-        leaf = layout.leaf(path)
-        yield _value(layout, path, leaf, 0, leaf.size if leaf.dims else 0)
+        yield _value(layout, name, layout.leaf(path), at * count, count if dims else 0)
     elif kind.is_string:
-        for at, indices in enumerate(product(*map(range, dims))):
+        for number, indices in enumerate(product(*map(range, dims))):
             subscript = f"[{','.join(map(str, indices))}]" if dims else ""
-            yield _text(layout, path, f"{path}{subscript}", at)
+            yield _text(layout, path, f"{name}{subscript}", at * count + number)
     else:
-        for member in kind.own:
-            yield from _values(layout, f"{path}.{member.name}", member.type, dims + member.dims)
+        for member in kind.members:
+            inner = f"{path}.{member.name}", f"{name}.{member.name}"
+            if member.hidden or "~" in member.name:
+                continue
+            if member.at:
+                yield from _second_name(layout, path, inner[1], kind, member, at, dims)
+            else:
+                yield from _values(layout, *inner, member.type, at, dims + member.dims)
+
+
+def _second_name(
+    layout: Layout,
+    path: str,
+    name: str,
+    kind: Structure,
+    member: Member,
+    at: int,
+    dims: tuple[int, ...],
+) -> Iterator[TagValue]:
+    """Yield the value of a member that is another name of a part of its structure: a packed bit, mostly."""
+    packed = _PACKED.fullmatch(member.at)
+    host = kind.member(packed["host"]) if packed else None
+    if packed and host is not None and not host.dims and isinstance(host.type, Elementary):
+        count = count_of(dims)
+        leaf = layout.leaf(f"{path}.{host.name}")
+        yield _bit(layout, name, leaf, int(packed["bit"]), at * count, count if dims else 0)
+    elif not dims:
+        where = Resolver(layout).address(parse_address(name))
+        if isinstance(where, Place) and where.fixed_index is not None:
+            yield _placed(layout, name, where)
+
+
+def _placed(layout: Layout, name: str, where: Place) -> TagValue:
+    """Return the value at a place with a fixed index."""
+    index = where.fixed_index
+    assert index is not None
+    if isinstance(where.bit, Constant):
+        return _bit(layout, name, where.leaf, int(where.bit.value), index, 0)
+    return _value(layout, name, where.leaf, index, 0)
+
+
+def _bit(layout: Layout, name: str, leaf: Leaf, bit: int, start: int, length: int) -> TagValue:
+    """Return a packed bit, or one of each of several words, as a BOOL."""
+    source = _source(layout, leaf, start, length)
+    if not length:
+        return TagValue(name, "BOOL", 0, f"({source} >> {bit} & 1)")
+    words = source.removeprefix("*")
+    return TagValue(name, "BOOL", length, f"*[each >> {bit} & 1 for each in {words}]")
 
 
 def _at_address(layout: Layout, known: Sequence[TagValue], address: Address) -> list[TagValue]:
@@ -117,36 +185,27 @@ def _at_address(layout: Layout, known: Sequence[TagValue], address: Address) -> 
     if address.steps and isinstance(address.steps[-1], BitStep):
         return _matching(layout, known, str(Address(address.name, address.steps[:-1])))
     where = Resolver(layout).address(address)
-    if not isinstance(where, Place | Group):
-        raise LadderError(f"{address} is no tag")
-    if isinstance(where, Place):
-        if where.leaf.is_image or where.fixed_index is None:
-            raise LadderError(f"{address} is no tag of its own")
-        name = str(address) if where.bit is None else _element_name(where.leaf, where.fixed_index)
-        return [_value(layout, name, where.leaf, where.fixed_index, 0)]
-    return list(_members(layout, where, str(address)))
+    if isinstance(where, Place) and where.leaf.is_image:
+        raise ImageNamedError(
+            f"{address} is a part of slot {where.leaf.slot}'s images, which a trace has anyway: "
+            f"leave it out, and ask for slot{where.leaf.slot}.in and slot{where.leaf.slot}.out"
+        )
+    if isinstance(where, Place) and where.fixed_index is not None:
+        return [_placed(layout, str(address), where)]
+    if isinstance(where, Group) and all(isinstance(index, Constant) for index in where.indices):
+        return list(_values(layout, where.path, str(address), where.type, _flat(layout, where), where.dims))
+    raise LadderError(f"{address} is no tag of its own")
 
 
-def _element_name(leaf: Leaf, at: int) -> str:
-    """Return the name of the word in which a packed bit lies."""
-    return f"{leaf.path}[{at}]" if leaf.dims else leaf.path
-
-
-def _members(layout: Layout, group: Group, name: str) -> Iterator[TagValue]:
-    """Yield the values in an element of an array of structures."""
-    if not all(isinstance(index, Constant) for index in group.indices):
-        raise LadderError(f"{name} has a computed subscript")
-    prefix = f"{group.path.upper()}."
-    for path, leaf in layout.leaves.items():
-        rest = leaf.path[len(prefix) :]
-        if not path.startswith(prefix) or "~" in rest:
-            continue
-        at, inner = 0, leaf.dims[len(group.indices) :]
-        for index, length in zip(group.indices, leaf.dims, strict=False):
-            assert isinstance(index, Constant)
-            at = at * length + int(index.value)
-        count = count_of(inner)
-        yield _value(layout, f"{name}.{rest}", leaf, at * count, count if inner else 0)
+def _flat(layout: Layout, group: Group) -> int:
+    """Return which element of the settled dimensions a group is."""
+    path = group.path.upper()
+    leaf = next(leaf for name, leaf in layout.leaves.items() if name == path or name.startswith(f"{path}."))
+    flat = 0
+    for index, length in zip(group.indices, leaf.dims, strict=False):
+        assert isinstance(index, Constant)
+        flat = flat * length + int(index.value)
+    return flat
 
 
 def _value(layout: Layout, name: str, leaf: Leaf, start: int, length: int) -> TagValue:
