@@ -145,7 +145,7 @@ def load_program(
     path = folder / split_address(address)[0]
     if program_form(path) is Form.DATA:
         if path.suffix in L5X_SUFFIXES:
-            return _load_l5x(path, stubs)
+            return _load_l5x(path, stubs, slots)
         if path.suffix in SLC_SUFFIXES:
             return _load_slc(path, stubs, slots)
         return _load_steps(path) if path.suffix == STEPS_SUFFIX else _load_rungs(path, stubs)
@@ -284,13 +284,13 @@ def _load_rungs(path: Path, stubs: Stubs) -> Program:
     return Program(path, program.name, program, data)
 
 
-def _load_l5x(path: Path, stubs: Stubs) -> Program:
+def _load_l5x(path: Path, stubs: Stubs, slots: Collection[int] | None) -> Program:
     """Load an exported controller; one of which a part is refused does not run."""
     from .l5x import import_l5x  # lxml takes time to import, and most programs are no L5X
 
     data = _read(path)
     try:
-        imported = import_l5x(path, stubs)
+        imported = import_l5x(path, stubs, slots)
     except LadderError as error:
         raise ProgramError(str(error)) from error
     return _whole(path, data, imported.controller, [*imported.report.refused, *imported.report.objects])

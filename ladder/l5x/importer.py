@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -27,7 +27,7 @@ from .assembly import CALLS, Parts, ProgramPart, call_of, harness_of, without
 from .datatypes import Types
 from .document import read_document
 from .mnemonics import MNEMONICS
-from .modules import module_tags
+from .modules import is_bound, module_tags
 from .records import Document, ProgramRecord
 from .report import Refusal, Report
 from .routines import UNKNOWN, RoutineReader, instruction_names
@@ -64,19 +64,26 @@ class Imported:
     reader: RoutineReader
 
 
-def import_l5x(path: Path | str, stubs: Stubs = NO_STUBS, *, trial: bool = False) -> Imported:
+def import_l5x(
+    path: Path | str,
+    stubs: Stubs = NO_STUBS,
+    slots: Collection[int] | None = None,
+    *,
+    trial: bool = False,
+) -> Imported:
     """Import an L5X.
 
     Args:
         path: the file.
         stubs: what stands for instructions, and for routines that are refused, by name.
+        slots: slots of the rack, to whose images the tags of their modules are bound; None without a rack.
         trial: also check add-on instructions that nothing calls, and let messages end.
 
     Raises:
         L5xError: the file can't be used at all.
     """
     with collector_paused():
-        return Importer(read_document(Path(path)), stubs).run(trial=trial)
+        return Importer(read_document(Path(path)), stubs, slots).run(trial=trial)
 
 
 class Importer:
@@ -85,10 +92,13 @@ class Importer:
     Args:
         document: the document.
         stubs: see `import_l5x`.
+        slots: see `import_l5x`.
     """
 
-    def __init__(self, document: Document, stubs: Stubs = NO_STUBS) -> None:
-        self._document, self._stubs = document, stubs
+    def __init__(
+        self, document: Document, stubs: Stubs = NO_STUBS, slots: Collection[int] | None = None
+    ) -> None:
+        self._document, self._stubs, self._slots = document, stubs, slots
         self.report = Report(document.file, document.revision, document.target, document.name)
         self._reader = RoutineReader(self.report)
         self._types = Types(document.data_types)
@@ -114,7 +124,7 @@ class Importer:
 
     def _read_logic(self) -> None:
         document, reader = self._document, self._reader
-        self._parts.declarations += module_tags(document, self._types, self.report)
+        self._parts.declarations += module_tags(document, self._types, self.report, self._slots)
         reader.stubbed = frozenset(self._stubs.by_name)
         shapes = self._add_ons.specs()
         if self._completes:
@@ -251,7 +261,7 @@ class Importer:
         if self._parts.declaration(program, address.name) is not None:
             return None
         name = address.name.upper()
-        if name in STATUS_FLAGS or not (self._completes or ":" in name):
+        if name in STATUS_FLAGS or not (self._completes or ":" in name) or is_bound(name, self._slots):
             return None
         plain = re.fullmatch(TAG_NAME, address.name.rpartition(".")[2], re.ASCII)
         return (address.name, address.steps) if plain else None

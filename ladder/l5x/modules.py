@@ -2,11 +2,16 @@
 
 A module in a chassis goes by the chassis and its slot, one on a network by its name. The values in the
 document show the members of a tag. A module of a rack connection has aliases to parts of its adapter's tags.
+
+`Local:1:I` and `Local:1:O` of a slot that the rack has are the images of that slot, under the names of the
+generic profile (`Data[0]`), of the 3601's own (`Data0`, `ModuleOK`) and of cards. All other tags of modules
+are memory that nothing is connected to; tests, the debugger and plants may set them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Collection, Iterator, Mapping
 
 from ..errors import LadderError
 from ..expressions import parse_address
@@ -30,12 +35,46 @@ def prefix_of(module: ModuleRecord) -> str:
     return module.name if on_network or not module.address.isdigit() else f"{module.parent}:{module.address}"
 
 
-def module_tags(document: Document, types: Types, report: Report) -> list[Declaration]:
-    """Return the tags of all modules. None is connected to anything; the report says so."""
+_LOCAL = re.compile(r"Local:(\d+)", re.IGNORECASE)
+_IMAGE = re.compile(r"Local:(\d+):[IO]", re.IGNORECASE)
+
+
+def is_bound(name: str, slots: Collection[int] | None) -> bool:
+    """Return whether a module's tag is an image of a slot that the rack has.
+
+    >>> is_bound("Local:1:I", {1, 2}), is_bound("Local:1:C", {1, 2}), is_bound("Local:3:O", {1, 2})
+    (True, False, False)
+    """
+    image = _IMAGE.fullmatch(name)
+    return image is not None and slots is not None and int(image[1]) in slots
+
+
+def slot_of(module: ModuleRecord) -> int | None:
+    """Return the slot of a module in the controller's own chassis, None for any other."""
+    local = _LOCAL.fullmatch(prefix_of(module))
+    return int(local[1]) if local and int(local[1]) > 0 else None
+
+
+def module_tags(
+    document: Document, types: Types, report: Report, slots: Collection[int] | None = None
+) -> list[Declaration]:
+    """Return the tags of modules that are memory.
+
+    Args:
+        document: the document.
+        types: gets the types of the tags.
+        report: gets a note for each module that has no slot in the rack, if there is a rack.
+        slots: the slots that the rack has, whose images are no memory; None if there is no rack.
+    """
     found: dict[str, Declaration] = {}
     aliases: list[tuple[ModuleRecord, ModuleTagRecord]] = []
     for module in document.modules:
+        if slots is not None and module.tags and slot_of(module) not in slots:
+            why = f"{module.catalog} is not in the rack: its tags are memory"
+            report.note(prefix_of(module), why, module.line)
         for tag in module.tags:
+            if is_bound(f"{prefix_of(module)}:{tag.suffix}", slots):
+                continue
             if tag.kind.endswith("AliasTag"):
                 aliases.append((module, tag))
                 continue
