@@ -54,7 +54,7 @@ export const moveBy = scans => lookAt((run.scan ?? 0) + scans);
 async function branch() {
   const scan = run.scan;
   link({ scan: null }); // the new session greets the page before the answer comes
-  if (!await orders.branch(scan)) link({ scan });
+  if (!await orders.branch(scan + 1)) link({ scan }); // the scan that is shown is the last one in common
 }
 
 onPaint(() => {

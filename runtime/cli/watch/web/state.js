@@ -18,7 +18,7 @@ export const onPaint = paint => { painters.push(paint); };
 
 export function greet(hello) {
   pending = null;
-  Object.assign(run, { hello, state: "paused", forced: {}, breakpoints: [], faults: [], range: null });
+  Object.assign(run, { hello, state: "paused", scan: undefined, t: undefined, forced: {}, breakpoints: [], faults: [], range: null });
   for (const part of PARTS) run[part] = {};
   handles();
   for (const build of builders) build(hello);
