@@ -28,13 +28,13 @@ from typing_extensions import override
 
 from ...io_images.amci3601.parameters import require
 from .durations import duration_ns
-from .parts import Clock, Part, Slots
+from .parts import Clock, Level, Slots
 
 LEAST, MOST = -(2**31), 2**31 - 1
 """Where a counter stops: the range of a DINT."""
 
 
-class Block(Part):
+class Block(Level):
     """An object that is called once in each scan, and true or false until the next call."""
 
     def __init__(self) -> None:

@@ -14,7 +14,7 @@ from __future__ import annotations
 import ast
 import inspect
 import linecache
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from types import FunctionType
 from typing import Any
 
@@ -33,6 +33,9 @@ PROBE = "captured"
 
 _OURS = "scanrack."
 
+Bodies = Mapping[tuple[str, int], tuple[ast.AST, ...]]
+"""The functions of a file by name and first line, as code objects have them."""
+
 
 def check_statements(cls: type) -> None:
     """Refuse statements in the methods of a class that can't be meant so.
@@ -40,12 +43,21 @@ def check_statements(cls: type) -> None:
     Raises:
         TypeError: there is one; its file and line.
     """
+    bodies: dict[str, Bodies] = {}
     for function in _functions(cls):
-        body = _body_of(function)
-        for node in ast.walk(body) if body is not None else ():
-            mistake = _mistake(cls, function, node)
-            if mistake:
-                raise TypeError(f"{function.__code__.co_filename}:{getattr(node, 'lineno', '?')}: {mistake}")
+        code = function.__code__
+        file = code.co_filename
+        if file not in bodies:
+            bodies[file] = _bodies_of(file)
+        for body in bodies[file].get((code.co_name, code.co_firstlineno), ()):
+            _check_body(cls, function, body)
+
+
+def _check_body(cls: type, function: FunctionType, body: ast.AST) -> None:
+    for node in ast.walk(body):
+        mistake = _mistake(cls, function, node)
+        if mistake:
+            raise TypeError(f"{function.__code__.co_filename}:{getattr(node, 'lineno', '?')}: {mistake}")
 
 
 def _mistake(cls: type, function: FunctionType, node: ast.AST) -> str:
@@ -74,24 +86,19 @@ def _functions(cls: type) -> Iterator[FunctionType]:
             yield function
 
 
-def _body_of(function: FunctionType) -> ast.AST | None:
-    """Return the syntax of a function; None if there is no source."""
-    code = function.__code__
-    tree = _tree_of(code.co_filename)
-    for node in ast.walk(tree) if tree is not None else ():
-        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-            first = min((each.lineno for each in node.decorator_list), default=node.lineno)
-            if node.name == code.co_name and first == code.co_firstlineno:
-                return node
-    return None
-
-
-def _tree_of(file: str) -> ast.Module | None:
+def _bodies_of(file: str) -> Bodies:
+    """Return the functions of a file; none if there is no source, or another than was loaded."""
     linecache.checkcache(file)
     try:
-        return ast.parse("".join(linecache.getlines(file)))
-    except SyntaxError:  # the file has changed since it was loaded
-        return None
+        tree = ast.parse("".join(linecache.getlines(file)))
+    except SyntaxError:
+        return {}
+    functions = [each for each in ast.walk(tree) if isinstance(each, ast.FunctionDef | ast.AsyncFunctionDef)]
+    bodies: dict[tuple[str, int], tuple[ast.AST, ...]] = {}
+    for each in functions:
+        first = min((decorator.lineno for decorator in each.decorator_list), default=each.lineno)
+        bodies[each.name, first] = (each,)
+    return bodies
 
 
 def _is_wait(cls: type, function: FunctionType, node: ast.expr) -> bool:

@@ -98,6 +98,13 @@ class Part:
         return None
 
 
+class Level(Part):
+    """A part that is true or false by itself."""
+
+    def __bool__(self) -> bool:
+        raise NotImplementedError(f"{type(self).__name__} says not what it is")
+
+
 class Device(Part):
     """A part with turns of its own in each scan: before the logic, and after it."""
 

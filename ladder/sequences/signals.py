@@ -23,7 +23,7 @@ from ...io_images.addresses import Address
 from ...io_images.amci3601.bits import LIVE_BITS
 from ...io_images.amci3601.words import WORDS_3601
 from ...io_images.image import WORD_MAX, WORD_MIN
-from .parts import Clock, Part, Slots, words_of
+from .parts import Clock, Level, Part, Slots, words_of
 from .places import find_bit, find_word
 from .waits import Edge, Wait, until
 
@@ -72,7 +72,7 @@ class Signal(Part):
             raise ValueError(f"{self.declared}: {self.name}: {error}") from None
 
 
-class Input(Signal):
+class Input(Signal, Level):
     """A bit of an input image, true or false as it stands in the present scan.
 
     Attributes:
@@ -154,7 +154,10 @@ class InputWord(Signal):
     @overload
     def __get__(self, logic: object, owner: type) -> int: ...
     def __get__(self, logic: Any, owner: type) -> Any:
-        return self if logic is None else _place(self, logic)[0][_place(self, logic)[1]]
+        if logic is None:
+            return self
+        words, word, _ = _place(self, logic)
+        return words[word]
 
 
 class OutputWord(InputWord):
@@ -173,7 +176,7 @@ class OutputWord(InputWord):
         words[word] = value
 
 
-_LEVELS = (bool, int, Input)
+_LEVELS = (bool, int, Level)
 """What an output may be given; a text would be true whatever it says."""
 
 
@@ -203,7 +206,7 @@ class Output(Signal):
         words, word, mask = _place(self, logic)
         return words[word] & mask != 0
 
-    def __set__(self, logic: object, on: bool | Input) -> None:
+    def __set__(self, logic: object, on: bool | Level) -> None:
         words, word, mask = _place(self, logic)
         if not isinstance(on, _LEVELS):
             raise TypeError(f"{self.name} = {on!r} is not allowed: an output is True or False")
@@ -222,9 +225,7 @@ def _place(part: Signal, logic: Any) -> Place:
     try:
         place: Place = logic._places[part.name]
     except KeyError:
-        raise ValueError(
-            f"{part.name} has no slot before the first scan: write it in every_scan or in a sequence"
-        ) from None
+        raise ValueError(f"{part.name} has no slot before the first scan") from None
     return place
 
 

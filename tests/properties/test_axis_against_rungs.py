@@ -20,11 +20,11 @@ with_blends = st.sampled_from([*ASKS, *OTHERS, *["blend"] * 6])
 
 
 def scripts(deeds):
-    return st.lists(st.tuples(deeds, pauses), min_size=1, max_size=20)
+    return st.lists(st.tuples(deeds, pauses), min_size=1, max_size=12)
 
 
 @pytest.mark.parametrize("rpi_ms", [None, 5])
-@settings(max_examples=amount(25))
+@settings(max_examples=amount(15))
 @given(script=scripts(with_blends))
 def test_late_judging_is_equal_in_every_image_and_result(rpi_ms, script):
     deeds = dict(legal([*READY, *script]))
@@ -35,7 +35,7 @@ def test_late_judging_is_equal_in_every_image_and_result(rpi_ms, script):
     assert {block: python.outcome(block) for block in rungs.results} == rungs.results
 
 
-@settings(max_examples=amount(25))
+@settings(max_examples=amount(15))
 @given(script=scripts(commands))
 def test_early_judging_is_equal_until_a_command_meets_another_state(script):
     deeds = dict(legal([*READY, *script]))

@@ -58,6 +58,7 @@ def _run(speed: int, register: int | None = None) -> Ask:
 
 
 def _home(way: Direction) -> Ask:
+    """A search for home; a side that is near lets its proximity be true."""
     inputs = {"Direction": way.value, "Velocity": 2_000, **BLOCK_RATES}
     return Ask("Home", inputs, "home", (way,), {"speed": 2_000, **RATES})
 
@@ -104,6 +105,8 @@ STOP = Ask("Stop", {}, "stop", (), {})
 OTHERS = (
     "stop",
     "stop off",
+    "near",
+    "far",
     "register on",
     "estop on",
     "estop off",
@@ -149,12 +152,16 @@ class PythonSide:
         self.cpu = Cpu(self.rack, self.logic, scan_ms * 1_000_000, exchange=exchange)
         self.deed: str | None = None
         self.last: dict[str, Any] = {}
+        self.near = False
 
     def do(self, axis: Axis3601) -> None:
         deed, self.deed = self.deed, None
         ask = ask_of(deed)
+        if deed in ("near", "far"):
+            self.near = deed == "near"
         if ask is not None:
-            command = getattr(axis, ask.method)(*ask.arguments, **ask.options)
+            more = {"proximity": lambda: self.near} if ask.method == "home" else {}
+            command = getattr(axis, ask.method)(*ask.arguments, **ask.options, **more)
             self.last[ask.block] = command
             if deed == "stop":
                 command.__enter__()
@@ -200,6 +207,8 @@ class RungSide:
                 self._on.append(ask.block)
         elif deed == "stop off":
             self.bench.drop("Stop")
+        elif deed in ("near", "far"):
+            self.bench.tags["Home.Proximity"] = deed == "near"
         elif deed == "register on":
             self.bench.tags["Register.Register"] = True
         happen(self.module, self.bench.cpu, deed)
