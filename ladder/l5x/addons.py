@@ -8,13 +8,14 @@ from typing import Any
 
 from ..addon import ENABLES, LOGIC, ROUTINES, AddOn, Parameter, Way
 from ..errors import LadderError
+from ..expressions import parse_address
 from ..instructions import BY_NAME
 from ..instructions.addons import ADD_ON_CALL
 from ..spec import Spec, Use
 from ..tree import Routine
 from ..types import MAX_DIMENSIONS, Structure
 from .assembly import without
-from .datatypes import Types
+from .datatypes import NAME, Types
 from .records import AddOnRecord, TagRecord
 from .report import Refusal, Report
 from .routines import RoutineReader
@@ -64,6 +65,8 @@ class AddOns:
             try:
                 if name in BY_NAME:
                     raise LadderError(f"{record.name} is an instruction here, and an add-on in the file")
+                if not NAME.fullmatch(record.name):
+                    raise LadderError(f"{record.name!r} is no name of an add-on")
                 parameters = tuple(self._parameters(record))
                 shape = AddOn(record.name, parameters, (Routine(LOGIC, ()),), record.comment)
                 self._types.refuse_size(shape.structure)
@@ -84,6 +87,8 @@ class AddOns:
             yield self._parameter(each, Way.LOCAL)
 
     def _parameter(self, record: TagRecord, way: Way) -> Parameter:
+        if not NAME.fullmatch(record.name):
+            raise LadderError(f"{record.name!r} is no name of a parameter")
         if len(record.dims) > MAX_DIMENSIONS:
             raise LadderError(f"{record.name} has more than {MAX_DIMENSIONS} dimensions")
         if record.target:
@@ -98,6 +103,7 @@ class AddOns:
         return Parameter(record.name, kind, way, record.dims, record.required, record.comment, initial)
 
     def _alias(self, record: TagRecord, way: Way) -> Parameter:
+        parse_address(record.target)
         kind = self._types.find(record.type or "BOOL")
         return Parameter(
             record.name, kind, way, record.dims, record.required, record.comment, at=record.target

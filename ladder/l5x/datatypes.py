@@ -6,6 +6,7 @@ instructions', the predefined ones of `predefined`, those that values in the doc
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
@@ -22,6 +23,9 @@ MOST_IN_ALL = 8_000_000
 
 DEEPEST = 64
 """Types that stand in one another."""
+
+NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+"""Names of members, parameters, programs and routines."""
 
 _RENAMED: Mapping[str, str] = {"BIT": "BOOL", "BOOLEAN": "BOOL", "TIMER_T": "TIMER"}
 
@@ -97,6 +101,8 @@ class Types:
 
     def _structure(self, record: DataTypeRecord) -> Structure:
         found = Structure(record.name, tuple(self._member(record, each) for each in record.members))
+        for each in found.members:
+            _refuse_host(found, each)
         self.refuse_size(found)
         return found
 
@@ -132,6 +138,8 @@ class Types:
 
     def _member(self, record: DataTypeRecord, member: MemberRecord) -> Member:
         where = f"{member.name} of data type {record.name}"
+        if not NAME.fullmatch(member.name):
+            raise LadderError(f"{where}: that is no name")
         if len(member.dims) > MAX_DIMENSIONS:
             raise LadderError(f"{where} has dimensions {member.dims}")
         if member.type.upper() == "BIT" and member.target:
@@ -174,7 +182,7 @@ class Types:
 
     def _shown_member(self, element: Any) -> Member | None:
         name = element.get("Name")
-        if not name or not isinstance(element.tag, str):
+        if not name or not isinstance(element.tag, str) or not NAME.fullmatch(name):
             return None
         if element.tag == "ArrayMember":
             return self._shown_array(element, name)
@@ -188,6 +196,17 @@ class Types:
         if kind is None or not lengths or len(lengths) > MAX_DIMENSIONS or min(lengths) < 1:
             return None
         return Member(name, kind, lengths) if self.count(kind) * count_of(lengths) <= MOST_VALUES else None
+
+
+def _refuse_host(kind: Structure, member: Member) -> None:
+    """Refuse a packed bit that lies in no integer, or beyond it."""
+    name, _, bit = member.at.partition(".")
+    host = kind.member(name) if member.at else None
+    if host is None:
+        return
+    integer = isinstance(host.type, Elementary) and host.type.is_integer and not host.dims
+    if not integer or int(bit) >= host.type.bits:  # type: ignore[union-attr]
+        raise LadderError(f"{member.name} of data type {kind.name} is at {member.at}, which is no bit")
 
 
 def _unique(name: str, members: Iterable[Member]) -> Structure:

@@ -24,7 +24,7 @@ from ..tree import Address, Instruction, Routine, Rung, Step
 from ..types import Structure
 from .addons import AddOns
 from .assembly import CALLS, Parts, ProgramPart, call_of, harness_of, without
-from .datatypes import Types
+from .datatypes import NAME, Types
 from .document import read_document
 from .mnemonics import MNEMONICS
 from .modules import is_bound, module_tags
@@ -41,8 +41,6 @@ ROUNDS = 30
 
 TRIAL_STUB = "done after 20 ms"
 """How messages end in a trial."""
-
-_PLACE = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 
 
 @dataclass(slots=True)
@@ -182,12 +180,12 @@ class Importer:
         key = record.name.upper()
         part = self._parts.programs.get(key)
         if part is None:
-            if not _PLACE.fullmatch(record.name):
+            if not NAME.fullmatch(record.name):
                 self._skip_program(record, f"{record.name!r} is no name of a program")
                 return
             part = self._parts.programs[key] = ProgramPart(record.name)
         for each in record.routines:
-            if each.name.upper() in {*part.routines, *part.functions} or not _PLACE.fullmatch(each.name):
+            if each.name.upper() in {*part.routines, *part.functions} or not NAME.fullmatch(each.name):
                 reason = f"there are two routines {each.name}, or it is no name"
                 self._reader.skipped(record.name, each, reason, "rename it")
                 continue
@@ -198,7 +196,7 @@ class Importer:
                 part.routines[each.name.upper()] = routine
         for encoded in record.encoded:
             self._reader.encoded(record.name, encoded)
-            if encoded.name.upper() not in part.routines and _PLACE.fullmatch(encoded.name):
+            if encoded.name.upper() not in part.routines and NAME.fullmatch(encoded.name):
                 part.functions[encoded.name.upper()] = _nothing(encoded.name)
         known = {*part.routines, *part.functions}
         part.main = record.main if record.main.upper() in known else None
@@ -285,7 +283,7 @@ class Importer:
                 part.routines[routine.name.upper()] = self._with_labels(part, routine)
             called = {name.upper(): name for name in called_routines(part.routines.values())}
             for key, name in called.items():
-                if key not in {*part.routines, *part.functions} and _PLACE.fullmatch(name):
+                if key not in {*part.routines, *part.functions} and NAME.fullmatch(name):
                     part.functions[key] = _nothing(name)
                     self.report.declared[rf"\{part.name}.{name}"] = "routine that does nothing"
             if part.main is None:
