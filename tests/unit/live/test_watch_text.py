@@ -1,5 +1,7 @@
 """`scanrack watch --text`: what the terminal shows."""
 
+from io import StringIO
+
 from live_sessions import LiveSession
 from rich.console import Console
 from scanrack.runtime.cli.watch.text import TextView
@@ -11,7 +13,7 @@ def shown(orders, scans):
     view = TextView("feeder", session.run.rack, session.session, Paced(None))
     session.run.cpu.add_listener(view)
     session.play(scans)
-    console = Console(width=200, record=True, quiet=True)
+    console = Console(width=200, record=True, file=StringIO())
     console.print(view.shown())
     return console.export_text()
 
@@ -33,7 +35,7 @@ def test_control_characters_of_a_name_cannot_act_on_the_terminal():
     session = LiveSession()
     view = TextView("fee\x1b[2Jder", session.run.rack, session.session, Paced(1.0))
     view.event(1, 0, "/events", {"text": "line\nnote: all is well"})
-    console = Console(width=200, record=True, quiet=True)
+    console = Console(width=200, record=True, file=StringIO())
     console.print(view.shown())
     text = console.export_text()
     assert "\x1b" not in text
