@@ -18,6 +18,12 @@ from .session_monitor import Setup
 MAIN = f"from {__package__}.server import main; main()"
 """What the process of a monitor runs. It is not this program again, whose main module may do anything."""
 
+PATIENCE_S = 2
+"""How long a monitor may take to end."""
+
+GRACE_S = 0.05
+"""A monitor that ends as the session does is not started again."""
+
 STARTS_MOST = 10
 """A monitor that dies as often stays dead."""
 
@@ -78,7 +84,7 @@ class Keeper:
     def _keep(self) -> None:
         while True:
             self._process.wait()
-            if self._ending.is_set():
+            if self._ending.wait(GRACE_S):
                 return
             self._setup = replace(self._setup, started=self._setup.started + 1)
             if self._setup.started > STARTS_MOST:
@@ -93,11 +99,10 @@ class Keeper:
     def end(self) -> None:
         """End the monitor."""
         self._ending.set()
-        self._process.terminate()
+        self.pipe.close()  # which the monitor notices
         try:
-            self._process.wait(2)
+            self._process.wait(PATIENCE_S)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
-        self.pipe.close()
         self._listening.close()

@@ -164,7 +164,8 @@ def _json(message: object) -> str:
 
 def main() -> None:
     """Run a monitor until the scan process ends: the main function of its process, see `keeper`."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the scan process, which ends this one
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)  # they are for the scan process, which ends this one
     orders, listening, file = map(int, sys.argv[1:])
     pipe = Connection(orders)
     setup: Setup = pickle.loads(pipe.recv_bytes())
