@@ -386,7 +386,8 @@ class _Reader:
                 for tag in connection.iterchildren("InputTag", "OutputTag", "InAliasTag", "OutAliasTag"):
                     way = "I" if tag.tag in ("InputTag", "InAliasTag") else "O"
                     name = "InputTagSuffix" if way == "I" else "OutputTagSuffix"
-                    size = connection.get("InputSize" if way == "I" else "OutputSize", "")
+                    which = "InputSize" if way == "I" else "OutputSize"
+                    size = connection.get(which) or communications.get(f"PrimCxn{which}", "")
                     yield self._module_tag(tag, connection.get(name) or way, size)
 
     def _module_tag(self, element: Any, suffix: str, size: str) -> ModuleTagRecord:

@@ -18,6 +18,7 @@ from ...ladder.l5x.trial import run_trial
 from ...ladder.program import SLC_SUFFIXES
 from ...ladder.slc import import_slc
 from ...ladder.slc.trial import run_trial as run_slc_trial
+from ..app.l5x_rack import rack_of
 from .status import BAD_INPUT, DONE, NO, complain
 from .terminal import say
 
@@ -52,6 +53,7 @@ def is_slc(path: Path) -> bool:
 def _l5x_command(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="An L5X or SLC export.", show_default=False)],
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
+    rack: Annotated[bool, typer.Option("--rack", help="Print a rack file for it.")] = False,
 ) -> None:
     """Say what is in an L5X or SLC export: what is imported, what is refused and why, what runs.
 
@@ -59,9 +61,12 @@ def _l5x_command(
     in which both agreed after every scan.
 
     Example: scanrack l5x machine.L5X
+    Example: scanrack l5x machine.L5X --rack > machine.toml
 
     Exit status: 0 all is imported, 1 something is refused, 2 the file can't be used.
     """
+    if rack:
+        raise typer.Exit(_print_rack(file))
     try:
         report = reported(file)
     except LadderError as error:
@@ -72,6 +77,20 @@ def _l5x_command(
         for line in report.lines():
             say(line)
     raise typer.Exit(DONE if report.complete else NO)
+
+
+def _print_rack(file: Path) -> int:
+    """Print a rack file for an L5X; return the exit status."""
+    if is_slc(file):
+        return complain(
+            f"{file}: --rack is for L5X files; docs/slc.md shows the slots of such a rack", BAD_INPUT
+        )
+    try:
+        imported = import_l5x(file, trial=True)
+    except LadderError as error:
+        return complain(str(error), BAD_INPUT)
+    say(rack_of(imported, file).rstrip())
+    return DONE if imported.report.complete else NO
 
 
 def register(app: typer.Typer) -> None:

@@ -1,0 +1,145 @@
+"""A rack file for an export: what `scanrack l5x machine.L5X --rack` prints.
+
+    a module in the controller's chassis      a slot
+    1769-MODULE with 16 bytes out, a 3601     amci3601
+    a card that exists here                   that card
+    any other                                 a comment: its tags stay memory
+
+The file runs as it is printed: instructions without an implementation have a stub, with a comment that says
+what else could stand there.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from ...ladder.l5x import Imported
+from ...ladder.l5x.modules import slot_of
+from ...ladder.l5x.records import ModuleRecord
+from ...ladder.l5x.report import Refusal
+from ..config.rackspec import DECLARE, MISSING_TAGS
+from ..modules.registry import MODULES
+
+GENERIC = "1769-MODULE"
+"""Catalog number of the generic profile."""
+
+BYTES_OUT, BYTES_IN = 16, (16, 20)
+"""Sizes of a 3601's connection; 4 more bytes in are the Fault [3601 manual, chapter 2, "16+4"]."""
+
+STEPPER = "amci3601"
+
+_CALL = re.compile(r"\b([A-Z_][A-Z0-9_]*)\(", re.IGNORECASE)
+_US_PER_MS = 1000
+
+
+def rack_of(imported: Imported, program: Path) -> str:
+    """Return a rack file as text.
+
+    Args:
+        imported: the export, imported for a trial.
+        program: its path, as the rack file is to name it.
+    """
+    return (
+        "\n".join([*_head(imported, program), *_stubs(imported), *_slots(imported.document.modules)]) + "\n"
+    )
+
+
+def _head(imported: Imported, program: Path) -> Iterator[str]:
+    report = imported.report
+    yield f"# {report.controller or program.stem}: {report.rungs} rungs, {len(report.refused)} refused."
+    yield ""
+    yield f"name = {_text(report.controller or program.stem)}"
+    yield f"program = {_text(program.as_posix())}"
+    yield 'controller = "compactlogix"'
+    rpis = [each.rpi_us for each in imported.document.modules if slot_of(each) and each.rpi_us]
+    if rpis:
+        yield f"rpi_ms = {min(rpis) / _US_PER_MS:g}"
+    yield "scan_ms = 2           # a scan of the continuous task"
+    yield "run_for_s = 10"
+    yield f"trace = {_text(program.stem + '.mcap')}"
+    yield '# tags = ["*"]        # variables to record, by name or pattern'
+
+
+def _stubs(imported: Imported) -> Iterator[str]:
+    """Yield a table of stubs for what is not here."""
+    report = imported.report
+    tagless = [each for each in report.refused if "there is no tag" in each.reason]
+    missing = dict.fromkeys(_instruction(each) for each in report.refused if each not in tagless)
+    routines = dict.fromkeys(each.routine for each in report.objects if each.routine)
+    declares = bool(tagless or report.declared)
+    if not (missing or routines or report.stubs or declares):
+        return
+    yield ""
+    yield '# What stands for what is not here: "false", "true", "done after 20 ms", or "plant.py:function".'
+    yield "[stubs]"
+    for name, stub in report.stubs.items():
+        yield f"{name} = {_text(stub)}"
+    for name in filter(None, missing):
+        yield f'{name} = "false"'
+    for name in routines:
+        yield f'{name} = "false"    # a routine that is not imported'
+    if declares:
+        yield f"{MISSING_TAGS} = {_text(DECLARE)}    # tags that the export leaves out, from their use"
+
+
+def _instruction(refused: Refusal) -> str:
+    """Return the instruction for which a rung is refused: the one at its column, "" if none is there."""
+    found = _CALL.search(refused.text, refused.column - 1)
+    return found[1].upper() if found else ""
+
+
+def _slots(modules: Iterable[ModuleRecord]) -> Iterator[str]:
+    placed = False
+    for module in sorted(modules, key=lambda each: slot_of(each) or 0):
+        slot = slot_of(module)
+        if slot is None:
+            continue
+        catalog = _catalog(module)
+        yield ""
+        if catalog is None:
+            yield f"# slot {slot}: {module.catalog} {module.name}: not simulated, its tags are memory"
+            continue
+        placed = True
+        yield f"[[slot]]              # {module.name}, {module.catalog}"
+        yield f"number = {slot}"
+        yield f"module = {_text(catalog)}"
+        yield from _wiring(catalog)
+    if not placed:
+        yield "\n# The export has no module that is simulated here; a rack has one slot at least."
+        yield f'[[slot]]\nnumber = 1\nmodule = "{STEPPER}"'
+
+
+def _wiring(catalog: str) -> Iterator[str]:
+    """Yield what a user fills in, as comments."""
+    if catalog == STEPPER:
+        yield "# [slot.machine]"
+        yield "# switches = ["
+        yield '#     { input = "home", first = -1500, last = -1300 },'
+        yield '#     { input = "cw_limit", first = 12000 },'
+        yield "# ]"
+    elif MODULES[catalog].words({}).inputs and "I" in catalog.rpartition("-")[2]:
+        yield "# [slot.options]"
+        yield "# inputs = { start = 0 }"
+        yield '# timeline = [{ at_ms = 500, input = "start", for_ms = 200 }]'
+
+
+def _catalog(module: ModuleRecord) -> str | None:
+    """Return what a module is called in a rack file; None if it is not simulated."""
+    name = module.catalog.partition("/")[0]
+    if name in MODULES:
+        return name
+    if "3601" in name or (name == GENERIC and _has_the_sizes_of_a_3601(module)):
+        return STEPPER
+    return None
+
+
+def _has_the_sizes_of_a_3601(module: ModuleRecord) -> bool:
+    sizes = {each.kind: each.size for each in module.tags}
+    return sizes.get("OutputTag") == BYTES_OUT and sizes.get("InputTag") in BYTES_IN
+
+
+def _text(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)
