@@ -19,7 +19,9 @@ r"""L5X: programs that Studio 5000 and RSLogix 5000 export, as they are.
 | `mnemonics` | names of all instructions of Logix, known here or not |
 | `schedule` | tasks |
 | `assembly` | all of that to a `Controller` |
-| `importer` | builds it, and refuses what can't be built rung by rung |
+| `completing` | what a partial export leaves out |
+| `building` | builds it, and refuses what can't be built rung by rung |
+| `importer` | all of this for one document |
 | `trial` | runs it: interpreter and compiler in lockstep |
 """
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ..addon import AddOn
 from ..controller import Controller
 from ..errors import LadderError
-from ..schedule import Task
+from ..schedule import Task, TaskKind
 from ..stubs import Stub, Stubs
 from ..tags import Alias, Declaration, Tag
 from ..tree import Address, BitStep, Instruction, MemberStep, Routine, Rung, SubscriptStep, number
@@ -221,3 +221,18 @@ def call_of(routine: Routine) -> Rung:
             inputs = len(each.operands)
     zeros = (number(0),) * inputs
     return Rung((Instruction("JSR", (Address(routine.name), number(inputs), *zeros)),))
+
+
+def does_nothing(name: str) -> Callable[..., Any]:
+    """Return a routine in Python that takes any inputs and does nothing."""
+
+    def routine(_tags: object, *_inputs: object) -> None:
+        """Do nothing."""
+
+    routine.__name__ = name
+    return routine
+
+
+def implicit_task(programs: Iterable[str]) -> list[Task]:
+    """Return a continuous task that runs programs."""
+    return [Task("Trial", TaskKind.CONTINUOUS, tuple(programs))]

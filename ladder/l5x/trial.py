@@ -17,8 +17,8 @@ from ..errors import WATCHDOG_TYPE, LadderFault
 from ..memory import same
 from ..runnable import LadderLogic
 from ..schedule import Task
-from .assembly import Parts, harness_of
-from .importer import Imported, implicit_task
+from .assembly import Parts, harness_of, implicit_task
+from .importer import Imported
 
 SCANS = 100
 """Scans of a trial."""

@@ -1,0 +1,162 @@
+"""Builds a controller from parts, and refuses what can't be built rung by rung, until the rest can."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+
+from ..addon import AddOn
+from ..controller import Controller
+from ..errors import BuildError, LadderError, Problem
+from ..tags import Tag
+from ..tree import Routine
+from .assembly import Parts, does_nothing, without
+from .report import Report
+from .routines import RoutineReader
+
+ROUNDS = 30
+"""Attempts to build what is left after refusals; each refuses at least one rung."""
+
+
+class Builder:
+    """Builds controllers from parts; the parts lose what is refused.
+
+    Args:
+        parts: the parts.
+        reader: knows the rungs of the document.
+        report: gets the refusals.
+    """
+
+    def __init__(self, parts: Parts, reader: RoutineReader, report: Report) -> None:
+        self._parts, self._reader, self._report = parts, reader, report
+
+    def build(self, of: Callable[[Parts], Parts] = lambda parts: parts) -> Controller | None:
+        """Return a controller that is built, None if nothing can be.
+
+        Args:
+            of: makes what is built of the parts.
+        """
+        for _ in range(ROUNDS):
+            parts = of(self._parts)
+            controller = parts.assemble(self._report)
+            try:
+                controller.build()
+            except BuildError as error:
+                if not self._refuse_all(error.problems, parts):
+                    self._refuse_rest(error, parts)
+                    return None
+            else:
+                return controller
+        self._refuse_rest(LadderError(f"it can't be built in {ROUNDS} attempts"), parts)
+        return None
+
+    def _refuse_all(self, problems: Iterable[Problem], parts: Parts) -> bool:
+        """Refuse what problems are about; whether anything was."""
+        something = False
+        for each in problems:
+            if each.number is not None and each.routine:
+                owner, routine = _owner_of(each.routine)
+                something |= self.refuse(owner, routine, each.number, each.text, each.remedy)
+            elif each.where == "initial values":
+                something |= self._drop_initial(each.text, parts)
+            elif each.routine:
+                owner, routine = _owner_of(each.routine)
+                something |= self._refuse_routine(owner, routine, each)
+        return something
+
+    def refuse(
+        self,
+        owner: str,
+        routine: str,
+        number: int,
+        text: str,
+        remedy: str,
+    ) -> bool:
+        """Refuse a rung, or a routine of structured text; whether there was something to refuse.
+
+        Args:
+            owner: the program, or the add-on instruction.
+            routine: the routine.
+            number: the rung or line.
+            text: what is wrong.
+            remedy: what helps.
+        """
+        found = self._routine(owner, routine)
+        record = self._reader.record(owner, routine)
+        if found is None or record is None:
+            return False
+        if found.statements is not None:
+            if not found.statements:
+                return False
+            line = record.lines[min(max(number - 1, 0), len(record.lines) - 1)][1] if record.lines else 0
+            self._reader.refuse_object(owner, routine, f"line {number}: {text}", line, remedy)
+        elif number >= len(record.rungs) or not found.rungs[number].series:
+            return False
+        else:
+            self._reader.refuse(owner, routine, number, text, remedy)
+        part = self._parts.programs.get(owner.upper())
+        if part is not None and found.statements is not None:
+            del part.routines[routine.upper()]
+            part.functions[routine.upper()] = does_nothing(found.name)
+        else:
+            self._replace(owner, routine, without(found, number))
+        return True
+
+    def _refuse_routine(self, owner: str, routine: str, problem: Problem) -> bool:
+        found = self._routine(owner, routine)
+        if found is None:
+            return False
+        refused = [
+            self.refuse(owner, routine, number, problem.text, problem.remedy)
+            for number in range(len(found.rungs) or 1)
+        ]
+        return any(refused)
+
+    def _refuse_rest(self, error: LadderError, parts: Parts) -> None:
+        """Refuse all that is left, because it can't be built."""
+        reason = str(error).replace("\n", " ")
+        for part in parts.programs.values():
+            for routine in list(part.routines.values()):
+                for number in range(len(routine.rungs) or 1):
+                    self.refuse(part.name, routine.name, number, reason, "correct the program")
+        for definition in list(parts.add_ons.values()):
+            for routine in definition.routines:
+                for number in range(len(routine.rungs) or 1):
+                    self.refuse(definition.name, routine.name, number, reason, "correct the add-on")
+
+    def _routine(self, owner: str, routine: str) -> Routine | None:
+        part = self._parts.programs.get(owner.upper())
+        if part is not None and routine.upper() in part.routines:
+            return part.routines[routine.upper()]
+        definition = self._parts.add_ons.get(owner.upper())
+        return definition.routine(routine) if definition is not None else None
+
+    def _replace(self, owner: str, routine: str, new: Routine) -> None:
+        part = self._parts.programs.get(owner.upper())
+        if part is not None and routine.upper() in part.routines:
+            part.routines[routine.upper()] = new
+            return
+        definition = self._parts.add_ons[owner.upper()]
+        self._parts.add_ons[owner.upper()] = _with_routine(definition, new)
+
+    def _drop_initial(self, text: str, parts: Parts) -> bool:
+        """Let a tag start with zeros whose initial value does not fit; whether there was one."""
+        name = text.partition(":")[0].split("[")[0].split(".")
+        for scope in (parts.declarations, *(each.declarations for each in parts.programs.values())):
+            for place, each in enumerate(scope):
+                if isinstance(each, Tag) and each.initial is not None and each.name in name:
+                    self._report.note(each.name, f"it starts with zeros: {text}")
+                    scope[place] = replace(each, initial=None)
+                    return True
+        return False
+
+
+def _owner_of(routine: str) -> tuple[str, str]:
+    r"""Split `\Program.Routine` or `AddOn.Role`."""
+    owner, _, name = routine.removeprefix("\\").partition(".")
+    return owner, name
+
+
+def _with_routine(definition: AddOn, new: Routine) -> AddOn:
+    routines = [new if each.name.upper() == new.name.upper() else each for each in definition.routines]
+    return definition.with_routines(tuple(routines))
