@@ -29,8 +29,8 @@ from scanrack.runtime.modules.cards.options import CardOptions
 
 PERIOD_NS = 2_000_000
 SETUP = Configuration.from_image(Image(CONFIGURATION))
-RATES = {"acceleration": 20, "deceleration": 10}
-SLOW = {"speed": 5_000, **RATES}
+RATES: Any = {"acceleration": 20, "deceleration": 10}
+SLOW: Any = {"speed": 5_000, **RATES}
 
 CARD_WORDS = CardOptions(inputs={"start": 0, "stop": 1}).words(DISCRETE16)
 

@@ -20,6 +20,8 @@ from scanrack import (
 )
 from scanrack.io_images.amci3601 import Acceleration, BlendSegment, InputBit
 from scanrack.io_images.image import Image
+from scanrack.ladder.axis3601 import kinds
+from scanrack.ladder.rungreader import load_library
 from sequence_bench import RATES, SETUP, SLOW, SequenceBench
 
 SEGMENTS = [BlendSegment(3_000, 5_000, 20), BlendSegment(2_200, 2_000, 10)]
@@ -388,17 +390,12 @@ def test_a_command_keeps_its_outcome():
 
 
 @pytest.mark.parametrize(
-    "make",
-    [
-        lambda: Axis3601(0, SETUP),
-        lambda: Axis3601("1", SETUP),
-        lambda: Axis3601(1, None),
-        lambda: Axis3601(1, SETUP, round_trip_ms=-1),
-    ],
+    ("slot", "configuration", "round_trip_ms"),
+    [(0, SETUP, 10), ("1", SETUP, 10), (1, None, 10), (1, SETUP, -1)],
 )
-def test_what_an_axis_can_not_be(make):
+def test_what_an_axis_can_not_be(slot, configuration, round_trip_ms):
     with pytest.raises(ValueError, match=r"slot|configuration|round_trip_ms"):
-        make()
+        Axis3601(slot, configuration, round_trip_ms=round_trip_ms)
 
 
 def test_a_round_trip_is_ten_ms_at_least():
@@ -412,3 +409,12 @@ def test_an_estop_at_rest_is_no_error():
     hand.bench.module.look_again()
     hand.run(20)
     assert (hand.axis.status.IN_ESTOP, hand.axis.state) == (True, State.STANDSTILL)
+
+
+def test_each_kind_is_a_block_of_the_rung_library():
+    """But for MC_GearOut, which is MC_Halt of an axis that follows."""
+    blocks = {each.block.upper() for each in vars(kinds).values() if isinstance(each, kinds.Kind)}
+    library = load_library("axis3601").add_ons
+    assert blocks - library.keys() == {"MC_GEAROUT"}
+    helpers = {"AMCI3601", "REQUEST3601", "PROFILE3601", "MC_TOUCHPROBE"}
+    assert library.keys() - blocks == helpers

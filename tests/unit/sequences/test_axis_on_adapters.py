@@ -8,7 +8,6 @@ strokes to and fro, an emergency stop in the third, home again. As docs/adapters
 from pathlib import Path
 
 import pytest
-from scanrack.ladder.sequences import fresh
 from scanrack.runtime.app.build import build_cpu, build_rack
 from scanrack.runtime.app.loading import load_job
 from witness import Witness
@@ -73,7 +72,7 @@ def run(folder, hardware, options="round_trip_ms=400"):
     (folder / "rack.toml").write_text(text, encoding="utf-8")
     job = load_job(str(folder / "rack.toml"))
     witness = Witness()
-    with build_cpu(job.spec, fresh(job.logic), build_rack(job.spec), listeners=[witness]) as cpu:
+    with build_cpu(job.spec, job.logic, build_rack(job.spec), listeners=[witness]) as cpu:
         cpu.run(SCANS)
     return [
         (event["name"], event["outcome"], None if event["outcome"] == "cut short" else event["to"])

@@ -1,6 +1,9 @@
 """all_of, first_of, within and locks: what they wait for, which branch loses, and when."""
 
+from typing import Any
+
 import pytest
+import scanrack
 from scanrack import (
     Axis3601,
     AxisError,
@@ -215,7 +218,7 @@ def test_a_command_that_loses_goes_on_moving():
 def test_errors_of_commands_come_through():
     class Failing(Logic):
         axis = Axis3601(1, SETUP)
-        said = ()
+        said: Any = ()
 
         @sequence
         async def cycle(self):
@@ -238,10 +241,11 @@ def test_errors_of_commands_come_through():
     assert bench.logic.said == (3, "aborted")  # below starting speed: CMD-05 and PRF-01
 
 
-@pytest.mark.parametrize("make", [lambda: all_of(), lambda: first_of(5), lambda: within("1 s", None)])
-def test_what_is_neither_wait_nor_coroutine_is_refused(make):
+@pytest.mark.parametrize("make", [all_of, first_of, lambda *work: within("1 s", *work)])
+@pytest.mark.parametrize("work", [(), (5,), (None,)])
+def test_what_is_neither_wait_nor_coroutine_is_refused(make, work):
     with pytest.raises(TypeError):
-        make()
+        make(*work)
 
 
 class Sharing(Playing):
@@ -300,3 +304,18 @@ def test_a_lock_says_who_waits():
 def test_program_mode_frees_the_lock():
     bench = SequenceBench(Sharing).scan(2).restart().scan()
     assert bench.logic.log[-1] == (2, "first in")
+
+
+def test_within_is_one_name_for_waits_and_invariants():
+    """In logic a limit for what is awaited, in a file of invariants one for what must come true."""
+
+    @scanrack.within("5 s", after=lambda now: True)
+    def it_ends(now):
+        return True
+
+    assert it_ends.name == "it_ends"
+    assert repr(scanrack.within("5 s", dwell("1 s"))) == "within 5 s dwell 1 s"
+    wrong: Any
+    for wrong in ({}, {"work": dwell("1 s"), "after": lambda now: True}):
+        with pytest.raises(TypeError, match="after=condition"):
+            scanrack.within("5 s", **wrong)

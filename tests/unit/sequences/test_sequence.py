@@ -2,6 +2,7 @@
 
 import sys
 from threading import Thread
+from typing import Any
 
 import pytest
 from scanrack import Abort, Axis3601, Input, Logic, Output, dwell, sequence, until
@@ -245,6 +246,9 @@ def test_a_move_of_a_sequence_scan_by_scan():
 
     class Moving(Logic):
         axis = Axis3601(1, SETUP)
+        now = False
+        command: Any = None
+        second: Any = None
 
         @sequence
         async def cycle(self):
@@ -256,10 +260,6 @@ def test_a_move_of_a_sequence_scan_by_scan():
             await self.command
             self.second = self.axis.move_by(10, **SLOW)
             await self.second
-
-        now = False
-        command = None
-        second = None
 
     bench = SequenceBench(Moving).scan(60)
     bench.logic.now = True

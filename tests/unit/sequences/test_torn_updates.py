@@ -4,6 +4,8 @@ Each change of the output words is torn once, in each way of `TEARS`: those word
 later. Without the option some tear makes an illegal command; with it none does, whatever is torn.
 """
 
+from typing import Any
+
 from bench3601 import ENCODER, configuration
 from scanrack import Axis3601, Configuration, Direction, Logic, dwell, sequence, until
 from scanrack.io_images.amci3601 import Acceleration, BlendSegment, InputBit
@@ -19,7 +21,7 @@ from scanrack.runtime.modules.amci3601 import Amci3601
 MOST_SCANS = 12_000
 RPI_MS, SCAN_MS = 5, 2
 SETUP = Configuration.from_image(Image(configuration(add=ENCODER)))
-FAST = {"acceleration": 300, "deceleration": 400}
+FAST: Any = {"acceleration": 300, "deceleration": 400}
 PATH = [BlendSegment(300, 5_000, 200), BlendSegment(220, 2_000, 400)]
 
 TEARS = [(word,) for word in range(8)] + [(0, 1), (2, 3), (4, 5), (6, 7), (1, 2, 3, 4, 5, 6, 7), (3, 5, 7)]

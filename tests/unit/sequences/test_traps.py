@@ -2,6 +2,7 @@
 
 import gc
 import textwrap
+from typing import Any
 
 import pytest
 from scanrack import (
@@ -518,7 +519,7 @@ def test_a_link_that_is_lost_ends_nothing_but_a_wait_with_a_limit():
 def test_abort_passes_except_exception():
     class Catching(Logic):
         start = Input("start")
-        caught = ()
+        caught: Any = ()
 
         def every_scan(self):
             if self.start:
