@@ -33,10 +33,16 @@ BEGIN, NEXT, END = "BST", "NXB", "BND"
 FILES = frozenset({Use.SOURCE, Use.DESTINATION, Use.TABLE, Use.ARRAY})
 """Uses of a file, which exports write with `#`."""
 
+_WORDS = frozenset({Use.IGNORED, Use.ANYTHING, Use.PARAMETERS, Use.TEXT})
+"""Uses of which an operand may be any word."""
+
 _HEX = re.compile(r"(?:16#|0x)([0-9A-F]+)|([0-9A-F]+)h", re.IGNORECASE)
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:E[+-]?\d+)?", re.IGNORECASE)
 _NAME = re.compile(r"[A-Z_]\w*", re.IGNORECASE)
 _IN_EXPRESSION = re.compile(r"#?[A-Z]{1,3}\d{0,3}(?::(?:\d+|\[[^\]]+\]))?(?:\.\w+)?(?:/\w+)?", re.IGNORECASE)
+
+_PLACEHOLDER = re.compile(r"slc_(\d{1,4})")
+"""What stands for an address while an expression is read."""
 
 ROUTINE = "U"
 """What the name of a routine begins with, before the number of its ladder file."""
@@ -178,7 +184,9 @@ def _operand(use: Use, word: str) -> Operand:
         return Address(re.sub(r"\W", "_", word.upper()))
     if word == "?":
         return Unknown()
-    if word.startswith('"'):
+    if '"' in word.strip('"'):
+        raise AddressTextError(f"{word} has a quotation mark in it")
+    if word.startswith('"') and use in _WORDS:
         return Characters(word.strip('"'))
     if is_address(word):
         return parse(word, file=use in FILES)
@@ -186,7 +194,7 @@ def _operand(use: Use, word: str) -> Operand:
         return _number(word)
     if use in (Use.EXPRESSION, Use.CONDITION):
         return _expression(word)
-    if use in (Use.IGNORED, Use.ANYTHING, Use.PARAMETERS):
+    if use in _WORDS:
         return Characters(word)
     raise AddressTextError(f"{word!r} is no address and no number")
 
@@ -218,9 +226,12 @@ def _expression(text: str) -> Operand:
 def _with_addresses(operand: Operand, addresses: Sequence[Address]) -> Operand:
     if isinstance(operand, Operation):
         return Operation(operand.name, tuple(_with_addresses(each, addresses) for each in operand.operands))
-    if isinstance(operand, Address) and operand.name.startswith("slc_"):
-        return addresses[int(operand.name[4:])]
-    return operand
+    if not isinstance(operand, Address):
+        return operand
+    place = _PLACEHOLDER.fullmatch(str(operand))
+    if place is None or int(place.group(1)) >= len(addresses):
+        raise AddressTextError(f"{operand} is no address of a data file")
+    return addresses[int(place.group(1))]
 
 
 # --- back to text
@@ -254,7 +265,7 @@ def _operand_text(name: str, use: Use, operand: Operand) -> str:
     if use is Use.LABEL and isinstance(operand, Address):
         return operand.name.replace("_", ":")
     if isinstance(operand, Characters):
-        return f'"{operand.value}"' if " " in operand.value else operand.value
+        return f'"{operand.value}"'
     if isinstance(operand, Number) and operand.text.startswith("16#"):
         return f"0{operand.text[3:]}h"
     if isinstance(operand, Operation):
