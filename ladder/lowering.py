@@ -17,7 +17,7 @@ from .instructions.statements import CONDITION
 from .instructions.stubbed import specs_of_stubs
 from .lowered import AddOnCall, Frame, Line, Lowered, LoweredRoutine, Node, Parallel, Step, steps_of
 from .lowering_statements import StatementLowering
-from .motion_words import KEYWORDS
+from .motion_words import KEYWORDS, plain
 from .operand_checks import OPERAND_CHECKS, WRITTEN, OperandError, described, is_string
 from .operands import Constant, Group, Place, Resolved, as_number, constant, first_leaf, leaves_in
 from .resolver import AddressError, Resolver
@@ -326,7 +326,7 @@ class Lowering:
         """Return a word of a list, in capitals and as structured text writes it; "" for another operand."""
         if not isinstance(operand, Address) or operand.steps:
             return ""
-        word = operand.name.upper().replace(" ", "")
+        word = plain(operand.name)
         if self.lowered.layout.declaration(operand.name.upper(), self._program) is not None:
             number = OPERAND_CHECKS[Use.NUMBER].accepts(self.resolver.address(operand))
             return "" if number or word not in KEYWORDS else word

@@ -53,5 +53,15 @@ _LISTS = (
     ("Master Axis", "Slave Axis", "Position", "Torque", "Velocity", "Acceleration"),
 )
 
-KEYWORDS = frozenset(word.upper().replace(" ", "") for words in _LISTS for word in words)
-"""All words, as `lowering` compares them: in capitals, without spaces."""
+
+def plain(word: str) -> str:
+    """Return a word in capitals without spaces and hyphens, as structured text has it.
+
+    >>> plain("Units per sec2"), plain("S-Curve")
+    ('UNITSPERSEC2', 'SCURVE')
+    """
+    return word.upper().replace(" ", "").replace("-", "")
+
+
+KEYWORDS = frozenset(plain(word) for words in _LISTS for word in words)
+"""All words, as `plain` has them."""

@@ -32,6 +32,7 @@ from ..motion_words import (
     RATE_UNITS,
     REDEFINITIONS,
     SPEED_UNITS,
+    plain,
 )
 from ..operands import Constant, Group, Place, Resolved, constant
 from ..types import DINT
@@ -172,7 +173,7 @@ def _word(machine: Interpreter, operand: Resolved | str, words: tuple[str, ...])
     if isinstance(operand, str):
         return operand
     number = int(machine.number(operand, DINT.bits))
-    return words[number].upper().replace(" ", "") if 0 <= number < len(words) else ""
+    return plain(words[number]) if 0 <= number < len(words) else ""
 
 
 def _number(axis: Axis, operand: Resolved) -> float:

@@ -111,7 +111,8 @@ def test_operands_of_another_type_are_refused(rung, says):
 
 def test_structured_text_writes_words_without_spaces():
     """MOTION-RM002, structured text: each call is a new execution."""
-    text = f"PROGRAM p\n{TAGS}ROUTINE Main ST\nMAS(Ax,M,All,Yes,100,Unitspersec2,No,100,0);\nEND\n"
+    jog = "MAJ(Ax,M,Forward,5,%ofmaximum,5,Unitspersec2,5,0,SCurve,1,1,%oftime,Disabled,Programmed,0,None);"
+    text = f"PROGRAM p\n{TAGS}ROUTINE Main ST\nMAS(Ax,M,All,Yes,100,Unitspersec2,No,100,0);\n{jog}\nEND\n"
     for engine in (parse_program(text).compile(), parse_program(text).interpret()):
         engine.step()
         engine.tags["M.ER"] = False
