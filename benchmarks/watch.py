@@ -1,0 +1,233 @@
+"""What looking costs the scans: late ones though a processor was free, processor time, the speed reached.
+
+    python benchmarks/watch.py [--seconds 10] [--rounds 3] [--smoke]
+
+The feeder in real time, scans of 2 ms, recorded, in four ways that take turns, each in a process of its own:
+
+    nobody     scans without a monitor
+    monitor    with a monitor, no page
+    page       with a page that reads
+    deaf       with three pages that never read, and a monitor that is killed half-way
+
+A scan is late if the time from the scan before exceeds the period by more than 0.5 ms, or 2 ms. Counted are
+those in which the thread has waited less than 0.3 ms for a processor: the scheduler's own figure, on Linux
+only. Then the same at full speed: machine time per second. Checked: every scan was made. The design allows
+0.3 % of late scans.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import json
+import os
+import secrets
+import signal
+import socket
+import statistics
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from contextlib import ExitStack
+from pathlib import Path
+
+from scanrack.ladder.debug import Debugger
+from scanrack.runtime.app.loading import load_job
+from scanrack.runtime.app.running import JobRun
+from scanrack.runtime.app.watched_machines import PER_SLOT, MachineFigures
+from scanrack.runtime.app.watched_program import LadderNotes
+from scanrack.runtime.cli.watch.keeper import Keeper
+from scanrack.runtime.cli.watch.monitor import About
+from scanrack.runtime.cli.watch.session_monitor import Setup
+from scanrack.runtime.live.ring import Ring
+from scanrack.runtime.live.session import Session
+from scanrack.runtime.live.tap import PipeInbox, Tap
+from scanrack.runtime.loop.pace import Paced
+from scanrack.runtime.loop.realtime import frozen_collector
+from websockets.asyncio.client import connect
+
+FEEDER = Path(__file__).parents[1] / "examples" / "feeder" / "feeder.toml"
+WAYS = ("nobody", "monitor", "page", "deaf")
+WAITED_MS = 0.3
+SETTLE_S = 3.0
+
+
+class Probe:
+    """Notes when each scan was, and how long the thread has waited for a processor; a listener."""
+
+    def __init__(self) -> None:
+        self.walls: list[int] = []
+        self.waits: list[int] = []
+        self._schedule: int | None = None
+
+    def event(self, *_event: object) -> None:
+        """Ignore events."""
+
+    def scan(self, _scan: int, _now_ns: int, _flags: int) -> None:
+        """Note a scan."""
+        if self._schedule is None:
+            self._schedule = os.open("/proc/thread-self/schedstat", os.O_RDONLY)
+        self.walls.append(time.monotonic_ns())
+        self.waits.append(int(os.pread(self._schedule, 64, 0).split()[1]))
+
+    def close(self) -> None:
+        """Nothing is kept open but a file of the system."""
+
+    def late(self, period_ns: int) -> dict[str, float]:
+        """Return how many scans in a hundred were late though a processor was free."""
+        pairs = list(zip(self.walls, self.walls[1:], self.waits, self.waits[1:], strict=False))
+        own = [(b - a - period_ns) / 1e6 for a, b, w, v in pairs if (v - w) / 1e6 < WAITED_MS]
+        return {
+            "counted": len(own),
+            "late_0.5_pct": 100 * sum(each > 0.5 for each in own) / len(own),
+            "late_2_pct": 100 * sum(each > 2 for each in own) / len(own),
+            "worst_ms": max(own),
+        }
+
+
+def measure(way: str, seconds: float, speed: float | None) -> dict[str, object]:
+    """Run one way; return its figures."""
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        trace = folder / "session.mcap"
+        job = load_job(str(FEEDER))
+        pacer = Paced(speed)
+        run = JobRun(job, stack, trace=trace, pacer=pacer, handled=True)
+        assert isinstance(run.logic, Debugger)
+        figures = MachineFigures(run.rack)
+        ring = Ring(len(run.rack.memory), PER_SLOT * len(figures.slots))
+        tap = Tap(ring, run.rack, run.cpu.period_ns, figures)
+        tap.notes = LadderNotes(run.logic, ring.snapshots)
+        mine, _theirs = socket.socketpair()
+        keeper = None
+        if way == "nobody":
+            from multiprocessing.connection import Connection
+
+            inbox = PipeInbox(ring, Connection(mine.detach()))
+        else:
+            keeper, link = _monitor(ring, figures, trace, stack)
+            inbox = PipeInbox(ring, keeper.pipe)
+            keeper.keep(inbox)
+            stack.callback(keeper.end)
+        session = Session(run.cpu, run.hands, pacer, inbox, tap.tell, stops=run.logic)
+        tap.session, session.attend, session.give = session, tap.attend, tap.give
+        probe = Probe()
+        run.cpu.add_listener(probe)
+        run.cpu.add_listener(tap)
+        pages = [] if keeper is None else _pages(way, link)
+        if keeper is not None:
+            time.sleep(SETTLE_S)
+        spent, monitor = time.process_time(), _spent(keeper)
+        scans = round(seconds * 500) if speed is not None else round(seconds * 10_000)
+        if way == "deaf" and keeper is not None:
+            killer = threading.Timer(seconds / 2, os.kill, (keeper.pid, signal.SIGKILL))
+            killer.start()
+            stack.callback(killer.cancel)
+        begun = time.monotonic()
+        with frozen_collector(), run.cpu:
+            session.run(scans)
+        took = time.monotonic() - begun
+        result: dict[str, object] = {
+            "scan_process_pct": 100 * (time.process_time() - spent) / took,
+            "speed": scans * 0.002 / took,
+        }
+        if speed is not None:
+            result |= probe.late(run.cpu.period_ns)
+        if keeper is not None and way != "deaf":
+            result["monitor_pct"] = 100 * (_spent(keeper) - monitor) / took
+        for page in pages:
+            page.kill()
+            page.wait()
+        assert run.cpu.scan == scans, "not every scan was made"
+        return result
+
+
+def _monitor(ring: Ring, figures: MachineFigures, trace: Path, stack: ExitStack) -> tuple[Keeper, str]:
+    listening = stack.enter_context(socket.create_server(("127.0.0.1", 0)))
+    port, key = listening.getsockname()[1], secrets.token_hex(16)
+    about = About("0", "feeder", str(FEEDER), "rack", False, False, None)
+    setup = Setup(ring.shape, about, key, "127.0.0.1", port, tuple(figures.slots), str(trace))
+    return Keeper(setup, ring, listening, lambda _text: None), f"127.0.0.1:{port} {key}"
+
+
+def _spent(keeper: Keeper | None) -> float:
+    """Return the processor time of the monitor so far, s."""
+    if keeper is None:
+        return 0.0
+    fields = Path(f"/proc/{keeper.pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def _pages(way: str, link: str) -> list[subprocess.Popen[bytes]]:
+    count = {"page": 1, "deaf": 3}.get(way, 0)
+    command = [sys.executable, __file__, "--page", way, *link.split()]
+    return [subprocess.Popen(command) for _ in range(count)]
+
+
+async def look(way: str, host: str, key: str) -> None:
+    """Be a page: one that reads, or one that never does."""
+    while True:
+        try:
+            async with connect(f"ws://{host}/socket", max_size=None, compression=None) as page:
+                await page.send(json.dumps({"key": key}))
+                await page.send(json.dumps({"id": 1, "do": "show", "routine": "Main", "columns": 88}))
+                if way == "deaf":
+                    page.transport.pause_reading()
+                    await asyncio.sleep(3600)
+                async for _message in page:
+                    pass
+        except OSError:
+            await asyncio.sleep(0.2)
+
+
+def apart(way: str, seconds: float, speed: str) -> dict[str, float]:
+    """Measure one way in a process of its own."""
+    command = [sys.executable, __file__, "--way", way, "--seconds", str(seconds), "--speed", speed]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    found: dict[str, float] = json.loads(done.stdout)
+    return found
+
+
+def report(title: str, rounds: list[dict[str, dict[str, float]]]) -> None:
+    """Print the medians of all rounds, one way per line."""
+    print(title)
+    for way in WAYS:
+        runs = [each[way] for each in rounds if way in each]
+        if runs:
+            keys = [key for key in runs[0] if key != "counted"]
+            told = (
+                f"{key} {statistics.median(each[key] for each in runs):.3g}" for key in keys if key in runs[0]
+            )
+            print(f"  {way:<8}", "  ".join(told))
+
+
+def main() -> None:
+    """Measure all ways in turns."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--seconds", type=float, default=10.0)
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--smoke", action="store_true", help="one short round: does it run at all?")
+    parser.add_argument("--way", choices=WAYS, help=argparse.SUPPRESS)
+    parser.add_argument("--speed", default="1", help=argparse.SUPPRESS)
+    parser.add_argument("--page", nargs=3, help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.page:
+        asyncio.run(look(*options.page))
+    if options.way:
+        speed = None if options.speed == "max" else float(options.speed)
+        print(json.dumps(measure(options.way, options.seconds, speed)))
+        return
+    if not Path("/proc/thread-self/schedstat").exists():
+        print("this system does not tell how long a thread waits for a processor: nothing is measured")
+        return
+    seconds, rounds = (1.0, 1) if options.smoke else (options.seconds, options.rounds)
+    real = [{way: apart(way, seconds, "1") for way in WAYS} for _ in range(rounds)]
+    report(f"real time, {seconds:g} s each, medians of {rounds}", real)
+    fast = [{way: apart(way, seconds, "max") for way in WAYS[:3]} for _ in range(rounds)]
+    report("as fast as it goes", fast)
+
+
+if __name__ == "__main__":
+    main()
