@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from scanrack.runtime.cli import build
 from scanrack.traces.plot import Chart, Curve, Envelope, read_chart
 from scanrack.traces.reader import open_trace
+from scanrack.traces.signals import Catalog
+from scanrack.traces.signals.catalog import UnknownSignalError
 from typer.testing import CliRunner
 
 RACK = """
@@ -92,3 +95,14 @@ def test_plot_draws_a_rack_without_a_stepper(trace: Path, suffix: str) -> None:
         assert json.loads(data[1])["groups"] == ["input", "output"]
     else:
         assert picture.stat().st_size > 1000
+
+
+def test_a_query_takes_a_terminal_by_its_name(trace: Path) -> None:
+    """The lamp is on from 10 to 30 ms; a name that two terminals have means neither."""
+    result = CliRunner().invoke(build(), ["query", str(trace), "count(rose(Lamp))"])
+    assert (result.exit_code, result.stdout) == (0, "1\n")
+    with open_trace(trace) as opened:
+        slots = [replace(slot, words=opened.head.slots[1].words) for slot in opened.head.slots[:2]]
+    assert Catalog(slots[1:])["LAMP"].name == "slot3.out.lamp"
+    with pytest.raises(UnknownSignalError, match=r"did you mean slot2.out.lamp or slot3.out.lamp"):
+        Catalog(slots)["lamp"]

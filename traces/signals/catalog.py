@@ -62,10 +62,10 @@ class Catalog(Mapping[str, Signal]):
     ) -> None:
         self.slots = tuple(slots)
         signals = [FLAGS, *(signal for slot in slots for signal in _slot_signals(slot))]
-        self._short: Mapping[str, str] = {}
+        self._short = _terminals(slots)
         if tags is not None:
             signals += tag_signals(tags, texts)
-            self._short = short_names(tags)
+            self._short = {**self._short, **short_names(tags)}
         signals += sequence_signals(sequences)
         self._short = {**sequence_names(sequences), **self._short}
         self._signals = {signal.name: signal for signal in signals}
@@ -76,7 +76,7 @@ class Catalog(Mapping[str, Signal]):
         return cls(trace.head.slots, trace.head.tags, trace.texts(), sequence_steps(trace))
 
     def __getitem__(self, name: str) -> Signal:
-        """Return a signal; a tag also by its plain name, where only one tag has it.
+        """Return a signal; a tag, or a terminal of a card, also by its plain name, where only one has it.
 
         Raises:
             UnknownSignalError: there is none of that name; it names the closest.
@@ -165,6 +165,17 @@ class Catalog(Mapping[str, Signal]):
             f"did you mean {' or '.join(close)}?" if close else f"there are cpu.flags and those of {places}"
         )
         return f"there is no signal {name!r}: {hint}"
+
+
+def _terminals(slots: Sequence[SlotInfo]) -> dict[str, str]:
+    """Return the names that rack files give to terminals of cards, with the signals they mean."""
+    meant: dict[str, list[str]] = {}
+    for slot in slots:
+        for names in slot.words.groups.values() if not slot.speaks_3601 else ():
+            for name, at in names.items():
+                direction = "in" if at.image == "I" else "out"
+                meant.setdefault(name.lower(), []).append(f"slot{slot.number}.{direction}.{name}")
+    return {name: signals[0] for name, signals in meant.items() if len(signals) == 1}
 
 
 def _slot_signals(slot: SlotInfo) -> Iterator[Signal]:
