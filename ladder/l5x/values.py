@@ -16,7 +16,7 @@ from __future__ import annotations
 import datetime
 import math
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from ..arithmetic import real, wrap
@@ -26,7 +26,7 @@ from .datatypes import has_initials
 from .records import Data
 
 _RADIX = re.compile(r"(16|8|2)#([0-9A-Fa-f_]+)")
-_DATE = re.compile(r"L?DT#(\d{4})-(\d\d)-(\d\d)-(\d\d):(\d\d):(\d\d)(?:\.([\d_]+))?", re.IGNORECASE)
+_DATE = re.compile(r"L?DT#(\d{4})-(\d\d)-(\d\d)-(\d\d):(\d\d):(\d\d)(?:\.([\d_]+))?Z?", re.IGNORECASE)
 _INDEX = re.compile(r"\d{1,9}")
 _DEEPEST = 64
 """Levels of brackets in L5K text."""
@@ -36,7 +36,7 @@ class ValueTextError(ValueError):
     """A value that is none; the text."""
 
 
-def initial_of(data: Iterable[Data], kind: DataType, dims: tuple[int, ...]) -> Any:
+def initial_of(data: Sequence[Data], kind: DataType, dims: tuple[int, ...]) -> Any:
     """Return what a tag starts with, None for what its type starts with.
 
     Args:
@@ -59,6 +59,8 @@ def initial_of(data: Iterable[Data], kind: DataType, dims: tuple[int, ...]) -> A
         return _parameters(found.get("Message", found.get("Alarm")), kind)
     if "L5K" in found:
         return _l5k("".join(found["L5K"].itertext()), kind, dims, keep)
+    if any(each.get("Format") is None and (each.text or "").strip("0 \r\n\t") for each in data):
+        raise ValueTextError("its values stand as bytes only, which are not read")
     return None
 
 
@@ -81,7 +83,7 @@ def _scalar(text: str | None, kind: Elementary, keep: bool) -> Any:
 
 
 def _structure(element: Data, kind: Structure, keep: bool) -> Any:
-    if kind.is_string:
+    if kind.is_string and not _has_elements(element):
         return _string(element, kind)
     found = {}
     for each in element.iterchildren("*"):
@@ -96,9 +98,12 @@ def _structure(element: Data, kind: Structure, keep: bool) -> Any:
 
 def _string(element: Data, kind: Structure) -> str | None:
     data = next((each for each in element.iterchildren("*") if each.get("Name") == "DATA"), None)
-    if data is None or len(data):
-        return None
-    return _cut(_quoted(data), kind) or None
+    return None if data is None else _cut(_quoted(data), kind) or None
+
+
+def _has_elements(element: Data) -> bool:
+    """Whether the characters of a string stand one by one."""
+    return element.find("ArrayMember/Element") is not None
 
 
 def _quoted(element: Data) -> str:

@@ -315,3 +315,20 @@ def test_faults_of_one_program_do_not_keep_the_others_from_running(imported):
     report = imported(text).report
     assert (report.rungs, report.ran, list(report.faults)) == (4, 3, ["Wrong", "Endless"])
     assert "watchdog" in report.faults["Endless"]
+
+
+def test_characters_one_by_one_dates_and_bytes(imported):
+    characters = """<Structure DataType="STRING"><DataValueMember Name="LEN" DataType="DINT" Value="2"/>
+<ArrayMember Name="DATA" DataType="SINT" Dimensions="82" Radix="ASCII"><Element Index="[0]" Value="'a'"/>
+<Element Index="[1]" Value="98"/></ArrayMember></Structure>"""
+    bytes_only = '<Tag Name="B" TagType="Base" DataType="DINT"><Data>05 00 00 00</Data></Tag>'
+    day = value("LINT", "DT#1970-01-02-00:00:00.000_001Z")
+    found = imported(
+        machine("NOP();", tags=[tag("S", "STRING", data=characters), tag("D", "LINT", data=day), bytes_only])
+    )
+    assert (found.controller.tags.S, found.controller.tags.D) == ("ab", 86_400_000_001)  # us since 1970
+    (note,) = found.report.notes
+    assert (note.name, note.text) == (
+        "B",
+        "it starts with zeros: its values stand as bytes only, which are not read",
+    )
