@@ -77,6 +77,17 @@ def uses_of_stubs(lowered: Lowered) -> Iterator[str]:
             yield first.path.upper() if first.path.upper() in lowered.stubs else ALL_MESSAGES
 
 
+def motion_of(lowered: Lowered) -> dict[str, list[str]]:
+    """Return the motion instructions of each axis, group or coordinate system that is not of the rack."""
+    found: dict[str, list[str]] = {}
+    for _, _, step in _all_steps(lowered, copies=False):
+        first = step.operands[0] if Use.MOTION in step.uses else None
+        if isinstance(first, Group) and not first.frame and first.path.upper() not in lowered.axes:
+            names = found.setdefault(first.path, [])
+            names += [step.name] * (step.name not in names)
+    return found
+
+
 def _beyond_a_3601(lowered: Lowered) -> Iterator[Problem]:
     """Motion instructions of an axis of the rack that a 3601 can't carry out."""
     for routine, line, step in _all_steps(lowered, copies=False):

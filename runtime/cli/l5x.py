@@ -11,6 +11,7 @@ from typing import Annotated
 
 import typer
 
+from ...ladder.checks import motion_of
 from ...ladder.errors import LadderError
 from ...ladder.l5x import import_l5x
 from ...ladder.l5x.report import Report
@@ -19,6 +20,7 @@ from ...ladder.program import SLC_SUFFIXES
 from ...ladder.slc import import_slc
 from ...ladder.slc.trial import run_trial as run_slc_trial
 from ..app.l5x_rack import rack_of
+from ..app.slc_rack import rack_of_slc
 from .status import BAD_INPUT, DONE, NO, complain
 from .terminal import say
 
@@ -35,6 +37,11 @@ def reported(path: Path) -> Report:
         return program.report
     imported = import_l5x(path, trial=True)
     run_trial(imported)
+    if imported.controller is not None:
+        for axis, names in motion_of(imported.controller.build()).items():
+            imported.report.note(
+                axis, f"{', '.join(names)} end with ER, ERR 11, unless a rack has it in [axes]"
+            )
     return imported.report
 
 
@@ -80,12 +87,12 @@ def _l5x_command(
 
 
 def _print_rack(file: Path) -> int:
-    """Print a rack file for an L5X; return the exit status."""
-    if is_slc(file):
-        return complain(
-            f"{file}: --rack is for L5X files; docs/slc.md shows the slots of such a rack", BAD_INPUT
-        )
+    """Print a rack file for an export; return the exit status."""
     try:
+        if is_slc(file):
+            program = import_slc(file)
+            say(rack_of_slc(program, file).rstrip())
+            return DONE if program.report.complete else NO
         imported = import_l5x(file, trial=True)
     except LadderError as error:
         return complain(str(error), BAD_INPUT)

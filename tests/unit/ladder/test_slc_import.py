@@ -194,6 +194,17 @@ def test_the_command_says_what_runs(tmp_path):
     assert command("l5x", str(tmp_path / "empty.SLC"))[0] == 2
 
 
+def test_it_proposes_a_rack_that_runs_it(tmp_path):
+    path = tmp_path / "machine.SLC"
+    path.write_text(MACHINE, encoding="utf-8")
+    status, output = command("l5x", str(path), "--rack")
+    assert status == 0
+    assert 'number = 1\nmodule = "amci3601"' in output
+    assert "# slot 2: 1762-IQ16" in output
+    (tmp_path / "machine.toml").write_text(output, encoding="utf-8")
+    assert command("run", str(tmp_path / "machine.toml"), "--scans", "5", "--no-record")[0] == 0
+
+
 def test_a_rack_runs_it(tmp_path, monkeypatch):
     """The 3601 in slot 1 is configured by O:1.0 to O:1.7, and says so in I:1.0."""
     monkeypatch.chdir(tmp_path)
