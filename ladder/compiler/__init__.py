@@ -10,16 +10,16 @@ are those of the file with the rungs, so that an error in a scan points there.
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from types import CodeType, FunctionType
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..collector import collector_paused
 from ..engine import Engine
 from ..lowered import Lowered
 from ..memory import NOTHING
-from .observed import UNOBSERVED, Holding, Observation
+from .observed import UNOBSERVED, Holding, Observation, Reading
 from .program import ProgramText, text_of
 from .services import interpreted_of, regions_of, services
 
@@ -35,13 +35,24 @@ Scanner = Callable[[Engine], Callable[[int], object]]
 """Binds a compiled program to an engine's memory; returns what does one scan."""
 
 
-ObservedScanner = Callable[[Engine, Mapping[str, Any]], Callable[[int], object]]
-"""A `Scanner` that gets the names of `observed`, too: the list with the power, the values that are forced."""
+class ObservedScanner(NamedTuple):
+    """A compiled program that notes power and holds forces.
+
+    Attributes:
+        bind: a `Scanner` that gets the names of `observed`, too: the list with the power, the values that
+            are forced.
+        places: length of that list.
+        readings: for each noted line how its places are read, see `truth_of`.
+    """
+
+    bind: Callable[[Engine, Mapping[str, Any]], Callable[[int], object]]
+    places: int
+    readings: Sequence[Reading]
 
 
 def scanner_of(lowered: Lowered) -> Scanner:
     """Compile a program once, for any number of engines."""
-    bind = observed_scanner_of(lowered, UNOBSERVED)
+    bind = observed_scanner_of(lowered, UNOBSERVED).bind
     return lambda engine: bind(engine, NOTHING)
 
 
@@ -68,7 +79,7 @@ def observed_scanner_of(lowered: Lowered, observation: Observation) -> ObservedS
             return lambda _now: engine.call_python(engine.lowered.main, ())
         return functions["scan"]
 
-    return bind
+    return ObservedScanner(bind, text.noted.size, text.noted.readings)
 
 
 def _scheduled(engine: Engine, functions: Mapping[str, FunctionType], now_ns: int) -> None:

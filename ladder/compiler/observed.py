@@ -2,8 +2,8 @@
 
 Each is a variant of the compiled text, made when it is wanted; the program as it is pays for neither.
 
-Noted: a rung keeps the power behind each of its instructions in a variable and, at its end, puts them into a
-list as a tuple; see `rungs.RungWriter.noted` and `statements`.
+Noted: a rung keeps the power behind its instructions in variables and, at its end, puts them into a list; see
+`noted`, and `statements` for structured text.
 
 Held: behind every line that assigns to a forced variable stands one that forces it again. The value is
 computed as ever, since that may record a fault. Lists are held by the memory, see `debug.watching.HeldList`.
@@ -12,8 +12,9 @@ computed as ever, since that may record a fault. Lists are held by the memory, s
 from __future__ import annotations
 
 import ast
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 from typing_extensions import override
 
@@ -42,26 +43,81 @@ class Observation:
 UNOBSERVED = Observation()
 
 
+Reading = tuple[tuple[int, int, tuple[tuple[int, int], ...]], ...]
+"""For each instruction of a rung: there is power behind it if what stands at the place in the list is greater
+than the number, and so on for further places and numbers."""
+
+
+class NoteList:
+    """The list with the power that is noted: a place for each line in their order, further ones behind.
+
+    Attributes:
+        size: how many places.
+        readings: for each line how its places are read.
+
+    Args:
+        lines: how many lines are noted.
+    """
+
+    def __init__(self, lines: int) -> None:
+        self.size = lines
+        self.readings: list[Reading] = [()] * lines
+        self._places: dict[tuple[int, int], int] = {}
+
+    def further(self, line: int, number: int) -> int:
+        """Return a further place of a line, from 1; the same one whenever the line is written."""
+        found = self._places.setdefault((line, number), self.size)
+        self.size += found == self.size
+        return found
+
+
 @dataclass(frozen=True, slots=True)
 class Notes:
     """The lines of one routine whose power is noted.
 
     Attributes:
         places: where in the list, by number of the line.
+        listed: the list.
     """
 
-    places: Mapping[int, int] = field(default_factory=dict)
+    places: Mapping[int, int]
+    listed: NoteList
 
     @staticmethod
-    def of(observation: Observation, routine: str) -> Notes:
+    def of(observation: Observation, listed: NoteList, routine: str) -> Notes:
         """Return those of a routine, named in capitals."""
         noted = enumerate(observation.noted)
-        return Notes({number: place for place, (name, number) in noted if name == routine})
+        return Notes({number: place for place, (name, number) in noted if name == routine}, listed)
 
     def place(self, number: int) -> str | None:
         """Return text for the place of a line in the list, None if the line is not noted."""
         place = self.places.get(number)
         return None if place is None else f"{NOTED}[{place}]"
+
+    def further(self, number: int, which: int) -> int:
+        """Return a further place of a line that is noted, from 1."""
+        return self.listed.further(self.places[number], which)
+
+    def read(self, number: int, reading: Reading) -> None:
+        """Take note of how the places of a line are read."""
+        self.listed.readings[self.places[number]] = reading
+
+
+def truth_of(notes: Sequence[Any], line: int, reading: Reading) -> tuple[bool, ...] | None:
+    """Return the truth of a line from what was noted; None if it did not run.
+
+    >>> truth_of([2, True], 0, ((0, 0, ()), (0, 1, ()), (0, 2, ()), (0, 1, ((1, 0),))))
+    (True, True, False, True)
+    """
+    first = notes[line]
+    if first is None or isinstance(first, tuple):
+        return first
+    return tuple(
+        [
+            notes[place] > above and (not further or all(notes[at] > least for at, least in further))
+            for place, above, further in reading
+        ]
+    )
 
 
 def lines_of(lowered: Lowered) -> tuple[LineKey, ...]:

@@ -9,7 +9,7 @@ from functools import partial
 
 from ..lowered import Line, Lowered, LoweredRoutine
 from .calls import function_name, parameters_of
-from .observed import UNOBSERVED, Notes, Observation
+from .observed import UNOBSERVED, NoteList, Notes, Observation
 from .rungs import RungWriter
 from .statements import StatementWriter
 from .writer import INDENT, Writer
@@ -26,17 +26,20 @@ class ProgramText:
         file: the file that the rungs are from.
         lines: line in that file, per line of the text.
         functions: name of the function, by routine in capitals; those of add-on instructions are left out.
+        noted: the list in which it notes power.
     """
 
     text: str
     file: str
     lines: list[int]
     functions: dict[str, str]
+    noted: NoteList
 
 
 def text_of(lowered: Lowered, observation: Observation = UNOBSERVED) -> ProgramText:
     """Return the Python of a program, with lines that note power where that is wanted."""
-    notes = partial(Notes.of, observation)
+    listed = NoteList(len(observation.noted))
+    notes = partial(Notes.of, observation, listed)
     functions = _function_names(lowered)
     idents = lowered.layout.idents
     lines: list[tuple[str, int]] = []
@@ -63,6 +66,7 @@ def text_of(lowered: Lowered, observation: Observation = UNOBSERVED) -> ProgramT
         file or f"<ladder {lowered.name}>",
         [line for _, line in body] + [1, 1],
         functions,
+        listed,
     )
 
 

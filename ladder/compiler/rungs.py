@@ -6,11 +6,13 @@ The Python of an instruction is written by its `Spec`, which gets the `RungWrite
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from itertools import takewhile
 
 from ..lowered import Line, Node, Parallel, Step
 from ..operands import can_fault
 from ..spec import Kind
 from ..tags import OVERRIDE
+from .noted import NotedRung
 from .observed import Notes
 from .values import Values, calculates
 from .writer import Writer, both, either_of
@@ -44,29 +46,28 @@ class RungWriter:
 
     def rung(self, line: Line, power: str) -> None:
         """Write a rung, which notes its power where that is wanted."""
-        place = self.notes.place(line.number)
-        if place is None:
+        if self.notes.place(line.number) is None:
             self.series(line.nodes, power, needed=False)
-            return
-        behind: list[str] = []
-        self._noted(line.nodes, self.kept(power), place, behind)
-        self._note(place, behind)
+        else:
+            NotedRung(self, self.notes, line).write(power)
 
-    def _noted(self, nodes: tuple[Node, ...], power: str, place: str, behind: list[str]) -> str:
-        """Write a series and add the power behind each instruction; return that behind the last one."""
-        for node in nodes:
-            if isinstance(node, Parallel):
-                legs = [self._noted(leg, power, place, behind) for leg in node.legs]
-                power = self.kept(either_of(legs))
-                continue
-            if node.spec.leaves:
-                self._note(place, behind)
-            power = self.kept(self._step(node, power, needed=True))
-            behind.append(power)
-        return power
+    def step(self, step: Step, power: str) -> str:
+        """Write an instruction; return the power behind it."""
+        return self._step(step, power, needed=True)
 
-    def _note(self, place: str, behind: list[str]) -> None:
-        self.writer.line(f"{place} = ({''.join(f'{each}, ' for each in behind)})")
+    def outputs(self, steps: Iterable[Step], power: str) -> None:
+        """Write instructions that act when true, one after the other."""
+        self._outputs(steps, power)
+
+    def inline(self, step: Step) -> str:
+        """Return the expression of an input of an `inline_run`."""
+        self.values.site = step.site
+        return self._write(step)
+
+    def inline_run(self, nodes: tuple[Node, ...]) -> tuple[Step, ...]:
+        """Return the inputs at the beginning of a series that are one expression each."""
+        steps = takewhile(lambda node: isinstance(node, Step) and _is_inline(node), nodes)
+        return tuple(step for step in steps if isinstance(step, Step))
 
     def series(self, nodes: tuple[Node, ...], power: str, *, needed: bool) -> str:
         """Write a series; return the power behind it, which means nothing unless `needed`."""

@@ -13,7 +13,15 @@ from typing import Any
 from typing_extensions import override
 
 from ..compiler import ObservedScanner, Scanner, observed_scanner_of
-from ..compiler.observed import NOTED, UNOBSERVED, LineKey, Observation, lines_of
+from ..compiler.observed import (
+    NOTED,
+    UNOBSERVED,
+    LineKey,
+    Observation,
+    Reading,
+    lines_of,
+    truth_of,
+)
 from ..engine import Engine
 from ..errors import LadderFault, Site
 from ..interpreter import Interpreter
@@ -338,8 +346,9 @@ class WatchedEngine(Engine):
         self._unapplied = False
         self._bound: Callable[[int], object] | None = self._compiled
         self._variables: tuple[Held, ...] = ()
-        self._notes: list[tuple[bool, ...] | None] = []
-        self._blank: list[tuple[bool, ...] | None] = []
+        self._notes: list[Any] = []
+        self._blank: list[None] = []
+        self._readings: Sequence[Reading] = ()
         self.noted: tuple[LineKey, ...] = ()
         self._all_lines = lines_of(lowered)
         self.watching = False
@@ -362,8 +371,7 @@ class WatchedEngine(Engine):
         """Note the power of these lines from the next scan on, and of no others."""
         if lines is not self.noted and lines != self.noted:
             self.noted = lines
-            self._blank = [None] * len(lines)
-            self._notes = self._blank.copy()
+            self._notes, self._blank, self._readings = [], [], ()
             self._bound = None
 
     def note_all(self) -> None:
@@ -380,7 +388,12 @@ class WatchedEngine(Engine):
         """The truth of the lines in the latest scan: of all if it was watched, else of those noted."""
         if self.watching:
             return dict(self.interpreter.truths)
-        return {key: truth for key, truth in zip(self.noted, self._notes, strict=True) if truth is not None}
+        truths = {}
+        for place, reading in enumerate(self._readings):
+            truth = truth_of(self._notes, place, reading)
+            if truth is not None:
+                truths[self.noted[place]] = truth
+        return truths
 
     def _observed(self) -> Callable[[int], object]:
         """Return the compiled program that notes and holds what is wanted now."""
@@ -392,7 +405,9 @@ class WatchedEngine(Engine):
                 variant = self.variants.get(observation)
                 if variant is None:
                     variant = self.variants[observation] = observed_scanner_of(self.lowered, observation)
-                self._bound = variant(self, {NOTED: self._notes, **names_of(self._variables)})
+                self._blank, self._readings = [None] * variant.places, variant.readings
+                self._notes = self._blank.copy()
+                self._bound = variant.bind(self, {NOTED: self._notes, **names_of(self._variables)})
                 self._calling = self.call_routine
         return self._bound
 

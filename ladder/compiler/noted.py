@@ -1,0 +1,187 @@
+"""Rungs that note their power, with as little as will do.
+
+    XIC(a)XIO(b)[XIC(c)XIC(d),XIC(e)]OTE(f)
+
+    __1 = 0 if not (a) else 1 if not (not b) else 2     how far power came in a run of inputs
+    __2 = __1 == 2
+    __3 = False
+    if __2:                                             what can't happen without power is left out
+        __4 = 0 if not (c) else 1 if not (d) else 2
+        __5 = __4 == 2
+        __6 = e
+        __3 = (__5 or __6)
+        __noted[90] = __4                               a place in the list per variable
+        __noted[91] = __6
+    f = __3
+    __noted[7] = __1
+    __noted[92] = __3
+
+    power behind   XIC(a)  XIO(b)  XIC(c)           XIC(d)           XIC(e)           OTE(f)
+    is             [7]>0   [7]>1   [7]>1 and [90]>0 [7]>1 and [90]>1 [7]>1 and [91]>0 [92]>0
+
+The last line is the rung's `Reading`: what was noted is read only when it is wanted. A rung that may leave
+its routine half-way, and a line of structured text, put the truth itself into their first place, as a tuple.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import takewhile
+from typing import TYPE_CHECKING
+
+from ..lowered import Line, Node, Parallel, Step
+from ..spec import Kind
+from .observed import NOTED, Notes
+from .writer import both, either_of
+
+if TYPE_CHECKING:
+    from .rungs import RungWriter
+
+_ALWAYS, _NEVER = -1, 1 << 30
+"""Any number is greater, none is."""
+
+Above = tuple[str, int]
+"""A variable, and a number: there is power where the variable is greater."""
+
+
+class NotedRung:
+    """Writes one rung, and notes the power behind each of its instructions.
+
+    Args:
+        rungs: writes instructions.
+        notes: where the power is noted.
+        line: the rung.
+    """
+
+    def __init__(self, rungs: RungWriter, notes: Notes, line: Line) -> None:
+        self._rungs, self._notes, self._line = rungs, notes, line
+        self._writer = rungs.writer
+        self._leaves = any(step.spec.leaves for step in _steps(line.nodes))
+        self._behind: list[tuple[Above, ...]] = []  # per instruction what has to hold
+        self._guards: tuple[Above, ...] = ()
+        self._meaning: dict[str, Above] = {"True": ("", _ALWAYS), "False": ("", _NEVER)}
+        self._places = {"": notes.places[line.number]}
+        self._further = 0
+
+    def write(self, power: str) -> None:
+        """Write the rung."""
+        self._series(self._line.nodes, self._rungs.kept(power))
+        if self._leaves:
+            self._note_tuple()
+        else:
+            self._note()
+
+    def _series(self, nodes: tuple[Node, ...], power: str) -> str:
+        """Write a series; return the power behind its last instruction, kept."""
+        while nodes:
+            node, count = nodes[0], 1
+            inputs = self._rungs.inline_run(nodes)
+            outputs = _plain_outputs(nodes)
+            if isinstance(node, Parallel):
+                power = self._branch(node, power)
+            elif len(inputs) > 1:
+                power, count = self._inputs(inputs, power), len(inputs)
+            elif len(outputs) > 1:
+                self._rungs.outputs(outputs, power)
+                self._passed(power, count := len(outputs))
+            else:
+                power = self._step(node, power)
+            nodes = nodes[count:]
+        return power
+
+    def _step(self, step: Step, power: str) -> str:
+        if step.spec.leaves:
+            self._note_tuple()
+        power = self._rungs.kept(self._rungs.step(step, power))
+        self._passed(power)
+        return power
+
+    def _passed(self, power: str, count: int = 1) -> None:
+        """Note that power is behind so many instructions where a variable is true."""
+        self._behind += [(*self._guards, self._meaning.get(power, (power, 0)))] * count
+
+    def _inputs(self, run: tuple[Step, ...], power: str) -> str:
+        """Write a run of inputs that are one expression each."""
+        first, *others = (self._rungs.inline(step) for step in run)
+        tests = [both(power, first), *others]
+        ends = "".join(f"{passed} if not ({test}) else " for passed, test in enumerate(tests))
+        reached = self._rungs.values.keep(f"{ends}{len(run)}")
+        self._behind += [(*self._guards, (reached, at)) for at in range(len(run))]
+        behind = self._rungs.kept(f"{reached} == {len(run)}")
+        self._meaning[behind] = (reached, len(run) - 1)
+        return behind
+
+    def _branch(self, branch: Parallel, power: str) -> str:
+        if power in ("True", "False") or self._leaves or not self._rests_without_power(branch):
+            return self._rungs.kept(either_of([self._series(leg, power) for leg in branch.legs]))
+        out = self._rungs.values.keep("False")
+        outer = self._guards
+        with self._writer.block(f"if {power}:"):
+            self._guards = (*outer, self._meaning.get(power, (power, 0)))
+            begun = len(self._behind)
+            legs = [self._series(leg, "True") for leg in branch.legs]
+            self._writer.line(f"{out} = {either_of(legs)}")
+            own = len(self._guards)
+            self._put(name for each in self._behind[begun:] for name, _ in each[own:])
+        self._guards = outer
+        return out
+
+    def _rests_without_power(self, node: Node) -> bool:
+        """Return whether nothing in a node happens on a false rung."""
+        if isinstance(node, Parallel):
+            return all(self._rests_without_power(each) for leg in node.legs for each in leg)
+        return _acts_plainly(node) or bool(self._rungs.inline_run((node,)))
+
+    # --- notes
+
+    def _note_tuple(self) -> None:
+        """Note the truth so far as a tuple."""
+        behind = "".join(f"{_text(*above)}, " for (above,) in self._behind)
+        self._writer.line(f"{self._notes.place(self._line.number)} = ({behind})")
+
+    def _note(self) -> None:
+        """Note the variables that are left, one at least; take down how all are read."""
+        self._put((name for each in self._behind for name, _ in each), last=True)
+        self._notes.read(self._line.number, tuple(map(self._reading, self._behind)))
+
+    def _reading(self, behind: tuple[Above, ...]) -> tuple[int, int, tuple[tuple[int, int], ...]]:
+        (first, least), *further = ((self._places[name], at) for name, at in behind)
+        return first, least, tuple(further)
+
+    def _put(self, names: Iterator[str], *, last: bool = False) -> None:
+        """Note variables that are not noted yet; the line's first place is for the first of the last ones."""
+        fresh = [name for name in dict.fromkeys(names) if name not in self._places]
+        if last and not fresh:
+            fresh = ["True"]
+        for name in fresh:
+            if last and fresh[0] is name:
+                place = self._places[""]
+            else:
+                self._further += 1
+                place = self._notes.further(self._line.number, self._further)
+            self._places[name] = place
+            self._writer.line(f"{NOTED}[{place}] = {name}")
+
+
+def _text(name: str, at: int) -> str:
+    if not name:
+        return "True" if at == _ALWAYS else "False"
+    return f"{name} > {at}"
+
+
+def _plain_outputs(nodes: tuple[Node, ...]) -> tuple[Step, ...]:
+    """Return the outputs at the beginning of a series that act when true, and do nothing else."""
+    return tuple(node for node in takewhile(_acts_plainly, nodes) if isinstance(node, Step))
+
+
+def _acts_plainly(node: Node) -> bool:
+    return isinstance(node, Step) and node.kind is Kind.OUTPUT and not (node.spec.leaves or node.spec.decides)
+
+
+def _steps(nodes: tuple[Node, ...]) -> Iterator[Step]:
+    for node in nodes:
+        if isinstance(node, Parallel):
+            for leg in node.legs:
+                yield from _steps(leg)
+        else:
+            yield node
