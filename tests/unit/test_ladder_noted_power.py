@@ -20,6 +20,8 @@ RUNGS = {
     "several outputs": "XIC(a)XIC(b)OTE(g)MOV(3,n)OTE(h)",
     "a condition between outputs": "XIC(a)OTE(g)XIC(b)XIC(c)OTE(h)",
     "no condition": "OTE(h)OTE(g)",
+    "the end behind a branch": "XIC(a)[XIC(b)XIC(c),XIC(d)]TND()",
+    "the end in front of more": "XIC(a)XIC(b)TND()XIC(c)XIC(d)OTE(h)",
 }
 
 
@@ -29,7 +31,8 @@ def test_power_behind_every_instruction(rung):
     ours, theirs = Debugger(program), Debugger(program)
     theirs.interpreted = True
     used = [name for name in TAGS if f"({name})" in rung]
-    for values in product([False, True], repeat=len(used)):
+    settings = list(product([False, True], repeat=len(used)))
+    for values in settings + settings[::-1]:
         for debugger in (ours, theirs):
             for name, value in zip(used, values, strict=True):
                 debugger.tags[name] = value
