@@ -38,6 +38,8 @@ def test_power_behind_every_instruction(rung):
                 debugger.tags[name] = value
             debugger.scan(1)
         assert ours.truth("Main") == theirs.truth("Main"), dict(zip(used, values, strict=True))
+        for name in (*TAGS, "n", "t.EN"):
+            assert ours.tags[name] == theirs.tags[name]
 
 
 def test_a_routine_that_runs_twice_shows_the_second_time():
