@@ -14,6 +14,7 @@ from typing import NoReturn, TypeVar, overload
 
 from typing_extensions import override
 
+from ...io_images.amci3601.bits import StatusMsw
 from ...io_images.amci3601.blend import Acceleration, BlendHeader, BlendSegment
 from ...io_images.amci3601.command import PresetPosition, ResetErrors, StoreMinimumRegistration
 from ...io_images.amci3601.configuration import Configuration
@@ -47,6 +48,8 @@ from .stop import Stop
 
 LEAST_ROUND_TRIP_MS = 10
 """Round trip of an exchange at the ends of the scan; a longer one is the user's to say."""
+
+_MOVING = (StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW).value
 
 CONSTANT = Acceleration.CONSTANT
 
@@ -91,6 +94,7 @@ class Axis3601(Device):
         self.round_trip_ms = max(round_trip_ms, LEAST_ROUND_TRIP_MS)
         self.parameters_first = parameters_first
         self._drive = self._new_drive()
+        self._words = self._drive.inputs.words
         self.status = StatusView(self._drive.inputs)
 
     # -- what it says
@@ -108,8 +112,8 @@ class Axis3601(Device):
     @property
     def moving(self) -> bool:
         """Whether the module says that it moves."""
-        word: int = self._drive.inputs.words[0]
-        return word & 3 != 0 and word >= 0
+        word: int = self._words[0]
+        return word & _MOVING != 0 and word >= 0
 
     @property
     def position(self) -> int:
@@ -337,7 +341,7 @@ class Axis3601(Device):
 
         It does not take the axis. The value is in steps, or in encoder counts if an encoder is configured.
         """
-        return Captured(self.name, self._drive.inputs.words, self.status, lambda: self._drive.state)
+        return Captured(self.name, self._words, self.status, lambda: self._drive.state)
 
     # -- a part of the logic
 
@@ -345,15 +349,14 @@ class Axis3601(Device):
     def attach(self, slots: Slots, clock: Clock) -> None:
         if self.slot not in slots:
             there = ", ".join(map(str, slots)) or "none"
-            raise ValueError(
-                f"{self.declared}: {self.name}: slot {self.slot} is empty; modules sit in {there}"
-            )
+            self._refuse(f"slot {self.slot} is empty; modules sit in {there}")
         words = words_of(slots)[self.slot]
         if words not in (WORDS_3601, PLAIN_WORDS):
             self._refuse(f"slot {self.slot} has a {words.message}, which does not speak a 3601's words")
         self._drive = self._new_drive()
-        self._drive.attach(slots[self.slot].inputs, slots[self.slot].outputs, clock)
-        self.status = StatusView(slots[self.slot].inputs)
+        slot = slots[self.slot]
+        self._drive.attach(slot.inputs, slot.outputs, clock)
+        self._words, self.status = slot.inputs.words, StatusView(slot.inputs)
 
     def _refuse(self, why: str) -> NoReturn:
         raise ValueError(f"{self.declared}: {self.name}: {why}")

@@ -208,7 +208,7 @@ class Output(Signal):
 
     def __set__(self, logic: object, on: bool | Level) -> None:
         words, word, mask = _place(self, logic)
-        if not isinstance(on, _LEVELS):
+        if on is not True and on is not False and not isinstance(on, _LEVELS):
             raise TypeError(f"{self.name} = {on!r} is not allowed: an output is True or False")
         words[word] = words[word] | mask if on else words[word] & ~mask
 
