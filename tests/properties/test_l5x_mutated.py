@@ -1,0 +1,137 @@
+"""Mutated exports: each is refused with the import's own error, or every rung is imported or refused."""
+
+import re
+
+from amounts import amount
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from l5x_files import (
+    add_on,
+    alias,
+    data_type,
+    diagram,
+    document,
+    ladder,
+    member,
+    module,
+    parameter,
+    program,
+    rung,
+    structured,
+    tag,
+    task,
+    value,
+)
+from scanrack.ladder.l5x import L5xError
+from scanrack.ladder.l5x.document import parse_document
+from scanrack.ladder.l5x.importer import Importer
+from scanrack.ladder.l5x.trial import run_trial
+
+INPUTS = """<InputTag><Data Format="Decorated"><Structure DataType="AB:1769_DI16:I:0">
+<DataValueMember Name="Fault" DataType="DINT" Value="2#0"/>
+<DataValueMember Name="Data" DataType="INT" Value="0"/></Structure></Data></InputTag>"""
+RECIPE = data_type(
+    "Recipe",
+    member("ZZ0", "SINT", hidden=True),
+    member("On", "BIT", target="ZZ0", bit=3),
+    member("Steps", "DINT", 3),
+    member("Wait", "TIMER"),
+)
+RECIPES = """<Array DataType="Recipe" Dimensions="2"><Element Index="[1]"><Structure DataType="Recipe">
+<DataValueMember Name="On" DataType="BOOL" Value="1"/>
+<ArrayMember Name="Steps" DataType="DINT" Dimensions="3"><Element Index="[2]" Value="7"/></ArrayMember>
+</Structure></Element></Array>"""
+TWICE = add_on(
+    "Twice",
+    [parameter("X", "DINT", "Input", default="5"), parameter("Y", "DINT", "Output")],
+    ['<LocalTag Name="K" DataType="DINT"><DefaultData Format="L5K">2</DefaultData></LocalTag>'],
+    ladder("Logic", "MUL(X,K,Y);"),
+)
+RUNGS = (
+    rung("XIC(Start)[XIO(Stop) ,XIC(R[1].On) ]OTE(Run);", comment="Starts it."),
+    "XIC(Run)TON(R[N].Wait,?,?)Twice(T,N,N);",
+    "CPT(N,(N+1)*2)MOV('A',N)COP(R[0],R[1],1)JSR(Text,0);",
+    "GSV(WallClockTime,,DateTime,Now[0])MSG(M)XIC(Run)JMP(Here);",
+    "LBL(Here)NOP();",
+)
+TEXT = "IF N > 3 THEN\n    N := 0;  // again\nEND_IF;\nFOR N := 0 TO 2 DO R[0].Steps[N] := N; END_FOR;"
+TAGS = (
+    alias("Start", "Local:2:I.Data.3"),
+    tag("Stop", "BOOL", data=value("BOOL", 0)),
+    tag("Run", "BOOL"),
+    tag("R", "Recipe", "2", RECIPES),
+    tag("N", "DINT", data=value("DINT", "16#0000_0001")),
+    tag("T", "Twice"),
+    tag("Now", "DINT", "7"),
+    tag("M", "MESSAGE"),
+)
+WHOLE = document(
+    types=[RECIPE],
+    modules=[module("DI", 2, INPUTS)],
+    add_ons=[TWICE],
+    tags=TAGS,
+    programs=[program("P", ladder("Main", *RUNGS), structured("Text", TEXT), diagram("Blocks", "FBD"))],
+    tasks=[task("Cycle", "P"), task("Fast", kind="PERIODIC", rate=20)],
+)
+PARTIAL = document(target="Routine", types=[RECIPE], programs=[program("P", ladder("Main", *RUNGS), main="")])
+
+WORDS = sorted(set(re.findall(r"[A-Za-z_]\w*|\d+", WHOLE)))
+ODD = (
+    *(
+        "",
+        "0",
+        "-1",
+        "99999999999999999999",
+        "1e400",
+        "&lt;",
+        "&#0;",
+        "\x00",
+        "[" * 40,
+        "(" * 40,
+        "]]>",
+        "'",
+        "$",
+    ),
+    *("16#", "T#", "1.#QNAN", "\\", "S:FS", "Local:9:I", "%", "?", "BIT", "LINT", "É", "<x>", "</Tag>", '"'),
+)
+PIECES = (r'"[^"]*"', r"[A-Za-z_]\w*", r"\d+", r"<[^>]*>", r"CDATA\[.*?\]\]>", r"[(),.;\[\]]")
+"""What is replaced, as regular expressions."""
+
+
+@st.composite
+def mutated(draw):
+    text = draw(st.sampled_from((WHOLE, PARTIAL)))
+    for _ in range(draw(st.integers(1, 4))):
+        pattern = draw(st.sampled_from(PIECES))
+        found = list(re.finditer(pattern, text, re.DOTALL))
+        if not found:
+            continue
+        piece = draw(st.sampled_from(found))
+        other = draw(st.sampled_from(found)).group()
+        new = draw(st.sampled_from((other, draw(st.sampled_from(WORDS)), draw(st.sampled_from(ODD)))))
+        quoted = f'"{new}"' if pattern.startswith('"') and not new.startswith('"') else new
+        text = text[: piece.start()] + quoted + text[piece.end() :]
+    return text
+
+
+@settings(max_examples=amount(100))
+@given(mutated())
+def test_mutated_exports(text):
+    try:
+        imported = Importer(parse_document(text.encode(), "machine.L5X")).run(trial=True)
+    except L5xError:
+        return
+    report = imported.report
+    assert report.imported + len(report.refused) == report.rungs
+    run_trial(imported, scans=2)
+    assert 0 <= report.ran <= report.imported
+    assert not [text for text in report.faults.values() if "compiled" in text]
+
+
+def test_what_is_mutated_is_imported():
+    for text, declared in ((WHOLE, 0), (PARTIAL, len(TAGS) + 2)):  # and an add-on, and a routine
+        imported = Importer(parse_document(text.encode(), "machine.L5X")).run(trial=True)
+        run_trial(imported, scans=2)
+        assert imported.report.refused == []
+        assert imported.report.ran == imported.report.rungs
+        assert len(imported.report.declared) == declared
