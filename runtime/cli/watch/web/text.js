@@ -6,22 +6,24 @@ import { select } from "./selection.js";
 import { run } from "./state.js";
 import { place } from "./values.js";
 
-let lines = new Map(); // Main.12 -> row
-let since = null; // where it is said how long a line has run
+let lines = new Map(); // Main.12 -> its rows: of structured text there may be several
+let waits = null; // where it is said at which line each sequence waits
 
 export function buildText(routine, { text = [], names = [] }) {
   lines = new Map();
-  since = (run.hello.sequences ?? []).length ? el("p", { class: "since", "aria-live": "off" }) : null;
+  waits = routine.kind === "python" ? el("ul", { class: "waits", "aria-label": "Sequences" }) : null;
   const code = el("ol", { class: "code" }, ...text.map(line => rowOf(routine, line)));
   const values = names.length ? el("div", { class: "variables", role: "group", "aria-label": "Variables" }, ...names.map(chip)) : null;
-  return el("div", {}, values ?? "", since ?? "", code);
+  return el("div", {}, values ?? "", waits ?? "", code);
 }
 
 function rowOf(routine, { number, text, names = [] }) {
+  const parts = [el("span", { class: "number" }, number ? String(number) : ""), el("code", {}, text), el("span", { class: "beside" }, ...names.map(chip))];
+  if (!number) return el("li", { class: "code-line" }, ...parts); // nothing runs there
   const ident = `${routine.name}.${number}`;
-  const row = el("li", { class: "code-line", "data-element": `${ident}.0`, "data-at": ident, "data-power": "0", click: () => select({ rung: ident, tag: names[0] ?? null, names }) },
-    el("span", { class: "number" }, number ? String(number) : ""), el("code", {}, text), el("span", { class: "beside" }, ...names.map(chip)));
-  lines.set(ident, row);
+  const row = el("li", { class: "code-line", "data-element": `${ident}.0`, "data-at": ident, "data-power": "0", click: () => select({ rung: ident, tag: names[0] ?? null, names }) }, ...parts);
+  if (!lines.has(ident)) lines.set(ident, []);
+  lines.get(ident).push(row);
   return row;
 }
 
@@ -33,19 +35,29 @@ function chip(name) {
 
 export function paintText({ power, lines: running }) {
   for (const [ident, now] of Object.entries(power ?? {})) {
-    const row = lines.get(ident);
-    if (row) setAttribute(row, "data-power", now[0]);
+    for (const row of lines.get(ident) ?? []) setAttribute(row, "data-power", now[0]);
   }
-  if (running && since) paintRunning();
+  if (running && waits) paintRunning();
 }
 
-// A sequence runs one line at a time: that line is marked, and how long it has been waiting there.
+// A sequence waits at one line at a time: that line is marked, and said for what it waits and since when.
 function paintRunning() {
-  for (const row of lines.values()) setAttribute(row, "data-power", "0");
-  const said = Object.entries(run.lines).filter(([, at]) => at).map(([name, { line, since: from }]) => {
-    const row = [...lines.values()].find(each => each.dataset.at.endsWith(`.${line}`));
-    if (row) setAttribute(row, "data-power", "1");
-    return `${name}: line ${line}${from === undefined || from === null ? "" : `, since ${clock(from)}`}`;
+  const here = Object.entries(run.lines).filter(([, at]) => at);
+  const marked = new Set(here.map(([, { line }]) => line));
+  for (const [ident, [row]] of lines) setAttribute(row, "data-power", marked.has(Number(ident.split(".").at(-1))) ? "1" : "0");
+  while (waits.children.length < here.length) waits.append(el("li", {}, el("button", { type: "button", class: "plain", click: jump })));
+  while (waits.children.length > here.length) waits.lastChild.remove();
+  here.forEach(([name, { line, text, since }], place) => {
+    const button = waits.children[place].firstChild;
+    button.dataset.line = line;
+    setText(button, `${name} waits at line ${line}${text ? ` for ${text}` : ""}${since === undefined || since === null ? "" : ` since ${clock(since)}`}`);
   });
-  setText(since, said.join("  ·  "));
+}
+
+function jump(event) {
+  const { line } = event.currentTarget.dataset;
+  const [ident, [row] = []] = [...lines].find(([ident]) => ident.endsWith(`.${line}`)) ?? [];
+  if (!row) return;
+  select({ rung: ident, tag: null });
+  row.scrollIntoView({ block: "center" });
 }

@@ -1,0 +1,77 @@
+"""Programs in structured text and in Python; an edit while the rack runs, and a mistake in one."""
+
+import pytest
+from watched_page import until, watching
+
+NOTICE = "return document.getElementById('notice').textContent"
+WAITS = "return document.querySelector('.waits')?.textContent ?? ''"
+TEXTS = "return [...document.querySelectorAll(arguments[0])].map(each => each.textContent)"
+RUNNING = ".code-line[data-power='1'] .number"
+RACK = """
+name = "small"
+program = "{}"
+scan_ms = 2
+[[slot]]
+number = 1
+module = "1769-IQ16"
+[slot.options]
+inputs = {{ go = 0 }}
+"""
+COUNT = """\
+PROGRAM Count
+TAG N : DINT
+TAG Never : BOOL
+ROUTINE Main ST
+N := N + 1;
+IF Never THEN
+  N := 0;
+END_IF;
+END
+"""
+
+
+@pytest.fixture
+def rack(tmp_path):
+    """Makes a rack file with a program beside it."""
+
+    def make(name, program):
+        (tmp_path / name).write_text(program)
+        (tmp_path / "rack.toml").write_text(RACK.format(name))
+        return tmp_path / "rack.toml"
+
+    return make
+
+
+def test_structured_text_has_its_values_beside_the_lines(page, rack):
+    with watching(rack("count.rung", COUNT)) as session:
+        page.open(session.link)
+        until(lambda: int(page.value("N") or 0) > 10)
+        assert page.run(TEXTS, ".code-line code") == ["N := N+1;", "IF Never THEN", "    N := 0;", "END_IF;"]
+        until(lambda: [*page.power().values()] == ["1", "0", "0"])
+        assert page.run(TEXTS, ".code-line .chip span") == ["N", "Never", "N"]
+
+
+def test_a_sequence_shows_the_line_at_which_it_waits(page):
+    with watching("examples/sequences/stations.toml") as session:
+        page.open(session.link)
+        until(lambda: "waits at line" in page.run(WAITS))
+        until(lambda: page.run(TEXTS, RUNNING))
+        (line,) = page.run(TEXTS, RUNNING)
+        until(lambda: f"waits at line {line} " in page.run(WAITS))
+        assert page.value("stations.rounds") is not None
+
+
+def test_an_edit_is_taken_over_and_a_mistake_is_shown(page, rack):
+    program = "PROGRAM Line\nTAG Go : BOOL\nTAG N : DINT\nROUTINE Main\nADD(N,1,N);\n{}END\n"
+    path = rack("line.rung", program.format(""))
+    with watching(path) as session:
+        page.open(session.link)
+        until(lambda: int(page.value("N") or 0) > 10)
+        before = int(page.value("N"))
+        (path.parent / "line.rung").write_text(program.format("XIC(Go)OTX(Go);\n"))
+        until(lambda: "The old program goes on" in page.run(NOTICE))
+        assert "line.rung:6" in page.run(NOTICE)
+        (path.parent / "line.rung").write_text(program.format("XIO(Go)OTE(Go);\n"))
+        page.until_there("[data-element='Main.1.0']")
+        assert "The old program goes on" not in page.run(NOTICE)
+        until(lambda: int(page.value("N") or 0) > before)  # values are kept
