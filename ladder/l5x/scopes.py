@@ -34,6 +34,9 @@ def scope_of(
     for record in records:
         if record.kind.upper() in _FILLED:
             report.note(_named(owner, record.name), _FILLED[record.kind.upper()], record.line)
+        if owner and record.usage.upper() == "INOUT":
+            text = "it is a parameter by reference, and has memory of its own here"
+            report.note(_named(owner, record.name), text, record.line)
         try:
             if record.kind.upper() == "ALIAS" or record.target:
                 declarations.append(Alias(record.name, parse_address(record.target), record.comment))
