@@ -303,6 +303,13 @@ class Resolver:
 
     def _undeclared(self, name: str) -> AddressError:
         names = list(self._layout.names(self._program))
+        elsewhere = [
+            each for each in self._layout.scoped_names() if each.upper().endswith(f".{name.upper()}")
+        ]
+        if elsewhere:
+            return AddressError(
+                f"the controller has no tag {name}", f"did you mean {' or '.join(elsewhere)}?"
+            )
         close = difflib.get_close_matches(name, names, n=1)
         some = ", ".join([*names[:_NAMES_LISTED], *["..."] * (len(names) > _NAMES_LISTED)]) or "none"
         meant = f"did you mean {close[0]}?" if close else f"tags are {some}"

@@ -220,6 +220,10 @@ class Layout:
             if not program_of(each.name):
                 yield each.name
 
+    def scoped_names(self) -> Iterator[str]:
+        """Yield the full names of the tags of programs."""
+        yield from (each.name for each in self.declarations.values() if program_of(each.name))
+
     def hidden(self, path: str, kind: Elementary) -> Leaf:
         """Add a leaf that no address reaches; return it."""
         return self._add(path, kind, ())

@@ -281,7 +281,7 @@ def test_tags_of_another_program_are_not_found_without_its_name():
     text = TWO_PROGRAMS.replace("MOV(\\Filter.Level,At)", "MOV(Level,At)")
     with pytest.raises(BuildError) as refused:
         parse_program(text).build()
-    assert "there is no tag Level (tags are Lamp, Count, Own, Run, Count, Log, At)" in str(refused.value)
+    assert "the controller has no tag Level; did you mean \\Filter.Level?" in str(refused.value)
 
 
 def test_python_routines_of_a_program_see_its_tags():
