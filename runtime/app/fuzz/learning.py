@@ -14,8 +14,10 @@ from ...config.rackspec import RackSpec
 from ..attachments import job_of
 from ..levels import recorded_levels
 from ..playback import Stimulus
+from ..repeating import is_session, orders_of
 from ..replaying import recorded_stimuli
 from . import Scenario
+from .ordered import with_orders
 from .rackdoc import bare_rack_text
 from .recorded import recorded_scenario
 
@@ -58,10 +60,12 @@ def learn(path: Path, folder: Path, *, trust: bool) -> Learned:
         recording = Recording.of(trace)
         job = job_of(trace, folder, trust=trust)
         program = folder / trace.head.metadata["program_file"]
+        given = orders_of(trace) if is_session(trace) else []
     if job.rack_file.suffix != ".toml":
         raise ValueError(f"{path}: its rack is {job.rack_file.name}; only one in TOML can be varied")
     end_ns = recording.times[-1] + job.spec.scan_ns
     scenario = recorded_scenario(_stimuli(recording, job.spec), job.spec, end_ns)
+    scenario = with_orders(scenario, given, job.spec, end_ns)
     rack = job.rack_file.with_name(f"{job.rack_file.stem}-recorded.toml")
     text = bare_rack_text(job.rack_file, os.path.relpath(program, rack.parent))
     rack.write_text(text, encoding="utf-8")

@@ -32,7 +32,7 @@ from ...live.session import Session
 from ...live.tap import Notes, PipeInbox, Tap
 from ...loop.faults import CpuFault
 from ...loop.pace import Paced, interrupted_by
-from ...loop.realtime import frozen_collector
+from ...loop.realtime import frozen_collector, real_time
 from ..run import complain_of_fault
 from ..status import BAD_INPUT, CANNOT_WRITE, DONE, INTERRUPTED, complain, reason
 from ..terminal import say
@@ -126,6 +126,9 @@ class _Play:
             with ExitStack() as ports:
                 pacer = Paced(self._wanted.speed if start.orders is None else None)
                 trace = self._trace(start)
+                if self._wanted.live:
+                    for outcome in ports.enter_context(real_time()):  # before there are ports
+                        complain(str(outcome))
                 try:
                     run = JobRun(
                         job,

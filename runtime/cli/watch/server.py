@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import os
 import pickle
 import signal
 import socket
@@ -166,6 +167,8 @@ def main() -> None:
     """Run a monitor until the scan process ends: the main function of its process, see `keeper`."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)  # they are for the scan process, which ends this one
+    if hasattr(os, "sched_setscheduler"):  # the scans may have priority, their monitor has none
+        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
     orders, listening, file = map(int, sys.argv[1:])
     pipe = Connection(orders)
     setup: Setup = pickle.loads(pipe.recv_bytes())
