@@ -67,6 +67,10 @@ class OperandResolver(Protocol):
             OperandError: it is something else, or an input.
         """
 
+    @property
+    def stubs(self) -> Mapping[str, Stub]:
+        """What stands for instructions, and how messages end, by name in capitals."""
+
     def checked(self, use: Use, operand: Operand) -> Any:
         """Return an operand of a use.
 

@@ -429,6 +429,11 @@ class Lowering:
             raise OperandError(f"{operand} is {described(resolved)}, one value is needed", "pass its members")
         return resolved
 
+    @property
+    def stubs(self) -> Mapping[str, Stub]:
+        """The stubs, see `OperandResolver`."""
+        return self.lowered.stubs
+
     def checked(self, use: Use, operand: Operand) -> Any:
         """Return an operand of a use, see `OperandResolver`."""
         return self._operand(use, operand)

@@ -60,6 +60,10 @@ _REACHING = frozenset({"COP", "FLL", "SQO", "SQC", "SQL", "FFL", "FFU", "LFL", "
 """Instructions that go on from the element that they name."""
 
 
+_BITS = frozenset({Use.BIT, Use.COIL, Use.LATCH, Use.STORAGE})
+"""Uses of a bit."""
+
+
 def letters_of(name: str) -> str:
     """Return the letters of a file's name.
 
@@ -129,13 +133,20 @@ class DataFiles:
         """Take notice of the elements that rungs name."""
         for rung in routine.rungs:
             for instruction in instructions_of(rung.series):
-                for operand in instruction.operands:
+                uses = self._uses(instruction)
+                for use, operand in zip(uses, instruction.operands, strict=False):
                     for address in addresses_in(operand):
-                        self._address(address)
+                        self._address(address, is_bit=address is operand and use in _BITS)
                 self._show(instruction)
                 self._length(instruction)
 
-    def _address(self, address: Address) -> None:
+    def _uses(self, instruction: Instruction) -> list[Use]:
+        """Return the use of each operand."""
+        spec = self._specs.get(instruction.name)
+        uses = list(spec.operands) if spec else []
+        return [*uses, *[uses[-1] if uses else Use.ANYTHING] * len(instruction.operands)]
+
+    def _address(self, address: Address, *, is_bit: bool) -> None:
         file = self._file(address.name)
         for number, step in enumerate(address.steps):
             if isinstance(step, WordStep) and (number == 0 or step.mark == ":"):
@@ -143,8 +154,7 @@ class DataFiles:
             elif isinstance(step, SubscriptStep):
                 file.need(MOST)
             elif isinstance(step, MemberStep):
-                is_bit = number == len(address.steps) - 1 and not step.name.isupper()
-                file.members[step.name] = is_bit
+                file.members[step.name] = is_bit or file.members.get(step.name, False)
 
     def _show(self, instruction: Instruction) -> None:
         """Keep what a rung shows of a timer, a counter or a control."""

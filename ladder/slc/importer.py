@@ -13,7 +13,7 @@ from ..instructions.dialects import SLC
 from ..instructions.slc import SLC_SPECS
 from ..l5x.report import Refusal, Report
 from ..logic import Program
-from ..stubs import NO_STUBS, Stubs
+from ..stubs import ALL_MESSAGES, NO_STUBS, Stubs, parse_stub
 from ..tree import Origin, Routine, Rung, Series
 from .datafiles import DataFiles
 from .document import Document, LadderRecord, parse_document, read_document
@@ -21,6 +21,9 @@ from .rungs import RungError, RungReader, routine_name
 
 ROUNDS = 30
 """Attempts to build what is left after refusals; each refuses at least one rung."""
+
+TRIAL_STUB = "done after 20 ms"
+"""How messages end in a trial."""
 
 MAIN = 2
 """Number of the main ladder file."""
@@ -43,7 +46,13 @@ class Imported:
     program: Program | None
 
 
-def import_slc(path: Path | str, stubs: Stubs = NO_STUBS, slots: Collection[int] | None = None) -> Imported:
+def import_slc(
+    path: Path | str,
+    stubs: Stubs = NO_STUBS,
+    slots: Collection[int] | None = None,
+    *,
+    trial: bool = False,
+) -> Imported:
     """Import an export from a file.
 
     Args:
@@ -51,10 +60,13 @@ def import_slc(path: Path | str, stubs: Stubs = NO_STUBS, slots: Collection[int]
         stubs: what stands for instructions.
         slots: slots of the rack that the program runs in; None if there is none. Images of other slots are
             memory. Without a rack, slots are the rack's that a 3601 sits in, or all if the export names none.
+        trial: let messages without a stub end.
 
     Raises:
         SlcError: the file can't be used at all.
     """
+    if trial and ALL_MESSAGES not in stubs.by_name:
+        stubs = Stubs({**stubs.by_name, ALL_MESSAGES: parse_stub(TRIAL_STUB)}, stubs.missing_tags)
     return _Importer(read_document(path), stubs, slots).run()
 
 

@@ -125,7 +125,10 @@ class RungReader:
         name = self._peek()
         spec = self._specs.get(name)
         self._at += 1
-        while (word := self._peek()) and word not in (BEGIN, NEXT, END) and not self._is_mnemonic(word):
+        words_too = spec is not None and spec.variadic
+        while (word := self._peek()) and word not in (BEGIN, NEXT, END):
+            if word in self._specs or (not words_too and self._is_mnemonic(word)):
+                break
             self._at += 1
         if spec is None:
             self._fail(f"there is no instruction {name}", f"stub it: {name} = 'false'", start)
@@ -184,7 +187,7 @@ def _operand(use: Use, word: str) -> Operand:
         return Address(re.sub(r"\W", "_", word.upper()))
     if word == "?":
         return Unknown()
-    if '"' in word.strip('"'):
+    if '"' in word and re.fullmatch(r'"[^"]*"', word) is None:
         raise AddressTextError(f"{word} has a quotation mark in it")
     if word.startswith('"') and use in _WORDS:
         return Characters(word.strip('"'))

@@ -32,7 +32,7 @@ def reported(path: Path) -> Report:
         LadderError: the file can't be used.
     """
     if is_slc(path):
-        program = import_slc(path)
+        program = import_slc(path, trial=True)
         run_slc_trial(program)
         return program.report
     imported = import_l5x(path, trial=True)

@@ -1,6 +1,8 @@
 """Bits, timers, counters, files and program control of SLC 500 and MicroLogix [1747-RM001, 1766-RM001]."""
 
 import pytest
+from scanrack.ladder.slc import import_text
+from scanrack.ladder.stubs import Stubs, parse_stub
 from slc_bench import Bench, after, imported
 
 # --- Addressing
@@ -45,6 +47,40 @@ def test_a_slot_that_the_rack_does_not_have_is_memory_and_listed():
     engine.tags["I:2"] = [8]
     engine.step()
     assert engine.tags["O:0"] == [2]
+
+
+def test_bits_and_words_of_a_function_file():
+    """1766-RM001, function files: a tag whose parts are what the rungs name."""
+    bench = after("MOV RTC:0.HR N7:0 XIC RTC:0/DS OTE B3/0", data=["N7:0 7", "B3:0 0"])
+    assert (bench["N7[0]"], bench["RTC[0]"]) == (0, {"HR": 0, "DS": False})
+
+
+def test_osr_of_an_slc_500_passes_for_one_scan_and_that_of_a_micrologix_sets_a_bit():
+    bench = Bench("XIC B3/0 OSR B3/1 ADD N7:0 1 N7:0", "XIC B3/0 OSR B3/2 B3/3 OTE B3/4", data=["B3:0 0"])
+    seen = []
+    for go in (0, 1, 1, 0, 1):
+        bench["B3[0]"] = bench["B3[0]"] & ~1 | go
+        bench.scan()
+        seen.append((bench["N7[0]"], bench["B3[0]"] >> 3 & 1, bench["B3[0]"] >> 4 & 1))
+    assert seen == [(0, 0, 0), (1, 1, 1), (1, 0, 1), (1, 0, 0), (2, 1, 1)]
+
+
+def test_a_message_with_a_control_block_of_words():
+    """Communication Instructions, MSG: EN, ST, then DN of word 0; EN ends with the rung."""
+    found = import_text(
+        "SOR XIC B3/0 MSG READ 500CPU LOCAL N9:0 14 EOR",
+        "bench",
+        Stubs({"MSG": parse_stub("done after 20 ms")}),
+    )
+    assert found.report.refused == []
+    assert found.program is not None
+    for engine in (found.program.compile(), found.program.interpret()):
+        seen = []
+        for go in (1, 1, 1, 1, 0):
+            engine.tags["B3[0]"] = go
+            engine.step()
+            seen.append(engine.tags["N9[0]"] >> 12 & 0xF)
+        assert seen == [0b1100, 0b1100, 0b1010, 0b1010, 0b0010]
 
 
 # --- Status file

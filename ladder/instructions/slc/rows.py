@@ -14,13 +14,13 @@ from ...errors import ScanEndedError
 from ...interpreter import Interpreter
 from ...lowered import OperandResolver
 from ...operand_checks import OperandError
-from ...operands import Constant, Resolved
+from ...operands import Constant, Place, Resolved
 from ...spec import Kind, Spec, Use, action, always, condition
 from ...tree import Operand
 from ...types import REAL
-from .. import bits, compare, control, files, messages, move, shifts
+from .. import bits, compare, control, files, move, shifts
 from . import files as words
-from . import numbers, timing
+from . import messages, numbers, timing
 
 
 def _end_scan(_machine: Interpreter) -> None:
@@ -34,6 +34,22 @@ def _suspend(machine: Interpreter, _number: Resolved) -> None:
 
 def _nothing(_machine: Interpreter, *_operands: Resolved) -> None:
     """Images cross at the ends of the scan, whatever the rung; interrupts do not run."""
+
+
+def _one_shot(machine: Interpreter, power: bool, storage: Place, *output: Place) -> bool:
+    """OSR: SLC 500s have one bit, and the rung passes for one scan; MicroLogix have a bit for the result."""
+    rises = power and not machine.get(storage)
+    machine.put(storage, power)
+    if not output:
+        return rises
+    machine.put(output[0], rises)
+    return power
+
+
+def _prescan_one_shot(machine: Interpreter, storage: Place, *output: Place) -> None:
+    machine.put(storage, True)
+    for each in output:
+        machine.put(each, False)
 
 
 def _shown(count: int) -> tuple[Use, ...]:
@@ -97,7 +113,7 @@ _LOGIC = (Use.INTEGER, Use.INTEGER, Use.INTEGER_TARGET)
 _ROWS: tuple[Spec, ...] = (
     # bits: as in Logix
     *(bits.XIC, bits.XIO, bits.OTE, bits.OTL, bits.OTU, bits.ONS, bits.OSF),
-    bits.OSR,
+    always("OSR", Use.STORAGE, Use.COIL, optional=1, run=_one_shot, prescan=_prescan_one_shot, decides=True),
     # timers and counters
     _timer("TON", timing.on_delay, timing.prescan_timer),
     _timer("TOF", timing.off_delay, timing.prescan_off_delay),
