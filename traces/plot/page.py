@@ -26,7 +26,7 @@ from .lanes import RAMP_STATES, Band, Lane
 from .marks import Mark
 from .pack import Packer, whole
 
-SCRIPTS = ("data.js", "drawing.js", "readout.js", "pointer.js")
+SCRIPTS = ("data.js", "drawing.js", "lanes.js", "readout.js", "pointer.js")
 """The page's script, in the order of its parts."""
 
 SCANS_MAX = 10_000_000

@@ -1,0 +1,105 @@
+"""Lanes of a picture: ramp, bands and bits, one row each, and below them what does not change."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from . import colours
+from .chart import Chart, Panel
+from .envelope import Curve
+from .labels import listed, shortened
+from .lanes import GROUPS, RAMP_STATES, REST, Band, Lane, at_pixels
+from .sizes import LABEL_SIZE, LEFT, LETTER, NAME_LETTERS, NAME_SIZE, PIXELS, RIGHT, WIDTH
+
+CROWDED = PIXELS // 3
+"""Changes of a bit beyond which its line is drawn thin."""
+
+LABEL_LETTERS = 8
+"""Letters of a band's label that must fit; a shorter one is not drawn."""
+
+
+def rows_of(panel: Panel[Curve]) -> int:
+    """Return how many rows the lanes of a panel take; at least one, which bears the time axis."""
+    return max(1, len(panel.bands) + len(panel.lanes) + (panel.ramp is not None) + bool(panel.unchanged))
+
+
+def draw_lanes(axes: Any, panel: Panel[Curve], chart: Chart[Curve]) -> None:
+    """Draw ramp, bands and bits, the ramp on top, and below them what does not change."""
+    ramp = [] if panel.ramp is None else [panel.ramp]
+    rows = [*ramp, *panel.bands, *panel.lanes]
+    axes.set_ylim(rows_of(panel), 0)
+    for row, lane in enumerate(rows):
+        _DRAW[lane.group](axes, lane, chart, row)
+    names = [(shortened(lane.name, NAME_LETTERS), _name_colour(lane)) for lane in rows]
+    if panel.unchanged:
+        letters = round((WIDTH - LEFT - RIGHT) / LETTER)
+        _write(axes, listed(panel.unchanged, letters), chart.start_ns, len(rows))
+        names.append(("unchanged", colours.INK))
+    axes.set_yticks(np.arange(len(names)) + 0.5, labels=[name for name, _ in names])
+    for label, (_, colour) in zip(axes.get_yticklabels(), names, strict=True):
+        label.set_color(colour)
+        label.set_fontfamily("monospace")
+        label.set_fontsize(NAME_SIZE - 0.5)
+
+
+def _name_colour(lane: Lane) -> str:
+    return colours.LANES.get("tag" if isinstance(lane, Band) else lane.group, colours.INK)
+
+
+def _write(axes: Any, text: str, time_ns: int, row: int) -> None:
+    """Write a text into a row, from a time on."""
+    at = (time_ns, row + 0.5)
+    style = {"size": LABEL_SIZE, "color": colours.INK, "va": "center_baseline"}
+    axes.annotate(text, at, xytext=(3, 0), textcoords="offset points", **style)
+
+
+def _draw_bit(axes: Any, lane: Lane, chart: Chart[Curve], row: int) -> None:
+    """Draw a bit as a filled band with a line around it; low is at the bottom of its row."""
+    times, values = at_pixels(lane, chart.start_ns, chart.end_ns, PIXELS)
+    times, values = np.append(times, chart.end_ns), np.append(values, values[-1])
+    levels = row + np.where(values, 0.18, 0.85)
+    colour = colours.LANES[lane.group]
+    axes.fill_between(times, row + 0.85, levels, step="post", color=colour, alpha=0.3, linewidth=0)
+    thick = 0.9 if len(times) < CROWDED else 0.3
+    axes.plot(times, levels, drawstyle="steps-post", color=colour, linewidth=thick, solid_joinstyle="miter")
+
+
+def _draw_ramp(axes: Any, lane: Lane, chart: Chart[Curve], row: int) -> None:
+    """Draw the ramp as a band of colours."""
+    times, values = at_pixels(lane, chart.start_ns, chart.end_ns, PIXELS)
+    ends = np.append(times[1:], chart.end_ns)
+    for state in range(REST + 1, len(RAMP_STATES)):
+        here = values == state
+        _paint(axes, times[here], ends[here], row, colours.RAMP[state])
+
+
+def _draw_band(axes: Any, lane: Lane, chart: Chart[Curve], row: int) -> None:
+    """Draw a colour for each value, and what it stands for where there is room."""
+    assert isinstance(lane, Band)
+    times, values = at_pixels(lane, chart.start_ns, chart.end_ns, PIXELS)
+    ends = np.append(times[1:], chart.end_ns)
+    letter_ns = LETTER / (WIDTH - LEFT - RIGHT) * max(1, chart.end_ns - chart.start_ns)
+    for place, value in enumerate(dict.fromkeys(values.tolist())):
+        here = values == value
+        _paint(axes, times[here], ends[here], row, colours.BAND[place % len(colours.BAND)])
+    for start, end, value in zip(times.tolist(), ends.tolist(), values.tolist(), strict=True):
+        text, room = lane.text(value), int((end - start) / letter_ns) - 1
+        if min(len(text), LABEL_LETTERS) <= room:
+            _write(axes, text if len(text) <= room else f"{text[: room - 1]}…", start, row)
+
+
+def _paint(axes: Any, starts: Any, ends: Any, row: int, colour: str) -> None:
+    """Fill a row with a colour from each start to its end."""
+    spans = list(zip(starts, ends - starts, strict=True))
+    axes.broken_barh(spans, (row + 0.15, 0.7), facecolors=colour, edgecolors=colour, linewidth=0.4)
+
+
+_DRAW: Mapping[str, Callable[[Any, Lane, Chart[Curve], int], None]] = {
+    "ramp": _draw_ramp,
+    "band": _draw_band,
+    **dict.fromkeys(GROUPS, _draw_bit),
+}
+"""How a lane is drawn, by its group."""
