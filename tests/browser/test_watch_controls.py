@@ -111,6 +111,7 @@ def test_a_breakpoint_on_a_rung_pauses(page, paused):
     page.press("Go on")
     until(lambda: "rung 9 is true" in page.run(NOTICE))
     assert page.handle("state") == "paused"
+    until(lambda: page.power()["Main.9.2"] == "1")
     body(page).send_keys("b")
     until(lambda: "Select a rung" in page.run(NOTICE))
     page.browser.find_element("css selector", "[data-at='Main.9']").click()

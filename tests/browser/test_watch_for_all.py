@@ -4,8 +4,10 @@ import json
 
 import pytest
 from contrast import contrast
-from selenium.webdriver.common.keys import Keys
 from watched_page import until, watching
+
+TAB, ENTER, RIGHT = "\ue004", "\ue007", "\ue014"
+"""Keys as WebDriver names them [W3C WebDriver, 17.4.2]."""
 
 CONTROLS = "button, input, select, summary, a[href], [tabindex], [role=button], [role=tab]"
 REACHED = f"""
@@ -58,7 +60,7 @@ def test_the_keyboard_reaches_every_control(opened):
         "document.activeElement.blur()"
     )
     for _ in range(len(wanted) + 5):
-        opened.browser.switch_to.active_element.send_keys(Keys.TAB)
+        opened.browser.switch_to.active_element.send_keys(TAB)
     missed = opened.run("return arguments[0].filter(each => !seen.includes(each))", wanted)
     assert [html(each) for each in missed] == []
     opened.press("Go on")
@@ -68,8 +70,8 @@ def test_instructions_are_chosen_with_arrows_and_enter(opened):
     first = opened.browser.find_element("css selector", "[data-element='Main.7.0']")
     opened.run("arguments[0].focus()", first)
     for _ in range(2):
-        opened.browser.switch_to.active_element.send_keys(Keys.ARROW_RIGHT)
-    opened.browser.switch_to.active_element.send_keys(Keys.ENTER)
+        opened.browser.switch_to.active_element.send_keys(RIGHT)
+    opened.browser.switch_to.active_element.send_keys(ENTER)
     until(lambda: text(opened, "#tag .name") == "Homing")
     assert opened.run("return document.querySelector('[data-element=\"Main.7.2\"]').ariaCurrent") == "true"
 

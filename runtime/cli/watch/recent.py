@@ -37,9 +37,10 @@ class Recent:
         return self.count - self._length
 
     def add(self, rows: Rows) -> None:
-        """Add rows; one of the same scan as the last one replaces it."""
+        """Add rows; of several of one scan the last one stays: a pause tells its scan again."""
         if not len(rows):
             return
+        rows = rows[np.append(rows["scan"][1:] != rows["scan"][:-1], True)]
         if not len(self._rows):
             self._rows = np.zeros(2 * KEPT, self.dtype)
         if self._length and rows["scan"][0] == self._rows["scan"][self._length - 1]:
