@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 from ...io_images.amci3601 import ALL_INPUTS, CommandLsw, CommandMsw, InputBit, StatusMsw
 from ...io_images.amci3601.words import WORDS_3601
@@ -104,12 +105,25 @@ class SlotHints:
 
 
 class Hints:
-    """A listener that watches all modules with the words of a 3601."""
+    """A listener that watches all modules with the words of a 3601.
 
-    def __init__(self, rack: Rack, spec: RackSpec, tell: Callable[[str], None]) -> None:
+    Args:
+        rack: the rack.
+        spec: what its machines are wired to.
+        tell: takes a hint.
+        places: by slot: the line of the program that declares the axis there, if one does.
+    """
+
+    def __init__(
+        self,
+        rack: Rack,
+        spec: RackSpec,
+        tell: Callable[[str], None],
+        places: Mapping[int, str] = MappingProxyType({}),
+    ) -> None:
         machines = {slot.number: slot.machine for slot in spec.slot}
         self.slots = [
-            SlotHints(slot, wired_inputs(machines[slot.number]), tell)
+            SlotHints(slot, wired_inputs(machines[slot.number]), _at(places.get(slot.number), tell))
             for slot in rack.slots.values()
             if slot.words == WORDS_3601
         ]
@@ -129,6 +143,11 @@ class Hints:
         """Return the hints of a finished run."""
         told = [(slot.number, slot.unheard) for slot in self.slots if slot.unheard is not None]
         return [f"slot {number}: {unheard}" for number, unheard in told]
+
+
+def _at(place: str | None, tell: Callable[[str], None]) -> Callable[[str], None]:
+    """Return what tells a hint with a place behind it."""
+    return tell if place is None else lambda hint: tell(f"{hint} [{place}]")
 
 
 def not_configured(slot: int, bit: InputBit) -> str:

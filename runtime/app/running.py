@@ -28,7 +28,7 @@ from .outside import tell_cpu
 from .rack_units import UnitsBeside, units_of
 from .recording import NOTHING, recorder_for
 from .repeating import RecordedOrder, Repeated
-from .sequence_watch import sequences_in, standing
+from .sequence_watch import declared_axes, sequences_in, standing
 
 Observer = Callable[[Cpu, int | None], AbstractContextManager[None]]
 """Observes a CPU while it runs: a progress bar. Arguments: the CPU, the number of its last scan or None."""
@@ -87,7 +87,7 @@ class JobRun:
         self.stubs = job.stubs
         self.rack = build_rack(job.spec, ports if live else None, handled=handled)
         self.logic = _under_debugger(job.logic) if handled else job.logic
-        self.hints = Hints(self.rack, job.spec, warn)
+        self.hints = Hints(self.rack, job.spec, warn, declared_axes(self.logic))
         self.steps: list[str] = []
         heard: list[ScanListener] = [*listeners, self.hints]
         if trace is not None:

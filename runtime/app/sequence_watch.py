@@ -12,8 +12,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+from ...ladder.axis3601 import Axis3601
 from ...ladder.sequences import Logic as SequenceLogic
-from ...ladder.sequences import Sequence, sequences_of
+from ...ladder.sequences import Sequence, parts_of, sequences_of
 from ...traces.sequence_steps import Step
 from ...traces.topics import SEQUENCES
 from ..loop.events import JsonValue
@@ -24,6 +25,12 @@ from ..loop.scan import Logic
 def sequences_in(logic: Logic) -> tuple[Sequence, ...]:
     """Return the sequences of a program, in order of definition; none of one that is no such class."""
     return sequences_of(logic) if isinstance(logic, SequenceLogic) else ()
+
+
+def declared_axes(logic: Logic) -> dict[int, str]:
+    """Return the slots of the axes that a program declares, each with the line that does."""
+    parts = parts_of(logic) if isinstance(logic, SequenceLogic) else ()
+    return {each.slot: each.declared for each in parts if isinstance(each, Axis3601)}
 
 
 def standing(sequence: Sequence, scan: int) -> Step:

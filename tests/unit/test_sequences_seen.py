@@ -92,6 +92,12 @@ def test_a_run_ends_with_where_they_stand(rack):
     assert "cycle waits at line 24 of line.py for axis.move_to(400) since 0.1 s" in told
 
 
+def test_a_hint_names_the_line_of_the_axis(rack, tmp_path):
+    rack.write_text(RACK.replace('input = "capture"', 'input = "estop"'), encoding="utf-8")
+    result = invoke("run", rack, "--no-record", "--scans", "52")
+    assert result.stderr.rstrip().endswith(f"it has no effect [{tmp_path / 'line.py'}:14]")
+
+
 def test_show_and_query_know_it(trace):
     shown = invoke("show", trace).stdout
     assert "cycle waits at line 24 of line.py for axis.move_to(400)" in shown
