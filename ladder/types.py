@@ -170,8 +170,14 @@ class Structure:
 
     def member(self, name: str) -> Member | None:
         """Return the member of that name in any case, None without one."""
-        wanted = name.upper()
-        return next((member for member in self.members if member.name.upper() == wanted), None)
+        place = _places(self).get(name.upper())
+        return None if place is None else self.members[place]
+
+
+@lru_cache(maxsize=4096)
+def _places(kind: Structure) -> Mapping[str, int]:
+    """Return the places of a structure's members, by name in capitals: of the first one of a name."""
+    return {each.name.upper(): place for place, each in reversed(tuple(enumerate(kind.members)))}
 
 
 DataType = Elementary | Structure
