@@ -16,6 +16,15 @@ def logic(scan):
     if scan.number == 5:
         raise RuntimeError("five")
 """
+MOVING = """
+from scanrack import Configuration, Direction, Idle, InputBit, Manual
+USED = InputBit.HOME | InputBit.CW_LIMIT
+CONFIGURE = Configuration(inputs_used=USED, step_and_direction=True, starting_speed=1000)
+STEPS = [CONFIGURE, Idle(), Manual(Direction.CW, 5000, 20, 10)]
+
+def logic(scan):
+    scan.slot[1].outputs.load(STEPS[min(scan.number, 2)].to_image())
+"""
 RUNGS = """PROGRAM line
 TAG Go : BOOL
 TAG Seen : BOOL
@@ -55,6 +64,12 @@ def line(rack):
 def test_time_goes_by_scans(line):
     line.run_for("9 ms")  # five scans of 2 ms, those at 0 to 8 ms
     assert (line.scans, line.now_ns) == (5, 8_000_000)
+
+
+def test_the_shaft_is_where_it_is_in_mid_move(rack):
+    bench = open_bench(rack(MOVING, "moving.py"))
+    bench.run_until(lambda bench: bench.slot[1].shaft >= 1000)
+    assert 1000 <= bench.slot[1].shaft < 1010  # 5000 steps/s are 10 steps per scan
 
 
 def test_the_bench_has_no_watchdog_unless_it_is_asked_for(rack):

@@ -48,7 +48,8 @@ class SlotBench:
     @property
     def shaft(self) -> int:
         """True position of the shaft, steps from where it stood at power-up; the module may be wrong."""
-        return int(self._device.machine.shaft)
+        shaft, *_ = self._device.figures()
+        return int(shaft)
 
     def set_input(self, name: str, energised: bool) -> None:
         """Give an input a level from now on.

@@ -231,3 +231,13 @@ def test_a_card_at_rest_and_a_changed_lamp():
 
     Cpu(rack, logic, 2 * MS).run(1000)
     assert lit == [0] * 701 + [1] * 299
+
+
+def test_figures_are_those_of_the_scan():
+    """A person who looks at the machine in mid-move sees the shaft where it is."""
+    module = Amci3601()
+    seen: list[int] = []
+    cpu, listener = cpu_of(module, actions={500: lambda: seen.append(module.figures()[0])})
+    cpu.run(1000)
+    assert seen == [600 + 10 * (500 - 102)]
+    assert listener.positions[-1] == 600 + 10 * (999 - 102)
