@@ -104,12 +104,19 @@ def build_cpu(
 
 
 def build_playback(
-    spec: RackSpec, score: Score, logic: Logic, rack: Rack, *, listeners: Iterable[ScanListener]
+    spec: RackSpec,
+    score: Score,
+    logic: Logic,
+    rack: Rack,
+    *,
+    listeners: Iterable[ScanListener],
+    watchdog: Watchdog | None = None,
 ) -> Playback:
     """Make the CPU that repeats the scans of a recording with `logic` on `rack`.
 
     Modes and forces are the recording's, whatever `spec` says. Recorded inputs are taken as they
-    stand in each scan, so a rack of `RecordedInputs` has no exchange of its own.
+    stand in each scan, so a rack of `RecordedInputs` has no exchange of its own. `watchdog` is that of
+    `spec` if left out.
     """
     recorded = any(isinstance(slot.module, RecordedInputs) for slot in rack.slots.values())
     return Playback(
@@ -119,7 +126,7 @@ def build_playback(
         spec.scan_ns,
         exchange=_recorded_exchange(spec) if recorded else _exchange(spec),
         listeners=listeners,
-        watchdog=Watchdog(exact_ns(spec.watchdog_ms, "ms")),
+        watchdog=watchdog or Watchdog(exact_ns(spec.watchdog_ms, "ms")),
     )
 
 

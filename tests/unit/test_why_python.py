@@ -152,6 +152,31 @@ def test_a_faulted_scan_says_so(rack):
     assert "ZeroDivisionError" in bench.why("O:1.2")
 
 
+def test_a_scan_that_takes_longer_when_it_is_traced_is_answered(rack):
+    program = """def logic(scan):
+    for turn in range(scan.number * 20_000):
+        pass
+    scan.slot[1].outputs[2] = scan.number
+"""
+    file = rack(program)
+    file.write_text("watchdog_ms = 50\n" + file.read_text(encoding="utf-8"), encoding="utf-8")
+    bench = open_bench(file)
+    bench.scan(10)  # the last one loops 180,000 times: some ms, traced far beyond the watchdog
+    assert bench.why("O:1.2").startswith("O:1.2 is 9 since scan 9 (0.018 s): line.py:4 in logic")
+
+
+def test_a_program_that_did_not_come_back_does_not_hang_the_answer(rack):
+    program = """def logic(scan):
+    scan.slot[1].outputs[2] = scan.number
+    while scan.number == 3:
+        pass
+"""
+    file = rack(program)
+    file.write_text("watchdog_ms = 100\n" + file.read_text(encoding="utf-8"), encoding="utf-8")
+    result = invoke("why", file, "O:1.2", "--at", "5")
+    assert "O:1.2 is 0 since scan 3 (0.006 s): the CPU faulted" in result.stdout
+
+
 def test_a_question_before_the_first_scan_is_refused(rack):
     with pytest.raises(ValueError, match="no scan yet"):
         open_bench(rack()).why("O:1.2")

@@ -9,7 +9,8 @@ from ....io_images.image import IMAGE_BYTES
 from ....traces.replay import Recording
 from ...config.rackspec import RackSpec
 from ...loop.events import JsonValue
-from ...loop.faults import CpuFault
+from ...loop.faults import Cause, CpuFault
+from ...loop.pace import Watchdog
 from ...loop.rack import SLOT_BYTES
 from ...loop.scan import Logic
 from ..build import build_playback
@@ -46,10 +47,17 @@ class Following:
 
     def play(self, logic: Logic) -> None:
         """Run a program; a fault ends the run, as it did when it was recorded."""
-        cpu = build_playback(self._spec, score_of(self._recording), logic, self._rack, listeners=[self])
+        watchdog = None if self._watchdog_ended_it else Watchdog(0)
+        score = score_of(self._recording)
+        cpu = build_playback(self._spec, score, logic, self._rack, listeners=[self], watchdog=watchdog)
         self._stop = cpu.stop
         with cpu, suppress(CpuFault):
             cpu.play()
+
+    @property
+    def _watchdog_ended_it(self) -> bool:
+        """Whether the recorded run did not come back; any other may take longer when it is traced."""
+        return any(each.fields.get("cause") == Cause.WATCHDOG.value for each in self._recording.events)
 
     def outputs(self) -> bytes:
         """Return all output images as they stand."""
