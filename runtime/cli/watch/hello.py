@@ -24,6 +24,13 @@ TITLES = {
 }
 """The inputs of a 3601 as people read them."""
 
+NAMES = {
+    "amci3601": "AMCI 3601",
+    "pcl601-adapter": "PCL601 adapter",
+    "pmc006-adapter": "PMC006 adapter",
+}
+"""Modules as people write them; cards go by their catalog numbers."""
+
 SECTIONS = {
     "command": "chapter 5, Command Words",
     "status": "chapter 6, Status Bits",
@@ -44,10 +51,10 @@ VALUES = (
 
 def slots_of(spec: RackSpec) -> list[Json]:
     """Return the slots of a rack as `hello` lists them."""
-    return [slot_of(each, spec) for each in spec.slot]
+    return [slot_of(each) for each in spec.slot]
 
 
-def slot_of(slot: SlotSpec, spec: RackSpec) -> Json:
+def slot_of(slot: SlotSpec) -> Json:
     """Return a slot."""
     words = slot.words
     stepper = is_stepper(words)
@@ -65,14 +72,13 @@ def slot_of(slot: SlotSpec, spec: RackSpec) -> Json:
             {"name": name, "title": name, "word": at.word, "bit": at.bit}
             for name, at in words.groups.get("output", {}).items()
         ],
-        "machine": machine_of(slot.machine, spec) if has(slot.module, Trait.MACHINE) else None,
+        "machine": machine_of(slot.machine) if has(slot.module, Trait.MACHINE) and not slot.is_live else None,
     }
 
 
 def _title(slot: SlotSpec) -> str:
-    known = {"amci3601": "AMCI 3601"}
     firmware = f", firmware {slot.firmware}" if has(slot.module, Trait.FIRMWARE) else ""
-    return f"{known.get(slot.module, slot.module)}{firmware}"
+    return f"{NAMES.get(slot.module, slot.module)}{firmware}"
 
 
 def is_stepper(words: ModuleWords) -> bool:
@@ -129,7 +135,7 @@ def inputs_of(slot: SlotSpec) -> list[Json]:
     ]
 
 
-def machine_of(machine: MachineSpec, spec: RackSpec) -> Json:
+def machine_of(machine: MachineSpec) -> Json:
     """Return the rail of a machine: what stands along it, and how far it reaches."""
     places = [place for each in machine.switches for place in (each.first, each.last) if place is not None]
     places += [each.position for each in machine.stations] + [each.at for each in machine.jams] + [0]

@@ -197,8 +197,9 @@ class _Play:
             live=self._wanted.live,
             reload=editor.load,
         )
-        editor.start()
-        ports.callback(editor.end)
+        if not (self._wanted.live and self._wanted.read_only):  # a saved file is control of a real motor
+            editor.start()
+            ports.callback(editor.end)
         tap.session, session.attend, session.give = session, tap.attend, tap.give
         if start.orders is not None:
             self._tell_branch(tap, trace, start)
