@@ -188,6 +188,10 @@ class Look:
         """Wait until the speed reached is about this one."""
         until(lambda: abs(float(self.handle("speed") or 0) - factor) < factor / 10)
 
+    def until_value(self, name: str, wanted: str) -> None:
+        """Wait until the page shows this value of a name."""
+        until(lambda: self.value(name) == wanted)
+
     def until_power(self, wanted: dict[str, str]) -> None:
         """Wait until the page shows this power."""
         until(lambda: self.power() == wanted, 5)
