@@ -20,6 +20,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
+from .block_types import BLOCKS
 from .instructions import BY_NAME
 from .motion_types import AXIS_TYPES, COORDINATE_SYSTEM, MOTION_GROUP, MOTION_INSTRUCTION
 from .motion_words import KEYWORDS
@@ -107,6 +108,7 @@ _BLOCKS: Mapping[str, DataType] = {
     **dict.fromkeys(("TONR", "TOFR", "RTOR"), FBD_TIMER),
     "CTUD": FBD_COUNTER,
     **dict.fromkeys(("OSRI", "OSFI"), FBD_ONESHOT),
+    **BLOCKS,
 }
 
 _REGIONS = frozenset({Use.SOURCE, Use.DESTINATION, Use.ARRAY, Use.TABLE})

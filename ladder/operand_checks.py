@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 
+from .block_types import BLOCK_TYPES
 from .motion_types import AXIS_TYPES, COORDINATE_SYSTEM, MOTION_GROUP, MOTION_INSTRUCTION
 from .operands import (
     Calculation,
@@ -226,9 +227,9 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
         lambda each: _is_structure(each, COUNTER), "a COUNTER", "declare the tag as COUNTER"
     ),
     Use.BLOCK: OperandCheck(
-        lambda each: _is_structure(each, FBD_TIMER, FBD_COUNTER, FBD_ONESHOT),
+        lambda each: _is_structure(each, FBD_TIMER, FBD_COUNTER, FBD_ONESHOT, *BLOCK_TYPES.values()),
         "a structure of its parameters",
-        "declare the tag as FBD_TIMER, FBD_COUNTER or FBD_ONESHOT",
+        "declare the tag as FBD_TIMER, FBD_COUNTER, FBD_ONESHOT or what its block is",
     ),
     Use.CONTROL: OperandCheck(
         lambda each: _is_structure(each, CONTROL), "a CONTROL", "declare the tag as CONTROL"

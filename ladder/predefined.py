@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from .block_types import BLOCK_TYPES
 from .motion_types import MOTION_TYPES
 from .slc_types import SLC_TYPES
 from .types import BOOL, DINT, SINT, TYPES, DataType, Member, Structure
@@ -67,6 +68,7 @@ _PLAIN = (
 PREDEFINED_TYPES: Mapping[str, DataType] = {
     **TYPES,
     **MOTION_TYPES,
+    **BLOCK_TYPES,
     SERIAL_PORT_CONTROL.name: SERIAL_PORT_CONTROL,
     HMIBC.name: HMIBC,
     **{each.name: each for each in _PLAIN},

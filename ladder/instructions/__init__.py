@@ -29,6 +29,7 @@ from . import (
     phases,
     ports,
     process,
+    regulation,
     sequencers,
     shifts,
     strings,
@@ -53,6 +54,7 @@ from .move import *  # noqa: F403
 from .phases import *  # noqa: F403
 from .ports import *  # noqa: F403
 from .process import *  # noqa: F403
+from .regulation import *  # noqa: F403
 from .sequencers import *  # noqa: F403
 from .shifts import *  # noqa: F403
 from .strings import *  # noqa: F403
@@ -74,6 +76,7 @@ FAMILIES = (
     trigonometry,
     strings,
     blocks,
+    regulation,
     system,
     messages,
     process,
