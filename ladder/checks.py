@@ -61,7 +61,8 @@ def _without_stub(lowered: Lowered) -> Iterator[Problem]:
         message = step.operands[0] if step.name == "MSG" else None
         if isinstance(message, Group) and stub_of(lowered.stubs, message.path) is None:
             remedy = (
-                'describe its end: STUB MSG : done after 20 ms, or program.stub("MSG", "done after 20 ms")'
+                'describe its end: MSG = "done after 20 ms" below [stubs] of the rack file, '
+                'STUB MSG : done after 20 ms, or program.stub("MSG", "done after 20 ms")'
             )
             text = f"nothing says how the message {message.text} ends"
             yield Problem(_where(routine, line), line.text, text, remedy, routine.name, line.number)

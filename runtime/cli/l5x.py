@@ -15,7 +15,7 @@ from ...ladder.checks import motion_of
 from ...ladder.errors import LadderError
 from ...ladder.l5x import import_l5x
 from ...ladder.l5x.report import Report
-from ...ladder.l5x.trial import run_trial
+from ...ladder.l5x.trial import SCANS, run_trial
 from ...ladder.program import SLC_SUFFIXES
 from ...ladder.slc import import_slc
 from ...ladder.slc.trial import run_trial as run_slc_trial
@@ -25,18 +25,18 @@ from .status import BAD_INPUT, DONE, NO, complain
 from .terminal import say
 
 
-def reported(path: Path) -> Report:
-    """Import an export, run it for a trial, and return the report.
+def reported(path: Path, scans: int = SCANS) -> Report:
+    """Import an export, run it for a trial of so many scans, and return the report.
 
     Raises:
         LadderError: the file can't be used.
     """
     if is_slc(path):
         program = import_slc(path, trial=True)
-        run_slc_trial(program)
+        run_slc_trial(program, scans)
         return program.report
     imported = import_l5x(path, trial=True)
-    run_trial(imported)
+    run_trial(imported, scans)
     if imported.controller is not None:
         for axis, names in motion_of(imported.controller.build()).items():
             imported.report.note(
@@ -61,10 +61,11 @@ def _l5x_command(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="An L5X or SLC export.", show_default=False)],
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
     rack: Annotated[bool, typer.Option("--rack", help="Print a rack file for it.")] = False,
+    scans: Annotated[int, typer.Option("--scans", min=1, help="Scans of the trial.")] = SCANS,
 ) -> None:
     """Say what is in an L5X or SLC export: what is imported, what is refused and why, what runs.
 
-    Rungs that are imported run for 100 scans in the interpreter and compiled; "ran" counts those in programs
+    Rungs that are imported run for a trial in the interpreter and compiled; "ran" counts those in programs
     in which both agreed after every scan.
 
     Example: scanrack l5x machine.L5X
@@ -75,7 +76,7 @@ def _l5x_command(
     if rack:
         raise typer.Exit(_print_rack(file))
     try:
-        report = reported(file)
+        report = reported(file, scans)
     except LadderError as error:
         raise typer.Exit(complain(str(error), BAD_INPUT)) from None
     if as_json:
