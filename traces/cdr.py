@@ -97,6 +97,9 @@ def leaves(
             yield leaf
             offset = leaf.end
         for _ in range(0 if kind in PRIMITIVES else length):
+            begin = offset
             for leaf in leaves(messages[kind], messages, offset, name):
                 yield leaf
                 offset = leaf.end
+            if offset == begin:
+                break  # an empty message: any number of them is nothing

@@ -64,6 +64,9 @@ CDR_PREFIX = 0x0000_0100
 SCAN_HEAD = Struct("<III")
 """CDR prefix, scan number modulo 2**32, flags; the memory block follows."""
 
+LEAVES_MAX, REST_BYTES_MAX = 100_000, 1 << 20
+"""Most values of a scan that has fields behind the tags, and most bytes of these fields."""
+
 _HASH_DIGITS = 12
 
 
@@ -146,8 +149,12 @@ def rest_bytes(text: str, known: ScanSchema) -> int | None:
     if any(messages.get(name) != lines for name, lines in known_messages.items()):
         return None
     *_, before = leaves(known_fields, messages, 0)
-    *_, last = leaves(fields, messages, 0)
-    return last.end - before.end
+    end = 0
+    for count, leaf in enumerate(leaves(fields, messages, 0)):
+        end = leaf.end
+        if count >= LEAVES_MAX or end - before.end > REST_BYTES_MAX:
+            raise ValueError(f"they are more than {LEAVES_MAX:,} values or {REST_BYTES_MAX:,} bytes")
+    return end - before.end
 
 
 def split_schema(text: str) -> tuple[list[str], dict[str, list[str]]]:

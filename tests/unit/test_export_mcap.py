@@ -182,6 +182,23 @@ def test_a_field_without_a_fixed_size_is_refused(line: str) -> None:
         rest_bytes(extended(line), KNOWN)
 
 
+@pytest.mark.parametrize(
+    ("line", "messages"),
+    [
+        ("uint8[999999999] more", ()),
+        ("A[999999999] more", ("MSG: scanrack/A\nB[999999999] b", "MSG: scanrack/B\nbool on")),
+    ],
+)
+def test_a_schema_that_asks_for_the_moon_is_refused_at_once(line: str, messages: tuple[str, ...]) -> None:
+    with pytest.raises(ValueError, match="more than 100,000 values or 1,048,576 bytes"):
+        rest_bytes(extended(line, *messages), KNOWN)
+
+
+def test_empty_messages_take_no_room_and_no_time() -> None:
+    empty = ("MSG: scanrack/A\nB[999999999] b", "MSG: scanrack/B")
+    assert rest_bytes(extended("A[999999999] more", *empty), KNOWN) == 0
+
+
 def test_messages_that_hold_themselves_are_refused() -> None:
     with pytest.raises(ValueError, match="nested more than 16 deep"):
         list(leaves(["A a"], {"A": ["A a"]}, 0))
