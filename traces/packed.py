@@ -145,10 +145,11 @@ class View(Sequence[T], Generic[T]):
     @overload
     def __getitem__(self, row: slice) -> Sequence[T]: ...
     def __getitem__(self, row: int | slice) -> T | Sequence[T]:
+        if row.__class__ is int and self._start <= row < self._stop:  # in order, as nearly always
+            return self._held[row - self._start]
         if isinstance(row, slice):
             return [self[each] for each in range(*row.indices(len(self)))]
-        if not self._start <= row < self._stop:
-            row = self._hold(row)
+        row = self._hold(row)
         return self._held[row - self._start]
 
     def _hold(self, row: int) -> int:

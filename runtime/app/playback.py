@@ -85,6 +85,7 @@ class Playback(Cpu):
             watchdog=watchdog,
         )
         self._score = score
+        self._rows = len(score.numbers)
         self._row = 0
         self._ask_for(0)
         self._turn_to(0)
@@ -100,7 +101,7 @@ class Playback(Cpu):
     def housekeeping(self) -> None:
         """Ask for the mode and forces of the next scan, and move on to it."""
         self._row += 1
-        more = self._row < len(self._score.numbers)
+        more = self._row < self._rows
         if more:
             self._ask_for(self._row)
         super().housekeeping()
@@ -137,13 +138,14 @@ class RecordedInputs:
         self.events: list[Event] = []
         self._images = images
         self._times = times
+        self._last = len(times) - 1
         self._row = -1
         self._image = Image()
 
     def update(self, now_ns: int, outputs: Image) -> Image:
         """Return the image in force at `now_ns`; see `Module.update`."""
         row = self._row
-        while row + 1 < len(self._times) and self._times[row + 1] <= now_ns:
+        while row < self._last and self._times[row + 1] <= now_ns:
             row += 1
         if row != self._row:
             self._row = row
