@@ -53,7 +53,7 @@ class Forgery(NamedTuple):
 COMPILED = b"compiled"
 OUT = "leads out of its folder"
 TRUST = "this would run Python that came with the trace"
-NO_PROGRAM = "a program is a .py, a .rung, a .st or a .steps file"
+NO_PROGRAM = "a program is a .py, a .rung, a .st, a .steps, an .L5X or an .SLC file"
 
 
 def program(name: str, says: str, file: str = "e.py") -> Forgery:
