@@ -49,6 +49,24 @@ class Block(Level):
         self._result = False
 
 
+class EdgeBlock(Block):
+    """A block that knows its input at the call before."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._before = False
+
+    @override
+    def reset_part(self) -> None:
+        super().reset_part()
+        self._before = False
+
+    def _rises(self, on: object) -> bool:
+        """Take the input; return whether it has risen since the call before."""
+        before, self._before = self._before, bool(on)
+        return self._before and not before
+
+
 class Timer(Block):
     """A timer.
 
@@ -123,21 +141,12 @@ class OffDelay(Timer):
         return self._result
 
 
-class Pulse(Timer):
+class Pulse(Timer, EdgeBlock):
     """True for a time from a rise of its input on; a rise meanwhile begins nothing new [TP]."""
-
-    def __init__(self, time: str) -> None:
-        super().__init__(time)
-        self._before = False
-
-    @override
-    def reset_part(self) -> None:
-        super().reset_part()
-        self._before = False
 
     def __call__(self, on: object) -> bool:
         """Take the input of this scan; return the result."""
-        rises, self._before = bool(on) and not self._before, bool(on)
+        rises = self._rises(on)
         if rises and not self._result:
             self._stop()
         if rises or self._result:
@@ -147,35 +156,17 @@ class Pulse(Timer):
         return self._result
 
 
-class Rise(Block):
+class Rise(EdgeBlock):
     """True for one call when its input rises [R_TRIG]."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._before = False
-
-    @override
-    def reset_part(self) -> None:
-        super().reset_part()
-        self._before = False
 
     def __call__(self, on: object) -> bool:
         """Take the input of this scan; return the result."""
-        self._result, self._before = bool(on) and not self._before, bool(on)
+        self._result = self._rises(on)
         return self._result
 
 
-class Fall(Block):
+class Fall(EdgeBlock):
     """True for one call when its input falls [F_TRIG]."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._before = False
-
-    @override
-    def reset_part(self) -> None:
-        super().reset_part()
-        self._before = False
 
     def __call__(self, on: object) -> bool:
         """Take the input of this scan; return the result."""
@@ -183,7 +174,7 @@ class Fall(Block):
         return self._result
 
 
-class AnyCounter(Block):
+class AnyCounter(EdgeBlock):
     """A counter.
 
     Attributes:
@@ -202,16 +193,11 @@ class AnyCounter(Block):
         require("preset", preset, LEAST, MOST)
         self.preset = preset
         self.value = 0
-        self._before = False
 
     @override
     def reset_part(self) -> None:
         super().reset_part()
-        self.value, self._before = 0, False
-
-    def _rises(self, on: object) -> bool:
-        before, self._before = self._before, bool(on)
-        return self._before and not before
+        self.value = 0
 
 
 class Counter(AnyCounter):

@@ -10,6 +10,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from feeder_story import HARDWARES, STORY, moves_of
 from scanrack.runtime.app.build import build_cpu, build_rack
 from scanrack.runtime.app.loading import load_job
 from witness import Witness
@@ -19,23 +20,6 @@ FIRST_RUNG = "XIO(S:FS)OTE(Awake);"
 PROGRAM_CHANGES = {FIRST_RUNG: "MOV(400,Axis.RoundTrip);\n" + FIRST_RUNG, "BackGo,0,": "BackGo,100,"}
 RACK_CHANGES = {"at_s = 8.0": "at_s = 12.0"}  # two strokes to and fro, then the button in the third one
 SCANS = 10_000  # 20 s
-
-HARDWARES = {
-    "amci3601": "",
-    "pcl601-adapter": "",
-    "pmc006-adapter": "options = { home_stroke = 20000 }",
-}
-
-STORY = [
-    ("home", "home", 0),
-    ("absolute", "complete", 6000),
-    ("absolute", "complete", 100),
-    ("absolute", "complete", 6000),
-    ("absolute", "complete", 100),
-    ("absolute", "cut short", None),  # the emergency stop, wherever the stroke then is
-    ("home", "home", 0),
-    ("absolute", "complete", 6000),
-]
 
 
 def changed(name: str, changes: dict[str, str], folder: Path, to: str) -> Path:
@@ -57,9 +41,4 @@ def test_the_feeder_makes_the_same_moves(hardware, tmp_path):
     witness = Witness()
     with build_cpu(job.spec, job.logic, build_rack(job.spec), listeners=[witness]) as cpu:
         cpu.run(SCANS)
-    moves = [
-        (event["name"], event["outcome"], None if event["outcome"] == "cut short" else event["to"])
-        for event in witness.events
-        if event.get("kind") == "move"
-    ]
-    assert moves[: len(STORY)] == STORY
+    assert moves_of(witness)[: len(STORY)] == STORY

@@ -8,29 +8,13 @@ strokes to and fro, an emergency stop in the third, home again. As docs/adapters
 from pathlib import Path
 
 import pytest
+from feeder_story import HARDWARES, STORY, moves_of
 from scanrack.runtime.app.build import build_cpu, build_rack
 from scanrack.runtime.app.loading import load_job
 from witness import Witness
 
 FEEDER = Path(__file__).parents[3] / "examples" / "feeder" / "feeder.toml"
 SCANS = 10_000  # 20 s
-
-HARDWARES = {
-    "amci3601": "",
-    "pcl601-adapter": "",
-    "pmc006-adapter": "options = { home_stroke = 20000 }",
-}
-
-STORY = [
-    ("home", "home", 0),
-    ("absolute", "complete", 6000),
-    ("absolute", "complete", 100),
-    ("absolute", "complete", 6000),
-    ("absolute", "complete", 100),
-    ("absolute", "cut short", None),  # the emergency stop, wherever the stroke then is
-    ("home", "home", 0),
-    ("absolute", "complete", 6000),
-]
 
 PROGRAM = """\
 from scanrack import Axis3601, AxisError, Configuration, Direction, Logic, State, sequence, steady
@@ -74,11 +58,7 @@ def run(folder, hardware, options="round_trip_ms=400"):
     witness = Witness()
     with build_cpu(job.spec, job.logic, build_rack(job.spec), listeners=[witness]) as cpu:
         cpu.run(SCANS)
-    return [
-        (event["name"], event["outcome"], None if event["outcome"] == "cut short" else event["to"])
-        for event in witness.events
-        if event.get("kind") == "move"
-    ]
+    return moves_of(witness)
 
 
 @pytest.mark.parametrize("hardware", HARDWARES)
