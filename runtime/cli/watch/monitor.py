@@ -35,6 +35,9 @@ Json = dict[str, Any]
 ENVELOPE_ROWS, ENVELOPE_MOST = 16, 128
 """Rows that a point of a position stands for in a frame, and most points: a fast rack has many rows."""
 
+SPEED_SCANS = 16
+"""Scans over which the speed of an axis is measured."""
+
 STRIP_FIRST = 2048
 """Rows that the first strip of a page begins with."""
 
@@ -192,11 +195,11 @@ class Monitor(ABC):
         if page in self.pages:
             self.pages.remove(page)
 
-    def frame(self, page: Page) -> Json | None:
-        """Return what has changed for a page since its last frame; None if nothing has."""
+    def frame(self, page: Page) -> Json:
+        """Return what has changed for a page since its last frame; nothing if nothing has."""
         row = self.row_of(page)
         if row is None:
-            return None
+            return {}
         frame = changed(self._picture(page, row), page.last)
         if page.past is None:
             frame |= self._strip(page)
@@ -204,7 +207,7 @@ class Monitor(ABC):
         page.events = self.log.end
         if new:
             frame["events"] = list(new)
-        return frame or None
+        return frame
 
     def row_of(self, page: Page) -> Row | None:
         """Return the row that a page looks at."""
@@ -228,7 +231,7 @@ class Monitor(ABC):
             "lines": self.log.lines_at(past),
             "rules": self.log.rules_at(past),
             **self.state(past=past is not None),
-            **self.subject.places.of(row),
+            **self.subject.places.of(row, self.subject.timeline.between(scan - SPEED_SCANS, scan)[:1]),
             **self._program(page, scan),
         }
 

@@ -11,7 +11,7 @@ import numpy as np
 from ....io_images.image import IMAGE_BYTES
 from ....io_images.module_words import ModuleWords
 from ...app.watched_machines import PER_SLOT
-from ...live.ring import Row
+from ...live.ring import Row, Rows
 from ...loop.scan import MODE_MASK, CpuMode, mode_name
 from ...machine.spec import INPUT_NAMES
 from .hello import is_stepper
@@ -35,8 +35,13 @@ class Places:
     slots: Mapping[int, ModuleWords]
     machines: Sequence[int]
 
-    def of(self, row: Row) -> Json:
-        """Return what a frame shows of the images and machines of a row."""
+    def of(self, row: Row, before: Rows) -> Json:
+        """Return what a frame shows of the images and machines of a row.
+
+        Args:
+            row: the row.
+            before: one of some scans before, for speeds; or none.
+        """
         words = row["words"].tolist()
         shown: Json = {"words": {}, "values": {}, "machine": {}}
         for place, (slot, names) in enumerate(self.slots.items()):
@@ -52,7 +57,8 @@ class Places:
         recorded = not row["wall_ns"]  # a row of a trace has no figures
         for place, slot in enumerate(self.machines):
             shaft, encoder, levels = figures[PER_SLOT * place :][:PER_SLOT]
-            values = shown["values"].get(str(slot), {})
+            configured = shown["words"][str(slot)][0] >= 0
+            values = shown["values"].get(str(slot), {}) if configured else {}
             if recorded:
                 shaft = encoder = None
                 levels = shown["words"][str(slot)][1]  # status LSW: the levels as the module reads them
@@ -61,9 +67,20 @@ class Places:
                 "shaft": shaft,
                 "encoder": encoder,
                 "target": values.get("target"),
+                "speed": self._speed(slot, row, before),
                 "inputs": {name: bool(levels & bit.value) for name, bit in INPUT_NAMES.items()},
             }
         return shown
+
+    def _speed(self, slot: int, row: Row, before: Rows) -> int | None:
+        """Return how fast the position of a stepper has changed, steps/s; None if that is not known."""
+        if slot not in self.slots or not len(before) or before[0]["now_ns"] >= row["now_ns"]:
+            return None
+        at = (2 * list(self.slots).index(slot) + 1) * WORDS_PER_IMAGE + 2
+        if row["words"][at - 2] < 0 or before[0]["words"][at - 2] < 0:
+            return None  # in configuration mode these words are a mirror
+        now, then = (int(each["words"][at]) * 1000 + int(each["words"][at + 1]) for each in (row, before[0]))
+        return round((now - then) * 1e9 / (int(row["now_ns"]) - int(before[0]["now_ns"])))
 
 
 def _values(inputs: Sequence[int], outputs: Sequence[int]) -> Json:

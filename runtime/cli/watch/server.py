@@ -9,9 +9,11 @@ import pickle
 import signal
 import socket
 import sys
+import traceback
 from contextlib import suppress
 from http import HTTPStatus
 from multiprocessing.connection import Connection
+from typing import Any
 
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.datastructures import Headers
@@ -39,7 +41,7 @@ STRANGERS_MOST = 16
 KEY_S = 5
 """How long a socket may take to give the key."""
 
-WRONG_KEY, TOO_MANY = 1008, 1013
+WRONG_KEY, FAILED, TOO_MANY = 1008, 1011, 1013
 """Why a socket is closed [RFC 6455, section 7.4.1, and IANA's registry]."""
 
 
@@ -154,9 +156,20 @@ class Server:
             page.due.clear()
             while page.outbox:
                 await connection.send(_json(page.outbox.popleft()))
-            frame = self._monitor.frame(page)
-            if frame is not None:
+            frame = self._frame(page)
+            if frame is None:
+                await connection.close(FAILED, "this picture can't be made; the terminal says why")
+                return
+            if frame:
                 await connection.send(_json({"frame": frame}))
+
+    def _frame(self, page: Page) -> dict[str, Any] | None:
+        """Return what is new for a page; None if a mistake of ours forbids it, which ends this page only."""
+        try:
+            return self._monitor.frame(page)
+        except Exception:  # a mistake of ours: said where the session was started
+            traceback.print_exc()
+            return None
 
 
 def _json(message: object) -> str:
