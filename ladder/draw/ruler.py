@@ -56,6 +56,9 @@ CAPTIONS = {
 }
 """What the operands of a box are called, as Studio 5000 calls them."""
 
+_WITH_BASE = ("TON", "TOF", "RTO")
+"""Timers, which have a time base as second operand in an SLC 500."""
+
 GAP = 1
 """Columns of wire on either side of a contact, a coil or a box."""
 
@@ -207,6 +210,8 @@ class Ruler:
     def lines(self, instruction: Instruction, room: int | None = None) -> tuple[BoxLine, ...]:
         """Return the lines of a box; a long operand takes several."""
         captions = self._captions.get(instruction.name, ())
+        if instruction.name in _WITH_BASE and len(instruction.operands) == len(captions) + 1:
+            captions = (captions[0], "Time base", *captions[1:])
         named = [captions[at] if at < len(captions) else "" for at in range(len(instruction.operands))]
         taken = 4 + 2 * GAP + caption_width([BoxLine(caption, "") for caption in named])
         longest = None if room is None else max(room - taken, SHORTEST)

@@ -35,6 +35,7 @@ from ....ladder.lowered import AddOnCall, Line, Lowered, Step, steps_of
 from ....ladder.operands import Constant, Group, first_leaf
 from ....ladder.operands import Place as Operand
 from ....ladder.tags import tag_in
+from ....ladder.types import count_of
 from ...config.rackspec import RackSpec
 from .facts import Facts, Place, Remark, Sent, UsesBit
 
@@ -343,7 +344,7 @@ class _Reader:
 def _constants(lowered: Lowered, mentions: Sequence[Mention]) -> Mapping[str, tuple[int | None, ...]]:
     """Return the initial values of arrays of integers by path; None for words that are written."""
     found: dict[str, list[int | None]] = {
-        name: list(tag.initial)
+        name: [*tag.initial, *[0] * (count_of(tag.dims) - len(tag.initial))]  # the rest is zeros
         for name, tag in lowered.layout.tags().items()
         if isinstance(tag.initial, list) and all(isinstance(each, int) for each in tag.initial)
     }

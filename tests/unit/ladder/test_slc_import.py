@@ -216,3 +216,16 @@ def test_a_rack_runs_it(tmp_path, monkeypatch):
     status, output = command("run", "machine.toml", "--scans", "20", "--record", "a.mcap")
     assert status == 0, output
     assert command("rerun", "a.mcap")[0] == 0
+
+
+def test_pictures_and_checks_know_it(tmp_path):
+    """A timer's box names its time base; values that are left out are zeros to `scanrack check`."""
+    path = tmp_path / "machine.SLC"
+    path.write_text(MACHINE, encoding="utf-8")
+    status, output = command("ladder", str(path))
+    assert status == 0
+    assert "Time base 0.01" in output
+    (tmp_path / "machine.toml").write_text(
+        'program = "machine.SLC"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n', encoding="utf-8"
+    )
+    assert command("check", str(tmp_path / "machine.toml"))[0] in (0, 1)
