@@ -20,11 +20,13 @@ from ...traces.topics import SEQUENCES
 from ..loop.events import JsonValue
 from ..loop.listeners import ScanListener
 from ..loop.scan import Logic
+from .wrapped import unwrapped
 
 
 def sequences_in(logic: Logic) -> tuple[Sequence, ...]:
     """Return the sequences of a program, in order of definition; none of one that is no such class."""
-    return sequences_of(logic) if isinstance(logic, SequenceLogic) else ()
+    inside = unwrapped(logic)
+    return sequences_of(inside) if isinstance(inside, SequenceLogic) else ()
 
 
 def declared_axes(logic: Logic) -> dict[int, str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from ..loop.rack import Slot
-from ..loop.scan import AttachedLogic, Logic
+from ..loop.scan import AttachedLogic, Logic, Scan
 
 
 class Wrapped:
@@ -13,6 +13,10 @@ class Wrapped:
 
     def __init__(self, logic: Logic) -> None:
         self._logic = logic
+
+    def __call__(self, scan: Scan) -> object:
+        """Call the logic inside."""
+        return self._logic(scan)
 
     def __attach_logic__(self, slots: Mapping[int, Slot]) -> None:
         """Attach the logic inside, if it asks for that."""
@@ -23,3 +27,10 @@ class Wrapped:
         """Close the logic inside, if it asks for that."""
         if isinstance(self._logic, AttachedLogic):
             self._logic.__close_logic__()
+
+
+def unwrapped(logic: Logic) -> Logic:
+    """Return the logic inside of all that is around it."""
+    while isinstance(logic, Wrapped):
+        logic = logic._logic
+    return logic

@@ -25,6 +25,7 @@ from typing import Any
 
 from ...loop.faults import is_the_users
 from ...loop.scan import Logic
+from ..wrapped import Wrapped, unwrapped
 from .run import Bench
 
 CHANCE, CLOCK, THREADS, PROCESS = "chance", "the clock", "threads", "state of the process"
@@ -100,16 +101,9 @@ class Uses:
 
         def fresh_logic() -> Logic:
             with self.noticing():
-                logic = bench.fresh_logic()
+                return _Noticed(bench.fresh_logic(), self)
 
-            def watched(scan: Any) -> None:
-                with self.noticing():
-                    logic(scan)
-
-            watched.tags = bench.tags_of(logic)  # type: ignore[attr-defined]
-            return watched
-
-        return replace(bench, fresh_logic=fresh_logic, tags_of=lambda logic: logic.tags)  # type: ignore[attr-defined]
+        return replace(bench, fresh_logic=fresh_logic, tags_of=lambda logic: bench.tags_of(unwrapped(logic)))
 
     def _notice(self, frame: FrameType, event: str, arg: Any) -> None:
         if event == "c_call" and is_the_users(frame.f_code.co_filename):
@@ -153,6 +147,19 @@ class Uses:
             return CHANCE if given is None else None
         shared = owner is MODULE_GENERATOR and not self._seeded
         return CHANCE if shared or type(owner).__name__ == "SystemRandom" else None
+
+
+class _Noticed(Wrapped):
+    """A logic whose calls are noticed."""
+
+    def __init__(self, logic: Logic, uses: Uses) -> None:
+        super().__init__(logic)
+        self._uses = uses
+
+    def __call__(self, scan: Any) -> None:
+        """Call the logic."""
+        with self._uses.noticing():
+            self._logic(scan)
 
 
 def _of_module(module: str, name: str) -> str | None:

@@ -7,6 +7,7 @@ from scanrack.io_images.amci3601 import Configuration, InputBit
 from scanrack.ladder.axis3601 import Axis3601
 from scanrack.ladder.sequences import Input, Logic, sequence
 from scanrack.runtime.app.fuzz import Bench, Press, Scenario, never
+from scanrack.runtime.app.fuzz.steady import Uses
 from scanrack.runtime.config.rackspec import RackSpec
 
 MS = 1_000_000
@@ -71,3 +72,14 @@ def test_a_fault_says_where_the_others_waited():
 def test_a_program_that_finds_no_place_in_the_rack_is_refused():
     with pytest.raises(ValueError, match="7"):
         Bench(SPEC, Elsewhere, [], 10).run(Scenario())
+
+
+def test_a_failure_is_known_by_the_same_when_it_is_confirmed():
+    """The run that confirms a failure looks at what the program uses; the logic is inside of that."""
+    bench = Bench(SPEC, Line, (moves,), 300)
+    scenario = Scenario(presses=(Press(1, InputBit.CAPTURE, True, 100 * MS, 20 * MS),))
+    first, second = bench.run(scenario).broken, Uses().watching(bench).run(scenario).broken
+    assert first is not None
+    assert second is not None
+    assert first.key == second.key
+    assert "cycle at" in first.key
