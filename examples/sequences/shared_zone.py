@@ -1,7 +1,7 @@
 """Two axes that share a zone: the feeder may stand in it, or the pusher; never both.
 
-An axis moves only while it has the zone, and gives it away at home. `stop` ends both strokes: each axis goes
-back first. `go` begins anew.
+An axis moves only while it has the zone, and gives it away at home. After `stop` each axis ends its stroke;
+`go` begins anew.
 """
 
 from scanrack import (
@@ -32,43 +32,42 @@ class Pair(Logic):
     go = Input("Local:2:I.Data.1")
     zone = Lock()
 
-    @sequence
-    async def supervise(self) -> None:
-        """Start both strokes once both axes are at rest, and end and begin them by the buttons."""
-        await until(lambda: not self.feeder.moving and not self.pusher.moving, "both axes at rest")
-        while True:
-            self.feed.restart()
-            self.push.restart()
-            await self.stop.rises
-            self.feed.abort()
-            self.push.abort()
-            await until(lambda: self.feed.over and self.push.over, "both strokes over")
-            await self.go.rises
+    running = True
 
-    @sequence(start=False)
+    def every_scan(self) -> None:
+        """Obey the buttons; stop comes first."""
+        if self.stop:
+            self.running = False
+        elif self.go:
+            self.running = True
+
+    @sequence
     async def feed(self) -> None:
         """Feed again and again."""
-        while True:
-            await self.stroke(self.feeder, 4000)
-            await dwell("100 ms")
+        await self.work(self.feeder, 4000, "100 ms")
 
-    @sequence(start=False)
+    @sequence
     async def push(self) -> None:
         """Push again and again."""
+        await self.work(self.pusher, 2500, "50 ms")
+
+    async def work(self, axis: Axis3601, end: int, pause: str) -> None:
+        """Make strokes while the pair runs; none before both axes are at rest."""
+        await until(lambda: not self.feeder.moving and not self.pusher.moving, "both axes at rest")
         while True:
-            await self.stroke(self.pusher, 2500)
-            await dwell("50 ms")
+            await until(lambda: self.running, "running")
+            async with self.zone:
+                await self.stroke(axis, end)
+            await dwell(pause)
 
     async def stroke(self, axis: Axis3601, end: int) -> None:
-        """Go to the end of a stroke and back; back whatever happens, before the zone is given away."""
-        async with self.zone:
-            try:
-                await self.make_ready(axis)
-                await axis.move_to(end, speed=5000, acceleration=20, deceleration=20)
-            except AxisError:
-                pass  # go_home makes it ready again
-            finally:
-                await self.go_home(axis)
+        """Go to the end of a stroke and back; back whatever happens."""
+        try:
+            await self.make_ready(axis)
+            await axis.move_to(end, speed=5000, acceleration=20, deceleration=20)
+        except AxisError:
+            pass  # go_home makes it ready again
+        await self.go_home(axis)
 
     async def go_home(self, axis: Axis3601) -> None:
         """Go home, however often it takes."""
