@@ -104,6 +104,11 @@ class Steps:
         self._index = -1
         self._began_ns = 0
 
+    @property
+    def line(self) -> int:
+        """The line of the present step; 0 before the first one."""
+        return self.steps[self._index].line if self._index >= 0 else 0
+
     def __call__(self, scan: Scan) -> None:
         """Do one scan; the first one since power-up or program mode begins with the first step."""
         slot = scan.slot[self.slot]

@@ -273,6 +273,13 @@ def test_about_the_whole_rack_a_ladder_program_names_its_rungs():
     assert lines[2] == "[XIC(axis.status.MOVING_CW),XIC(axis.status.MOVING_CCW)]CLR(axis.O.Data[0]);"
 
 
+def test_a_list_of_steps_names_its_line():
+    golden = "traces/golden/cmd-03-move-during-a-move.mcap"
+    answer = invoke("why", golden, "slot1.command.RELATIVE_MOVE", "--at", "16").stdout.splitlines()
+    assert answer[0].endswith("is 1 since scan 16 (0.064 s): cmd-03-move-during-a-move.steps:7 in a step")
+    assert answer[1].strip().startswith("RELATIVE_MOVE target 600")
+
+
 def test_nothing_of_a_question_is_left_in_a_recording(rack, tmp_path):
     file, plain, asked = rack(), tmp_path / "plain.mcap", tmp_path / "asked.mcap"
     for trace, question in ((plain, None), (asked, "O:1.3")):

@@ -9,7 +9,6 @@ from ....ladder import LadderLogic
 from ....ladder.debug import Debugger
 from ...loop.listeners import ScanListener
 from ...loop.rack import Rack
-from ..attachments import PYTHON
 from ..loading import Job, load_job
 from ..recording import recorder_for
 from ..why.again import Load
@@ -38,16 +37,16 @@ def open_bench(rack: str | Path, record: str | Path | None = None, *, watched: b
 
 
 def loading(job: Job, rack: str, program: str | None = None) -> Load | None:
-    """Return how a job's Python program is loaded anew; None for a program that is not Python.
+    """Return how a job's program is loaded anew; None for a ladder program, which has a debugger.
 
     Args:
         job: the job.
         rack: path of the rack, as `load_job` takes it.
         program: likewise.
     """
-    if job.program.suffix != PYTHON or isinstance(job.logic, LadderLogic):
+    if isinstance(job.logic, LadderLogic):
         return None
-    return Load(job.program.parent, lambda: load_job(rack, program).logic)
+    return Load(job.program, lambda: load_job(rack, program).logic)
 
 
 def bench_of(

@@ -40,12 +40,17 @@ class Load:
     """How the program is loaded anew.
 
     Attributes:
-        folder: its folder; modules imported from there are imported anew, too.
+        program: its file; modules imported from its folder are imported anew, too.
         logic: returns a fresh instance.
     """
 
-    folder: Path
+    program: Path
     logic: Callable[[], Logic]
+
+    @property
+    def folder(self) -> Path:
+        """The folder of the program."""
+        return self.program.parent
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +121,7 @@ def run_again(
     """
     with fresh(load) as logic:
         read = None if watched is None else watched(logic)
-        traced = _Traced(logic, rows, read)
+        traced = _Traced(logic, rows, read, load.program)
         following = Following(recording, spec, last)
         traced.following = following
         following.play(traced)
@@ -145,9 +150,11 @@ class _Traced(Wrapped):
         found: what was found.
     """
 
-    def __init__(self, logic: Logic, rows: frozenset[int], read: Callable[[], Any] | None) -> None:
+    def __init__(
+        self, logic: Logic, rows: frozenset[int], read: Callable[[], Any] | None, program: Path
+    ) -> None:
         super().__init__(logic)
-        self._rows, self._read = rows, read
+        self._rows, self._read, self._program = rows, read, program
         self._reads = Reads()
         self._lines = Lines(self._watch, self._changed, self._begins)
         self._reads.counts = lambda: self._lines.in_program
@@ -197,6 +204,6 @@ class _Traced(Wrapped):
     def _changed(self, line: Line, before: Any, after: Any) -> None:
         stands = stands_in(line.file, line.number)
         masks = dict(self._reads.masks)
-        sent = () if line.number else senders(self._logic)
+        sent = () if line.number else senders(self._logic, self._program)
         change = Changed(line, before, after, stands, self._values.get(line, {}), masks, sent)
         self.found.changes[self.following.row].append(change)

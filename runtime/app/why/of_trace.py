@@ -11,7 +11,7 @@ from ....ladder.debug import Debugger
 from ....traces.reader import Trace
 from ....traces.replay import Recording
 from ...config.rackspec import RackSpec
-from ..attachments import PYTHON, job_of
+from ..attachments import job_of
 from ..bench import NotReachedError
 from ..loading import Job
 from ..replaying import edit_notes, outside_notes, score_of
@@ -59,8 +59,7 @@ def why_of_trace(trace: Trace, folder: Path, what: str | None, moment: Moment, *
     job = job_of(trace, folder, trust=trust)
     if isinstance(job.logic, LadderLogic):
         return _of_ladder(recording, job, what, moment)
-    python = job.program.suffix == PYTHON
-    load = Load(job.program.parent, lambda: job_of(trace, folder, trust=trust).logic) if python else None
+    load = Load(job.program, lambda: job_of(trace, folder, trust=trust).logic)
     return _of_images(recording, what, moment, job.spec, load)
 
 

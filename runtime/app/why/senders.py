@@ -7,21 +7,22 @@ the command that has it; the line is that of the sequence that awaits the comman
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 from ....ladder.axis3601 import Axis3601
 from ....ladder.sequences import Logic as SequenceLogic
 from ....ladder.sequences import parts_of, sequences_of
-from ...loop.scan import Logic
+from ....ladder.steps import Steps
 from .lines import NOWHERE, Line
 
 
 @dataclass(frozen=True, slots=True)
 class Sender:
-    """The axis that writes the words of a slot.
+    """The axis, or the step of a list of steps, that writes the words of a slot.
 
     Attributes:
         slot: the slot.
-        text: what it sends and for which command, in words.
+        text: what it sends and for which command, in words; empty for a step, which says it itself.
         line: where the command is awaited; `NOWHERE` if it is not.
     """
 
@@ -30,8 +31,15 @@ class Sender:
     line: Line
 
 
-def senders(logic: Logic) -> list[Sender]:
-    """Return the axes of a program, each with what it sends."""
+def senders(logic: object, program: Path) -> list[Sender]:
+    """Return what writes words for a program, each with what it sends.
+
+    Args:
+        logic: the program.
+        program: its file.
+    """
+    if isinstance(logic, Steps):
+        return [Sender(logic.slot, "", Line(str(program), logic.line, "a step"))]
     if not isinstance(logic, SequenceLogic):
         return []
     return [_sender(logic, part) for part in parts_of(logic) if isinstance(part, Axis3601)]

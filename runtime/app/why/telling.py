@@ -60,7 +60,7 @@ def told(said: str, change: Changed, slots: Iterable[SlotInfo], inputs: Words) -
 def told_sender(said: str, sender: Sender) -> Iterator[str]:
     """Yield what an axis sends, and the line for which it does."""
     if sender.line.number:
-        yield f"{said}: {place_of(sender.line)}, sent by {sender.text}"
+        yield f"{said}: {place_of(sender.line)}{f', sent by {sender.text}' if sender.text else ''}"
         yield f"    {source_line(sender.line.file, sender.line.number)}"
     else:
         yield f"{said}: sent by {sender.text}"
