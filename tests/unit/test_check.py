@@ -236,6 +236,34 @@ def test_a_pattern_that_matches_nothing_in_python(check):
     assert findings == [("unknown-tag", "line.toml:3", "no tag matches 'FASD'; did you mean FAST?")]
 
 
+ANALOG = """
+[[slot]]
+number = 4
+module = "1769-IF4"
+[slot.options]
+inputs = {{ level = 1, other = 2 }}
+
+[[slot]]
+number = 5
+module = "1762-OF4"
+[slot.options]
+outputs = {{ valve = 0 }}
+"""
+
+
+def test_a_channel_that_is_never_read_or_written_is_found(check):
+    program = RUNGS.replace("TAG Pulse", "TAG Level : INT\nTAG Pulse").replace(
+        "END", "MOV(I:4.1,Level);\nEND"
+    )
+    _, findings, _ = check(".rung", program, RACK + ANALOG)
+    assert [each[1:] for each in findings] == [
+        ("line.toml:31", "slot 4: the program never reads input other"),
+        ("line.toml:37", "slot 5: the program never writes output valve"),
+    ]
+    used = program.replace("END", "MOV(Local:4:I.Ch2Data,O:5.0);\nEND")
+    assert check(".rung", used, RACK + ANALOG)[1] == []
+
+
 def test_a_search_in_python_without_a_switch(check):
     rack = RACK.replace(HOME, "")
     _, findings, _ = check(".py", PYTHON, rack)

@@ -24,6 +24,8 @@ from .ladder_facts import ladder_facts
 from .python_facts import python_facts
 from .sequence_facts import sequence_facts
 
+SIGN_BIT = 15
+
 
 @dataclass(frozen=True, slots=True)
 class Finding:
@@ -142,10 +144,21 @@ def _unused_terminals(subject: Subject) -> Iterator[Found]:
 
 
 def _terminals(slot: SlotSpec) -> Iterator[tuple[str, str, str, BitPlace]]:
-    """Yield the wired terminals of a card: group, what a program does with it, name and bit."""
-    for group, verb in (("input", "reads"), ("output", "writes")):
-        for name, at in slot.words.groups.get(group, {}).items():
+    """Yield the wired terminals of a card: group, what a program does with it, name and bit.
+
+    Of an analog channel it is a bit of its word: who uses the word, uses the bit.
+    """
+    words = slot.words
+    for group, verb, image, names in (
+        ("input", "reads", "I", words.inputs),
+        ("output", "writes", "O", words.outputs),
+    ):
+        for name, at in words.groups.get(group, {}).items():
             yield group, verb, name, at
+        channels = [word for of, word in words.profile_words.values() if of == image]
+        for word in channels:
+            if names[word] != f"ch{word}_data":  # the rack file names it
+                yield group, verb, names[word], BitPlace(image, word, SIGN_BIT)
 
 
 def _unknown_tags(subject: Subject) -> Iterator[Found]:
