@@ -36,7 +36,8 @@ FILES = frozenset({Use.SOURCE, Use.DESTINATION, Use.TABLE, Use.ARRAY})
 _WORDS = frozenset({Use.IGNORED, Use.ANYTHING, Use.PARAMETERS, Use.TEXT})
 """Uses of which an operand may be any word."""
 
-_HEX = re.compile(r"(?:16#|0x)([0-9A-F]+)|([0-9A-F]+)h", re.IGNORECASE)
+_HEX = re.compile(r"(?:16#|0x)([0-9A-F]+)|([0-9A-F]+)h|(?=[0-9]*[A-F])([0-9A-F]{4})", re.IGNORECASE)
+"""Hexadecimal numbers: `0FF0h`, `16#FF0`, and masks of four digits, `FFFF`."""
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:E[+-]?\d+)?", re.IGNORECASE)
 _NAME = re.compile(r"[A-Z_]\w*", re.IGNORECASE)
 _IN_EXPRESSION = re.compile(r"#?[A-Z]{1,3}\d{0,3}(?::(?:\d+|\[[^\]]+\]))?(?:\.\w+)?(?:/\w+)?", re.IGNORECASE)
@@ -125,9 +126,11 @@ class RungReader:
         name = self._peek()
         spec = self._specs.get(name)
         self._at += 1
+        needed = len(spec.operands) - spec.optional if spec is not None else 0
         words_too = spec is not None and spec.variadic
         while (word := self._peek()) and word not in (BEGIN, NEXT, END):
-            if word in self._specs or (not words_too and self._is_mnemonic(word)):
+            enough = self._at - start > needed and not words_too
+            if word in self._specs or (enough and self._is_mnemonic(word)):
                 break
             self._at += 1
         if spec is None:
@@ -206,7 +209,7 @@ def _number(word: str) -> Number:
     digits = _HEX.fullmatch(word)
     if digits is None:
         return number(float(word) if re.search(r"[.eE]", word) else int(word))
-    value = int(digits.group(1) or digits.group(2), 16)
+    value = int(digits.group(1) or digits.group(2) or digits.group(3), 16)
     if 1 << 15 <= value < 1 << 16:
         return number(value - (1 << 16))  # sixteen bits with a sign
     return Number(value, f"16#{value:X}")
