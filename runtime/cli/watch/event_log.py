@@ -20,6 +20,9 @@ KEPT = 2000
 FIRST = 200
 """Events of the past that a page is told of first."""
 
+STATES = 10_000
+"""Changes of what stands that are kept at least: forces, lines, rules."""
+
 SEQUENCES, FORCES = "/sequences", "/forces"
 
 _NOT_FORCED = ("scan", "t", "topic", "tags")
@@ -46,6 +49,7 @@ class EventLog:
         self._forces = _Standing()
         self._lines = _Standing()
         self._rules: list[Json] = []
+        self._latest_rules: dict[tuple[int, str], Json] = {}
 
     @property
     def end(self) -> int:
@@ -64,12 +68,13 @@ class EventLog:
     def add_before(self, events: Iterable[TraceEvent]) -> None:
         """Take the events of a recording up to those that are known."""
         known, first = self._events, self._events[0]["scan"] if self._events else 1 << 32
-        rules = self._rules
+        rules, latest = self._rules, self._latest_rules
         forces, lines = self._forces, self._lines
         self.clear()
         self.take_all(each for each in events if each.scan < first)
         self._events += known
         self._rules += rules
+        self._latest_rules |= latest
         self._forces.go_on(forces)
         self._lines.go_on(lines)
 
@@ -116,6 +121,9 @@ class EventLog:
             rule = {"slot": event.get("slot", 0), "bit": bit, "rule": event.get("name", "")}
             told = {"text": event.get("text", ""), "section": event.get("section", ""), "scan": event["scan"]}
             self._rules.append(rule | told)
+            self._latest_rules[rule["slot"], bit] = rule | told
+        if len(self._rules) > 2 * STATES:
+            del self._rules[:STATES]
 
     # --- what stood in a scan
 
@@ -129,10 +137,11 @@ class EventLog:
 
     def rules_at(self, scan: int | None) -> list[Json]:
         """Return the rule that last set each bit, up to a scan."""
-        latest = {
-            (each["slot"], each["bit"]): each for each in self._rules if scan is None or each["scan"] <= scan
-        }
-        return list(latest.values())
+        if scan is None:
+            return list(self._latest_rules.values())
+        return list(
+            {(each["slot"], each["bit"]): each for each in self._rules if each["scan"] <= scan}.values()
+        )
 
 
 class _Standing:
@@ -149,6 +158,8 @@ class _Standing:
     def note(self, scan: int, state: Json) -> None:
         self._scans.append(scan)
         self._states.append(state)
+        if len(self._scans) > 2 * STATES:
+            del self._scans[:STATES], self._states[:STATES]
 
     def go_on(self, other: _Standing) -> None:
         self._scans += other._scans
