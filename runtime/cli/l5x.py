@@ -14,6 +14,8 @@ import typer
 from ...ladder.checks import motion_of
 from ...ladder.errors import LadderError
 from ...ladder.l5x import import_l5x
+from ...ladder.l5x.comparing import differences
+from ...ladder.l5x.document import read_document
 from ...ladder.l5x.report import Report
 from ...ladder.l5x.trial import SCANS, run_trial
 from ...ladder.program import SLC_SUFFIXES
@@ -61,6 +63,9 @@ def _l5x_command(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="An L5X or SLC export.", show_default=False)],
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
     rack: Annotated[bool, typer.Option("--rack", help="Print a rack file for it.")] = False,
+    against: Annotated[
+        Path | None, typer.Option(metavar="OLDER", help="List what differs from an older version.")
+    ] = None,
     scans: Annotated[int, typer.Option("--scans", min=1, help="Scans of the trial.")] = SCANS,
 ) -> None:
     """Say what is in an L5X or SLC export: what is imported, what is refused and why, what runs.
@@ -71,8 +76,13 @@ def _l5x_command(
     Example: scanrack l5x machine.L5X
     Example: scanrack l5x machine.L5X --rack > machine.toml
 
-    Exit status: 0 all is imported, 1 something is refused, 2 the file can't be used.
+    Example: scanrack l5x machine.L5X --against before.L5X
+
+    Exit status: 0 all is imported, or nothing differs; 1 something is refused, or differs; 2 a file can't
+    be used.
     """
+    if against is not None:
+        raise typer.Exit(_print_differences(file, against, as_json=as_json))
     if rack:
         raise typer.Exit(_print_rack(file))
     try:
@@ -85,6 +95,25 @@ def _l5x_command(
         for line in report.lines():
             say(line)
     raise typer.Exit(DONE if report.complete else NO)
+
+
+def _print_differences(file: Path, older: Path, *, as_json: bool) -> int:
+    """Print what differs between two versions; return the exit status."""
+    for each in (file, older):
+        if is_slc(each):
+            return complain(f"{each}: --against compares L5X files", BAD_INPUT)
+    try:
+        found = differences(read_document(older), read_document(file))
+    except LadderError as error:
+        return complain(str(error), BAD_INPUT)
+    if as_json:
+        say(json.dumps([each.as_json() for each in found], indent=2))
+        return NO if found else DONE
+    for difference in found:
+        for line in difference.lines():
+            say(line)
+    say(f"{len(found)} differences" if found else "no difference")
+    return NO if found else DONE
 
 
 def _print_rack(file: Path) -> int:
