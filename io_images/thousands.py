@@ -116,10 +116,12 @@ def split_reported(value: int) -> tuple[int, int]:
 
 def split_reported_all(values: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Split many reported values as `split_reported` does; the MSW is in the low 16 bits."""
-    sign = 1 - 2 * (values < 0)
-    magnitudes = values * sign
-    thousands = magnitudes // 1000
-    return thousands * sign, (magnitudes - 1000 * thousands) * sign
+    if values.min(initial=0) >= 0:
+        thousands = values // 1000
+    else:
+        sign = 1 - 2 * (values < 0)
+        thousands = values * sign // 1000 * sign
+    return thousands, values - 1000 * thousands
 
 
 def join_reported(msw: int, lsw: int) -> int:

@@ -10,6 +10,8 @@ segment itself is asked.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -31,12 +33,17 @@ def steps_at_all(segment: Segment, first_ns: int, every_ns: int, count: int) -> 
     """
     terms = segment.terms(first_ns, every_ns)
     step = segment.step
-    index = np.arange(count)
+    index = _indices(count)
     if terms[2:] == (0, 0) and step * (count + 1) < _INT64_ROOM:
         made, rest = divmod(terms[0], step)
         each, more = divmod(terms[1], step)
         return np.asarray(made + each * index + (rest + more * index) // step)
     return _estimated(segment, first_ns, every_ns, index)
+
+
+@lru_cache(maxsize=4)
+def _indices(count: int) -> NDArray[np.int64]:
+    return np.arange(count)
 
 
 def _estimated(segment: Segment, first_ns: int, every_ns: int, index: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -18,11 +18,15 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from itertools import repeat
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from ...io_images.image import IMAGE_BYTES, Image
 from .module import Foreseeing
 from .rack import SLOT_BYTES, Rack
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 _SLOT_WORDS = SLOT_BYTES // 2
 _INPUT_WORDS = _SLOT_WORDS // 2
@@ -77,6 +81,7 @@ class Outlook:
         modules = [slot.module for slot in rack.slots.values()]
         self._modules = [module for module in modules if isinstance(module, Foreseeing)]
         self._sent = sent
+        self._block: NDArray[np.int16] | None = None
         self.possible = bool(modules) and len(self._modules) == len(modules)
 
     def tell_before_change(self, notice: Callable[[], None]) -> None:
@@ -111,7 +116,9 @@ class Outlook:
         import numpy as np
 
         words = np.frombuffer(present, "<i2")
-        block = np.empty((count, len(words)), "<i2")
+        if self._block is None or len(self._block) < count:
+            self._block = np.empty((count, len(words)), "<i2")  # kept: memory that is new has to be cleared
+        block = self._block[:count]
         block[:] = words
         for place, changing in enumerate(told):
             for index, values in changing.items():
