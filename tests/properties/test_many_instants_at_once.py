@@ -40,13 +40,14 @@ def test_steps(profile, distance, every_ns, place):
 
 
 def test_steps_that_fall_on_instants_are_asked_of_the_segment(monkeypatch):
-    """20 steps/ms/s from 1 step/s on: 0.04 k * k steps at scan k of 2 ms, whole ones at every fifth."""
-    profile = Profile(1, 5000, 20, 20, Shape.CONSTANT)
+    """From 100 steps/s at 30 steps/ms/s: 0.2 k + 0.06 k * k steps at scan k of 2 ms, just 60 at k = 30."""
+    profile = Profile(100, 5000, 30, 30, Shape.CONSTANT)
     ramp = move(0, 0, 100_000, profile).segments[0]
-    exact = [ramp.steps_at(2_000_000 * scan) for scan in range(100)]
-    assert steps_at_all(ramp, 0, 2_000_000, 100).tolist() == exact
-    monkeypatch.setattr(series, "_ROUNDINGS", 1 << 52)  # no float is trusted
-    assert steps_at_all(ramp, 0, 2_000_000, 100).tolist() == exact
+    exact = [ramp.steps_at(2_000_000 * scan) for scan in range(80)]
+    assert exact[30] == 60
+    assert steps_at_all(ramp, 0, 2_000_000, 80).tolist() == exact
+    monkeypatch.setattr(series, "_ROUNDINGS", 0)  # every float is trusted
+    assert steps_at_all(ramp, 0, 2_000_000, 80)[30] == 59
 
 
 @given(st.lists(WHOLE, min_size=1, max_size=20))
