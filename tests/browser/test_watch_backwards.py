@@ -22,12 +22,12 @@ def test_a_branch_goes_another_way_from_a_scan_of_the_past(page, paused):
 
 
 @pytest.fixture
-def recording(tmp_path):
+def recording(tmp_path, feeder_rack):
     from scanrack.runtime.cli import build
     from typer.testing import CliRunner
 
     trace = tmp_path / "run.mcap"
-    words = ["run", "examples/feeder/feeder.toml", "--record", str(trace), "--for", "5 s"]
+    words = ["run", str(feeder_rack), "--record", str(trace), "--for", "5 s"]
     assert CliRunner().invoke(build(), words).exit_code == 0
     return trace
 

@@ -11,6 +11,7 @@ RACK = """
 name = "small"
 program = "{}"
 scan_ms = 2
+watchdog_ms = 0
 [[slot]]
 number = 1
 module = "1769-IQ16"

@@ -8,9 +8,9 @@ CLICKS = 6
 ESTOP = StatusLsw.IN_ESTOP.value
 
 
-def test_a_click_is_recorded_and_its_edge_follows_within_two_scans(page, tmp_path):
+def test_a_click_is_recorded_and_its_edge_follows_within_two_scans(page, tmp_path, feeder_rack):
     trace = tmp_path / "session.mcap"
-    with watching("examples/feeder/feeder.toml", "--record", trace) as session:
+    with watching(feeder_rack, "--record", trace) as session:
         page.open(session.link)
         until(lambda: int(page.handle("scan")) > 100)
         for click in range(CLICKS):

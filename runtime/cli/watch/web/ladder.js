@@ -6,11 +6,13 @@ import * as orders from "./orders.js";
 import { select } from "./selection.js";
 import { place } from "./values.js";
 
+const MANY = 60; // rungs; of so many only those in view are laid out
+
 let rungs = new Map(); // Main.3 -> { row, elements, power, stop }
 
 export function buildRungs(routine, list) {
   rungs = new Map();
-  return el("ol", { class: "rungs" }, ...list.map(rung => rowOf(`${routine}.${rung.number}`, rung)));
+  return el("ol", { class: list.length > MANY ? "rungs many" : "rungs" }, ...list.map(rung => rowOf(`${routine}.${rung.number}`, rung)));
 }
 
 function rowOf(ident, { number, svg, comment, file, line }) {

@@ -21,6 +21,12 @@ export class Lanes {
     for (const [name, items] of Object.entries(env ?? {})) add(this.curves, name, items);
   }
 
+  // Takes over the names of other lanes, and which of them have changed: of a recording nothing else comes.
+  learn(other) {
+    for (const name of other.bits.keys()) if (!this.bits.has(name)) this.bits.set(name, []);
+    for (const name of other.changed) this.changed.add(name);
+  }
+
   get names() {
     const place = name => { const found = this.order.indexOf(name); return found < 0 ? this.order.length : found; };
     return [...this.bits.keys()].sort((one, other) => place(one) - place(other));

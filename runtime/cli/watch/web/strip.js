@@ -31,6 +31,7 @@ let live = new Lanes([]), past = null, span = 5, listed = 0, chosen = {}, key = 
 onHello(hello => {
   live = new Lanes(hello.slots.flatMap(slot => slot.bits.map(bit => bitName(slot, bit))));
   past = null;
+  asked = "";
   key = `scanrack signals ${hello.path}`;
   chosen = kept(key, {});
   signal.replaceChildren();
@@ -70,10 +71,11 @@ async function look() {
   if (wish === asked) return;
   asked = wish; // the scans in view
   try {
-    const answer = await ask("window", { from, to, signals: live.names });
+    const answer = await ask("window", { from, to, ...(live.names.length ? { signals: live.names } : {}) });
     if (wish !== asked) return;
     past = new Lanes(live.order);
     past.take(answer);
+    live.learn(past);
     draw();
   } catch { /* what the ring still has is shown instead */ }
 }
