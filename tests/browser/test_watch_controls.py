@@ -166,7 +166,8 @@ def test_pulses_of_one_scan_are_in_the_strip(page, tmp_path):
     presses = "".join(f'  {{ at_ms = {2 * scan}, input = "pulse", for_ms = 2 }},\n' for scan in scans)
     (tmp_path / "idle.py").write_text("def logic(scan):\n    pass\n")
     (tmp_path / "rack.toml").write_text(
-        'name = "pulses"\nprogram = "idle.py"\nscan_ms = 2\nwatchdog_ms = 0\n[[slot]]\nnumber = 1\nmodule = "1769-IQ16"\n'
+        'name = "pulses"\nprogram = "idle.py"\nscan_ms = 2\nwatchdog_ms = 0\n'
+        '[[slot]]\nnumber = 1\nmodule = "1769-IQ16"\n'
         f"[slot.options]\ninputs = {{ pulse = 0 }}\ntimeline = [\n{presses}]\n"
     )
     with watching(tmp_path / "rack.toml", "--speed", "2") as session:

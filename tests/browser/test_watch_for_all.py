@@ -129,7 +129,8 @@ def test_markup_in_names_and_comments_is_text(page, tmp_path):
         f"ROUTINE Main\n// {MARKUP}\nXIC(Go)CMP(1<2)OTE(Go);\nEND\n"
     )
     (folder / "rack.toml").write_text(
-        f"name = '{MARKUP}'\nprogram = '<i>.rung'\nscan_ms = 2\nwatchdog_ms = 0\n[[slot]]\nnumber = 1\nmodule = '1769-IQ16'\n"
+        f"name = '{MARKUP}'\nprogram = '<i>.rung'\nscan_ms = 2\nwatchdog_ms = 0\n"
+        "[[slot]]\nnumber = 1\nmodule = '1769-IQ16'\n"
         "[slot.options]\ninputs = { go = 0 }\n"
     )
     with watching(folder / "rack.toml") as session:
