@@ -240,7 +240,8 @@ class Monitor(ABC):
         subject = self.subject
         shadow = subject.live if page.past is None else subject.past
         if shadow is None:
-            return {"tags": dict(subject.values) if page.past is None else {}}
+            values = subject.values if page.past is None else subject.timeline.values(scan)
+            return {"tags": {name: shown_value(value) for name, value in values.items()}}
         if not shadow.show(scan):
             return {}
         tags = shadow.engine.tags

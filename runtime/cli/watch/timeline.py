@@ -8,7 +8,9 @@ A row from a trace has no figures and no wall-clock time: what machines showed i
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +18,7 @@ from ....traces.arrays import extent, read_columns
 from ....traces.columns import Columns, Selection
 from ....traces.reader import Trace, open_trace
 from ....traces.records import TraceError
+from ....traces.tagplan import TagField
 from ...live.ring import Row, Rows
 from .recent import Recent
 
@@ -40,6 +43,7 @@ class Timeline:
         self._trace: Trace | None = None
         self._windows: dict[int, Rows] = {}
         self._extent: tuple[int, int] | None = None
+        self._known: tuple[int, dict[str, Any]] | None = None
 
     @property
     def extent(self) -> tuple[int, int] | None:
@@ -68,6 +72,13 @@ class Timeline:
             return self._read(first, last)
         return np.concatenate([self._read(first, begins - 1), rows])
 
+    def values(self, scan: int) -> dict[str, Any]:
+        """Return the tags that were recorded in a scan, by name; none where none are."""
+        if self._known is None or self._known[0] != scan:
+            trace = self._opened()
+            self._known = scan, {} if trace is None else _recorded_tags(trace, scan)
+        return self._known[1]
+
     def forget(self, path: Path | None) -> None:
         """Begin with another trace."""
         self.close()
@@ -77,7 +88,7 @@ class Timeline:
         """Close the trace."""
         if self._trace is not None:
             self._trace.close()
-        self._trace, self._extent = None, None
+        self._trace, self._extent, self._known = None, None, None
         self._windows.clear()
 
     # --- the trace
@@ -138,3 +149,24 @@ class Timeline:
             rows["scan"] = rows["again"] = columns.scan
             rows["flags"], rows["now_ns"], rows["words"] = columns.flags, columns.time_ns, columns.words
         return rows
+
+
+def _recorded_tags(trace: Trace, scan: int) -> dict[str, Any]:
+    """Return the tags of a scan as a page shows them: names of enums, texts, lists of arrays."""
+    plan = trace.head.tags
+    rows = None if plan is None else read_columns(trace, Selection(scan, scan), tags=True).tags
+    if plan is None or rows is None or not len(rows):
+        return {}
+    texts = trace.texts() if plan.has_texts else {}
+    return {field.tag.name: _shown(field, rows[field.name][0].tolist(), texts) for field in plan.fields}
+
+
+def _shown(field: TagField, value: Any, texts: Mapping[int, str]) -> Any:
+    match field.tag.type:
+        case "BOOL":
+            return [bool(each) for each in value] if isinstance(value, list) else bool(value)
+        case "TEXT":
+            return texts.get(value, f"text {value}")
+        case "ENUM" if value < len(field.constants):
+            return field.constants[value]
+    return value

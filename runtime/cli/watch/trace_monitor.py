@@ -66,6 +66,8 @@ class TraceMonitor(Monitor):
         self._row = subject.timeline.row(self._first)
         if self._row is None:
             raise ValueError(f"{path} has no scan {first}: it has {extent[0]} to {extent[1]}")
+        if subject.catalog is None:
+            subject.values = subject.timeline.values(self._last)
         self._indexer: Indexer | None = None
         if isinstance(logic, LadderLogic) and not logic.functions and extent[0] == 0:
             self._indexer = Indexer(logic, subject.words, spec.scan_ns, orders, subject.kept)

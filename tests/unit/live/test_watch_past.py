@@ -156,3 +156,52 @@ def test_what_is_no_trace_is_refused(tmp_path):
     assert done.exit_code == 2
     assert "'ten' is not the number of a scan" in done.output
     assert json.dumps(done.output)
+
+
+PROGRAM = """\
+from enum import Enum
+
+
+class Step(Enum):
+    FIRST = 1
+    SECOND = 2
+
+
+class Line:
+    count: int = 0
+    step: Step = Step.FIRST
+    name: str = "none"
+
+
+line = Line()
+
+
+def logic(scan):
+    line.count += 1
+    line.step = Step.SECOND if line.count > 100 else Step.FIRST
+    line.name = f"part {line.count // 50}"
+"""
+
+
+def test_a_recording_of_a_python_program_shows_the_tags_that_were_recorded(tmp_path):
+    (tmp_path / "line.py").write_text(PROGRAM)
+    rack = tmp_path / "line.toml"
+    rack.write_text(
+        'program = "line.py"\nscan_ms = 2\ntags = ["line.*"]\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n'
+    )
+    path = tmp_path / "line.mcap"
+    done = CliRunner().invoke(build(), ["run", str(rack), "--record", str(path), "-q", "--scans", "500"])
+    assert done.exit_code == 0, done.output
+
+    async def look(session):
+        async with page_of(session) as page:
+            await page.until(lambda seen: seen.frame.get("tags"))
+            last = dict(page.frame["tags"])
+            await page.ask("look", scan=60)
+            await page.until(lambda seen: seen.frame["scan"] == 60)
+            return last, page.frame["tags"]
+
+    with watched(rack=path, cwd="/") as session:
+        last, then = asyncio.run(look(session))
+    assert last == {"line.count": 500, "line.step": "SECOND", "line.name": "part 10"}
+    assert then == {"line.count": 61, "line.step": "FIRST", "line.name": "part 1"}
