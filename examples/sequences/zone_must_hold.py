@@ -1,9 +1,10 @@
 """What must hold of the shared zone, besides: `scanrack fuzz shared_zone.toml -i zone_must_hold.py`."""
 
 from scanrack import never
+from scanrack.runtime.app.fuzz import Moment
 
 
 @never
-def both_move(now):
+def both_move(now: Moment) -> object:
     """Never both axes in motion: one that moves has the zone."""
     return now.slot[1].moving and now.slot[3].moving
