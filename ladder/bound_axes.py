@@ -98,9 +98,12 @@ def lower_axes(lowering: Lowering, axes: Axes | None) -> list[Problem]:
 
 
 def prescan_axes(engine: Any, first: bool) -> None:
-    """Prescan the blocks before the first scan."""
-    if first:
-        engine.interpreter.prescan(ROUTINE.upper())
+    """Number the axes and prescan the blocks before the first scan."""
+    if not first:
+        return
+    for number, each in enumerate(engine.lowered.axes.values(), 1):
+        engine.interpreter.put(each.tag.member("~axis"), number)
+    engine.interpreter.prescan(ROUTINE.upper())
 
 
 def run_axes(engine: Any) -> None:

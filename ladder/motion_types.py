@@ -132,14 +132,19 @@ AXIS_MEMBERS: tuple[Member, ...] = (
     *_members(DINT, _AXIS_NUMBERS),
 )
 
+_OF_AXES = (Member("position", LREAL), Member("shown_ns", LINT), Member("axis", DINT))
+
 AXIS_TYPES: Mapping[str, Structure] = {
-    name: Structure(name, AXIS_MEMBERS, hidden=(Member("position", LREAL), Member("shown_ns", LINT)))
+    name: Structure(
+        name, AXIS_MEMBERS, hidden=(Member("position", LREAL), Member("shown_ns", LINT), Member("axis", DINT))
+    )
     for name in (
         *("AXIS_CIP_DRIVE", "AXIS_SERVO", "AXIS_SERVO_DRIVE", "AXIS_VIRTUAL", "AXIS_CONSUMED"),
         *("AXIS_GENERIC", "AXIS_GENERIC_DRIVE"),
     )
 }
-"""The kinds of axis, by name; `position` is ActualPosition in double precision at `shown_ns`."""
+"""The kinds of axis, by name; `position` is ActualPosition in double precision at `shown_ns`, `axis` the
+number of the axis in the rack, from 1; 0 if it has none."""
 
 MOTION_GROUP = Structure(
     "MOTION_GROUP",

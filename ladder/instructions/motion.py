@@ -14,7 +14,7 @@ answers as one that is not configured (ERR 11); `checks` warns of it.
 from __future__ import annotations
 
 from ..interpreter import Interpreter
-from ..motion_types import MOTION_INSTRUCTION
+from ..motion_types import AXIS_TYPES, MOTION_INSTRUCTION
 from ..operands import Group, Resolved
 from ..spec import Kind, Spec, Use
 from ..types import Structure
@@ -119,10 +119,10 @@ def _run(machine: Interpreter, power: bool, name: str, *operands: Resolved) -> N
 
 def _axis_of(machine: Interpreter, operand: Resolved) -> Axis | None:
     """Return the axis that an operand is, None for one that the rack does not have."""
-    if not isinstance(operand, Group) or not machine.lowered.axes:
+    if not isinstance(operand, Group) or operand.type not in AXIS_TYPES.values() or not machine.lowered.axes:
         return None
-    bound = machine.lowered.axes.get(machine.handed(operand).path.upper())
-    return None if bound is None else Axis(machine, bound)
+    number = int(machine.get(operand.member("~axis")))
+    return Axis(machine, list(machine.lowered.axes.values())[number - 1]) if number else None
 
 
 def _prescan(machine: Interpreter, *operands: Resolved) -> None:

@@ -38,7 +38,7 @@ from ..operands import Constant, Group, Place, Resolved, constant
 from ..types import DINT
 from .motion_control import AXIS_NOT_CONFIGURED, MotionControl
 
-SERVO_OFF, SHUT_DOWN, AXIS_FAULT, IN_MOTION, ILLEGAL_CHANGE = 5, 7, 20, 22, 23
+SERVO_OFF, SHUT_DOWN, AXIS_FAULT, IN_MOTION, ILLEGAL_CHANGE, ILLEGAL = 5, 7, 20, 22, 23, 25
 OUT_OF_RANGE, NOT_CONFIGURED = 13, AXIS_NOT_CONFIGURED
 """Codes of ERR [MOTION-RM002, appendix "Error codes"]."""
 
@@ -367,6 +367,9 @@ def begin(axis: Axis, motion: MotionControl, name: str, operands: tuple[Resolved
         name: the instruction.
         operands: those behind the axis and the control.
     """
+    if name not in ANSWERS:  # in an add-on instruction, which is built before it is known what it gets
+        motion.refuse(ILLEGAL)
+        return
     answer, moves = ANSWERS[name]
     refusal = axis.refusal() if moves else 0
     if refusal:

@@ -243,6 +243,29 @@ def test_a_newer_move_takes_the_axis(rig):
     assert (bench["Do.IP"], bench["Do.PC"], bench["Feed.ActualPosition"]) == (False, False, 2.0)
 
 
+ADD_ON = f"""INSTRUCTION Feeder
+INOUT Ax : AXIS_CIP_DRIVE
+INOUT Ctl : MOTION_INSTRUCTION
+INPUT Run : BOOL REQUIRED
+LOCAL Own : MOTION_INSTRUCTION
+LOCAL Never : MOTION_INSTRUCTION
+ROUTINE Logic
+XIC(Run)MSO(Ax,Ctl);
+XIC(Ctl.DN){move(4, kind=1, control="Own").replace("Feed,", "Ax,")};
+XIC(Ctl.DN)MDF(Ax,Never);
+END
+END INSTRUCTION
+TAG Feed"""
+
+
+def test_an_axis_that_an_add_on_instruction_gets(rig):
+    """25: a 3601 can't do MDF."""
+    tags = TAGS.replace("TAG Feed", ADD_ON, 1).replace("TAG On", "TAG Block : Feeder\nTAG On", 1)
+    tags = tags.replace("XIC(Awake.DN)MSO(Feed,On);", "Feeder(Block,Feed,On,Awake.DN);")
+    bench = rig("NOP();", tags=tags).until("Block.Own.PC")
+    assert (bench["Feed.ActualPosition"], bench["Block.Never.ERR"]) == (4.0, 25)
+
+
 @pytest.mark.parametrize(
     ("rung", "rack", "says"),
     [
