@@ -22,6 +22,8 @@ r"""L5X: programs that Studio 5000 and RSLogix 5000 export, as they are.
 | `completing` | what a partial export leaves out |
 | `building` | builds it, and refuses what can't be built rung by rung |
 | `importer` | all of this for one document |
+| `comparing` | two versions, rung by rung |
+| `export` | a program or a routine back to an L5X |
 | `trial` | runs it: interpreter and compiler in lockstep |
 """
 

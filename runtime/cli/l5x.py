@@ -12,18 +12,22 @@ from typing import Annotated
 import typer
 
 from ...ladder.checks import motion_of
+from ...ladder.controller import Controller
 from ...ladder.errors import LadderError
 from ...ladder.l5x import import_l5x
 from ...ladder.l5x.comparing import differences
 from ...ladder.l5x.document import read_document
+from ...ladder.l5x.export import export_l5x
 from ...ladder.l5x.report import Report
 from ...ladder.l5x.trial import SCANS, run_trial
-from ...ladder.program import SLC_SUFFIXES
+from ...ladder.logic import Program
+from ...ladder.program import L5X_SUFFIXES, SLC_SUFFIXES
+from ...ladder.rungfile import read_program
 from ...ladder.slc import import_slc
 from ...ladder.slc.trial import run_trial as run_slc_trial
 from ..app.l5x_rack import rack_of
 from ..app.slc_rack import rack_of_slc
-from .status import BAD_INPUT, DONE, NO, complain
+from .status import BAD_INPUT, DONE, NO, complain, reason
 from .terminal import say
 
 
@@ -66,6 +70,10 @@ def _l5x_command(
     against: Annotated[
         Path | None, typer.Option(metavar="OLDER", help="List what differs from an older version.")
     ] = None,
+    export: Annotated[
+        str | None,
+        typer.Option(metavar="PROGRAM[.ROUTINE]", help="Print it as an L5X for partial import."),
+    ] = None,
     scans: Annotated[int, typer.Option("--scans", min=1, help="Scans of the trial.")] = SCANS,
 ) -> None:
     """Say what is in an L5X or SLC export: what is imported, what is refused and why, what runs.
@@ -77,6 +85,7 @@ def _l5x_command(
     Example: scanrack l5x machine.L5X --rack > machine.toml
 
     Example: scanrack l5x machine.L5X --against before.L5X
+    Example: scanrack l5x line.rung --export Main.Sequence > sequence.L5X
 
     Exit status: 0 all is imported, or nothing differs; 1 something is refused, or differs; 2 a file can't
     be used.
@@ -85,6 +94,8 @@ def _l5x_command(
         raise typer.Exit(_print_differences(file, against, as_json=as_json))
     if rack:
         raise typer.Exit(_print_rack(file))
+    if export is not None:
+        raise typer.Exit(_print_export(file, export))
     try:
         report = reported(file, scans)
     except LadderError as error:
@@ -114,6 +125,21 @@ def _print_differences(file: Path, older: Path, *, as_json: bool) -> int:
             say(line)
     say(f"{len(found)} differences" if found else "no difference")
     return NO if found else DONE
+
+
+def _print_export(file: Path, name: str) -> int:
+    """Print a program or a routine as an L5X; return the exit status."""
+    try:
+        if file.suffix in L5X_SUFFIXES:
+            logic: Controller | Program | None = import_l5x(file).controller
+        else:
+            logic = read_program(file)
+        if logic is None:
+            return complain(f"{file}: there is no program in it", BAD_INPUT)
+        say(export_l5x(logic, name).decode("utf-8").rstrip())
+    except (LadderError, OSError, UnicodeDecodeError) as error:
+        return complain(reason(error) if isinstance(error, OSError) else str(error), BAD_INPUT)
+    return DONE
 
 
 def _print_rack(file: Path) -> int:
