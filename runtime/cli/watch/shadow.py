@@ -31,6 +31,9 @@ from .timeline import Timeline
 MOST_VALUES = 4096
 """Values that are kept: of a million scans; then fewer of the older ones."""
 
+MOST_INPUTS = 50_000
+"""Notes of what went into scans beside images; a program that writes its inputs has one per scan."""
+
 THINNED = 4096
 """Scans from values to values among the older ones."""
 
@@ -64,6 +67,10 @@ class Kept:
             if record.scan not in self.inputs:
                 self._forced.insert(bisect_right(self._forced, record.scan), record.scan)
             self.inputs[record.scan] = record
+            if len(self._forced) > 2 * MOST_INPUTS:
+                for scan in self._forced[:MOST_INPUTS]:
+                    del self.inputs[scan]
+                del self._forced[:MOST_INPUTS]
         elif record.program == self.edits:
             at = bisect_right(self.scans, record.scan)
             self.scans.insert(at, record.scan)
