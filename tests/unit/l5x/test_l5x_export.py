@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 from scanrack.ladder import LadderError, read_program
+from scanrack.ladder.controller import Controller
 from scanrack.ladder.l5x import import_l5x
 from scanrack.ladder.l5x.export import export_l5x
 from scanrack.ladder.rungfile import parse_program
@@ -49,12 +50,19 @@ END PROGRAM
 """
 
 
+def plant_of_text():
+    plant = parse_program(PLANT)
+    assert isinstance(plant, Controller)
+    return plant
+
+
 def again(tmp_path, logic, name):
     """Export and import."""
     file = tmp_path / "export.L5X"
     file.write_bytes(export_l5x(logic, name))
     found = import_l5x(file, trial=True)
     assert found.report.complete, list(found.report.lines())
+    assert found.controller is not None
     return found
 
 
@@ -69,7 +77,7 @@ def tree(routine):
 
 
 def test_a_program_comes_back(tmp_path):
-    plant = parse_program(PLANT)
+    plant = plant_of_text()
     back = again(tmp_path, plant, "main").controller
     old, new = plant.programs[0], back.programs[0]
     assert list(map(tree, new.routines)) == list(map(tree, old.routines))
@@ -83,14 +91,14 @@ def test_a_program_comes_back(tmp_path):
 
 
 def test_texts_arrays_and_packed_bits_keep_their_values(tmp_path):
-    plant = parse_program(PLANT)
+    plant = plant_of_text()
     back = again(tmp_path, plant, "Main").controller
     for name in ("Book[0].Name", "Book[0].Times[2]", "Book[0].Flags.Late", "Book[1].Times[0]"):
         assert back.compile().tags[name] == plant.compile().tags[name]
 
 
 def test_a_routine_comes_back(tmp_path):
-    plant = parse_program(PLANT)
+    plant = plant_of_text()
     back = again(tmp_path, plant, "Main.Start")
     assert back.report.target == "Routine"
     (routine,) = back.controller.programs[0].routines
@@ -99,6 +107,7 @@ def test_a_routine_comes_back(tmp_path):
 
 def test_the_example_comes_back(tmp_path):
     first = import_l5x(EXAMPLES / "l5x" / "indexer.L5X").controller
+    assert first is not None
     second = again(tmp_path, first, "MainProgram").controller
     assert list(map(tree, second.programs[0].routines)) == list(map(tree, first.programs[0].routines))
     assert second.programs[0].declarations == first.programs[0].declarations

@@ -4,6 +4,8 @@ Each configures the module, presets the position and makes one relative move. Al
 every scan.
 """
 
+from decimal import Decimal
+
 import pytest
 from l5x_files import document, ladder, module, program, tag, task
 from scanrack.io_images.amci3601 import Configuration, Move, MoveKind, PresetPosition
@@ -20,7 +22,14 @@ ZEROS = [0] * 8
 WAITS = [(15, 1), (15, 0), (10, 0), (10, 0), (7, 1), (7, 1)]
 """Bits of word 0 that end each step: MODE_CONFIG on and off, POSITION_INVALID off, MOVE_COMPLETE on."""
 
-STEPS = [SETUP.to_image(), ZEROS, PresetPosition(0).to_image(), ZEROS, MOVE.to_image(), ZEROS]
+STEPS = [
+    list(SETUP.to_image()),
+    ZEROS,
+    list(PresetPosition(0).to_image()),
+    ZEROS,
+    list(MOVE.to_image()),
+    ZEROS,
+]
 
 GENERIC = {"in": "Local:1:I.Data[{}]", "out": "Local:1:O.Data[{}]", "bit": "Local:1:I.Data[0].{}"}
 PROFILE = {"in": "Local:1:I.Data{}", "out": "Local:1:O.Data{}", "bit": "Local:1:I.Data0.{}"}
@@ -73,7 +82,7 @@ def slc(tmp_path):
 
 def images(file, scans=1500):
     """Return the images of slot 1 in every scan."""
-    spec = RackSpec(program=print, scan_ms=2, slot=(SlotSpec(number=1, module="amci3601"),))
+    spec = RackSpec(program=print, scan_ms=Decimal(2), slot=(SlotSpec(number=1, module="amci3601"),))
     rack = build_rack(spec)
     cpu = build_cpu(spec, load_program(str(file), slots={1}).function, rack)
     seen = []
