@@ -2,7 +2,7 @@
 
 | refused | why |
 |---|---|
-| more than 64 MiB, or `MOST_MARKS` elements and attributes | memory |
+| more than 64 MiB, or `MOST_MARKS` tags, attributes and texts | memory |
 | a DOCTYPE | entities, external files; no export has one |
 | elements more than 256 deep | libxml2's limit without `huge_tree` |
 | bytes that are neither UTF-8 nor UTF-16, nor the encoding that the file declares | its text is unknown |
@@ -13,6 +13,7 @@ from __future__ import annotations
 import codecs
 import re
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -38,8 +39,8 @@ from .records import (
 MOST_BYTES = 64 << 20
 """Bytes of a file."""
 
-MOST_MARKS = 1_800_000
-"""Tags and attributes of a file, counted by `<` and `=`: libxml2 takes up to 260 bytes for each."""
+MOST_MARKS = 1_350_000
+"""Tags, attributes and texts of a file: libxml2 takes up to 260 bytes for each."""
 
 ROOT = "RSLogix5000Content"
 
@@ -51,6 +52,7 @@ _BOMS = (
 _DECLARED = re.compile(rb"""<\?xml[^>]{0,200}?encoding\s*=\s*["']([A-Za-z0-9._-]{1,40})["']""")
 _ENCODINGS = {"iso-8859-1": "latin-1", "windows-1252": "cp1252", "us-ascii": "ascii"}
 _PROLOG = re.compile(rb"\s+|<\?.*?\?>|<!--.*?-->", re.DOTALL)
+_TEXT = re.compile(rb">\s*+[^<\s]")
 _NUMBER = re.compile(r"\d{1,9}")
 
 
@@ -94,12 +96,16 @@ def _root(data: bytes, file: str) -> Any:
     if len(data) > MOST_BYTES:
         raise L5xError(file, 0, f"it has more than {MOST_BYTES:,} bytes")
     data = _as_utf8(data, file)
-    marks = data.count(b"<") + data.count(b"=")
+    marks = data.count(b"<") + data.count(b"=") + sum(1 for _ in _TEXT.finditer(data))
     if marks > MOST_MARKS:
-        raise L5xError(file, 0, f"it has {marks:,} tags and attributes; {MOST_MARKS:,} are allowed")
+        raise L5xError(file, 0, f"it has {marks:,} tags, attributes and texts; {MOST_MARKS:,} are allowed")
     _refuse_doctype(data, file)
     parser = etree.XMLParser(
-        encoding="utf-8", resolve_entities=False, load_dtd=False, no_network=True, huge_tree=False
+        encoding="utf-8",
+        resolve_entities=False,
+        load_dtd=False,
+        no_network=True,
+        huge_tree=False,
     )
     try:
         root = etree.fromstring(data, parser)
@@ -215,7 +221,7 @@ class _Reader:
         ]
         others = [
             (str(each.tag), int(each.sourceline))
-            for each in (*controller.iterchildren(), *controller.iterfind("SafetyInfo/SafetyTagMap"))
+            for each in chain(controller.iterchildren(), controller.iterfind("SafetyInfo/SafetyTagMap"))
             if isinstance(each.tag, str) and each.tag not in _READ
         ]
         return Document(

@@ -44,7 +44,7 @@ class Refusal:
         return f"{self.file}:{self.line}: {place}{column}: {self.reason}; {self.remedy}"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Note:
     """Something that a reader should know and that keeps nothing from running.
 
@@ -52,14 +52,17 @@ class Note:
         line: its line in the file, 0 without one.
         name: what it is about.
         text: what there is to say.
+        times: how often there is something of that name to say it of.
     """
 
     line: int
     name: str
     text: str
+    times: int = 1
 
     def __str__(self) -> str:
-        return f"{self.name}: {self.text}" + (f" (line {self.line})" if self.line else "")
+        more = f", {self.times} times" if self.times > 1 else ""
+        return f"{self.name}: {self.text}" + (f" (line {self.line}{more})" if self.line else more)
 
 
 @dataclass(slots=True)
@@ -93,6 +96,7 @@ class Report:
     notes: list[Note] = field(default_factory=list)
     stubs: dict[str, str] = field(default_factory=dict)
     faults: dict[str, str] = field(default_factory=dict)
+    _noted: dict[tuple[str, str], Note] = field(default_factory=dict, repr=False)
 
     @property
     def imported(self) -> int:
@@ -105,8 +109,13 @@ class Report:
         return not (self.refused or self.objects)
 
     def note(self, name: str, text: str, line: int = 0) -> None:
-        """Add a note."""
-        self.notes.append(Note(line, name, text))
+        """Add a note; one that is there already is counted."""
+        note = self._noted.get((name, text))
+        if note is not None:
+            note.times += 1
+            return
+        self._noted[name, text] = note = Note(line, name, text)
+        self.notes.append(note)
 
     def as_json(self) -> dict[str, Any]:
         """Return it for `--json`."""

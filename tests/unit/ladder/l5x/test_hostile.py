@@ -1,6 +1,7 @@
 """What no export has is refused with an error of the import's own."""
 
 from itertools import pairwise
+from pathlib import Path
 
 import pytest
 from l5x_files import HEAD, data_type, document, machine, member, program, tag
@@ -27,7 +28,7 @@ FILE = '<!DOCTYPE x [<!ENTITY f SYSTEM "file:///etc/passwd">]>'
         ((HEAD + FILE + "<RSLogix5000Content/>").encode("utf-16"), "DOCTYPE"),
         (b"<a>" * 10_000, "not XML"),
         (b" " * (MOST_BYTES + 1), "bytes"),
-        (b"<RSLogix5000Content>" + b"<a/>" * (MOST_MARKS + 1), "tags and attributes"),
+        (b"<RSLogix5000Content>" + b"<a/>" * (MOST_MARKS + 1), "tags, attributes and texts"),
     ],
 )
 def test_refused(data, says):
@@ -103,3 +104,11 @@ def test_tags_of_more_values_than_there_is_room_for(tmp_path):
     report = imported(tmp_path, machine("NOP();", tags=tags)).report
     assert len(report.notes) == 98
     assert "the tags of the file have more than 8,000,000 values" in report.notes[0].text
+
+
+def test_parts_of_one_name_are_one_note_with_their_number(tmp_path: Path) -> None:
+    path = tmp_path / "x.L5X"
+    parts = "<a/>\n" * 1000
+    path.write_text(f'<RSLogix5000Content><Controller Name="x">{parts}</Controller></RSLogix5000Content>')
+    (note,) = import_l5x(path).report.notes
+    assert str(note) == "a: this part of the controller is not read (line 1, 1000 times)"
