@@ -34,8 +34,8 @@ LAST_MS = 1500
 FILM_SIZE, FILM_WIDTH = (1120, 1090), 800
 """Of the window, and how wide the film is, CSS pixels."""
 
-FILM_FROM_S, FILM_TO_S, FILM_SPEED = 0.3, 5.6, 0.25
-"""Machine time of its start and end, and how fast the rack runs while it is taken."""
+FILM_FROM_S, FILM_TO_S, FILM_STEP_S, FILM_SPEED = 0.3, 5.6, 0.08, 0.25
+"""Machine time of its start, of its end, between two pictures at least; how fast the rack runs meanwhile."""
 
 
 def stepped(look: Look, rack: Path, scan: int, then: Callable[[], None]) -> None:
@@ -58,7 +58,10 @@ def picture(look: Look) -> Any:
 
 def saved(look: Look, name: str) -> None:
     """Save what the window shows."""
-    picture(look).quantize(COLOURS).save(IMAGES / name, optimize=True)
+    from PIL import Image
+
+    small = picture(look).quantize(COLOURS, Image.Quantize.MAXCOVERAGE)
+    small.save(IMAGES / name, optimize=True)
 
 
 def whole(look: Look) -> None:
@@ -118,7 +121,7 @@ def film(look: Look) -> None:
         now_s = 0.0
         while now_s < FILM_TO_S:
             now_s = int(look.handle("time-ns") or 0) / 1e9
-            if now_s > FILM_FROM_S:
+            if now_s > (taken[-1][0] + FILM_STEP_S if taken else FILM_FROM_S):
                 taken.append((now_s, picture(look)))
     size = FILM_WIDTH, FILM_WIDTH * FILM_SIZE[1] // FILM_SIZE[0]
     small = [image.resize(size, Image.Resampling.LANCZOS) for _, image in taken]
