@@ -93,8 +93,7 @@ class Tap:
         session = self.session
         session.look()
         session.obey_all(now_ns + self._period_ns, scan + 1)
-        if session.state.paused:
-            self._last = scan, now_ns, flags
+        self._last = scan, now_ns, flags
 
     def attend(self) -> None:
         """Serve the monitor during a pause."""

@@ -34,6 +34,7 @@ def test_twenty_paused_scans(page, paused):
         shown = {tag: page.value(tag) for tag in TAGS}
         assert shown == {tag: plain(bench.program.tags[tag]) for tag in TAGS}
         assert page.value("1.position") == str(bench.slot[1].status.position)
+        page.until_value("1.shaft", str(bench.slot[1].shaft))
 
 
 def test_scans_of_the_past_are_shown_as_they_were(page, paused):

@@ -1,7 +1,7 @@
 // The rail of an axis: switches beneath it, stations above it, the shaft, the position that the module knows, the target.
 
 import { el, setAttribute, setText, svg } from "./dom.js";
-import { count } from "./format.js";
+import { count, plain } from "./format.js";
 import { run } from "./state.js";
 
 const HEIGHT = 142, RAIL = 82, SIDE = 34; // CSS pixels
@@ -20,7 +20,7 @@ class Rail {
     this.high = slot.machine.max;
     this.trail = [];
     this.picture = svg("svg", { class: "rail", height: HEIGHT, role: "img", "aria-label": `Axis of slot ${slot.number}` });
-    this.readings = readings(slot.machine.encoder);
+    this.readings = readings(slot.machine.encoder, `${slot.number}.shaft`);
     this.node = el("div", { class: "machine" }, this.picture, this.readings.node);
     this.paint = changes => { if (changes.t !== undefined) this.move(run.machine[slot.number] ?? {}); };
     new ResizeObserver(() => this.draw()).observe(this.node);
@@ -119,14 +119,16 @@ function niceStep(span, most) {
 }
 
 // The figures beneath the rail, each in a place of fixed width.
-function readings(hasEncoder) {
+function readings(hasEncoder, shaftName) {
   const titles = { shaft: "Shaft", position: "Position", target: "Target", speed: "Steps/s", ...(hasEncoder ? { encoder: "Encoder" } : {}) };
   const outputs = Object.fromEntries(Object.keys(titles).map(name => [name, el("output", { class: "figure" }, "–")]));
+  outputs.shaft.dataset.name = shaftName;
   const needle = svg("path", { d: "M0 0V-8", class: "needle" });
   const dial = svg("svg", { class: "dial", viewBox: "-11 -11 22 22", width: 22, height: 22, "aria-hidden": "true" }, svg("circle", { r: 9.5 }), needle);
   const node = el("div", { class: "figures" }, ...Object.entries(titles).map(([name, title]) =>
     el("div", { class: "reading middle" }, el("span", { class: "title" }, title), outputs[name])), hasEncoder ? dial : null);
   const say = values => {
+    outputs.shaft.dataset.value = plain(values.shaft);
     for (const [name, output] of Object.entries(outputs)) {
       const value = values[name];
       setText(output, value === null || value === undefined ? "–" : count(value));
