@@ -135,9 +135,7 @@ AXIS_MEMBERS: tuple[Member, ...] = (
 _OF_AXES = (Member("position", LREAL), Member("shown_ns", LINT), Member("axis", DINT))
 
 AXIS_TYPES: Mapping[str, Structure] = {
-    name: Structure(
-        name, AXIS_MEMBERS, hidden=(Member("position", LREAL), Member("shown_ns", LINT), Member("axis", DINT))
-    )
+    name: Structure(name, AXIS_MEMBERS, hidden=_OF_AXES)
     for name in (
         *("AXIS_CIP_DRIVE", "AXIS_SERVO", "AXIS_SERVO_DRIVE", "AXIS_VIRTUAL", "AXIS_CONSUMED"),
         *("AXIS_GENERIC", "AXIS_GENERIC_DRIVE"),

@@ -22,8 +22,11 @@ from pathlib import Path
 
 from ..errors import LadderError
 
-MOST_BYTES = 64 * 1024 * 1024
-"""Bytes of a file."""
+MOST_BYTES = 4 * 1024 * 1024
+"""Bytes of a file; an SLC 500 has 64 K words for its program."""
+
+MOST_RUNGS = 65_536
+"""Rungs of a file."""
 
 
 class SlcError(LadderError):
@@ -180,39 +183,47 @@ class _Reader:
         self._ladder: LadderRecord | None = None
         self._data: DataRecord | None = None
         self._comment: list[str] = []
+        self._words: list[str] | None = None
+        self._begun = self._count = 0
 
     def read(self) -> Document:
         """Read all lines."""
-        rung: list[str] | None = None
-        begun = 0
         for number, line in enumerate(self._lines, 1):
-            if rung is None:
+            if self._words is None:
                 plain = self._without_comments(line)
-                if plain.upper().startswith("SOR"):
-                    rung, begun = [], number
-                elif plain:
-                    self._line(number, plain)
+                if not plain.upper().startswith("SOR"):
+                    if plain:
+                        self._line(number, plain)
                     continue
-                else:
-                    continue
-            rung += _WORD.findall(_COMMENT.sub(" ", line))
-            while rung is not None and self._complete(rung, begun):
-                rest = rung[[each.upper() for each in rung].index("EOR") + 1 :]
-                rung, begun = (rest, number) if rest else (None, 0)
-        if rung is not None:
-            self._rung(rung[1:], begun, whole=False)
+            for word in _WORD.findall(_COMMENT.sub(" ", line)):
+                self._word(number, word)
+        self._end(whole=False)
         return self._document
 
-    def _complete(self, words: list[str], begun: int) -> bool:
-        """Take a rung if it has come to its end."""
-        upper = [each.upper() for each in words]
-        if "EOR" not in upper:
-            return False
-        self._rung(words[1 : upper.index("EOR")], begun, whole=True)
-        return True
+    def _word(self, number: int, word: str) -> None:
+        """Go on with a rung; SOR begins another one, also where EOR is missing."""
+        mark = word.upper()
+        if mark == "SOR":
+            self._end(whole=False)
+            self._words, self._begun = [], number
+        elif self._words is None:
+            self._document.others.append((number, word))
+        elif mark == "EOR":
+            self._end(whole=True)
+        else:
+            self._words.append(word)
+
+    def _end(self, *, whole: bool) -> None:
+        """Take the present rung, if there is one."""
+        if self._words is not None:
+            self._rung(self._words, self._begun, whole=whole)
+        self._words = None
 
     def _rung(self, words: list[str], line: int, *, whole: bool) -> None:
         self._data = None
+        self._count += 1
+        if self._count > MOST_RUNGS:
+            raise SlcError(f"{self._document.file}:{line}: there are more than {MOST_RUNGS:,} rungs")
         comment = "\n".join(self._comment)
         self._comment = []
         self._file(None).rungs.append(RungRecord(tuple(words), line, comment, whole))

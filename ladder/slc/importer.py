@@ -25,6 +25,9 @@ ROUNDS = 30
 TRIAL_STUB = "done after 20 ms"
 """How messages end in a trial."""
 
+LONGEST = 1000
+"""Characters of a rung in a refusal."""
+
 MAIN = 2
 """Number of the main ladder file."""
 
@@ -127,6 +130,7 @@ class _Importer:
 
     def _refuse(self, file: int, rung: int, reason: str, remedy: str, column: int = 1) -> None:
         line, text = self._rungs[file, rung]
+        text = text[:LONGEST]
         name = routine_name(file, {})
         self._report.refused.append(
             Refusal(self._document.file, line, self._document.name, name, rung, column, text, reason, remedy)

@@ -129,6 +129,23 @@ def test_stubs_stand_for_what_is_refused():
     assert found.report.stubs == {"SVC": "false (once)", "MSG": "done after 1 ms (once)"}
 
 
+def test_there_are_limits(tmp_path):
+    with pytest.raises(SlcError, match="there are more than 65,536 rungs"):
+        import_text("SOR " * 70_000, "x")
+    path = tmp_path / "x.SLC"
+    path.write_bytes(b"SOR NOP EOR\n" * 400_000)
+    with pytest.raises(SlcError, match="4,800,000 bytes; 4,194,304 are allowed"):
+        import_slc(path)
+
+
+def test_sor_begins_a_rung_where_eor_is_missing():
+    found = import_text("SOR MOV 1 N7:0\nSOR MOV 2 N7:1 EOR SOR MOV 3 N7:2 EOR", "x")
+    assert [(each.line, each.rung, each.reason) for each in found.report.refused] == [
+        (1, 0, "the rung has no EOR")
+    ]
+    assert found.report.imported == 2
+
+
 def test_a_rung_without_eor_is_refused():
     found = import_text("SOR MOV 1 N7:0 EOR\nSOR MOV 2 N7:1\n", "x")
     assert [each.reason for each in found.report.refused] == ["the rung has no EOR"]
