@@ -184,12 +184,13 @@ def _type_at(tag: Tag, address: Address) -> DataType | None:
     return kind
 
 
-def without(routine: Routine, place: int) -> Routine:
-    """Return a routine with an empty rung at a place; one of statements without statements."""
+def without(routine: Routine, *places: int) -> Routine:
+    """Return a routine with empty rungs at places; one of statements without statements."""
     if routine.statements is not None:
         return replace(routine, statements=())
     rungs = list(routine.rungs)
-    rungs[place] = Rung((), rungs[place].comment, rungs[place].origin)
+    for place in places:
+        rungs[place] = Rung((), rungs[place].comment, rungs[place].origin)
     return replace(routine, rungs=tuple(rungs))
 
 

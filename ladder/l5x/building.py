@@ -29,6 +29,7 @@ class Builder:
 
     def __init__(self, parts: Parts, reader: RoutineReader, report: Report) -> None:
         self._parts, self._reader, self._report = parts, reader, report
+        self._emptied: dict[tuple[str, str], set[int]] = {}
 
     def build(self, of: Callable[[Parts], Parts] = lambda parts: parts) -> Controller | None:
         """Return a controller that is built, None if nothing can be.
@@ -45,6 +46,7 @@ class Builder:
                 if not self._refuse_all(error.problems, parts):
                     self._refuse_rest(error, parts)
                     return None
+                self.empty()
             else:
                 return controller
         self._refuse_rest(LadderError(f"it can't be built in {ROUNDS} attempts"), parts)
@@ -64,6 +66,14 @@ class Builder:
                 something |= self._refuse_routine(owner, routine, each)
         return something
 
+    def empty(self) -> None:
+        """Take the rungs that were refused out of their routines, all at once."""
+        for (owner, routine), numbers in self._emptied.items():
+            found = self._routine(owner, routine)
+            if found is not None and numbers:
+                self._replace(owner, routine, without(found, *numbers))
+        self._emptied.clear()
+
     def refuse(
         self,
         owner: str,
@@ -74,6 +84,8 @@ class Builder:
     ) -> bool:
         """Refuse a rung, or a routine of structured text; whether there was something to refuse.
 
+        A rung stays in its routine until `empty`.
+
         Args:
             owner: the program, or the add-on instruction.
             routine: the routine.
@@ -83,7 +95,8 @@ class Builder:
         """
         found = self._routine(owner, routine)
         record = self._reader.record(owner, routine)
-        if found is None or record is None:
+        emptied = self._emptied.setdefault((owner.upper(), routine.upper()), set())
+        if found is None or record is None or number in emptied:
             return False
         if found.statements is not None:
             if not found.statements:
@@ -94,12 +107,14 @@ class Builder:
             return False
         else:
             self._reader.refuse(owner, routine, number, text, remedy)
+            emptied.add(number)
+            return True
         part = self._parts.programs.get(owner.upper())
         if part is not None and found.statements is not None:
             del part.routines[routine.upper()]
             part.functions[routine.upper()] = does_nothing(found.name)
         else:
-            self._replace(owner, routine, without(found, number))
+            self._replace(owner, routine, without(found))
         return True
 
     def _refuse_routine(self, owner: str, routine: str, problem: Problem) -> bool:
@@ -123,6 +138,7 @@ class Builder:
             for routine in definition.routines:
                 for number in range(len(routine.rungs) or 1):
                     self.refuse(definition.name, routine.name, number, reason, "correct the add-on")
+        self.empty()
 
     def _routine(self, owner: str, routine: str) -> Routine | None:
         part = self._parts.programs.get(owner.upper())

@@ -160,6 +160,7 @@ class Importer:
                     self._builder.refuse(
                         owner, routine.name, number, f"{instruction.name}: {reason}", UNKNOWN
                     )
+        self._builder.empty()
 
     def _stub_absent_add_ons(self, shapes: Mapping[str, Spec]) -> None:
         """Let add-on instructions whose definition was not exported do nothing."""
