@@ -1,0 +1,38 @@
+"""Questions to a rack that runs: why, uses, find; and what may go wrong, by button."""
+
+from watched_page import until
+
+
+def text(page, selector):
+    return page.run("return document.querySelector(arguments[0])?.textContent ?? ''", selector)
+
+
+def test_why_and_uses_of_a_contact(page, paused):
+    page.open(paused.link, paused=True)
+    page.step(1500)
+    page.until_scan(1499, "paused")
+    page.browser.find_element("css selector", "[data-element='Main.7.0']").click()  # Configure.Done
+    page.press("Why")
+    until(lambda: text(page, "#tag .answer").startswith("Configure.Done is 1 since scan"))
+    page.press("Uses")
+    until(lambda: "Main.5" in text(page, "#tag .answer"))  # XIC(Configure.Done) of rung 5
+    page.browser.find_element("xpath", "//section[@id='tag']//li/button[text()='Main.5']").click()
+    page.until_there("[data-at='Main.5'][aria-current]")
+
+
+def test_find_opens_the_rung(page, paused):
+    page.open(paused.link, paused=True)
+    page.press("Step")
+    page.control("Find").send_keys("Strokes")
+    until(lambda: "Main.12" in text(page, ".hits"))  # XIC(Back.Done)CTU(Strokes,0,0)
+    page.browser.find_element("xpath", "//ul[contains(@class, 'hits')]//b[text()='Main.12']").click()
+    page.until_there("[data-at='Main.12'][aria-current]")
+    assert "rung=Main.12" in page.browser.current_url
+
+
+def test_an_incident_is_raised_and_told(page, feeder):
+    page.open(feeder.link)
+    page.press("Incidents")
+    page.press("Raise Link to the module lost")
+    until(lambda: not page.run("return document.querySelector('dialog[open]')"))
+    until(lambda: "link" in text(page, ".events").lower())
