@@ -21,6 +21,9 @@ MOST_EDGES = 400
 
 WORDS_PER_IMAGE = IMAGE_BYTES // 2
 
+STATUS_TO_POSITION = 2
+"""Words from a 3601's status to its position [chapter 6, Input Data]."""
+
 Edge = list[int]
 """Virtual time, ns, and the value from then on."""
 
@@ -47,8 +50,10 @@ def signals_of(slots: Mapping[int, ModuleWords], steppers: Sequence[int]) -> Sig
     """
     bits: dict[int, dict[int, str]] = {}
     for place, (slot, words) in enumerate(slots.items()):
-        for names in words.groups.values():
-            for name, at in names.items():
+        named = [(name, at) for names in words.groups.values() for name, at in names.items()]
+        inputs = {name for name, at in named if at.image == "I"}
+        for name, at in named:
+            if at.image == "I" or name not in inputs:  # MODE_CONFIG is in both: the status is shown
                 word = (2 * place + (at.image == "I")) * WORDS_PER_IMAGE + at.word
                 bits.setdefault(word, {})[at.bit] = f"{slot}.{name}"
     order = list(slots)
@@ -96,17 +101,22 @@ def envelopes(rows: Rows, signals: Signals, most: int = 1) -> dict[str, list[lis
     Returns:
         Per stretch the time of its first row, ns, and the least, the greatest and the last value.
     """
-    if not len(rows):
-        return {}
+    found = {}
+    for name, (thousands, rest) in signals.positions.items():
+        status = rows["words"][:, thousands - STATUS_TO_POSITION]
+        told = rows[status >= 0]  # in configuration mode, bit 15, these words are a mirror
+        if len(told):
+            found[name] = _envelope(told, thousands, rest, most)
+    return found
+
+
+def _envelope(rows: Rows, thousands: int, rest: int, most: int) -> list[list[int]]:
     words = rows["words"].astype(np.int64)
+    values = words[:, thousands] * 1000 + words[:, rest]
     starts = np.unique(np.linspace(0, len(rows), min(most, len(rows)), endpoint=False).astype(np.int64))
     ends = [*starts[1:].tolist(), len(rows)]
     times = rows["now_ns"][starts].tolist()
-    found = {}
-    for name, (thousands, rest) in signals.positions.items():
-        values = words[:, thousands] * 1000 + words[:, rest]
-        least = np.minimum.reduceat(values, starts).tolist()
-        greatest = np.maximum.reduceat(values, starts).tolist()
-        last = [int(values[end - 1]) for end in ends]
-        found[name] = [list(point) for point in zip(times, least, greatest, last, strict=True)]
-    return found
+    least = np.minimum.reduceat(values, starts).tolist()
+    greatest = np.maximum.reduceat(values, starts).tolist()
+    last = [int(values[end - 1]) for end in ends]
+    return [list(point) for point in zip(times, least, greatest, last, strict=True)]

@@ -1,0 +1,56 @@
+"""Edges and envelopes of rows: the timing strip shows every pulse, and no position that is none."""
+
+import numpy as np
+import pytest
+from scanrack.io_images.amci3601.words import WORDS_3601
+from scanrack.runtime.cli.watch.strip import edges, envelopes, signals_of
+from scanrack.runtime.live.ring import row_type
+
+SIGNALS = signals_of({1: WORDS_3601}, [1])
+STATUS, POSITION = 8, 10  # words of the rack's memory: eight outputs, then eight inputs
+
+
+def rows(count):
+    made = np.zeros(count, row_type(32, 0))
+    made["scan"] = np.arange(count)
+    made["now_ns"] = np.arange(count) * 2_000_000
+    return made
+
+
+def test_a_pulse_of_one_scan_is_two_edges():
+    made = rows(100)
+    made["words"][50, STATUS] = 1 << 7  # MOVE_COMPLETE
+    assert edges(made[1:], made[:1], SIGNALS) == {"1.MOVE_COMPLETE": [[100_000_000, 1], [102_000_000, 0]]}
+
+
+def test_without_a_row_before_every_bit_begins_with_its_level():
+    found = edges(rows(3), rows(0), SIGNALS)
+    assert found["1.MOVE_COMPLETE"] == [[0, 0]]
+    assert set(found) == {f"1.{name}" for names in WORDS_3601.groups.values() for name in names}
+
+
+def test_of_a_command_and_a_status_of_one_name_the_status_is_shown():
+    made = rows(3)
+    made["words"][1:, 0] = -0x8000  # the command MODE_CONFIG
+    made["words"][2:, STATUS] = -0x8000  # the module answers
+    assert edges(made[1:], made[:1], SIGNALS) == {"1.MODE_CONFIG": [[4_000_000, 1]]}
+
+
+@pytest.mark.parametrize("most", [1, 3, 10])
+def test_an_envelope_holds_every_position(most):
+    made = rows(10)
+    made["words"][:, POSITION] = [0, 0, 1, 1, -2, 0, 0, 3, 0, 0]
+    made["words"][:, POSITION + 1] = [5, 0, 0, 0, -1, 0, 0, 0, 0, 7]
+    points = envelopes(made, SIGNALS, most)["1.position"]
+    assert len(points) == most
+    assert min(point[1] for point in points) == -2001
+    assert max(point[2] for point in points) == 3000
+    assert points[-1][3] == 7
+
+
+def test_the_mirror_of_a_configuration_is_no_position():
+    made = rows(4)
+    made["words"][:, STATUS] = [0, -0x8000, -0x8000, 0]
+    made["words"][:, POSITION + 1] = [1, 500, 500, 2]
+    assert envelopes(made, SIGNALS) == {"1.position": [[0, 1, 2, 2]]}
+    assert envelopes(made[1:3], SIGNALS) == {}
