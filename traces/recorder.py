@@ -189,7 +189,7 @@ class ScanRecorder:
         Args:
             scan: number of the scan in which it became known.
             now_ns: when it happened.
-            topic: one of traces.topics.TOPICS; "/sequences", if the recorder was told of them.
+            topic: one of traces.topics.TOPICS; "/sequences", if the recorder was made with them.
             fields: its values by name.
 
         Raises:

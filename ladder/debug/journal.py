@@ -34,7 +34,7 @@ NO_FORCES: Forces = {}
 """Nothing is forced."""
 
 Write = tuple[Leaf, int, Value]
-"""A value that somebody outside of the program has set."""
+"""A value that was set from outside of the program."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -66,7 +66,7 @@ class Change:
         index: which element of it, 0 for a single value.
         before: its value before.
         after: its value then.
-        site: the instruction, None if a Python routine or somebody from outside wrote it.
+        site: the instruction, None if a Python routine, or someone outside of the program, wrote it.
         power: whether the rung was true in front of that instruction.
         blockers: the conditions of the rung that were false in front of it.
         prescan: whether it was prescan that wrote.
@@ -326,7 +326,7 @@ class WatchedEngine(Engine):
         broken_off: whether a fault has ended the latest scan, or a rung of it.
         history: what has changed in scans that were watched.
         scans: number of scans so far.
-        outside: what is written in front of the next scan, as somebody outside of the program did.
+        outside: what was written before the next scan from outside of the program.
 
     Args:
         lowered: the program.

@@ -46,7 +46,7 @@ def recorder_for(
         logic: what runs in place of the job's logic: a debugger of it.
         orders: whether the rack can be operated while it runs.
         metadata: further entries of the metadata record.
-        warn: told of tags that cost much.
+        warn: takes a warning about tags that cost much.
 
     Raises:
         OSError: the trace can't be written.

@@ -48,7 +48,7 @@ def standing(sequence: Sequence, scan: int) -> Step:
 
 
 def watching(listener: ScanListener, logic: Logic) -> ScanListener:
-    """Return a listener that is told of the sequences of a program, too; the same one where there is none."""
+    """Return a listener that also gets the sequences of a program; the same one if it has none."""
     sequences = sequences_in(logic)
     return WatchesSequences(listener, sequences) if sequences else listener
 
@@ -56,7 +56,7 @@ def watching(listener: ScanListener, logic: Logic) -> ScanListener:
 class WatchesSequences:
     """Tells a listener of a scan in which a sequence has gone on, ahead of that scan.
 
-    A sequence that goes on in every scan and waits for the same at the same line is told of once.
+    A sequence that goes on in every scan and waits for the same at the same line is reported once.
 
     Args:
         listener: the listener.

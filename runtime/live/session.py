@@ -240,7 +240,7 @@ class Session:
                 self._tell({"answer": {"id": number, "ok": True, "scan": scan}})
 
     def _take_over(self, at_ns: int) -> None:
-        """Go on with an edited program; what is wrong with it now is told."""
+        """Go on with an edited program; the page shows what is wrong with it now."""
         takeover, self.takeover = self.takeover, None
         assert takeover is not None
         try:

@@ -17,7 +17,7 @@
 | `text.py` | the terminal's view |
 | `gate.py` | who may come in: names of hosts, origins, headers, files, as tables |
 | `page.py` | one open page: what it was shown last, how much it may ask |
-| `hello.py`, `catalog.py` | what a page is told once: of the rack, of its program |
+| `hello.py`, `catalog.py` | the first message to a page: rack and program |
 | `picture.py`, `strip.py` | what a frame shows of a scan; edges and envelopes |
 | `recent.py`, `timeline.py` | rows by scan: the latest, and those of the recording |
 | `event_log.py` | events, and the forces, rules and waiting lines of any scan |

@@ -1,4 +1,4 @@
-"""What a page is told of a program once: routines, rungs, tags; and what a shown routine needs per frame."""
+"""The program in the first message to a page: routines, rungs, tags; and what a shown routine needs per frame."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ NOTHING_SHOWN = Shown("", {}, (), ())
 
 
 class Catalog:
-    """A ladder program as a page is told of it.
+    """A ladder program as pages get it.
 
     Args:
         program: the program.

@@ -5,7 +5,7 @@
     scans     n     n+1   n+2 | n+3            the edited program begins with scan n+3
 
 A ladder program keeps the values of its tags, as in an online edit. A Python program is loaded anew: objects
-of its module begin again. A mistake is told with its file and line, and the program that runs goes on.
+of its module begin again. The page shows a mistake with its file and line, and the program that runs goes on.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ Json = dict[str, Any]
 
 KEPT = 2000
 FIRST = 200
-"""Events of the past that a page is told of first."""
+"""How many past events a page gets first."""
 
 STATES = 10_000
 """Changes of what stands that are kept at least: forces, lines, rules."""

@@ -1,4 +1,4 @@
-"""What a page is told of a rack once: slots, words, bits, inputs, machines, incidents."""
+"""The rack in the first message to a page: slots, words, bits, inputs, machines, incidents."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ class Keeper:
     """Keeps a monitor alive.
 
     Args:
-        setup: what the monitor is told.
+        setup: what the monitor starts with.
         ring: what it reads.
         listening: its socket, which outlives it.
         say: takes a sentence for the user.

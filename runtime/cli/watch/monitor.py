@@ -1,7 +1,7 @@
 """What pages look at: the rows of a rack, its program, its events; of a session that runs or of a recording.
 
 A monitor does one thing after the other; `server` calls `tick` thirty times a second. What it shows is in
-`Subject`; where it comes from is told by `session_monitor` and `trace_monitor`.
+`Subject`; `session_monitor` and `trace_monitor` make one.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ STRIP_FIRST = 2048
 
 @dataclass(frozen=True, slots=True)
 class About:
-    """What a page is told of a session or a recording beside its rack.
+    """What a page gets about a session or a recording beside its rack.
 
     Attributes:
         version: of scanrack.
@@ -66,7 +66,7 @@ class About:
 
 
 class Subject:
-    """A rack and its program, as pages are told of them.
+    """A rack and its program, as pages get them.
 
     Args:
         spec: the rack.
@@ -111,7 +111,7 @@ class Subject:
         self.live, self.past = (Shadow(logic, list(self.words), self.timeline, self.kept) for _ in range(2))
 
     def described(self, about: About) -> Json:
-        """Return what a page is told once."""
+        """Return the first message to a page."""
         return {
             "version": about.version,
             "rack": about.name,
@@ -185,7 +185,7 @@ class Monitor(ABC):
         self.pages.append(page)
 
     def greet(self, page: Page) -> None:
-        """Tell a page what it is told once, and let its next frame tell everything."""
+        """Send a page its first message, and everything in its next frame."""
         page.send({"hello": self.subject.described(self.about)})
         page.events = self.log.first_of_page
         page.begin_anew()

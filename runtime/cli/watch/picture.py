@@ -20,7 +20,7 @@ Json = dict[str, Any]
 WORDS_PER_IMAGE = IMAGE_BYTES // 2
 
 DEEP = ("words", "values", "machine", "power", "tags")
-"""Parts of a frame that are told by their keys: only those that have changed."""
+"""Parts of a frame of which only the keys that have changed are sent."""
 
 
 @dataclass(frozen=True, slots=True)

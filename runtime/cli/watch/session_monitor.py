@@ -40,7 +40,7 @@ class Setup:
 
     Attributes:
         shape: of the ring.
-        about: what a page is told of the session.
+        about: what pages get about the session.
         key: that pages have to give.
         host: what the server listens on.
         port: and its port.

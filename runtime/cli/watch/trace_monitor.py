@@ -31,7 +31,7 @@ class TraceMonitor(Monitor):
     """What pages look at of a recording.
 
     Args:
-        about: what a page is told of it.
+        about: what pages get about it.
         trace: the recording.
         path: its path.
         spec: its rack.
