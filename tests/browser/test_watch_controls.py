@@ -170,9 +170,10 @@ def test_pulses_of_one_scan_are_in_the_strip(page, tmp_path):
         '[[slot]]\nnumber = 1\nmodule = "1769-IQ16"\n'
         f"[slot.options]\ninputs = {{ pulse = 0 }}\ntimeline = [\n{presses}]\n"
     )
-    with watching(tmp_path / "rack.toml", "--speed", "2") as session:
-        page.open(session.link)
-        until(lambda: int(page.handle("scan")) > scans[-1] + 20)
+    with watching(tmp_path / "rack.toml", "--paused", "--speed", "2") as session:
+        page.open(session.link, paused=True)
+        page.press("Go on")
+        until(lambda: int(page.handle("scan") or 0) > scans[-1] + 20)
         page.run("document.querySelector('#strip .edges').parentElement.open = true")
         until(lambda: len(page.run(EDGES)) > 2 * len(scans))
         shown = sorted(tuple(each) for each in page.run(EDGES))
