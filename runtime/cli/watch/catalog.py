@@ -1,4 +1,4 @@
-"""The program in the first message to a page: routines, rungs, tags; and what a shown routine needs per frame."""
+"""The program in the first message to a page: routines, rungs, tags; what a shown routine needs per frame."""
 
 from __future__ import annotations
 
