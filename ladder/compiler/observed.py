@@ -120,6 +120,17 @@ def truth_of(notes: Sequence[Any], line: int, reading: Reading) -> tuple[bool, .
     )
 
 
+def true_at_end(notes: Sequence[Any], line: int, reading: Reading) -> bool:
+    """Return whether a line ran and there was power behind its last instruction."""
+    first = notes[line]
+    if isinstance(first, tuple):
+        return bool(first) and bool(first[-1])
+    if first is None or not reading:
+        return False
+    place, above, further = reading[-1]
+    return bool(notes[place] > above) and all(notes[at] > least for at, least in further)
+
+
 def lines_of(lowered: Lowered) -> tuple[LineKey, ...]:
     """Return all lines whose power can be noted."""
     found = {

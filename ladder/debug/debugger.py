@@ -261,11 +261,12 @@ class Debugger:
 
     def _look(self) -> None:
         """Note which breakpoints are met."""
+        if not self._on_rungs and not self._on_tags:
+            self.stops = ()
+            return
         stops = []
-        truths = self._noted_truths() if self._on_rungs else {}
         for (routine, rung), before in self._on_rungs.items():
-            truth = truths.get((routine, rung), ())
-            now = bool(truth) and truth[-1]
+            now = self._is_true(routine, rung)
             self._on_rungs[routine, rung] = now
             if now and not before:
                 met = self._routine(routine)
@@ -277,7 +278,15 @@ class Debugger:
                 self._on_tags[tag] = value
                 stops.append(f"{tag} was {shown(before)} and is {shown(value)}")
         at = self._engine
-        self.stops = tuple(Stop(at.scans - 1, at.now_ns, text) for text in stops)
+        self.stops = tuple([Stop(at.scans - 1, at.now_ns, text) for text in stops])
+
+    def _is_true(self, routine: str, rung: int) -> bool:
+        """Return whether a rung with a breakpoint ran in the latest scan and was true at its end."""
+        engine = self._engine
+        if not engine.watching and not engine.broken_off:
+            return engine.true_at_end((routine, rung))
+        truth = self._noted_truths().get((routine, rung), ())
+        return bool(truth) and truth[-1]
 
     # --- forces
 

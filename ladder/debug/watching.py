@@ -20,6 +20,7 @@ from ..compiler.observed import (
     Observation,
     Reading,
     lines_of,
+    true_at_end,
     truth_of,
 )
 from ..engine import Engine
@@ -349,6 +350,7 @@ class WatchedEngine(Engine):
         self._notes: list[Any] = []
         self._blank: list[None] = []
         self._readings: Sequence[Reading] = ()
+        self._places: dict[LineKey, int] = {}
         self.noted: tuple[LineKey, ...] = ()
         self._all_lines = lines_of(lowered)
         self.watching = False
@@ -372,6 +374,7 @@ class WatchedEngine(Engine):
         if lines is not self.noted and lines != self.noted:
             self.noted = lines
             self._notes, self._blank, self._readings = [], [], ()
+            self._places = {key: place for place, key in enumerate(lines)}
             self._bound = None
 
     def note_all(self) -> None:
@@ -395,6 +398,11 @@ class WatchedEngine(Engine):
                 truths[self.noted[place]] = truth
         return truths
 
+    def true_at_end(self, key: LineKey) -> bool:
+        """Return whether a noted line ran in the latest scan, which was compiled, and was true at its end."""
+        place = self._places[key]
+        return bool(self._notes) and true_at_end(self._notes, place, self._readings[place])
+
     def _observed(self) -> Callable[[int], object]:
         """Return the compiled program that notes and holds what is wanted now."""
         if self._bound is None:
@@ -405,8 +413,8 @@ class WatchedEngine(Engine):
                 variant = self.variants.get(observation)
                 if variant is None:
                     variant = self.variants[observation] = observed_scanner_of(self.lowered, observation)
-                self._blank, self._readings = [None] * variant.places, variant.readings
-                self._notes = self._blank.copy()
+                self._notes, self._readings = [None] * variant.places, variant.readings
+                self._blank = [None] * len(self.noted)
                 self._bound = variant.bind(self, {NOTED: self._notes, **names_of(self._variables)})
                 self._calling = self.call_routine
         return self._bound
@@ -425,7 +433,7 @@ class WatchedEngine(Engine):
         self.history.clear()
         self.interpreter.truths.clear()
         self.now_ns = now_ns
-        self._notes[:] = self._blank
+        self._notes[: len(self._blank)] = self._blank  # further places say nothing without the first
         if self.watching:
             self._scan, self.call_routine = self.interpreter.scan, self.interpreter.run
         else:
