@@ -10,11 +10,11 @@
         __5 = __4 == 2
         __6 = e
         __3 = (__5 or __6)
-        __noted[90] = __4                               a place in the list per variable
-        __noted[91] = __6
+        __notes[90] = __4                               a place in the list per variable
+        __notes[91] = __6
     f = __3
-    __noted[7] = __1
-    __noted[92] = __3
+    __notes[7] = __1
+    __notes[92] = __3
 
     power behind   XIC(a)  XIO(b)  XIC(c)           XIC(d)           XIC(e)           OTE(f)
     is             [7]>0   [7]>1   [7]>1 and [90]>0 [7]>1 and [90]>1 [7]>1 and [91]>0 [92]>0
@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING
 
 from ..lowered import Line, Node, Parallel, Step
 from ..spec import Kind
-from .observed import NOTED, Notes
+from .observed import NOTES, Notes
 from .writer import both, either_of
 
 if TYPE_CHECKING:
@@ -160,7 +160,7 @@ class NotedRung:
                 self._further += 1
                 place = self._notes.further(self._line.number, self._further)
             self._places[name] = place
-            self._writer.line(f"{NOTED}[{place}] = {name}")
+            self._writer.line(f"{NOTES}[{place}] = {name}")
 
 
 def _text(name: str, at: int) -> str:

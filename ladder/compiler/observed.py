@@ -23,6 +23,9 @@ from ..lowered import Lowered
 NOTED = "__noted"
 """Variable of the list with the power that was noted."""
 
+NOTES = "__notes"
+"""What a routine calls that list."""
+
 LineKey = tuple[str, int]
 """A routine, in capitals, and the number of a rung or of a line in it."""
 
@@ -92,7 +95,7 @@ class Notes:
     def place(self, number: int) -> str | None:
         """Return text for the place of a line in the list, None if the line is not noted."""
         place = self.places.get(number)
-        return None if place is None else f"{NOTED}[{place}]"
+        return None if place is None else f"{NOTES}[{place}]"
 
     def further(self, number: int, which: int) -> int:
         """Return a further place of a line that is noted, from 1."""

@@ -9,7 +9,7 @@ from functools import partial
 
 from ..lowered import Line, Lowered, LoweredRoutine
 from .calls import function_name, parameters_of
-from .observed import UNOBSERVED, NoteList, Notes, Observation
+from .observed import NOTED, NOTES, UNOBSERVED, NoteList, Notes, Observation
 from .rungs import RungWriter
 from .statements import StatementWriter
 from .writer import INDENT, Writer
@@ -117,6 +117,8 @@ def _routine(
         )
         head += [f"{INDENT}nonlocal {each.rstrip(',')}" for each in listed]
     head += [f"{INDENT}{ident}_ = {ident}.tolist()" for ident in sorted(writer.inputs)]
+    if notes.places:
+        head.append(f"{INDENT}{NOTES} = {NOTED}")
     writer.fill()
     return [*((text, 1) for text in head), *writer.lines, ("", 1)]
 
