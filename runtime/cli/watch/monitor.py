@@ -198,16 +198,19 @@ class Monitor(ABC):
     def frame(self, page: Page) -> Json:
         """Return what has changed for a page since its last frame; nothing if nothing has."""
         row = self.row_of(page)
-        if row is None:
-            return {}
-        frame = changed(self._picture(page, row), page.last)
-        if page.past is None:
+        picture = self._picture(page, row) if row is not None else self._before_the_first_scan()
+        frame = changed(picture, page.last)
+        if row is not None and page.past is None:
             frame |= self._strip(page)
         new = self.log.since(page.events)
         page.events = self.log.end
         if new:
             frame["events"] = list(new)
         return frame
+
+    def _before_the_first_scan(self) -> Json:
+        """Return what a frame tells of a session that began paused."""
+        return {"mode": self.subject.spec.mode, "forced": self.log.forces_at(None), **self.state(past=False)}
 
     def row_of(self, page: Page) -> Row | None:
         """Return the row that a page looks at."""

@@ -190,3 +190,21 @@ def test_a_program_in_python_shows_its_text_and_its_values():
     assert set(tags) >= {"line.step", "line.station"}
     assert isinstance(tags["line.step"], str)
     assert "the program has no tags that can be set" in refused
+
+
+def test_a_session_that_begins_paused_has_a_picture_before_its_first_scan():
+    async def look(running):
+        async with page_of(running) as page:
+            await page.until(lambda seen: seen.frame.get("state") == "paused")
+            before = dict(page.frame)
+            await page.ask("breakpoint", at="Awake")
+            await page.until(lambda seen: seen.frame["breakpoints"])
+            await page.ask("step", scans=1)
+            await page.until(lambda seen: "scan" in seen.frame)
+            return before, page.frame
+
+    with watched("--paused") as running:
+        before, after = asyncio.run(look(running))
+    assert "scan" not in before
+    assert (before["mode"], before["breakpoints"]) == ("run", [])
+    assert after["scan"] == 0
