@@ -198,10 +198,7 @@ class Values:
 
     def store(self, place: Place, term: Term, width: int) -> None:
         """Write lines that convert a number and set a place, then S:Z and S:N."""
-        kind = place.type
-        self.assign(place, self.converted(term, kind, width))
-        if self.writer.flags:
-            self.result_flags(place)
+        self.assign_result(place, self.converted(term, place.type, width))
 
     def converted(self, term: Term, kind: Elementary, width: int) -> str:
         """Return text for a number as a type holds it."""
@@ -227,9 +224,17 @@ class Values:
         exact = term.low >= -(1 << 24) and term.high <= 1 << 24
         return term.text if term.real else f"float({term.text})" if exact else f"real({term.text})"
 
-    def result_flags(self, place: Place) -> None:
-        """Write the lines for S:Z and S:N."""
-        value = self.keep(self.whole(place))
+    def assign_result(self, place: Place, text: str) -> None:
+        """Write lines that set a place to a result, then S:Z and S:N by that, the place forced or not."""
+        if not self.writer.flags:
+            self.assign(place, text)
+            return
+        value = self.keep(text)
+        self.assign(place, value)
+        self.result_flags(value)
+
+    def result_flags(self, value: str) -> None:
+        """Write the lines for S:Z and S:N of a value."""
         self.set_flag("S:Z", f"{value} == 0")
         self.set_flag("S:N", f"{value} < 0")
 
@@ -381,18 +386,13 @@ class Values:
             return
         value = self.keep(term.text)
         otherwise = f"narrow({self.site}, {value}, 256, {kind.wraps})"
-        self.assign(target, f"{value} if {kind.lowest} <= {value} <= {kind.highest} else {otherwise}")
-        if self.writer.flags:
-            self.result_flags(target)
+        self.assign_result(target, f"{value} if {kind.lowest} <= {value} <= {kind.highest} else {otherwise}")
 
     def store_bits(self, target: Place, text: str, *, direct: bool) -> None:
         """Write lines that set an integer to a pattern of bits; `direct`: it has the target's width."""
         self.clear_flags()
-        self.assign(
-            target, text if direct and target.type.is_signed else f"wrap({text}, {target.type.wraps})"
-        )
-        if self.writer.flags:
-            self.result_flags(target)
+        result = text if direct and target.type.is_signed else f"wrap({text}, {target.type.wraps})"
+        self.assign_result(target, result)
 
     # --- comparing
 

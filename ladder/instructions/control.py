@@ -117,9 +117,7 @@ def _take(rungs: RungWriter, place: Place, text: str) -> None:
     if kind.is_bool:
         rungs.values.set_bit(place, value)
         return
-    rungs.values.assign(place, value)
-    if rungs.writer.flags:
-        rungs.values.result_flags(place)
+    rungs.values.assign_result(place, value)
 
 
 # --- RET and SBR: values out of a routine and into it
