@@ -1,27 +1,28 @@
 """What must hold of the feeder, whatever happens around it: `scanrack fuzz feeder.toml -i must_hold.py`."""
 
 from scanrack import always, never, within
+from scanrack.runtime.app.fuzz import Moment
 
 
 @never
-def two_strokes_at_once(now):
+def two_strokes_at_once(now: Moment) -> object:
     """The two strokes are never asked for together."""
     return now.tags["OutGo"] and now.tags["BackGo"]
 
 
 @always
-def one_motion_command(now):
+def one_motion_command(now: Moment) -> object:
     """Never two motion commands at once."""
     return now.slot[1].motions <= 1
 
 
 @within("100 ms", after=lambda now: now.slot[1].status.IN_ESTOP)
-def stands_still(now):
+def stands_still(now: Moment) -> object:
     """At most 100 ms from emergency stop to zero speed."""
     return not now.slot[1].moving
 
 
 @never
-def command_error(now):
+def command_error(now: Moment) -> object:
     """No COMMAND_ERROR ever."""
     return now.slot[1].status.COMMAND_ERROR

@@ -1,7 +1,7 @@
 """A registration labeller: the web runs until its mark comes, and stops exactly one label further.
 
 The sensor looks at the web; print between two marks must not count, so the module ignores the sensor for the
-first 2,000 steps of each feed. A feed without a mark in two seconds means that the web is at its end.
+first 2,000 steps of each feed. A feed that lasts two seconds means that the web is at its end.
 """
 
 from scanrack import (
@@ -31,6 +31,7 @@ class Labeller(Logic):
     applicator: Output = Output("Local:3:O.Data.0")
     empty: Output = Output("Local:3:O.Data.1")
 
+    limit = "2 s"
     labels = 0
 
     @sequence
@@ -57,7 +58,7 @@ class Labeller(Logic):
         """Feed label by label."""
         while True:
             try:
-                await within("2 s", self.web.run(3000, acceleration=20, deceleration=20, register=600))
+                await within(self.limit, self.web.run(3000, acceleration=20, deceleration=20, register=600))
             except WaitTimeout:
                 await self.wait_for_refill()
             else:

@@ -32,6 +32,7 @@ class Pair(Logic):
     go = Input("Local:2:I.Data.1")
     zone = Lock()
 
+    home = 0
     running = True
 
     def every_scan(self) -> None:
@@ -74,7 +75,7 @@ class Pair(Logic):
         while True:
             try:
                 await self.make_ready(axis)
-                await axis.move_to(0, speed=5000, acceleration=20, deceleration=20)
+                await axis.move_to(self.home, speed=5000, acceleration=20, deceleration=20)
             except AxisError:
                 await dwell("500 ms")
             else:

@@ -30,6 +30,7 @@ class Stations(Logic):
     start = Input("Local:2:I.Data.0")
     lamp: Output = Output("Local:3:O.Data.0")
 
+    stations = (0, 4000, 8000)
     rounds = 0
 
     def every_scan(self) -> None:
@@ -62,6 +63,6 @@ class Stations(Logic):
 
     async def make_round(self) -> None:
         """Go to all stations."""
-        for station in (0, 4000, 8000):
+        for station in self.stations:
             await within("5 s", self.axis.move_to(station, speed=5000, acceleration=10, deceleration=10))
             await dwell("2 s")

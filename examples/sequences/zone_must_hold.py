@@ -2,6 +2,7 @@
 
 from scanrack import never
 from scanrack.runtime.app.fuzz import Moment
+from scanrack.runtime.app.fuzz import Moment
 
 
 @never

@@ -5,6 +5,7 @@ The same line as examples/three_stations, and the same images in every scan.
 
 from scanrack import Configuration, InputBit, Move, MoveKind, PresetPosition
 from scanrack.ladder import ADD, BOOL, CLR, COP, DINT, FLL, INT, MOD, MUL, ONS, OTE, Program
+from scanrack.ladder.front import RungMaker
 
 CONFIGURATION = Configuration(
     inputs_used=InputBit.CAPTURE | InputBit.HOME | InputBit.CW_LIMIT | InputBit.CCW_LIMIT,
@@ -24,7 +25,7 @@ pulse, pulse_before = program.declare("Pulse PulseBefore", BOOL)
 
 
 @program.routine
-def Main(rung):  # noqa: N802 - the name of a routine
+def Main(rung: RungMaker) -> None:  # noqa: N802 - the name of a routine
     """Stations are 4000 steps apart: 4 in the thousands of the target, word 2."""
     rung("S:FS", COP(configure, outputs, 8))
     rung(status.MODE_CONFIG, ~status.CONFIG_ERROR, FLL(0, outputs, 8))
