@@ -2,7 +2,6 @@
 
 from scanrack import never
 from scanrack.runtime.app.fuzz import Moment
-from scanrack.runtime.app.fuzz import Moment
 
 
 @never
