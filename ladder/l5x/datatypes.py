@@ -13,7 +13,7 @@ from typing import Any
 from ..errors import LadderError
 from ..predefined import PREDEFINED_TYPES
 from ..types import BOOL, MAX_DIMENSIONS, TYPES, DataType, Elementary, Member, Structure, count_of
-from .records import Data, DataTypeRecord, MemberRecord
+from .records import Data, DataTypeRecord, MemberRecord, number_of
 
 MOST_VALUES = 100_000
 """Values in one element of a type."""
@@ -192,7 +192,7 @@ class Types:
     def _shown_array(self, element: Any, name: str) -> Member | None:
         first = element.find("Element/Structure")
         kind = self.show(first if first is not None else element)
-        lengths = tuple(int(each) for each in element.get("Dimensions", "").split(",") if each.isdigit())
+        lengths = tuple(filter(None, map(number_of, element.get("Dimensions", "").split(","))))
         if kind is None or not lengths or len(lengths) > MAX_DIMENSIONS or min(lengths) < 1:
             return None
         return Member(name, kind, lengths) if self.count(kind) * count_of(lengths) <= MOST_VALUES else None

@@ -18,7 +18,7 @@ from ..expressions import parse_address
 from ..tags import Alias, Declaration, Tag
 from ..types import DataType, Structure
 from .datatypes import Types
-from .records import Document, ModuleRecord, ModuleTagRecord
+from .records import Document, ModuleRecord, ModuleTagRecord, number_of
 from .report import Report
 from .values import ValueTextError, initial_of
 
@@ -32,7 +32,11 @@ _PARTS = ("Data", "Slot")
 def prefix_of(module: ModuleRecord) -> str:
     """Return what the names of a module's tags begin with: `Local:1`, `Rack:3` or `Drive`."""
     on_network = any(module.bus.upper().startswith(each) for each in NETWORKS)
-    return module.name if on_network or not module.address.isdigit() else f"{module.parent}:{module.address}"
+    return (
+        module.name
+        if on_network or number_of(module.address) is None
+        else f"{module.parent}:{module.address}"
+    )
 
 
 _LOCAL = re.compile(r"Local:(\d+)", re.IGNORECASE)
@@ -114,7 +118,8 @@ def _alias(module: ModuleRecord, tag: ModuleTagRecord, found: Mapping[str, Decla
     if not isinstance(adapter, Tag) or not isinstance(adapter.type, Structure):
         return None
     part = next((name for name in _PARTS if adapter.type.member(name)), None)
-    if part is None or not module.address.isdigit():
+    place = number_of(module.address)
+    if part is None or place is None:
         return None
-    target = parse_address(f"{adapter.name}.{part}[{int(module.address)}]")
+    target = parse_address(f"{adapter.name}.{part}[{place}]")
     return Alias(f"{prefix_of(module)}:{way}", target, module.name)

@@ -6,6 +6,7 @@ which `values` reads.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -14,6 +15,13 @@ from lxml.etree import _Element as Element
 
 Data: TypeAlias = Element
 """An element that holds values."""
+
+_NUMBER = re.compile(r"[0-9]{1,9}")
+
+
+def number_of(text: str) -> int | None:
+    """Return the whole number that an attribute says, of up to 9 digits; None if it says none."""
+    return int(text) if _NUMBER.fullmatch(text) else None
 
 
 @dataclass(frozen=True, slots=True)

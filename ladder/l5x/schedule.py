@@ -7,7 +7,7 @@ from decimal import Decimal, InvalidOperation
 
 from ..errors import LadderError
 from ..schedule import PRIORITIES, Task, TaskKind
-from .records import Document, TaskRecord
+from .records import Document, TaskRecord, number_of
 from .report import Report
 
 
@@ -56,10 +56,10 @@ def _task(record: TaskRecord, programs: tuple[str, ...], report: Report) -> Task
     kind = kinds.get(record.kind)
     try:
         rate = Decimal(record.rate or 0) if kind is TaskKind.PERIODIC else Decimal(0)
-        priority = int(record.priority) if record.priority.isdigit() else 10
+        priority = number_of(record.priority)
         if kind is None:
             raise LadderError(f"its type is {record.kind}; allowed are {', '.join(kinds)}")
-        if priority not in PRIORITIES:
+        if priority is None or priority not in PRIORITIES:
             priority = 10
         return Task(record.name, kind, programs, int(rate * 1_000_000), priority, comment=record.comment)
     except (LadderError, InvalidOperation, OverflowError, ValueError) as error:

@@ -23,7 +23,7 @@ from ..arithmetic import real, wrap
 from ..quoting import unquoted
 from ..types import DataType, Elementary, Member, Structure, count_of
 from .datatypes import has_initials
-from .records import Data
+from .records import Data, number_of
 
 _RADIX = re.compile(r"(16|8|2)#([0-9A-Fa-f_]+)")
 _DATE = re.compile(r"L?DT#(\d{4})-(\d\d)-(\d\d)-(\d\d):(\d\d):(\d\d)(?:\.([\d_]+))?Z?", re.IGNORECASE)
@@ -340,8 +340,8 @@ def _l5k_string(tree: Any, kind: Structure) -> str | None:
     if not (isinstance(tree, list) and len(tree) == 2 and all(isinstance(each, str) for each in tree)):
         return None
     length, text = tree
-    characters = unquoted_or_raise(text.strip("'"))
-    return characters[: int(length)] or None if length.isdigit() else None
+    characters, most = unquoted_or_raise(text.strip("'")), number_of(length)
+    return characters[:most] or None if most is not None else None
 
 
 def _l5k_structure(tree: Sequence[Any], kind: Structure, keep: bool) -> Any:

@@ -11,7 +11,6 @@ what else could stand there.
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -22,6 +21,7 @@ from ...ladder.l5x.records import ModuleRecord
 from ...ladder.l5x.report import Refusal
 from ..config.rackspec import DECLARE, MISSING_TAGS
 from ..modules.registry import MODULES
+from .toml_text import comment, key, text
 
 GENERIC = "1769-MODULE"
 """Catalog number of the generic profile."""
@@ -49,17 +49,18 @@ def rack_of(imported: Imported, program: Path) -> str:
 
 def _head(imported: Imported, program: Path) -> Iterator[str]:
     report = imported.report
-    yield f"# {report.controller or program.stem}: {report.rungs} rungs, {len(report.refused)} refused."
+    name = report.controller or program.stem
+    yield comment(f"{name}: {report.rungs} rungs, {len(report.refused)} refused.")
     yield ""
-    yield f"name = {_text(report.controller or program.stem)}"
-    yield f"program = {_text(program.as_posix())}"
+    yield f"name = {text(name)}"
+    yield f"program = {text(program.as_posix())}"
     yield 'controller = "compactlogix"'
     rpis = [each.rpi_us for each in imported.document.modules if slot_of(each) and each.rpi_us]
     if rpis:
         yield f"rpi_ms = {min(rpis) / _US_PER_MS:g}"
     yield "scan_ms = 2           # a scan of the continuous task"
     yield "run_for_s = 10"
-    yield f"trace = {_text(program.stem + '.mcap')}"
+    yield f"trace = {text(program.stem + '.mcap')}"
     yield '# tags = ["*"]        # variables to record, by name or pattern'
 
 
@@ -75,14 +76,15 @@ def _stubs(imported: Imported) -> Iterator[str]:
     yield ""
     yield '# What stands for what is not here: "false", "true", "done after 20 ms", or "plant.py:function".'
     yield "[stubs]"
-    for name, stub in report.stubs.items():
-        yield f"{name} = {_text(stub)}"
+    lines = {name: text(stub) for name, stub in report.stubs.items()}
     for name in filter(None, missing):
-        yield f'{name} = "false"'
+        lines.setdefault(name, text("false"))
     for name in routines:
-        yield f'{name} = "false"    # a routine that is not imported'
+        lines.setdefault(name, f"{text('false')}    # a routine that is not imported")
+    for name, line in lines.items():
+        yield f"{key(name)} = {line}"
     if declares:
-        yield f"{MISSING_TAGS} = {_text(DECLARE)}    # tags that the export leaves out, from their use"
+        yield f"{MISSING_TAGS} = {text(DECLARE)}    # tags that the export leaves out, from their use"
 
 
 def _instruction(refused: Refusal) -> str:
@@ -100,12 +102,12 @@ def _slots(modules: Iterable[ModuleRecord]) -> Iterator[str]:
         catalog = _catalog(module)
         yield ""
         if catalog is None:
-            yield f"# slot {slot}: {module.catalog} {module.name}: not simulated, its tags are memory"
+            yield comment(f"slot {slot}: {module.catalog} {module.name}: not simulated, its tags are memory")
             continue
         placed = True
-        yield f"[[slot]]              # {module.name}, {module.catalog}"
+        yield f"[[slot]]              {comment(f'{module.name}, {module.catalog}')}"
         yield f"number = {slot}"
-        yield f"module = {_text(catalog)}"
+        yield f"module = {text(catalog)}"
         yield from _wiring(catalog)
     if not placed:
         yield "\n# The export has no module that is simulated here; a rack has one slot at least."
@@ -139,7 +141,3 @@ def _catalog(module: ModuleRecord) -> str | None:
 def _has_the_sizes_of_a_3601(module: ModuleRecord) -> bool:
     sizes = {each.kind: each.size for each in module.tags}
     return sizes.get("OutputTag") == BYTES_OUT and sizes.get("InputTag") in BYTES_IN
-
-
-def _text(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False)

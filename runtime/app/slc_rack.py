@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 from ...ladder.slc import Imported
+from .toml_text import comment, text
 
 
 def rack_of_slc(imported: Imported, path: Path) -> str:
@@ -16,17 +16,17 @@ def rack_of_slc(imported: Imported, path: Path) -> str:
         path: its file, which the rack file names.
     """
     slots = imported.document.slots.values()
-    lines = [f"program = {json.dumps(path.name)}", 'controller = "micrologix"']
+    lines = [f"program = {text(path.name)}", 'controller = "micrologix"']
     for slot in slots:
         if slot.number and slot.is_3601:
             lines += ["", "[[slot]]", f"number = {slot.number}", 'module = "amci3601"']
         elif slot.number:
             lines += [
                 "",
-                f"# slot {slot.number}: {slot.text}: memory, unless another module sits there",
+                comment(f"slot {slot.number}: {slot.text}: memory, unless another module sits there"),
             ]
     if "[[slot]]" not in lines:
         lines += ["", "# the export names no 3601", "[[slot]]", "number = 1", 'module = "amci3601"']
     for refused in sorted({each.reason for each in imported.report.refused}):
-        lines += [f"# {refused}"] * ("there is no instruction" in refused)
+        lines += [comment(refused)] * ("there is no instruction" in refused)
     return "\n".join(lines) + "\n"

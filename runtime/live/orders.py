@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, asdict, dataclass, fields
+from itertools import chain
 from typing import Any, NoReturn
 
 from ..loop.incidents import FaultKind
@@ -21,6 +22,11 @@ MOST_STEPS = 1_000_000
 SCAN_MOST = (1 << 32) - 1
 TEXT_MOST = 400
 """Longest name or text in an order, characters."""
+
+DEEPEST = 8
+"""Levels of lists and objects in a message."""
+
+_TOO_DEEP = "it is nested too deep"
 
 ALL = "all"
 """In place of a tag: all forces."""
@@ -212,12 +218,41 @@ def parsed(text: str | bytes) -> Any:
     """Return what a JSON text says, without numbers that JSON does not have.
 
     Raises:
-        ValueError: it is not JSON.
+        ValueError: it is not JSON, is nested more than `DEEPEST` levels, or has text that UTF-8 can't hold.
     """
     try:
-        return json.loads(text, parse_constant=_refuse_constant)
+        said = json.loads(text, parse_constant=_refuse_constant)
     except RecursionError:
-        raise ValueError("it is nested too deep") from None
+        raise ValueError(_TOO_DEEP) from None
+    _refuse_oddities(said)
+    return said
+
+
+def _refuse_oddities(said: object) -> None:
+    """Refuse what JSON can say and nothing here can show: deep nesting, halves of surrogate pairs."""
+    level = [said]
+    for _ in range(DEEPEST + 1):
+        for text in level:
+            if isinstance(text, str) and not _is_unicode(text):
+                raise ValueError(f"{_shown(text)} has half of a surrogate pair")
+        level = [inner for each in level for inner in _inside(each)]
+        if not level:
+            return
+    raise ValueError(_TOO_DEEP)
+
+
+def _inside(value: object) -> Iterable[object]:
+    if isinstance(value, dict):
+        return chain(value, value.values())
+    return value if isinstance(value, list) else ()
+
+
+def _is_unicode(text: str) -> bool:
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def _refuse_constant(name: str) -> NoReturn:
@@ -233,14 +268,14 @@ def _is_text(value: object) -> bool:
 
 
 def _is_number(value: object) -> bool:
-    return type(value) in (int, float) and math.isfinite(value)  # type: ignore[arg-type]
+    if type(value) is int:
+        return abs(value) < 1 << 64
+    return isinstance(value, float) and math.isfinite(value)
 
 
 def _is_value(value: object) -> bool:
     if isinstance(value, str):
-        return len(value) <= TEXT_MOST
-    if type(value) is int:
-        return abs(value) < 1 << 64
+        return len(value) <= TEXT_MOST and _is_unicode(value)
     return isinstance(value, bool) or _is_number(value)
 
 

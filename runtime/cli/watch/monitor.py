@@ -282,7 +282,9 @@ class Monitor(ABC):
             if not isinstance(said, Mapping):
                 raise ValueError("a message is an object with the keys id and do")
             name = said.get("do")
-            question = QUESTIONS.get(name) if isinstance(name, str) else None
+            if not isinstance(name, str):
+                raise ValueError(f"do is the name of an order or a question, not {str(name)[:60]}")
+            question = QUESTIONS.get(name)
             if question is not None:
                 page.send({"answer": {"id": number, "ok": True, **question(self, page, said)}})
             else:

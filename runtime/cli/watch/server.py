@@ -34,6 +34,9 @@ BUSY_S = 0.025
 """How long a monitor with much to do may go on until the next picture."""
 
 MESSAGE_MOST = 1 << 16
+OUTBOX_MOST = 200
+"""Messages that wait for a page: one that reads none of so many gets no further answers."""
+
 PAGES_MOST = 8
 STRANGERS_MOST = 16
 """Sockets that have not given the key yet."""
@@ -139,6 +142,8 @@ class Server:
                 await sending
 
     def _take(self, page: Page, text: str | bytes) -> None:
+        if len(page.outbox) >= OUTBOX_MOST:
+            return
         if not page.may_ask():
             page.send({"answer": {"id": None, "refused": "more than 100 messages a second"}})
             return

@@ -86,3 +86,28 @@ def test_numbers_that_json_does_not_have_are_refused():
 def test_every_order_can_be_named():
     assert {name for name, kind in ORDERS.items() if kind.__name__ == "Happen"} == {"incident"}
     assert len(ORDERS) == len(set(ORDERS.values()))
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ('{"do": "write", "tag": "T", "value": "\\ud800"}', "half of a surrogate pair"),
+        ('{"\\udfff": 1}', "half of a surrogate pair"),
+        ("[" * 10 + "]" * 10, "nested too deep"),
+        ("[" * 980 + "]" * 980, "nested too deep"),
+        ("[" * 30_000, "nested too deep"),
+    ],
+)
+def test_what_json_can_say_and_no_page_can_show_is_refused(text, says):
+    with pytest.raises(ValueError, match=says):
+        parsed(text)
+
+
+def test_a_number_that_no_float_holds_is_refused():
+    for said in (
+        {"do": "speed", "factor": 10**400},
+        {"do": "incident", "kind": "torn-update", "slot": 1, "for_ms": 10**400},
+        {"do": "write", "tag": "T", "value": "\ud800"},
+    ):
+        with pytest.raises(ValueError, match="is not allowed"):
+            order_of(said)

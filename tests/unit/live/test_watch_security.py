@@ -7,9 +7,13 @@ an unchecked order: each turns a test red.
 import asyncio
 import json
 import random
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from scanrack.runtime.cli import build
+from scanrack.runtime.cli.watch.page import Page
+from scanrack.runtime.cli.watch.server import OUTBOX_MOST, Server
 from scanrack.traces.reader import open_trace
 from typer.testing import CliRunner
 from watching import page_of, watched
@@ -149,6 +153,44 @@ def test_more_than_100_messages_a_second_are_refused(session):
         return False
 
     assert asyncio.run(flood())
+
+
+ANSWERED = {
+    "a list to do": '{"id": 1, "do": []}',
+    "an object to do": '{"id": 1, "do": {}}',
+    "a factor that no float holds": '{"id": 1, "do": "speed", "factor": 1' + "0" * 400 + "}",
+    "a factor beyond all": '{"id": 1, "do": "speed", "factor": 1e999}',
+    "half a surrogate pair as id": '{"id": "\\ud800", "do": "pause"}',
+    "half a surrogate pair as tag": '{"id": 1, "do": "xref", "tag": "\\ud800"}',
+    **{
+        f"{depth} levels": '{"id": 1, "do": "write", "tag": "T", "value": ' + "[" * depth + "]" * depth + "}"
+        for depth in (20, 900, 975, 980, 985, 1000, 30_000)
+    },
+}
+"""Most of them closed the socket, or had no answer: nesting did so near 980 levels only."""
+
+
+def test_each_message_that_can_not_be_used_has_an_answer_of_its_own(session):
+    async def ask(message):
+        async with page_of(session) as page:
+            await page.socket.send(message)
+            while True:
+                heard = await page.hear()
+                if "answer" in heard:
+                    return heard["answer"]
+
+    for name, message in ANSWERED.items():
+        assert asyncio.run(ask(message)).get("refused"), name
+
+
+def test_a_page_that_reads_no_answers_does_not_fill_the_memory():
+    """Also a refusal takes memory."""
+    page = Page()
+    server: Any = Server.__new__(Server)
+    server._monitor = SimpleNamespace(ask=lambda page, said: page.send({"answer": said}))
+    for _ in range(4000):
+        server._take(page, '{"id": 1}')
+    assert len(page.outbox) == OUTBOX_MOST
 
 
 def test_a_read_only_session_takes_no_order():

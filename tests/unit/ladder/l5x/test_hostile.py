@@ -4,9 +4,10 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from l5x_files import HEAD, data_type, document, machine, member, program, tag
+from l5x_files import HEAD, data_type, document, ladder, machine, member, module, program, tag, task
 from scanrack.ladder.l5x import L5xError, import_l5x
 from scanrack.ladder.l5x.document import MOST_BYTES, MOST_MARKS, parse_document
+from scanrack.ladder.l5x.importer import Importer
 
 BOMB = (
     """<!DOCTYPE lolz [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;&a;&a;&a;"><!ENTITY c "&b;&b;&b;&b;&b;&b;">]>"""
@@ -112,3 +113,22 @@ def test_parts_of_one_name_are_one_note_with_their_number(tmp_path: Path) -> Non
     path.write_text(f'<RSLogix5000Content><Controller Name="x">{parts}</Controller></RSLogix5000Content>')
     (note,) = import_l5x(path).report.notes
     assert str(note) == "a: this part of the controller is not read (line 1, 1000 times)"
+
+
+@pytest.mark.parametrize("number", ["²", "9" * 5000, "", "-1", "1e3"])
+def test_what_is_no_number_is_none(number):
+    """`"²".isdigit()` holds, and int() refuses both it and 5,000 digits."""
+    shown = (
+        '<InputTag><Data Format="Decorated"><Structure DataType="AB:x:I:0"><ArrayMember Name="Data" '
+        f'DataType="DINT" Dimensions="{number}"/></Structure></Data></InputTag>'
+    )
+    text = document(
+        modules=[module("M", 1, shown).replace('Address="1"', f'Address="{number}"')],
+        programs=[program("P", ladder("Main", "NOP();"))],
+        tasks=[task("T", "P").replace('Priority="10"', f'Priority="{number}"')],
+        tags=[
+            f'<Tag Name="S" DataType="STRING"><Data Format="L5K">[{number},\'a\']</Data></Tag>',
+        ],
+    )
+    report = Importer(parse_document(text.encode(), "machine.L5X")).run(trial=True).report
+    assert (report.rungs, report.refused) == (1, [])

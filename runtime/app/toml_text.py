@@ -1,0 +1,47 @@
+"""Texts of others in a rack file that is printed: none ends its string, its key or its comment."""
+
+from __future__ import annotations
+
+import json
+import re
+
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
+
+
+def text(said: str) -> str:
+    r"""Return a text as a basic string of TOML.
+
+    >>> print(text('a "name"\x85'))
+    "a \"name\"\u0085"
+    """
+    return escaped(json.dumps(said, ensure_ascii=False))
+
+
+def key(name: str) -> str:
+    r"""Return a name as a key of TOML.
+
+    >>> print(key("Main"), key('a = "b"'))
+    Main "a = \"b\""
+    """
+    return name if _BARE.fullmatch(name) else text(name)
+
+
+def comment(said: str) -> str:
+    r"""Return a comment of TOML, on one line.
+
+    >>> print(comment("slot 1\n[stubs]"))
+    # slot 1\u000a[stubs]
+    """
+    return f"# {escaped(said)}"
+
+
+def escaped(said: str) -> str:
+    r"""Return a text with everything that is not printable as the escapes of TOML."""
+    return said if said.isprintable() else "".join(map(_escaped, said))
+
+
+def _escaped(character: str) -> str:
+    if character.isprintable():
+        return character
+    number = ord(character)
+    return f"\\u{number:04x}" if number < 1 << 16 else f"\\U{number:08x}"
