@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from foxglove import decoded_scans
+from foxglove_peer import decoded_scans
 from mcap.reader import make_reader
 from scanrack.traces.export import write_mcap
 from scanrack.traces.layout import SlotInfo

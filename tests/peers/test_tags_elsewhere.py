@@ -8,7 +8,7 @@ from struct import pack
 from typing import Any
 
 import pytest
-from foxglove import decoded_scans
+from foxglove_peer import decoded_scans
 from mcap.reader import make_reader
 from scanrack.traces.layout import SlotInfo
 from scanrack.traces.recorder import ScanRecorder

@@ -88,7 +88,7 @@ def record(folder: Path, during: Callable[[Cpu, int], None] = lambda cpu, scan: 
     """Record the rack; `during` may act on the CPU before every scan."""
     job = load_job("rack.toml")
     rack = build_rack(job.spec)
-    recorder: ScanRecorder = recorder_for(job, rack, folder / "line.mcap")
+    recorder = recorder_for(job, rack, folder / "line.mcap")
     with build_cpu(job.spec, job.logic, rack, listeners=[recorder]) as cpu:
         for scan in range(SCANS):
             during(cpu, scan)

@@ -162,6 +162,7 @@ def test_fields_of_the_class_are_recorded_like_tags(rack, tmp_path):
     path = tmp_path / "tags.mcap"
     assert invoke("run", rack, "--record", path, "--tag", "line.*", "-q").exit_code == 0
     with open_trace(path) as opened:
+        assert opened.head.tags is not None
         assert [(field.tag.name, field.tag.type) for field in opened.head.tags.fields] == [
             ("line.count", "LINT"),
             ("line.mode", "ENUM"),
