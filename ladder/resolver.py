@@ -119,6 +119,7 @@ class Resolver:
         self._layout = layout
         self._program = program
         self._known: dict[Address, Place | Group] = {}
+        self._open: list[Address] = []
 
     def operand(self, operand: Operand) -> Resolved:
         """Resolve an operand with all that is inside.
@@ -148,7 +149,13 @@ class Resolver:
         """
         known = self._known.get(address)
         if known is None:
-            known = self._known[address] = self._find(address, address, self._program, 0)
+            if address in self._open:
+                raise AddressError(f"{address} is an alias with itself as a subscript", "point it at a tag")
+            self._open.append(address)
+            try:
+                known = self._known[address] = self._find(address, address, self._program, 0)
+            finally:
+                self._open.pop()
         return known
 
     def hold(self) -> str:

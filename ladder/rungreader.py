@@ -395,7 +395,7 @@ class Reader:
     def _dims(self, text: str | None) -> tuple[int, ...]:
         """Return the dimensions in brackets, none without brackets."""
         parts = text.split(",") if text is not None else []
-        if not all(part.strip().isdigit() and len(part) <= _DIGITS for part in parts):
+        if not all(part.strip().isdecimal() and len(part) <= _DIGITS for part in parts):
             self._fail("the length of each dimension, as in [4] or [2,3]", repr(f"[{text}]"))
         return tuple(map(int, parts))
 

@@ -344,7 +344,7 @@ class Layout:
         """Make a readable identifier that nothing else has."""
         wanted = path.replace(".", "_")
         if not wanted.isidentifier() or wanted[0] == "_" or wanted[-1] == "_" or not wanted.isascii():
-            wanted = re.sub(r"\W", "_", path, flags=re.ASCII).strip("_")
+            wanted = re.sub(r"\W", "_", path, flags=re.ASCII).strip("_") or "tag"
         if keyword.iskeyword(wanted) or wanted in RESERVED or wanted[:1].isdigit():
             wanted += "_"
         if wanted.startswith(("addon_", "jsr_")):

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 
 from ..collector import collector_paused
 from ..engine import Engine
+from ..errors import LadderError
 from ..lowered import Lowered
 from ..memory import NOTHING
 from .observed import UNOBSERVED, Holding, Observation, Reading
@@ -107,7 +108,20 @@ def _scheduled(engine: Engine, functions: Mapping[str, FunctionType], now_ns: in
 
 
 def _code(text: ProgramText, observation: Observation) -> CodeType:
-    """Compile the text; return the code in which the functions are constants."""
+    """Compile the text; return the code in which the functions are constants.
+
+    Raises:
+        LadderError: Python's parser, or its compiler, has no room for so many branches.
+    """
+    try:
+        return _code_or_raise(text, observation)
+    except (MemoryError, RecursionError):
+        raise LadderError(
+            f"{text.file}: a statement has too many branches to be compiled: divide it"
+        ) from None
+
+
+def _code_or_raise(text: ProgramText, observation: Observation) -> CodeType:
     tree = ast.parse(text.text)
     for node in ast.walk(tree):
         if isinstance(node, (ast.expr, ast.stmt)):

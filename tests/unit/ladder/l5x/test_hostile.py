@@ -4,10 +4,25 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from l5x_files import HEAD, data_type, document, ladder, machine, member, module, program, tag, task
+from l5x_files import (
+    HEAD,
+    alias,
+    data_type,
+    document,
+    ladder,
+    machine,
+    member,
+    module,
+    program,
+    structured,
+    tag,
+    task,
+)
+from scanrack.ladder.errors import LadderError
 from scanrack.ladder.l5x import L5xError, import_l5x
 from scanrack.ladder.l5x.document import MOST_BYTES, MOST_MARKS, parse_document
 from scanrack.ladder.l5x.importer import Importer
+from scanrack.ladder.l5x.trial import run_trial
 
 BOMB = (
     """<!DOCTYPE lolz [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;&a;&a;&a;"><!ENTITY c "&b;&b;&b;&b;&b;&b;">]>"""
@@ -132,3 +147,32 @@ def test_what_is_no_number_is_none(number):
     )
     report = Importer(parse_document(text.encode(), "machine.L5X")).run(trial=True).report
     assert (report.rungs, report.refused) == (1, [])
+
+
+def test_a_tag_may_be_called_underscore():
+    """Its identifier in the compiled program was empty."""
+    text = machine("XIC(_)OTE(_);", "XIO(__)OTE(__);", tags=[tag("_", "BOOL"), tag("__", "BOOL")])
+    imported = Importer(parse_document(text.encode(), "machine.L5X")).run(trial=True)
+    run_trial(imported, scans=2)
+    assert (imported.report.ran, imported.report.faults) == (2, {})
+
+
+@pytest.mark.parametrize(("first", "second"), [("B[A]", "B[0]"), ("B[C]", "B[A]"), ("B[A.1]", "B[0]")])
+def test_an_alias_that_is_its_own_subscript_is_refused_in_its_rung(first, second):
+    tags = [alias("A", first), alias("C", second), tag("B", "DINT", "5")]
+    text = machine("MOV(1,A);", "NOP();", tags=tags)
+    report = Importer(parse_document(text.encode(), "machine.L5X")).run(trial=True).report
+    assert report.imported >= 1
+    assert report.imported + len(report.refused) == report.rungs
+
+
+def test_more_branches_than_python_compiles_are_an_error_of_ours():
+    choices = "".join(f"{number}: N := {number};\n" for number in range(7000))
+    text = document(
+        tags=[tag("N", "DINT")],
+        programs=[program("P", structured("Main", f"CASE N OF\n{choices}END_CASE;"))],
+        tasks=[task("T", "P")],
+    )
+    imported = Importer(parse_document(text.encode(), "machine.L5X")).run(trial=True)
+    with pytest.raises(LadderError, match="too many branches"):
+        run_trial(imported, scans=1)
