@@ -28,6 +28,7 @@ which is logic just as well. The files, from the bottom up; each imports only fr
 | `edit` | values that outlive a program |
 | `runnable`, `logic`, `controller` | what both of these are: declared, built, run; `Program`; `Controller` |
 | `slc_types`, `slc/` | RSLogix 500: data files, exports; `instructions/slc` has its instructions |
+| `l5x/` | exports of Studio 5000 and RSLogix 5000: read, reported, compared, written |
 | `sequences/`, `axis3601/` | logic in plain Python: sequences; the 3601's axis |
 | `rungreader`, `rungfile`, `steps` | `.rung` and `.st` files; `.steps` files |
 | `program` | any program from a file |

@@ -4,7 +4,7 @@ rack file and program      by the metadata's `rack_file` and `program_file`, pat
 retained tags              by the metadata's `retained_file`: what a ladder program begins with
 stubs in Python            by the rack file's `[stubs]`
 what the program imports   Python files beside it, which stay beside it, by their path from there
-words.json                 the map of words and bits, which a run does not need
+words.json, tags.json      the maps of words and of recorded tags, which a run does not need
 
 What of it may be used is decided in `trust`.
 """
@@ -32,7 +32,7 @@ PYTHON = ".py"
 RETAINED = "retained/tags.json"
 """What the file of tags that a run begins with is called in a trace."""
 
-_NOT_OF_THE_RUN = "words.json"
+_NOT_OF_THE_RUN = ("words.json", "tags.json")
 
 
 def attachment(path: Path, name: str) -> Attachment:
@@ -207,7 +207,7 @@ def _take_out(
     trace: Trace, folder: Path, rack: str, program: str | None, *, trust: bool, retained: str | None = None
 ) -> None:
     """Check that the files of a run may be used, and write them into a folder."""
-    files = {name: data for name, data in attached_files(trace).items() if name != _NOT_OF_THE_RUN}
+    files = {name: data for name, data in attached_files(trace).items() if name not in _NOT_OF_THE_RUN}
     given = Given(address_name(rack), None if program is None else address_name(program), retained)
     wanted = admitted(files, given, trust=trust)
     _check_alone(folder, wanted)

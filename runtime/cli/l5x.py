@@ -123,7 +123,7 @@ def _print_differences(file: Path, older: Path, *, as_json: bool) -> int:
     for difference in found:
         for line in difference.lines():
             say(line)
-    say(f"{len(found)} differences" if found else "no difference")
+    say(f"{len(found)} difference{'s'[: len(found) != 1]}" if found else "no difference")
     return NO if found else DONE
 
 

@@ -1,0 +1,43 @@
+"""A recording of one's own program with recorded tags is no foreign one: its table of tags is not run."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+PROGRAM = """
+from scanrack import Logic
+
+class Line(Logic):
+    rounds = 0
+
+    def every_scan(self) -> None:
+        self.rounds += 1
+"""
+
+RACK = """
+program = "line.py"
+trace = "line.mcap"
+tags = ["line.rounds"]
+run_for_s = 0.1
+
+[[slot]]
+number = 1
+module = "amci3601"
+"""
+
+
+def scanrack(*words: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "scanrack", *words], cwd=folder, capture_output=True, text=True, timeout=60
+    )
+
+
+def test_a_rerun_of_ones_own_program_with_recorded_tags_needs_no_trust(tmp_path: Path) -> None:
+    (tmp_path / "line.py").write_text(PROGRAM)
+    (tmp_path / "line.toml").write_text(RACK)
+    assert scanrack("run", "line.toml", folder=tmp_path).returncode == 0
+    again = scanrack("rerun", "line.mcap", folder=tmp_path)
+    assert "--trust" not in again.stderr
+    assert again.returncode == 0, again.stderr
