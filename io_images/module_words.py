@@ -48,6 +48,7 @@ class ModuleWords:
         profile_words: words by the names of that profile, as in `Local:3:I.Ch0Data`: image and word.
         data_bits: each image is one value called Data of so many bits, 16 or 32, from word 0 on:
             `Local:2:I.Data.3` is a bit of it; 0 = it is an array of words.
+        terminals: of a card: how many bits of each image are terminals, from bit 0 of word 0 on.
     """
 
     message: str
@@ -57,6 +58,7 @@ class ModuleWords:
     profile: Mapping[str, int] = field(default_factory=dict, compare=False)
     profile_words: Mapping[str, tuple[str, int]] = field(default_factory=dict, compare=False)
     data_bits: int = field(default=0, compare=False)
+    terminals: Mapping[str, int] = field(default_factory=dict, compare=False)
 
     def bits(self, image: str, word: int) -> Iterator[tuple[str, int]]:
         """Yield the named bits of a word: name and number."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 
-from ...io_images.addresses import Address, allowed, parse_address
+from ...io_images.addresses import BITS, Address, allowed, parse_address
 from ...io_images.module_words import ModuleWords
 
 Rack = Mapping[int, ModuleWords]
@@ -30,12 +30,16 @@ def find_bit(text: str, image: str, rack: Rack) -> Address:
         rack: the modules.
 
     Raises:
-        ValueError: it is not there, in the other image, or a word.
+        ValueError: it is not there, in the other image, a word, or no terminal of a card.
     """
     at = _find(text, image, rack, _bits(image, rack))
     if at.bit is None:
         kind = KINDS[image].capitalize()
         raise ValueError(f"{text!r} is a word: add a bit, or declare it as {kind}Word")
+    terminals = rack[at.slot].terminals.get(image)
+    if terminals is not None and at.word * BITS + at.bit >= terminals:
+        there = f"{KINDS[image]}s 0 to {terminals - 1}" if terminals else f"no {KINDS[image]}s"
+        raise ValueError(f"{text!r}: the card in slot {at.slot} has {there}")
     return at
 
 

@@ -240,6 +240,7 @@ def _digital_words(kind: CardKind, options: CardOptions) -> ModuleWords:
             "output": {name: BitPlace("O", *divmod(at, WORD_BITS)) for name, at in options.outputs.items()},
         },
         data_bits=32 if max(kind.inputs, kind.outputs) > WORD_BITS else WORD_BITS,
+        terminals={"I": kind.outputs if kind.echo else kind.inputs, "O": kind.outputs},
     )
 
 
