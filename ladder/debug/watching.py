@@ -399,9 +399,14 @@ class WatchedEngine(Engine):
         return truths
 
     def true_at_end(self, key: LineKey) -> bool:
-        """Return whether a noted line ran in the latest scan, which was compiled, and was true at its end."""
-        place = self._places[key]
-        return bool(self._notes) and true_at_end(self._notes, place, self._readings[place])
+        """Return whether a line ran in the latest scan, which was compiled, and was true at its end.
+
+        A line that does nothing when compiled is not noted, and never true.
+        """
+        place = self._places.get(key)
+        if place is None or not self._notes:
+            return False
+        return true_at_end(self._notes, place, self._readings[place])
 
     def _observed(self) -> Callable[[int], object]:
         """Return the compiled program that notes and holds what is wanted now."""

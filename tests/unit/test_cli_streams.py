@@ -105,7 +105,7 @@ def test_a_circle_of_links_is_told_in_one_line(folder, command, extra, monkeypat
     [
         ("shwo", "there is no command 'shwo': did you mean show?"),
         ("exprot", "there is no command 'exprot': did you mean export?"),
-        ("xyz", "there is no command 'xyz': there are run, show, query, "),
+        ("xyz", "there is no command 'xyz': there are run, watch, show, "),
     ],
 )
 def test_a_command_that_is_not_there(typed, told):
