@@ -107,6 +107,16 @@ def is_image(name: str) -> bool:
     return name.startswith("\\") or any(each.fullmatch(name) for each in (_LOCAL, _SLOT_FILE))
 
 
+def slot_of_image(name: str) -> int | None:
+    """Return the slot whose image a tag such as `Local:1:I` is, None for any other tag.
+
+    >>> slot_of_image("Local:1:I"), slot_of_image("Local:1:C")
+    (1, None)
+    """
+    local = _LOCAL.fullmatch(name.upper())
+    return int(local[1]) if local else None
+
+
 class Resolver:
     """Finds what addresses mean.
 

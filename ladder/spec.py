@@ -235,6 +235,15 @@ def always(name: str, *operands: Use, **parts: Any) -> Spec:
     return _named(name, Kind.BOTH, operands, parts)
 
 
+WITH_CONTROL = (Use.CONTROL, Use.PRESET, Use.PRESET)
+"""A CONTROL as an exported rung writes it: the tag, LEN and POS. Rungs in Python may omit the numbers."""
+
+
+def on_control(name: str, *operands: Use, **parts: Any) -> Spec:
+    """Return an instruction like `always` whose last operand is a CONTROL."""
+    return always(name, *operands, *WITH_CONTROL, optional=2, **parts)
+
+
 def _named(name: str, kind: Kind, operands: tuple[Use, ...], parts: dict[str, Any]) -> Spec:
     first, _, other = name.partition("/")
     return Spec(first, kind, operands, other=other or None, **parts)

@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ..io_images.amci3601.words import WORDS_3601
+from ..io_images.amci3601.words import WORDS_3601, is_stepper
 from ..io_images.image import IMAGE_BYTES
 from ..io_images.module_words import PLAIN_WORDS, ModuleWords
 
@@ -57,7 +57,7 @@ class SlotInfo:
         >>> SlotInfo(1, "amci3601").speaks_3601, SlotInfo(2, "my own").words.inputs[2]
         (True, 'word2')
         """
-        return self.words == WORDS_3601
+        return is_stepper(self.words)
 
 
 def check_slots(slots: Sequence[SlotInfo]) -> tuple[SlotInfo, ...]:

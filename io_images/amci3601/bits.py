@@ -112,6 +112,19 @@ class StatusLsw(IntFlag):
     HOME_PROX_ECHO = 1 << 12
 
 
+MOTIONS = (
+    CommandMsw.ABSOLUTE_MOVE
+    | CommandMsw.RELATIVE_MOVE
+    | CommandMsw.RESUME_MOVE
+    | CommandMsw.FIND_HOME_CW
+    | CommandMsw.FIND_HOME_CCW
+    | CommandMsw.MANUAL_CW
+    | CommandMsw.MANUAL_CCW
+    | CommandMsw.RUN_BLEND_CW
+    | CommandMsw.RUN_BLEND_CCW
+)
+"""Command bits that start a motion of the axis."""
+
 ERROR_BITS = (
     StatusMsw.HOME_INVALID
     | StatusMsw.INVALID_PROFILE

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..module_words import ModuleWords, flag_places
+from ..module_words import PLAIN_WORDS, ModuleWords, flag_places
 from .bits import PROFILE_BITS, CommandLsw, CommandMsw, StatusLsw, StatusMsw
 
 # fmt: off
@@ -20,3 +20,19 @@ WORDS_3601 = ModuleWords(
     profile=PROFILE_BITS,
 )
 # fmt: on
+
+
+def is_stepper(words: ModuleWords) -> bool:
+    """Return whether a module has the words of a 3601: the module itself, or one that answers as one."""
+    return words == WORDS_3601
+
+
+def may_be_stepper(words: ModuleWords) -> bool:
+    """Return whether a module has the words of a 3601, or does not name its words.
+
+    A user's own module that answers as a 3601 need not name them.
+
+    >>> may_be_stepper(PLAIN_WORDS), is_stepper(PLAIN_WORDS)
+    (True, False)
+    """
+    return words in (WORDS_3601, PLAIN_WORDS)

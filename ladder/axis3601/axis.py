@@ -21,9 +21,8 @@ from ...io_images.amci3601.configuration import Configuration
 from ...io_images.amci3601.moves import Direction, FindHome, Follower, Manual, Move, MoveKind, RunBlend
 from ...io_images.amci3601.parameters import SPEED_MAX, require
 from ...io_images.amci3601.status import StatusView
-from ...io_images.amci3601.words import WORDS_3601
+from ...io_images.amci3601.words import may_be_stepper
 from ...io_images.image import Image
-from ...io_images.module_words import PLAIN_WORDS
 from ..sequences.parts import Clock, Device, Slots, Turn, words_of
 from .blending import BlendProgramming
 from .command import Command, Outcome
@@ -351,8 +350,8 @@ class Axis3601(Device):
             there = ", ".join(map(str, slots)) or "none"
             self._refuse(f"slot {self.slot} is empty; modules sit in {there}")
         words = words_of(slots)[self.slot]
-        if words not in (WORDS_3601, PLAIN_WORDS):
-            self._refuse(f"slot {self.slot} has a {words.message}, which does not speak a 3601's words")
+        if not may_be_stepper(words):
+            self._refuse(f"slot {self.slot} has a {words.message}, which does not have a 3601's words")
         self._drive = self._new_drive()
         slot = slots[self.slot]
         self._drive.attach(slot.inputs, slot.outputs, clock)

@@ -21,7 +21,7 @@ from ..interpreter.files import Control, Elements
 from ..operand_checks import OperandError, array_of
 from ..operands import Constant, Group, Place, Resolved
 from ..regions import converted
-from ..spec import Spec, Use, action, always
+from ..spec import WITH_CONTROL, Spec, Use, action, always, on_control
 from ..types import Elementary, count_of
 from .compute import store_expression
 
@@ -213,23 +213,13 @@ def _clear_control(machine: Interpreter, *operands: Resolved) -> None:
 
 
 def _on_dimension(name: str, *uses: Use, run: Callable[..., None]) -> Spec:
-    return always(
-        name,
-        *uses,
-        Use.CONTROL,
-        Use.PRESET,
-        Use.PRESET,
-        optional=2,
-        check=_check_numbers,
-        run=run,
-        prescan=_clear_control,
-    )
+    return on_control(name, *uses, check=_check_numbers, run=run, prescan=_clear_control)
 
 
 # --- the rows
 
-FAL = always("FAL", Use.CONTROL, Use.PRESET, Use.PRESET, Use.PASSES, Use.TARGET, Use.EXPRESSION, run=_fal)
-FSC = always("FSC", Use.CONTROL, Use.PRESET, Use.PRESET, Use.PASSES, Use.CONDITION, run=_fsc)
+FAL = always("FAL", *WITH_CONTROL, Use.PASSES, Use.TARGET, Use.EXPRESSION, run=_fal)
+FSC = always("FSC", *WITH_CONTROL, Use.PASSES, Use.CONDITION, run=_fsc)
 SIZE = action("SIZE", Use.TABLE, Use.CONSTANT, Use.INTEGER_TARGET, check=_check_dimension, run=_size)
 AVE = _on_dimension("AVE", Use.TABLE, Use.CONSTANT, Use.TARGET, run=_statistic(_average, 1))
 SRT = _on_dimension("SRT", Use.ARRAY, Use.CONSTANT, run=_srt)

@@ -11,7 +11,7 @@ from ..interpreter import Interpreter
 from ..interpreter.files import Control, Elements
 from ..operands import Group, Place, Resolved
 from ..regions import converted
-from ..spec import Use, always
+from ..spec import WITH_CONTROL, Use, always
 from ..types import Elementary
 
 __all__ = ["FBC", "DDT", "DTR"]  # noqa: RUF022 - the manual's order
@@ -109,7 +109,8 @@ def _prescan_dtr(machine: Interpreter, source: Resolved, mask: Resolved, referen
 
 _FILES = (
     *(Use.TABLE, Use.ARRAY, Use.ARRAY),
-    *(Use.CONTROL, Use.PRESET, Use.PRESET, Use.CONTROL, Use.PRESET, Use.PRESET),
+    *WITH_CONTROL,
+    *WITH_CONTROL,
 )
 
 FBC = always(

@@ -9,9 +9,9 @@ from ..interpreter import Interpreter
 from ..interpreter.files import Control, Elements
 from ..operands import Group, Place, Resolved
 from ..regions import converted
-from ..spec import Use, always, condition
+from ..spec import WITH_CONTROL, Use, condition, on_control
 from ..types import DINT
-from .shifts import check_dints
+from .shifts import check_dints, set_enable
 
 __all__ = ["SQI", "SQO", "SQL"]  # noqa: RUF022 - the manual's order
 
@@ -72,39 +72,9 @@ def _sql(machine: Interpreter, power: bool, table: Resolved, source: Resolved, g
 # --- the rows
 
 SQI = condition(
-    "SQI",
-    Use.TABLE,
-    Use.INTEGER,
-    Use.INTEGER,
-    Use.CONTROL,
-    Use.PRESET,
-    Use.PRESET,
-    optional=2,
-    check=check_dints,
-    run=_sqi,
+    "SQI", Use.TABLE, Use.INTEGER, Use.INTEGER, *WITH_CONTROL, optional=2, check=check_dints, run=_sqi
 )
-SQO = always(
-    "SQO",
-    Use.TABLE,
-    Use.INTEGER,
-    Use.INTEGER_TARGET,
-    Use.CONTROL,
-    Use.PRESET,
-    Use.PRESET,
-    optional=2,
-    check=check_dints,
-    run=_sqo,
-    prescan=lambda machine, _table, _mask, _target, group: Control(machine, group).set(EN=True),
+SQO = on_control(
+    "SQO", Use.TABLE, Use.INTEGER, Use.INTEGER_TARGET, check=check_dints, run=_sqo, prescan=set_enable()
 )
-SQL = always(
-    "SQL",
-    Use.ARRAY,
-    Use.INTEGER,
-    Use.CONTROL,
-    Use.PRESET,
-    Use.PRESET,
-    optional=2,
-    check=check_dints,
-    run=_sql,
-    prescan=lambda machine, _table, _source, group: Control(machine, group).set(EN=True),
-)
+SQL = on_control("SQL", Use.ARRAY, Use.INTEGER, check=check_dints, run=_sql, prescan=set_enable())

@@ -14,7 +14,7 @@ from ..interpreter.files import Control, Elements
 from ..operand_checks import OperandError, described
 from ..operands import Group, Place, Resolved, width_moved
 from ..regions import converted
-from ..spec import Spec, Use, always
+from ..spec import Spec, Use, always, on_control
 from ..types import DINT, Elementary
 
 __all__ = ["BSL", "BSR", "FFL", "FFU", "LFL", "LFU"]
@@ -165,29 +165,26 @@ def _close_gap(queue: Elements, gap: int, length: int) -> None:
     queue.put(length - 1, bytes(len(queue.take(length - 1))))
 
 
-def _set_enable(name: str) -> Callable[[Interpreter, Resolved, Resolved, Group], None]:
-    return lambda machine, _a, _b, group: Control(machine, group).set(**{name: True})
+def set_enable(name: str = "EN") -> Callable[..., None]:
+    """Return a prescan that sets an enable bit: a rung that is true in the first scan is no edge."""
 
+    def prescan(machine: Interpreter, *operands: Resolved) -> None:
+        group = operands[-1]
+        assert isinstance(group, Group)
+        Control(machine, group).set(**{name: True})
 
-def _queue(name: str, *uses: Use, run: Callable[..., None], check: Callable[..., None], enable: str) -> Spec:
-    return always(
-        name,
-        *uses,
-        Use.CONTROL,
-        Use.PRESET,
-        Use.PRESET,
-        optional=2,
-        check=check,
-        run=run,
-        prescan=_set_enable(enable),
-    )
+    return prescan
 
 
 # --- the rows
 
 BSL = _bit_shift("BSL", left=True)
 BSR = _bit_shift("BSR", left=False)
-FFL = _queue("FFL", Use.ITEM, Use.ARRAY, run=_load, check=_check_load, enable="EN")
-FFU = _queue("FFU", Use.ARRAY, Use.ITEM_TARGET, run=_unload(True), check=_check_unload, enable="EU")
-LFL = _queue("LFL", Use.ITEM, Use.ARRAY, run=_load, check=_check_load, enable="EN")
-LFU = _queue("LFU", Use.ARRAY, Use.ITEM_TARGET, run=_unload(False), check=_check_unload, enable="EU")
+FFL = on_control("FFL", Use.ITEM, Use.ARRAY, run=_load, check=_check_load, prescan=set_enable())
+FFU = on_control(
+    "FFU", Use.ARRAY, Use.ITEM_TARGET, run=_unload(True), check=_check_unload, prescan=set_enable("EU")
+)
+LFL = on_control("LFL", Use.ITEM, Use.ARRAY, run=_load, check=_check_load, prescan=set_enable())
+LFU = on_control(
+    "LFU", Use.ARRAY, Use.ITEM_TARGET, run=_unload(False), check=_check_unload, prescan=set_enable("EU")
+)

@@ -15,6 +15,7 @@ from collections.abc import Collection, Iterator, Mapping
 
 from ..errors import LadderError
 from ..expressions import parse_address
+from ..resolver import slot_of_image
 from ..tags import Alias, Declaration, Tag
 from ..types import DataType, Structure
 from .datatypes import Types
@@ -40,7 +41,6 @@ def prefix_of(module: ModuleRecord) -> str:
 
 
 _LOCAL = re.compile(r"Local:(\d+)", re.IGNORECASE)
-_IMAGE = re.compile(r"Local:(\d+):[IO]", re.IGNORECASE)
 
 
 def is_bound(name: str, slots: Collection[int] | None) -> bool:
@@ -49,8 +49,7 @@ def is_bound(name: str, slots: Collection[int] | None) -> bool:
     >>> is_bound("Local:1:I", {1, 2}), is_bound("Local:1:C", {1, 2}), is_bound("Local:3:O", {1, 2})
     (True, False, False)
     """
-    image = _IMAGE.fullmatch(name)
-    return image is not None and slots is not None and int(image[1]) in slots
+    return slots is not None and slot_of_image(name) in slots
 
 
 def slot_of(module: ModuleRecord) -> int | None:

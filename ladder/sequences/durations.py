@@ -4,16 +4,7 @@ from __future__ import annotations
 
 import re
 
-UNITS_NS = {
-    "ns": 1,
-    "us": 1_000,
-    "µs": 1_000,
-    "ms": 1_000_000,
-    "s": 1_000_000_000,
-    "min": 60_000_000_000,
-    "h": 3_600_000_000_000,
-}
-"""Units of time, in ns."""
+from ...io_images.times import UNITS_NS
 
 _TIME = re.compile(rf"(\d+)(?:\.(\d+))? ?({'|'.join(UNITS_NS)})")
 

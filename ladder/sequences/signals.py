@@ -21,7 +21,7 @@ from typing_extensions import override
 
 from ...io_images.addresses import Address
 from ...io_images.amci3601.bits import LIVE_BITS
-from ...io_images.amci3601.words import WORDS_3601
+from ...io_images.amci3601.words import is_stepper
 from ...io_images.image import WORD_MAX, WORD_MIN
 from .parts import Clock, Level, Part, Slots, words_of
 from .places import find_bit, find_word
@@ -88,7 +88,7 @@ class Input(Signal, Level):
         self.at = at = self.find(slots)
         assert at.bit is not None, "_check refuses words"
         module = words_of(slots)[at.slot]
-        guarded = module == WORDS_3601 and _BY_MEANING.fullmatch(self.address) is not None
+        guarded = is_stepper(module) and _BY_MEANING.fullmatch(self.address) is not None
         self.read = _reader(slots[at.slot].inputs.words, at.word, at.bit, guarded=guarded)
 
     def __bool__(self) -> bool:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from ...io_images.amci3601 import ALL_INPUTS, CommandLsw, CommandMsw, InputBit, StatusMsw
-from ...io_images.amci3601.words import WORDS_3601
+from ...io_images.amci3601.words import is_stepper
 from ..config.rackspec import RackSpec
 from ..loop.events import JsonValue
 from ..loop.rack import Rack, Slot
@@ -125,7 +125,7 @@ class Hints:
         self.slots = [
             SlotHints(slot, wired_inputs(machines[slot.number]), _at(places.get(slot.number), tell))
             for slot in rack.slots.values()
-            if slot.words == WORDS_3601
+            if is_stepper(slot.words)
         ]
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from functools import partial
 from os.path import realpath
@@ -16,6 +16,7 @@ from ..app.repeating import RecordedOrder
 from ..app.retaining import Retained
 from ..app.running import JobRun
 from ..config.rackspec import RackSpec
+from ..loop.cpu import Cpu
 from ..loop.faults import Cause, CpuFault
 from ..loop.pace import FreeRun, Pacer, RealTime, interrupted_by, wall_ns
 from ..loop.realtime import Outcome, real_time
@@ -78,7 +79,10 @@ def run_job(
         for each in () if quiet else job.warnings:
             complain(each)
         start_ns = wall_ns()
-        status = _run(run, scans, quiet=quiet)
+        observed = partial(shown_progress, quiet=quiet)
+        status = run_to_end(
+            run.cpu, partial(run.run, scans, observed=observed), lambda: run.cpu.stop_requested
+        )
         for each in () if run.repeated is None else run.repeated.refused:
             complain(each)
         if summarised and not quiet:
@@ -157,18 +161,23 @@ def _own_path(job: Job) -> Path:
     return Path(f"{job.rack_file.stem}.mcap")
 
 
-def _run(run: JobRun, scans: int | None, *, quiet: bool) -> int:
-    """Run to the end, whatever that is; return the exit status."""
-    cpu = run.cpu
+def run_to_end(cpu: Cpu, run: Callable[[], object], stopped: Callable[[], bool]) -> int:
+    """Run scans until they end, say why they ended, and return the exit status.
+
+    Args:
+        cpu: runs the scans.
+        run: runs them.
+        stopped: returns afterwards whether a signal has stopped them.
+    """
     try:
-        run.run(scans, observed=partial(shown_progress, quiet=quiet))
+        run()
     except CpuFault as error:
         return complain_of_fault(error)
     except OSError as error:
         return complain(f"the trace can't be finished: {reason(error)}", CANNOT_WRITE)
     except KeyboardInterrupt:
         return complain(f"stopped by {interrupted_by()} in scan {cpu.scan}", INTERRUPTED)
-    if cpu.stop_requested:
+    if stopped():
         return complain(f"stopped by {interrupted_by()} after {cpu.scan} scans", INTERRUPTED)
     return DONE
 

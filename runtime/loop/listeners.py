@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
 from typing import Protocol
 
-from .events import JsonValue
+from .events import Event, JsonValue
 from .rack import Slot
 
 TOPIC_OF_KIND = {"stimulus": "/stimuli", "indicator": "/indicators", "order": "/orders"}
@@ -79,20 +79,25 @@ class Listeners:
             self.speaking_to = listener
             listener.event(scan, now_ns, topic, fields)
 
+    def raised(self, scan: int, event: Event, **origin: int) -> None:
+        """Pass on an event of a module, or of the CPU itself.
+
+        Args:
+            scan: number of the scan in which it became known.
+            event: the event.
+            origin: `slot`, the number of the module's slot.
+        """
+        own = {"kind": event.kind, "name": event.name, "text": event.text}
+        topic = TOPIC_OF_KIND.get(event.kind, "/events")
+        self.event(scan, event.at_ns, topic, {**event.fields, **origin, **own})
+
     def module_events(self, scan: int, slots: Iterable[Slot]) -> None:
         """Pass on the modules' events in order of time, and empty the modules' lists."""
         found = [(slot.number, event) for slot in slots for event in slot.module.events]
         for slot in slots:
             slot.module.events.clear()
         for number, event in sorted(found, key=lambda entry: entry[1].at_ns):
-            topic = TOPIC_OF_KIND.get(event.kind, "/events")
-            own: dict[str, JsonValue] = {
-                "slot": number,
-                "kind": event.kind,
-                "name": event.name,
-                "text": event.text,
-            }
-            self.event(scan, event.at_ns, topic, {**event.fields, **own})
+            self.raised(scan, event, slot=number)
 
     def dismiss_present(self) -> None:
         """Pass nothing more to the listener called last; it is still closed at the end."""

@@ -22,7 +22,7 @@ from .events import Event, JsonValue
 from .exchange import Exchange
 from .faults import Cause
 from .forces import Forces
-from .listeners import TOPIC_OF_KIND, Listeners, ScanListener
+from .listeners import Listeners, ScanListener
 from .pace import Pacer, Watchdog
 from .rack import Rack
 from .scan import CpuMode, Logic, Scan, ScanFlag
@@ -169,9 +169,7 @@ class ScanPhases(ABC):
             self._listeners.event(self._view.number, self._view.now_ns, topic, fields)
         self._news.clear()
         for event in self._announced:
-            own = {"kind": event.kind, "name": event.name, "text": event.text}
-            topic = TOPIC_OF_KIND.get(event.kind, "/events")
-            self._listeners.event(self._view.number, event.at_ns, topic, {**event.fields, **own})
+            self._listeners.raised(self._view.number, event)
         self._announced.clear()
 
     def _prepare(self, mode: CpuMode) -> None:

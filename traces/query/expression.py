@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 from functools import reduce
@@ -12,6 +12,7 @@ from typing import Any
 from lark import Token
 from numpy.typing import NDArray
 
+from ...io_images.times import UNITS_NS
 from ..signals import Signal
 from .columns import Scans
 
@@ -118,7 +119,7 @@ def duration_ns(token: Token) -> int:
     assert match is not None  # the grammar's own
     digits = match[2] or ""
     scale: int = 10 ** len(digits)
-    duration = int(match[1] + digits) * _UNIT_NS[match[3]] // scale
+    duration = int(match[1] + digits) * UNITS_NS[match[3]] // scale
     if duration > DURATION_MAX:
         raise MeaningError(column_of(token), f"{token} is longer than any trace")
     return duration
@@ -144,14 +145,3 @@ DURATION_MAX = 2**62
 def column_of(token: Token) -> int:
     """Return where a token begins in the text, from 1."""
     return (token.start_pos or 0) + 1
-
-
-_UNIT_NS: Mapping[str, int] = {
-    "ns": 1,
-    "us": 1_000,
-    "µs": 1_000,
-    "ms": 1_000_000,
-    "s": 1_000_000_000,
-    "min": 60_000_000_000,
-    "h": 3_600_000_000_000,
-}

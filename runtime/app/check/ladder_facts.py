@@ -26,7 +26,7 @@ from ....io_images.amci3601 import CommandMsw, Firmware, Parameters, StatusMsw
 from ....io_images.amci3601.configuration import check
 from ....io_images.amci3601.parameters import RATE_MAX, SPEED_MAX
 from ....io_images.amci3601.rules import RULES
-from ....io_images.amci3601.words import WORDS_3601
+from ....io_images.amci3601.words import is_stepper
 from ....io_images.thousands import PARAMETER_MAX, PARAMETER_MIN
 from ....ladder import LadderLogic
 from ....ladder.debug import cross_reference
@@ -138,7 +138,7 @@ class _Reader:
         self.program, self.path, self.spec = program, path, spec
         self.lowered: Lowered = program.build()
         self.mentions = cross_reference(self.lowered).mentions
-        self.slots = {slot.number: slot for slot in spec.slot if slot.words == WORDS_3601}
+        self.slots = {slot.number: slot for slot in spec.slot if is_stepper(slot.words)}
         self.constants = _constants(self.lowered, self.mentions)
         self.lines = [
             (routine.body is None, line)

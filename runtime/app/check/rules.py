@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from ....io_images.amci3601 import ALL_INPUTS, InputBit
-from ....io_images.amci3601.words import WORDS_3601
+from ....io_images.amci3601.words import is_stepper
 from ....io_images.module_words import BitPlace
 from ....ladder import LadderLogic
 from ....ladder.program import Form
@@ -81,7 +81,7 @@ class Subject:
     def steppers(self) -> Iterator[tuple[int, SlotSpec]]:
         """The slots with the words of a 3601 and a simulated machine, by index in the rack file."""
         for index, slot in enumerate(self.job.spec.slot):
-            if slot.words == WORDS_3601 and not slot.is_live:
+            if is_stepper(slot.words) and not slot.is_live:
                 yield index, slot
 
     def sent_to(self, slot: int, sent: list[Sent]) -> list[Sent]:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
-from ....io_images.amci3601.words import WORDS_3601
+from ....io_images.amci3601.words import is_stepper
 from ...modules.record import ModuleRecord, Trait
 from ...modules.registry import MODULES
 from .adapter_bench import AdapterBench
@@ -24,7 +24,7 @@ def module_bench(record: ModuleRecord) -> Answer:
     """Return a fresh bench of a kind of module."""
     if Trait.LINE in record.traits:
         return AdapterBench(partial(on_bench, record)).answer_line
-    if record.words({}) == WORDS_3601:
+    if is_stepper(record.words({})):
         bench = ImageBench(partial(on_bench, record))
         return lambda line: bench.answer(parse(line))
     return CardBench(record).answer_line

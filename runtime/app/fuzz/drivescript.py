@@ -9,7 +9,7 @@ from typing import Any
 from typing_extensions import override
 
 from ....io_images.amci3601.bits import InputBit
-from ....io_images.amci3601.words import WORDS_3601
+from ....io_images.amci3601.words import is_stepper
 from ....io_images.image import Image
 from ...config.rackspec import RackSpec, SlotSpec
 from ...loop.events import JsonValue
@@ -35,7 +35,7 @@ def obstacle(spec: RackSpec, slot: SlotSpec) -> str | None:
     machine = slot.machine
     told = [each for each in spec.incidents if each.slot in (0, slot.number)]
     beyond: tuple[tuple[bool, str], ...] = (
-        (slot.words != WORDS_3601, f"module {slot.module}"),
+        (not is_stepper(slot.words), f"module {slot.module}"),
         (bool(machine.slips or machine.jams), "slips and jams"),
         (machine.encoder is not None, "an encoder on the shaft"),
         (any(each.what in TROUBLES for each in told), "lost links"),

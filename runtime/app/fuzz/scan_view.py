@@ -5,32 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ....io_images.amci3601 import StatusView
-from ....io_images.amci3601.bits import CommandMsw, status_names
-from ....io_images.amci3601.words import WORDS_3601
+from ....io_images.amci3601 import MOTIONS, CommandMsw, StatusView, status_names
+from ....io_images.amci3601.words import may_be_stepper
 from ....io_images.image import UNSIGNED_MAX, Image
-from ....io_images.module_words import PLAIN_WORDS
 from ...loop.rack import Rack, Slot
 from ...loop.scan import MODE_MASK, CpuMode, mode_name
 
-MOTIONS = (
-    CommandMsw.RELATIVE_MOVE
-    | CommandMsw.ABSOLUTE_MOVE
-    | CommandMsw.RESUME_MOVE
-    | CommandMsw.FIND_HOME_CW
-    | CommandMsw.FIND_HOME_CCW
-    | CommandMsw.MANUAL_CW
-    | CommandMsw.MANUAL_CCW
-    | CommandMsw.RUN_BLEND_CW
-    | CommandMsw.RUN_BLEND_CCW
-)
-"""Command bits that make an axis move."""
-
 NO_WORDS = Image().words
 """What is in force while the CPU sends nothing, and on a card, whose words are no commands."""
-
-SPEAKS_3601 = (WORDS_3601, PLAIN_WORDS)
-"""The words of modules that have a 3601's commands and status; a module that does not say has, too."""
 
 
 class SlotMoment:
@@ -47,7 +29,7 @@ class SlotMoment:
     def __init__(self, slot: Slot) -> None:
         self.outputs: Image = slot.outputs
         self.inputs: Image = slot.inputs
-        self._axis = slot.words in SPEAKS_3601
+        self._axis = may_be_stepper(slot.words)
         self.status = StatusView(slot.inputs if self._axis else Image())
         self.outputs_are_sent(True)
 

@@ -16,6 +16,7 @@ from ....io_images.amci3601 import (
     COMPLETION_BITS,
     ERROR_BITS,
     KNOWN,
+    MOTIONS,
     RULES,
     CommandLsw,
     CommandMsw,
@@ -31,18 +32,6 @@ from ....traces.event_text import describe
 from .past import SlotPast
 
 MOVING = StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW
-MOVES = (
-    CommandMsw.ABSOLUTE_MOVE
-    | CommandMsw.RELATIVE_MOVE
-    | CommandMsw.RESUME_MOVE
-    | CommandMsw.FIND_HOME_CW
-    | CommandMsw.FIND_HOME_CCW
-    | CommandMsw.MANUAL_CW
-    | CommandMsw.MANUAL_CCW
-    | CommandMsw.RUN_BLEND_CW
-    | CommandMsw.RUN_BLEND_CCW
-)
-"""Command bits that start a motion."""
 
 COMMANDS = 0x7FFF
 """All bits of output word 0 but the mode."""
@@ -127,7 +116,7 @@ def _motion(past: SlotPast) -> str:
     if row is None:
         return f"moving {way}{how}, {at}, since before the recording"
     words = past.words_at("out", row)
-    bit = _bits(words[0] & MOVES.value)[-1]
+    bit = _bits(words[0] & MOTIONS.value)[-1]
     return f"moving {way}{how}, {at}: {bit.name} since {past.past.when(row)}{_end(past, bit, row, words)}"
 
 
@@ -137,9 +126,9 @@ _RATES = ((StatusMsw.ACCELERATING, "accelerating"), (StatusMsw.DECELERATING, "de
 def _started(past: SlotPast) -> int | None:
     """Return the row in which the bit of the present motion rose."""
     number = past.slot.number
-    for row in reversed(past.past.changes(number, "out", 0, MOVES.value)):
+    for row in reversed(past.past.changes(number, "out", 0, MOTIONS.value)):
         before = past.words_at("out", row - 1)[0] if row else 0
-        if past.words_at("out", row)[0] & ~before & MOVES.value:
+        if past.words_at("out", row)[0] & ~before & MOTIONS.value:
             return row
     return None
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from ....io_images.amci3601.words import is_stepper
 from ....io_images.image import WORDS
 from ....io_images.module_words import ModuleWords
 from ...config.rackspec import RackSpec, SlotSpec
@@ -79,11 +80,6 @@ def slot_of(slot: SlotSpec) -> Json:
 def _title(slot: SlotSpec) -> str:
     firmware = f", firmware {slot.firmware}" if has(slot.module, Trait.FIRMWARE) else ""
     return f"{NAMES.get(slot.module, slot.module)}{firmware}"
-
-
-def is_stepper(words: ModuleWords) -> bool:
-    """Tell whether a module answers as a 3601."""
-    return "position_msw" in words.inputs
 
 
 def bits_of(slot: int, words: ModuleWords) -> list[Json]:

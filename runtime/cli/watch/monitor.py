@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from ....io_images.amci3601.words import is_stepper
 from ....io_images.module_words import ModuleWords
 from ....ladder import LadderLogic
 from ...config.rackspec import RackSpec
@@ -21,7 +22,7 @@ from ...live.ring import Row
 from ...loop.scan import Logic
 from .catalog import Catalog, python_routines, shown_value
 from .event_log import EventLog
-from .hello import incidents_of, is_stepper, slots_of
+from .hello import incidents_of, slots_of
 from .page import Page
 from .picture import Places, changed, mode_of
 from .questions import QUESTIONS
@@ -147,12 +148,14 @@ class Monitor(ABC):
     Attributes:
         log: what has happened.
         pages: the open pages.
+        latest: the row of the latest scan; None before the first.
     """
 
     def __init__(self, about: About, subject: Subject) -> None:
         self.about, self.subject = about, subject
         self.log = EventLog()
         self.pages: list[Page] = []
+        self.latest: Row | None = None
 
     # --- what differs between a session and a recording
 
@@ -167,11 +170,6 @@ class Monitor(ABC):
         Raises:
             ValueError: it is none, or none is taken.
         """
-
-    @property
-    @abstractmethod
-    def latest(self) -> Row | None:
-        """The row of the latest scan; None before the first."""
 
     @abstractmethod
     def state(self, *, past: bool) -> Json:

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from ....io_images.amci3601.words import is_stepper
 from ....io_images.image import IMAGE_BYTES
 from ....io_images.module_words import ModuleWords
 from ...app.watched_machines import PER_SLOT
 from ...live.ring import Row, Rows
 from ...loop.scan import MODE_MASK, CpuMode, mode_name
 from ...machine.spec import INPUT_NAMES
-from .hello import is_stepper
 
 Json = dict[str, Any]
 WORDS_PER_IMAGE = IMAGE_BYTES // 2

@@ -30,11 +30,10 @@ from ...app.watched_python import PythonNotes
 from ...live.ring import Ring
 from ...live.session import Session
 from ...live.tap import Notes, PipeInbox, Tap
-from ...loop.faults import CpuFault
-from ...loop.pace import Paced, interrupted_by
+from ...loop.pace import Paced
 from ...loop.realtime import frozen_collector, real_time
-from ..run import complain_of_fault
-from ..status import BAD_INPUT, CANNOT_WRITE, DONE, INTERRUPTED, complain, reason
+from ..run import run_to_end
+from ..status import BAD_INPUT, CANNOT_WRITE, complain, reason
 from ..terminal import say
 from .editor import Editor, Takeover
 from .keeper import Keeper
@@ -240,21 +239,15 @@ class _Play:
     def _run(self, run: JobRun, session: Session, start: Start) -> int:
         """Run a session to its end, whatever that is; return the exit status."""
         wanted = self._wanted
-        try:
+
+        def play() -> None:
             with frozen_collector(), run.cpu:
                 if start.orders is not None:
                     session.repeat_to(start.scan)
                     session.set_speed(wanted.speed)
                 session.run(wanted.scans, paused=wanted.paused or start.orders is not None)
-        except CpuFault as error:
-            return complain_of_fault(error)
-        except OSError as error:
-            return complain(f"the trace can't be finished: {reason(error)}", CANNOT_WRITE)
-        except KeyboardInterrupt:
-            return complain(f"stopped by {interrupted_by()} in scan {run.cpu.scan}", INTERRUPTED)
-        if session.over and session.branch is None:
-            return complain(f"stopped by {interrupted_by()} after {run.cpu.scan} scans", INTERRUPTED)
-        return DONE
+
+        return run_to_end(run.cpu, play, lambda: session.over and session.branch is None)
 
     def _again(self, job: Job) -> Job:
         """Load the job again, so that nothing of the session before remains.

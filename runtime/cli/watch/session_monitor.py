@@ -19,7 +19,7 @@ from ....traces.records import TraceError
 from ...app.loading import load_job
 from ...app.repeating import orders_of
 from ...live.orders import ORDERS, order_of, said_of
-from ...live.ring import Ring, Row, Shape
+from ...live.ring import Ring, Shape
 from ...loop.scan import ScanFlag
 from .catalog import NOTHING_SHOWN
 from .indexer import SLICE, Indexer
@@ -81,17 +81,11 @@ class SessionMonitor(Monitor):
         self._reached: float | None = None
         self._orders = 0
         self._asked: dict[int, tuple[Page, object]] = {}
-        self._row: Row | None = None
         self._mistake: Json | None = None
         self._indexer: Indexer | None = None
         self._indexed = False
         self._index_to = 0
         ring.asked += 1  # values to begin with, and the state
-
-    @property
-    @override
-    def latest(self) -> Row | None:
-        return self._row
 
     @override
     def state(self, *, past: bool) -> Json:
@@ -123,11 +117,11 @@ class SessionMonitor(Monitor):
         """Take what the scan process has written, and let pages know."""
         taken = self._ring.take(self._rows_at)
         self._rows_at = taken.end
-        self._missed += max(0, taken.lost) if self._row is not None else 0
+        self._missed += max(0, taken.lost) if self.latest is not None else 0
         self._late += late_scans(taken.rows, ScanFlag.OVERRUN)
         self.subject.recent.add(taken.rows)
         if len(taken.rows):
-            self._row = taken.rows[-1]
+            self.latest = taken.rows[-1]
             self._reached = speed_reached(self.subject.recent.rows[-SPEED_ROWS:])
         self._take_messages()
         self._take_notes()
@@ -208,7 +202,7 @@ class SessionMonitor(Monitor):
                 shadow.at = None
         self.log.clear()
         self._indexer, self._indexed = None, False
-        self._row, self._late, self._missed = None, 0, 0
+        self.latest, self._late, self._missed = None, 0, 0
         self._rows_at, self._snapshots_at = told["rows"], told["snapshots"]
         for page in self.pages:
             page.past = None

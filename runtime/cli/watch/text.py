@@ -10,6 +10,7 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
+from ....io_images.amci3601.words import is_stepper
 from ....io_images.image import WORDS
 from ...live.session import Session
 from ...loop.events import JsonValue
@@ -17,7 +18,6 @@ from ...loop.pace import Paced
 from ...loop.rack import Rack, Slot
 from ...loop.scan import MODE_MASK, CpuMode, ScanFlag, mode_name
 from ..terminal import on_a_line
-from .hello import is_stepper
 
 HZ = 4
 EVENTS = 8

@@ -14,7 +14,7 @@ from ...app.repeating import RecordedOrder
 from ...app.watched_machines import PER_SLOT
 from ...config.rackspec import RackSpec
 from ...live.orders import ORDERS
-from ...live.ring import Row, row_type
+from ...live.ring import row_type
 from ...loop.rack import SLOT_BYTES
 from ...loop.scan import Logic
 from ...modules.record import Trait
@@ -63,19 +63,14 @@ class TraceMonitor(Monitor):
             raise ValueError(f"{path}: there is no scan in it")
         self._last = extent[1]
         self._first = extent[1] if first is None else first
-        self._row = subject.timeline.row(self._first)
-        if self._row is None:
+        self.latest = subject.timeline.row(self._first)
+        if self.latest is None:
             raise ValueError(f"{path} has no scan {first}: it has {extent[0]} to {extent[1]}")
         if subject.catalog is None:
             subject.values = subject.timeline.values(self._last)
         self._indexer: Indexer | None = None
         if isinstance(logic, LadderLogic) and not logic.functions and extent[0] == 0:
             self._indexer = Indexer(logic, subject.words, spec.scan_ns, orders, subject.kept)
-
-    @property
-    @override
-    def latest(self) -> Row | None:
-        return self._row
 
     @override
     def state(self, *, past: bool) -> Json:
