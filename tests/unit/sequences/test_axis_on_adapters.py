@@ -1,8 +1,8 @@
-"""The axis over any module that speaks a 3601's words: the feeder as a sequence, on three hardwares.
+"""The axis over any module with a 3601's words: the feeder as a sequence, on three hardwares.
 
-The story is that of `tests/unit/test_feeder_on_three_hardwares.py`, whose program is made of rungs: home, two
-strokes to and fro, an emergency stop in the third, home again. As docs/adapters.md asks, the round trip is
-400 ms, and strokes end 100 steps off the home switch.
+The story is that of `tests/unit/adapters/test_feeder_on_three_hardwares.py`, whose program is made of rungs:
+home, two strokes to and fro, an emergency stop in the third, home again. As docs/adapters.md asks, the round
+trip is 400 ms, and strokes end 100 steps off the home switch.
 """
 
 from pathlib import Path

@@ -209,7 +209,7 @@ def test_a_disk_that_is_full_is_told_with_the_file_that_was_written(tmp_path: Pa
 def test_a_disk_without_any_room_is_told_in_one_line(tmp_path: Path) -> None:
     if not Path("/dev/full").exists():
         pytest.skip("there is no /dev/full")
-    rack = Path(__file__).parents[2] / "examples" / "three_stations" / "line.toml"
+    rack = Path(__file__).parents[3] / "examples" / "three_stations" / "line.toml"
     result = CliRunner().invoke(build(), ["run", str(rack), "--scans", "10", "--record", "/dev/full"])
     assert result.exit_code == 3
     assert result.stderr.startswith(

@@ -11,7 +11,7 @@ from scanrack.ladder.rungfile import parse_program
 from scanrack.runtime.cli import build
 from typer.testing import CliRunner
 
-EXAMPLES = Path(__file__).parents[3] / "examples"
+EXAMPLES = Path(__file__).parents[4] / "examples"
 
 PLANT = """
 CONTROLLER plant

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from scanrack.io_images.amci3601 import RULES
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 
 @pytest.fixture(autouse=True, scope="module")

@@ -16,7 +16,7 @@ from scanrack.runtime.config.rackfile import load_rack_file
 from scanrack.runtime.config.rackspec import RackSpec
 from typer.testing import CliRunner
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 BENCH = 'program = "line.py"\nrun_for_s = 6\n\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n'

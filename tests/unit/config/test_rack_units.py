@@ -25,7 +25,7 @@ start = true
 pins = { home = "..-3000", soft_minus = "..-2000", in1 = "ground" }
 """
 
-SAMPLE_3 = Path(__file__).parents[2] / "examples/pcl601/sample3.pclt"
+SAMPLE_3 = Path(__file__).parents[3] / "examples/pcl601/sample3.pclt"
 
 
 def run(folder: Path, rack: str) -> Result:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from scanrack.runtime.modules.registry import MODULES
 
-PAGE = Path(__file__).parents[2] / "docs" / "adapters.md"
+PAGE = Path(__file__).parents[3] / "docs" / "adapters.md"
 
 
 TABLES = {name: record.capabilities for name, record in MODULES.items() if record.capabilities is not None}

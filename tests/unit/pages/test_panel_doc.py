@@ -10,7 +10,7 @@ import pytest
 from scanrack.runtime.cli import build
 from typer.testing import CliRunner
 
-HERE = Path(__file__).parents[2]
+HERE = Path(__file__).parents[3]
 PAGE = (HERE / "docs" / "panel.md").read_text(encoding="utf-8")
 EXAMPLE = HERE / "examples" / "three_stations_panel"
 

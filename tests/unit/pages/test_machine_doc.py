@@ -5,7 +5,7 @@ from __future__ import annotations
 import doctest
 from pathlib import Path
 
-PAGE = Path(__file__).parents[2] / "docs" / "machine.md"
+PAGE = Path(__file__).parents[3] / "docs" / "machine.md"
 
 
 def test_examples_of_the_page() -> None:

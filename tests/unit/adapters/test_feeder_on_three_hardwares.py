@@ -15,7 +15,7 @@ from scanrack.runtime.app.build import build_cpu, build_rack
 from scanrack.runtime.app.loading import load_job
 from witness import Witness
 
-FEEDER = Path(__file__).parents[2] / "examples" / "feeder"
+FEEDER = Path(__file__).parents[3] / "examples" / "feeder"
 FIRST_RUNG = "XIO(S:FS)OTE(Awake);"
 PROGRAM_CHANGES = {FIRST_RUNG: "MOV(400,Axis.RoundTrip);\n" + FIRST_RUNG, "BackGo,0,": "BackGo,100,"}
 RACK_CHANGES = {"at_s = 8.0": "at_s = 12.0"}  # two strokes to and fro, then the button in the third one

@@ -9,7 +9,7 @@ from scanrack.runtime.app.check import RULES
 from scanrack.runtime.cli import build
 from typer.testing import CliRunner
 
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 
 RACK = """\
 program = "line{suffix}"

@@ -235,7 +235,7 @@ def test_a_pmc006_has_no_ascii_mode() -> None:
 
 def test_sample_program_5_is_played_as_the_docs_say() -> None:
     """Axes 0 and 1 go out by their thumbwheels; 3000 steps take 2.6 s."""
-    program = Path(__file__).parents[2] / "examples/pcl601/sample5.pclt"
+    program = Path(__file__).parents[3] / "examples/pcl601/sample5.pclt"
     units = pcl601_units([0, 1, 2], [program], 1.0, ["0:2500", "1:3000"])
     begin(units, ascii_mode=True, start=True)
     line_of(units).advance(4_000_000_000)

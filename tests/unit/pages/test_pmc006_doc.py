@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from scanrack.io_images.pmc006.page import instruction_table, option_table, user_table
 
-DOCS = Path(__file__).parents[2] / "docs"
+DOCS = Path(__file__).parents[3] / "docs"
 
 
 @pytest.mark.parametrize("table", [instruction_table, user_table, option_table])

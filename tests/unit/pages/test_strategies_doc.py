@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from scanrack.io_images import strategies as images
 
-TEXT = (Path(__file__).parents[2] / "docs" / "strategies.md").read_text(encoding="utf-8")
+TEXT = (Path(__file__).parents[3] / "docs" / "strategies.md").read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")

@@ -225,7 +225,7 @@ def test_it_has_no_machine(rack: Path) -> None:
         parse_rack_file(rack.read_text() + machine, rack)
 
 
-PAGE = Path(__file__).parents[2] / "docs" / "cards.md"
+PAGE = Path(__file__).parents[3] / "docs" / "cards.md"
 
 
 def block(kind: str) -> str:

@@ -9,7 +9,7 @@ from scanrack.io_images.amci3601 import rules as table
 from scanrack.io_images.amci3601.configuration import INVALID_CONFIGURATIONS
 from scanrack.io_images.amci3601.rules.rule import Rule
 
-READINGS = Path(__file__).parents[2] / "docs" / "readings.md"
+READINGS = Path(__file__).parents[3] / "docs" / "readings.md"
 
 # The numbered lists of chapter 6: prefix, the bit they are the list of, and how long the manual's list is.
 LISTS = [

@@ -239,7 +239,7 @@ def test_rungs_with_the_power_of_a_scan():
 
 def test_examples_of_the_page():
     results = doctest.testfile(
-        str(Path(__file__).parents[2] / "docs" / "debugging.md"), module_relative=False
+        str(Path(__file__).parents[3] / "docs" / "debugging.md"), module_relative=False
     )
     assert results.attempted >= 15
     assert results.failed == 0

@@ -15,7 +15,7 @@ from scanrack.runtime.app.build import build_cpu, build_rack
 from scanrack.runtime.app.loading import load_job
 from witness import Witness
 
-LINE = Path(__file__).parents[2] / "examples" / "three_stations"
+LINE = Path(__file__).parents[3] / "examples" / "three_stations"
 SCANS = 8200  # 16.4 s: a round takes the slowest hardware 15.7 s
 
 

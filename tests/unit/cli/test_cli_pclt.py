@@ -8,7 +8,7 @@ import pytest
 from scanrack.runtime.cli import build
 from typer.testing import CliRunner, Result
 
-SAMPLES = sorted(Path(__file__).parents[2].glob("examples/pcl601/*.pclt"))
+SAMPLES = sorted(Path(__file__).parents[3].glob("examples/pcl601/*.pclt"))
 
 
 def pclt(*arguments: str | Path) -> Result:
