@@ -11,7 +11,7 @@ from .operands import Constant, Group, Place, Resolved
 from .schedule import Schedule
 from .spec import Kind, Spec, Use
 from .stubs import Stub
-from .tags import FrameLayout, Layout, program_of
+from .tags import FrameLayout, Layout, Presets, program_of
 from .tree import Address, Operand, Origin
 
 
@@ -303,7 +303,7 @@ class Frame:
         written: InOuts that its routines write, in capitals.
         bits: InOuts to which a call hands a bit of an integer, in capitals.
         calls: calls of other add-on instructions in its routines.
-        presets: initial values of PRE and ACC from its rungs, by path in an instance.
+        presets: initial values of PRE and ACC from its rungs, by path in an instance and index.
     """
 
     name: str
@@ -311,7 +311,7 @@ class Frame:
     written: set[str] = field(default_factory=set)
     bits: set[str] = field(default_factory=set)
     calls: list[AddOnCall] = field(default_factory=list)
-    presets: dict[str, int | float] = field(default_factory=dict)
+    presets: dict[tuple[str, int], int | float] = field(default_factory=dict)
 
 
 @dataclass(slots=True)
@@ -325,7 +325,7 @@ class Lowered:
         routines: routines of rungs, by name in capitals.
         functions: routines in Python, by name in capitals.
         sites: every instruction, for messages.
-        presets: initial values of PRE and ACC from the rungs, by path.
+        presets: initial values of PRE and ACC from the rungs, by path and index.
         frames: the add-on instructions that are called, by name in capitals.
         flags: whether a rung uses S:V, S:Z, S:N or S:C; otherwise they are not kept.
         override: whether there is an MCR.
@@ -344,7 +344,7 @@ class Lowered:
     routines: dict[str, LoweredRoutine] = field(default_factory=dict)
     functions: dict[str, Callable[..., Any]] = field(default_factory=dict)
     sites: list[Site] = field(default_factory=list)
-    presets: dict[str, int | float] = field(default_factory=dict)
+    presets: dict[tuple[str, int], int | float] = field(default_factory=dict)
     frames: dict[str, Frame] = field(default_factory=dict)
     flags: bool = False
     override: bool = False
@@ -372,8 +372,8 @@ class Lowered:
         return program_of(routine).upper() in self.schedule.preempted
 
     @property
-    def defaults(self) -> Mapping[str, Mapping[str, int | float]]:
-        """Initial values that rungs of add-on instructions give, by add-on in capitals and path."""
+    def defaults(self) -> Mapping[str, Presets]:
+        """Initial values that rungs of add-on instructions give, by add-on in capitals, path and index."""
         return {name: frame.presets for name, frame in self.frames.items() if frame.presets}
 
 

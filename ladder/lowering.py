@@ -384,9 +384,10 @@ class Lowering:
                 raise OperandError(
                     f"{name} {operand} is not a DINT", f"write a number up to {DINT.highest:,}"
                 )
-            if place.fixed_index is None or place.leaf.dims:
+            index = place.fixed_index
+            if index is None:
                 raise OperandError(
-                    f"{name} of an array element can't stand in the rung", "write ? and MOV to it"
+                    f"{name} can't stand in the rung, since the index is computed", "write ? and MOV to it"
                 )
             presets = self.lowered.presets
             if self._frame is not None:
@@ -394,11 +395,10 @@ class Lowering:
                     raise OperandError(f"{name} of an InOut can't stand in the rung", "write ? and MOV to it")
                 presets = self._frame.presets
             value = float(operand.value) if real else operand.value
-            known = presets.setdefault(place.leaf.path, value)
+            known = presets.setdefault((place.leaf.path, index), value)
             if known != value:
-                raise OperandError(
-                    f"{place.leaf.path} is {known} in another rung", "write the same number, or ?"
-                )
+                where = place.leaf.path if place.leaf.size == 1 else place.text
+                raise OperandError(f"{where} is {known} in another rung", "write the same number, or ?")
 
     def named(self, routine: str) -> str:
         """Return the full name of a routine of the present program, see `OperandResolver`."""
@@ -454,7 +454,7 @@ class Lowering:
         if path.upper() not in self.lowered.layout.leaves:
             self.lowered.layout.hidden(path, LINT)
             if initial:
-                self.lowered.presets[path] = initial
+                self.lowered.presets[path, 0] = initial
 
     def function(self, name: str, function: Callable[..., Any]) -> str:
         """Make a Python function known, see `OperandResolver`."""

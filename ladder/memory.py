@@ -17,7 +17,7 @@ from ..io_images.image import Image
 from .arithmetic import real
 from .expressions import parse_address
 from .stretches import Spot
-from .tags import Layout, Leaf
+from .tags import Layout, Leaf, Presets
 from .tree import BitStep, MemberStep, SubscriptStep
 from .types import BOOL, DataType, Elementary, Member, Structure, count_of
 
@@ -45,15 +45,15 @@ class Memory:
 
     Args:
         layout: what is where.
-        presets: initial values by path, over those of the declarations.
-        defaults: initial values of members by path, by structure in capitals.
+        presets: initial values by path and index, over those of the declarations.
+        defaults: initial values of members by path and index, by structure in capitals.
     """
 
     def __init__(
         self,
         layout: Layout,
-        presets: Mapping[str, int | float] = NOTHING,
-        defaults: Mapping[str, Mapping[str, int | float]] = NOTHING,
+        presets: Presets = MappingProxyType({}),
+        defaults: Mapping[str, Presets] = NOTHING,
     ) -> None:
         self.layout = layout
         self.left = 1
@@ -72,8 +72,8 @@ class Memory:
             self._load_defaults(tag.name, tag.type, count_of(tag.dims))
             if tag.initial is not None:
                 self.load(tag.name, tag.type, tag.dims, 0, tag.initial)
-        for path, value in presets.items():
-            self.write(layout.leaf(path), 0, value)
+        for (path, index), value in presets.items():
+            self.write(layout.leaf(path), index, value)
 
     def _load_defaults(self, path: str, kind: DataType, count: int) -> None:
         """Set what the members of a structure start with, in all elements of an array."""
@@ -86,9 +86,9 @@ class Memory:
             if member.initial is not None:
                 for at in range(count):
                     self._load_member(path, kind, member, at, member.initial)
-        for rest, value in self._defaults.get(kind.name.upper(), NOTHING).items():
+        for (rest, index), value in self._defaults.get(kind.name.upper(), {}).items():
             leaf = self.layout.leaf(f"{path}.{rest}")
-            for at in range(count):
+            for at in range(index, leaf.size, leaf.size // count):
                 self.write(leaf, at, value)
 
     def _starts_with_something(self, kind: DataType) -> bool:

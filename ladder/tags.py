@@ -126,6 +126,9 @@ STATUS_FLAGS = {
 }
 """Bits that every program has, and what they tell."""
 
+Presets = Mapping[tuple[str, int], int | float]
+"""Initial values that stand in rungs, by path of a leaf and index in it."""
+
 OVERRIDE = "~mcr"
 """Leaf of the override that MCR toggles."""
 

@@ -112,7 +112,8 @@ class AddOns:
     def read(self, reader: RoutineReader) -> None:
         """Read the logic of all add-ons, before their types are known."""
         for name, record in self.records.items():
-            read = [(each.name, reader.routine(record.name, each)) for each in record.routines]
+            inouts = {each.name.upper() for each in record.parameters if _way_of(each) is Way.INOUT}
+            read = [(each.name, reader.routine(record.name, each, inouts)) for each in record.routines]
             self._routines[name] = [each for _, each in read if each is not None]
 
     def routines(self) -> Iterator[tuple[str, Routine]]:

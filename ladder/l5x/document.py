@@ -213,7 +213,9 @@ class _Reader:
         if controller is None:
             raise L5xError(self._file, root.sourceline, "it has no Controller")
         get = controller.get
-        target = root.get("TargetType") or ("Controller" if get("Use", "Target") == "Target" else "")
+        target = root.get("TargetType") or "Controller"
+        if target == "Controller" and get("Use", "Target") != "Target":
+            target = ""  # the controller is context of parts: not all of it is there
         add_ons = [
             self._add_on(each)
             for group in controller.iterchildren("AddOnInstructionDefinitions")
@@ -324,6 +326,8 @@ class _Reader:
         original = next((each for each in contents if each.get("OnlineEditType") == "Original"), None)
         content = original if original is not None else next(iter(contents), None)
         lines = [("".join(each.itertext()), int(each.sourceline)) for each in _children(content, "Line")]
+        if content is not None and not lines:  # by other programs than Studio 5000
+            lines = [(content.text or "", int(content.sourceline))]
         kinds = {"RLLContent": "RLL", "STContent": "ST", "FBDContent": "FBD", "SFCContent": "SFC"}
         found = next((kinds[each.tag] for each in element if each.tag in kinds), "RLL")
         return RoutineRecord(

@@ -6,13 +6,14 @@ The number of a rung in the tree is its place in the document, so that a later r
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 from ..errors import RungTextError
 from ..instructions import BY_NAME
 from ..spec import Spec
 from ..text import parse_rung
 from ..tree import Origin, Routine, Rung
+from .presets import Presets
 from .records import Document, EncodedRecord, RoutineRecord, RungRecord
 from .report import Refusal, Report
 
@@ -63,16 +64,19 @@ class RoutineReader:
         self._report = report
         self._records: dict[tuple[str, str], RoutineRecord] = {}
         self._refused: set[tuple[str, str, int]] = set()
+        self._presets: dict[str, Presets] = {}
         self.specs: Mapping[str, Spec] = BY_NAME
         self.stubbed: frozenset[str] = frozenset()
 
-    def routine(self, owner: str, record: RoutineRecord) -> Routine | None:
+    def routine(self, owner: str, record: RoutineRecord, inouts: Collection[str] = ()) -> Routine | None:
         """Read a routine; None if it is refused as a whole.
 
         Args:
             owner: the program, or the add-on instruction.
             record: the routine.
+            inouts: names in capitals of the InOuts of the add-on instruction.
         """
+        self._presets.setdefault(owner.upper(), Presets(inouts))
         self._records[owner.upper(), record.name.upper()] = record
         self._report.rungs += len(record.rungs)
         if record.kind in DIAGRAMS:
@@ -114,7 +118,7 @@ class RoutineReader:
             reason = str(error).partition(f"column {error.column}: ")[2]
             self.refuse(owner, record.name, place, reason, UNKNOWN, error.column)
             return Rung((), rung.comment, origin)
-        return read
+        return self._presets[owner.upper()].settled(read, self.specs)
 
     def _statements(self, owner: str, record: RoutineRecord) -> Routine | None:
         from ..st import parse_statements  # lark takes time to import, and most files have none

@@ -152,3 +152,10 @@ def machine(*rungs: str, tags: Iterable[str] = (), **parts: Any) -> str:
     return document(
         tags=tags, programs=[program("Main", ladder("Main", *rungs))], tasks=[task("T", "Main")], **parts
     )
+
+
+def after(imported: Any, scans: int = 1) -> Any:
+    """The tags of an imported controller after scans."""
+    for _ in range(scans):
+        imported.controller.step()
+    return imported.controller.tags

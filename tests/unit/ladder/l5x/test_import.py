@@ -3,6 +3,7 @@
 import pytest
 from l5x_files import (
     add_on,
+    after,
     alias,
     data_type,
     diagram,
@@ -20,29 +21,7 @@ from l5x_files import (
     value,
 )
 from scanrack.ladder.l5x import import_l5x
-from scanrack.ladder.l5x.trial import run_trial
 from scanrack.ladder.stubs import Stubs
-
-
-@pytest.fixture
-def imported(tmp_path):
-    """Imports a text; `file` is what is in it, `trial` runs it."""
-
-    def read(text, *, trial=True, encoding="utf-8"):
-        path = tmp_path / "machine.L5X"
-        path.write_bytes(text if isinstance(text, bytes) else text.encode(encoding))
-        found = import_l5x(path, trial=trial)
-        if trial:
-            run_trial(found)
-        return found
-
-    return read
-
-
-def after(imported, scans=1):
-    for _ in range(scans):
-        imported.controller.step()
-    return imported.controller.tags
 
 
 def test_rung_tag_and_comment(imported):
