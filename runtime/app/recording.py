@@ -22,7 +22,6 @@ from .attachments import (
 )
 from .loading import Job
 from .sequence_watch import sequences_in, watching
-from .tag_source import tags_of
 
 NOTHING: Mapping[str, str] = MappingProxyType({})
 
@@ -54,9 +53,13 @@ def recorder_for(
     """
     spec = job.spec
     running = logic or job.logic
-    tags = tags_of(running, spec.tags, rack.memory) if spec.tags else None
-    if tags is not None and tags.plan.cost is not None:
-        warn(tags.plan.cost)
+    tags = None
+    if spec.tags:
+        from .tag_source import tags_of  # which knows the debugger; a run without tags does not wait for it
+
+        tags = tags_of(running, spec.tags, rack.memory)
+        if tags.plan.cost is not None:
+            warn(tags.plan.cost)
     recorder = ScanRecorder(
         trace,
         rack.memory,

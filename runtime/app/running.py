@@ -12,10 +12,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ...ladder import LadderLogic
-from ...ladder.debug import Debugger
-from ..live.hands import Hands
 from ..loop.cpu import Cpu
 from ..loop.listeners import ScanListener
 from ..loop.pace import FreeRun, Pacer
@@ -27,8 +26,12 @@ from .loading import Job
 from .outside import tell_cpu
 from .rack_units import UnitsBeside, units_of
 from .recording import NOTHING, recorder_for
-from .repeating import RecordedOrder, Repeated
 from .sequence_watch import declared_axes, sequences_in, standing
+
+if TYPE_CHECKING:  # a rack that nobody operates does not wait for them
+    from ...ladder.debug import Debugger
+    from ..live.hands import Hands
+    from .repeating import RecordedOrder, Repeated
 
 Observer = Callable[[Cpu, int | None], AbstractContextManager[None]]
 """Observes a CPU while it runs: a progress bar. Arguments: the CPU, the number of its last scan or None."""
@@ -86,7 +89,8 @@ class JobRun:
         units = units_of(job.spec.unit, job.folder)
         self.stubs = job.stubs
         self.rack = build_rack(job.spec, ports if live else None, handled=handled)
-        self.logic = _under_debugger(job.logic) if handled else job.logic
+        self._debugger = _debugger_of(job.logic) if handled else None
+        self.logic: Logic = self._debugger or job.logic
         self.hints = Hints(self.rack, job.spec, warn, declared_axes(self.logic))
         self.steps: list[str] = []
         heard: list[ScanListener] = [*listeners, self.hints]
@@ -98,11 +102,13 @@ class JobRun:
             heard.append(UnitsBeside(units, trace))
         self._pacer = pacer or FreeRun()
         self.cpu = build_cpu(job.spec, self.logic, self.rack, listeners=heard, pacer=self._pacer)
-        if isinstance(self.logic, Debugger):
-            tell_cpu(self.logic, self.cpu)
+        if self._debugger is not None:
+            tell_cpu(self._debugger, self.cpu)
         self._edits = 0
         self.repeated: Repeated | None = None
         if orders is not None:
+            from .repeating import Repeated
+
             self.repeated = Repeated(self.cpu, self.hands, orders)
             self.cpu.add_listener(self.repeated)
             self.repeated.begin()
@@ -110,7 +116,7 @@ class JobRun:
     @property
     def edits(self) -> int:
         """How often the program was edited while it ran."""
-        return len(self.logic.edits) if isinstance(self.logic, Debugger) else self._edits
+        return self._edits if self._debugger is None else len(self._debugger.edits)
 
     def use(self, logic: Logic) -> None:
         """Go on with another program that is no ladder program, from the next scan on."""
@@ -120,7 +126,9 @@ class JobRun:
     @property
     def hands(self) -> Hands:
         """Carries out orders on the rack; tags only of a program under a debugger."""
-        return Hands(self.cpu, self.rack, self.logic if isinstance(self.logic, Debugger) else None)
+        from ..live.hands import Hands
+
+        return Hands(self.cpu, self.rack, self._debugger)
 
     def run(self, scans: int | None = None, *, observed: Observer = unobserved) -> None:
         """Run to the end, or until Ctrl-C stops the CPU between scans; then close the listeners.
@@ -145,6 +153,10 @@ class JobRun:
             self.steps = [str(standing(each, cpu.scan)) for each in sequences_in(self.logic)]
 
 
-def _under_debugger(logic: Logic) -> Logic:
-    """Return a ladder program under a debugger that remembers little; other logic as it is."""
-    return Debugger(logic, remembered=1) if isinstance(logic, LadderLogic) else logic
+def _debugger_of(logic: Logic) -> Debugger | None:
+    """Return a debugger that runs a ladder program and remembers little; None for other logic."""
+    if not isinstance(logic, LadderLogic):
+        return None
+    from ...ladder.debug import Debugger
+
+    return Debugger(logic, remembered=1)

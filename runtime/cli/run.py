@@ -7,12 +7,11 @@ from contextlib import ExitStack
 from functools import partial
 from os.path import realpath
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from ..app.loading import DEFAULT_RUN, Job, load_job, scans_to_run, with_tags
-from ..app.repeating import RecordedOrder
 from ..app.retaining import Retained
 from ..app.running import JobRun
 from ..config.rackspec import RackSpec
@@ -24,6 +23,9 @@ from .progress import shown_progress
 from .status import BAD_INPUT, CANNOT_WRITE, DONE, INTERRUPTED, NO, complain, reason
 from .summary import Tally, summary
 from .terminal import say
+
+if TYPE_CHECKING:  # a run that is no session's does not wait for it
+    from ..app.repeating import RecordedOrder
 
 NO_SAFETY_SYSTEM = (
     "this is not a safety system: the controller has no watchdog, and if scanrack dies in a manual move "

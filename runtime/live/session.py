@@ -124,6 +124,7 @@ class Session:
         self.branch: int | None = None
         self._repeats = 0
         self._until: int | None = None
+        self._stepping: dict[str, object] | None = None
         self._fault: CpuFault | None = None
         self._next = 0
 
@@ -192,6 +193,7 @@ class Session:
             self._fault = fault
             self.state.fault = str(fault)
             self.state.paused = True
+            self._end_step(refused=_faulted(fault))
             self._show()
 
     def _run(self, end: int | None) -> None:
@@ -219,6 +221,9 @@ class Session:
     def obey_all(self, at_ns: int, scan: int) -> None:
         """Carry out the orders that are there, and answer each.
 
+        A step is answered when its scans are done. At least one of them runs before the next order acts, so
+        that "press, step, release" is a pulse, however fast the orders come.
+
         Args:
             at_ns: virtual time of the next scan.
             scan: its number.
@@ -230,14 +235,19 @@ class Session:
             try:
                 said = parsed(self._inbox.take())
                 number = said["id"]
-                self.obey(order_of(said["order"]), at_ns, scan)
+                order = order_of(said["order"])
+                self.obey(order, at_ns, scan)
             except ValueError as error:
                 self._tell({"answer": {"id": number, "refused": str(error)}})
             except Exception as error:  # an order never faults the CPU, whatever is wrong here
                 text = f"it can't be carried out: {type(error).__name__}: {error}"
                 self._tell({"answer": {"id": number, "refused": text}})
             else:
-                self._tell({"answer": {"id": number, "ok": True, "scan": scan}})
+                answer = {"id": number, "ok": True, "scan": scan}
+                if isinstance(order, orders.Step):
+                    self._stepping = answer
+                    return
+                self._tell({"answer": answer})
 
     def _take_over(self, at_ns: int) -> None:
         """Go on with an edited program; the page shows what is wrong with it now."""
@@ -265,7 +275,7 @@ class Session:
             ValueError: it can't be carried out, and nothing has happened.
         """
         if self._fault is not None:
-            raise ValueError(f"the CPU has faulted in {self._fault}: start the session again")
+            raise ValueError(_faulted(self._fault))
         self._next = scan
         act = _ACTS.get(type(order))
         if act is not None:
@@ -293,21 +303,29 @@ class Session:
     def _pause(self, _order: object = None) -> None:
         self._refuse_if_live("pause")
         self.state.paused = True
-        self._until = None
+        self._end_step()
         self._cpu.stop()
         self._show()
 
     def _go(self, _order: orders.Go) -> None:
         self.state.paused = False
         self.state.met = []
-        self._until = None
+        self._end_step()
 
     def _step(self, order: orders.Step) -> None:
         self._refuse_if_live("step")
         self.state.paused = False
         self.state.met = []
+        self._end_step()
         self._until = self._next + order.scans
         self._cpu.stop()
+
+    def _end_step(self, refused: str = "") -> None:
+        """End a step, all of whose scans are done or that something else ends; answer it."""
+        self._until = None
+        if self._stepping is not None:
+            answer, self._stepping = self._stepping, None
+            self._tell({"answer": {"id": answer["id"], "refused": refused} if refused else answer})
 
     def _speed(self, order: orders.Speed) -> None:
         self._refuse_if_live("speed")
@@ -358,6 +376,11 @@ class Session:
     def _refuse_if_live(self, what: str) -> None:
         if self._live:
             raise ValueError(f"{what}: a real controller does not wait, so scans keep step with the clock")
+
+
+def _faulted(fault: CpuFault) -> str:
+    """Return why nothing can be ordered any more."""
+    return f"the CPU has faulted in {fault}: start the session again"
 
 
 _RUNG = re.compile(r"(?P<routine>.+)\.(?P<rung>\d+)")

@@ -62,6 +62,23 @@ def test_a_pause_ends_behind_the_scan_and_steps_run_as_many_as_wanted():
     assert session.run.cpu.scan == 59
 
 
+def test_press_step_release_is_a_pulse_though_all_three_come_at_once(tmp_path):
+    """A module looks at its inputs every 250 µs: scan 3000 sees what was pressed before it."""
+    path = tmp_path / "live.mcap"
+    press = {"do": "press", "slot": 1, "name": "estop", "on": True}
+    orders = [(3000, {"do": "pause"}), (0, press), (0, {"do": "step"}), (0, {**press, "on": None})]
+    LiveSession([*orders, (0, {"do": "go"})], path).play(3100)
+    levels = scans_of(path).words[100:, 9] >> 3 & 1
+    assert levels.sum() == 1
+
+
+def test_a_step_is_answered_when_its_scans_are_done_or_something_else_ends_it():
+    orders = [(0, {"do": "step", "scans": 20}), (5, {"do": "speed", "factor": 2}), (9, {"do": "pause"})]
+    session = LiveSession(orders).play(paused=True)
+    told = [each["answer"]["id"] for each in session.told if "answer" in each]
+    assert told == [5, 0, 9]  # the pause ends the step, and is answered itself
+
+
 def test_a_session_may_begin_with_a_pause():
     session = LiveSession([(0, {"do": "step", "scans": 3})]).play(paused=True)
     assert session.run.cpu.scan == 3
