@@ -75,8 +75,11 @@ class ScanBatch:
         self._images.append(self._copy())
         return len(self._images) >= self.room
 
-    def take(self) -> tuple[NDArray[np.uint64], bytes]:
-        """Return the times of the scans and their message records, one after the other, and start again."""
+    def take(self) -> tuple[NDArray[np.uint64], memoryview]:
+        """Return the times of the scans and their message records, one after the other, and start again.
+
+        The records are lent, not copied: they hold until the next `take`.
+        """
         rows = self._arena[: len(self._images)]
         times = np.array(array("Q", self._times))
         numbers = np.array(array("Q", self._numbers)) & np.uint64(_SEQUENCE_MASK)
@@ -88,7 +91,7 @@ class ScanBatch:
         self._bodies[: len(rows)] = np.frombuffer(b"".join(self._images), self._bodies.dtype)
         for column in (self._numbers, self._times, self._flags, self._images):
             column.clear()
-        return times, rows.tobytes()
+        return times, rows.view(np.uint8).data
 
     def __len__(self) -> int:
         return len(self._images)

@@ -107,7 +107,7 @@ class ChunkWriter:
         if len(records) >= self._chunk_bytes:
             self._write_chunk()
 
-    def add_block(self, channel_id: int, log_times: NDArray[np.uint64], block: bytes) -> None:
+    def add_block(self, channel_id: int, log_times: NDArray[np.uint64], block: bytes | memoryview) -> None:
         """Take message records of one size that are laid out already, with their times in ns."""
         start, stride = len(self._records), len(block) // len(log_times)
         entries = np.empty((len(log_times), 2), np.uint64)

@@ -34,7 +34,7 @@ class TraceWriter(Protocol):
         """Take one message; times in ns."""
         ...
 
-    def add_block(self, channel_id: int, log_times: NDArray[np.uint64], block: bytes) -> None:
+    def add_block(self, channel_id: int, log_times: NDArray[np.uint64], block: bytes | memoryview) -> None:
         """Take message records of one size that are laid out already, with their times in ns."""
         ...
 
