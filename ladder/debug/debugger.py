@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..compiler.observed import LineKey
-from ..draw import captions_of, routine_text, routines_svg
 from ..edit import Edit, carry_over
 from ..engine import STEP_MS
 from ..errors import LadderError
@@ -399,11 +398,15 @@ class Debugger:
 
     def picture(self, routine: str, rungs: Sequence[int] | None = None, width: int = 96) -> str:
         """Return a routine drawn with box characters; wires with power in the latest scan are heavy."""
+        from ..draw import captions_of, routine_text  # most runs draw nothing
+
         captions = captions_of(self.program.add_ons.values())
         return routine_text(self.routine_now(routine), width, self.truth(routine), rungs, captions)
 
     def svg(self, width: int = 96) -> str:
         """Return all routines as an SVG document, with the power of the latest scan."""
+        from ..draw import captions_of, routines_svg  # most runs draw nothing
+
         routines = [(self.routine_now(each.name), each.numbers) for each in self.program.routines]
         truths = {each.name: self.truth(each.name) for each in self.program.routines}
         return routines_svg(routines, width, truths, captions_of(self.program.add_ons.values()))

@@ -14,7 +14,7 @@ from __future__ import annotations
 import os
 import shutil
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from importlib.machinery import all_suffixes
 from pathlib import Path, PurePosixPath
@@ -24,9 +24,10 @@ from ...ladder.program import Form
 from ...traces.reader import Trace
 from ...traces.recorder import Attachment
 from ..config.rackspec import RackSpec
+from .extracting import attached_files, extract
 from .loading import Job, load_job, load_spec, rack_form
 from .retaining import retaining
-from .trust import Given, address_name, admitted, check_names
+from .trust import Given, address_name, admitted
 
 PYTHON = ".py"
 RETAINED = "retained/tags.json"
@@ -116,43 +117,6 @@ def _modules_of(folder: Path) -> Iterator[tuple[str, Path, Path]]:
             place = path.relative_to(folder)
             if place.with_suffix("").parts[0] == name.partition(".")[0]:
                 yield name, place, path
-
-
-def attached_files(trace: Trace) -> dict[str, bytes]:
-    """Return the files that came with a trace, by name."""
-    return {each.name: each.data for each in trace.attachments()}
-
-
-def extract(files: Mapping[str, bytes], folder: Path) -> list[Path]:
-    """Write files into a folder; make the folder if it is missing. Return their paths.
-
-    No symbolic link below the folder is followed.
-
-    Raises:
-        ValueError: a name leads out of the folder, or another file is there already.
-        OSError: one can't be written.
-    """
-    check_names(files)
-    targets = {folder / name: data for name, data in files.items()}
-    for target, data in targets.items():
-        _check_free(target, data, folder)
-    for target, data in targets.items():
-        target.parent.mkdir(parents=True, exist_ok=True)
-        if not target.exists():
-            with target.open("xb") as file:  # never through a link, unlike "wb"
-                file.write(data)
-    return list(targets)
-
-
-def _check_free(target: Path, data: bytes, folder: Path) -> None:
-    """Refuse to write over another file, or through a symbolic link."""
-    for place in (target, *target.parents):
-        if place == folder:
-            break
-        if place.is_symlink():
-            raise ValueError(f"{place} is a symbolic link: choose another folder")
-    if target.exists() and (not target.is_file() or target.read_bytes() != data):
-        raise ValueError(f"{target} is there already, with something else in it: choose another folder")
 
 
 def job_of(trace: Trace, folder: Path, *, trust: bool, program: str | None = None) -> Job:

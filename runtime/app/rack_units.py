@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 from ...traces.line import LineRecorder, UnitColumns
-from ..config.serial_units import UnitSpec
 from ..controllers.pcl601.line import Pcl601
 from ..line.ports import Segment
 from ..loop.events import JsonValue
@@ -53,19 +52,6 @@ class UnitsBeside:
         if self._recorder is not None:
             for address, unit in self.units.items():
                 self._recorder.unit(now_ns, address, pcl601_values(unit))
-
-
-def units_of(specs: Iterable[UnitSpec], folder: Path) -> dict[int, Pcl601]:
-    """Make the units beside a rack.
-
-    Args:
-        specs: what they are.
-        folder: where the paths of their programs start.
-
-    Raises:
-        ValueError: a program can't be used.
-    """
-    return {spec.address: spec.make(folder) for spec in specs}
 
 
 def line_path(trace: Path) -> Path:

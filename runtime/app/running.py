@@ -24,7 +24,6 @@ from .build import build_cpu, build_rack
 from .hints import Hints
 from .loading import Job
 from .outside import tell_cpu
-from .rack_units import UnitsBeside, units_of
 from .recording import NOTHING, recorder_for
 from .sequence_watch import declared_axes, sequences_in, standing
 
@@ -86,7 +85,7 @@ class JobRun:
         orders: Iterable[RecordedOrder] | None = None,
     ) -> None:
         handled = handled or orders is not None
-        units = units_of(job.spec.unit, job.folder)
+        units = {unit.address: unit.make(job.folder) for unit in job.spec.unit}
         self.stubs = job.stubs
         self.rack = build_rack(job.spec, ports if live else None, handled=handled)
         self._debugger = _debugger_of(job.logic) if handled else None
@@ -99,6 +98,8 @@ class JobRun:
                 recorder_for(job, self.rack, trace, self.logic, orders=handled, metadata=metadata, warn=warn)
             )
         if units:
+            from .rack_units import UnitsBeside  # the controllers take time to import
+
             heard.append(UnitsBeside(units, trace))
         self._pacer = pacer or FreeRun()
         self.cpu = build_cpu(job.spec, self.logic, self.rack, listeners=heard, pacer=self._pacer)

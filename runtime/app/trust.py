@@ -13,9 +13,7 @@ Files without a use are not written out, so Python never searches a folder that 
 from __future__ import annotations
 
 import hashlib
-import re
-import unicodedata
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from enum import StrEnum
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
@@ -23,6 +21,7 @@ from typing import NamedTuple
 from ...ladder.program import Form, program_form, split_address
 from ..config.rackfile import RackFileError, parse_rack_file
 from ..config.rackspec import RackSpec
+from .extracting import check_names, checked_name
 from .loading import rack_form, stub_files
 
 
@@ -50,62 +49,6 @@ class Given(NamedTuple):
     rack: str
     program: str | None
     retained: str | None = None
-
-
-_BAD_PARTS = {
-    "": "has an empty part",
-    ".": "has a part '.'",
-    "..": "leads out of its folder",
-}
-_BAD_NAMES = (
-    (re.compile(r"/"), "leads out of its folder: it is absolute"),
-    (re.compile(r".*\\"), "leads out of its folder where \\ separates folders"),
-    (re.compile(r".*:"), "has a colon, which is a drive or a stream on Windows"),
-    (re.compile(r".*[. ](/|$)"), "has a part that ends in a dot or a space, which Windows drops"),
-    (
-        re.compile(r"(.*/)?(con|prn|aux|nul|com\d|lpt\d)\s*(\.[^/]*)?(/|$)", re.IGNORECASE),
-        "is a device on Windows",
-    ),
-)
-"""What a name begins with, and why it is refused: on every system, so that a trace means the same on all."""
-
-
-def checked_name(name: str) -> str:
-    """Return the name of a file in a trace, if it names a file in the folder it is written to.
-
-    Args:
-        name: path from that folder, parts separated by `/`.
-
-    Raises:
-        ValueError: it may lead elsewhere, or names no file.
-    """
-    why = next(_objections(name), None)
-    if why is not None:
-        raise ValueError(f"{name!r} is refused as the name of a file: it {why}")
-    return name
-
-
-def _objections(name: str) -> Iterator[str]:
-    """Yield why a name is refused."""
-    if not name.isprintable():
-        yield "has characters that can't be printed"
-    yield from (why for pattern, why in _BAD_NAMES[:2] if pattern.match(name))
-    yield from (_BAD_PARTS[part] for part in name.split("/") if part in _BAD_PARTS)
-    yield from (why for pattern, why in _BAD_NAMES[2:] if pattern.match(name))
-
-
-def check_names(names: Iterable[str]) -> None:
-    """Refuse names of files that can't be written out side by side.
-
-    Raises:
-        ValueError: one leads elsewhere, or two are one file on a system that ignores case.
-    """
-    seen: dict[str, str] = {}
-    for name in names:
-        key = unicodedata.normalize("NFKC", checked_name(name)).casefold()
-        if key in seen:
-            raise ValueError(f"the trace brings {seen[key]!r} and {name!r}, which may be one file")
-        seen[key] = name
 
 
 def admitted(files: Mapping[str, bytes], given: Given, *, trust: bool) -> dict[str, bytes]:

@@ -25,8 +25,6 @@ from ...ladder.program import L5X_SUFFIXES, SLC_SUFFIXES
 from ...ladder.rungfile import read_program
 from ...ladder.slc import import_slc
 from ...ladder.slc.trial import run_trial as run_slc_trial
-from ..app.l5x_rack import rack_of
-from ..app.slc_rack import rack_of_slc
 from .status import BAD_INPUT, DONE, NO, complain, reason
 from .terminal import say
 
@@ -144,6 +142,9 @@ def _print_export(file: Path, name: str) -> int:
 
 def _print_rack(file: Path) -> int:
     """Print a rack file for an export; return the exit status."""
+    from ..app.l5x_rack import rack_of  # racks take time to import, and a report needs none
+    from ..app.slc_rack import rack_of_slc
+
     try:
         if is_slc(file):
             program = import_slc(file)

@@ -22,7 +22,7 @@ from ...traces.image_text import seconds
 from ...traces.reader import Trace, TraceEvent, open_trace
 from ...traces.sections import Section
 from ...traces.tag_text import TagText
-from ..app.attachments import attached_files, extract
+from ..app.extracting import attached_files, extract
 from .complaints import reported_mistakes
 from .status import DONE
 from .tables import Cells

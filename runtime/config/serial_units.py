@@ -14,17 +14,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from ...io_images.pcl601 import Code
-from ..controllers.pcl601.line import Pcl601
 from ..controllers.pcl601.pins import Pins
 from ..controllers.pcl601.pinstates import connect
-from ..controllers.pcl601.program import load, read_program
-from ..controllers.pcl601.wiring import Wiring
 from .machine_tables import Table
+
+if TYPE_CHECKING:
+    from ..controllers.pcl601.line import Pcl601
 
 
 class UnitSpec(Table):
@@ -57,6 +57,10 @@ class UnitSpec(Table):
         Raises:
             ValueError: the program can't be used.
         """
+        from ..controllers.pcl601.line import Pcl601  # pymodbus takes time to import
+        from ..controllers.pcl601.program import load, read_program
+        from ..controllers.pcl601.wiring import Wiring
+
         digits = None if self.thumbwheel is None else int(self.thumbwheel)
         unit = Pcl601(self.address, wiring=Wiring(digits is not None, digits))
         for name, state in self.pins.items():

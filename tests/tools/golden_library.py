@@ -18,7 +18,7 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from scanrack.io_images.amci3601 import StatusView, status_names
 from scanrack.io_images.image import UNSIGNED_MAX
-from scanrack.runtime.app.attachments import attached_files
+from scanrack.runtime.app.extracting import attached_files
 from scanrack.runtime.app.loading import load_job
 from scanrack.runtime.app.trust import stored_programs
 from scanrack.runtime.cli.run import run_job

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from scanrack.runtime.cli import COMMANDS, build
@@ -28,11 +29,32 @@ def test_an_unknown_command_is_refused():
     assert "there is no command 'fix': there are run, watch, show," in result.output
 
 
-def test_help_does_not_wait_for_the_libraries_of_the_commands():
+EXAMPLES = Path(__file__).parents[2] / "examples"
+RECORDED = ("run", str(EXAMPLES / "feeder" / "feeder.toml"), "--scans", "10", "--record", "TRACE", "--quiet")
+UNNEEDED = {
+    "help": (("--help",), ("hypothesis", "numpy", "mcap", "lark")),
+    "run": (RECORDED, ("hypothesis", "pymodbus", "asyncio", "lark", "lxml", "rich", "scanrack.ladder.draw")),
+    "show": (("show", "TRACE"), ("hypothesis", "pymodbus", "lark", "scanrack.ladder")),
+    "l5x": (
+        ("l5x", str(EXAMPLES / "l5x" / "indexer.L5X")),
+        ("hypothesis", "pymodbus", "scanrack.runtime.config"),
+    ),
+}
+"""Commands, and libraries and rooms that take time to import and that they do without."""
+
+
+@pytest.mark.parametrize("command", UNNEEDED)
+def test_a_command_does_not_wait_for_libraries_that_it_does_not_use(command, tmp_path):
+    trace = str(tmp_path / "a.mcap")
+    recorded = [trace if word == "TRACE" else word for word in RECORDED]
+    if command == "show":
+        subprocess.run([sys.executable, "-m", "scanrack", *recorded], check=True)
+    arguments, unneeded = UNNEEDED[command]
+    words = [trace if word == "TRACE" else word for word in arguments]
     code = (
         "import sys; from typer.testing import CliRunner; from scanrack.runtime.cli import build\n"
-        "CliRunner().invoke(build(), ['--help'])\n"
-        "print([name for name in ('hypothesis', 'numpy', 'mcap', 'lark') if name in sys.modules])"
+        f"result = CliRunner().invoke(build(), {words!r}); assert result.exit_code in (0, 1), result.output\n"
+        f"print([name for name in {unneeded!r} if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

@@ -1,13 +1,24 @@
-"""The progress bar, drawn on a console that is said to be a terminal."""
+"""The progress bar, drawn on a screen that is said to be a terminal."""
 
 import io
 
 import pytest
 from rich.console import Console
-from scanrack.runtime.cli import progress
-from scanrack.runtime.cli.progress import CpuProgress, shown_progress
+from scanrack.runtime.cli.progress import shown_progress
+from scanrack.runtime.cli.progress_bar import CpuProgress
 from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.rack import Rack
+
+
+class Screen(io.StringIO):
+    """A standard error that is a terminal, or not."""
+
+    def __init__(self, terminal):
+        super().__init__()
+        self._terminal = terminal
+
+    def isatty(self):
+        return self._terminal
 
 
 @pytest.fixture
@@ -28,10 +39,8 @@ def test_the_bar_shows_the_scans_the_cpu_has_done(cpu):
     ("terminal", "quiet", "drawn"), [(True, False, True), (True, True, False), (False, False, False)]
 )
 def test_it_is_drawn_on_a_terminal_only_and_not_if_quiet(cpu, monkeypatch, terminal, quiet, drawn):
-    screen = io.StringIO()
-    monkeypatch.setattr(
-        progress, "Console", lambda stderr: Console(file=screen, force_terminal=terminal, width=80)
-    )
+    screen = Screen(terminal)
+    monkeypatch.setattr("sys.stderr", screen)
     with shown_progress(cpu, 5, quiet=quiet):
         cpu.run(5)
     assert bool(screen.getvalue()) is drawn

@@ -4,7 +4,7 @@ import json
 
 import pytest
 from scanrack import open_trace
-from scanrack.runtime.app.attachments import attached_files
+from scanrack.runtime.app.extracting import attached_files
 from scanrack.runtime.app.trust import Given, Use, uses_of
 from scanrack.runtime.cli import build
 from typer.testing import CliRunner
