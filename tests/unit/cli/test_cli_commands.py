@@ -29,7 +29,7 @@ def test_an_unknown_command_is_refused():
     assert "there is no command 'fix': there are run, watch, show," in result.output
 
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = Path(__file__).parents[3] / "examples"
 RECORDED = ("run", str(EXAMPLES / "feeder" / "feeder.toml"), "--scans", "10", "--record", "TRACE", "--quiet")
 UNNEEDED = {
     "help": (("--help",), ("hypothesis", "numpy", "mcap", "lark")),
