@@ -6,7 +6,7 @@
 
 Traces of one slot whose axis goes to and fro: twice the same; one whose positions are off by two
 counts and whose scans have jitter, compared within a tolerance; and one that differs in a single bit.
-What comes of each comparison is checked.
+The result of each comparison is checked.
 """
 
 from __future__ import annotations

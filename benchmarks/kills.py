@@ -5,7 +5,7 @@
 A child process records as fast as it can and notes in shared memory how many scans it has handed to
 the recorder; kill -9 meets it within the first fifth of a second. Then the trace is opened as it is,
 compared scan by scan with what was recorded, repaired, and read by the stock reader with CRC
-validation. `lost` counts the scans that were handed over and are not in the file: never more than
+validation. `lost` counts the scans that were given to the recorder and are not in the file: never more than
 the open chunk holds.
 """
 
@@ -52,7 +52,7 @@ def record_for_ever(path: Path, told: mmap.mmap) -> None:
 
 
 def kill_one(path: Path, after_s: float) -> int:
-    """Let a child record, and kill it; return how many scans it has handed over."""
+    """Let a child record, and kill it; return how many scans it has recorded."""
     told = mmap.mmap(-1, COUNT.size)
     child = os.fork()
     if child == 0:

@@ -69,7 +69,7 @@ RUNGS = (
 
 
 class Names(dict[str, str]):
-    """A tag of a type, drawn anew each time it is asked for."""
+    """A tag of a type, drawn again at each use."""
 
     def __init__(self, tags: int, seed: int) -> None:
         self._draw = random.Random(seed)

@@ -58,7 +58,7 @@ def served(*arguments: str) -> Iterator[socket.socket]:
 
 
 def free_port() -> int:
-    """Return a port that nobody listens at."""
+    """Return a port without a listener."""
     with socket.create_server(("127.0.0.1", 0)) as listening:
         return int(listening.getsockname()[1])
 

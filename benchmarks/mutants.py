@@ -11,7 +11,7 @@ A mutant is the project with one small mistake put in: a condition negated, a co
 left out, a status bit not set, a row of a table of refusals missing, a rule without its partner. The tests
 are run against each in a private copy; a mutant that no test fails for has survived, and is listed. A test
 that takes more than 20 times as long as usual counts as failed. What the mistakes are is written in
-`mutation/operators.py` and `mutation/effects.py`, which of them nobody could notice in `mutation/known.py`,
+`mutation/operators.py` and `mutation/effects.py`, which of them no test could notice in `mutation/known.py`,
 which files and tests belong to a room in `mutation/rooms.py`.
 
 Exit status: 0 done, 1 a mutant of --smoke has survived or the share is below --at-least, 2 bad option.
@@ -124,7 +124,7 @@ def known_tests(
 def measure(
     mutants: Sequence[Mutant], room: Room, files: Sequence[str], cache: Path, processes: int
 ) -> dict[Mutant, Verdict]:
-    """Try mutants; return their verdicts, as far as nobody has pressed Ctrl-C."""
+    """Try mutants; return their verdicts, up to a Ctrl-C."""
     console = Console(stderr=True)
     verdicts: dict[Mutant, Verdict] = {}
     with tempfile.TemporaryDirectory(prefix="scanrack-mutants-") as folder:

@@ -13,7 +13,7 @@ which is logic just as well. The files, from the bottom up; each imports only fr
 | `stretches`, `tags`, `memory` | values of a tag in a list; declared tags to leaves; a program's values |
 | `operands`, `regions` | resolved operands; stretches of memory as bytes |
 | `schedule`, `scheduler` | tasks, and when they run their programs |
-| `stubs` | what stands for an instruction, or for the other end of a message |
+| `stubs` | replacements of instructions, and of the other end of a message |
 | `axes`, `bound_axes` | axes that a 3601 of the rack moves: settings; its block |
 | `motion_types`, `motion_words` | types and words of motion |
 | `block_types`, `predefined` | structures of function blocks; all predefined types |
@@ -22,7 +22,7 @@ which is logic just as well. The files, from the bottom up; each imports only fr
 | `interpreter/`, `engine`, `compiler/` | the two back ends: rungs, power, values; one running program |
 | `instructions/` | what each instruction does in both back ends: one file per family, one row each |
 | `text`, `st/`, `front` | rungs from text; structured text; rungs from Python |
-| `addon`, `calls` | add-on instructions; what a call hands over |
+| `addon`, `calls` | add-on instructions; what a call passes |
 | `inferred` | types of tags that nothing declares |
 | `lowering_statements`, `lowering`, `checks` | tree to lowered program; checks of the whole |
 | `edit` | values that outlive a program |

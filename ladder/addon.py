@@ -91,7 +91,7 @@ class Parameter:
 
     Attributes:
         name: its name.
-        type: its type; for INOUT, of the tag that is handed over.
+        type: its type; for INOUT, of the tag that is passed.
         way: how it goes between call and instance.
         dims: length per dimension, none for a single value.
         required: whether the call names what it stands for; an INOUT always is.
@@ -259,7 +259,7 @@ def specs_of(
 
     Args:
         add_ons: add-on instructions, by name in capitals.
-        stubs: what stands for instructions, known ones and others, by name in capitals.
+        stubs: replacements of instructions, known ones and others, by name in capitals.
         specs: the built-in ones.
     """
     return {**specs, **{name: each.spec for name, each in add_ons.items()}, **specs_of_stubs(stubs)}

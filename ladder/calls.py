@@ -1,4 +1,4 @@
-"""What a call of an add-on instruction hands over: the argument of every InOut, checked, and the instance."""
+"""What a call of an add-on instruction passes: the argument of every InOut, checked, and the instance."""
 
 from __future__ import annotations
 
@@ -62,13 +62,13 @@ def _check(definition: AddOn, wanted: Tag, argument: Address, given: Place | Gro
     if given.type != wanted.type or not _has_dims(wanted.dims, given):
         raise OperandError(
             f"{wanted.name} of {definition.name} is {_kind(wanted)}, {argument} is {described(given)}",
-            "hand over a tag of that type",
+            "pass a tag of that type",
         )
     leaf = first_leaf(given)
     if leaf.path.startswith("S:"):
-        raise OperandError(f"{argument} is a status flag", "copy it to a tag, and hand over that")
+        raise OperandError(f"{argument} is a status flag", "copy it to a tag, and pass that")
     if leaf.slot is not None and isinstance(given.type, Structure):
-        raise OperandError(f"{argument} is a whole module", "hand over its Data, or a copy of it")
+        raise OperandError(f"{argument} is a whole module", "pass its Data, or a copy of it")
 
 
 def _has_dims(wanted: tuple[int, ...], given: Place | Group) -> bool:

@@ -103,7 +103,7 @@ def _beyond_a_3601(lowered: Lowered) -> Iterator[Problem]:
 
 
 def _unbound_axes(lowered: Lowered) -> Iterator[Problem]:
-    """Motion instructions of an axis, group or coordinate system that nothing in the rack stands for."""
+    """Motion instructions of an axis, group or coordinate system that the rack does not have."""
     for routine, line, step in _all_steps(lowered, copies=False):
         if Use.MOTION not in step.uses:
             continue

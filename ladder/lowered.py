@@ -69,7 +69,7 @@ class OperandResolver(Protocol):
 
     @property
     def stubs(self) -> Mapping[str, Stub]:
-        """What stands for instructions, and how messages end, by name in capitals."""
+        """Stubs of instructions and of the ends of messages, by name in capitals."""
 
     def checked(self, use: Use, operand: Operand) -> Any:
         """Return an operand of a use.

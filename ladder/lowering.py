@@ -266,7 +266,7 @@ class Lowering:
         return self.lowered.frames[name]
 
     def _note_handed(self, frame: Frame, instance: Group, handed: Mapping[str, Place | Group]) -> None:
-        """Lay out in lists what a call hands over."""
+        """Lay out in lists what a call passes."""
         for operand in (instance, *handed.values()):
             leaf = first_leaf(operand)
             if not leaf.frame:

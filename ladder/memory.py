@@ -287,10 +287,10 @@ class Memory:
 
 
 class Store(Protocol):
-    """What has values: a memory, or what is handed over to an add-on instruction.
+    """What has values: a memory, or what is passed to an add-on instruction.
 
     Attributes:
-        left: of what was handed over: elements from its first one to the end of the array.
+        left: of what was passed: elements from its first one to the end of the array.
     """
 
     left: int
@@ -303,7 +303,7 @@ class Store(Protocol):
 
 
 class Listed:
-    """What is handed over to a compiled add-on instruction, as a store for its own leaves.
+    """What is passed to a compiled add-on instruction, as a store for its own leaves.
 
     Args:
         layout: of the add-on instruction.
@@ -340,7 +340,7 @@ class Listed:
 
 
 class Named:
-    """What is handed over to an interpreted add-on instruction, as a store for its own leaves.
+    """What is passed to an interpreted add-on instruction, as a store for its own leaves.
 
     Attributes:
         path: path in the program of the instance or the argument.

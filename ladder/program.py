@@ -134,7 +134,7 @@ def load_program(
     Args:
         address: `path[:function]`, the path relative to `folder`.
         folder: where a relative path starts.
-        stubs: what stands for instructions of a ladder program, see `load_stubs`.
+        stubs: replacements of instructions of a ladder program, see `load_stubs`.
         slots: slots of the rack, whose images an SLC program has; None if there is no rack.
 
     Raises:

@@ -88,7 +88,7 @@ def parse_program(text: str, *, file: str = "", stubs: Stubs = NO_STUBS) -> Prog
     Args:
         text: the text.
         file: where it is from, for messages.
-        stubs: what stands for instructions, in place of the text's own stubs of the same name.
+        stubs: replacements of instructions; they replace stubs of the text with the same name.
     """
     return Reader(text, file, stubs).program()
 

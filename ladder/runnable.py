@@ -44,7 +44,7 @@ class LadderLogic(ABC):
         declarations: tags and aliases, in order.
         add_ons: the add-on instructions that it uses, by name in capitals.
         allowed: what is not reported, see `checks.ALLOWANCES`.
-        stubs: what stands for instructions, and how messages end, by name in capitals.
+        stubs: replacements of instructions, and how messages end, by name in capitals.
         dialect: whose instructions it has.
         builtin: those instructions, by name in capitals.
         opening: called with the engine before each scan, and whether it is the first.
@@ -118,7 +118,7 @@ class LadderLogic(ABC):
     # --- declaring
 
     def stub(self, name: str, text: str | Callable[..., Any]) -> None:
-        r"""Say what stands for an instruction, or how a message ends.
+        r"""Replace an instruction, or say how a message ends.
 
         Args:
             name: the instruction; or a message's tag, in a controller `\Program.tag` for that of a program.
@@ -138,7 +138,7 @@ class LadderLogic(ABC):
         """Take stubs, in place of its own of the same name.
 
         Raises:
-            LadderError: nothing can stand for an instruction among them, or it has been built.
+            LadderError: no stub can replace an instruction among them, or it has been built.
         """
         if stubs == NO_STUBS:
             return

@@ -7,7 +7,7 @@
     idle                     for 20 ms
 
 A step writes its words in the first scan that it is in force, and leaves them alone then. It ends
-in the first later scan in which the status bits stand as told (a minus: clear), or after its time;
+in the first later scan in which the status bits are as listed (a minus: clear), or after its time;
 the next one begins in that scan. The last one stays.
 
     words A B ...            the words, missing ones 0; hexadecimal with an h
@@ -73,7 +73,7 @@ class Step:
         write: puts its words into an output image.
         rise: status bits that are to be set at its end.
         fall: those that are to be clear.
-        for_ns: how long it lasts, if no bits are told; None = for ever.
+        for_ns: how long it lasts, if no bits are listed; None = for ever.
     """
 
     line: int

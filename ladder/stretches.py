@@ -1,4 +1,4 @@
-"""Where the values of a structure lie in a list: the memory of what is handed over by reference.
+"""Where the values of a structure lie in a list: the memory of what is passed by reference.
 
 Most tags are variables of the compiled program. An instance of an add-on instruction, and a tag that a call
 hands to an InOut, is a stretch of a list instead: its elementary values in a row, in one order for every

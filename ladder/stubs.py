@@ -1,4 +1,4 @@
-"""Stubs: what stands for an instruction, or for the other end of one that leaves the controller.
+"""Stubs: replacements of instructions, and of the other end of those that leave the controller.
 
 | text | means |
 |---|---|
@@ -26,7 +26,7 @@ ALL_MESSAGES = "MSG"
 """Name of the stub of every message without one of its own."""
 
 NEVER_STUBBED = frozenset({"JMP", "LBL", "JSR", "SBR", "RET", "TND", "MCR", "FOR", "BRK"})
-"""Instructions that say what runs next: nothing else can stand for them."""
+"""Instructions that decide what runs next: no stub can replace them."""
 
 _TEXT = re.compile(
     r"(?:done|error\s+(?:16#(?P<hex>[0-9A-F]{1,4})|(?P<code>\d{1,5})))\s+after\s+(?P<ms>\d{1,9}(?:\.\d{1,6})?)\s*ms",
@@ -128,7 +128,7 @@ def parse_stub(text: str) -> Ending | Power:
 
 
 def check_stubbed(name: str) -> None:
-    """Refuse an instruction that nothing can stand for.
+    """Refuse an instruction that no stub can replace.
 
     Args:
         name: in capitals.
@@ -137,7 +137,7 @@ def check_stubbed(name: str) -> None:
         LadderError: it is one.
     """
     if name in NEVER_STUBBED:
-        raise LadderError(f"{name} says what runs next: nothing can stand for it")
+        raise LadderError(f"{name} decides what runs next: no stub can replace it")
 
 
 def stub_of(stubs: Mapping[str, Stub], path: str) -> Ending | None:
@@ -152,7 +152,7 @@ def stub_of(stubs: Mapping[str, Stub], path: str) -> Ending | None:
 
 
 def replaces(stubs: Mapping[str, Stub], name: str) -> Stub | None:
-    """Return the stub that stands for an instruction; None if the instruction does its own work.
+    """Return the stub that replaces an instruction; None if the instruction does its own work.
 
     Args:
         stubs: by name in capitals.

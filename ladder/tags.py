@@ -364,7 +364,7 @@ class FrameLayout(Layout):
     """Where everything is that the routines of an add-on instruction name: one layout for all instances.
 
     Members of the instance lie in the list `frame` from `base` on. An InOut is a list, an offset and the
-    number of elements from there to the end of its array; a bit of an integer is told by a mask, too.
+    number of elements from there to the end of its array; for a bit of an integer also a mask.
 
     Attributes:
         own: type of an instance.
@@ -373,7 +373,7 @@ class FrameLayout(Layout):
     Args:
         frame: the add-on instruction.
         own: type of an instance.
-        inouts: what is handed over, as tags.
+        inouts: what is passed, as tags.
         program: the layout of the program, for status flags.
     """
 

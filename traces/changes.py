@@ -169,7 +169,7 @@ class Changes:
                 self._folded_what[name] |= bool((folded[span] & differs[span]).any())
 
     def skip(self, scan: Scan) -> None:
-        """Take notice of a scan that is not to be told."""
+        """Take notice of a scan that is not shown."""
         self._memory, self._flags, self._tag_row = scan.memory, scan.flags, scan.tags
 
     def rest(self) -> Iterator[Row]:

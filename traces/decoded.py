@@ -67,7 +67,7 @@ class Decoded:
         dtype: a row, with the bytes that alignment leaves out before it.
 
     Raises:
-        ValueError: no slot speaks 3601.
+        ValueError: no slot has a 3601's words.
     """
 
     def __init__(self, slots: Sequence[SlotInfo], offset: int) -> None:

@@ -8,7 +8,7 @@ else fits: the open chunk, its index and the summary.
     disk  | trace ............ | ballast |          recording
     disk  | trace .......................|X         no room: the ballast goes,
     disk  | trace ...........chunk|                 the chunk is finished,
-    disk  | trace ...........chunk|summary|         the recorder told, the summary written
+    disk  | trace ...........chunk|summary|         the recorder is notified, the summary written
 """
 
 from __future__ import annotations

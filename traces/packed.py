@@ -18,7 +18,7 @@ from .columns import Columns, join, no_columns
 CHUNK_SCANS = 4096
 
 _HEAD = 3
-"""Numbers in front of a scan's images: number, time, flags."""
+"""Numbers before a scan's images: number, time, flags."""
 
 T = TypeVar("T")
 

@@ -146,7 +146,7 @@ def _misfits(trace: Records, library: str, made: Path, path: Path) -> Iterator[s
     """
     if library.startswith(LIBRARY):
         if made.stat().st_size != path.stat().st_size or not _begin_alike(made, path, trace.size):
-            yield "its indexes or its end do not fit what it holds"
+            yield "its indexes or its end do not fit its contents"
         return
     try:
         trace.file.seek(0)

@@ -134,7 +134,7 @@ TEXTS = Topic(
 ORDERS = Topic(
     "/orders",
     "scanrack.Order",
-    "Somebody operated the running rack, before this scan.",
+    "The running rack was operated, before this scan.",
     {
         "kind": {"type": "string", "description": "order"},
         "name": {"type": "string", "description": "what was ordered, such as press"},

@@ -1,4 +1,4 @@
-"""Mutants that can't be told from the original, each with its reason; and those that CI tries."""
+"""Mutants that behave as the original, each with its reason; and those that CI tries."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Equivalent(NamedTuple):
         scope: function or table.
         old: the text that is replaced.
         new: the text in its place.
-        reason: why nobody can tell.
+        reason: why no test can notice it.
     """
 
     path: str

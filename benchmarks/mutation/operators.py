@@ -274,7 +274,7 @@ class _Finder(ast.NodeVisitor):
             self._add_span("row", (spans[-2][1], spans[-1][1]), "", rules[-1])
 
     def _rules_of(self, row: ast.expr) -> tuple[str, ...]:
-        """Return the rules of a row, or of the table that is inserted here; nothing if that is not told."""
+        """Return the rules of a row, or of the table that is inserted here; nothing if that is unknown."""
         if isinstance(row, ast.Starred):
             return self._rules_of(row.value)
         if isinstance(row, ast.Name):

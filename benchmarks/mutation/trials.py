@@ -1,9 +1,9 @@
 """Runs tests against mutants, in private copies of the project; the working tree is never touched.
 
-A mutant is tried with the tests that execute its line when nothing is wrong: those first that are marked with
-a rule the mutated line speaks of, then those that have killed its neighbours, then the quickest. Verdicts are
-kept in the cache directory. That a test has killed a mutant holds as long as that test's file and the sources
-are the same; that a mutant survived, as long as all tests are.
+A mutant is tried with the tests that execute its line when nothing is wrong: first those with the
+mark of a rule that the mutated line names, then those that have killed its neighbours, then the quickest.
+Verdicts are kept in the cache directory. That a test has killed a mutant holds as long as that test's file
+and the sources are the same; that a mutant survived, as long as all tests are.
 """
 
 from __future__ import annotations

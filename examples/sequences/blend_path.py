@@ -34,7 +34,7 @@ class BlendPath(Logic):
 
     @sequence
     async def path(self) -> None:
-        """Run the path at each press, and begin anew after an error."""
+        """Run the path at each press, and begin again after an error."""
         while True:
             try:
                 await self.make_ready()

@@ -32,7 +32,7 @@ class Panel(Logic):
 
     @sequence
     async def panel(self) -> None:
-        """Obey the buttons, and begin anew after an error."""
+        """Obey the buttons, and begin again after an error."""
         while True:
             try:
                 await self.make_ready()

@@ -36,7 +36,7 @@ class Labeller(Logic):
 
     @sequence
     async def label(self) -> None:
-        """Label, and begin anew after an error."""
+        """Label, and begin again after an error."""
         while True:
             try:
                 await self.make_ready()

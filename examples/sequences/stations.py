@@ -39,7 +39,7 @@ class Stations(Logic):
 
     @sequence
     async def cycle(self) -> None:
-        """Make rounds, and begin anew after an error."""
+        """Make rounds, and begin again after an error."""
         while True:
             try:
                 await self.make_ready()

@@ -109,7 +109,7 @@ def pmc006_requests(address: int = FACTORY_ADDRESS) -> st.SearchStrategy[bytes]:
 
 
 def noise(most: int = 40) -> st.SearchStrategy[bytes]:
-    """Return a strategy of bytes that nobody meant, at least one of them."""
+    """Return a strategy of random bytes, at least one."""
     return st.binary(min_size=1, max_size=most)
 
 

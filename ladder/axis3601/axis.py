@@ -1,4 +1,4 @@
-"""The axis of a 3601, or of a module that speaks its words: PLCopen's blocks as methods.
+"""The axis of a 3601, or of a module with its words: PLCopen's blocks as methods.
 
     await self.axis.move_to(4000, speed=5000, acceleration=10, deceleration=10)
 

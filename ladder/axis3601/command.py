@@ -48,7 +48,7 @@ class Command(Wait[None]):
     """Whether it has something to do in each scan while it is under way."""
 
     handshake_over = True
-    """Whether what it has to tell the module in several scans has been told."""
+    """Whether a handshake with the module over several scans is complete."""
 
     def __init__(self, axis: str, kind: Kind, text: str) -> None:
         self._axis = axis

@@ -383,7 +383,7 @@ class Drive:
         self.step = step
 
     def _write(self, words: Sequence[int]) -> None:
-        """Write words whose parameters nobody looks at.
+        """Write words whose parameters do not matter.
 
         With `parameters_first` those of before stay, so that an update that comes in two parts is not
         another command.

@@ -34,7 +34,7 @@ class Services:
 
         Args:
             site: its number.
-            power: the power in front of it.
+            power: the power before it.
             frame: in an add-on instruction what it works on, by `Leaf.root`.
         """
         interpreter = self._engine.interpreter
@@ -169,7 +169,7 @@ class Services:
     def stretch(
         self, frame: str, values: Any, base: int = 0, left: int = 1, mask: int | None = None
     ) -> Listed:
-        """Return an instance, or what was handed over, as a store."""
+        """Return an instance, or what was passed, as a store."""
         return Listed(self._frames[frame].layout, values, base, left, mask)
 
     def mask(self, bit: int, bits: int, signed: bool) -> int:

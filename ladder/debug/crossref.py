@@ -133,7 +133,7 @@ def _path(operand: Place | Group) -> str:
 
 
 def _mentions(lowered: Lowered, wanted: Callable[[Place | Group], bool]) -> Iterator[Mention]:
-    """Yield mentions; those in an add-on instruction only if something wanted is handed over to it."""
+    """Yield mentions; those in an add-on instruction only if something wanted is passed to it."""
     seen: set[object] = set()
     for routine in lowered.routines.values():
         if not routine.frame:
@@ -190,7 +190,7 @@ def placed_in(lowered: Lowered, handed: Mapping[str, Place | Group], operand: Pl
 
     Args:
         lowered: the program.
-        handed: the instance and what is handed over, by `Leaf.root`.
+        handed: the instance and what is passed, by `Leaf.root`.
         operand: the operand.
     """
     leaf = first_leaf(operand)

@@ -21,7 +21,7 @@ class Past(Protocol):
         ...
 
     def last_change(self, read: Callable[[WatchedEngine], Any]) -> int | None:
-        """Return the last scan behind which a value was another than in front of it, None without one."""
+        """Return the last scan that changed a value, None without one."""
         ...
 
 

@@ -62,7 +62,7 @@ class Chapter:
 
     Attributes:
         scan: number of the first one.
-        memory: the values in front of it, by identifier.
+        memory: the values before it, by identifier.
         entries: the scans.
     """
 
@@ -111,7 +111,7 @@ class Journal:
         """Take a snapshot if one is due: before anything was written, and after every `EVERY` scans.
 
         Args:
-            memory: the program's, as it stands in front of that scan.
+            memory: the program's, as it is before that scan.
             scan: number of the next scan.
         """
         if not self._chapters or len(self._chapters[-1].entries) == EVERY:
@@ -164,7 +164,7 @@ class Journal:
         return self.again(scan) if noted and engine.broken_off else engine
 
     def last_change(self, read: Callable[[WatchedEngine], Any]) -> int | None:
-        """Return the last scan behind which a value was another than in front of it, None without one.
+        """Return the last scan that changed a value, None without one.
 
         Args:
             read: reads the value.

@@ -68,8 +68,8 @@ class Change:
         before: its value before.
         after: its value then.
         site: the instruction, None if a Python routine, or someone outside of the program, wrote it.
-        power: whether the rung was true in front of that instruction.
-        blockers: the conditions of the rung that were false in front of it.
+        power: whether the rung was true before that instruction.
+        blockers: the conditions of the rung that were false before it.
         prescan: whether it was prescan that wrote.
         read: of structured text: what the statement has read, and its values.
         inside: of structured text: the conditions that the statement stands in, the outermost first.
@@ -112,7 +112,7 @@ class WatchedMemory(Memory):
     """Memory that tells of changes, and in which values can be forced.
 
     Attributes:
-        watcher: told of every change while a scan is watched.
+        watcher: called at every change while a scan is watched.
         outside: collects what is written between scans, None while it is not wanted.
         on_outside: called after each such write.
         forces: what is forced; the mapping is replaced, never changed, see `hold`.

@@ -1,4 +1,4 @@
-"""Why a tag is as it is, in a sentence: found in the remembered changes, told as a colleague would."""
+"""Why a tag has its value, in a sentence, from the remembered changes."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ from .marks import Box, BoxLine, Corner, Symbol, Wire
 from .ruler import caption_width
 
 WIDTH = 96
-"""Columns between the rails unless told otherwise."""
+"""Columns between the rails by default."""
 
 UP, DOWN, LEFT, RIGHT = 1, 2, 4, 8
 

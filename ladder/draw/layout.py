@@ -55,7 +55,7 @@ def place(rung: Rung, width: int, ruler: Ruler) -> Picture:
 
 
 class _Placer:
-    """Places the elements of one rung, from left to right; `last` is the one in front of the next."""
+    """Places the elements of one rung, from left to right; `last` is the one before the next."""
 
     def __init__(self, series: Series, width: int, ruler: Ruler) -> None:
         self.picture = Picture()

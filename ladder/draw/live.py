@@ -145,11 +145,11 @@ class _ValueRuler(Ruler):
         for operand in instruction.operands:
             yield from filter(None, map(self._name_of, addresses_in(operand)))
         if instruction.name in MEMBERS:
-            told = (self._name(instruction.operands[0], member) for member in (".PRE", ".ACC", ".DN"))
-            yield from filter(None, told)
+            shown = (self._name(instruction.operands[0], member) for member in (".PRE", ".ACC", ".DN"))
+            yield from filter(None, shown)
 
     def attributes(self, instruction: Instruction) -> str:
-        """Return the attributes that tell a page what an instruction is about."""
+        """Return the attributes by which a page finds the tags of an instruction."""
         names = tuple(dict.fromkeys(self.names(instruction)))
         first = next((each for each in instruction.operands if isinstance(each, Address)), None)
         tag = "" if first is None else self._name(first) or str(first)

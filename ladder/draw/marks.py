@@ -39,7 +39,7 @@ class Symbol:
         name: its operand.
         label_x: first column of the name.
         element: its number.
-        feeder: the element in front of it.
+        feeder: the element before it.
         value: the tag whose value stands beneath it; None if none does.
     """
 

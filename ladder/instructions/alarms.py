@@ -7,7 +7,7 @@
     0        0       0 1 when acknowledged, 1 0 when the condition comes again
 
 [1756-RM003N p. 49, 50, 64, 65]. A rising ProgAck or ProgReset is one request, as is a set OperAck or
-OperReset, which the instruction clears. Nobody subscribes to alarms here: messages and delivery are left out.
+OperReset, which the instruction clears. Alarms have no subscribers here, so there are no messages.
 """
 
 from __future__ import annotations

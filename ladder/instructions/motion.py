@@ -1,4 +1,4 @@
-"""Motion instructions: the operands of all of them, and what becomes of one [MOTION-RM002].
+"""Motion instructions: the operands of all of them, and the bits while one runs [MOTION-RM002].
 
     rung  ___|‾‾‾‾‾‾‾‾‾‾|______        ___|‾‾‾‾‾‾‾‾|___
     EN    ___|‾‾‾‾‾‾‾‾‾‾|______        ___|‾‾‾‾‾‾‾‾|___
@@ -7,7 +7,7 @@
     PC    _________________|‾‾‾        ________________
     ER    _____________________        ___|‾‾‾‾‾‾‾‾‾‾‾‾     refused: ERR says why
 
-A rising rung begins one; in structured text every call does. An axis that no slot of the rack stands for
+A rising rung begins one; in structured text every call does. An axis without a slot in the rack
 answers as one that is not configured (ERR 11); `checks` warns of it.
 """
 

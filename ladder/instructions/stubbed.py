@@ -1,4 +1,4 @@
-"""The instruction that a stub stands for, as a row that its `Spec` is made from, see `stubs`.
+"""The instruction that a stub replaces, as a row of which its `Spec` is made, see `stubs`.
 
 rung      ____|‾‾‾‾|_____________
 EN        ____|‾‾‾‾‾‾‾‾‾‾|_______     of the first operand that has EN and DN
@@ -195,5 +195,5 @@ def stub_spec(name: str, stub: Stub) -> Spec:
 
 
 def specs_of_stubs(stubs: Mapping[str, Stub]) -> dict[str, Spec]:
-    """Return the shapes of the instructions that stubs stand for, by name in capitals."""
+    """Return the shapes of the instructions that stubs replace, by name in capitals."""
     return {name: stub_spec(name, stub) for name, stub in stubs.items() if replaces(stubs, name) is not None}

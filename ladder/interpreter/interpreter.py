@@ -232,7 +232,7 @@ class Interpreter(Values):
 
     @contextmanager
     def within(self, call: AddOnCall) -> Iterator[None]:
-        """Run what is inside on an instance and on what its call hands over."""
+        """Run what is inside on an instance and on what its call passes."""
         frame = {name: self.handed(operand) for name, operand in call.handed.items()}
         site = self.lowered.sites[self.site]
         outer, self.frame = self.frame, {**frame, OWN: self.handed(call.instance)}

@@ -35,7 +35,7 @@ class Values:
         memory: its memory.
         fault_log: collects its faults.
         site: number of the present instruction.
-        frame: in an add-on instruction the instance and what was handed over, by `Leaf.root`.
+        frame: in an add-on instruction the instance and what was passed, by `Leaf.root`.
         now_ns: virtual time of the scan, ns.
     """
 
@@ -46,7 +46,7 @@ class Values:
         self.frame: Mapping[str, Store] = {}
 
     def store_of(self, root: str) -> Store:
-        """Return where the values of an operand are: the memory or, by `Leaf.root`, what was handed over."""
+        """Return where the values of an operand are: the memory or, by `Leaf.root`, what was passed."""
         return self.frame[root] if root else self.memory
 
     def status(self, path: str) -> Value:
@@ -64,7 +64,7 @@ class Values:
         return flat
 
     def dims_of(self, leaf: Leaf) -> tuple[int, ...]:
-        """Return the dimensions of a leaf; an array that was handed over has as many elements as are left."""
+        """Return the dimensions of a leaf; an array that was passed has as many elements as are left."""
         if leaf.outer != 1:
             return leaf.dims
         return (self.frame[leaf.root].left, *leaf.dims[1:])

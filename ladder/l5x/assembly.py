@@ -1,4 +1,4 @@
-"""Parts of a document put together: a `Controller` that can be built, made anew after each refusal."""
+"""Parts of a document put together: a `Controller` that can be built, made again after each refusal."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class ProgramPart:
         fault: its fault routine.
         declarations: its tags.
         routines: its routines, by name in capitals.
-        functions: what stands for routines that the file leaves out or that are refused, by name in capitals.
+        functions: replacements of routines that are missing in the file or refused, by name in capitals.
     """
 
     name: str
@@ -75,7 +75,7 @@ class Parts:
         programs: by name in capitals.
         tasks: its tasks; none for one that runs all programs.
         add_ons: by name in capitals.
-        stubs: what stands for instructions, by name in capitals.
+        stubs: replacements of instructions, by name in capitals.
     """
 
     name: str

@@ -62,7 +62,7 @@ def import_l5x(
 
     Args:
         path: the file.
-        stubs: what stands for instructions, and for routines that are refused, by name.
+        stubs: replacements of instructions, and of refused routines, by name.
         slots: slots of the rack, to whose images the tags of their modules are bound; None without a rack.
         trial: also check add-on instructions that nothing calls, and let messages end.
 

@@ -299,7 +299,7 @@ class Document:
         programs: in order.
         tasks: in order.
         modules: in order.
-        others: parts that are read by nobody here: name and line.
+        others: parts that the import does not read: name and line.
     """
 
     file: str

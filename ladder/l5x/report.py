@@ -80,7 +80,7 @@ class Report:
         objects: other things that are not imported.
         declared: tags that the file leaves out and that are declared from their use, with their types.
         notes: what else a reader should know.
-        stubs: instructions that a stub stands for, with the stub.
+        stubs: instructions that a stub replaces, with the stub.
         faults: major faults and differences in the trial, by program.
     """
 

@@ -172,7 +172,7 @@ class RoutineReader:
     def refuse_object(
         self, owner: str, routine: str, reason: str, line: int, remedy: str = _ANOTHER_LANGUAGE
     ) -> None:
-        """Refuse a routine, or something else that is no rung, unless a stub stands for it."""
+        """Refuse a routine, or something else that is not a rung, unless a stub replaces it."""
         if routine.upper() in self.stubbed:
             self._report.stubs[routine] = "the routine does nothing"
             return

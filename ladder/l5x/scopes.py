@@ -14,8 +14,8 @@ from .report import Report
 from .values import ValueTextError, initial_of
 
 _FILLED = {
-    "PRODUCED": "it is produced: nobody consumes it here",
-    "CONSUMED": "it is consumed: nobody fills it here, so that it keeps its initial value",
+    "PRODUCED": "it is produced, and has no consumer here",
+    "CONSUMED": "it is consumed, and has no producer here: it keeps its initial value",
 }
 
 

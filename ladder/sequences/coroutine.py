@@ -6,7 +6,7 @@
     its wait holds, fails   goes on to its next wait, which begins in this scan
 
 `abort` and `restart` are orders for the next turn. A `finally` may await; ending takes scans then, and
-`restart` begins anew in the scan in which it is over. A sequence that is still there after a second Abort
+`restart` begins again in the scan in which it is over. A sequence that is still there after a second Abort
 swallows it, and faults the CPU.
 """
 
@@ -64,7 +64,7 @@ class Sequence:
         self._ordered, self._again = True, False
 
     def restart(self) -> None:
-        """End it if it is under way, and begin it anew."""
+        """End it if it is under way, and begin it again."""
         self._ordered = self._again = True
 
     @property

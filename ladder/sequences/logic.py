@@ -4,7 +4,7 @@
 
 Order is that of definition, base classes first. An instance is the logic of a CPU. Before its first scan it
 is attached to the slots; on each first scan (power-up, or program mode left) its sequences are closed, its
-parts are as new, and all begins anew. Its own fields stay.
+parts are as new, and sequences begin again. Its own fields stay.
 
 What others see of it, in any scan, at no cost to a waiting scan:
 

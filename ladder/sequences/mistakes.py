@@ -1,6 +1,6 @@
 """Statements that can't be meant so, found in the source of a class when it is made.
 
-    dwell("2 s")            a wait that nobody awaits: it does nothing
+    dwell("2 s")            a wait that is never awaited: it does nothing
     self.start.rises        likewise
     self.part()             an `async def` that never runs
     self.start = True       would hide an input, an axis or a sequence

@@ -60,7 +60,7 @@ def import_slc(
 
     Args:
         path: the file.
-        stubs: what stands for instructions.
+        stubs: replacements of instructions.
         slots: slots of the rack that the program runs in; None if there is none. Images of other slots are
             memory. Without a rack, slots are the rack's that a 3601 sits in, or all if the export names none.
         trial: let messages without a stub end.

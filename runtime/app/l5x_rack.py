@@ -74,7 +74,7 @@ def _stubs(imported: Imported) -> Iterator[str]:
     if not (missing or routines or report.stubs or declares):
         return
     yield ""
-    yield '# What stands for what is not here: "false", "true", "done after 20 ms", or "plant.py:function".'
+    yield '# Stubs for what is not here: "false", "true", "done after 20 ms", or "plant.py:function".'
     yield "[stubs]"
     lines = {name: text(stub) for name, stub in report.stubs.items()}
     for name in filter(None, missing):

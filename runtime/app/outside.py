@@ -1,4 +1,4 @@
-"""What is done to the tags of a program from outside, told to the CPU, which records it."""
+"""Tags of a program that are set or forced from outside, passed to the CPU, which records it."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ from .outside import tell_cpu
 from .recording import NOTHING, recorder_for
 from .sequence_watch import declared_axes, sequences_in, standing
 
-if TYPE_CHECKING:  # a rack that nobody operates does not wait for them
+if TYPE_CHECKING:  # imported late: a rack without a session does not need them
     from ...ladder.debug import Debugger
     from ..live.hands import Hands
     from .repeating import RecordedOrder, Repeated

@@ -72,7 +72,7 @@ class WatchesSequences:
         self._listener.event(scan, now_ns, topic, fields)
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Tell of sequences that have gone on, and hand over the scan."""
+        """Report sequences that have gone on, and pass on the scan."""
         for each in self._watched:
             resumed = each.sequence.resumed
             if resumed != each.resumed:

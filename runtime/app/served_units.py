@@ -29,7 +29,7 @@ PORT_GAP_MS = 5.0
 """Silence between frames where the transport keeps no time."""
 
 SERIAL_GAP_MS = 25.0
-"""Likewise on a serial port: USB adapters hand over what they receive every 16 ms."""
+"""Likewise on a serial port: USB adapters deliver what they receive every 16 ms."""
 
 GAP_MS_MAX = 10_000
 RECORDED = [row for row in MAP if row.register not in (Register.COMMAND, Register.FIRMWARE)]
@@ -43,9 +43,9 @@ class Unit:
         device: what is on the line.
         address: as it was made.
         status: says how it is at this moment: a word or two for each column of the status table.
-        values: what it holds at this moment, by name, as it is recorded.
+        values: its present values, by name, as they are recorded.
         wire: gives an input a state, by name; raises ValueError if there is no such input or state.
-        answer: answers a Modbus request PDU; None for what speaks no Modbus.
+        answer: answers a Modbus request PDU; None for a unit without Modbus.
         do: carries out a command code as if received; None for what has no such codes.
     """
 

@@ -1,7 +1,7 @@
 """What a monitor needs of a program to run its scans again: what went into them, and its values now and then.
 
     scan          n         n+1       n+2  ...  n+255
-    notes         values    -         writes    -          values in front of n, writes in front of n+2
+    notes         values    -         writes    -          values before n, writes before n+2
 
 Everything else that goes into a scan is in the ring: images, times and flags.
 """
@@ -27,7 +27,7 @@ IMPURE_NS = 30_000_000
 
 @dataclass(frozen=True, slots=True)
 class Values:
-    """The values of a program in front of a scan.
+    """The values of a program before a scan.
 
     Attributes:
         scan: number of the scan.
@@ -85,7 +85,7 @@ class LadderNotes:
             self.give(scan + 1)
 
     def give(self, scan: int) -> None:
-        """Write the values in front of a scan."""
+        """Write the values before a scan."""
         self._write(values_of(self._debugger, scan))
         self._forces = None
 
@@ -94,7 +94,7 @@ class LadderNotes:
 
 
 def values_of(debugger: Debugger, scan: int) -> Values:
-    """Return the values of a program in front of a scan."""
+    """Return the values of a program before a scan."""
     return Values(scan, snapshot(debugger.engine.memory), len(debugger.edits))
 
 

@@ -66,7 +66,7 @@ def _probe_command(
 ) -> None:
     """Say what answers on a port: a PCL601 in Modbus RTU or in ASCII, or a PMC006, and its address.
 
-    The questions only read: nothing is changed, and nothing moves. A line on which nobody answers takes
+    The questions only read: nothing is changed, and nothing moves. A line without an answer takes
     about 25 seconds; --address makes it short.
 
     Example: scanrack probe /dev/ttyUSB0
@@ -81,7 +81,7 @@ def _probe_command(
     for each in found:
         say(each)
     if not found:
-        raise typer.Exit(complain(f"nobody answers on {port}", NO))
+        raise typer.Exit(complain(f"no controller answers on {port}", NO))
 
 
 def register(app: typer.Typer) -> None:

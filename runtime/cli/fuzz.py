@@ -101,7 +101,7 @@ def _fuzz_command(
     """Look for surroundings in which a rack's program breaks what must hold.
 
     Buttons are pressed, sensors stick, switches are elsewhere, links are lost, power goes, the CPU is
-    stopped, updates are torn, all at random. What breaks an invariant is shrunk, and handed over as a
+    stopped, updates are torn, all at random. What breaks an invariant is shrunk, and written as a
     rack file, a trace with its chart, and a script for the bench, with the sentence of the rule.
     A campaign goes on where it left off: its state is in the same folder.
     Of a trace, the rack file and the program in it are searched, and what acted on the inputs is varied.

@@ -212,7 +212,7 @@ def shown_travel(
         start: position at the start.
         target: where it should end, None if that is not known.
         each: called with every position, and once before the first.
-        quiet: nobody wants to see it.
+        quiet: show nothing.
     """
     each()
     console = Console(stderr=True)

@@ -11,7 +11,7 @@ from ..loop.cpu import Cpu
 
 @contextmanager
 def shown_progress(cpu: Cpu, scans: int | None, *, quiet: bool) -> Iterator[None]:
-    """Show a progress bar on stderr while the CPU runs, if that is a terminal and nobody asked for quiet."""
+    """Show a progress bar on stderr while the CPU runs, if that is a terminal, unless --quiet."""
     if quiet or not sys.stderr.isatty():
         yield
         return

@@ -36,7 +36,7 @@ def _size(found: Repair) -> str:
 
 @contextmanager
 def _bar(trace: Path, *, quiet: bool) -> Iterator[Callable[[int], None]]:
-    """Show a bar of the bytes gone through, on a terminal and if nobody asked for quiet."""
+    """Show a bar of the bytes gone through, on a terminal, unless --quiet."""
     console = Console(stderr=True)
     if quiet or not console.is_terminal or not trace.is_file():
         yield lambda size: None

@@ -122,7 +122,7 @@ def _summary(run: JobRun, tally: Tally, took_ns: int, pacer: Pacer, trace: Path 
 
 
 def check_ports(spec: RackSpec, *, realtime: bool, live: bool) -> None:
-    """Refuse real ports in virtual time, and real ports that nobody has agreed to.
+    """Refuse real ports in virtual time, and real ports without --live.
 
     Raises:
         ValueError: such a port.

@@ -66,7 +66,7 @@ class Capped(Generic[T]):
     Attributes:
         kept: the first of them.
         more: how many more there were.
-        stopped: whether there may be still more, which nobody has looked for.
+        stopped: whether there may be more, which was not read.
     """
 
     def __init__(self, limit: int | None) -> None:

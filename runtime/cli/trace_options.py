@@ -88,7 +88,7 @@ def parse_time_range(text: str) -> tuple[int, int | None]:
 
 @contextmanager
 def reading(trace: Trace, selection: Selection = ALL, *, quiet: bool) -> Iterator[Callable[[int], None]]:
-    """Show a bar of the scans gone through, on a terminal and if nobody asked for quiet."""
+    """Show a bar of the scans gone through, on a terminal, unless --quiet."""
     console = Console(stderr=True)
     if quiet or not console.is_terminal:
         yield lambda scans: None

@@ -71,7 +71,7 @@ def _why_command(
     Examples: scanrack why examples/feeder/feeder.toml Feeding --at "8.2 s";
     scanrack why examples/three_stations/line.toml --at 3400
 
-    Exit status: 0 answered, 1 --until has not come about, 2 a file or an option can't be used.
+    Exit status: 0 answered, 1 --until has not become true, 2 a file or an option can't be used.
     """
     try:
         moment = Moment(at, scans, until)

@@ -248,7 +248,7 @@ class RackSpec(Table):
         watchdog_ms: longest that the logic of one scan may take on the wall clock; 0 = no watchdog.
         run_for_s: machine time that a run takes, if the command line says nothing else.
         tags: patterns of the program's tags that are recorded beside the images.
-        stubs: what stands for instructions of a ladder program, by name; `missing_tags = "declare"`
+        stubs: replacements of instructions of a ladder program, by name; `missing_tags = "declare"`
             declares tags that it uses and does not have.
         trace: path of the recording, relative to the rack file.
         axes: axes of a ladder program's motion instructions, by tag: the 3601 behind each.

@@ -3,13 +3,13 @@
     sender     |s|d d d d d d d d|p|s|s|d d d ...      11 bits of 8E1 at 38,400 baud: 286.46 µs
                                      ^ here the receiver has the character
 
-A device on the line is a state machine without I/O (`Device`): it is told of
-the characters it has received, says when it wants to be woken, and hands over
+A device on the line is a state machine without I/O (`Device`): it gets
+the characters that it receives, says when it wants to be woken, and returns
 what it sends. The `SerialBus` carries characters between any number of devices
 and a master, one by one, each at the instant at which it is complete.
 
-The bus is the ideal one: characters of two senders that overlap arrive side by
-side; nothing is garbled that nobody garbles on purpose.
+The bus is ideal: characters of two senders that overlap arrive side by side,
+and nothing is garbled except on purpose.
 """
 
 from __future__ import annotations
@@ -74,12 +74,12 @@ class Device(Protocol):
 
     @property
     def line_format(self) -> LineFormat:
-        """The format in which it listens and speaks at present."""
+        """The present format of its characters."""
         ...
 
     @property
     def next_wake_ns(self) -> int | None:
-        """When it wants `advance` to be called at the latest, None if it is waiting to be spoken to."""
+        """The latest instant for the next `advance`, None while it waits for a request."""
         ...
 
     def receive(self, now_ns: int, data: bytes) -> None:

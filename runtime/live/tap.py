@@ -25,7 +25,7 @@ class Notes(Protocol):
         ...
 
     def give(self, scan: int) -> None:
-        """Write the values as they stand in front of a scan."""
+        """Write the values as they are before a scan."""
         ...
 
 
@@ -107,7 +107,7 @@ class Tap:
             self._give(None)
 
     def give(self) -> None:
-        """Give the monitor the values in front of the next scan."""
+        """Give the monitor the values before the next scan."""
         self._give(self._next)
 
     def _give(self, scan: int | None) -> None:

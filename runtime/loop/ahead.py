@@ -5,10 +5,10 @@
       wait              calm: outputs stay, nothing happens
 
 Between two events of a module, position and count are closed forms of time. A module that is `Foreseeing`
-says until when that holds and tells its words of all scans up to there at once; what does not change stays
+gives the end of that time, and its words of all scans up to there at once; what does not change stays
 in the rows as it is. A scan then copies a row into the rack's memory instead of updating the modules.
 
-Rows hold as long as nobody acts on a module. New outputs are seen by comparing the memory with the row
+Rows hold as long as nothing acts on a module. New outputs are seen by comparing the memory with the row
 after the logic; whatever else acts on a module calls its `before_change`. Either way the modules are brought
 up to the present by one `update`, which their contract allows, and go on as ever.
 """

@@ -149,7 +149,7 @@ class Cpu(ScansAhead):
 
         Raises:
             CpuFault: the logic raised, did not come back, or a module or listener failed. Outputs
-                are zero, modules told that the PLC stopped, all listeners closed.
+                are zero, the modules stopped, all listeners closed.
             ValueError: the CPU has faulted before or is closed.
         """
         self._refuse_if_over()

@@ -58,7 +58,7 @@ _BLAME = {
 
 
 class CpuFault(Exception):  # noqa: N818 - what the trade calls it
-    """The CPU has faulted: outputs are zero, modules told, listeners closed.
+    """The CPU has faulted: outputs are zero, modules stopped, listeners closed.
 
     Attributes:
         fault: why.

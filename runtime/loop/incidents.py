@@ -35,7 +35,7 @@ class FaultKind(Enum):
     TORN_UPDATE = "torn-update"
     """The next change of the outputs comes in two updates: some words late."""
     PROGRAM_MODE = "program-mode"
-    """Somebody turns the CPU's key to program, and back to run."""
+    """The CPU's key is turned to program, and back to run."""
     LINE_DOWN = "line-down"
     """The line between an adapter and its controller is open: nothing arrives either way."""
     REPLIES_LOST = "replies-lost"

@@ -3,7 +3,7 @@
 A simulated 3601, an adapter over a real controller, a module that replays a
 trace and a fault wrapped around any of them look the same to the scan loop.
 None of them owns a clock, a thread or unseeded randomness: time is what
-`update` is told, an integer number of nanoseconds since power-up.
+`update` gets, an integer number of nanoseconds since power-up.
 """
 
 from __future__ import annotations
@@ -62,9 +62,9 @@ class Module(Protocol):
 
 @runtime_checkable
 class Foreseeing(Module, Protocol):
-    """A module that can tell what it will show while nobody acts on it, see `runtime.loop.ahead`.
+    """A module that can compute its coming inputs while nothing acts on it, see `runtime.loop.ahead`.
 
-    What it tells is what `update` would return, bit by bit.
+    They are those that `update` would return, bit by bit.
 
     Attributes:
         before_change: what the module calls before anything but `update` acts on it, from its PLC's
@@ -97,7 +97,7 @@ class Foreseeing(Module, Protocol):
 
 
 def unnoticed() -> None:
-    """Notice no change: what `before_change` is while nothing has been told ahead."""
+    """Notice no change: what `before_change` is while nothing has been computed ahead."""
 
 
 @runtime_checkable

@@ -52,7 +52,7 @@ IDLE_PHASES = {
 class ScanPhases(ABC):
     """What a scan consists of.
 
-    The list of phases that have something to do is prepared anew whenever that changes
+    The list of phases that have something to do is prepared again whenever that changes
     (`_prepare`), so that a scan without forces does not ask about forces. `_plain` scans have nothing
     to do but the input latch, the logic, the output latch, record and housekeeping.
     """

@@ -65,7 +65,7 @@ class ScansAhead(ScanPhases):
             patience.not_calm(0)
             return 0
         if self.stop_requested or most < LEAST_ROWS or any(module.events for module in self._modules):
-            return 0  # events of a module on which a listener has acted are told by the next scan's phases
+            return 0  # events of a module on which a listener has acted go through the next scan's phases
         calm = self._exchange.calm_scans(view.now_ns, self._period_ns)
         if calm < LEAST_ROWS:
             patience.not_calm(calm)

@@ -73,7 +73,7 @@ class Bolted(Module, Protocol):
 
 @runtime_checkable
 class BoltedAhead(Bolted, Protocol):
-    """A module that can tell what its machine will do while nobody acts on it.
+    """A module that can compute what its machine will do while nothing acts on it.
 
     An instant that is not later than the last `update` means that it can't.
     """

@@ -112,7 +112,7 @@ def until(holds: Callable[[], Any], patience_s: float = PATIENCE_S) -> Any:
     """Wait until something holds, and return it."""
     give_up = time.monotonic() + patience_s
     while not (found := holds()):
-        assert time.monotonic() < give_up, "it has not come about in time"
+        assert time.monotonic() < give_up, "it has not become true in time"
         time.sleep(0.02)
     return found
 

@@ -45,7 +45,7 @@ def _scan(side: Side, row: int) -> Scan:
 
 
 _TOLD_WITHIN_NS = 2_000_000_000
-"""How long after it happened an event becomes known at the latest: two exchanges of the slowest rack."""
+"""Longest time from an event to the scan that it is known in: two exchanges of the slowest rack."""
 
 
 def rules_in(trace: Trace, scan: int, time_ns: int, slots: Set[int | None]) -> tuple[str, ...]:

@@ -65,7 +65,7 @@ def write_mcap(
         How many scans were written.
 
     Raises:
-        ValueError: no slot of the trace speaks 3601.
+        ValueError: no slot of the trace has a 3601's words.
         EmptySelectionError: no scan is in the selection.
         OSError: it can't be written.
     """

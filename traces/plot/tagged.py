@@ -25,7 +25,7 @@ from .curves import CurveMaker
 from .lanes import Band, Lane
 
 CURVES_MAX, ROWS_MAX = 8, 24
-"""Most curves, and most bands and lanes, of tags that nobody chose."""
+"""Most curves, and most bands and lanes, unless tags are chosen."""
 
 FROM_OUTSIDE = f"cpu.flags.{next(bit for bit, name in FLAGS.items() if name == 'TAGS_FROM_OUTSIDE')}"
 """The signal that is on while a tag is forced, and in a scan before which one was set."""

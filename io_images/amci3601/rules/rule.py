@@ -1,4 +1,4 @@
-"""One row of the rule table, and the status bits it speaks of.
+"""One row of the rule table, and its status bits.
 
 A rule can touch both status words, so its bits are numbered through both:
 input word 0 in bits 0 to 15, input word 1 from bit 16.

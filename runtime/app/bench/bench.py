@@ -78,7 +78,7 @@ class Bench:
         listeners: makes further listeners of the rack, a recorder for one.
         watched: the rack's watchdog ends logic that does not come back. Without it a test can stop at
             a breakpoint for as long as it likes.
-        load: how a Python program is loaded anew, so that `why` can name its lines.
+        load: how a Python program is loaded again, so that `why` can name its lines.
     """
 
     def __init__(
@@ -168,7 +168,7 @@ class Bench:
             within: longest machine time.
 
         Raises:
-            NotReachedError: it does not come about in time; what the bench shows then.
+            NotReachedError: it does not hold in time; with what the bench shows then.
             ValueError: `within` is not a time, or there is no such tag.
             CpuFault: the program faults the CPU.
         """
@@ -177,7 +177,7 @@ class Bench:
             self._run(scans, lambda: self.stops or self._holds(condition))
         if not self.stops and not self._holds(condition):
             wanted = condition if isinstance(condition, str) else _name(condition)
-            raise NotReachedError(f"{wanted} has not come about within {within}.\n{self}")
+            raise NotReachedError(f"{wanted} has not become true within {within}.\n{self}")
 
     def _holds(self, condition: Condition) -> bool:
         return bool(self[condition] if isinstance(condition, str) else condition(self))
@@ -261,7 +261,7 @@ class Bench:
                 program, such as `line.step`. Left out: what every module waits for, and what last changed
                 its output words.
 
-        A Python program is loaded anew and runs again on the inputs that it has had; the scan in question
+        A Python program is loaded again and runs on the inputs that it has had; the scan in question
         is traced. The program on the bench is not touched.
 
         Raises:

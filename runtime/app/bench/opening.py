@@ -37,7 +37,7 @@ def open_bench(rack: str | Path, record: str | Path | None = None, *, watched: b
 
 
 def loading(job: Job, rack: str, program: str | None = None) -> Load | None:
-    """Return how a job's program is loaded anew; None for a ladder program, which has a debugger.
+    """Return how a job's program is loaded again; None for a ladder program, which has a debugger.
 
     Args:
         job: the job.
@@ -52,7 +52,7 @@ def loading(job: Job, rack: str, program: str | None = None) -> Load | None:
 def bench_of(
     job: Job, record: Path | None = None, *, watched: bool = False, load: Load | None = None
 ) -> Bench:
-    """Put a loaded job onto a bench, see `open_bench`; `load` is how `why` loads its program anew."""
+    """Put a loaded job onto a bench, see `open_bench`; `load` is how `why` loads its program again."""
 
     def listeners(rack: Rack) -> Iterable[ScanListener]:
         return () if record is None else (recorder_for(job, rack, record, logic),)

@@ -160,7 +160,7 @@ def _presses(slot: SlotSpec, times: st.SearchStrategy[int]) -> st.SearchStrategy
     pressed, wired = buttons(slot), sensors(slot)
     number, durations = st.just(slot.number), _durations()
     parts = []
-    if pressed:  # nobody energises them meanwhile: to let go of one that nobody presses changes nothing
+    if pressed:  # releasing a button that is not pressed changes nothing
         parts.append(st.builds(Press, number, st.sampled_from(pressed), st.just(True), times, durations))
     if wired:
         either = st.booleans().map(_on_first)

@@ -17,7 +17,7 @@ from .scenario import Scenario
 from .search import Found, Report, behind
 
 RECORDING = "recording"
-"""What stands for a rule in the corpus where a scenario was learned from a recording."""
+"""What replaces a rule in the corpus where a scenario was learned from a recording."""
 
 
 class CampaignError(ValueError):

@@ -4,7 +4,7 @@
                                    |
                                    +--> in the scans in question: which line changed what, after which reads
 
-The program is loaded anew, so the one on the bench goes on undisturbed. It answers as it did if it depends on
+The program is loaded again, so the one on the bench is not disturbed. It answers as before if it depends on
 its inputs and its time alone; from the first scan in which it does not, its lines explain nothing.
 """
 
@@ -37,10 +37,10 @@ LOOKED_AT = 20_000
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """How the program is loaded anew.
+    """How the program is loaded again.
 
     Attributes:
-        program: its file; modules imported from its folder are imported anew, too.
+        program: its file; modules imported from its folder are imported again, too.
         logic: returns a fresh instance.
     """
 
@@ -131,7 +131,7 @@ def run_again(
 
 @contextmanager
 def fresh(load: Load) -> Iterator[Logic]:
-    """Load a program anew, and give it modules of its own; what it prints goes nowhere."""
+    """Load a program again, and give it modules of its own; what it prints is dropped."""
     before = dict(sys.modules)
     forget_imported(load.folder.resolve())
     try:

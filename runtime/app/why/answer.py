@@ -35,7 +35,7 @@ class Why:
         recording: the scans.
         row: row of the scan in question.
         spec: the rack; None if a trace does not say what made it.
-        load: how the Python program is loaded anew; None for one that has no lines.
+        load: how the Python program is loaded again; None for one that has no lines.
         by_rung: of a ladder program that stands in that scan: says why a tag is as it is, see `Debugger.why`.
     """
 

@@ -4,7 +4,7 @@
     status.position          words[2], words[3]  whole words
     inputs.bit(0, 14)        words[0] >> 14 & 1  one bit
 
-The words of an image are replaced by watched ones that hand out integers which know where they are from.
+The words of an image are replaced by watched ones, whose integers know which word they are from.
 Reads through the 16 bytes (`raw`, `bytes(image)`) are not seen.
 """
 

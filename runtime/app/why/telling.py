@@ -67,7 +67,7 @@ def told_sender(said: str, sender: Sender) -> Iterator[str]:
 
 
 def _values(values: Mapping[str, str], names: Iterable[str], known: set[str]) -> str:
-    """Return the values of names that have not been told yet, as ` [a = 1, b = 2]`."""
+    """Return the values of names that have not been shown yet, as ` [a = 1, b = 2]`."""
     new = [name for name in dict.fromkeys(names) if name in values and name not in known]
     known.update(new)
     listed = ", ".join(f"{name} = {values[name]}" for name in new)

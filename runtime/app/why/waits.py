@@ -183,7 +183,7 @@ def _command_on(past: SlotPast) -> str | None:
 
 
 def _still_on(past: SlotPast) -> str:
-    """Say which command bits are still on, and what comes of that."""
+    """Say which command bits are still on, and their consequence."""
     on = past.out[0] & COMMANDS
     if not on:
         return ""

@@ -4,7 +4,7 @@
     thread          loaded, built, compiled
     scans     n     n+1   n+2 | n+3            the edited program begins with scan n+3
 
-A ladder program keeps the values of its tags, as in an online edit. A Python program is loaded anew: objects
+A ladder program keeps the values of its tags, as in an online edit. A Python program is loaded again: objects
 of its module begin again. The page shows a mistake with its file and line, and the program that runs goes on.
 """
 
@@ -127,7 +127,7 @@ class Editor:
             text, name = str(edit), job.logic.name
         else:
             self._run.use(job.logic)
-            text = f"{name} is loaded anew: the objects of its module begin again"
+            text = f"{name} is loaded again: the objects of its module are new"
         self._run.cpu.announce(Event(at_ns, "edit", name, text, {**fields}))
         sha = hashlib.sha256(job.program.read_bytes()).hexdigest()
         self._tell({"edited": {"text": text, "sha256": sha, "edits": self._run.edits, **fields}})

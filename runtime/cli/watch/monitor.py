@@ -34,7 +34,7 @@ from .timeline import Timeline
 Json = dict[str, Any]
 
 ENVELOPE_ROWS, ENVELOPE_MOST = 16, 128
-"""Rows that a point of a position stands for in a frame, and most points: a fast rack has many rows."""
+"""Rows per point of a position in a frame, and most points: a fast rack has many rows."""
 
 SPEED_SCANS = 16
 """Scans over which the speed of an axis is measured."""
@@ -101,7 +101,7 @@ class Subject:
         self.past: Shadow | None = None
         self.logic = logic
         self.values: Json = {}
-        """Values of a program in Python, as they were told last."""
+        """Values of a program in Python, as of the last message."""
         if isinstance(logic, LadderLogic):
             self.use(logic)
 
@@ -130,7 +130,7 @@ class Subject:
         }
 
     def _python_tags(self) -> list[Json]:
-        """Return the values of a program in Python, as far as they have been told."""
+        """Return the values of a program in Python that are known so far."""
         kinds = {bool: "BOOL", int: "LINT", str: "TEXT"}
         return [
             {"name": name, "type": kinds.get(type(value), "LREAL"), "description": "", "writable": False}

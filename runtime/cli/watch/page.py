@@ -1,4 +1,4 @@
-"""One open page: what it shows, what it was told last, and how much it may ask."""
+"""One open page: what it shows, what it was sent last, and how much it may ask."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Page:
         row: the row of that scan, once it has been read.
         place: the place of the row in `Recent` that its strip has come to; None before the first frame.
         events: number of the next event for it.
-        last: what it was told last.
+        last: what it was sent last.
         outbox: messages that go before the next frame.
         due: set when there is something to send.
     """

@@ -167,7 +167,7 @@ class _Play:
     def _session(
         self, run: JobRun, job: Job, pacer: Paced, trace: Path, start: Start, ports: ExitStack
     ) -> Session:
-        """Put a session around a run, and let the monitor know."""
+        """Put a session around a run, and announce it to the monitor."""
         figures = MachineFigures(run.rack)
         if self._ring is None:
             self._ring = Ring(len(run.rack.memory), PER_SLOT * len(figures.slots))
@@ -228,7 +228,7 @@ class _Play:
             webbrowser.open(link)
 
     def _tell_branch(self, tap: Tap, trace: Path, start: Start) -> None:
-        """Let the monitor begin anew, also one that is started later."""
+        """Let the monitor begin again, also one that is started later."""
         assert self._ring is not None
         assert self._keeper is not None
         record = None if self._wanted.record is None else str(trace)

@@ -114,7 +114,7 @@ class SessionMonitor(Monitor):
 
     @override
     def tick(self) -> bool:
-        """Take what the scan process has written, and let pages know."""
+        """Take what the scan process has written, and wake the pages."""
         taken = self._ring.take(self._rows_at)
         self._rows_at = taken.end
         self._missed += max(0, taken.lost) if self.latest is not None else 0
@@ -186,7 +186,7 @@ class SessionMonitor(Monitor):
             page.send({"mistake": told})
 
     def _take_branch(self, told: Json) -> None:
-        """Begin anew: the rack runs another way from a past scan on."""
+        """Begin again: the rack runs another way from a past scan on."""
         self._setup = replace(
             self._setup,
             about=replace(self.about, record=told["record"]),

@@ -1,6 +1,6 @@
 """Runs the scans of a ladder program again, in the monitor: tags and power of any of them.
 
-    values      in front of scan 512                     in front of scan 768
+    values      before scan 512                          before scan 768
     rows        512  513  514  ...  600  (601)           images, times, flags: from the ring
     engine      512 ... 600 compiled, 601 noted          tags and power of scan 601
 
@@ -86,7 +86,7 @@ class Kept:
         self._values = [self._values[at] for at in keep]
 
     def place(self, scan: int) -> int | None:
-        """Return the place of the last values in front of a scan, or of an earlier one; None without any."""
+        """Return the place of the last values before a scan, or of an earlier one; None without any."""
         place = bisect_right(self.scans, scan) - 1
         return None if place < 0 else place
 
@@ -96,7 +96,7 @@ class Kept:
         return values
 
     def forces(self, scan: int) -> Mapping[tuple[str, int], tuple[int | None, Any]]:
-        """Return what was forced in front of a scan."""
+        """Return what was forced before a scan."""
         place = bisect_left(self._forced, scan) - 1
         return self.inputs[self._forced[place]].forces if place >= 0 else {}
 
@@ -156,7 +156,7 @@ class Shadow:
         Raises:
             ValueError: it can't be repeated.
         """
-        self.at = None  # from values in front of it
+        self.at = None  # from values before it
         start = self._start(scan)
         rows = self._timeline.between(scan if start is None else start, scan)
         if start is None or len(rows) != scan - start + 1:
@@ -166,7 +166,7 @@ class Shadow:
         return self.engine
 
     def last_change(self, read: Callable[[WatchedEngine], Any]) -> int | None:
-        """Return the last scan up to the one shown behind which a value was another than in front of it."""
+        """Return the last scan, up to the one shown, that changed a value."""
         end = self.at
         if end is None or self._impure:
             return None

@@ -69,7 +69,7 @@ def edges(rows: Rows, before: Rows, signals: Signals) -> dict[str, list[Edge]]:
 
     Args:
         rows: the rows of a frame, in order.
-        before: the row in front of them, or none: the first row then begins every signal.
+        before: the row before them, or none: the first row then begins every signal.
         signals: the bits.
     """
     if not len(rows):

@@ -68,7 +68,7 @@ class Timeline:
         begins = int(rows["scan"][0]) if len(rows) else last + 1
         if self._path is None or len(rows) == last - first + 1:
             return rows
-        if begins <= first:  # rows were lost, at a speed that nobody can follow
+        if begins <= first:  # rows were lost: the session runs faster than the monitor
             return self._read(first, last)
         return np.concatenate([self._read(first, begins - 1), rows])
 

@@ -34,7 +34,7 @@ class Found:
     Attributes:
         controller: what it is.
         address: its address.
-        language: what it speaks.
+        language: its protocol.
         line_format: in which format.
     """
 
@@ -48,7 +48,7 @@ class Found:
 
 
 Asked = Callable[[str, int], None]
-"""Is told before every question to whom it goes: a language and an address, 0 for anybody."""
+"""Called before every question with its receiver: a language and an address, 0 for any."""
 
 Opened = Callable[[LineFormat], Link]
 """Opens the line in a format."""

@@ -50,7 +50,7 @@ class ModbusTcpPort:
         return len(self._listener.connections)
 
     def serve(self, seconds: float, answer: AnswerPdu) -> None:
-        """Answer the requests that have come in; return at the latest after that time."""
+        """Answer the requests that have come in; return within that time."""
         for connection, data in self._listener.wait(seconds):
             if not data:
                 self._end(connection)

@@ -18,7 +18,7 @@ class PtyPort(Port):
 
     Programs may open and close its path as often as they like: its other end is kept open here,
     so that it is never hung up. Speed and parity mean nothing on it; a program that insists on
-    even parity gets an error from the operating system, and has to be told none.
+    even parity gets an error from the operating system, and has to be set to none.
 
     Not on Windows.
 

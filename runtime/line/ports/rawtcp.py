@@ -12,7 +12,7 @@ from .sockets import Listener
 
 
 class RawTcpPort(Port):
-    """The bytes of the line over TCP: RTU frames, or ASCII once the unit speaks that.
+    """The bytes of the line over TCP: RTU frames, or ASCII while the unit uses that.
 
     Several clients may connect, but there is one line behind them: the one that was heard last gets
     what is sent.

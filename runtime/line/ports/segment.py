@@ -5,7 +5,7 @@
     unit 2   |request|  |reply|  quiet |    a unit's own characters do not come back to it
 
 What the master sends while a unit's characters are still on the line waits for the line to be
-quiet: a port hands over a frame at once, and on the real line it would have been spoken after the
+quiet: a port delivers a frame at once, and on the real line it would have been complete after the
 reply, not on top of it.
 """
 
@@ -41,7 +41,7 @@ class Segment(Device):
 
     @property
     def line_format(self) -> LineFormat:
-        """The format of the first unit; all units of a line speak the same."""
+        """The format of the first unit; all units of a line have the same."""
         return self.units[0].line_format
 
     @property

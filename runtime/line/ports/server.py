@@ -30,7 +30,7 @@ class Server(Protocol):
 
 
 class LineListener(Protocol):
-    """Is told what is said on a line."""
+    """Called with the bytes that pass on a line."""
 
     def heard(self, now_ns: int, data: bytes) -> None:
         """The device has received."""

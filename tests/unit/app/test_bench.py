@@ -84,7 +84,7 @@ def test_what_does_not_come_about_is_told_with_what_there_is(line):
     with pytest.raises(NotReachedError) as caught:
         line.run_until("Seen", within="20 ms")
     message = str(caught.value)
-    assert message.startswith("Seen has not come about within 20 ms.\nscan 10, 0.018 s\nslot 1: ")
+    assert message.startswith("Seen has not become true within 20 ms.\nscan 10, 0.018 s\nslot 1: ")
     assert "CONFIG_ERROR" in message
     assert "shaft 0" in message
 

@@ -73,7 +73,7 @@ def test_a_pmc006_is_found(address: int) -> None:
 
 def test_nobody_is_a_status_of_its_own() -> None:
     with serving(pmc006_units([5], [], 1.0)) as place:
-        assert probed(place, "--address", "6") == (1, "", f"scanrack: nobody answers on {place}\n")
+        assert probed(place, "--address", "6") == (1, "", f"scanrack: no controller answers on {place}\n")
 
 
 @pytest.mark.parametrize(

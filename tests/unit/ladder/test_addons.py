@@ -222,7 +222,7 @@ def test_in_python_it_is_called_like_any_instruction():
         ("Counting(Count,1,2,Result,Noted[0]);", "Quick needs a bit, 0 or 1, not 2"),
         ("Counting(Count,1,N,Result,Noted[0]);", "XIC(N): N is a DINT, a bit is needed"),
         ("Counting(Count,1,1,Result,Noted[3]);", "index 3 is outside"),
-        ("Counting(Count,1,1,Result,Lamp);", "Log of Counting is a DINT, Lamp is a BOOL; hand over a tag"),
+        ("Counting(Count,1,1,Result,Lamp);", "Log of Counting is a DINT, Lamp is a BOOL; pass a tag"),
         ("Counting(Count,1,1,Result,S:FS);", "Log of Counting is a DINT, S:FS is a BOOL"),
         ("Counting(Nobody,1,1,Result,Noted[0]);", "there is no tag Nobody"),
     ],

@@ -134,7 +134,7 @@ def test_damaged_indexes_are_made_anew(path: Path, content: bytes, opcode: Opcod
         result = repair(path)
         in_summary = opcode is not Opcode.MESSAGE_INDEX
         assert result.notes == [
-            BAD_SUMMARY if in_summary else "its indexes or its end do not fit what it holds"
+            BAD_SUMMARY if in_summary else "its indexes or its end do not fit its contents"
         ]
         assert path.read_bytes() == content
         assert result.damaged == 0

@@ -52,7 +52,7 @@ function add(lanes, name, items) {
   if (!items.length) return;
   let list = lanes.get(name);
   if (!list) lanes.set(name, list = []);
-  if (list.length && items[0][0] < list.at(-1)[0]) list.length = after(list, items[0][0] - 1); // told again, or another way
+  if (list.length && items[0][0] < list.at(-1)[0]) list.length = after(list, items[0][0] - 1); // repeated, or changed
   for (const item of items) {
     if (item.length === 2 && list.length && list.at(-1)[1] === item[1]) continue; // no edge
     list.push(item);

@@ -5,7 +5,7 @@ import { connect } from "./socket.js";
 import { greet, handles, onHello, run, take } from "./state.js";
 import { forget } from "./values.js";
 
-onHello(forget); // in front of all parts: they name their places anew
+onHello(forget); // before all parts: they name their places again
 
 await import("./statebar.js");
 await import("./machine.js");

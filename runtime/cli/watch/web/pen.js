@@ -70,7 +70,7 @@ class Pen {
 
   small(says, x, y) { this.text(says, x, y, colours.soft, "right", SMALL); }
 
-  // A name in front of a lane, its end left out where it is too long.
+  // A name before a lane, its end left out where it is too long.
   label(says, x, y, colour) {
     const most = Math.floor((x - 4) / 6.7);
     this.text(says.length > most ? `${says.slice(0, most - 1)}…` : says, x, y, colour, "right");

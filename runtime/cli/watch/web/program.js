@@ -41,7 +41,7 @@ function tabKey(event) {
   next.click();
 }
 
-// Shows a routine; asks for it anew if the width has changed.
+// Shows a routine; asks for it again if the width has changed.
 async function open(name) {
   const found = run.hello.routines.find(each => each.name === name);
   if (!found) return;

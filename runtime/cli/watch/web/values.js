@@ -54,7 +54,7 @@ export function give(name, value) {
 
 export const valueOf = name => known.get(name);
 
-// Says all values of a node's name anew, when its radix has changed.
+// Writes all values of a node's name again when its radix has changed.
 export function again(node, name, say) {
   for (const entry of places.get(name) ?? []) {
     if (entry.node === node) entry.say = say;

@@ -1,4 +1,4 @@
-// The watch table: tags of one's own choice, each in a radix of its own, kept per rack in this browser.
+// The watch table: tags that the user chooses, each in its own radix, kept per rack in this browser.
 
 import { at, button, el, heading, setFlag } from "./dom.js";
 import { RADIXES, inRadix } from "./format.js";
