@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from ...traces.reader import Trace
+from ...traces.reader import Trace, TraceEvent
 from ...traces.topics import ORDERS
 from ..live.hands import GivenOrder, Hands
 from ..live.orders import order_of, parsed
@@ -20,14 +20,14 @@ def is_session(trace: Trace) -> bool:
     return any(channel.topic == ORDERS.name for channel in trace.head.channels.values())
 
 
-def orders_of(trace: Trace) -> list[RecordedOrder]:
-    """Return the orders of a recorded session.
+def orders_of(events: Iterable[TraceEvent]) -> list[RecordedOrder]:
+    """Return the orders among the events of a recorded session.
 
     Raises:
         ValueError: one of them is none.
     """
     found = []
-    for event in trace.events():
+    for event in events:
         if event.topic == ORDERS.name:
             try:
                 order = order_of(parsed(str(event.fields.get("order"))))

@@ -14,11 +14,12 @@ from ...traces.replay import Follower, Image, Recording
 from ..config.rackspec import RackSpec
 from ..loop.faults import CpuFault
 from ..loop.rack import Card, Rack
-from ..loop.scan import CpuMode, Logic, ScanFlag
+from ..loop.scan import CpuMode, Logic
 from .build import build_playback, build_rack
 from .levels import recorded_levels
 from .playback import RecordedInputs, Score, Stimulus, recorded_outputs, stimulated
 from .running import Observer, unobserved
+from .tag_orders import TagOrders, first_few
 
 
 class Into(StrEnum):
@@ -66,11 +67,13 @@ class Replay:
         self.rack = build_rack(spec) if into is not Into.PROGRAM else recorded_rack(recording, spec)
         self._logic = logic or recorded_outputs(self._score, recording.memory)
         directions = {Into.MODULE: ("in",), Into.PROGRAM: ("out",), Into.RACK: ("in", "out")}[into]
+        self._orders: TagOrders | None = None
         self._images: list[Image] = [(slot, direction) for slot in slots for direction in directions]
         self.notes = list(_assumptions(into, self._score))
         if into is not Into.MODULE:
             self.notes += edit_notes(recording.events)
-            self.notes += outside_notes(self._score)
+            self._orders = TagOrders(self._score, recording.events)
+            self.notes += self._orders.notes
 
     def run(self, allowed: Tolerance, *, to_the_end: bool, observed: Observer = unobserved) -> Follower:
         """Replay to the first difference, or to the end; return the follower with the comparison.
@@ -78,7 +81,9 @@ class Replay:
         A program that raises or does not come back ends it, too, and is noted.
         """
         follower = Follower(self._recording, self.rack.memory, self._images, tolerance=allowed)
-        cpu = build_playback(self._spec, self._score, self._logic, self.rack, listeners=[follower])
+        logic = self._logic if self._orders is None else self._orders.program(self._logic)
+        cpu = build_playback(self._spec, self._score, logic, self.rack, listeners=[follower])
+        orders = None if self._orders is None else self._orders.give(cpu, self.rack, logic)
         if not to_the_end:
             follower.stop = cpu.stop
         with cpu.stopping_on_ctrl_c(), cpu, observed(cpu, self._score.numbers[-1]):
@@ -86,6 +91,8 @@ class Replay:
                 cpu.play()
             except CpuFault as error:
                 self.notes.append(f"the replay faulted in {error}")
+        if orders is not None:
+            self.notes += first_few(orders.refused)
         return follower
 
 
@@ -121,20 +128,6 @@ def edit_notes(events: Iterable[TraceEvent]) -> list[str]:
     ]
 
 
-def outside_notes(score: Score) -> list[str]:
-    """Return a note if tags were forced or set: the program runs without that."""
-    touched = [row for row, flags in enumerate(score.flags) if flags & ScanFlag.TAGS_FROM_OUTSIDE]
-    if not touched:
-        return []
-    first = score.numbers[touched[0]]
-    return [
-        f"tags were forced or set from outside in {len(touched):,} scans, first in scan {first:,}: "
-        "the replay does neither"
-    ]
-
-
-_GAPS_TOLD = 3
-
 _FRESH = {
     Into.MODULE: "the module is taken to be just powered up",
     Into.PROGRAM: "the program is taken to have just been started",
@@ -149,10 +142,7 @@ def _assumptions(into: Into, score: Score) -> Iterator[str]:
         yield f"the trace begins with scan {first:,}, in mid-life: {_FRESH[into]} then"
     if all(score.mode(row) is CpuMode.PROGRAM for row in range(len(score.flags))):
         yield "the flags of all scans say program mode, in which logic rests and outputs are not sent"
-    gaps = list(_gaps(score.numbers))
-    yield from gaps[:_GAPS_TOLD]
-    if len(gaps) > _GAPS_TOLD:
-        yield f"and so on, {len(gaps):,} times in all"
+    yield from first_few(list(_gaps(score.numbers)))
 
 
 def _gaps(numbers: Sequence[int]) -> Iterator[str]:

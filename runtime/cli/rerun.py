@@ -67,7 +67,7 @@ def _rerun(
     for note in edit_notes(trace.events()):
         say(f"note: {note}", err=True)
     scans = ends[-1] + 1
-    orders = orders_of(trace) if is_session(trace) else None
+    orders = orders_of(trace.events()) if is_session(trace) else None
     if run_job(job, scans, again, quiet=quiet, summarised=False, orders=orders) == BAD_INPUT:
         return BAD_INPUT
     if not as_json and filecmp.cmp(path, again, shallow=False):

@@ -60,7 +60,7 @@ def learn(path: Path, folder: Path, *, trust: bool) -> Learned:
         recording = Recording.of(trace)
         job = job_of(trace, folder, trust=trust)
         program = folder / trace.head.metadata["program_file"]
-        given = orders_of(trace) if is_session(trace) else []
+        given = orders_of(trace.events()) if is_session(trace) else []
     if job.rack_file.suffix != ".toml":
         raise ValueError(f"{path}: its rack is {job.rack_file.name}; only one in TOML can be varied")
     end_ns = recording.times[-1] + job.spec.scan_ns

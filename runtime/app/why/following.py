@@ -15,6 +15,7 @@ from ...loop.rack import SLOT_BYTES
 from ...loop.scan import Logic
 from ..build import build_playback
 from ..replaying import recorded_rack, score_of
+from ..tag_orders import TagOrders
 
 
 class Following:
@@ -45,14 +46,24 @@ class Following:
         self.departs: int | None = None
         self.met = False
 
-    def play(self, logic: Logic) -> None:
-        """Run a program; a fault ends the run, as it did when it was recorded."""
+    def play(self, logic: Logic, orders: TagOrders | None = None) -> list[str]:
+        """Run a program; a fault ends the run, as it did when it was recorded.
+
+        Args:
+            logic: the program.
+            orders: on its tags, which are given again.
+
+        Returns:
+            The orders that the program refused, a sentence each.
+        """
         watchdog = None if self._watchdog_ended_it else Watchdog(0)
         score = score_of(self._recording)
         cpu = build_playback(self._spec, score, logic, self._rack, listeners=[self], watchdog=watchdog)
+        repeated = None if orders is None else orders.give(cpu, self._rack, logic)
         self._stop = cpu.stop
         with cpu, suppress(CpuFault):
             cpu.play()
+        return [] if repeated is None else repeated.refused
 
     @property
     def _watchdog_ended_it(self) -> bool:

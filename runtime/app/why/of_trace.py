@@ -14,7 +14,8 @@ from ...config.rackspec import RackSpec
 from ..attachments import job_of
 from ..bench import NotReachedError
 from ..loading import Job
-from ..replaying import edit_notes, outside_notes, score_of
+from ..replaying import edit_notes, score_of
+from ..tag_orders import TagOrders, first_few
 from .again import Load
 from .answer import Why
 from .following import Following
@@ -91,10 +92,16 @@ def _of_ladder(recording: Recording, job: Job, what: str | None, moment: Moment)
     until = moment.until
     over = bool if until is None else lambda: debugger.tags[until]
     following = Following(recording, job.spec, last, over)
-    following.play(debugger)
+    orders = TagOrders(score_of(recording), recording.events)
+    refused = following.play(debugger, orders)
     row = _reached(moment, following.row - 1 if following.met or until is None else None)
     why = Why(recording, row, job.spec, None, debugger.why)
-    notes = [*edit_notes(recording.events), *outside_notes(score_of(recording)), *_departed(why, following)]
+    notes = [
+        *edit_notes(recording.events),
+        *orders.notes,
+        *first_few(refused),
+        *_departed(why, following),
+    ]
     if what is None:
         return _asked(recording, row, why.rack(), notes)
     own = what in debugger.tags or not why.means_image(what)

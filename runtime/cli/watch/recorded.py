@@ -112,6 +112,6 @@ def _monitor(trace: Trace, place: Place, folder: Path, *, trust: bool) -> TraceM
         spec,
         None if job is None else job.logic,
         folder if job is None else job.program,
-        orders_of(trace) if is_session(trace) else [],
+        orders_of(trace.events()) if is_session(trace) else [],
         place.scan,
     )

@@ -239,7 +239,7 @@ class SessionMonitor(Monitor):
             return
         try:
             with open_trace(self._setup.trace) as trace:
-                given = orders_of(trace)
+                given = orders_of(trace.events())
                 self.log.add_before(trace.events())
         except (TraceError, ValueError):
             self._indexed = False  # nothing of it has been written yet

@@ -263,10 +263,3 @@ def test_compare_tells_that_one_of_two_was_touched(tmp_path: Path) -> None:
     said = scanrack("compare", plain, recorded(tmp_path, forced), status=1)
     assert "TAGS_FROM_OUTSIDE" in said
     assert "scan 3" in said
-
-
-def test_a_replay_into_the_program_says_that_it_forces_no_tag(tmp_path: Path) -> None:
-    trace = recorded(tmp_path, forced)
-    note = "tags were forced or set from outside in 7 scans, first in scan 3: the replay does neither"
-    assert note in scanrack("replay", trace, "--into", "program", "--trust")
-    assert note not in scanrack("replay", trace, "--into", "module")
