@@ -22,13 +22,13 @@ from .ruler import Ruler
 from .shapes import Curve, Letters, Line, Shape, Value, shape_bottom, shapes_of
 
 ROW = 22
-"""Units of a row: between two rows there is room for the value of a contact."""
+"""Units of a row: beneath a wire there is room for the value of a contact."""
 
 VALUE = 12
 """Columns that a box keeps free for a value."""
 
-FOOT = 10
-"""Units beneath the lowest mark."""
+HEAD, FOOT = 3, 10
+"""Units above the first row and beneath the lowest mark: the rails are longer than what hangs on them."""
 
 EDGE = 1
 """Columns left of the left rail and right of the right one."""
@@ -93,19 +93,21 @@ def live_rung(
 def _document(picture: Picture, ident: str, text: str, content: str) -> str:
     wide, high = units((picture.width + 2 * EDGE) * CELL), _height(picture)
     said = f'data-rung={attribute(ident)} role="group" aria-label={attribute(text)}'
-    size = f'viewBox="0 0 {wide} {high}" width="{wide}" height="{high}"'
+    size = f'viewBox="0 -{HEAD} {wide} {high}" width="{wide}" height="{high}"'
     return f'<svg xmlns="http://www.w3.org/2000/svg" class="rung" {said} {size}>{content}</svg>'
 
 
 def _height(picture: Picture) -> str:
     """Return the units that the marks take, and a little more; no empty row is left beneath a box."""
     bottom = max((shape_bottom(shape) for mark in picture.marks for shape in shapes_of(mark)), default=0.0)
-    return units((bottom + 0.5) * ROW + FOOT)
+    return units(HEAD + (bottom + 0.5) * ROW + FOOT)
 
 
 def _rails(picture: Picture) -> str:
     high = _height(picture)
-    rails = [f'<path class="rail" d="M{units(x * CELL)} 0V{high}"/>' for x in (EDGE, EDGE + picture.width)]
+    rails = [
+        f'<path class="rail" d="M{units(x * CELL)} -{HEAD}v{high}"/>' for x in (EDGE, EDGE + picture.width)
+    ]
     onward = [_PEN.letters(Letters(x, y, "»"), "onward") for x, y in picture.continued]
     return "".join(rails + onward)
 
@@ -181,15 +183,11 @@ class _Group:
 
 
 def _value(value: Value) -> str:
-    """Return the empty text that takes a value: beneath a sign, or at the right edge of a box."""
-    name = attribute(value.name)
-    if value.beneath:
-        at = f'x="{_PEN.x(value.x)}" y="{units((value.y + 0.5) * ROW + 16)}" text-anchor="middle"'
-        return f'<text class="bit value" data-name={name} {at}></text>'
-    at = (
-        f'x="{units((EDGE + value.x + 1) * CELL)}" y="{units((value.y + 0.5) * ROW + 4.5)}" text-anchor="end"'
-    )
-    return f'<text class="value" data-name={name} {at}></text>'
+    """Return the empty text that takes a value: beside a sign, or at the right edge of a box."""
+    kind, baseline = ("bit value", 11.0) if value.beside else ("value", 4.5)
+    at = f'x="{_PEN.x(value.x)}" y="{units((value.y + 0.5) * ROW + baseline)}"'
+    anchor = ' text-anchor="end"' if value.ends else ""
+    return f'<text class="{kind}" data-name={attribute(value.name)} {at}{anchor}></text>'
 
 
 _PEN = Pen(ROW, EDGE)

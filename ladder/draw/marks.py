@@ -40,7 +40,7 @@ class Symbol:
         label_x: first column of the name.
         element: its number.
         feeder: the element before it.
-        value: the tag whose value stands beneath it; None if none does.
+        value: the tag whose value stands beside it; None if none does.
     """
 
     x: int

@@ -227,7 +227,7 @@ class Ruler:
         return [BoxLine(caption if at == 0 else "", part) for at, part in enumerate(parts)]
 
     def value(self, instruction: Instruction) -> str | None:
-        """Return the tag whose value stands beneath a contact or a coil; None if none does."""
+        """Return the tag whose value stands beside a contact or a coil; None if none does."""
         return None
 
 

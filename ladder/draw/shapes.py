@@ -9,6 +9,12 @@ from typing import Any
 from .marks import Box, Corner, Mark, Symbol, Wire
 from .ruler import caption_width
 
+HEADING = 0.92
+"""Rows from the heading of a box to its first line: with a whole row, its frame would touch the heading."""
+
+NEXT_TO = 0.4
+"""Columns between a sign and its value."""
+
 
 @dataclass(frozen=True, slots=True)
 class Line:
@@ -50,12 +56,21 @@ class Letters:
 
 @dataclass(frozen=True, slots=True)
 class Value:
-    """Where the value of a tag stands: centred beneath a sign, or so that it ends with a column."""
+    """Where the value of a tag stands: small beside a sign, beneath its wire, or at the right edge of a box.
+
+    Attributes:
+        x: column at which it begins or ends.
+        y: row.
+        name: of the tag.
+        beside: it is small, beside a sign.
+        ends: it ends at `x`.
+    """
 
     x: float
     y: float
     name: str
-    beneath: bool
+    beside: bool
+    ends: bool
 
 
 Form = Line | Curve | Frame | Letters | Value
@@ -77,7 +92,7 @@ def shape_bottom(shape: Shape) -> float:
         return max(form.y, form.to_y)
     if isinstance(form, Frame):
         return form.y + form.height - 0.5
-    return form.y + (0.5 if isinstance(form, Value) and form.beneath else 0)
+    return form.y
 
 
 def shapes_of(mark: Mark) -> Iterator[Shape]:
@@ -112,19 +127,27 @@ def _symbol(symbol: Symbol) -> Iterator[Shape]:
     elif inner:
         yield Shape(Letters(x + (wide - len(inner)) / 2 + 0.5, y, inner), "mark", own)
     if symbol.value is not None:
-        yield Shape(Value(x + wide / 2, y, symbol.value, beneath=True), "value")
+        yield Shape(_value_of(symbol, left, right), "value")
+
+
+def _value_of(symbol: Symbol, left: float, right: float) -> Value:
+    """Place a value where there is wire and nothing else: behind a contact, in front of a coil."""
+    if symbol.sign.startswith("("):
+        return Value(left - 2 * NEXT_TO, symbol.y, symbol.value or "", beside=True, ends=True)
+    return Value(right + NEXT_TO, symbol.y, symbol.value or "", beside=True, ends=False)
 
 
 def _box(box: Box) -> Iterator[Shape]:
     rows = max(len(box.lines), 1)
     yield Shape(Frame(box.x, box.y - 0.95, box.width, rows + 1.05), "box", box.element)
-    yield Shape(Letters(box.x + (box.width - len(box.title)) / 2, box.y - 1, box.title), "heading")
+    heading = Letters(box.x + (box.width - len(box.title)) / 2, box.y - HEADING, box.title)
+    yield Shape(heading, "heading")
     captions = caption_width(box.lines)
     for number, (caption, operand, value) in enumerate(box.lines):
         y, end = box.y + number, box.x + box.width - 2
         yield Shape(Letters(box.x + 2, y, caption), "caption")
         if value is not None:
-            yield Shape(Value(end - 1, y, value, beneath=False), "value")
+            yield Shape(Value(end - 0.5, y, value, beside=False, ends=True), "value")
         else:
             yield Shape(Letters(end - len(operand) if captions else box.x + 2, y, operand), "operand")
 

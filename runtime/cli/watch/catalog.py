@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,6 +20,7 @@ from ....ladder.resolver import Resolver
 from ....ladder.tag_values import TEXT, tag_values
 from ....ladder.tags import Tag, program_of, scoped
 from ....ladder.tree import Address, Routine, Rung
+from ....ladder.view import Tags
 from .shadow import Truths
 
 Json = dict[str, Any]
@@ -26,7 +28,10 @@ Json = dict[str, Any]
 MOST_HITS = 200
 """Hits that a search lists."""
 
-COLUMNS = range(40, 121)
+_SITE = re.compile(r"program (\S+), routine (\S+), (?:rung|line) (\d+)")
+"""A site as `ladder.errors.Site` says it."""
+
+COLUMNS = range(40, 161)
 """Widths of a rung that a page may ask for."""
 
 
@@ -228,6 +233,20 @@ class Catalog:
                     hits.append({"text": told, "rung": f"{routine.name}.{number}", "tag": None})
         return hits[:MOST_HITS]
 
+    def place_of_fault(self, text: str) -> str | None:
+        """Return the rung or line that a major fault names, such as Main.3; None if it names none.
+
+        Args:
+            text: of the fault, which has a `ladder.errors.Site` in it.
+        """
+        found = _SITE.search(text)
+        if found is None:
+            return None
+        program, routine, number = found.groups()
+        names = {each.name for each in self._program.routines}
+        full = next((each for each in (routine, scoped(program, routine)) if each in names), None)
+        return None if full is None else f"{full}.{number}"
+
     def has(self, name: str) -> bool:
         """Tell whether there is such a tag."""
         return name in self._known
@@ -242,6 +261,14 @@ def _words(text: str) -> Iterable[str]:
         elif word:
             yield word.rstrip(".:")
             word = ""
+
+
+def value_of(tags: Tags, name: str) -> Any:
+    """Return the value of a tag; None where a subscript is out of range now."""
+    try:
+        return tags[name]
+    except ValueError:
+        return None
 
 
 def shown_value(value: object) -> Any:

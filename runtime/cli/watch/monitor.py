@@ -20,9 +20,10 @@ from ....ladder import LadderLogic
 from ...config.rackspec import RackSpec
 from ...live.ring import Row
 from ...loop.scan import Logic
-from .catalog import Catalog, python_routines, shown_value
+from .catalog import Catalog, python_routines, shown_value, value_of
 from .event_log import EventLog
 from .hello import incidents_of, slots_of
+from .lanes import TagLanes, Told
 from .page import Page
 from .picture import Places, changed, mode_of
 from .questions import QUESTIONS
@@ -97,8 +98,11 @@ class Subject:
         self.timeline = Timeline(self.recent, trace)
         self.kept = Kept()
         self.catalog: Catalog | None = None
+        self.shadows: tuple[Shadow, ...] = ()
         self.live: Shadow | None = None
         self.past: Shadow | None = None
+        self.told = Told(spec.scan_ns)
+        self.lanes = TagLanes(self.timeline, None, self.told)
         self.logic = logic
         self.values: Json = {}
         """Values of a program in Python, as of the last message."""
@@ -109,7 +113,10 @@ class Subject:
         """Show a ladder program; its scans from here on."""
         self.logic = logic
         self.catalog = Catalog(logic)
-        self.live, self.past = (Shadow(logic, list(self.words), self.timeline, self.kept) for _ in range(2))
+        self.live, self.past, strips = self.shadows = tuple(
+            Shadow(logic, list(self.words), self.timeline, self.kept) for _ in range(3)
+        )
+        self.lanes = TagLanes(self.timeline, strips, self.told)
 
     def described(self, about: About) -> Json:
         """Return the first message to a page."""
@@ -199,7 +206,7 @@ class Monitor(ABC):
         picture = self._picture(page, row) if row is not None else self._before_the_first_scan()
         frame = changed(picture, page.last)
         if row is not None and page.past is None:
-            frame |= self._strip(page)
+            frame |= self._strip(page) | self._lanes(page, int(row["scan"]))
         new = self.log.since(page.events)
         page.events = self.log.end
         if new:
@@ -249,7 +256,7 @@ class Monitor(ABC):
         names = dict.fromkeys((*page.shown.names, *page.watched))
         return {
             "power": page.shown.power(shadow.truths),
-            "tags": {name: shown_value(tags[name]) for name in names if name in tags},
+            "tags": {name: shown_value(value_of(tags, name)) for name in names if name in tags},
         }
 
     def _strip(self, page: Page) -> Json:
@@ -265,6 +272,16 @@ class Monitor(ABC):
             "env": envelopes(rows, self.subject.signals, min(-(-len(rows) // ENVELOPE_ROWS), ENVELOPE_MOST)),
         }
         return {name: part for name, part in parts.items() if part}
+
+    def _lanes(self, page: Page, scan: int) -> Json:
+        """Return the points of the tags in a page's strip since its last frame."""
+        first = scan if page.lanes_at is None else page.lanes_at + 1
+        page.lanes_at = scan
+        if not page.lanes or first > scan:
+            return {}
+        all_names = [name for each in self.pages for name in each.lanes]
+        found = self.subject.lanes.live(page.lanes, all_names, first, scan)
+        return {"lanes": found} if found else {}
 
     # --- what pages ask
 

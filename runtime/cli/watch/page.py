@@ -24,6 +24,8 @@ class Page:
     Attributes:
         shown: the routine that it shows.
         watched: tags that it wants beside those of the routine.
+        lanes: tags in its timing strip.
+        lanes_at: the scan that their lanes have come to; None before the first frame.
         past: the scan that it looks at; None = the latest.
         row: the row of that scan, once it has been read.
         place: the place of the row in `Recent` that its strip has come to; None before the first frame.
@@ -36,6 +38,8 @@ class Page:
     def __init__(self) -> None:
         self.shown: Shown = NOTHING_SHOWN
         self.watched: tuple[str, ...] = ()
+        self.lanes: tuple[str, ...] = ()
+        self.lanes_at: int | None = None
         self.past: int | None = None
         self.row: Row | None = None
         self.place: int | None = None
@@ -48,7 +52,7 @@ class Page:
     def begin_anew(self) -> None:
         """Let the next frame tell everything."""
         self.last = {}
-        self.place = None
+        self.place = self.lanes_at = None
 
     def show(self, shown: Shown) -> None:
         """Show another routine: the next frame tells all of it."""

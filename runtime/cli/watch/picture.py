@@ -62,11 +62,12 @@ class Places:
             if recorded:
                 shaft = encoder = None
                 levels = shown["words"][str(slot)][1]  # status LSW: the levels as the module reads them
+            commanded = shown["words"][str(slot)][WORDS_PER_IMAGE] >= 0  # else these words configure
             shown["machine"][str(slot)] = {
                 "position": values.get("position"),
                 "shaft": shaft,
                 "encoder": encoder,
-                "target": values.get("target"),
+                "target": values.get("target") if commanded else None,
                 "speed": self._speed(slot, row, before),
                 "inputs": {name: bool(levels & bit.value) for name, bit in INPUT_NAMES.items()},
             }

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ....ladder.debug.inquiry import Inquiry
 from .catalog import COLUMNS, python_source
+from .lanes import MOST_LANES
 from .page import Page
 from .strip import edges, envelopes
 
@@ -45,11 +46,42 @@ def watch(monitor: Monitor, page: Page, said: Said) -> Json:
     tags = said.get("tags")
     if not isinstance(tags, list) or len(tags) > MOST_WATCHED or not all(map(_is_name, tags)):
         raise ValueError(f"tags is a list of up to {MOST_WATCHED} names")
-    catalog = monitor.subject.catalog
-    known = monitor.subject.values.__contains__ if catalog is None else catalog.has
-    unknown = [name for name in tags if not known(name)]
+    unknown = [name for name in tags if not _is_known(monitor, name)]
     page.watch(tuple(name for name in tags if name not in unknown))
     return {"unknown": unknown}
+
+
+def lanes(monitor: Monitor, page: Page, said: Said) -> Json:
+    """Tell the points of tags for the timing strip from now on."""
+    names, unknown = _lanes_in(monitor, said)
+    page.lanes, page.lanes_at = names, None
+    return {"unknown": unknown}
+
+
+def steps(monitor: Monitor, _page: Page, said: Said) -> Json:
+    """Return the points of tags in past scans; `next` is the scan to ask from for the rest."""
+    first, last = _scans_in(said)
+    names, _unknown = _lanes_in(monitor, said)
+    extent = monitor.subject.timeline.extent
+    if extent is None or not names:
+        return {"lanes": {}, "next": None}
+    first, last = max(first, extent[0]), min(last, extent[1])
+    found, following = monitor.subject.lanes.past(names, first, last) if first <= last else ({}, None)
+    return {"lanes": found, "next": following}
+
+
+def _lanes_in(monitor: Monitor, said: Said) -> tuple[tuple[str, ...], list[str]]:
+    """Return the tags that a question names, and those of them that there are not."""
+    tags = said.get("tags")
+    if not isinstance(tags, list) or len(tags) > MOST_LANES or not all(map(_is_name, tags)):
+        raise ValueError(f"tags is a list of up to {MOST_LANES} names")
+    unknown = [name for name in tags if not _is_known(monitor, name)]
+    return tuple(dict.fromkeys(name for name in tags if name not in unknown)), unknown
+
+
+def _is_known(monitor: Monitor, name: str) -> bool:
+    catalog = monitor.subject.catalog
+    return name in monitor.subject.values if catalog is None else catalog.has(name)
 
 
 def look(monitor: Monitor, page: Page, said: Said) -> Json:
@@ -73,9 +105,7 @@ def look(monitor: Monitor, page: Page, said: Said) -> Json:
 
 def window(monitor: Monitor, _page: Page, said: Said) -> Json:
     """Return edges and envelopes of past scans."""
-    first, last = said.get("from"), said.get("to")
-    if type(first) is not int or type(last) is not int or not 0 <= first <= last < first + WINDOW_MOST:
-        raise ValueError(f"from and to are numbers of scans, {WINDOW_MOST:,} of them at most")
+    first, last = _scans_in(said)
     signals = monitor.subject.signals
     rows = monitor.subject.timeline.between(first, last)
     bits = edges(rows, rows[:0], signals)
@@ -83,6 +113,13 @@ def window(monitor: Monitor, _page: Page, said: Said) -> Json:
     if isinstance(wanted, list):
         bits = {name: each for name, each in bits.items() if name in wanted}
     return {"strip": bits, "env": envelopes(rows, signals, ENVELOPE_STEPS)}
+
+
+def _scans_in(said: Said) -> tuple[int, int]:
+    first, last = said.get("from"), said.get("to")
+    if type(first) is not int or type(last) is not int or not 0 <= first <= last < first + WINDOW_MOST:
+        raise ValueError(f"from and to are numbers of scans, {WINDOW_MOST:,} of them at most")
+    return first, last
 
 
 def why(monitor: Monitor, page: Page, said: Said) -> Json:
@@ -132,6 +169,8 @@ def _is_name(value: object) -> bool:
 QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json]] = {
     "show": show,
     "watch": watch,
+    "lanes": lanes,
+    "steps": steps,
     "look": look,
     "window": window,
     "why": why,

@@ -98,9 +98,16 @@ class SessionMonitor(Monitor):
             "missed": self._missed,
             "breakpoints": session["breakpoints"],
             "met": session["met"],
-            "faults": [{"text": session["fault"], "at": None}] if session["fault"] else [],
+            "faults": self._faults(),
         }
         return shown | ({"mode": "fault"} if session["fault"] and not past else {})
+
+    def _faults(self) -> list[Json]:
+        text = self._session["fault"]
+        if not text:
+            return []
+        catalog = self.subject.catalog
+        return [{"text": text, "at": None if catalog is None else catalog.place_of_fault(text)}]
 
     @override
     def join(self, page: Page) -> None:
@@ -157,6 +164,7 @@ class SessionMonitor(Monitor):
 
     def _take_values(self, told: Json) -> None:
         self.subject.values.update(told["values"])
+        self.subject.told.take(told["scan"], told["values"])
 
     def _take_state(self, state: Json) -> None:
         self._session = state
@@ -197,9 +205,9 @@ class SessionMonitor(Monitor):
         subject.recent.clear()
         subject.timeline.forget(Path(told["trace"]))
         subject.kept.clear()
-        for shadow in (subject.live, subject.past):
-            if shadow is not None:
-                shadow.at = None
+        subject.told.clear()
+        for shadow in subject.shadows:
+            shadow.at = None
         self.log.clear()
         self._indexer, self._indexed = None, False
         self.latest, self._late, self._missed = None, 0, 0

@@ -114,6 +114,7 @@ class Shadow:
         engine: the engine, as it stands behind scan `at`.
         at: the last scan that was repeated; None before the first.
         truths: power of that scan, by routine in capitals and rung.
+        is_impure: there are routines in Python, so that no scan can be repeated.
     """
 
     def __init__(self, program: LadderLogic, slots: list[int], timeline: Timeline, kept: Kept) -> None:
@@ -121,7 +122,7 @@ class Shadow:
         self.engine = WatchedEngine(program.build(), program.scanner)
         self.at: int | None = None
         self.truths: Truths = {}
-        self._impure = bool(program.functions)
+        self.is_impure = bool(program.functions)
         self._timeline = timeline
         self._kept = kept
         places = {number: place * SLOT_BYTES + IMAGE_BYTES for place, number in enumerate(slots)}
@@ -134,7 +135,7 @@ class Shadow:
 
     def show(self, scan: int) -> bool:
         """Repeat a scan, so that engine and truths are as behind it; return whether that was possible."""
-        if self._impure:
+        if self.is_impure:
             return self._show_values(scan)
         start = self._start(scan)
         if start is None:
@@ -147,6 +148,24 @@ class Shadow:
             self._repeat(rows)
         self.at = scan
         return True
+
+    def walk(self, first: int, last: int) -> Iterator[int]:
+        """Repeat scans one after the other; yield the time of each, ns, while the engine stands behind it.
+
+        Nothing is yielded of scans that can't be repeated.
+        """
+        start = self._start(first)
+        rows = self._timeline.between(first if start is None else start, last)
+        if start is None or not len(rows) or rows[0]["scan"] != start:
+            self.at = None
+            return
+        self.engine.watching = False
+        self.engine.note(())
+        for each in _scans_in(rows):
+            self._do(*each)
+            self.at = each[0]
+            if each[0] >= first:
+                yield each[2]
 
     # --- looking back: see `ladder.debug.inquiry.Past`
 
@@ -168,7 +187,7 @@ class Shadow:
     def last_change(self, read: Callable[[WatchedEngine], Any]) -> int | None:
         """Return the last scan, up to the one shown, that changed a value."""
         end = self.at
-        if end is None or self._impure:
+        if end is None or self.is_impure:
             return None
         try:
             for start, last in self._chapters(end):

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -24,6 +25,9 @@ WORDS_PER_IMAGE = IMAGE_BYTES // 2
 STATUS_TO_POSITION = 2
 """Words from a 3601's status to its position [chapter 6, Input Data]."""
 
+CONFIGURES = np.uint16(0x8000)
+"""In the first word of an image: all its words are of a configuration [chapter 3, Configuration Mode]."""
+
 Edge = list[int]
 """Virtual time, ns, and the value from then on."""
 
@@ -35,10 +39,12 @@ class Signals:
     Attributes:
         bits: word of the memory -> bit of the word -> name, such as `1.MOVE_COMPLETE`.
         positions: name -> words of the memory with thousands and the rest.
+        modes: words of an image of a stepper -> the first of them, whose sign says that they configure.
     """
 
     bits: Mapping[int, Mapping[int, str]]
     positions: Mapping[str, tuple[int, int]]
+    modes: Mapping[int, int]
 
 
 def signals_of(slots: Mapping[int, ModuleWords], steppers: Sequence[int]) -> Signals:
@@ -58,10 +64,14 @@ def signals_of(slots: Mapping[int, ModuleWords], steppers: Sequence[int]) -> Sig
                 bits.setdefault(word, {})[at.bit] = f"{slot}.{name}"
     order = list(slots)
     positions = {}
+    modes: dict[int, int] = {}
     for slot in steppers:
-        first = (2 * order.index(slot) + 1) * WORDS_PER_IMAGE
+        outputs = 2 * order.index(slot) * WORDS_PER_IMAGE
+        first = outputs + WORDS_PER_IMAGE
         positions[f"{slot}.position"] = first + 2, first + 3
-    return Signals(bits, positions)
+        for image in (outputs, first):
+            modes |= dict.fromkeys(range(image, image + WORDS_PER_IMAGE), image)
+    return Signals(bits, positions, modes)
 
 
 def edges(rows: Rows, before: Rows, signals: Signals) -> dict[str, list[Edge]]:
@@ -74,13 +84,12 @@ def edges(rows: Rows, before: Rows, signals: Signals) -> dict[str, list[Edge]]:
     """
     if not len(rows):
         return {}
-    words = rows["words"].view(np.uint16)
     times = rows["now_ns"]
     found: dict[str, list[Edge]] = {}
     for word, names in signals.bits.items():
-        column = words[:, word]
+        column = _column(rows, word, signals)
         if len(before):
-            previous = np.concatenate([before["words"].view(np.uint16)[-1:, word], column[:-1]])
+            previous = np.concatenate([_column(before[-1:], word, signals), column[:-1]])
         else:
             previous = np.concatenate([~column[:1], column[:-1]])
         changed = column ^ previous
@@ -93,6 +102,17 @@ def edges(rows: Rows, before: Rows, signals: Signals) -> dict[str, list[Edge]]:
                 levels = (column[own] >> bit & 1).tolist()
                 found[name] = [[t, level] for t, level in zip(times[own].tolist(), levels, strict=True)]
     return found
+
+
+def _column(rows: Rows, word: int, signals: Signals) -> np.ndarray[Any, np.dtype[np.uint16]]:
+    """Return a word of each row, without the bits that have another meaning in configuration mode."""
+    words = rows["words"].view(np.uint16)
+    column = words[:, word]
+    mode = signals.modes.get(word)
+    if mode is None:
+        return column
+    kept = CONFIGURES if word == mode else np.uint16(0)
+    return np.where(words[:, mode] & CONFIGURES, column & kept, column)
 
 
 def envelopes(rows: Rows, signals: Signals, most: int = 1) -> dict[str, list[list[int]]]:

@@ -8,7 +8,7 @@ A row from a trace has no figures and no wall-clock time: what machines showed i
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -78,6 +78,32 @@ class Timeline:
             trace = self._opened()
             self._known = scan, {} if trace is None else _recorded_tags(trace, scan)
         return self._known[1]
+
+    def recorded(self, names: Sequence[str], first: int, last: int) -> tuple[list[int], dict[str, list[Any]]]:
+        """Return tags that were recorded from one scan to another, as far as they are written.
+
+        Returns:
+            The times of the scans, ns, and the values of each tag that is recorded.
+        """
+        trace = self._opened()
+        plan = None if trace is None else trace.head.tags
+        if trace is None or plan is None or not set(names) & {field.tag.name for field in plan.fields}:
+            return [], {}
+        columns = read_columns(trace, Selection(first, last), tags=True)
+        if self._grows and (not len(columns.scan) or columns.scan[-1] < last):
+            self._close_trace()  # what was written since is not in what was opened
+            trace = self._opened()
+            columns = columns if trace is None else read_columns(trace, Selection(first, last), tags=True)
+        if trace is None or columns.tags is None:
+            return [], {}
+        texts = trace.texts() if plan.has_texts else {}
+        fields = [field for field in plan.fields if field.tag.name in names and not field.tag.length]
+        rows = {field.tag.name: columns.tags[field.name].tolist() for field in fields}
+        shown = {
+            field.tag.name: [_shown(field, value, texts) for value in rows[field.tag.name]]
+            for field in fields
+        }
+        return columns.time_ns.tolist(), shown
 
     def forget(self, path: Path | None) -> None:
         """Begin with another trace."""

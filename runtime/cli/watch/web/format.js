@@ -60,6 +60,7 @@ export function inRadix(value, radix = "decimal", type = "DINT") {
 
 // A value in its plainest form, short enough for the place that a box of a rung keeps for it.
 export function shown(value) {
+  if (value === null || value === undefined) return "–"; // it can't be read now
   if (typeof value !== "number" || Number.isInteger(value)) return plain(value);
   return Math.abs(value) >= 1e7 || Math.abs(value) < 1e-4 ? value.toExponential(4) : String(Number(value.toPrecision(7)));
 }

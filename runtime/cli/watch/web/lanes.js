@@ -42,6 +42,18 @@ export class Lanes {
     return found;
   }
 
+  // The least and the greatest value of a position that are known here or in other lanes: a scale that rests.
+  range(name, other) {
+    let low = Infinity, high = -Infinity;
+    for (const lanes of new Set([this, other])) {
+      for (const point of lanes.curves.get(name) ?? []) {
+        low = Math.min(low, point[1]);
+        high = Math.max(high, point[2]);
+      }
+    }
+    return low < high ? [low, high] : [low === Infinity ? 0 : low, (low === Infinity ? 0 : low) + 1];
+  }
+
   points(name, from, to) {
     const all = this.curves.get(name) ?? [];
     return all.slice(Math.max(after(all, from) - 1, 0), after(all, to) + 1);

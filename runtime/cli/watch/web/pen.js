@@ -54,6 +54,12 @@ class Pen {
     this.context.fillRect(x, y, wide, high);
   }
 
+  frame(x, y, wide, high, colour) {
+    this.context.strokeStyle = colour;
+    this.context.lineWidth = 1;
+    this.context.strokeRect(Math.round(x) + 0.5, Math.round(y) + 0.5, wide, high);
+  }
+
   dot(x, y, colour) {
     this.context.fillStyle = colour;
     this.context.beginPath();
@@ -79,7 +85,7 @@ class Pen {
   inside(left, top, paint) {
     this.context.save();
     this.context.beginPath();
-    this.context.rect(left, top - 4, this.wide - left, 400);
+    this.context.rect(left, top - 4, this.wide - left, 400); // down to wherever a lane ends
     this.context.clip();
     paint();
     this.context.restore();

@@ -1,6 +1,6 @@
 // The program: its routines as tabs, rungs or text of the one that is chosen, what is selected in it.
 
-import { at, el, heading, setAttribute } from "./dom.js";
+import { at, el, heading, setAttribute, setFlag, setText } from "./dom.js";
 import { buildRungs, moveTo, paintRungs } from "./ladder.js";
 import { link } from "./link.js";
 import * as orders from "./orders.js";
@@ -11,17 +11,18 @@ import { onHello, onPaint, run } from "./state.js";
 import { buildText, paintText } from "./text.js";
 import { unplace } from "./values.js";
 
-const UNIT = 8, LEAST = 40, MOST = 120; // CSS pixels of a column; columns between the rails
+const UNIT = 8, LEAST = 40, MOST = 160; // CSS pixels of a column; columns between the rails
 
 const tabs = el("div", { class: "tabs", role: "tablist", "aria-label": "Routines" });
 const sheet = el("div", { class: "sheet", role: "tabpanel", "aria-label": "Routine" });
+const fault = el("p", { class: "fault", role: "alert", hidden: true });
 let routine = null, columns = 0, shownAt = "", wantedRung = null, generation = 0;
 
 const columnsNow = () => Math.max(LEAST, Math.min(MOST, Math.floor((sheet.clientWidth - 64) / UNIT)));
 
 onHello(hello => {
   const routines = hello.routines ?? [];
-  at("program").replaceChildren(heading("Program", tabs), sheet);
+  at("program").replaceChildren(heading("Program", tabs), fault, sheet);
   tabs.replaceChildren(...routines.map(each => el("button", {
     type: "button", role: "tab", "data-routine": each.name, "aria-selected": "false", click: () => open(each.name), keydown: tabKey,
   }, each.name)));
@@ -110,7 +111,15 @@ onSelect(chosen => {
   mark(chosen);
 });
 
+// What has stopped the CPU, and the rung in which it did.
+function paintFaults(faults) {
+  setFlag(fault, "hidden", !faults.length);
+  setText(fault, faults.map(each => `! ${each.text}`).join("\n"));
+  if (faults[0]?.at) showRung(faults[0].at);
+}
+
 onPaint(changes => {
+  if (changes.faults) paintFaults(changes.faults);
   paintRungs(changes);
   paintText(changes);
 });

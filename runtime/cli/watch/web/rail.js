@@ -6,6 +6,7 @@ import { run } from "./state.js";
 
 const HEIGHT = 142, RAIL = 82, SIDE = 34; // CSS pixels
 const AVERAGED_NS = 1e8;
+const ROOM = 0.25; // of the rail, that it grows by where the axis leaves it
 const TURN = 2000; // steps or counts of one turn of the encoder's dial
 
 export function railOf(slot) {
@@ -26,6 +27,16 @@ class Rail {
     new ResizeObserver(() => this.draw()).observe(this.node);
   }
 
+  // Widens the rail where the axis leaves it: a machine without bounds may go anywhere.
+  fit(position) {
+    if (typeof position !== "number" || (this.low <= position && position <= this.high)) return;
+    const low = Math.min(this.low, position), high = Math.max(this.high, position), room = (high - low) * ROOM;
+    if (low < this.low) this.low = low - room;
+    if (high > this.high) this.high = high + room;
+    this.wide = 0;
+    this.draw();
+  }
+
   x(position) {
     return SIDE + (position - this.low) / (this.high - this.low) * (this.wide - 2 * SIDE);
   }
@@ -42,7 +53,8 @@ class Rail {
     this.picture.replaceChildren(
       svg("line", { class: "rail-line", x1: SIDE - 14, x2: wide - SIDE + 14, y1: RAIL, y2: RAIL }),
       ...this.ticks(), ...this.switches.map(each => each.node),
-      ...(this.machine.stations ?? []).map(each => this.stationOf(each)), ...Object.values(this.parts));
+      ...(this.machine.stations ?? []).map(each => this.stationOf(each)),
+      ...(this.machine.jams ?? []).map(each => this.jamOf(each)), ...Object.values(this.parts));
     this.move(run.machine[this.slot.number] ?? {});
   }
 
@@ -75,8 +87,15 @@ class Rail {
       svg("path", { d: `M${x - 6} 4h12v7l-6 6l-6 -6z` }));
   }
 
+  jamOf({ at, direction }) {
+    const x = this.x(at);
+    return svg("g", { class: "jam" }, svg("title", {}, `Jam at ${at}, moves ${direction} end there`),
+      svg("path", { d: `M${x - 4} ${RAIL - 4}l8 8m-8 0l8 -8` }));
+  }
+
   move({ shaft, position, target, encoder }) {
     if (!this.parts) return;
+    this.fit(shaft ?? position);
     const cart = shaft ?? position, { readings } = this, speed = this.speedAt(run.t ?? 0, cart);
     this.put(this.parts.cart, cart);
     this.put(this.parts.known, position);

@@ -3,7 +3,7 @@
 import { setAttribute } from "./dom.js";
 
 const PARTS = ["words", "values", "machine", "power", "tags", "lines"]; // parts that come by what has changed
-const LISTS = ["strip", "env"]; // lists that go on
+const LISTS = ["strip", "env", "lanes"]; // lists that go on
 const MOST = 20000; // entries of a list while nothing is painted
 
 export const run = { hello: null, state: "lost", forced: {}, breakpoints: [], faults: [], range: null };

@@ -5,7 +5,7 @@ import { findBox } from "./find.js";
 import { clock, count, times } from "./format.js";
 import { incidentsButton } from "./incidents.js";
 import { helpButton } from "./keys.js";
-import { tell } from "./notice.js";
+import { hush, tell } from "./notice.js";
 import * as orders from "./orders.js";
 import { scrubber } from "./scrub.js";
 import { onHello, onPaint, run } from "./state.js";
@@ -58,7 +58,8 @@ function paint(changes) {
   setFlag(late.node, "data-warning", run.late > 0);
   if (changes.speed) paintSpeed(changes.speed);
   if (changes.record !== undefined) setText(record.value, fileOf(changes.record) || "off");
-  if (changes.met?.length) tell(changes.met.join("\n"), "told");
+  if (changes.met?.length) tell(changes.met.join("\n"), "met");
+  if (run.state !== "paused") hush("met");
   paintMode();
 }
 
@@ -69,9 +70,10 @@ function paintSpeed({ reached: got }) {
 
 export function paintMode() {
   const [sign, word] = STATES[run.state] ?? STATES.lost;
-  setText(stateSign, sign);
-  setText(stateWord, run.mode === "fault" && run.state === "live" ? "Fault" : word);
-  setAttribute(state, "data-fault", run.mode === "fault" ? "" : null);
+  const fault = run.mode === "fault" && ["live", "paused"].includes(run.state);
+  setText(stateSign, fault ? "!" : sign);
+  setText(stateWord, fault ? "Fault" : word);
+  setAttribute(state, "data-fault", fault ? "" : null);
   for (const each of modes) setAttribute(each, "aria-pressed", String(each.dataset.modeKey === run.mode));
 }
 

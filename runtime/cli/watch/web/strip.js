@@ -1,5 +1,6 @@
-// The timing strip: positions as an envelope, bits by their edges. A pulse of one scan is seen at any zoom.
+// The timing strip: positions as an envelope, bits and tags by their edges. A pulse of one scan is seen at any zoom.
 
+import { AXIS, CURVE, LANE, TOP, curve, grid, highOf, lane, said, tagLane } from "./chart.js";
 import { at, button, el, heading, setText } from "./dom.js";
 import { clock, count } from "./format.js";
 import { keep, kept } from "./kept.js";
@@ -8,15 +9,17 @@ import { pen, colours } from "./pen.js";
 import { lookAt } from "./scrub.js";
 import { ask } from "./socket.js";
 import { onHello, onPaint, run } from "./state.js";
+import { beginTags, fill, pointsOf, rangeOf, stretchesOf, tagNames, takeTags, toggleTag } from "./taglanes.js";
+import { watchedTags } from "./watchtable.js";
 import { bitName } from "./words.js";
 
 const SPANS = [0.2, 0.5, 1, 2, 5, 10, 20, 60]; // s
-const TOP = 8, CURVE = 64, LANE = 17, AXIS = 20, LEAST_LANES = 6; // CSS pixels
-const THIN = 2; // a pulse narrower than that many pixels is drawn as a needle
+const ROOM = 10; // lanes for which there is room from the start, so that nothing moves when the first bits change
 const MOST_LANES = 16;
 const ROWS = 240; // edges that are listed
+const LIST_MS = 250, FILL_MS = 200;
 
-const canvas = el("canvas", { class: "chart", tabindex: "0", role: "img", "aria-label": "Timing: positions and bits over time", click: clicked, wheel: wheeled, keydown: keyed });
+const canvas = el("canvas", { class: "chart", tabindex: "0", role: "img", "aria-label": "Timing: positions, bits and tags over time", click: clicked, wheel: wheeled, keydown: keyed });
 const spanText = el("output", { class: "figure" });
 const signal = el("select", { "aria-label": "Signal", change: list });
 const edges = el("ol", { class: "edges", "aria-label": "Edges, the latest first", tabindex: "0" });
@@ -26,32 +29,48 @@ const reduced = matchMedia("(prefers-reduced-motion: reduce)");
 const signals = el("div", { class: "signals", role: "group", "aria-label": "Signals" });
 const choice = el("details", { class: "raw", toggle: () => { if (choice.open) choices(); } }, el("summary", {}, "Signals"), signals);
 
-let live = new Lanes([]), past = null, span = 5, listed = 0, chosen = {}, key = "";
+let live = new Lanes([]), past = null, span = 5, listed = 0, chosen = {}, key = "", room = ROOM, axes = [], asked = "", filling = 0;
 
 onHello(hello => {
   live = new Lanes(hello.slots.flatMap(slot => slot.bits.map(bit => bitName(slot, bit))));
   past = null;
   asked = "";
+  axes = hello.slots.filter(slot => slot.values.some(value => value.name === "position")).map(slot => `${slot.number}.position`);
+  room = Math.min(ROOM, hello.slots.reduce((sum, slot) => sum + slot.bits.length, 0));
   key = `scanrack signals ${hello.path}`;
   chosen = kept(key, {});
   signal.replaceChildren();
   at("strip").replaceChildren(
     heading("Timing", el("span", { class: "tools" }, button("Zoom out", () => zoom(1), { text: "−", class: "sign" }), spanText, button("Zoom in", () => zoom(-1), { text: "+", class: "sign" }))),
     canvas, el("div", { class: "line" }, choice, details));
+  beginTags(hello, changed);
   zoom(0);
 });
 
 onPaint(changes => {
+  takeTags(changes.lanes);
   if (run.state !== "past") { live.take(changes); past = null; } else if (changes.scan !== undefined) look();
-  if (changes.strip || changes.env || changes.scan !== undefined) draw();
-  if (changes.strip && details.open && performance.now() - listed > 250) list();
+  if (changes.state && run.state !== "past") asked = "";
+  if (changes.state) fillSoon();
+  if (changes.strip || changes.env || changes.lanes || changes.scan !== undefined) draw();
+  if ((changes.strip || changes.lanes) && details.open && performance.now() - listed > LIST_MS) list();
 });
+
+// The tags in the strip, or their points, have changed.
+function changed(others) {
+  if (others) {
+    fillSoon();
+    if (choice.open) choices();
+  }
+  draw();
+}
 
 function zoom(by) {
   const place = SPANS.indexOf(span) + by;
   span = SPANS[Math.min(Math.max(place, 0), SPANS.length - 1)];
   setText(spanText, span < 1 ? `${span * 1000} ms` : `${span} s`);
   if (run.state === "past") look();
+  fillSoon();
   draw();
 }
 
@@ -63,11 +82,12 @@ function view() {
   return [end - wide, end];
 }
 
-let asked = "";
+const scansInView = () => view().map(time => Math.max(Math.round(time / run.hello.period_ns), 0));
 
 // Asks for the strip around a scan of the past.
 async function look() {
-  const [from, to] = view().map(time => Math.max(Math.round(time / run.hello.period_ns), 0)), wish = `${from} ${to}`;
+  const [from, to] = scansInView(), wish = `${from} ${to}`;
+  fillSoon();
   if (wish === asked) return;
   asked = wish; // the scans in view
   try {
@@ -80,99 +100,76 @@ async function look() {
   } catch { /* what the ring still has is shown instead */ }
 }
 
+// Asks for the tags of the scans in view, once the view rests.
+function fillSoon() {
+  clearTimeout(filling);
+  if (tagNames().length) filling = setTimeout(() => fill(...scansInView()), FILL_MS);
+}
+
 const lanes = () => past ?? live;
 
 // The lanes that are drawn: those that were chosen, and those that have changed as long as nothing else is said.
 const drawn = () => live.names.filter(name => chosen[name] ?? live.changed.has(name)).slice(0, MOST_LANES);
 
-// The choice of signals, kept per rack in this browser.
+// The choice of signals, kept per rack in this browser: bits, and the tags that are watched or drawn.
 function choices() {
-  const boxes = live.names.map(name => el("label", {}, el("input", {
-    type: "checkbox", checked: drawn().includes(name),
-    change: event => { chosen[name] = event.target.checked; keep(key, chosen); draw(); },
-  }), name));
-  signals.replaceChildren(...boxes);
+  const bits = live.names.map(name => choiceOf(name, drawn().includes(name), on => { chosen[name] = on; keep(key, chosen); draw(); }));
+  const tags = [...new Set([...tagNames(), ...watchedTags()])];
+  signals.replaceChildren(...bits, ...tags.map(name => choiceOf(name, tagNames().includes(name), () => toggleTag(name))));
 }
 
+const choiceOf = (name, checked, choose) =>
+  el("label", { title: name }, el("input", { type: "checkbox", checked, change: event => choose(event.target.checked) }), el("span", {}, name));
+
 function draw() {
-  const shown = lanes(), names = drawn(), curves = [...(shown.curves.size ? shown : live).curves.keys()];
-  const wide = canvas.clientWidth, high = TOP + curves.length * CURVE + Math.max(names.length, LEAST_LANES) * LANE + AXIS;
+  const shown = lanes(), names = drawn(), tags = tagNames().map(name => ({ name, points: pointsOf(name) }));
+  const wide = canvas.clientWidth, bitsHigh = Math.max(names.length, room) * LANE;
+  const high = TOP + axes.length * CURVE + tags.reduce((sum, tag) => sum + highOf(tag.points), 0) + bitsHigh + AXIS;
   if (!wide) return;
   const newest = run.range ? run.range[1] * run.hello.period_ns : Infinity;
-  const to = pen(canvas, wide, high), left = wide < 600 ? 96 : 168, [from, end] = view();
+  const to = pen(canvas, wide, high), left = leftOf(wide), [from, end] = view(), present = Math.min(newest, end);
   const x = time => left + (time - from) / (end - from) * (wide - left - 8);
-  grid(to, x, from, end, high);
-  curves.forEach((name, place) => curve(to, shown.points(name, from, end), name, x, TOP + place * CURVE, left));
-  names.forEach((name, place) => lane(to, shown.stretches(name, from, Math.min(end, newest)), name, x, TOP + curves.length * CURVE + place * LANE, left));
+  grid(to, x, left, from, end, high);
+  let top = TOP;
+  for (const name of axes) {
+    const source = shown.curves.has(name) ? shown : live;
+    curve(to, source.points(name, from, end), live.range(name, source), name, x, top, left, present);
+    top += CURVE;
+  }
+  for (const { name, points } of tags) {
+    tagLane(to, { points, range: rangeOf(name), stretches: stretchesOf(name, from, present) }, name, x, top, left, x(end));
+    top += highOf(points);
+  }
+  for (const name of names) {
+    lane(to, shown.stretches(name, from, present), name, x, top, left, x(end));
+    top += LANE;
+  }
   const now = x(run.t ?? 0);
   to.line(now, 0, now, high - AXIS, run.state === "past" ? colours.mark : colours.edge, run.state === "past" ? 1.5 : 1);
 }
 
-function grid(to, x, from, end, high) {
-  const wide = end - from, most = Math.max((x(end) - x(from)) / 90, 2);
-  const power = 10 ** Math.floor(Math.log10(wide / most)), step = [1, 2, 5, 10].map(each => each * power).find(each => wide / each <= most);
-  for (let time = Math.max(Math.ceil(from / step) * step, 0); time <= end; time += step) {
-    to.line(x(time), 0, x(time), high - AXIS, colours.grid);
-    to.text(clock(time), x(time), high - 6, colours.soft, "center");
-  }
-}
-
-function curve(to, points, name, x, top, left) {
-  to.label(name, left - 8, top + CURVE / 2 + 4, colours.ink);
-  if (!points.length) return;
-  const low = Math.min(...points.map(each => each[1])), high = Math.max(...points.map(each => each[2]), low + 1);
-  const y = value => top + 5 + (high - value) / (high - low) * (CURVE - 14);
-  to.small(count(high), left - 8, top + 9);
-  to.small(count(low), left - 8, top + CURVE - 4);
-  const present = Math.min(run.t ?? 0, view()[1]);
-  to.inside(left, top, () => {
-    to.begin(colours.curve, 1.5);
-    to.from(x(points[0][0]), y(points[0][3]));
-    points.forEach(([time, least, most, last], place) => {
-      const before = points[place - 1]?.[3] ?? last, end = Math.max(points[place + 1]?.[0] ?? present, time);
-      if (least < Math.min(before, last) || most > Math.max(before, last)) { // there and back between two pictures
-        to.to(x(time), y(before));
-        to.to(x((time + end) / 2), y(least));
-        to.to(x((time + end) / 2), y(most));
-      }
-      to.to(x(end), y(last));
-    });
-    to.end();
-  });
-}
-
-function lane(to, stretches, name, x, top, left) {
-  to.label(name, left - 8, top + LANE - 5, colours.ink);
-  const high = top + 3, low = top + LANE - 3;
-  to.inside(left, top, () => {
-    to.line(left, low, x(view()[1]), low, colours.grid);
-    for (const [from, end, on] of stretches) {
-      if (!on) continue;
-      const wide = x(end) - x(from);
-      to.rect(x(from), high, Math.max(wide, 1.5), low - high, wide < THIN ? colours.mark : colours.bit);
-      if (wide < THIN) to.dot(x(from) + 0.75, high, colours.mark);
-    }
-  });
-}
+const leftOf = wide => (wide < 600 ? 104 : 168); // where time begins, beside the names
 
 // The edges of one signal in words, for a reader of the screen and for scripts.
 function list() {
   listed = performance.now();
-  const names = lanes().names;
-  if (signal.options.length !== names.length) {
+  const names = [...tagNames(), ...lanes().names];
+  if (names.join("\n") !== [...signal.options].map(option => option.value).join("\n")) {
     const before = signal.value;
     signal.replaceChildren(...names.map(name => el("option", { value: name, selected: name === before }, name)));
   }
   if (!details.open) return;
-  const found = (lanes().bits.get(signal.value) ?? []).slice(-ROWS).reverse(), period = run.hello.period_ns;
-  edges.replaceChildren(...found.map(([time, value]) => {
-    const scan = Math.round(time / period);
-    return el("li", { "data-scan": scan, "data-value": value ? "1" : "0" }, `${clock(time)}  scan ${count(scan)}  ${value ? "on" : "off"}`);
-  }));
+  const points = tagNames().includes(signal.value) ? pointsOf(signal.value) : lanes().bits.get(signal.value) ?? [];
+  edges.replaceChildren(...points.slice(-ROWS).reverse().map(edgeOf));
+}
+
+function edgeOf(point) {
+  const [time] = point, value = point.at(-1), scan = Math.round(time / run.hello.period_ns);
+  return el("li", { "data-scan": scan, "data-value": value ?? "" }, `${clock(time)}  scan ${count(scan)}  ${point.length === 4 ? value : said(value)}`);
 }
 
 function clicked(event) {
-  const left = canvas.clientWidth < 600 ? 96 : 168, share = (event.offsetX - left) / (canvas.clientWidth - left - 8), [from, end] = view();
+  const left = leftOf(canvas.clientWidth), share = (event.offsetX - left) / (canvas.clientWidth - left - 8), [from, end] = view();
   if (share >= 0 && share <= 1) lookAt((from + share * (end - from)) / run.hello.period_ns);
 }
 

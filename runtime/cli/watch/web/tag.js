@@ -7,6 +7,7 @@ import * as orders from "./orders.js";
 import { showRung } from "./program.js";
 import { onSelect, select, selected } from "./selection.js";
 import { onHello, onPaint, run } from "./state.js";
+import { tagNames, toggleTag } from "./taglanes.js";
 import { place, unplace, valueOf } from "./values.js";
 import { addToWatch, sendWatched } from "./watchtable.js";
 
@@ -21,13 +22,14 @@ const breakButton = button("Breakpoint", () => orders.breakpoint(selected.tag), 
 const whyButton = button("Why", why, { title: "Why the tag is as it is" });
 const usesButton = button("Uses", uses, { title: "Where the tag is read and written" });
 const watchButton = button("Watch", () => addToWatch(selected.tag), { title: "Into the watch table" });
+const stripButton = button("Strip", () => { toggleTag(selected.tag); paintForced(); }, { title: "Into the timing strip, or out of it", "aria-pressed": "false" });
 const allButton = button("Remove all forces", () => orders.unforce("all"));
 const parts = el("div", { class: "parts" });
 const answer = el("div", { class: "answer", "aria-live": "polite" });
 const empty = el("p", { class: "soft" }, "Click a contact, a coil, a box or a tag.");
 const card = el("div", { class: "tag" }, el("div", { class: "line" }, name, type), says, parts,
   el("div", { class: "line write" }, entry, writeButton, forceButton, unforceButton),
-  el("div", { class: "line" }, whyButton, usesButton, watchButton, breakButton), answer);
+  el("div", { class: "line" }, whyButton, usesButton, watchButton, stripButton, breakButton), answer);
 
 const declared = tag => run.hello?.tags?.find(each => each.name.toUpperCase() === tag.toUpperCase());
 
@@ -106,6 +108,7 @@ function paintForced() {
   setText(allButton, `Remove ${many} force${many === 1 ? "" : "s"}`);
   const stops = run.breakpoints.includes(selected.tag);
   breakButton.setAttribute("aria-pressed", String(stops));
+  stripButton.setAttribute("aria-pressed", String(tagNames().includes(selected.tag)));
 }
 
 onPaint(changes => { if (changes.forced || changes.breakpoints) paintForced(); });

@@ -7,20 +7,22 @@ import { run } from "./state.js";
 import { place } from "./values.js";
 
 let lines = new Map(); // Main.12 -> its rows: of structured text there may be several
+let routine = ""; // its name
 let waits = null; // where it is said at which line each sequence waits
 
-export function buildText(routine, { text = [], names = [] }) {
+export function buildText({ name, kind }, { text = [], names = [] }) {
   lines = new Map();
-  waits = routine.kind === "python" ? el("ul", { class: "waits", "aria-label": "Sequences" }) : null;
-  const code = el("ol", { class: "code" }, ...text.map(line => rowOf(routine, line)));
+  routine = name;
+  waits = kind === "python" ? el("ul", { class: "waits", "aria-label": "Sequences" }) : null;
+  const code = el("ol", { class: "code" }, ...text.map(rowOf));
   const values = names.length ? el("div", { class: "variables", role: "group", "aria-label": "Variables" }, ...names.map(chip)) : null;
   return el("div", {}, values ?? "", waits ?? "", code);
 }
 
-function rowOf(routine, { number, text, names = [] }) {
+function rowOf({ number, text, names = [] }) {
   const parts = [el("span", { class: "number" }, number ? String(number) : ""), el("code", {}, text), el("span", { class: "beside" }, ...names.map(chip))];
   if (!number) return el("li", { class: "code-line" }, ...parts); // nothing runs there
-  const ident = `${routine.name}.${number}`;
+  const ident = `${routine}.${number}`;
   const row = el("li", { class: "code-line", "data-element": `${ident}.0`, "data-at": ident, "data-power": "0", click: () => select({ rung: ident, tag: names[0] ?? null, names }) }, ...parts);
   if (!lines.has(ident)) lines.set(ident, []);
   lines.get(ident).push(row);
@@ -45,11 +47,12 @@ function paintRunning() {
   const here = Object.entries(run.lines).filter(([, at]) => at);
   const marked = new Set(here.map(([, { line }]) => line));
   for (const [ident, [row]] of lines) setAttribute(row, "data-power", marked.has(Number(ident.split(".").at(-1))) ? "1" : "0");
-  while (waits.children.length < here.length) waits.append(el("li", {}, el("button", { type: "button", class: "plain", click: jump })));
+  while (waits.children.length < here.length) waits.append(el("li", {}, el("button", { type: "button", class: "plain", click: jump }), el("code")));
   while (waits.children.length > here.length) waits.lastChild.remove();
   here.forEach(([name, { line, text, since }], place) => {
     const button = waits.children[place].firstChild;
     button.dataset.line = line;
+    setText(waits.children[place].lastChild, lines.get(`${routine}.${line}`)?.[0].querySelector("code").textContent.trim() ?? "");
     setText(button, `${name} waits at line ${line}${text ? ` for ${text}` : ""}${since === undefined || since === null ? "" : ` since ${clock(since)}`}`);
   });
 }

@@ -26,6 +26,8 @@ onHello(hello => {
   show();
 });
 
+export const watchedTags = () => rows.map(row => row.tag);
+
 const load = () => kept(key, []).filter(row => typeof row?.tag === "string")
   .map(({ tag, radix }) => ({ tag, radix: RADIXES.includes(radix) ? radix : "decimal" }));
 

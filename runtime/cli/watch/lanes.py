@@ -1,0 +1,184 @@
+"""Lanes of tags in the timing strip: the value behind each scan, in as few points as show every change.
+
+    BOOL       [t, 0 or 1]                    at each edge
+    text       [t, text]                      at each change
+    number     [t, least, greatest, last]     at each change, or per stretch of scans if there are many
+    unknown    [t, None]                      from then on the value is not known
+
+Scans of a ladder program are run again, so no pulse is missed. A program in Python is not run again: its
+values come from the recording if the rack file records them, else from looks some 30 times a second.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from .catalog import shown_value, value_of
+from .shadow import Shadow
+from .timeline import Timeline
+
+MOST_LANES = 16
+"""Tags that a page may have in its strip."""
+
+MOST_POINTS = 400
+"""Points of one tag in a frame or an answer."""
+
+LIVE_SCANS = 1024
+"""Scans that a frame runs again at most; of more, the values of those before are not known."""
+
+ANSWER_SCANS = 4096
+"""Scans that an answer tells of; a page asks again for the rest."""
+
+MOST_TOLD = 4000
+"""Changes of one value of a program in Python that are kept."""
+
+Point = list[Any]
+Lanes = dict[str, list[Point]]
+Series = tuple[list[int], dict[str, list[Any]]]
+"""Times, ns, and the values of each tag at these times."""
+
+UNKNOWN = object()
+
+
+def points_of(times: Sequence[int], values: Sequence[Any], before: Any = UNKNOWN) -> list[Point]:
+    """Return the points of one tag.
+
+    Args:
+        times: of the scans, ns.
+        values: behind these scans.
+        before: the value in front of the first one; UNKNOWN: the first point is its value.
+    """
+    changes = []
+    for place, value in enumerate(values):
+        if before is UNKNOWN or value != before or type(value) is not type(before):
+            changes.append(place)
+            before = value
+    if len(changes) <= MOST_POINTS:
+        return [_point(times[place], values[place]) for place in changes]
+    if all(_is_number(values[place]) for place in changes):
+        return _stretches(times, values, changes)
+    return [_point(times[place], values[place]) for place in changes[-MOST_POINTS:]]
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _point(time: int, value: Any) -> Point:
+    if isinstance(value, bool):
+        return [time, int(value)]
+    return [time, value, value, value] if _is_number(value) else [time, value]
+
+
+def _stretches(times: Sequence[int], values: Sequence[Any], changes: Sequence[int]) -> list[Point]:
+    """Return an envelope of `MOST_POINTS` points."""
+    starts = [changes[0] + place * (len(values) - changes[0]) // MOST_POINTS for place in range(MOST_POINTS)]
+    found = []
+    for start, end in zip(starts, [*starts[1:], len(values)], strict=True):
+        stretch = values[start:end]
+        found.append([times[start], min(stretch), max(stretch), stretch[-1]])
+    return found
+
+
+class Told:
+    """Values of a program in Python, by the scans at which they were looked at.
+
+    Args:
+        period_ns: time from scan to scan.
+    """
+
+    def __init__(self, period_ns: int) -> None:
+        self._period_ns = period_ns
+        self._changes: dict[str, list[tuple[int, Any]]] = {}
+
+    def clear(self) -> None:
+        """Forget all."""
+        self._changes.clear()
+
+    def take(self, scan: int, values: dict[str, Any]) -> None:
+        """Note values that have changed."""
+        for name, value in values.items():
+            changes = self._changes.setdefault(name, [])
+            changes.append((scan, value))
+            if len(changes) > 2 * MOST_TOLD:
+                del changes[:MOST_TOLD]
+
+    def points(self, name: str, first: int, last: int) -> list[Point]:
+        """Return the points of a value from one scan to another, the first one from before."""
+        changes = self._changes.get(name, [])
+        before = [each for each in changes if each[0] < first][-1:]
+        now = [each for each in changes if first <= each[0] <= last]
+        starts = [(first, value) for _, value in before if not now or now[0][0] > first]
+        shown = [*starts, *now]
+        return points_of([scan * self._period_ns for scan, _ in shown], [value for _, value in shown])
+
+
+class TagLanes:
+    """Points of tags, of any scans.
+
+    Args:
+        timeline: the rows.
+        shadow: runs the scans of a ladder program again; None without one.
+        told: the values of a program in Python.
+    """
+
+    def __init__(self, timeline: Timeline, shadow: Shadow | None, told: Told) -> None:
+        self._timeline, self._shadow, self._told = timeline, shadow, told
+        self._known: tuple[tuple[int, int, tuple[str, ...]], Series] | None = None
+
+    def live(self, names: Iterable[str], all_names: Iterable[str], first: int, last: int) -> Lanes:
+        """Return the points of the latest scans; of too many, those of the last ones.
+
+        Args:
+            names: the tags.
+            all_names: those of all pages, so that pages that show the same scans have them run once.
+            first: the first scan.
+            last: the last one.
+        """
+        if self._shadow is None or self._shadow.is_impure:
+            return _there({name: self._told.points(name, first, last) for name in names})
+        start = max(first, last - LIVE_SCANS + 1)
+        times, values = self._repeated(tuple(dict.fromkeys(all_names)), start, last)
+        found = {name: points_of(times, values[name]) for name in names if name in values}
+        if start > first and times:
+            row = self._timeline.row(first)
+            at = times[0] - 1 if row is None else int(row["now_ns"])
+            found = {name: [[at, None], *points] for name, points in found.items()}
+        return _there(found)
+
+    def past(self, names: Sequence[str], first: int, last: int) -> tuple[Lanes, int | None]:
+        """Return the points of past scans, and the scan to ask from for the rest; None if that is all."""
+        end = min(last, first + ANSWER_SCANS - 1)
+        following = end + 1 if end < last else None
+        if self._shadow is not None and not self._shadow.is_impure:
+            times, values = self._repeated(tuple(names), first, end)
+            return _there({name: points_of(times, values[name]) for name in values}), following
+        times, values = self._timeline.recorded(names, first, end)
+        found = {name: points_of(times, values[name]) for name in values}
+        found |= {name: self._told.points(name, first, end) for name in names if name not in found}
+        return _there(found), following
+
+    def _repeated(self, names: tuple[str, ...], first: int, last: int) -> Series:
+        """Return the values behind scans that are run again."""
+        wish = first, last, names
+        if self._known is None or self._known[0] != wish or not self._known[1][0]:
+            self._known = wish, self._repeat(names, first, last)
+        return self._known[1]
+
+    def _repeat(self, names: tuple[str, ...], first: int, last: int) -> Series:
+        shadow = self._shadow
+        times: list[int] = []
+        values: dict[str, list[Any]] = {name: [] for name in names}
+        if shadow is None or first > last:
+            return times, values
+        tags = shadow.engine.tags
+        for now_ns in shadow.walk(first, last):
+            times.append(now_ns)
+            for name, column in values.items():
+                column.append(shown_value(value_of(tags, name)))
+        return times, values
+
+
+def _there(found: Lanes) -> Lanes:
+    return {name: points for name, points in found.items() if points}

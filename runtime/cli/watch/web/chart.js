@@ -1,0 +1,103 @@
+// Draws the timing strip: curves of positions, lanes of bits, lanes of tags.
+
+import { clock, count, shown } from "./format.js";
+import { colours } from "./pen.js";
+
+export const TOP = 8, AXIS = 20, CURVE = 64, NUMBER = 44, LANE = 17; // CSS pixels
+const THIN = 2; // a pulse narrower than that many pixels is drawn as a needle
+const LETTER = 6.7; // CSS pixels of a letter in a lane
+
+// How high a lane of a tag is: numbers are curves.
+export const highOf = points => (points.some(each => each.length === 4) ? NUMBER : LANE);
+
+export function grid(to, x, left, from, end, high) {
+  const wide = end - from, most = Math.max((x(end) - x(from)) / 90, 2);
+  const power = 10 ** Math.floor(Math.log10(wide / most)), step = [1, 2, 5, 10].map(each => each * power).find(each => wide / each <= most);
+  for (let time = Math.max(Math.ceil(from / step) * step, 0); time <= end; time += step) {
+    const at = x(time), half = clock(time).length * LETTER / 2;
+    to.line(at, 0, at, high - AXIS, colours.grid);
+    if (at + half <= to.wide && at - half >= left - 60) to.text(clock(time), at, high - 6, colours.soft, "center"); // none cut off
+  }
+}
+
+// A position: its way between two points is even.
+export function curve(to, points, range, name, x, top, left, present) {
+  to.label(name, left - 8, top + CURVE / 2 + 4, colours.ink);
+  if (!points.length) return;
+  const y = scale(to, range, top, left, CURVE);
+  to.inside(left, top, () => {
+    to.begin(colours.curve, 1.5);
+    to.from(x(points[0][0]), y(points[0][3]));
+    points.forEach(([time, least, most, last], place) => {
+      const before = points[place - 1]?.[3] ?? last, end = Math.max(points[place + 1]?.[0] ?? present, time);
+      if (least < Math.min(before, last) || most > Math.max(before, last)) { // there and back between two pictures
+        to.to(x(time), y(before));
+        to.to(x((time + end) / 2), y(least));
+        to.to(x((time + end) / 2), y(most));
+      }
+      to.to(x(end), y(last));
+    });
+    to.end();
+  });
+}
+
+// Draws the ends of a scale; returns where a value of it stands.
+function scale(to, [low, high], top, left, tall) {
+  to.small(count(high), left - 8, top + 9);
+  to.small(count(low), left - 8, top + tall - 4);
+  return value => top + 5 + (high - value) / (high - low) * (tall - 14);
+}
+
+export function lane(to, stretches, name, x, top, left, right) {
+  to.label(name, left - 8, top + LANE - 5, colours.ink);
+  to.inside(left, top, () => bars(to, stretches, x, top, left, right));
+}
+
+function bars(to, stretches, x, top, left, right) {
+  const high = top + 3, low = top + LANE - 3;
+  to.line(left, low, right, low, colours.grid);
+  for (const [from, end, on] of stretches) {
+    if (!on) continue;
+    const wide = x(end) - x(from);
+    to.rect(x(from), high, Math.max(wide, 1.5), low - high, wide < THIN ? colours.mark : colours.bit);
+    if (wide < THIN) to.dot(x(from) + 0.75, high, colours.mark);
+  }
+}
+
+// A tag: a BOOL as bars, a number as steps, a text in a box; nothing where the value is not known.
+export function tagLane(to, { points, range, stretches }, name, x, top, left, right) {
+  const tall = highOf(points);
+  to.label(name, left - 8, tall === LANE ? top + LANE - 5 : top + tall / 2 + 4, colours.ink);
+  if (tall === NUMBER) return numbers(to, stretches, range, x, top, left);
+  to.inside(left, top, () => {
+    if (!points.some(each => typeof each[1] === "string")) return bars(to, stretches, x, top, left, right);
+    for (const [from, end, text] of stretches) if (text !== null) box(to, String(text), x(from), x(end), top, left);
+  });
+}
+
+function numbers(to, stretches, range, x, top, left) {
+  const y = scale(to, range, top, left, NUMBER);
+  to.inside(left, top, () => {
+    to.begin(colours.bit, 1.5);
+    let known = false;
+    for (const [from, end, value, least, most] of stretches) {
+      if (value === null) { known = false; continue; }
+      if (known) to.to(x(from), y(least ?? value)); else to.from(x(from), y(least ?? value));
+      if (most !== undefined && most !== least) to.to(x(from), y(most));
+      to.to(x(from), y(value));
+      to.to(x(end), y(value));
+      known = true;
+    }
+    to.end();
+  });
+}
+
+function box(to, text, from, end, top, left) {
+  const wide = Math.max(end - from, 1), begins = Math.max(from, left);
+  to.frame(from, top + 2, wide, LANE - 4, colours.bit);
+  const most = Math.floor((end - begins - 8) / LETTER);
+  if (most >= 2) to.text(text.length > most ? `${text.slice(0, most - 1)}…` : text, begins + 4, top + LANE - 5, colours.ink);
+}
+
+// A value as the list of changes has it.
+export const said = value => (value === 1 ? "on" : value === 0 ? "off" : shown(value));
