@@ -17,7 +17,7 @@ from .errors import LadderError, Problem
 from .expressions import parse_address
 from .instructions.motion_3601 import Axis, BoundAxis, show
 from .lowering import Lowering
-from .motion_types import AXIS_TYPES
+from .motion_types import is_axis
 from .operands import Group
 from .tags import Tag
 from .text import parse_rung
@@ -83,7 +83,7 @@ def lower_axes(lowering: Lowering, axes: Axes | None) -> list[Problem]:
         except LadderError as error:
             problems.append(Problem(f"axis {name}", "", str(error), "name an axis of the program"))
             continue
-        if not isinstance(tag, Group) or tag.type not in AXIS_TYPES.values() or tag.indices:
+        if not isinstance(tag, Group) or not is_axis(tag.type) or tag.indices:
             problems.append(Problem(f"axis {name}", "", f"{name} is no axis", "name a tag of type AXIS_..."))
             continue
         found = lowering.resolver.address(parse_address(state))

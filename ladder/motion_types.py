@@ -1,8 +1,8 @@
 """Data types of motion: axes, what motion instructions work on, groups, coordinate systems, cams.
 
 Bits and members are those of the motion reference manual [MOTION-RM002, appendix "Axis Data Types" and
-chapter "Motion Instruction Structure"]. An axis has the members that programs name; one that is missing is
-refused where it stands. All kinds of axis have the same members here.
+chapter "Motion Instruction Structure"]. All kinds of axis have the same members here, those that programs
+name most; a member that is missing is refused where it stands, and added to its type in an L5X.
 """
 
 from __future__ import annotations
@@ -134,15 +134,33 @@ AXIS_MEMBERS: tuple[Member, ...] = (
 
 _OF_AXES = (Member("position", LREAL), Member("shown_ns", LINT), Member("axis", DINT))
 
+_ANALOG_MEMBERS = tuple(
+    Member("DriveFault", BOOL, at="ServoFault.9") if each.name == "DriveFault" else each
+    for each in AXIS_MEMBERS
+)
+"""Of an axis with an analog drive, whose fault is a bit of ServoFault."""
+
 AXIS_TYPES: Mapping[str, Structure] = {
-    name: Structure(name, AXIS_MEMBERS, hidden=_OF_AXES)
-    for name in (
-        *("AXIS_CIP_DRIVE", "AXIS_SERVO", "AXIS_SERVO_DRIVE", "AXIS_VIRTUAL", "AXIS_CONSUMED"),
-        *("AXIS_GENERIC", "AXIS_GENERIC_DRIVE"),
-    )
+    **{
+        name: Structure(name, AXIS_MEMBERS, hidden=_OF_AXES)
+        for name in (
+            "AXIS_CIP_DRIVE",
+            "AXIS_SERVO_DRIVE",
+            "AXIS_VIRTUAL",
+            "AXIS_CONSUMED",
+            "AXIS_GENERIC_DRIVE",
+        )
+    },
+    **{name: Structure(name, _ANALOG_MEMBERS, hidden=_OF_AXES) for name in ("AXIS_SERVO", "AXIS_GENERIC")},
 }
 """The kinds of axis, by name; `position` is ActualPosition in double precision at `shown_ns`, `axis` the
 number of the axis in the rack, from 1; 0 if it has none."""
+
+
+def is_axis(kind: DataType) -> bool:
+    """Whether a type is one of `AXIS_TYPES`, or one of them with further members."""
+    return isinstance(kind, Structure) and kind.name in AXIS_TYPES and kind.hidden == _OF_AXES
+
 
 MOTION_GROUP = Structure(
     "MOTION_GROUP",

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from .block_types import BLOCK_TYPES
-from .motion_types import AXIS_TYPES, COORDINATE_SYSTEM, MOTION_GROUP, MOTION_INSTRUCTION
+from .motion_types import COORDINATE_SYSTEM, MOTION_GROUP, MOTION_INSTRUCTION, is_axis
 from .operands import (
     Calculation,
     Constant,
@@ -95,6 +95,10 @@ def is_string(resolved: Resolved) -> bool:
 
 def _is_structure(resolved: Resolved, *types: Structure) -> bool:
     return isinstance(resolved, Group) and not resolved.dims and resolved.type in types
+
+
+def _is_axis(resolved: Resolved) -> bool:
+    return isinstance(resolved, Group) and not resolved.dims and is_axis(resolved.type)
 
 
 def _is_arithmetic(resolved: Resolved) -> bool:
@@ -255,9 +259,7 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
         "an element of a file T, C or R",
         "clear other tags with CLR or OTU",
     ),
-    Use.AXIS: OperandCheck(
-        lambda each: _is_structure(each, *AXIS_TYPES.values()), "an axis", "declare the tag as AXIS_CIP_DRIVE"
-    ),
+    Use.AXIS: OperandCheck(_is_axis, "an axis", "declare the tag as AXIS_CIP_DRIVE"),
     Use.KEYWORD: OperandCheck(_is_plain_number, "a number or a word", "write a word of its list"),
     Use.SWITCH: OperandCheck(_is_switch, "a bit, 0 or 1", "use a BOOL"),
     Use.OPTIONAL_TARGET: OperandCheck(

@@ -14,7 +14,7 @@ answers as one that is not configured (ERR 11); `checks` warns of it.
 from __future__ import annotations
 
 from ..interpreter import Interpreter
-from ..motion_types import AXIS_TYPES, MOTION_INSTRUCTION
+from ..motion_types import MOTION_INSTRUCTION, is_axis
 from ..operands import Group, Resolved
 from ..spec import Kind, Spec, Use
 from ..types import Structure
@@ -119,7 +119,7 @@ def _run(machine: Interpreter, power: bool, name: str, *operands: Resolved) -> N
 
 def _axis_of(machine: Interpreter, operand: Resolved) -> Axis | None:
     """Return the axis that an operand is, None for one that the rack does not have."""
-    if not isinstance(operand, Group) or operand.type not in AXIS_TYPES.values() or not machine.lowered.axes:
+    if not isinstance(operand, Group) or not is_axis(operand.type) or not machine.lowered.axes:
         return None
     number = int(machine.get(operand.member("~axis")))
     return Axis(machine, list(machine.lowered.axes.values())[number - 1]) if number else None

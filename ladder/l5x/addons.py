@@ -125,6 +125,7 @@ class AddOns:
         """Make the add-ons of what has been read; return those that can't be, with the reason."""
         withheld: dict[str, str] = {}
         self._wrong.clear()  # types may have been defined since
+        self._shapes.clear()
         for name, record in self.records.items():
             if record.encoded:
                 withheld[name] = _ENCODED

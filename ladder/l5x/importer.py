@@ -135,7 +135,7 @@ class Importer:
     def _define_types(self) -> None:
         """Define types that the document leaves out, from their use."""
         unknown = UnknownTypes(self._document, self._types)
-        if not unknown.names:
+        if not unknown:
             return
         programs = [
             (part.name, each) for part in self._parts.programs.values() for each in part.routines.values()

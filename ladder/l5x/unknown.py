@@ -1,20 +1,28 @@
 """Types that a document names and does not define: of modules, or left out of a partial export.
 
-Their members are those that the rungs name, of the types that their uses ask for, see `guesses`.
+Their members are those that the rungs name, of the types that their uses ask for, see `inferred`. An axis has
+hundreds of members, others in each kind and revision: those that the rungs name beyond `AXIS_TYPES` are
+added to its type in the same way.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 from ..errors import LadderError
+from ..expressions import parse_address
 from ..inferred import Guesses
+from ..motion_types import AXIS_TYPES
 from ..spec import Spec
 from ..tree import Address, MemberStep, Routine, Step, SubscriptStep
 from ..types import DINT, DataType, Member, Structure
 from .datatypes import Types, UnknownTypeError
-from .records import Document, TagRecord
+from .records import Document, RoutineRecord, TagRecord
 from .scopes import type_of
+
+_MEMBER = re.compile(r"([A-Za-z_]\w*)\.([A-Za-z_]\w*)", re.ASCII)
 
 Owned = Iterable[tuple[str, Routine]]
 """Routines, each with its program or add-on."""
@@ -41,6 +49,11 @@ class UnknownTypes:
             each.name.upper(): _by_name((*each.parameters, *each.locals)) for each in document.add_ons
         }
         self.names = dict(self._missing(document))
+        self._with_axes = frozenset(self._naming_axis_members(document))
+
+    def __bool__(self) -> bool:
+        """Whether there is something to define."""
+        return bool(self.names or self._with_axes)
 
     def _missing(self, document: Document) -> Iterator[tuple[str, str]]:
         """Yield the types that are not defined: name in capitals and name."""
@@ -52,6 +65,20 @@ class UnknownTypes:
             for record in records.values():
                 if self._is_unknown(record.type) and not self._shows(record):
                     yield record.type.upper(), record.type
+
+    def _naming_axis_members(self, document: Document) -> Iterator[tuple[str, str]]:
+        """Yield the routines that name members of axes beyond `AXIS_TYPES`: owner and name in capitals."""
+        records = [
+            each for scope in (*self._tags.values(), *self._add_ons.values()) for each in scope.values()
+        ]
+        axes = {each.name.upper() for each in records if each.type.upper() in AXIS_TYPES}
+        axes |= {each.name.upper() for each in records if each.target.rpartition(".")[2].upper() in axes}
+        owned = [(each.name, routine) for each in document.programs for routine in each.routines]
+        owned += [(each.name, routine) for each in document.add_ons for routine in each.routines]
+        for owner, routine in owned if axes else ():
+            named = (pair for text in _texts(routine) for pair in _MEMBER.findall(text))
+            if any(name.upper() in axes and not _is_of_axes(member) for name, member in named):
+                yield owner.upper(), routine.name.upper()
 
     def _is_unknown(self, name: str) -> bool:
         key = name.upper()
@@ -73,10 +100,11 @@ class UnknownTypes:
         return True
 
     def define(self, routines: Owned, specs: Mapping[str, Spec]) -> Mapping[str, DataType]:
-        """Define them as the routines use them; return them by name."""
+        """Define them as the routines use them; return them by name, axes with the added members only."""
         guesses = Guesses(self._use_of, self._known, lambda _name: (), specs)
         for owner, routine in routines:
-            guesses.read(owner, routine)
+            if self.names or (owner.upper(), routine.name.upper()) in self._with_axes:
+                guesses.read(owner, routine)
         found: dict[str, DataType] = {}
         for key, name in self.names.items():
             guess = guesses.found.get(key)
@@ -84,6 +112,12 @@ class UnknownTypes:
                 guess.type(name) if guess else Structure(name, (Member("unknown", DINT, hidden=True),))
             )
             self._types.define(name, found[name])
+        for name, axis in AXIS_TYPES.items():
+            guess = guesses.found.get(name)
+            added = guess.type(name) if guess else None
+            if isinstance(added, Structure):
+                found[name] = added
+                self._types.define(name, replace(axis, members=axis.members + added.members))
         return found
 
     def _record(self, owner: str, name: str) -> TagRecord | None:
@@ -97,18 +131,32 @@ class UnknownTypes:
 
     def _use_of(self, owner: str, address: Address) -> tuple[str, tuple[Step, ...]] | None:
         """Return the unknown type that an address leads into, and the steps in it; None if there is none."""
+        address = self._without_aliases(owner, address)
         record = self._record(owner, address.name)
         kind = record.type if record is not None else ""
         steps = list(address.steps)
         while kind:
             if steps and isinstance(steps[0], SubscriptStep):
                 steps.pop(0)
-            if kind.upper() in self.names:
+            if kind.upper() in self.names or _is_beyond_axes(kind, steps):
                 return kind, tuple(steps)
             if not steps or not isinstance(steps[0], MemberStep):
                 return None
             kind = self._member_type(kind, steps.pop(0).name)  # type: ignore[union-attr]
         return None
+
+    def _without_aliases(self, owner: str, address: Address) -> Address:
+        """Return an address with its aliases followed, as far as they go."""
+        for _ in range(20):
+            record = self._record(owner, address.name)
+            if record is None or not record.target:
+                break
+            try:
+                target = parse_address(record.target)
+            except LadderError:
+                break
+            address = Address(target.name, target.steps + address.steps)
+        return address
 
     def _member_type(self, kind: str, name: str) -> str:
         members = self._members.get(kind.upper())
@@ -125,6 +173,22 @@ class UnknownTypes:
             return self._types.find(record.type)
         except LadderError:
             return None
+
+
+def _is_of_axes(name: str) -> bool:
+    return AXIS_TYPES["AXIS_CIP_DRIVE"].member(name) is not None
+
+
+def _is_beyond_axes(kind: str, steps: Sequence[Step]) -> bool:
+    """Whether steps lead into an axis to a member that `AXIS_TYPES` does not have."""
+    if kind.upper() not in AXIS_TYPES or not steps:
+        return False
+    return isinstance(steps[0], MemberStep) and not _is_of_axes(steps[0].name)
+
+
+def _texts(routine: RoutineRecord) -> Iterator[str]:
+    yield from (each.text for each in routine.rungs)
+    yield from (text for text, _ in routine.lines)
 
 
 def _by_name(records: Iterable[TagRecord]) -> dict[str, TagRecord]:
