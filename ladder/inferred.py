@@ -172,9 +172,8 @@ class Guess:
 
     def type(self, path: str) -> DataType:
         """Return its type."""
-        structures = [each for each in self.votes if isinstance(each, Structure)]
-        if structures:
-            return structures[0]
+        if self.needed is not None:
+            return self.needed
         if self.members:
             return self._structure(path)
         if self.bit >= 0:
@@ -186,6 +185,16 @@ class Guess:
             if votes:
                 return votes[0]
         return DINT
+
+    @property
+    def asks_for_structure(self) -> bool:
+        """Whether a use of it, or of one of its members, needs a structure."""
+        return self.needed is not None or any(each.asks_for_structure for each in self.members.values())
+
+    @property
+    def needed(self) -> DataType | None:
+        """The structure that a use needs, None if none does."""
+        return next((each for each in self.votes if isinstance(each, Structure)), None)
 
     def fits(self, member: Member | None) -> bool:
         """Whether its uses are those of a member of a type."""
@@ -226,6 +235,18 @@ class Guesses:
         self._of_call, self._specs = of_call, specs
         self._structures = (*_BY_MEMBERS, *structures)
         self.found: dict[str, Guess] = {}
+
+    def read_all(self, routines: Iterable[tuple[str, Routine]]) -> None:
+        """Collect the uses in routines of programs; twice, as a later use may say what an earlier one is.
+
+        `EQU(Name,Other)` says nothing of either until `CONCAT(Name,'a',Name)` is read.
+        """
+        owned = list(routines)
+        for _ in range(2):
+            for program, routine in owned:
+                self.read(program, routine)
+            if not any(guess.asks_for_structure for guess in self.found.values()):
+                break
 
     def read(self, program: str, routine: Routine) -> None:
         """Collect the uses in a routine."""
@@ -317,14 +338,18 @@ class Guesses:
         return BOOL if is_bit else self._known(program, operand) or self._guessed(program, operand)
 
     def _guessed(self, program: str, address: Address) -> DataType | None:
-        """Return the type of a member of a structure that an earlier use asks for, None if there is none."""
+        """Return the structure, or its member's type, that an earlier use asks for; None if none does."""
         missing = self._missing(program, address)
         here = self.found.get(missing[0].upper()) if missing else None
-        kind = next((each for each in here.votes if isinstance(each, Structure)), None) if here else None
-        for step in missing[1] if missing and kind else ():
-            if isinstance(step, MemberStep):
-                member = kind.member(step.name) if isinstance(kind, Structure) else None
-                kind = member.type if member is not None else None  # type: ignore[assignment]
+        kind = here.needed if here else None
+        for step in missing[1] if missing else ():
+            if isinstance(step, SubscriptStep):
+                continue
+            if not isinstance(step, MemberStep):
+                return None
+            member = kind.member(step.name) if isinstance(kind, Structure) else None
+            here = here.members.get(step.name.upper()) if here else None
+            kind = member.type if member is not None else here.needed if here else None
         return kind
 
     def _statement(self, program: str, statement: Statement) -> None:

@@ -195,9 +195,7 @@ class LadderLogic(ABC):
         guesses = Guesses(
             missing, lambda _program, _address: None, self._operands_of, specs, self._structures()
         )
-        for part in parts:
-            for routine in part.routines:
-                guesses.read(part.name, routine)
+        guesses.read_all((part.name, routine) for part in parts for routine in part.routines)
         self.declared_missing = [
             Tag(each.name, each.type(f"{each.name.replace(':', '_')}_type"), each.dims)
             for each in guesses.found.values()

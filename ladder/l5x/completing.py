@@ -46,9 +46,12 @@ class Completion:
     def tags(self) -> None:
         """Declare tags from their use."""
         guesses = Guesses(self._missing, self._parts.known, self._parts.operands_of, self._reader.specs)
-        for part in self._parts.programs.values():
-            for routine in part.routines.values():
-                guesses.read(part.name, self._to_guess(part, routine))
+        routines = [
+            (part.name, self._to_guess(part, routine))
+            for part in self._parts.programs.values()
+            for routine in part.routines.values()
+        ]
+        guesses.read_all(routines)
         for guess in guesses.found.values():
             self._declare_guess(guess)
 

@@ -102,9 +102,11 @@ class UnknownTypes:
     def define(self, routines: Owned, specs: Mapping[str, Spec]) -> Mapping[str, DataType]:
         """Define them as the routines use them; return them by name, axes with the added members only."""
         guesses = Guesses(self._use_of, self._known, lambda _name: (), specs)
-        for owner, routine in routines:
-            if self.names or (owner.upper(), routine.name.upper()) in self._with_axes:
-                guesses.read(owner, routine)
+        guesses.read_all(
+            (owner, routine)
+            for owner, routine in routines
+            if self.names or (owner.upper(), routine.name.upper()) in self._with_axes
+        )
         found: dict[str, DataType] = {}
         for key, name in self.names.items():
             guess = guesses.found.get(key)

@@ -19,3 +19,10 @@ def test_structured_text_without_lines(imported):
     assert found.report.objects == []
     said = after(found)
     assert (said.Missing, said.Too) == (3, 4)
+
+
+def test_a_later_use_says_what_an_earlier_one_is(imported):
+    rungs = "EQU(Unit.Name,Unit.Other)OTE(Same);", "COP(Unit.Name,Spare,1);", "CONCAT(Unit.Name,'a',Spare);"
+    found = imported(document(target="Routine", programs=[program("Main", ladder("Main", *rungs), main="")]))
+    assert ([str(each) for each in found.report.refused], found.report.ran) == ([], 3)
+    assert (found.report.declared["Spare"], found.report.declared["Same"]) == ("STRING", "BOOL")
