@@ -24,6 +24,7 @@ from .block_types import BLOCKS
 from .instructions import BY_NAME
 from .motion_types import AXIS_TYPES, COORDINATE_SYSTEM, MOTION_GROUP, MOTION_INSTRUCTION
 from .motion_words import KEYWORDS
+from .predefined import HMIBC, SERIAL_PORT_CONTROL
 from .spec import Spec, Use
 from .statements import (
     Assignment,
@@ -94,6 +95,8 @@ BY_USE: Mapping[Use, DataType] = {
     Use.COUNTER: COUNTER,
     Use.CONTROL: CONTROL,
     Use.MESSAGE: MESSAGE,
+    Use.SERIAL: SERIAL_PORT_CONTROL,
+    Use.HMI_BUTTON: HMIBC,
     Use.PID: PID,
     Use.ALARM_DIGITAL: ALARM_DIGITAL,
     Use.ALARM_ANALOG: ALARM_ANALOG,
@@ -295,7 +298,14 @@ class Guesses:
             return BY_USE[use], None
         if use is Use.RESETTABLE:
             return None, TIMER
-        if use in (Use.TEXT_OR_NUMBER, Use.SOURCE, Use.DESTINATION, Use.ITEM, Use.ITEM_TARGET):
+        if use in (
+            Use.TEXT_OR_NUMBER,
+            Use.TEXT_OR_NUMBER_TARGET,
+            Use.SOURCE,
+            Use.DESTINATION,
+            Use.ITEM,
+            Use.ITEM_TARGET,
+        ):
             return (partner, None) if isinstance(partner, Structure) else (None, partner or DINT)
         if use in (Use.INTEGER, Use.INTEGER_TARGET, Use.CONSTANT):
             return None, DINT

@@ -86,6 +86,10 @@ def _is_plain_integer(resolved: Resolved) -> bool:
     return isinstance(resolved, (Place, Constant)) and resolved.type.is_integer
 
 
+def _is_numeric_tag(resolved: Resolved) -> bool:
+    return isinstance(resolved, Place) and is_number(resolved)
+
+
 def is_string(resolved: Resolved) -> bool:
     """Whether an operand is a STRING or a string constant."""
     if not isinstance(resolved, Group):
@@ -182,6 +186,7 @@ WRITTEN = frozenset(
         Use.INTEGER_TARGET,
         Use.DESTINATION,
         Use.TEXT_TARGET,
+        Use.TEXT_OR_NUMBER_TARGET,
         Use.ITEM_TARGET,
         Use.ARRAY,
         Use.OPTIONAL_TARGET,
@@ -202,7 +207,9 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
     Use.STORAGE: _A_BIT,
     Use.NUMBER: _A_NUMBER,
     Use.TEXT_OR_NUMBER: OperandCheck(
-        lambda each: _is_plain_number(each) or is_string(each), "a number or a STRING", "compare bits by XIC"
+        lambda each: _is_plain_number(each) or is_string(each),
+        "a number or a STRING",
+        "use a numeric tag or a STRING; XIC reads bits",
     ),
     Use.TEXT: OperandCheck(is_string, "a STRING", "convert numbers with DTOS or RTOS"),
     Use.TEXT_TARGET: OperandCheck(
@@ -210,8 +217,11 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
     ),
     Use.INTEGER: _AN_INTEGER,
     Use.TARGET: OperandCheck(
-        lambda each: isinstance(each, Place) and is_number(each),
-        "a numeric tag to write",
+        _is_numeric_tag, "a numeric tag to write", "use a numeric tag; bits are written by OTE, OTL, OTU"
+    ),
+    Use.TEXT_OR_NUMBER_TARGET: OperandCheck(
+        lambda each: _is_numeric_tag(each) or (isinstance(each, Group) and is_string(each)),
+        "a numeric tag or a STRING to write",
         "use a numeric tag; bits are written by OTE, OTL, OTU",
     ),
     Use.INTEGER_TARGET: OperandCheck(

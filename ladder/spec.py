@@ -40,6 +40,8 @@ class Use(Enum):
     """Writes a string."""
     TARGET = auto()
     """Writes a number."""
+    TEXT_OR_NUMBER_TARGET = auto()
+    """Writes a number or a STRING."""
     INTEGER_TARGET = auto()
     """Writes an integer."""
     EXPRESSION = auto()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
 from ..operand_checks import OperandError, described, is_string
@@ -9,7 +11,7 @@ from ..operands import Constant, Resolved, can_fault, width_of
 from ..spec import Spec, Use, condition
 from ..types import LINT
 
-__all__ = ["CMP", "EQU", "GEQ", "GRT", "LEQ", "LES", "LIM", "MEQ", "NEQ"]
+__all__ = ["CMP", "EQU", "GEQ", "GRT", "ISINF", "ISNAN", "LEQ", "LES", "LIM", "MEQ", "NEQ"]
 
 
 def _check_same_kind(a: Resolved, b: Resolved) -> None:
@@ -86,3 +88,10 @@ LIM = condition(
 )
 MEQ = condition("MEQ", Use.INTEGER, Use.INTEGER, Use.INTEGER, run=_meq, write=_write_meq)
 NEQ = _comparison("NEQ/NE", "<>")
+
+ISINF = condition(
+    "ISINF", Use.NUMBER, run=lambda machine, source: math.isinf(machine.number(source, width_of(source)))
+)
+ISNAN = condition(
+    "ISNAN", Use.NUMBER, run=lambda machine, source: math.isnan(machine.number(source, width_of(source)))
+)

@@ -44,5 +44,5 @@ def _frd(machine: Interpreter, source: Resolved, target: Place) -> None:
     machine.store(target, from_digits(machine.filled(source)))
 
 
-TOD = action("TOD", Use.INTEGER, Use.INTEGER_TARGET, run=_tod)
-FRD = action("FRD", Use.INTEGER, Use.INTEGER_TARGET, run=_frd)
+TOD = action("TOD/TO_BCD", Use.INTEGER, Use.INTEGER_TARGET, run=_tod)
+FRD = action("FRD/BCD_TO", Use.INTEGER, Use.INTEGER_TARGET, run=_frd)

@@ -7,20 +7,36 @@ from collections.abc import Callable
 from .. import arithmetic as math
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
-from ..operand_checks import OperandError, described
-from ..operands import Constant, Place, Resolved, width_moved
+from ..operand_checks import OperandError, described, is_string
+from ..operands import Constant, Group, Place, Resolved, width_moved
 from ..spec import Spec, Use, action
 from ..types import LINT
+from .statements import set_text, write_set_text
 
 __all__ = ["MOV", "MVM", "BTD", "CLR", "SWPB", "AND", "OR", "XOR", "NOT"]  # noqa: RUF022
 
 
-def _mov(machine: Interpreter, source: Resolved, target: Place) -> None:
+def _check_mov(source: Resolved, target: Resolved) -> None:
+    if is_string(source) != is_string(target):
+        text, remedy = (
+            f"{described(source)} can't be moved to {described(target)}",
+            "convert it, as DTOS does",
+        )
+        raise OperandError(text, remedy)
+
+
+def _mov(machine: Interpreter, source: Resolved, target: Place | Group) -> None:
+    if isinstance(target, Group):
+        set_text(machine, target, source)
+        return
     machine.clear_flags()
     machine.store(target, machine.number(source, width_moved(source, target.type)))
 
 
-def _write_mov(rungs: RungWriter, source: Resolved, target: Place) -> None:
+def _write_mov(rungs: RungWriter, source: Resolved, target: Place | Group) -> None:
+    if isinstance(target, Group):
+        write_set_text(rungs, target, source)
+        return
     rungs.values.clear_flags()
     rungs.values.store(target, rungs.values.term(source, width_moved(source, target.type)), LINT.bits)
 
@@ -158,7 +174,14 @@ def _write_not(rungs: RungWriter, source: Resolved, target: Place) -> None:
 
 # --- the rows
 
-MOV = action("MOV/MOVE", Use.NUMBER, Use.TARGET, run=_mov, write=_write_mov)
+MOV = action(
+    "MOV/MOVE",
+    Use.TEXT_OR_NUMBER,
+    Use.TEXT_OR_NUMBER_TARGET,
+    check=_check_mov,
+    run=_mov,
+    write=_write_mov,
+)
 MVM = action("MVM", Use.INTEGER, Use.INTEGER, Use.INTEGER_TARGET, run=_mvm, write=_write_mvm)
 BTD = action(
     "BTD",

@@ -30,12 +30,14 @@ def _write_set(rungs: RungWriter, target: Place, value: Resolved) -> None:
 # --- strings
 
 
-def _set_text(machine: Interpreter, target: Group, value: Resolved) -> None:
+def set_text(machine: Interpreter, target: Group, value: Resolved) -> None:
+    """Set a string to another, as many characters as fit."""
     text = machine.text(value)
     machine.set_text(target, text)
 
 
-def _write_set_text(rungs: RungWriter, target: Group, value: Resolved) -> None:
+def write_set_text(rungs: RungWriter, target: Group, value: Resolved) -> None:
+    """Write that as Python."""
     text = rungs.values.keep(rungs.values.characters(value))
     rungs.values.set_characters(target, text)
 
@@ -76,7 +78,7 @@ _ASSIGNMENTS = {
     for kind, uses, run, write, clear in (
         ("bit", (Use.LATCH, Use.TRUTH), _set, _write_set, _clear),
         ("number", (Use.TARGET, Use.EXPRESSION), CPT.run, CPT.write, _clear),
-        ("text", (Use.TARGET, Use.TEXT_OR_NUMBER), _set_text, _write_set_text, _clear_text),
+        ("text", (Use.TARGET, Use.TEXT_OR_NUMBER), set_text, write_set_text, _clear_text),
     )
     for retentive in (True, False)
 }

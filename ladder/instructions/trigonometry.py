@@ -6,7 +6,11 @@ although the source is (ASN of 2, LN of 0) is an overflow: S:V and a minor fault
 
 from __future__ import annotations
 
-from ..spec import Spec, Use
+import math
+
+from ..interpreter import Interpreter
+from ..operands import Place, Resolved, width_of
+from ..spec import Spec, Use, action
 from .compute import computation
 
 __all__ = [  # noqa: RUF022 - the manual's order
@@ -16,6 +20,7 @@ __all__ = [  # noqa: RUF022 - the manual's order
     "ASN",
     "ACS",
     "ATN",
+    "ATAN2",
     "LN",
     "LOG",
     "XPY",
@@ -28,12 +33,19 @@ def _function(name: str) -> Spec:
     return computation(name, name.partition("/")[0], Use.NUMBER)
 
 
+def _atan2(machine: Interpreter, y: Resolved, x: Resolved, target: Place) -> None:
+    width = width_of(y, x, target)
+    machine.clear_flags()
+    machine.store(target, math.atan2(machine.number(y, width), machine.number(x, width)))
+
+
 SIN = _function("SIN")
 COS = _function("COS")
 TAN = _function("TAN")
 ASN = _function("ASN/ASIN")
 ACS = _function("ACS/ACOS")
 ATN = _function("ATN/ATAN")
+ATAN2 = action("ATAN2", Use.NUMBER, Use.NUMBER, Use.TARGET, run=_atan2)
 LN = _function("LN")
 LOG = _function("LOG")
 XPY = computation("XPY/EXPT", "**", Use.NUMBER, Use.NUMBER)
