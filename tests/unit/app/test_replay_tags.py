@@ -1,4 +1,4 @@
-"""Replay and `why` do again what was done to a program's tags: forces of any recording, writes of a session."""
+"""Replay and `why` do again what was done to the tags: forces of any recording, writes of a session."""
 
 from __future__ import annotations
 
