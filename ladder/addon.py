@@ -270,9 +270,9 @@ def _is_flag(address: Address) -> bool:
 
 
 def _addresses(instruction: Instruction) -> Iterator[Address]:
-    """Yield the addresses of tags that an instruction uses; labels are not tags."""
+    """Yield the addresses of tags that an instruction uses; labels and words are not tags."""
     for use, operand in zip(_uses(instruction), instruction.operands, strict=False):
-        if use not in (Use.LABEL, Use.MODE, Use.KEYWORD):
+        if use not in (Use.LABEL, Use.MODE, Use.PASSES, Use.KEYWORD):
             yield from addresses_in(operand)
 
 

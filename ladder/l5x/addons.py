@@ -122,15 +122,19 @@ class AddOns:
             yield from ((self.records[name].name, each) for each in routines)
 
     def make(self, reader: RoutineReader) -> Mapping[str, str]:
-        """Make the add-ons of what has been read; return those that can't be, with the reason."""
+        """Make the add-ons of what has been read; return those that can't be, with the reason.
+
+        An encoded one is refused, and made of its parameters alone: a call passes them.
+        """
         withheld: dict[str, str] = {}
         self._wrong.clear()  # types may have been defined since
         self._shapes.clear()
         for name, record in self.records.items():
             if record.encoded:
-                withheld[name] = _ENCODED
                 self._refuse(record, _ENCODED, _DECODE)
-                continue
+                if not record.parameters:
+                    withheld[name] = _ENCODED
+                    continue
             try:
                 self.made[name] = self._made(self.shape(name), self._routines[name], reader)
             except LadderError as error:

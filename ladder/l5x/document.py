@@ -184,6 +184,11 @@ def _children(element: Any, *path: str) -> Iterator[Any]:
             yield each
 
 
+def _defined(element: Any, *path: str) -> Iterator[Any]:
+    """Yield the children of an element without those of which a partial export has only the name."""
+    yield from (each for each in _children(element, *path) if each.get("Use") != "Reference")
+
+
 def _line_of_text(element: Any) -> int:
     """Return the line on which the text of an element begins, behind white space."""
     text = element.text or ""
@@ -220,6 +225,7 @@ class _Reader:
             self._add_on(each)
             for group in controller.iterchildren("AddOnInstructionDefinitions")
             for each in group.iterchildren("AddOnInstructionDefinition", "EncodedData")
+            if each.get("Use") != "Reference"
         ]
         others = [
             (str(each.tag), int(each.sourceline))
@@ -232,11 +238,11 @@ class _Reader:
             target,
             get("Name") or root.get("TargetName") or "controller",
             get("ProcessorType", ""),
-            tuple(map(self._data_type, _children(controller, "DataTypes", "DataType"))),
+            tuple(map(self._data_type, _defined(controller, "DataTypes", "DataType"))),
             tuple(add_ons),
-            tuple(map(self._tag, _children(controller, "Tags", "Tag"))),
+            tuple(map(self._tag, _defined(controller, "Tags", "Tag"))),
             tuple(map(self._program, _children(controller, "Programs", "Program"))),
-            tuple(map(self._task, _children(controller, "Tasks", "Task"))),
+            tuple(map(self._task, _defined(controller, "Tasks", "Task"))),
             tuple(map(self._module, _children(controller, "Modules", "Module"))),
             tuple(others),
         )
@@ -311,8 +317,8 @@ class _Reader:
             get("MainRoutineName", ""),
             get("FaultRoutineName", ""),
             _is_true(get("Disabled", "")),
-            tuple(map(self._tag, _children(element, "Tags", "Tag"))),
-            tuple(map(self._routine, _children(element, "Routines", "Routine"))),
+            tuple(map(self._tag, _defined(element, "Tags", "Tag"))),
+            tuple(map(self._routine, _defined(element, "Routines", "Routine"))),
             tuple(map(_encoded, _children(element, "Routines", "EncodedData"))),
             _text(element.find("Description")),
             element.sourceline,

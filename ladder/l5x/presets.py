@@ -11,7 +11,7 @@ The data of the tags have the same values. A preset becomes `?` where it can't b
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 
 from ..spec import WITH_PRESETS, Spec, Use
 from ..tree import (
@@ -38,7 +38,7 @@ class Presets:
 
     def __init__(self, inouts: Collection[str] = ()) -> None:
         self._inouts = inouts
-        self._first: dict[tuple[str, int], Operand] = {}
+        self._first: dict[tuple[str, str], Operand] = {}
 
     def settled(self, rung: Rung, specs: Mapping[str, Spec]) -> Rung:
         """Return a rung whose presets are initial values or `?`.
@@ -67,20 +67,25 @@ class Presets:
         if Use.PRESET not in spec.operands:
             return instruction.operands
         structure: Operand | None = None
-        shown: list[Operand] = []
-        for place, (use, given) in enumerate(zip(spec.operands, instruction.operands, strict=False)):
+        names: Iterator[str] = iter(())
+        settled: list[Operand] = []
+        for use, given in zip(spec.operands, instruction.operands, strict=False):
             if use in WITH_PRESETS:
-                structure = given
-            is_preset = use is Use.PRESET and isinstance(given, Number)
-            shown.append(self._preset(structure, place, given) if is_preset else given)
-        return tuple(shown)
+                structure, names = given, iter(WITH_PRESETS[use])
+            if use is Use.PRESET:
+                settled.append(self._preset(structure, next(names), given))
+            else:
+                settled.append(given)
+        return tuple(settled)
 
-    def _preset(self, structure: Operand | None, place: int, given: Operand) -> Operand:
+    def _preset(self, structure: Operand | None, name: str, given: Operand) -> Operand:
+        if not isinstance(given, Number):
+            return given
         if not isinstance(structure, Address) or structure.name.upper() in self._inouts:
             return Unknown()
         if any(map(_is_computed, structure.steps)):
             return Unknown()
-        return given if self._first.setdefault((str(structure).upper(), place), given) == given else Unknown()
+        return given if self._first.setdefault((str(structure).upper(), name), given) == given else Unknown()
 
 
 def _is_computed(step: object) -> bool:

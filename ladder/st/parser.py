@@ -1,6 +1,7 @@
 """Structured text to statements of the tree; statements to text is `str()` of them.
 
-Comments are cut out first. A comment that begins after a statement on the same line belongs to that
+Comments are cut out first. So are the marks of regions that do not nest with the statements, as Studio 5000
+allows: they become comments. A comment that begins after a statement on the same line belongs to that
 statement, any other to the next statement. After the last statement of a block it gets an empty statement.
 lark parses what is left. Expressions become operands while it parses, so that their depth costs no calls.
 """
@@ -56,15 +57,27 @@ from ..tree import (
     Statement,
     SubscriptStep,
     levels_of,
+    number,
 )
 from .grammar import GRAMMAR, OPERANDS, OPERATORS, PARTS, STATEMENTS, TERMS
 
 _SKIPPED = re.compile(
-    r"'(?:[^'$\n]|\$[^\n])*'|#(?:end)?region\b[^\n]*"
+    r"'(?:[^'$\n]|\$[^\n])*'|(?P<region>#(?:end)?region\b[^\n]*)"
     r"|(?P<line>//[^\n]*)|(?P<block>\(\*.*?\*\)|/\*.*?\*/)|(?P<open>\(\*|/\*)",
     re.DOTALL | re.IGNORECASE,
 )
 """Comments, and what may contain their signs without being one."""
+
+_INSIDE: Mapping[str, Callable[[str], str]] = {
+    "line": lambda comment: comment[2:],
+    "block": lambda comment: comment[2:-2],
+    "region": str,
+}
+"""What a comment says."""
+
+_TRUTH = {"TRUE": 1, "FALSE": 0}
+
+_REGION = re.compile(r"#(?:end)?region\b", re.IGNORECASE)
 
 
 def parse_statements(
@@ -92,7 +105,13 @@ def parse_statements(
     Raises:
         RungTextError: it is not structured text; where, and what was expected.
     """
-    return _Reader(text, file, lines or range(line, line + text.count("\n") + 1), specs).block()
+    numbers = lines or range(line, line + text.count("\n") + 1)
+    try:
+        return _Reader(text, file, numbers, specs, regions=True).block()
+    except RungTextError:
+        if not _REGION.search(text):
+            raise
+    return _Reader(text, file, numbers, specs, regions=False).block()
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,9 +176,10 @@ class _Expressions(Transformer[Token, Any]):
         """A word of a motion instruction: `%ofTime`."""
         return Address(str(children[0]))
 
-    def address(self, children: list[Any]) -> Address:
-        """A tag with steps."""
-        return Address(str(children[0]), tuple(children[1:]))
+    def address(self, children: list[Any]) -> Operand:
+        """A tag with steps, or a truth value."""
+        truth = _TRUTH.get(children[0].upper()) if len(children) == 1 else None
+        return Address(str(children[0]), tuple(children[1:])) if truth is None else number(truth)
 
     def member(self, children: list[Any]) -> MemberStep:
         """`.name`."""
@@ -216,8 +236,10 @@ def _parser() -> Lark:
 class _Reader:
     """Reads one text. Trees of lark have children of any kind: tokens, operands, and trees of statements."""
 
-    def __init__(self, text: str, file: str, lines: Sequence[int], specs: Mapping[str, Spec]) -> None:
-        self._file, self._lines, self._specs = file, lines, specs
+    def __init__(
+        self, text: str, file: str, lines: Sequence[int], specs: Mapping[str, Spec], *, regions: bool
+    ) -> None:
+        self._file, self._lines, self._specs, self._regions = file, lines, specs, regions
         self._comments: list[_Comment] = []
         self._whole = text
         self._text = _SKIPPED.sub(self._blank, text)
@@ -225,12 +247,12 @@ class _Reader:
 
     def _blank(self, found: re.Match[str]) -> str:
         """Note a comment and return white space as long as it; other matches stay."""
-        if found.lastgroup is None:
+        if found.lastgroup is None or (found.lastgroup == "region" and self._regions):
             return found.group()
         if found.lastgroup == "open":
             mark = "*)" if found.group() == "(*" else "*/"
             self._fail(found.start(), f"{mark} at the end of the comment", "the end of the text")
-        inside = found.group()[2:] if found.lastgroup == "line" else found.group()[2:-2]
+        inside = _INSIDE[found.lastgroup](found.group())
         text = "\n".join(line.strip() for line in inside.strip().splitlines())
         self._comments.append(_Comment(found.start(), text))
         return re.sub(r"[^\n]", " ", found.group())
@@ -319,13 +341,13 @@ class _Reader:
         arms: list[Arm] = []
         otherwise = None
         children = tree.children
-        for number, each in enumerate(children):
+        for place, each in enumerate(children):
             if _is(each, "IF", "ELSIF"):
-                condition = self._checked(_value(children[number + 1]), each)
-                body = self._block(children[number + 3], children[number + 4].start_pos)
+                condition = self._checked(_value(children[place + 1]), each)
+                body = self._block(children[place + 3], children[place + 4].start_pos)
                 arms.append(Arm(condition, body, *self._place(each.start_pos)))
             elif _is(each, "ELSE"):
-                otherwise = self._block(children[number + 1], children[number + 2].start_pos)
+                otherwise = self._block(children[place + 1], children[place + 2].start_pos)
         return If(tuple(arms), otherwise)
 
     def _case(self, tree: Any) -> Statement:

@@ -362,3 +362,31 @@ def test_a_non_retentive_assignment_clears_its_target_in_prescan():
     for engine in (program.compile(), program.interpret()):
         engine.step()
         assert (engine.tags.N, engine.tags.M, engine.tags.B, engine.tags.T) == (0, 5, False, "")
+
+
+def test_regions_that_do_not_nest_with_the_statements_are_comments():
+    text = """if Run then
+    #region Fill
+        Valve := 1;
+    end_if;
+    #endregion
+    // the end
+    X := 2;"""
+    expected = """IF Run THEN
+    // #region Fill
+    Valve := 1;
+END_IF;
+// #endregion
+// the end
+X := 2;"""
+    block = parse_statements(text)
+    assert "\n".join(map(str, block)) == expected
+
+
+def test_a_mistake_in_a_text_with_regions_has_its_place():
+    with pytest.raises(RungTextError, match="line 2: column 6"):
+        parse_statements("#region Fill\nX := := 1;\n#endregion")
+
+
+def test_truth_values_are_numbers():
+    assert block_text(parse_statements("Run := TRUE; Run := false;")) == "Run := 1;\nRun := 0;"

@@ -171,16 +171,24 @@ def test_edits_in_progress_are_refused_with_their_letter(imported):
     assert [each.reason for each in report.refused] == ["it is of type I, an edit in progress"]
 
 
-def test_encoded_add_on_refuses_the_rungs_that_call_it(imported):
+def test_an_encoded_add_on_is_refused_and_calls_pass_its_parameters(imported):
     parts = parameter("X", "DINT", "Input")
     encoded = (
         '<EncodedData EncodedType="AddOnInstructionDefinition" Name="Secret" Revision="1.0">'
         f"<Parameters>{parts}</Parameters>c2VjcmV0</EncodedData>"
     )
-    report = imported(machine("Secret(s,1);", "NOP();", tags=[tag("s", "Secret")], add_ons=[encoded])).report
+    found = imported(machine("Secret(s,7);", "NOP();", tags=[tag("s", "Secret")], add_ons=[encoded]))
+    assert (found.report.refused, found.report.ran) == ([], 2)
+    assert [each.program for each in found.report.objects] == ["Secret"]
+    assert "encoded" in found.report.objects[0].reason
+    assert after(found)["s.X"] == 7
+
+
+def test_an_encoded_add_on_without_parameters_refuses_the_rungs_that_call_it(imported):
+    encoded = '<EncodedData EncodedType="AddOnInstructionDefinition" Name="Secret">c2VjcmV0</EncodedData>'
+    report = imported(machine("Secret(s,1);", "NOP();", tags=[tag("s", "DINT")], add_ons=[encoded])).report
     assert [each.rung for each in report.refused] == [0]
     assert [each.program for each in report.objects] == ["Secret"]
-    assert "encoded" in report.objects[0].reason
 
 
 def test_partial_export_declares_what_it_leaves_out(imported):

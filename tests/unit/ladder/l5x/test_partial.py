@@ -1,6 +1,6 @@
 """Partial exports: what their context leaves out is declared from its use."""
 
-from l5x_files import after, document, ladder, program, structured
+from l5x_files import after, document, ladder, program, structured, tag
 
 
 def test_a_controller_that_is_context_is_a_partial_export(imported):
@@ -26,3 +26,39 @@ def test_a_later_use_says_what_an_earlier_one_is(imported):
     found = imported(document(target="Routine", programs=[program("Main", ladder("Main", *rungs), main="")]))
     assert ([str(each) for each in found.report.refused], found.report.ran) == ([], 3)
     assert (found.report.declared["Spare"], found.report.declared["Same"]) == ("STRING", "BOOL")
+
+
+def test_what_is_only_referred_to_is_declared_from_its_use(imported):
+    rungs = (
+        "EVENT(Fast);",
+        r"XIC(\Station.Inputs.Clear)OTE(Shared.Done);",
+        "XIC(Part.Good)MOV(2,Part.Counts[3]);",
+        "Mixer(Mix,Total,1)XIC(Mix.Full)OTE(Over);",
+        "JSR(Elsewhere,0);",
+    )
+    other = (
+        '<Program Use="Context" Name="Station"><Tags Use="Context">'
+        '<Tag Use="Reference" Name="Inputs"></Tag></Tags></Program>'
+    )
+    elsewhere = '<Routine Use="Reference" Name="Elsewhere"></Routine>'
+    text = document(
+        target="Program",
+        types=['<DataType Use="Reference" Name="Piece"></DataType>'],
+        add_ons=['<AddOnInstructionDefinition Use="Reference" Name="Mixer"></AddOnInstructionDefinition>'],
+        tags=['<Tag Use="Reference" Name="Shared"></Tag>', tag("Part", "Piece"), tag("Mix", "Mixer")],
+        programs=[program("Main", ladder("Main", *rungs), elsewhere), other],
+        tasks=['<Task Use="Reference" Name="Fast"></Task>'],
+    )
+    found = imported(text)
+    assert (found.report.refused, found.report.ran) == ([], 5)
+    assert found.report.declared == {
+        "add-on Mixer": "instruction that does nothing",
+        "type Piece": "Good, Counts",
+        "type Mixer": "Full",
+        r"\Station.Inputs": "Inputs_type",
+        "Shared": "Shared_type",
+        "Total": "DINT",
+        "Over": "BOOL",
+        r"\Main.Elsewhere": "routine that does nothing",
+        "task Fast": "event task that runs nothing",
+    }

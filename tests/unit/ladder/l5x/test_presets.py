@@ -38,6 +38,14 @@ def test_the_first_of_two_presets_counts(imported):
     assert after(found)["Delay.PRE"] == 5000
 
 
+def test_a_control_of_two_instructions_has_one_length(imported):
+    rungs = ("FFL(1,Queue[0],Control,6,0);", "BSL(Bits[0],Control,Bits[0].0,32);")
+    tags = [tag("Queue", "DINT", "8"), tag("Bits", "DINT", "2"), tag("Control", "CONTROL")]
+    found = imported(machine(*rungs, tags=tags))
+    assert (found.report.refused, found.report.ran) == ([], 2)
+    assert after(found)["Control.LEN"] == 6
+
+
 def test_presets_in_an_add_on_instruction(imported):
     block = add_on(
         "Waits",
