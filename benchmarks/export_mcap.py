@@ -5,7 +5,7 @@
 A million scans of one 3601 that moves to and fro, with a configuration now and then:
 
     floor      going through the columns of the trace and doing nothing with them
-    export     scanrack export --mcap: position, speed and 51 bits of every scan, behind what was recorded
+    export     scanrack export --mcap: position, speed and 51 bits of every scan, after what was recorded
 
 Times are processor time of one run. The copy is read by our reader, whose columns must be those of the
 recording, and by the stock MCAP reader: in scans all over the trace position and speed must be those that

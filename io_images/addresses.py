@@ -94,7 +94,7 @@ def parse_address(text: str, slots: Mapping[int, ModuleWords]) -> Address:
         return _of_profile(text, match, slots)
     if match := _NAMED_FORM.fullmatch(stripped):
         return _named(text, match, slots)
-    raise ValueError(f"{text!r} is no address: write it like {FORMS}")
+    raise ValueError(f"{text!r} is not an address: write it like {FORMS}")
 
 
 def _data_bits(slot: int, slots: Mapping[int, ModuleWords]) -> int:
@@ -130,7 +130,7 @@ def _of_profile(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords
     _check_slot(text, slot, slots)
     if name == "FAULT":
         raise ValueError(
-            f"{text!r}: the fault of a connection is no word of an image; a ladder program reads it"
+            f"{text!r}: the fault of a connection is not a word of an image; a ladder program reads it"
         )
     image, words = match["image"].upper(), slots[slot]
     channels = {each: at for each, at in words.profile_words.items() if at[0] == image}

@@ -89,7 +89,7 @@ def join_thousands(msw: int, lsw: int) -> int:
     """
     if not is_legal_pair(msw, lsw):
         raise ValueError(
-            f"words ({msw}, {lsw}) are no value: the LSW must lie in -999 to 999 and have the MSW's sign"
+            f"words ({msw}, {lsw}) are not a value: the LSW must lie in -999 to 999 and have the MSW's sign"
         )
     return 1000 * msw + lsw
 

@@ -57,4 +57,4 @@ class AxisSettings:
             raise LadderError(f"configuration has {len(self.configuration)} words; {WORDS} are needed")
         for word in self.configuration:
             if not -32_768 <= word <= 0xFFFF:
-                raise LadderError(f"configuration has {word}, which is no word: -32,768 to 65,535")
+                raise LadderError(f"configuration has {word}, which is not a word: -32,768 to 65,535")

@@ -110,7 +110,8 @@ def _unbound_axes(lowered: Lowered) -> Iterator[Problem]:
         first = step.operands[0]
         if isinstance(first, Group) and not first.frame and first.path.upper() not in lowered.axes:
             text = (
-                f"{first.text} is no axis of the rack: {step.name} ends with ER, and ERR 11, not configured"
+                f"{first.text} is not an axis of the rack: "
+                f"{step.name} ends with ER, and ERR 11, not configured"
             )
             remedy = "bind it to a 3601 in [axes], or stub the instruction"
             yield Problem(_where(routine, line), line.text, text, remedy)

@@ -52,7 +52,7 @@ _NUMBER = re.compile(
 )
 _INFINITE = ("1.$", "1.#INF")
 _NOT_A_NUMBER = ("1.#QNAN", "1.#SNAN", "1.#NAN", "1.#IND")
-"""How exports print values that are no numbers."""
+"""How exports print values that are not numbers."""
 
 _TIME_PART = re.compile(r"([0-9_]+(?:\.[0-9_]*)?)(d|h|ms|m|s)", re.IGNORECASE)
 _PART_MS = {"d": 86_400_000, "h": 3_600_000, "m": 60_000, "s": 1_000, "ms": 1}

@@ -82,7 +82,7 @@ class OperandResolver(Protocol):
         """Return any operand.
 
         Raises:
-            LadderError: it is no tag and no value.
+            LadderError: it is neither a tag nor a value.
         """
 
     def hidden(self, name: str) -> Place:

@@ -257,7 +257,7 @@ class Lowering:
         return (lowered,)
 
     def _frame_of(self, definition: AddOn) -> Frame:
-        """Return the frame of an add-on instruction; its routines are lowered behind the present one."""
+        """Return the frame of an add-on instruction; its routines are lowered after the present one."""
         name = definition.name.upper()
         if name not in self.lowered.frames:
             layout = FrameLayout(name, definition.structure, definition.inouts, self.lowered.layout)
@@ -333,7 +333,7 @@ class Lowering:
         if word not in KEYWORDS:
             close = difflib.get_close_matches(word, KEYWORDS, n=1)
             hint = f"did you mean {close[0]}" if close else "name a tag, a number or a word of its list"
-            raise OperandError(f"{operand} is no tag and no word of the motion instructions", hint)
+            raise OperandError(f"{operand} is neither a tag nor a word of the motion instructions", hint)
         return word
 
     def note_written(self, operand: Operand, resolved: Place | Group) -> None:

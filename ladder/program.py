@@ -162,7 +162,7 @@ def load_stubs(texts: Mapping[str, str], folder: Path | str, *, missing_tags: bo
 
     Raises:
         ProgramError: a function can't be loaded.
-        LadderError: it is no stub.
+        LadderError: it is not a stub.
     """
     read: dict[str, Stub] = {}
     for name, text in texts.items():

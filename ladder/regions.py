@@ -149,7 +149,7 @@ def fill(target: End, length: int, value: Value) -> None:
 
     Args:
         target: the first element.
-        length: elements; those behind the end of the array are left out.
+        length: elements; those after the end of the array are left out.
         value: a number.
     """
     store, region, first = target

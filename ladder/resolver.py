@@ -344,7 +344,7 @@ def _bound(alias: Alias, module: Place | Group) -> Group:
     """Return a module's image with the names of a declared structure.
 
     Raises:
-        AddressError: the structure has other bytes than the image, or it is no whole image.
+        AddressError: the structure has other bytes than the image, or it is not a whole image.
     """
     if not isinstance(module, Group) or module.type not in MODULE_TYPES.values():
         raise AddressError(f"{alias.target} is not a module's image", "bind Local:slot:I or Local:slot:O")

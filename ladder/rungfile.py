@@ -109,7 +109,7 @@ def write_program(program: Program | Controller, path: Path | str) -> None:
     """Write a program to a file; one whose name ends in `.st` takes structured text only.
 
     Raises:
-        LadderError: it has routines in Python, which are no text, or such a file can't hold it.
+        LadderError: it has routines in Python, which are not text, or such a file can't hold it.
     """
     flat = Path(path).suffix == STRUCTURED_SUFFIX
     Path(path).write_text(structured_text(program) if flat else program_text(program), encoding="utf-8")
@@ -137,12 +137,12 @@ def program_text(program: Program | Controller) -> str:
     """Return a program or a controller as text that reads as the same.
 
     Raises:
-        LadderError: it has routines in Python, which are no text.
+        LadderError: it has routines in Python, which are not text.
     """
     if program.functions:
         names = ", ".join(program.functions)
         raise LadderError(
-            f"{program.kind} {program.name} has routines in Python ({names}): they are no rung text"
+            f"{program.kind} {program.name} has routines in Python ({names}): they are not rung text"
         )
     if isinstance(program, Controller):
         lines = _controller_lines(program)
@@ -281,5 +281,5 @@ def _declarations(logic: LadderLogic) -> Iterator[str]:
 def _stubs(logic: LadderLogic) -> Iterator[str]:
     for name, stub in logic.stubs.items():
         if isinstance(stub, InPython):
-            raise LadderError(f"the stub of {name} is Python: it is no rung text, and stands in a rack file")
+            raise LadderError(f"the stub of {name} is Python: it is not rung text, and stands in a rack file")
         yield f"STUB {name} : {stub}"

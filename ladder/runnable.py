@@ -68,7 +68,7 @@ class LadderLogic(ABC):
     def __init__(self, name: str, *, allow: Iterable[str] = (), dialect: str = LOGIX) -> None:
         self.name = name
         if dialect not in DIALECTS:
-            raise LadderError(f"{dialect!r} is no dialect; there are {', '.join(DIALECTS)}")
+            raise LadderError(f"{dialect!r} is not a dialect; there are {', '.join(DIALECTS)}")
         self.dialect = dialect
         self.builtin = DIALECTS[dialect]
         self.opening: list[Callable[[Engine, bool], None]] = []

@@ -155,7 +155,7 @@ class Spec:
     | INPUT | a true rung | no | whether the rung stays true | the same as Python text |
     | OUTPUT | a true rung | no | nothing | nothing |
     | BOTH | any rung | yes | nothing | nothing |
-    | any, `decides` | any rung | yes | whether the rung is true behind it | the same as Python text |
+    | any, `decides` | any rung | yes | whether the rung is true after it | the same as Python text |
 
     Attributes:
         name: the name it prints under.
@@ -170,10 +170,10 @@ class Spec:
         inline: whether `write` of these operands returns an expression without writing lines (INPUT).
         optional: how many of the last operands may be missing.
         other: its second name, the one that Studio 5000 prints from revision 36 on; None if it has none.
-        decides: whether it sees a false rung, too, and decides the power behind it.
+        decides: whether it also runs on a false rung, and decides the power after it.
         alone: whether a rung may consist of it alone although it is an input.
         in_rungs: whether rungs have it, not only structured text.
-        leaves: whether it may go on elsewhere than behind it, so that the power behind it does not count.
+        leaves: whether the program may continue elsewhere, so that the power after it does not count.
     """
 
     name: str

@@ -166,7 +166,7 @@ def _step(line: int, text: str) -> Step:
     if match["end"] == "for":
         time = _TIME.fullmatch(match["when"])
         if time is None:
-            raise ValueError(f"for {match['when']!r} is no time: allowed is a number of ms, such as 20 ms")
+            raise ValueError(f"for {match['when']!r} is not a time: allowed is a number of ms, such as 20 ms")
         return Step(line, write, for_ns=int(Decimal(time[1]) * _NS_PER_MS))
     if match["end"] == "until":
         rise, fall = _bits(match["when"].split())
@@ -186,7 +186,7 @@ def _check_name(name: str, known: Iterable[str], what: str) -> None:
     if name not in known:
         near = difflib.get_close_matches(name.upper(), sorted(known), n=1)
         hint = f"; did you mean {near[0]}?" if near else ""
-        raise ValueError(f"{name} is no {what}{hint}")
+        raise ValueError(f"{name} is not a {what}{hint}")
 
 
 def _writer(words: Sequence[str]) -> Callable[[Image], None]:
@@ -214,7 +214,7 @@ def _command(words: Sequence[str]) -> Callable[[Image], None]:
 
 def _put(image: Image, name: str, text: str) -> None:
     if not re.fullmatch(r"[+-]?\d+", text):
-        raise ValueError(f"{name} {text!r} is no whole number")
+        raise ValueError(f"{name} {text!r} is not a whole number")
     place, value = _PARAMETERS[name], int(text)
     if place >= 6:
         image[place] = _word(text)
@@ -235,7 +235,9 @@ def _word(text: str) -> int:
     elif re.fullmatch(r"[+-]?\d+", text):
         value = int(text)
     else:
-        raise ValueError(f"{text!r} is no word: allowed are decimal numbers, and hexadecimal ones with an h")
+        raise ValueError(
+            f"{text!r} is not a word: allowed are decimal numbers, and hexadecimal ones with an h"
+        )
     if not WORD_MIN <= value <= UNSIGNED_MAX:
         raise ValueError(f"{text} does not fit a word: {WORD_MIN} to {UNSIGNED_MAX}")
     return _signed(value)

@@ -4,7 +4,7 @@
 |---|---|
 | `done after 20 ms` | EN with the rung, DN that much later; a message ends so |
 | `error 16#00CB after 20 ms` | EN with the rung, ER and the code that much later |
-| `false`, `true` | the rung is that behind the instruction |
+| `false`, `true` | the power after the instruction |
 | `plant.py:xrp` | a Python function does it; in the `[stubs]` of a rack file only |
 
 STUB MSG : done after 20 ms                     // every message
@@ -57,7 +57,7 @@ class Power:
     """An instruction that does nothing.
 
     Attributes:
-        behind: whether a true rung stays true behind it.
+        behind: whether a true rung stays true after it.
     """
 
     behind: bool
@@ -72,7 +72,7 @@ class InPython:
 
     It is called in every scan as `f(tags, rung, *operands)`: the tags of the program, whether the rung is
     true, and the operands as numbers, characters or `Argument`. What it returns, if not None, is the rung
-    behind the instruction.
+    after the instruction.
 
     Attributes:
         address: `path:function`.
@@ -106,7 +106,7 @@ NO_STUBS = Stubs()
 
 
 def parse_stub(text: str) -> Ending | Power:
-    """Read a stub that is no Python function.
+    """Read a stub that is not a Python function.
 
     >>> str(parse_stub("done after 20 ms")), parse_stub("error 203 after 0.5 ms"), parse_stub("false")
     ('done after 20 ms', Ending(after_ns=500000, error=203), Power(behind=False))

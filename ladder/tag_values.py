@@ -50,7 +50,7 @@ class TagValue:
 
 
 class ImageNamedError(LadderError):
-    """A pattern means a part of a module's image, which is no tag."""
+    """A pattern means a part of a module's image, which is not a tag."""
 
 
 def tag_values(layout: Layout, patterns: Sequence[str]) -> list[TagValue]:
@@ -194,7 +194,7 @@ def _at_address(layout: Layout, known: Sequence[TagValue], address: Address) -> 
         return [_placed(layout, str(address), where)]
     if isinstance(where, Group) and all(isinstance(index, Constant) for index in where.indices):
         return list(_values(layout, where.path, str(address), where.type, _flat(layout, where), where.dims))
-    raise LadderError(f"{address} is no tag of its own")
+    raise LadderError(f"{address} is not a tag of its own")
 
 
 def _flat(layout: Layout, group: Group) -> int:

@@ -133,7 +133,7 @@ OVERRIDE = "~mcr"
 """Leaf of the override that MCR toggles."""
 
 HELD = "~held"
-"""Leaves that keep a subscript for the time of a call, with a number behind."""
+"""Leaves that keep a subscript for the time of a call, followed by a number."""
 
 
 OWN = "~"

@@ -36,7 +36,7 @@ from .tree import (
 )
 
 _WORDS = re.compile(r"(?:[A-Za-z_]\w*|%)(?:[ -]+[\w%]+)+(?=\s*[,)])|%\w+(?=\s*[,)])")
-"""A word of a list that is no name, such as `Units per sec` and `% of Maximum`."""
+"""A word of a list that is not a name, such as `Units per sec` and `% of Maximum`."""
 
 _PLAIN = re.compile(r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*\s*(?=[,)])")
 _MODE = re.compile(r"REVERSE|WORD|HIGH/?LOW|[012]", re.IGNORECASE)

@@ -199,7 +199,7 @@ def _operation_text(node: Operation, own: int) -> str:
 
 
 def _ends_in_file(node: Operand) -> bool:
-    """Whether the text of a node ends in an address of a data file, behind which / means a bit."""
+    """Whether the text of a node ends in an address of a data file, after which / means a bit."""
     if isinstance(node, Operation):
         return LEVEL.get(node.name, ATOM) != ATOM and _ends_in_file(node.operands[-1])
     return isinstance(node, Address) and (

@@ -132,7 +132,7 @@ def message_layout(
 
     Args:
         image_bytes: size of the rack's memory block.
-        tags: the row of tags behind it.
+        tags: the row of tags after it.
         rest: what follows the tags.
     """
     more: list[Any] = [] if tags is None else [(FIELD, tags)]

@@ -56,7 +56,7 @@ class Placed(NamedTuple):
 
 
 class Decoded:
-    """The decoded values of a trace's 3601s, and how they lie behind the other fields of a scan.
+    """The decoded values of a trace's 3601s, and how they lie after the other fields of a scan.
 
     Args:
         slots: the slots of the trace.

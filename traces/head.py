@@ -40,7 +40,7 @@ class TraceHead:
         slots: what sat in the rack, in the order of the memory block.
         channels: topic -> channel.
         tags: the tags that are recorded, None without any.
-        rest_bytes: bytes of a scan behind the tags, which are ignored.
+        rest_bytes: bytes of a scan after the tags, which are ignored.
     """
 
     profile: str
@@ -145,7 +145,7 @@ def _tags(metadata: Mapping[str, str], schema: Schema | None) -> TagPlan | None:
 def _rest_bytes(
     channel: Channel, schema: Schema | None, slots: Sequence[SlotInfo], tags: TagPlan | None
 ) -> int:
-    """Return how many bytes a scan has behind the tags; TraceError if what stands before is not known."""
+    """Return how many bytes a scan has after the tags; TraceError if what is before them is not known."""
     known = scan_schema(slots, tags)
     found = (channel.message_encoding, schema.encoding, schema.name) if schema is not None else ()
     wanted = (MESSAGE_ENCODING, SCHEMA_ENCODING, known.name)
@@ -156,7 +156,7 @@ def _rest_bytes(
         try:
             rest = rest_bytes(text, known)
         except ValueError as error:
-            raise TraceError(f"its scans have fields behind the tags: {error}") from error
+            raise TraceError(f"its scans have fields after the tags: {error}") from error
         if rest is not None:
             return rest
     raise TraceError(

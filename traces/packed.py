@@ -57,7 +57,7 @@ class PackedScans:
         self._waiting = rows.each(lambda column: column[start:].copy())
 
     def chunk(self, number: int) -> Columns:
-        """Return the scans of a chunk; none behind the last one."""
+        """Return the scans of a chunk; none after the last one."""
         if number < len(self._packed):
             return self._unpack(self._packed[number])
         return self._waiting if number == len(self._packed) else no_columns(self._slots)

@@ -97,7 +97,7 @@ class Records:
         shape: how scans lie in them; here there are none.
 
     Raises:
-        TraceError: it is no MCAP file.
+        TraceError: it is not an MCAP file.
         TraceLimitError: it has more records than the limits allow.
     """
 
@@ -264,7 +264,7 @@ class Trace(Records):
         return None
 
     def first_scan(self, place: int) -> int:
-        """Return the first scan in a section or behind it, 2**32 if there is none any more."""
+        """Return the first scan in a section or after it, 2**32 if there is none any more."""
         if place not in self._firsts:
             found = (rows for section in self.sections[place:] for rows in self.scan_rows(section)[:1])
             rows = next(found, None)
@@ -334,7 +334,7 @@ def open_records(path: Path | str) -> Records:
     """Open any MCAP file for reading, such as the trace of a serial line.
 
     Raises:
-        TraceError: it can't be read, or is no MCAP file. The message names the path.
+        TraceError: it can't be read, or is not an MCAP file. The message names the path.
         TraceLimitError: it has more records than the limits allow.
     """
     return _opened(Path(path), Records)
@@ -344,7 +344,7 @@ def open_trace(path: Path | str) -> Trace:
     """Open a trace of scans for reading.
 
     Raises:
-        TraceError: it can't be read, is no MCAP file, holds no scans of ours, or scans laid out in
+        TraceError: it can't be read, is not an MCAP file, holds no scans of ours, or scans laid out in
             a way this version does not know. The message names the path.
         TraceLimitError: it has more records than the limits allow; reading may raise it, too.
     """

@@ -231,7 +231,7 @@ class Rewriter:
         self._result.notes += self._trace.notes
 
     def _data(self) -> Iterator[Span]:
-        """Yield the records before the end of the data: the first mark of it behind which no messages are."""
+        """Yield the records before the end of the data: its first mark that no message follows."""
         last = max(self._sections, default=0)
         for span in self._trace.spans:
             if span.opcode == Opcode.DATA_END and span.offset > last:

@@ -1,6 +1,6 @@
 """The schema of a scan: named fields over the raw words, for any MCAP viewer.
 
-`ros2msg` text with the nested definitions behind separators, one message type
+`ros2msg` text with the nested definitions after separators, one message type
 per module and direction:
 
     uint32 scan
@@ -21,7 +21,7 @@ no gap in it, so the rack's memory block is copied as it is:
     byte  0            4     8      12
           00 01 00 00  scan  flags  slot outputs, slot inputs, ...
 
-Tags, where a user names any, follow the slots; see `tagplan`. A reader ignores fields behind the tags,
+Tags, where a user names any, follow the slots; see `tagplan`. A reader ignores fields after the tags,
 such as the decoded values of a copy; see `decoded`.
 
 Viewers merge schemas of one name, so the name carries a hash of the text. It
@@ -45,7 +45,7 @@ FORMAT = 1
 """Version of what a trace holds and how; a reader refuses a later one."""
 
 FORMAT_WITH_TAGS = 2
-"""The version of a trace with fields behind the slots; one without them keeps `FORMAT`, and its bytes."""
+"""The version of a trace with fields after the slots; one without them keeps `FORMAT`, and its bytes."""
 
 LIBRARY = "scanrack "
 """The name of our software in the header of a file begins so; the version follows."""
@@ -65,7 +65,7 @@ SCAN_HEAD = Struct("<III")
 """CDR prefix, scan number modulo 2**32, flags; the memory block follows."""
 
 LEAVES_MAX, REST_BYTES_MAX = 100_000, 1 << 20
-"""Most values of a scan that has fields behind the tags, and most bytes of these fields."""
+"""Most values of a scan that has fields after the tags, and most bytes of these fields."""
 
 _HASH_DIGITS = 12
 
@@ -89,7 +89,7 @@ class ScanSchema:
 
 
 More = tuple[str, Sequence[tuple[str, Sequence[str]]]]
-"""A field behind the tags: its name, and its messages, the first of which is its type."""
+"""A field after the tags: its name, and its messages, the first of which is its type."""
 
 
 def scan_schema(
@@ -129,7 +129,7 @@ def layout_of(text: str) -> str:
 
 
 def rest_bytes(text: str, known: ScanSchema) -> int | None:
-    """Return how many bytes a scan has behind the fields that are known.
+    """Return how many bytes a scan has after the fields that are known.
 
     Args:
         text: a schema of /scan.
@@ -139,7 +139,7 @@ def rest_bytes(text: str, known: ScanSchema) -> int | None:
         None if the schema does not begin with the known fields, or lacks a message of theirs.
 
     Raises:
-        ValueError: a field behind them has no fixed size.
+        ValueError: a field after them has no fixed size.
     """
     if text == known.text:
         return 0

@@ -2,7 +2,7 @@
 
 A section is a chunk, or, in files that others wrote without chunks, a stretch of
 messages that stand in the file as they are. What a section holds is known
-before it is read, from the head of the chunk and the message indexes behind it:
+before it is read, from the head of the chunk and the message indexes after it:
 
     | chunk: times, sizes, ... | index: channel 1, n entries | index: channel 3, n entries |
 """
@@ -150,8 +150,8 @@ class ScanShape:
     Args:
         channel: id of the scans' channel; None for a trace without scans.
         memory_bytes: size of the rack's memory block.
-        tags: the row of tags behind it, None without any.
-        rest_bytes: bytes behind the tags.
+        tags: the row of tags after it, None without any.
+        rest_bytes: bytes after the tags.
     """
 
     def __init__(

@@ -278,7 +278,7 @@ def read_plan(schema: str) -> TagPlan | None:
 def _read_field(line: str, bodies: Mapping[str, Sequence[str]]) -> TagField:
     match = _FIELD.fullmatch(line)
     if match is None:
-        raise ValueError(f"{line!r} is no tag")
+        raise ValueError(f"{line!r} is not a tag")
     kind, length, name = match["type"], int(match["length"] or 0), match["name"]
     if match["text"] and kind == FORMATS["TEXT"].ros:
         return TagField(Tag(name, "TEXT", length), match["field"])

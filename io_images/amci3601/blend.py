@@ -167,4 +167,4 @@ def _pack(types: tuple[Acceleration, ...]) -> int:
 
 def _demand_exact(written: Image, image: Image, what: str) -> None:
     if written != image:
-        raise ValueError(f"words {list(image)} are no {what}: {list(written)} would be the nearest one")
+        raise ValueError(f"words {list(image)} are not a {what}: {list(written)} would be the nearest one")

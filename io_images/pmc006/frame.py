@@ -99,7 +99,7 @@ class Framer:
     """Finds the frames in a stream of bytes.
 
     Bytes before a head are passed over. Eight bytes with a head and a wrong sum lose their first one, and
-    the rest is looked at again, so that a good frame behind noise is found.
+    the rest is searched again, so that a good frame after noise is found.
 
     Attributes:
         passed_over: bytes so far that belonged to no frame.

@@ -193,7 +193,7 @@ def _instruction(words: list[str]) -> UserInstruction:
     if op is None:
         near = difflib.get_close_matches(name, USER_OPS, n=1)
         hint = f"; did you mean {near[0]}?" if near else f": allowed are {', '.join(USER_OPS)}"
-        raise ValueError(f"{words[0]} is no user instruction{hint}")
+        raise ValueError(f"{words[0]} is not a user instruction{hint}")
     least = 1 if op.data is None else 3
     if not least <= len(words) <= 3:
         raise ValueError(f"{' '.join(words)}: {name} takes an option and data, as in {_example(op)}")

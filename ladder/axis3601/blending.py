@@ -2,7 +2,7 @@
 
 words out, word 1        BLEND_ACK    next
 program and transmit     on           transmit goes off
-program                  off          the next block, or zeros behind the last
+program                  off          the next block, or zeros after the last
 zeros, for a round trip               over
 """
 
@@ -53,7 +53,7 @@ class BlendProgramming(Command):
         self._left = [array("h", each.to_image().words) for each in segments]
 
     def _next(self, drive: Drive, now_ns: int) -> None:
-        """Send the next block, or zeros behind the last."""
+        """Send the next block, or zeros after the last."""
         if not self._left:
             drive.out = array("h", bytes(2 * WORDS))
         elif self._parameters_crossed(drive, now_ns):

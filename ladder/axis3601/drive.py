@@ -342,7 +342,7 @@ class Drive:
         self.step = Step.PARAMETERS
 
     def _send_command(self, command: Command, now_ns: int) -> None:
-        """Send the command bits behind the parameters; those of word 1 first, where both words have some."""
+        """Send the command bits after the parameters; those of word 1 first, where both words have some."""
         if command.words[0] and self.out[1] != command.words[1]:
             self.out[1] = command.words[1]
             self._since_ns = None  # they have to cross, too

@@ -16,7 +16,7 @@
     __notes[7] = __1
     __notes[92] = __3
 
-    power behind   XIC(a)  XIO(b)  XIC(c)           XIC(d)           XIC(e)           OTE(f)
+    power after    XIC(a)  XIO(b)  XIC(c)           XIC(d)           XIC(e)           OTE(f)
     is             [7]>0   [7]>1   [7]>1 and [90]>0 [7]>1 and [90]>1 [7]>1 and [91]>0 [92]>0
 
 The last line is the rung's `Reading`: what was noted is read only when it is wanted. A rung that may leave
@@ -45,7 +45,7 @@ Above = tuple[str, int]
 
 
 class NotedRung:
-    """Writes one rung, and notes the power behind each of its instructions.
+    """Writes one rung, and notes the power after each of its instructions.
 
     Args:
         rungs: writes instructions.
@@ -72,7 +72,7 @@ class NotedRung:
             self._note()
 
     def _series(self, nodes: tuple[Node, ...], power: str) -> str:
-        """Write a series; return the power behind its last instruction, kept."""
+        """Write a series; return the power after its last instruction, kept."""
         while nodes:
             node, count = nodes[0], 1
             inputs = self._rungs.inline_run(nodes)
@@ -97,7 +97,7 @@ class NotedRung:
         return power
 
     def _passed(self, power: str, count: int = 1) -> None:
-        """Note that power is behind so many instructions where a variable is true."""
+        """Note that there is power after so many instructions where a variable is true."""
         self._behind += [(*self._guards, self._meaning.get(power, (power, 0)))] * count
 
     def _inputs(self, run: tuple[Step, ...], power: str) -> str:

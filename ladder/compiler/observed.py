@@ -2,10 +2,10 @@
 
 Each is a variant of the compiled text, made when it is wanted; the program as it is pays for neither.
 
-Noted: a rung keeps the power behind its instructions in variables and, at its end, puts them into a list; see
+Noted: a rung keeps the power after its instructions in variables and, at its end, puts them into a list; see
 `noted`, and `statements` for structured text.
 
-Held: behind every line that assigns to a forced variable stands one that forces it again. The value is
+Held: after every line that assigns to a forced variable there is one that forces it again. The value is
 computed as ever, since that may record a fault. Lists are held by the memory, see `debug.watching.HeldList`.
 """
 
@@ -47,12 +47,12 @@ UNOBSERVED = Observation()
 
 
 Reading = tuple[tuple[int, int, tuple[tuple[int, int], ...]], ...]
-"""For each instruction of a rung: there is power behind it if what stands at the place in the list is greater
+"""For each instruction of a rung: there is power after it if the value at the place in the list is greater
 than the number, and so on for further places and numbers."""
 
 
 class NoteList:
-    """The list with the power that is noted: a place for each line in their order, further ones behind.
+    """The list with the power that is noted: a place for each line in their order, then further ones.
 
     Attributes:
         size: how many places.
@@ -124,7 +124,7 @@ def truth_of(notes: Sequence[Any], line: int, reading: Reading) -> tuple[bool, .
 
 
 def true_at_end(notes: Sequence[Any], line: int, reading: Reading) -> bool:
-    """Return whether a line ran and there was power behind its last instruction."""
+    """Return whether a line ran and there was power after its last instruction."""
     first = notes[line]
     if isinstance(first, tuple):
         return bool(first) and bool(first[-1])
@@ -155,7 +155,7 @@ def kept_name(ident: str) -> str:
 
 
 class Holding(ast.NodeTransformer):
-    """Puts a line that forces a variable behind every line that assigns to it.
+    """Puts a line that forces a variable after every line that assigns to it.
 
     Args:
         held: see `Observation`.
@@ -166,7 +166,7 @@ class Holding(ast.NodeTransformer):
 
     @override
     def visit_Assign(self, node: ast.Assign) -> ast.AST | list[ast.stmt]:
-        """Return the line and the one behind it."""
+        """Return the line and the one after it."""
         forced = [
             self._again[target.id]
             for target in node.targets

@@ -52,7 +52,7 @@ class RungWriter:
             NotedRung(self, self.notes, line).write(power)
 
     def step(self, step: Step, power: str) -> str:
-        """Write an instruction; return the power behind it."""
+        """Write an instruction; return the power after it."""
         return self._step(step, power, needed=True)
 
     def outputs(self, steps: Iterable[Step], power: str) -> None:
@@ -70,7 +70,7 @@ class RungWriter:
         return tuple(step for step in steps if isinstance(step, Step))
 
     def series(self, nodes: tuple[Node, ...], power: str, *, needed: bool) -> str:
-        """Write a series; return the power behind it, which means nothing unless `needed`."""
+        """Write a series; return the power after it, which means nothing unless `needed`."""
         for number, node in enumerate(nodes):
             rest = nodes[number + 1 :]
             if isinstance(node, Parallel):

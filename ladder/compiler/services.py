@@ -30,7 +30,7 @@ class Services:
         self._interpreted = interpreted
 
     def interpret(self, site: int, power: bool = True, frame: Mapping[str, Store] = NOTHING) -> bool:
-        """Execute an instruction that has no Python text; return the power behind it.
+        """Execute an instruction that has no Python text; return the power after it.
 
         Args:
             site: its number.

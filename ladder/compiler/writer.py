@@ -119,7 +119,7 @@ class Writer:
         return self.handed(leaf.root)[3]
 
     def left(self, leaf: Leaf) -> str:
-        """Return the variable that says how many elements of an InOut are left, "" if it is no array."""
+        """Return the variable that says how many elements of an InOut are left, "" if it is not an array."""
         if leaf.outer != 1:
             return ""
         return self.handed(leaf.root)[2]

@@ -66,7 +66,7 @@ class Debugger:
         interpreted: whether every scan is interpreted, as programs with routines in Python always are.
         stops: the breakpoints that were met in the latest scan.
         latest: what went into the latest scan from outside; None before the first.
-        edits: edits of the running program, each with the number of the first scan behind it.
+        edits: edits of the running program, each with the number of the first scan after it.
         on_edit: called with every edit, once the edited program is in place.
         on_outside: called after a tag was set or forced between scans, or released.
 
@@ -364,7 +364,7 @@ class Debugger:
         """Return the truth of a routine's rungs in the latest scan.
 
         Returns:
-            For each rung the power behind each of its instructions, in the order in which they
+            For each rung the power after each of its instructions, in the order in which they
             execute; None for a rung that was not scanned. For each line of structured text, by its number,
             whether it ran and was true; None for one that did not run.
 

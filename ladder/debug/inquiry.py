@@ -1,4 +1,4 @@
-"""Questions about a program as it stands behind a scan: what has changed a tag, and why it is as it is."""
+"""Questions about a program after a scan: what has changed a tag, and why it has its value."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Past(Protocol):
     """Scans that can be run again."""
 
     def again(self, scan: int) -> WatchedEngine:
-        """Run up to a scan again, that one watched; return the engine as it stands behind it."""
+        """Run again up to a scan, watch that one, and return the engine after it."""
         ...
 
     def last_change(self, read: Callable[[WatchedEngine], Any]) -> int | None:

@@ -103,7 +103,7 @@ class Journal:
 
     @property
     def latest(self) -> Entry | None:
-        """The latest scan that was noted; None directly behind a snapshot."""
+        """The latest scan that was noted; None directly after a snapshot."""
         entries = self._chapters[-1].entries if self._chapters else []
         return entries[-1] if entries else None
 
@@ -139,7 +139,7 @@ class Journal:
         self._chapters[-1].entries.append(Entry(now_ns, first, images, writes, forces))
 
     def again(self, scan: int, *, noted: bool = False) -> WatchedEngine:
-        """Run up to a scan again, that one watched; return the engine as it stands behind it.
+        """Run again up to a scan, watch that one, and return the engine after it.
 
         Args:
             scan: the scan.

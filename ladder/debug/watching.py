@@ -98,7 +98,7 @@ class _Running:
     Attributes:
         routine: its routine, in capitals.
         line: the rung.
-        truth: power behind each instruction so far.
+        truth: power after each instruction so far.
         blocked: instructions so far at which power ended.
     """
 

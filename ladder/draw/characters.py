@@ -34,7 +34,7 @@ HEAVY = dict(zip("─│┌┐└┘├┤┬┴┼", "━┃┏┓┗┛┣┫�
 """The same signs with power."""
 
 HEAVY_SIGN = str.maketrans("┤├", "┨┠")
-"""A contact with power behind it."""
+"""A contact with power after it."""
 
 
 class _Canvas:
@@ -86,7 +86,7 @@ def rung_text(
     Args:
         rung: the rung.
         width: columns between the rails.
-        truth: whether there is power behind each instruction, in the order in which they execute.
+        truth: whether there is power after each instruction, in the order in which they execute.
         captions: what the operands of add-on instructions are called, see `captions_of`.
 
     Returns:
@@ -142,7 +142,7 @@ def routine_text(
     Args:
         routine: the routine.
         width: columns between the rails.
-        truths: power behind each instruction, per rung; None for a rung that was not scanned.
+        truths: power after each instruction, per rung; None for a rung that was not scanned.
         rungs: numbers of the rungs that are drawn; all of them if None.
         captions: what the operands of add-on instructions are called, see `captions_of`.
 

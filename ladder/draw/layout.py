@@ -35,7 +35,7 @@ def lay_out(
         rung: the rung.
         width: columns between the rails that it keeps to, unless a name or many branches in one another
             take more.
-        truth: whether there is power behind each instruction, in the order in which they execute.
+        truth: whether there is power after each instruction, in the order in which they execute.
         captions: what the operands of add-on instructions are called, see `captions_of`.
 
     Raises:
@@ -91,7 +91,7 @@ class _Placer:
         return last
 
     def _elements(self, elements: Series, x: int, y: int, last: int, room: int | None) -> tuple[int, int]:
-        """Place elements behind each other; return the column behind them and the last one."""
+        """Place elements in a line; return the column after them and the last one."""
         for element in elements:
             last = self._element(element, x, y, last, room)
             x += self._ruler.size(element, room).width

@@ -3,7 +3,7 @@
     <g class="instruction" data-element="Main.3.0" data-tag="Start"> ... </g>
     <text class="value" data-name="Fill.ACC" ...></text>
 
-An element's group has its sign, its name and the wires behind it. The page that shows the rung sets
+An element's group has its sign, its name and the wires after it. The page that shows the rung sets
 `data-power` of the groups and the content of the values. Colours and fonts come from the page's style sheet.
 """
 

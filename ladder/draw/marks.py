@@ -18,7 +18,7 @@ class Wire:
         y: row where it starts.
         to_x: where it ends.
         to_y: row where it ends.
-        element: behind which it starts.
+        element: after which it starts.
     """
 
     x: int
@@ -133,5 +133,5 @@ class Picture:
     power: str | None = None
 
     def live(self, element: int) -> bool:
-        """Whether there is known to be power behind an element."""
+        """Whether there is known to be power after an element."""
         return self.power is not None and self.power[element] == "1"

@@ -1,7 +1,7 @@
 """Elements of a rung and the power on them, one character each.
 
 A rung has so many elements, numbered from 0: its instructions in the order in which they execute, then its
-branches in the order in which they open, then the left rail. A wire carries the power of the element behind
+branches in the order in which they open, then the left rail. A wire carries the power of the element after
 which it starts.
 """
 
@@ -49,7 +49,7 @@ def branches_in(series: Series) -> int:
 
 
 def power(rung: Rung, truth: Sequence[bool] | None) -> str:
-    """Return the power behind each element of a rung.
+    """Return the power after each element of a rung.
 
     Examples:
         >>> from ..text import parse_rung
@@ -61,7 +61,7 @@ def power(rung: Rung, truth: Sequence[bool] | None) -> str:
 
     Args:
         rung: the rung.
-        truth: whether there is power behind each instruction, in the order in which they execute; None if
+        truth: whether there is power after each instruction, in the order in which they execute; None if
             the rung was not scanned. Instructions that a fault has kept from running are left out.
 
     Returns:
@@ -83,7 +83,7 @@ def power(rung: Rung, truth: Sequence[bool] | None) -> str:
 
 
 def _flow(series: Series, last: int, numbering: Numbering, behind: list[bool]) -> int:
-    """Note the power behind the branches of a series; `last` is the element in front, the result the last."""
+    """Note the power after the branches of a series that follows `last`; return its last element."""
     for each in series:
         if isinstance(each, Branch):
             number = numbering.branch()

@@ -95,7 +95,7 @@ class Size:
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """Elements that stand behind each other in one line, and the room that they take."""
+    """Elements of one line, and the room that they take."""
 
     series: Series
     size: Size
@@ -249,7 +249,7 @@ def pieces(text: str, longest: int) -> list[str]:
 
 
 def caption_width(lines: Sequence[BoxLine]) -> int:
-    """Return the columns of the captions of a box, with the space behind them."""
+    """Return the columns of the captions of a box, with the space after them."""
     widest = max((len(line.caption) for line in lines), default=0)
     return widest + 1 if widest else 0
 

@@ -58,7 +58,7 @@ def routines_svg(
     Args:
         routines: the routines, each with the numbers of the rungs or lines that are drawn.
         width: columns between the rails.
-        truths: power behind each instruction, per rung, by the routine's name; none for routines left out.
+        truths: power after each instruction, per rung, by the routine's name; none for routines left out.
         captions: what the operands of add-on instructions are called, see `captions_of`.
 
     Returns:

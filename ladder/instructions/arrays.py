@@ -38,7 +38,7 @@ def _passes(machine: Interpreter, power: bool, control: Control, mode: str, one:
         power: of the rung.
         control: of the instruction.
         mode: ALL, INC or a number.
-        one: operates on the element at POS; returns whether to go on behind it.
+        one: operates on the element at POS; returns whether to go on after it.
     """
     rises = power and not control["EN"]
     under_way = mode.isdigit() and control["EN"] and not control["DN"]

@@ -144,7 +144,7 @@ def motion(name: str, operands: str, *, optional: int = 0) -> Spec:
 
     Args:
         name: the instruction.
-        operands: names of its operands, between commas, each with its kind behind, see `USES`.
+        operands: names of its operands, between commas, each followed by its kind, see `USES`.
         optional: how many of the last ones older exports leave out.
     """
     uses = tuple(map(_use, operands.split(", ")))

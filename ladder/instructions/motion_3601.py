@@ -365,7 +365,7 @@ def begin(axis: Axis, motion: MotionControl, name: str, operands: tuple[Resolved
         axis: its axis.
         motion: what shows how it goes on.
         name: the instruction.
-        operands: those behind the axis and the control.
+        operands: those after the axis and the control.
     """
     if name not in ANSWERS:  # in an add-on instruction, which is built before it is known what it gets
         motion.refuse(ILLEGAL)

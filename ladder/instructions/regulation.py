@@ -58,7 +58,7 @@ def _row(name: str, step: Callable[[Interpreter, Members], None]) -> Spec:
         step(machine, members)
 
     def prescan(machine: Interpreter, block: Group) -> None:
-        begins = {"begun": False, "before": True}  # a clock that is on in the first scan is no edge
+        begins = {"begun": False, "before": True}  # a clock that is on in the first scan is not an edge
         named = (each.name for each in kind.hidden)
         Members(machine, block).set(**{f"~{name}": begins[name] for name in named if name in begins})
 

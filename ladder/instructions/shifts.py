@@ -159,14 +159,14 @@ def _deliver(machine: Interpreter, queue: Elements, number: int | None, target: 
 
 
 def _close_gap(queue: Elements, gap: int, length: int) -> None:
-    """Move the elements behind a gap up by one; the last place becomes 0."""
+    """Move the elements after a gap up by one; the last place becomes 0."""
     for number in range(gap + 1, length):
         queue.put(number - 1, queue.take(number))
     queue.put(length - 1, bytes(len(queue.take(length - 1))))
 
 
 def set_enable(name: str = "EN") -> Callable[..., None]:
-    """Return a prescan that sets an enable bit: a rung that is true in the first scan is no edge."""
+    """Return a prescan that sets an enable bit: a rung that is true in the first scan is not an edge."""
 
     def prescan(machine: Interpreter, *operands: Resolved) -> None:
         group = operands[-1]

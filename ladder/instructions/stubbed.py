@@ -146,7 +146,7 @@ def _set(machine: Interpreter, timed: Timed, **bits: bool) -> None:
 
 
 def _resolved(resolver: OperandResolver, operand: Operand) -> Resolved | None:
-    """Return an operand; None for one that is no tag and no number here."""
+    """Return an operand; None for one that is neither a tag nor a number here."""
     try:
         return resolver.any(operand)
     except LadderError:

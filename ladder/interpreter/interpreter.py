@@ -1,6 +1,6 @@
 """The interpreter: executes a lowered program plainly. It is slow, and the compiler has to equal it.
 
-Power flows from left to right. An input that is reached with power decides whether there is power behind
+Power flows from left to right. An input that is reached with power decides whether there is power after
 it; an output that is reached acts. What an instruction does stands in its `Spec`; here is what all of them
 share: rungs, branches, calls of routines, prescan.
 """
@@ -129,7 +129,7 @@ class Interpreter(Values):
                 number = target
 
     def _line(self, line: Line, inputs: Sequence[Value], *, statement: bool = False) -> bool:
-        """Run a rung, or a statement, to which MCR does nothing; return the power behind it."""
+        """Run a rung, or a statement, to which MCR does nothing; return the power after it."""
         power = statement or not (self.lowered.override and self.status(OVERRIDE))
         self.inputs = inputs
         return self._series(line.nodes, power)
@@ -147,7 +147,7 @@ class Interpreter(Values):
         return self.execute(step, power)
 
     def execute(self, step: Step, power: bool) -> bool:
-        """Execute an instruction; return the power behind it."""
+        """Execute an instruction; return the power after it."""
         self.site = step.site
         spec = step.spec
         if spec.decides:

@@ -66,7 +66,7 @@ class AddOns:
                 if name in BY_NAME:
                     raise LadderError(f"{record.name} is an instruction here, and an add-on in the file")
                 if not NAME.fullmatch(record.name):
-                    raise LadderError(f"{record.name!r} is no name of an add-on")
+                    raise LadderError(f"{record.name!r} is not a name of an add-on")
                 parameters = tuple(self._parameters(record))
                 shape = AddOn(record.name, parameters, (Routine(LOGIC, ()),), record.comment)
                 self._types.refuse_size(shape.structure)
@@ -88,7 +88,7 @@ class AddOns:
 
     def _parameter(self, record: TagRecord, way: Way) -> Parameter:
         if not NAME.fullmatch(record.name):
-            raise LadderError(f"{record.name!r} is no name of a parameter")
+            raise LadderError(f"{record.name!r} is not a name of a parameter")
         if len(record.dims) > MAX_DIMENSIONS:
             raise LadderError(f"{record.name} has more than {MAX_DIMENSIONS} dimensions")
         if record.target:

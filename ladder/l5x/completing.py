@@ -117,7 +117,7 @@ class Completion:
         there = [name.upper() for name in labels([routine])]
         missing = {name.upper(): name for name in jumps([routine]) if name.upper() not in there}
         for name in missing.values():
-            self._report.declared[rf"\{part.name}.{routine.name}, label {name}"] = "behind the last rung"
+            self._report.declared[rf"\{part.name}.{routine.name}, label {name}"] = "after the last rung"
         rungs = tuple(Rung((Instruction("LBL", (Address(name),)),)) for name in missing.values())
         return replace(routine, rungs=routine.rungs + rungs) if rungs else routine
 

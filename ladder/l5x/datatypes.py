@@ -139,7 +139,7 @@ class Types:
     def _member(self, record: DataTypeRecord, member: MemberRecord) -> Member:
         where = f"{member.name} of data type {record.name}"
         if not NAME.fullmatch(member.name):
-            raise LadderError(f"{where}: that is no name")
+            raise LadderError(f"{where}: that is not a name")
         if len(member.dims) > MAX_DIMENSIONS:
             raise LadderError(f"{where} has dimensions {member.dims}")
         if member.type.upper() == "BIT" and member.target:
@@ -206,7 +206,7 @@ def _refuse_host(kind: Structure, member: Member) -> None:
         return
     integer = isinstance(host.type, Elementary) and host.type.is_integer and not host.dims
     if not integer or int(bit) >= host.type.bits:  # type: ignore[union-attr]
-        raise LadderError(f"{member.name} of data type {kind.name} is at {member.at}, which is no bit")
+        raise LadderError(f"{member.name} of data type {kind.name} is at {member.at}, which is not a bit")
 
 
 def _unique(name: str, members: Iterable[Member]) -> Structure:

@@ -190,7 +190,7 @@ def _defined(element: Any, *path: str) -> Iterator[Any]:
 
 
 def _line_of_text(element: Any) -> int:
-    """Return the line on which the text of an element begins, behind white space."""
+    """Return the line on which the text of an element begins, after white space."""
     text = element.text or ""
     return int(element.sourceline or 0) + text[: len(text) - len(text.lstrip())].count("\n")
 

@@ -174,12 +174,12 @@ class Importer:
         part = self._parts.programs.get(key)
         if part is None:
             if not NAME.fullmatch(record.name):
-                self._skip_program(record, f"{record.name!r} is no name of a program")
+                self._skip_program(record, f"{record.name!r} is not a name of a program")
                 return
             part = self._parts.programs[key] = ProgramPart(record.name)
         for each in record.routines:
             if each.name.upper() in {*part.routines, *part.functions} or not NAME.fullmatch(each.name):
-                reason = f"there are two routines {each.name}, or it is no name"
+                reason = f"there are two routines {each.name}, or it is not a name"
                 self._reader.skipped(record.name, each, reason, "rename it")
                 continue
             routine = self._reader.routine(record.name, each)

@@ -1,6 +1,6 @@
 """What became of a document: every rung is imported, or refused with the place, the reason and a remedy.
 
-`imported + len(refused) == rungs` holds always. What is no rung (a routine of function blocks, an encoded
+`imported + len(refused) == rungs` holds always. What is not a rung (a routine of function blocks, an encoded
 add-on, a line of structured text) is refused as an object.
 """
 

@@ -77,7 +77,7 @@ class Timer(Block):
         time: a number and its unit, such as "500 ms".
 
     Raises:
-        ValueError: it is no time.
+        ValueError: it is not a time.
     """
 
     def __init__(self, time: str) -> None:

@@ -200,7 +200,7 @@ class Sequence:
         while not isinstance(wait, Wait):
             if wait is _OVER:
                 return
-            wait = self._advance(TypeError(f"{self.name} awaits {wait!r}, which is no wait of scanrack"))
+            wait = self._advance(TypeError(f"{self.name} awaits {wait!r}, which is not a wait of scanrack"))
         wait.begin(now_ns)
         self._wait = wait
 

@@ -66,7 +66,7 @@ def _check_method(function: Any) -> None:
     if inspect.isasyncgenfunction(function):
         raise TypeError(f"{where}: {name} has a yield: a sequence is `async def` without yield")
     if not inspect.iscoroutinefunction(function):
-        raise TypeError(f"{where}: {name} is no `async def` method: a sequence is")
+        raise TypeError(f"{where}: {name} is not an `async def` method: a sequence is")
     if len(inspect.signature(function).parameters) != 1:
         raise TypeError(f"{where}: {name} takes arguments: a sequence takes self alone")
 

@@ -25,7 +25,7 @@ def duration_ns(text: str) -> int:
     if match is None:
         units = ", ".join(UNITS_NS)
         raise ValueError(
-            f'{text!r} is no time: write a number and its unit, such as "2 s"; units are {units}'
+            f'{text!r} is not a time: write a number and its unit, such as "2 s"; units are {units}'
         )
     whole, decimals, unit = match[1], match[2] or "", UNITS_NS[match[3]]
     ns, rest = divmod(int(whole + decimals) * unit, int("1" + "0" * len(decimals)))

@@ -159,7 +159,7 @@ class dwell(Wait[None]):  # noqa: N801
         time: a number and its unit, such as "2 s".
 
     Raises:
-        ValueError: it is no time.
+        ValueError: it is not a time.
     """
 
     __slots__ = ("_over_ns", "length_ns", "time")
@@ -192,7 +192,7 @@ class steady(Wait[None]):  # noqa: N801
         text: what it is called in charts and messages.
 
     Raises:
-        ValueError: it is no time.
+        ValueError: it is not a time.
     """
 
     __slots__ = ("_since_ns", "condition", "length_ns", "text", "time")

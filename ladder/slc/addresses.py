@@ -56,7 +56,7 @@ INDEX = Address("S", (WordStep(24, ":"),))
 
 
 class AddressTextError(LadderError):
-    """Text that is no address of a data file."""
+    """Text that is not an address of a data file."""
 
 
 def is_address(text: str) -> bool:
@@ -80,11 +80,11 @@ def parse(text: str, *, file: bool = False) -> Address:
         file: whether a `#` names a file; otherwise it adds S:24.
 
     Raises:
-        AddressTextError: it is no address.
+        AddressTextError: it is not an address.
     """
     found = _ADDRESS.fullmatch(text)
     if found is None or not is_address(text):
-        raise AddressTextError(f"{text!r} is no address of a data file")
+        raise AddressTextError(f"{text!r} is not an address of a data file")
     letters = found["letters"].upper()
     if letters in IMAGES:
         return _image(letters, found, text)

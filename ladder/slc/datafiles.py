@@ -53,7 +53,7 @@ _SHOWN = {
     Use.SLC_COUNTER: (1, "PRE", "ACC"),
     Use.SLC_CONTROL: (1, "LEN", "POS"),
 }
-"""By the use of an element: how far behind it a rung shows its words, and their names."""
+"""By the use of an element: how far after it a rung shows its words, and their names."""
 
 
 _REACHING = frozenset({"COP", "FLL", "SQO", "SQC", "SQL", "FFL", "FFU", "LFL", "LFU"})
@@ -210,7 +210,7 @@ class DataFiles:
         """Yield a tag per file.
 
         Args:
-            bound: names of the images that are the rack's, which are no tags.
+            bound: names of the images that are the rack's, which are not tags.
         """
         without = set(bound)
         for file in self._files.values():

@@ -30,7 +30,7 @@ MOST_RUNGS = 65_536
 
 
 class SlcError(LadderError):
-    """A file that is no export of RSLogix 500."""
+    """A file that is not an export of RSLogix 500."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,7 +153,7 @@ def read_document(path: Path | str) -> Document:
     if len(data) > MOST_BYTES:
         raise SlcError(f"{path}: the file has {len(data):,} bytes; {MOST_BYTES:,} are allowed")
     if b"\0" in data:
-        raise SlcError(f"{path}: this is no text: export the program as text, with SOR and EOR")
+        raise SlcError(f"{path}: this is not text: export the program as text, with SOR and EOR")
     return parse_document(data.decode("utf-8-sig", errors="replace"), str(path), file.stem)
 
 

@@ -171,7 +171,7 @@ class RungReader:
     def _routine(self, word: str, at: int) -> Address:
         digits = re.fullmatch(r"(?:U:?)?(\d{1,3})", word, re.IGNORECASE)
         if digits is None:
-            self._fail(f"{word} is no ladder file", "write its number, as in JSR U:3", at)
+            self._fail(f"{word} is not a ladder file", "write its number, as in JSR U:3", at)
         assert digits is not None
         return Address(routine_name(int(digits.group(1)), self._names))
 
@@ -202,7 +202,7 @@ def _operand(use: Use, word: str) -> Operand:
         return _expression(word)
     if use in _WORDS:
         return Characters(word)
-    raise AddressTextError(f"{word!r} is no address and no number")
+    raise AddressTextError(f"{word!r} is neither an address nor a number")
 
 
 def _number(word: str) -> Number:
@@ -236,7 +236,7 @@ def _with_addresses(operand: Operand, addresses: Sequence[Address]) -> Operand:
         return operand
     place = _PLACEHOLDER.fullmatch(str(operand))
     if place is None or int(place.group(1)) >= len(addresses):
-        raise AddressTextError(f"{operand} is no address of a data file")
+        raise AddressTextError(f"{operand} is not an address of a data file")
     return addresses[int(place.group(1))]
 
 

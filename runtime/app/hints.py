@@ -146,7 +146,7 @@ class Hints:
 
 
 def _at(place: str | None, tell: Callable[[str], None]) -> Callable[[str], None]:
-    """Return what tells a hint with a place behind it."""
+    """Return what a hint says, followed by a place."""
     return tell if place is None else lambda hint: tell(f"{hint} [{place}]")
 
 

@@ -226,7 +226,7 @@ def _stubs(spec: RackSpec, folder: Path, file: RackFile | None = None) -> Stubs:
         file: the rack file, if it is TOML.
 
     Raises:
-        RackFileError: one is no stub, or its function can't be loaded.
+        RackFileError: one is not a stub, or its function can't be loaded.
     """
     read: dict[str, Stub] = {}
     for name, text in spec.stubs.items():

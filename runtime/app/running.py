@@ -120,7 +120,7 @@ class JobRun:
         return self._edits if self._debugger is None else len(self._debugger.edits)
 
     def use(self, logic: Logic) -> None:
-        """Go on with another program that is no ladder program, from the next scan on."""
+        """Go on with another program that is not a ladder program, from the next scan on."""
         self.logic = self.cpu.program = logic
         self._edits += 1
 

@@ -89,7 +89,7 @@ class TextValue:
         """Return the code of a str."""
         if text != self._last:
             if not isinstance(text, str):
-                raise TypeError(f"{type(text).__name__} is no text")
+                raise TypeError(f"{type(text).__name__} is not text")
             writable = text.encode("utf-8", "replace").decode()  # half a pair of surrogates is not
             self._code, self._last = self._codes.code(self._name, writable), text
         return self._code

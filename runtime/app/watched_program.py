@@ -73,7 +73,7 @@ class LadderNotes:
         self._due_ns = 0
 
     def note(self, scan: int) -> None:
-        """Write what went into a scan, if it is more than images; now and then the values behind it."""
+        """Write what went into a scan, if it is more than images; now and then the values after it."""
         entry = self._debugger.latest
         if entry is not None and entry is not self._entry:
             self._entry = entry

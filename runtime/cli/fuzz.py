@@ -171,7 +171,7 @@ def read_scenario(file: Path, setup: Setup) -> Scenario:
         scenario = Scenario.from_json(json.loads(file.read_text(encoding="utf-8")))
         scenario.check(bench_of(setup).spec)
     except json.JSONDecodeError as error:
-        raise ValueError(f"{file}:{error.lineno}: this is no JSON: {error.msg}") from None
+        raise ValueError(f"{file}:{error.lineno}: this is not JSON: {error.msg}") from None
     except ValueError as error:
         raise ValueError(f"{file}: {error}") from None
     return scenario

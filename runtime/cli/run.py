@@ -24,7 +24,7 @@ from .status import BAD_INPUT, CANNOT_WRITE, DONE, INTERRUPTED, NO, complain, re
 from .summary import Tally, summary
 from .terminal import say
 
-if TYPE_CHECKING:  # a run that is no session's does not wait for it
+if TYPE_CHECKING:  # imported late: a run without a session does not need it
     from ..app.repeating import RecordedOrder
 
 NO_SAFETY_SYSTEM = (

@@ -70,7 +70,7 @@ def parse_duration(text: str) -> int:
     """
     duration = parse_time(text)
     if duration < 1:
-        raise ValueError(f"{text!r} is no time to run for: it must be more than 0")
+        raise ValueError(f"{text!r} is not a time to run for: it must be more than 0")
     return duration
 
 
@@ -86,7 +86,7 @@ def parse_time(text: str) -> int:
     match = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([a-zµ]+)\s*", text)
     if match is None or match[2] not in UNITS_NS:
         raise ValueError(
-            f"{text!r} is no time: write a number and a unit ({', '.join(UNITS_NS)}), such as '10 s'"
+            f"{text!r} is not a time: write a number and a unit ({', '.join(UNITS_NS)}), such as '10 s'"
         )
     return exact_ns(Decimal(match[1]), match[2])
 

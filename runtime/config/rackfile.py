@@ -121,11 +121,11 @@ def _read(path: Path) -> str:
 
 
 def _syntax_error(path: Path, message: str) -> str:
-    """Move the line number, which tomllib puts last, behind the name of the file."""
+    """Move the line number, which tomllib puts last, after the name of the file."""
     match = re.search(r" \(at line (\d+), column (\d+)\)$", message)
     if match is None:
-        return f"{path}: this is no TOML: {message}"
-    return f"{path}:{match[1]}: this is no TOML: {message[: match.start()]} in column {match[2]}"
+        return f"{path}: this is not TOML: {message}"
+    return f"{path}:{match[1]}: this is not TOML: {message[: match.start()]} in column {match[2]}"
 
 
 @dataclass(frozen=True, slots=True)

@@ -42,7 +42,7 @@ SIMULATED = "sim"
 
 
 MISSING_TAGS, DECLARE = "missing_tags", "declare"
-"""The key among the stubs that is no instruction, and its value."""
+"""The key among the stubs that is not an instruction, and its value."""
 
 
 class MisplacedError(ValueError):

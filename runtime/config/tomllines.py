@@ -160,7 +160,7 @@ class KeyLines:
     def _take(self, pattern: re.Pattern[str]) -> str:
         match = pattern.match(self._text, self._at)
         if match is None or not match[0]:
-            raise ValueError(f"line {self._line_here()}: this is no TOML")
+            raise ValueError(f"line {self._line_here()}: this is not TOML")
         self._at = match.end()
         return match[0]
 

@@ -1,7 +1,7 @@
 """pyserial as the clients and the served ports use it: settings, and every error of a port that goes away.
 
 pyserial wraps most failures of a port in `SerialException`, an OSError. It does not wrap
-`termios.error`, which is no OSError: `flush`, `apply_settings` and the constructor raise it
+`termios.error`, which is not an OSError: `flush`, `apply_settings` and the constructor raise it
 when a port is unplugged while they run.
 """
 

@@ -254,7 +254,7 @@ class Records:
 
     @property
     def _margin(self) -> int:
-        """The most that may be read behind: the writer may be at work on the next quarter."""
+        """The most that may be unread: the writer may be at work on the next quarter."""
         return self._size - self._size // 4
 
     def _copied(self, since: int, end: int) -> bytes:

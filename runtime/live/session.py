@@ -3,7 +3,7 @@
     run:     scan scan scan | pause ...................... | go: scan scan
     orders        ^    ^            ^ one act each, before the next scan
 
-The session runs in the thread of the scan loop. While scans run, the tap asks for orders behind every scan;
+The session runs in the thread of the scan loop. While scans run, the tap asks for orders after every scan;
 during a pause the session waits for them.
 """
 
@@ -30,7 +30,7 @@ class Inbox(Protocol):
 
     @property
     def pending(self) -> bool:
-        """Whether an order is there; asked behind every scan."""
+        """Whether an order is there; asked after every scan."""
         ...
 
     def take(self) -> bytes:
@@ -210,7 +210,7 @@ class Session:
         self.obey_all(self._cpu.now_ns, self._cpu.scan)
 
     def look(self) -> None:
-        """See whether a breakpoint was met; called behind every scan."""
+        """See whether a breakpoint was met; called after every scan."""
         stops = self._stops.stops if self._stops is not None else ()
         if stops and self.state.breakpoints and self._cpu.scan >= self._repeats:
             self.state.met = [str(each) for each in stops]

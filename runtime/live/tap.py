@@ -1,4 +1,4 @@
-"""The tap: the last listener of the scan loop. It fills the ring, and lets orders act behind each scan."""
+"""The tap: the last listener of the scan loop. It fills the ring, and lets orders act after each scan."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Notes(Protocol):
     """What a monitor needs of a program to run its scans again."""
 
     def note(self, scan: int) -> None:
-        """Write what has gone into a scan; called behind it."""
+        """Write what has gone into a scan; called after it."""
         ...
 
     def give(self, scan: int) -> None:
@@ -52,13 +52,13 @@ class Tap:
 
     Args:
         ring: where rows and messages go.
-        rack: its memory is copied behind every scan.
+        rack: its memory is copied after every scan.
         period_ns: time from scan to scan.
         figures: numbers beside the images.
 
     Attributes:
         notes: what the monitor needs of the program.
-        session: obeys orders behind each scan; set before the first one.
+        session: obeys orders after each scan; set before the first one.
     """
 
     session: Session

@@ -70,7 +70,7 @@ class Scan:
         first: the logic is called for the first time: since power-up, or since the CPU left
             program mode for run or test mode.
         updated: the modules have updated their inputs since the scan before; on a CompactLogix that
-            is so in scans behind an exchange.
+            is so in scans after an exchange.
     """
 
     __slots__ = ("first", "now_ns", "number", "period_ns", "slot", "updated")

@@ -147,7 +147,7 @@ class Shaft:
             target: a shaft position.
 
         Returns:
-            0 or more; None = never: a jam in between, or `target` behind it.
+            0 or more; None = never: a jam in between, or `target` is the other way.
         """
         distance = (target - self.position) * direction
         if distance <= 0:

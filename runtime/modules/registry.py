@@ -44,7 +44,7 @@ def live_port(module: str, port: str, address: int | None) -> LivePort:
         address: of the controller; None = as from the factory.
 
     Raises:
-        ValueError: this is no port, the module can't be on one, or the controller can't have the address.
+        ValueError: this is not a port, the module can't be on one, or the controller can't have the address.
     """
     from ..line.liveport import check_address  # pyserial, which few racks need
 

@@ -35,7 +35,7 @@ def page(_browser: Look) -> Iterator[Look]:
 
 @pytest.fixture(scope="session")
 def feeder_rack(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The feeder's rack file without a watchdog: a busy machine is no reason for a fault."""
+    """The feeder's rack file without a watchdog: a busy machine is not a reason for a fault."""
     text = (FEEDER / "feeder.toml").read_text(encoding="utf-8")
     rack = tmp_path_factory.mktemp("feeder") / "feeder.toml"
     program = (FEEDER / "feeder.rung").as_posix()

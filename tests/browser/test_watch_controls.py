@@ -99,7 +99,7 @@ def test_a_value_is_written_and_nonsense_refused(page, feeder):
     field.clear()
     field.send_keys("many")
     page.press("Write")
-    until(lambda: "many is no value" in page.run(NOTICE))
+    until(lambda: "many is not a value" in page.run(NOTICE))
 
 
 def test_a_breakpoint_on_a_rung_pauses(page, paused):

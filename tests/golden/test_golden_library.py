@@ -133,9 +133,9 @@ def test_recordings_that_no_scenario_makes_are_told_and_removed(small: Path) -> 
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        ("[start]", "[start", "scenarios.toml: this is no TOML"),
+        ("[start]", "[start", "scenarios.toml: this is not TOML"),
         ("run_ms = 60", "run = 60", "scenarios.toml: scenario.0.run_ms: Field required"),
-        ('steps = "HOLD_MOVE"', 'steps = "HOLD"', "HOLD is no command bit"),
+        ('steps = "HOLD_MOVE"', 'steps = "HOLD"', "HOLD is not a command bit"),
         ("run_ms = 60", 'run_ms = 60\nstart = "not"', "hold: start 'not' is none of the starts"),
     ],
 )

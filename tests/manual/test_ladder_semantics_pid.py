@@ -51,7 +51,7 @@ def test_the_derivative_is_of_pv_or_of_the_error_rm003_p517():
     )
     for loop in (of_value, of_error):
         assert loop.update(SP=100.0, PV=100.0) == 0.0
-    assert of_value.update(SP=120.0) == 0.0  # a step of SP is no change of PV
+    assert of_value.update(SP=120.0) == 0.0  # a step of SP is not a change of PV
     assert of_error.update(SP=120.0) == 30.0
     assert of_value.update(PV=102.0) == -3.0
 

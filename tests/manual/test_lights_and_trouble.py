@@ -88,7 +88,7 @@ def test_a_lost_link_freezes_the_image_and_stops_the_motion():
     assert bench.position == 2_100
     assert {"STOPPED", "POSITION_INVALID"} < bench.bits
     bench.run(100)
-    assert bench.position == 2_100  # the command bit is still set, which is no new edge
+    assert bench.position == 2_100  # the command bit is still set, which is not a new edge
 
 
 def test_a_removed_module_reads_zeros_and_powers_up_when_it_is_put_back():

@@ -66,7 +66,7 @@ def test_blanks_comments_case_and_the_manual_s_other_spelling() -> None:
 @pytest.mark.parametrize(
     ("line", "said"),
     [
-        ("RIT 0 1", "RIT is no user instruction; did you mean ROT"),
+        ("RIT 0 1", "RIT is not a user instruction; did you mean ROT"),
         ("ROT 0", "ROT takes an option and data"),
         ("ROT 0 1 2", "ROT takes an option and data"),
         ("ROT 0 0", "ROT data 0: allowed is 1 to 2147483647"),

@@ -83,7 +83,7 @@ def test_refused_find_home(direction, words, refusal):
         pytest.param(changed(w4=1000, w5=0), id="speed 1,000,000"),
         pytest.param(changed(w6=1, w7=1), id="rates 1"),
         pytest.param(changed(w6=2000, w7=2000), id="rates 2000"),
-        pytest.param(changed(w1=2), id="LSW bit 1 alone is no S-curve"),
+        pytest.param(changed(w1=2), id="LSW bit 1 alone is not an S-curve"),
         pytest.param(changed(w1=4), id="the encoder bit has no effect"),
         pytest.param(changed(w1=0x1000), id="the proximity bit, if it is not configured, has none either"),
     ],

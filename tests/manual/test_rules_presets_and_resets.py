@@ -168,7 +168,7 @@ def test_a_preset_with_speed_or_rates(command, at, data):
     ],
 )
 def test_a_preset_to_no_value(command, bad, good):
-    """Command Error only: a preset is no move, and has no profile that could be invalid."""
+    """Command Error only: a preset is not a move, and has no profile that could be invalid."""
     bench = after_a_move(config=WITH_ENCODER)
     bench.out(command, 0, *bad)
     refused(bench, "CMD-04", errors=COMMAND_ERRORS)

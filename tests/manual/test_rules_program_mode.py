@@ -125,7 +125,7 @@ def test_no_word_is_acted_on(scan_ms):
 @EVERY_SCAN
 @pytest.mark.rules("PRG-01", "IOM-19")
 def test_word_0_is_remembered_from_run_mode(scan_ms):
-    """A bit that was set when the PLC stopped is no edge when it runs, even if it was 0 meanwhile."""
+    """A bit that was set when the PLC stopped is not an edge when it runs, even if it was 0 meanwhile."""
     bench = Bench.ready(scan_ms=scan_ms).relative(7, ms=100)
     bench.plc("program").idle(20).relative(7, ms=20).plc("run").run(20)
     assert (bench.position, bench.bits) == (7, {"MODULE_OK", "MOVE_COMPLETE"})

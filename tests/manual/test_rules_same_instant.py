@@ -73,7 +73,7 @@ def test_capture_and_preset_together(scan_ms):
 @EVERY_SCAN
 @pytest.mark.rules("CFG-15", "CFG-17")
 def test_an_input_and_the_end_of_configuration_mode_together(scan_ms):
-    """What has become active before the first scan of command mode is no event of it."""
+    """What has become active before the first scan of command mode is not an event of it."""
     bench = Bench.ready(scan_ms=scan_ms).out(*CONFIGURATION).run(2).idle(0)
     bench.inputs(estop=1, cw_limit=1).run(scan_ms)
     assert bench.bits == {"MODULE_OK", "POSITION_INVALID", "IN_ESTOP", "IN_CW_LIMIT"}

@@ -75,7 +75,7 @@ def undisturbed(bench: AdapterBench, ordeal: Ordeal) -> Laws:
     """Nothing befalls it: 5,000 steps/s, 40 ms of either ramp, 60 ms on a PMC006, and polls."""
     ideal_ms = 0 if ordeal.short else abs(ordeal.steps) / 5 + 64
     bench.give(*move(ordeal.steps, 5000, 100, 100), ms=0.8 * ideal_ms)
-    yield "a move is no faster than programmed", abs(bench.motor) < abs(ordeal.steps) or ordeal.short
+    yield "a move is not faster than programmed", abs(bench.motor) < abs(ordeal.steps) or ordeal.short
     bench.run(0.2 * ideal_ms + 400)
     yield from _arrives(bench, ordeal.steps)
 

@@ -230,7 +230,7 @@ class RungSide:
 def legal(script: Iterable[tuple[str, int]]) -> Iterator[tuple[int, str]]:
     """Yield the scan and the deed of each entry, less those that mean something else to rungs.
 
-    An Execute that stays on is no edge: the same block in the scan before, a stop that is held. Whether a
+    An Execute that stays on is not an edge: the same block in the scan before, a stop that is held. Whether a
     stop that is held refuses Configure3601 on a lost module depends on the order of the rungs.
     """
     scan, held, before = 0, False, (-1, "")
@@ -250,7 +250,7 @@ def ask_of(deed: str | None) -> Ask | None:
 
 
 def happen(module: Amci3601, cpu: Cpu, deed: str | None) -> None:
-    """Do what is no command: to the machine, the module, the link."""
+    """Do what is not a command: to the machine, the module, the link."""
     if deed in ("estop on", "estop off"):
         module.machine.set_input(InputBit.ESTOP, deed == "estop on")
         module.look_again()
@@ -268,4 +268,4 @@ def happen(module: Amci3601, cpu: Cpu, deed: str | None) -> None:
 
 
 READY = (("", 1), ("configure", 40), ("preset", 40))
-"""The first deeds of a script; an Execute in the first scan is no edge."""
+"""The first deeds of a script; an Execute in the first scan is not an edge."""

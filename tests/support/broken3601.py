@@ -1,4 +1,4 @@
-"""Modules with one deliberate mistake each: what a search has to find, or it is no search.
+"""Modules with one deliberate mistake each: what a search has to find, or it is not a search.
 
     for mistake in MISTAKES:
         with mistake.made():

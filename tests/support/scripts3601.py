@@ -141,7 +141,7 @@ sloppy_reset = pick(
 
 @cache
 def no_number(start):
-    """A relative move whose target or speed is a pair of words that is no value."""
+    """A relative move whose target or speed is a pair of words that is not a value."""
     pairs = [(3, 1000), (3, -1), (5, 1000), (5, -999), (3, 2001)]
     return pick(
         lambda speed, pair: Alter(

@@ -171,7 +171,7 @@ STORIES = (
         ),
     ),
     Story(
-        "a position that is not known is no place to go from",
+        "a position that is not known is not a place to go from",
         (Step(absolute(100), 500, WRONG | {"POSITION_INVALID"}, 0),),
         begin=START[:2],
     ),

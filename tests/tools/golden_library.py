@@ -110,7 +110,7 @@ def load_library(folder: Path) -> Library:
     """Read the scenarios of a folder.
 
     Raises:
-        ValueError: there is no such file, it is no TOML, or something in it is not as it should be.
+        ValueError: there is no such file, it is not TOML, or something in it is not as it should be.
     """
     path = folder / SCENARIOS
     try:
@@ -118,7 +118,7 @@ def load_library(folder: Path) -> Library:
     except OSError as error:
         raise ValueError(f"{path}: the scenarios can't be read: {error.strerror}") from None
     except tomllib.TOMLDecodeError as error:
-        raise ValueError(f"{path}: this is no TOML: {error}") from None
+        raise ValueError(f"{path}: this is not TOML: {error}") from None
     except RecursionError:
         raise ValueError(f"{path}: tables and arrays are nested too deep") from None
     except ValidationError as error:
@@ -184,7 +184,7 @@ def changes(made: Made, folder: Path) -> list[str]:
     """Return how a recording differs from that in the folder; nothing if it does not.
 
     What only the versions of libraries decide (how well a chunk is compressed, what the metadata
-    say of them) is no difference.
+    say of them) is not a difference.
     """
     name = made.scenario.name
     old, text = folder / made.trace.name, folder / f"{name}{TEXT}"

@@ -70,7 +70,7 @@ def keyed_by_number(parts: Iterable[Columns]) -> Keyed:
 
 
 class Stream:
-    """Scans of one trace in blocks: those of the present block, some before it and some behind it.
+    """Scans of one trace in blocks: those of the present block, some before it and some after it.
 
     Args:
         slots: the slots of the trace.
@@ -138,7 +138,7 @@ class Stream:
             self._read_on()
 
     def read_beyond(self, key: int) -> None:
-        """Have the scans with keys up to this one in memory, and one behind them, if there is any."""
+        """Have the scans with keys up to this one in memory, and one after them, if there is any."""
         while (self._last_key is None or self._last_key <= key) and not self.ended:
             self._read_on()
 

@@ -1,9 +1,9 @@
 """A copy of a trace in which every viewer finds decoded values: position, speed, status bits of each 3601.
 
     scan, flags, slots, tags      as recorded, byte for byte
-    decoded                       behind them, see `traces.decoded`
+    decoded                       after them, see `traces.decoded`
 
-Our own reader takes the copy as it takes the recording; it ignores fields behind `tags`.
+Our own reader takes the copy as it takes the recording; it ignores fields after `tags`.
 """
 
 from __future__ import annotations
@@ -173,7 +173,7 @@ class Copy:
             self._writer.add_attachment(file_with.name, file_with.media_type, file_with.data)
 
     def scans(self, recorded: ScanRows, decoded: Rows) -> None:
-        """Write scans, with the next decoded rows behind them."""
+        """Write scans, each followed by the next decoded row."""
         start = 0
         for part in decoded.take(len(recorded)):
             rows = np.zeros(len(part), self._layout)

@@ -164,7 +164,7 @@ def read_chart(
         NothingToPlotError: there is neither a 3601 nor a card with names nor a tag, or none of them in a
             slot asked for.
         UnknownSignalError: a name matches no tag.
-        ValueError: a name is no tag's, or the names match too many.
+        ValueError: a name is not a tag's, or the names match too many.
     """
     catalog = Catalog.of(trace)
     choice = Choice((), 0) if slots and not tags else choose(trace, catalog, selection, tags)

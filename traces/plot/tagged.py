@@ -84,7 +84,7 @@ def choose(trace: Trace, catalog: Catalog, selection: Selection, patterns: Seque
 
     Raises:
         UnknownSignalError: a pattern matches nothing.
-        ValueError: it matches something that is no tag, or the patterns match more than CHOSEN_MAX.
+        ValueError: it matches something that is not a tag, or the patterns match more than CHOSEN_MAX.
     """
     known = catalog.tags
     if patterns:
@@ -100,7 +100,7 @@ def _asked_for(catalog: Catalog, known: Sequence[Signal], patterns: Sequence[str
     for pattern in patterns:
         matches = [signal for signal in known if is_named(signal, pattern)] or [catalog[pattern]]
         if not matches[0].name.startswith(RECORDED):
-            raise ValueError(f"{matches[0].name} is no recorded tag: recorded are {_some(known)}")
+            raise ValueError(f"{matches[0].name} is not a recorded tag: recorded are {_some(known)}")
         found |= {signal.name: signal for signal in matches}
     if len(found) > CHOSEN_MAX:
         raise ValueError(f"{', '.join(patterns)}: {len(found):,} tags; a chart shows {CHOSEN_MAX} at most")

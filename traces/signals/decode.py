@@ -64,7 +64,7 @@ def command_bit(words: Words, word: int, mask: int) -> NDArray[np.bool_]:
 
 
 def travel(words: Words) -> NDArray[np.float64]:
-    """Return how far the position words moved since the scan before, steps; 0 where that was no motion.
+    """Return how far the position words moved since the scan before, steps; 0 where that was not a motion.
 
     A preset, a homing that ends or a configuration sets the position without a step: what happens
     while neither MOVING bit is set, or against its direction, is not travel.

@@ -1,4 +1,4 @@
-"""What can stand behind an instruction's name: numbers, words, digits, labels and text."""
+"""What can follow an instruction's name: numbers, words, digits, labels and text."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """The rows of the dialect: operands as RSLogix 500 prints them [1747-RM001, 1766-RM001].
 
-PRE, ACC, LEN and POS that a rung shows behind its timer or control are what the data file holds; they count
+PRE, ACC, LEN and POS that a rung shows after its timer or control are values of the data file; they count
 where the export has no data for it, see `ladder.slc`.
 """
 

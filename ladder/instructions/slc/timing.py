@@ -85,7 +85,7 @@ def prescan_retentive(machine: Interpreter, group: Group, *_others: Resolved) ->
 
 
 def prescan_off_delay(machine: Interpreter, group: Group, *_others: Resolved) -> None:
-    """Let a TOF be over, as it is behind a false rung."""
+    """Let a TOF be over, as it is on a false rung."""
     timer = Members(machine, group)
     timer.set(EN=False, TT=False, DN=False, ACC=max(int(timer["PRE"]), 0))
 

@@ -186,7 +186,7 @@ class WireBench(Generic[New, Env]):
             if name not in self.target.signals and name not in marks:
                 allowed = ", ".join((*self.target.signals, MARKED + "NAME"))
                 raise RequestError(
-                    f'observe: "{name}" is no signal, or no such mark is set; allowed are {allowed}'
+                    f'observe: "{name}" is not a signal, or no such mark is set; allowed are {allowed}'
                 )
         return fresh
 

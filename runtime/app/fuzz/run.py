@@ -158,7 +158,7 @@ class _Watcher(ScanListener):
 
     Args:
         asked: the invariants.
-        known: keys of failures that are passed over: the run goes on behind them.
+        known: keys of failures that are passed over: the run goes on past them.
         place: returns what a failure is known by where no rule has fired.
     """
 

@@ -12,7 +12,7 @@ from ...loop.rack import Rack, Slot
 from ...loop.scan import MODE_MASK, CpuMode, mode_name
 
 NO_WORDS = Image().words
-"""What is in force while the CPU sends nothing, and on a card, whose words are no commands."""
+"""What is in force while the CPU sends nothing, and on a card, whose words are not commands."""
 
 
 class SlotMoment:

@@ -3,7 +3,7 @@
 Hypothesis draws scenarios     one breaks something that is not known yet
 delta debugging (`shrink`)     the smallest that breaks the same
 confirmation                   the same failure in another process
-and the search goes on, behind what is known
+and the search goes on, past what is known
 """
 
 from __future__ import annotations
@@ -114,7 +114,7 @@ def search(
 ) -> Report:
     """Look for scenarios in which invariants are broken.
 
-    When one is found it is made as small as can be and confirmed, and the search goes on behind it
+    When one is found it is made as small as can be and confirmed, and the search goes on past it
     until the examples are used up. Failures of one invariant differ by their cause.
 
     Args:

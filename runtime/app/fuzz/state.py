@@ -169,7 +169,7 @@ def _count(value: object) -> int:
 
 def _text(value: object) -> str:
     if not isinstance(value, str):
-        raise ValueError(f"this is not the state of a campaign: {value!r:.40} is not a text")
+        raise ValueError(f"this is not the state of a campaign: {value!r:.40} is not text")
     return value
 
 

@@ -80,7 +80,7 @@ class Why:
         """Return the first row in which a bit or word of an image is not 0; None if there is none.
 
         Raises:
-            ValueError: the text is no address.
+            ValueError: the text is not an address.
         """
         place = self.place(text)
         mask = ALL_BITS if place.bit is None else 1 << place.bit

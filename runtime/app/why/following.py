@@ -28,7 +28,7 @@ class Following:
         over: asked after each scan whether that was the last one.
 
     Attributes:
-        row: the present scan; after the run the one behind it.
+        row: the present scan; after the run the next one.
         departs: row of the first scan whose outputs are not the recorded ones; None if all are.
         met: whether `over` has ended it.
     """

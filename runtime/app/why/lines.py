@@ -64,7 +64,7 @@ class Lines:
         return self._at is not NOWHERE
 
     def call(self, function: Callable[..., None], *arguments: Any) -> None:
-        """Call a function, traced; what changes between two calls is no line's."""
+        """Call a function, traced; what changes between two calls is not a line's."""
         self._seen = self._watched()
         self._at = NOWHERE
         self._outermost = sys._getframe()

@@ -15,7 +15,7 @@ from ..bare_slots import bare_slots
 
 
 class Names:
-    """The names of a program; none of one that is no class of `Logic`.
+    """The names of a program; none of one that is not a class of `Logic`.
 
     Attributes:
         addresses: of inputs and outputs.

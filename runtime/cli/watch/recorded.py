@@ -49,7 +49,7 @@ def place_of(text: str) -> Place:
     Place(path=PosixPath('run.mcap'), scan=12, rung='Main.6')
 
     Raises:
-        ValueError: the scan is no number.
+        ValueError: the scan is not a number.
     """
     path, _, rest = text.partition("#")
     fields = {key: values[-1] for key, values in parse_qs(rest).items()}

@@ -111,7 +111,7 @@ class Shadow:
         kept: the values.
 
     Attributes:
-        engine: the engine, as it stands behind scan `at`.
+        engine: the engine after scan `at`.
         at: the last scan that was repeated; None before the first.
         truths: power of that scan, by routine in capitals and rung.
         is_impure: there are routines in Python, so that no scan can be repeated.
@@ -134,7 +134,7 @@ class Shadow:
         self._leaves = {leaf.ident: leaf for leaf in self.engine.lowered.layout.leaves.values()}
 
     def show(self, scan: int) -> bool:
-        """Repeat a scan, so that engine and truths are as behind it; return whether that was possible."""
+        """Repeat a scan, so that engine and truths are those after it; return whether that was possible."""
         if self.is_impure:
             return self._show_values(scan)
         start = self._start(scan)
@@ -170,7 +170,7 @@ class Shadow:
     # --- looking back: see `ladder.debug.inquiry.Past`
 
     def again(self, scan: int) -> WatchedEngine:
-        """Repeat a scan, watched; return the engine as it stands behind it.
+        """Repeat a scan, watched; return the engine after it.
 
         Raises:
             ValueError: it can't be repeated.

@@ -285,7 +285,7 @@ class Controller:
         return self.move_to(self.values[Register.ABS_TARGET])
 
     def move(self, steps: int) -> bool:
-        """Index so many steps in the direction of the direction register; 0 is no motion."""
+        """Index so many steps in the direction of the direction register; 0 is not a motion."""
         direction = 1 if self.values[Register.DIRECTION] else -1
         if not ROWS[Register.STEPS].allows(steps):
             return self.refuse(Error.RANGE)

@@ -34,7 +34,7 @@ class Speeds:
         start_sps: speed to which it jumps from rest.
         max_sps: speed that it reaches, from the start and the stop speed on.
         stop_sps: speed from which it jumps to rest.
-        acceleration: coefficient 0 to 8; 0 is no ramp.
+        acceleration: coefficient 0 to 8; 0 is not a ramp.
         deceleration: coefficient 0 to 8.
     """
 

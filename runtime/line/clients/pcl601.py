@@ -262,7 +262,7 @@ class Pcl601Client:
             raise StoppedError(f"{message}{self._shown()}")
 
     def _shown(self) -> str:
-        """Return what the controller shows besides its position, to be put behind a sentence."""
+        """Return what the controller shows besides its position, to be put after a sentence."""
         limit = "; a hard limit is active" if self.hard_limit else ""
         return limit + _told(self.errors)
 
@@ -301,5 +301,5 @@ def _write(row: Row, value: int) -> bytes:
 
 
 def _told(errors: Error) -> str:
-    """Return what error bits mean, to be put behind a sentence."""
+    """Return what error bits mean, to be put after a sentence."""
     return "".join(f"; {error.name}: {CAUSES[error]}" for error in errors)

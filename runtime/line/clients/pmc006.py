@@ -176,7 +176,7 @@ class Pmc006Client:
         """
         row = BY_NAME.get(name)
         if row is None or row.kind is not Kind.ACTION or name in _MOTIONS:
-            raise ValueError(f"{name} is no action that may be carried out twice")
+            raise ValueError(f"{name} is not an action that may be carried out twice")
         self._check(row, self._asked(row.code, data), None)
 
     def save(self) -> None:

@@ -96,7 +96,7 @@ class Cam(_Row):
         if self.switch is not None and self.switch not in INPUT_NAMES:
             raise ValueError(f"there is no switch {self.switch!r}: allowed are {', '.join(INPUT_NAMES)}")
         if self.first is not None and self.last is not None and self.first > self.last:
-            raise ValueError(f"first {self.first} lies behind last {self.last}")
+            raise ValueError(f"first {self.first} lies after last {self.last}")
         return self
 
 
@@ -179,17 +179,18 @@ class CardOptions(Options):
         """Refuse a value that an analog input can't have.
 
         Raises:
-            ValueError: a signal beyond 30 V or mA; of a channel without a range what is no word.
+            ValueError: a signal beyond 30 V or mA; of a channel without a range what is not a word.
         """
         if name in self.ranges:
             if abs(value) > SIGNAL_MAX:
                 unit = self.ranges[name].rpartition(" ")[2]
                 raise ValueError(
-                    f"{name!r}: {value} {unit} is no signal of it: allowed are -{SIGNAL_MAX} to {SIGNAL_MAX}"
+                    f"{name!r}: {value} {unit} is not a signal of it: "
+                    f"allowed are -{SIGNAL_MAX} to {SIGNAL_MAX}"
                 )
         elif value != int(value) or not WORD_MIN <= value <= WORD_MAX:
             raise ValueError(
-                f"{name!r}: {value} is no word: allowed are {WORD_MIN} to {WORD_MAX}, "
+                f"{name!r}: {value} is not a word: allowed are {WORD_MIN} to {WORD_MAX}, "
                 "or V and mA with a range in ranges"
             )
 

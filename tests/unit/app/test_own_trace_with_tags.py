@@ -1,4 +1,4 @@
-"""A recording of one's own program with recorded tags is no foreign one: its table of tags is not run."""
+"""A recording of one's own program with recorded tags is not a foreign one: its table of tags is not run."""
 
 from __future__ import annotations
 

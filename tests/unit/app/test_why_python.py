@@ -211,7 +211,7 @@ def test_the_command_asks_by_scan_by_time_and_until(rack):
         (["state.stop"], "no tag matches 'state.stop'"),
         (["slot1.command.HOLD_MOV"], "no tag matches"),
         (["state.step", "--until", "Run"], "no tag matches 'Run'"),
-        (["state.step", "--at", "1 parsec"], "'1 parsec' is no time"),
+        (["state.step", "--at", "1 parsec"], "'1 parsec' is not a time"),
     ],
 )
 def test_what_cannot_be_asked(rack, words, says):

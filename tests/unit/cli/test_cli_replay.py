@@ -235,7 +235,7 @@ def test_python_of_a_trace_is_not_run_without_trust(folder: Path, monkeypatch: p
         assert refused.exit_code == 2
         assert [line.split()[0] for line in refused.stderr.splitlines()[1:-1]] == ["line.py", "speeds.py"]
         assert scanrack(command[0], trace, *command[1:], "--trust").exit_code == 0
-    assert scanrack("replay", trace).exit_code == 0, "a rack in TOML is no Python"
+    assert scanrack("replay", trace).exit_code == 0, "a rack in TOML is not Python"
 
 
 def test_python_of_a_trace_is_run_if_it_is_that_of_the_current_folder(folder: Path) -> None:
@@ -347,7 +347,7 @@ def test_a_run_that_faulted_faults_again_and_is_the_same(folder: Path) -> None:
 
 
 def test_power_links_torn_updates_and_the_key_come_again(folder: Path) -> None:
-    """What the rack file lets happen to module and CPU is no business of the recording: it is there anew."""
+    """What the rack file lets happen to module and CPU is not part of the recording: it is there anew."""
     text = RACK.format(program="line.py", limit=9000, more="") + (
         '[[incident]]\nat_s = 0.2\nwhat = "power-cycle"\n'
         '[[incident]]\nat_s = 0.4\nwhat = "program-mode"\nfor_ms = 60\n'

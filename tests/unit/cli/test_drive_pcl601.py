@@ -120,7 +120,7 @@ REFUSED = [
     ({"env": {"in2": "low"}}, 'env.in2: "low" is not allowed'),
     ({"env": {"in2": {"ground_when_pos_ge": "a"}}}, "env.in2: allowed are"),
     ({"env": {"in1_volts": 5.1}}, "env.in1_volts: 5.1"),
-    ({"observe": ["speed"]}, 'observe: "speed" is no signal'),
+    ({"observe": ["speed"]}, 'observe: "speed" is not a signal'),
     ({"observe": ["position_minus_mark:a"]}, "no such mark"),
     ({"tx": "0g"}, "bytes in hex"),
     ({"tx": ""}, "at least one byte"),

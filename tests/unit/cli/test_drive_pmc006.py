@@ -69,7 +69,7 @@ def test_a_program_runs_when_it_is_told_to() -> None:
     ("request_", "said"),
     [
         ({"new": {"address": 121}}, "new: address 121: allowed is 1 to 120, or the factory's 255"),
-        ({"new": {"program": "RIT 0 1"}}, "new: program: line 1: RIT is no user instruction"),
+        ({"new": {"program": "RIT 0 1"}}, "new: program: line 1: RIT is not a user instruction"),
         ({"new": {"speed": 1}}, "new.speed: unknown key; allowed are address, program"),
         ({"env": {"ext1": "up"}}, 'env.ext1: "up" is not allowed: allowed are "low", "high"'),
         ({"env": {"ext1": {"else": "low"}}}, 'env.ext1: allowed are "low", "high"'),

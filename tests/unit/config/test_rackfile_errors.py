@@ -139,13 +139,13 @@ MISTAKES = {
         3,
         "scan_ms = 0.009: allowed is 0.01 to 1000",
     ),
-    "a period that is no whole number of ns": (
+    "a period that is not a whole number of ns": (
         "scan_ms = 2.0",
         "scan_ms = 2.0000001",
         3,
         "scan_ms = 2.0000001: scan_ms of 2.0000001 ms is not a whole number of nanoseconds",
     ),
-    "a period that is no number at all": (
+    "a period that is not a number at all": (
         "scan_ms = 2.0",
         "scan_ms = nan",
         3,
@@ -235,7 +235,7 @@ MISTAKES = {
         34,
         'slot.machine.timeline.input = "e_stop": did you mean estop? Allowed are',
     ),
-    "an input that is no name": (
+    "an input that is not a name": (
         'input = "external"',
         "input = 2",
         39,
@@ -265,7 +265,7 @@ MISTAKES = {
         41,
         "slot.machine.stations.pulse_ms = -20: allowed is 0 to 1000000000",
     ),
-    "a time that is no whole number of ns": (
+    "a time that is not a whole number of ns": (
         "for_ms = 50",
         "for_ms = 0.0000005",
         35,
@@ -335,8 +335,8 @@ MISTAKES = {
     ),
     "no slot number": ("number = 2", "", 43, "slot.number: this key is missing"),
     "no station position": ("position = 4000", "", 37, "slot.machine.stations.position: this key is missing"),
-    "no TOML": ("scan_ms = 2.0", "scan_ms = ", 3, "this is no TOML: Invalid value in column 11"),
-    "a key given twice": ("seed = 3", "seed = 3\nseed = 4", 10, "this is no TOML: Cannot overwrite a value"),
+    "no TOML": ("scan_ms = 2.0", "scan_ms = ", 3, "this is not TOML: Invalid value in column 11"),
+    "a key given twice": ("seed = 3", "seed = 3\nseed = 4", 10, "this is not TOML: Cannot overwrite a value"),
 }
 
 

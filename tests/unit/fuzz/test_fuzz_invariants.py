@@ -84,7 +84,7 @@ def test_a_slot_that_is_not_there_is_told():
 
 
 def test_a_limit_needs_a_unit():
-    with pytest.raises(ValueError, match="'5' is no time"):
+    with pytest.raises(ValueError, match="'5' is not a time"):
         within("5", after=value)
 
 

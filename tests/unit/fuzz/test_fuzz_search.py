@@ -127,7 +127,7 @@ def test_a_campaign_goes_on_where_it_left_off(rack, tmp_path):
         (("--only", "weather"), "unknown kind 'weather': allowed are inputs"),
         (("--invariants", "nowhere.py"), "nowhere.py: there is no such file"),
         (("--scenario", "nowhere.json"), "nowhere.json"),
-        (("--time", "5"), "'5' is no time"),
+        (("--time", "5"), "'5' is not a time"),
     ],
 )
 def test_what_cannot_be_used_is_told(rack, words, says):

@@ -29,7 +29,7 @@ def test_refusals_say_why(words, message):
 
 
 def test_ranges_of_single_values():
-    """Chapter 5, notes 4, 6 and 8; None is a pair of words that is no value."""
+    """Chapter 5, notes 4, 6 and 8; None is a pair of words that is not a value."""
     for legal in (-8_388_608, 0, 8_388_607):
         assert target_in_range(legal)
     for legal in (1, 1_000_000):

@@ -73,7 +73,7 @@ def test_a_breakpoint_on_a_rung_is_met_when_it_becomes_true(filling):
     (stop,) = filling.scan(100)
     assert stop.scan == 6
     assert stop.text.startswith("Main, rung 1 is true: XIC(Run)TON(Fill,50,0)")
-    assert filling.scan(5) == ()  # it stays true, which is no news
+    assert filling.scan(5) == ()  # it stays true, which is not news
 
 
 @pytest.mark.parametrize(

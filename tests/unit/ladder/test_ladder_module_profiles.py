@@ -147,7 +147,7 @@ def test_forces_take_the_names_of_the_profile():
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("Local:1:I.Fault", "is no word of an image"),
+        ("Local:1:I.Fault", "is not a word of an image"),
         ("Local:1:I.ModulOK", "did you mean ModuleOK"),
         ("Local:2:I.ModuleOK", "slot 2 is empty"),
     ],

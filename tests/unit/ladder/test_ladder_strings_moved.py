@@ -1,4 +1,4 @@
-"""MOV of strings, the newer instructions for what is no number, and the newer names of TOD and FRD."""
+"""MOV of strings, the newer instructions for what is not a number, and the newer names of TOD and FRD."""
 
 import math
 

@@ -61,7 +61,7 @@ def test_an_exported_rung_is_read_printed_and_run(rung):
 def test_an_axis_that_the_rack_does_not_have_is_warned_of():
     program = parse_program(f"PROGRAM p\n{TAGS}ROUTINE Main\nXIC(Go)MSO(Ax,M);\nEND\n")
     (warning,) = program.warnings
-    assert "Ax is no axis of the rack: MSO ends with ER, and ERR 11, not configured" in str(warning)
+    assert "Ax is not an axis of the rack: MSO ends with ER, and ERR 11, not configured" in str(warning)
 
 
 def test_en_falls_with_the_rung_and_rises_again():
@@ -100,7 +100,7 @@ def test_another_number_of_operands_is_refused(rung, says):
     [
         ("MSO(Speed,M);", "Speed is a REAL, an axis is needed"),
         ("MSO(Ax,Go);", "Go is a BOOL, a MOTION_INSTRUCTION is needed"),
-        ("MAS(Ax,M,Jogg,Yes,1,0,0,1,0);", "Jogg is no tag and no word of the motion instructions"),
+        ("MAS(Ax,M,Jogg,Yes,1,0,0,1,0);", "Jogg is neither a tag nor a word of the motion instructions"),
         ("MGS(Ax,M,Programmed);", "Ax is a AXIS_CIP_DRIVE, a MOTION_GROUP is needed"),
     ],
 )

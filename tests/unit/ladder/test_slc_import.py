@@ -103,8 +103,8 @@ def test_it_is_a_rung_file_of_the_dialect_slc():
         ("ADD N7:0 1", 5, "ADD takes 3 operands, 2 are given"),
         ("XIC B3/0 NXB OTE B3/1", 14, "NXB stands outside of a branch"),
         ("BST XIC B3/0 NXB XIC B3/1 OTE B3/2", 40, "the branch has no BND"),
-        ("MOV N7:0 Q", 14, "'Q' is no address and no number"),
-        ("MOV N7:0/x1y:2 N7:1", 9, "is no address and no number"),
+        ("MOV N7:0 Q", 14, "'Q' is neither an address nor a number"),
+        ("MOV N7:0/x1y:2 N7:1", 9, "is neither an address nor a number"),
         ("TON T4:0 0.5 10 0", 1, "0.5 is not a time base; write 1.0, 0.01 or 0.001"),
         ("XIC B3/0", 1, "the rung has no output"),
         ("JSR U:9", 1, "there is no routine U9"),
@@ -174,7 +174,7 @@ def test_slots(slot, is_3601):
 
 
 @pytest.mark.parametrize(
-    ("data", "says"), [(b"", "there is no rung in it"), (b"\xd0\xcf\x11\xe0\0", "this is no text")]
+    ("data", "says"), [(b"", "there is no rung in it"), (b"\xd0\xcf\x11\xe0\0", "this is not text")]
 )
 def test_a_file_that_is_no_export(tmp_path, data, says):
     path = tmp_path / "x.SLC"

@@ -26,7 +26,7 @@ if sys.platform != "win32":
     import termios
 
 UNPLUGGED = termios.error(errno.EIO, "Input/output error")
-"""What tcdrain and tcsetattr raise, by way of pyserial, and what is no OSError."""
+"""What tcdrain and tcsetattr raise, by way of pyserial, and what is not an OSError."""
 
 PATIENCE_S = 5.0
 """The longest that a test waits for another thread."""

@@ -58,7 +58,7 @@ def test_the_mirror_of_a_configuration_is_no_position():
 
 def test_words_of_a_configuration_are_no_commands_and_no_status():
     made = rows(4)
-    made["words"][1:3, 0] = -0x8000 | 1 << 2  # bit 2 of a configuration is no HOLD_MOVE
+    made["words"][1:3, 0] = -0x8000 | 1 << 2  # bit 2 of a configuration is not a HOLD_MOVE
     made["words"][2, STATUS] = -0x8000 | 1 << 7  # nor is bit 7 of its mirror MOVE_COMPLETE
     found = edges(made[1:], made[:1], SIGNALS)
     assert found == {"1.MODE_CONFIG": [[4_000_000, 1], [6_000_000, 0]]}

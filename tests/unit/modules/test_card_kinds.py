@@ -125,7 +125,7 @@ def test_a_compact_output_card_repeats_the_outputs_in_force() -> None:
         (
             "1769-IQ16",
             {"inputs": {"a": 0}, "cam": [{"input": "a", "slot": 1, "first": 2, "last": 1}]},
-            "first 2 lies behind last 1",
+            "first 2 lies after last 1",
         ),
         (
             "1769-IQ16",

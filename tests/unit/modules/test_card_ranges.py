@@ -58,9 +58,13 @@ A = {"inputs": {"a": 0}}
         (
             "1769-IF4",
             {**A, "ranges": {"a": "4..20 mA"}, "timeline": at(31)},
-            "'a': 31 mA is no signal of it: allowed are -30 to 30",
+            "'a': 31 mA is not a signal of it: allowed are -30 to 30",
         ),
-        ("1769-IF4", {**A, "timeline": at(1.5)}, "1.5 is no word: allowed are -32768 to 32767, or V and mA"),
+        (
+            "1769-IF4",
+            {**A, "timeline": at(1.5)},
+            "1.5 is not a word: allowed are -32768 to 32767, or V and mA",
+        ),
     ],
 )
 def test_what_a_channel_cannot_have_is_refused(kind: str, options: dict[str, object], says: str) -> None:
@@ -152,7 +156,7 @@ def test_a_test_gives_an_input_a_value(tmp_path: Path) -> None:
         bench.slot[2].set_value("level", 0)
         bench.scan(2)
         assert (bench["Level"], bench["Alarm"]) == (3200, True)
-        with pytest.raises(ValueError, match="31 mA is no signal of it"):
+        with pytest.raises(ValueError, match="31 mA is not a signal of it"):
             bench.slot[2].set_value("level", 31)
 
 

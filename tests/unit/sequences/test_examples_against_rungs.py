@@ -3,8 +3,8 @@
 With late judging, as rungs have it, every image of the 3601 is the same. As the examples are, results come a
 scan earlier: the same images in the same order, sooner by the scans of `SOONER`.
 
-An Execute that is on in the first scan is no edge to a rung, so those sequences begin a scan later. A timer
-whose rung stands above the one that starts it begins a scan later and is a scan shorter.
+An Execute that is on in the first scan is not an edge to a rung, so those sequences begin a scan later. A
+timer whose rung stands above the one that starts it begins a scan later and is a scan shorter.
 """
 
 from pathlib import Path

@@ -42,7 +42,7 @@ def test_ways_to_write_a_word(text):
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("", "is no address"),
+        ("", "is not an address"),
         ("Local:2:I.Data.16", "there is no bit 16"),
         ("Local:2:I.Data[8].0", "there is no word 8"),
         ("slot2.status.start", "there is no 'status' in slot 2"),

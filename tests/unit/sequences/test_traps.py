@@ -60,7 +60,7 @@ def fault_of(logic, scans=5):
 @pytest.mark.parametrize(
     ("body", "says"),
     [
-        ("@sequence\ndef cycle(self):\n    pass", r"line\.py:9: Line\.cycle is no `async def` method"),
+        ("@sequence\ndef cycle(self):\n    pass", r"line\.py:9: Line\.cycle is not an `async def` method"),
         ("@sequence\nasync def cycle(self):\n    yield 1", r"line\.py:9: Line\.cycle has a yield"),
         ("@sequence\nasync def cycle(self, n):\n    pass", r"line\.py:9: Line\.cycle takes arguments"),
         ("stations = [0, 4000]", r"Line\.stations is a list, which all instances would share: write a tuple"),

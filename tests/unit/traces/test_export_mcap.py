@@ -211,5 +211,5 @@ def test_a_trace_with_unknown_fields_says_so(path: Path, monkeypatch: pytest.Mon
         return ScanSchema(layout_of(text), text)
 
     monkeypatch.setattr("scanrack.traces.export.mcapfile.scan_schema", with_text)
-    with pytest.raises(TraceError, match="fields behind the tags: field 'string note' has no fixed size"):
+    with pytest.raises(TraceError, match="fields after the tags: field 'string note' has no fixed size"):
         open_trace(copied(path))

@@ -87,7 +87,7 @@ def test_the_speed_is_of_motion_only(path: Path) -> None:
     assert speed[150] == 5000  # ten steps in 2 ms
     assert speed[105] == 5000  # from scan 100 to scan 110, 100 steps in 20 ms
     assert speed[99] == 2500  # 10 ms either way: the five scans from 100 on move, ten steps each
-    assert not speed[215:].any()  # the preset in scan 350 is no motion
+    assert not speed[215:].any()  # the preset in scan 350 is not a motion
 
 
 def test_marks_are_of_what_no_lane_shows(path: Path) -> None:

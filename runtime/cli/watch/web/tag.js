@@ -65,7 +65,7 @@ function part(tag) {
 
 function typed() {
   const value = parsed(entry.value, declared(selected.tag)?.type ?? (typeof valueOf(selected.tag) === "boolean" ? "BOOL" : ""));
-  if (value === undefined) tell(`${entry.value || "Nothing"} is no value for ${selected.tag}.`);
+  if (value === undefined) tell(`${entry.value || "Nothing"} is not a value for ${selected.tag}.`);
   return value;
 }
 

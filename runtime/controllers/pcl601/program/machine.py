@@ -106,7 +106,7 @@ class ProgramMachine:
         return self._if(axis.inputs_raw() >> (number - 1) & 1 == level)
 
     def _if(self, matches: bool) -> bool:
-        """Go on with the next line, or with the one after it; behind END the program ends."""
+        """Go on with the next line, or with the one after it; after END the program ends."""
         self.line += 1 if matches else 2
         return self.program is not None and self.line < len(self.program.steps)
 

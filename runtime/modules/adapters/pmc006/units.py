@@ -5,7 +5,7 @@
     rates           coefficients 1 to 8: the largest rate of the table that is not above the programmed one
     S-curve         the ramps are always S-shaped
 
-Coefficient 0 is no ramp, and is never sent.
+Coefficient 0 is not a ramp, and is never sent.
 """
 
 from __future__ import annotations

@@ -288,7 +288,7 @@ def test_rungs_that_jump_to_a_label_that_was_not_exported(imported):
     )
     report = imported(text).report
     assert (report.refused, report.ran) == ([], 2)
-    assert report.declared[r"\P.R, label Out"] == "behind the last rung"
+    assert report.declared[r"\P.R, label Out"] == "after the last rung"
 
 
 def test_faults_of_one_program_do_not_keep_the_others_from_running(imported):

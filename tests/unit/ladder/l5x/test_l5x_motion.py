@@ -53,7 +53,7 @@ def test_the_command_notes_axes_that_need_a_rack(machine):
 def test_a_rack_binds_an_axis(machine):
     machine("XIC(Go)MSO(Feed,Do);")
     status, output = command("run", "machine.toml", "--scans", "5", "--no-record")
-    assert (status, "is no axis of the rack" in output) == (0, False)
+    assert (status, "is not an axis of the rack" in output) == (0, False)
 
 
 def test_what_a_3601_cannot_do_is_refused_by_name(machine):
