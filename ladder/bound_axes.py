@@ -84,7 +84,8 @@ def lower_axes(lowering: Lowering, axes: Axes | None) -> list[Problem]:
             problems.append(Problem(f"axis {name}", "", str(error), "name an axis of the program"))
             continue
         if not isinstance(tag, Group) or not is_axis(tag.type) or tag.indices:
-            problems.append(Problem(f"axis {name}", "", f"{name} is not an axis", "name a tag of type AXIS_..."))
+            remedy = "name a tag of type AXIS_..."
+            problems.append(Problem(f"axis {name}", "", f"{name} is not an axis", remedy))
             continue
         found = lowering.resolver.address(parse_address(state))
         assert isinstance(found, Group)

@@ -216,7 +216,7 @@ def test_requested_just_before_and_just_after_the_end(scan_ms):
 @EVERY_SCAN
 @pytest.mark.rules("CFG-15", "IOM-19", "LSW-12")
 def test_a_configuration_word_is_never_a_command(scan_ms):
-    """843Eh has the bits of Hold, Resume, Immediate Stop and Find Home; bit 12 of word 1 is not the proximity."""
+    """843Eh has the bits of Hold, Resume, Immediate Stop and Find Home; bit 12 of word 1 is no proximity."""
     bench = Bench.configured(scan_ms=scan_ms, config=configuration(add=BACKPLANE_PROXIMITY))
     bench.command(HOME_CW).run(300).out(*configuration(levels=0x103F)).run(100)
     assert bench.position == 600 + 200 * 5

@@ -45,7 +45,7 @@ def test_in_structured_text():
 
 
 def test_more_characters_than_an_integer_has():
-    with pytest.raises(BuildError, match="a string can.t be moved to a LINT"):
+    with pytest.raises(BuildError, match="a string can't be moved to a LINT"):
         parse_program(f"{TAGS}ROUTINE Main\nMOV('ABCDEFGHI',Long);\nEND\n").build()
 
 
