@@ -27,7 +27,17 @@ DEEPEST = 64
 NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 """Names of members, parameters, programs and routines."""
 
-_RENAMED: Mapping[str, str] = {"BIT": "BOOL", "BOOLEAN": "BOOL", "TIMER_T": "TIMER"}
+_RENAMED: Mapping[str, str] = {
+    "BIT": "BOOL",
+    "BOOLEAN": "BOOL",
+    "TIMER_T": "TIMER",
+    "TIME32": "DINT",
+    "TIME": "LINT",
+    "LTIME": "LINT",
+    "DT": "LINT",
+    "LDT": "LINT",
+}
+"""Other names of types. Durations and dates are whole numbers: µs, and ns where the name begins with an L."""
 
 
 class UnknownTypeError(LadderError):
@@ -67,7 +77,6 @@ class Types:
             LadderError: its definition can't be used.
         """
         key = name.upper()
-        key = _RENAMED.get(key, key)
         known = self._known.get(key)
         if known is not None:
             return known
@@ -95,6 +104,8 @@ class Types:
         if record is not None:
             return self._structure(record)
         made = self.add_on(key) or PREDEFINED_TYPES.get(key) or self._shown.get(key)
+        if made is None and key in _RENAMED:
+            made = TYPES[_RENAMED[key]]
         if made is None:
             raise UnknownTypeError(f"there is no data type {name}")
         return made

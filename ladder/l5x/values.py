@@ -26,7 +26,24 @@ from .datatypes import has_initials
 from .records import Data, number_of
 
 _RADIX = re.compile(r"(16|8|2)#([0-9A-Fa-f_]+)")
-_DATE = re.compile(r"L?DT#(\d{4})-(\d\d)-(\d\d)-(\d\d):(\d\d):(\d\d)(?:\.([\d_]+))?Z?", re.IGNORECASE)
+_DATE = re.compile(
+    r"L?DT#(\d{4})-(\d\d)-(\d\d)-(\d\d):(\d\d):(\d\d)(?:\.([\d_]+))?"
+    r"(?:Z|\(UTC([+-])(\d\d):(\d\d)\))?",
+    re.IGNORECASE,
+)
+_DURATION = re.compile(
+    r"(LT|T|T32|LTIME|TIME|TIME32)#([+-]?)((?:_?\d{1,19}(?:\.\d{1,9})?(?:d|h|ms|m|us|ns|s))+)", re.IGNORECASE
+)
+_PART = re.compile(r"(\d+)(?:\.(\d+))?([a-z]+)")
+_NANOSECONDS = {
+    "d": 86_400_000_000_000,
+    "h": 3_600_000_000_000,
+    "m": 60_000_000_000,
+    "s": 1_000_000_000,
+    "ms": 1_000_000,
+    "us": 1000,
+    "ns": 1,
+}
 _INDEX = re.compile(r"\d{1,9}")
 _DEEPEST = 64
 """Levels of brackets in L5K text."""
@@ -223,6 +240,9 @@ def _integer_of(text: str) -> int:
     date = _DATE.fullmatch(text)
     if date:
         return _date_of(date)
+    duration = _DURATION.fullmatch(text)
+    if duration:
+        return _duration_of(duration)
     if text.lower() in _TRUTH:
         return int(_TRUTH[text.lower()])
     value = _real_of(text)
@@ -250,9 +270,22 @@ def _date_of(date: re.Match[str]) -> int:
     except ValueError:
         raise ValueTextError(f"{date.group()!r} is not a date") from None
     seconds = round((moment - datetime.datetime(1970, 1, 1)).total_seconds())
+    if date[8]:
+        ahead = int(date[9]) * 3600 + int(date[10]) * 60
+        seconds -= ahead if date[8] == "+" else -ahead
     digits = 9 if date.group()[0] in "Ll" else 6
     fraction = (date[7] or "").replace("_", "").ljust(digits, "0")[:digits]
     return seconds * int(10**digits) + int(fraction)
+
+
+def _duration_of(duration: re.Match[str]) -> int:
+    """Return the µs of a T# or T32#, the ns of an LT#."""
+    total = 0
+    for whole, fraction, unit in _PART.findall(duration[3].lower()):
+        unit_ns = _NANOSECONDS[unit]
+        total += int(whole) * unit_ns + int(fraction.ljust(9, "0")) * unit_ns // 10**9
+    units = total if duration[1][0] in "Ll" else total // 1000
+    return -units if duration[2] == "-" else units
 
 
 def _real_of(text: str) -> float:
