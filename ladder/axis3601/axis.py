@@ -66,8 +66,8 @@ class Axis3601(Device):
     Args:
         slot: number of the slot.
         configuration: what `configure` sends.
-        round_trip_ms: how long words take to cross the backplane both ways, ms, 10 at least. Where
-            requested packet intervals are longer, write two of them and a scan.
+        round_trip_ms: how long to wait for the module's answer at least, ms, 10 or more. The rack knows how
+            long its backplane and its adapters take; the longer of the two counts.
         parameters_first: send the parameters of each command one round trip before its command bit, so that
             an update that comes in two parts can't be another command. Each command begins later by that.
 
@@ -352,8 +352,8 @@ class Axis3601(Device):
         words = words_of(slots)[self.slot]
         if not may_be_stepper(words):
             self._refuse(f"slot {self.slot} has a {words.message}, which does not have a 3601's words")
-        self._drive = self._new_drive()
         slot = slots[self.slot]
+        self._drive = self._new_drive(getattr(slot, "round_trip_ms", 0))
         self._drive.attach(slot.inputs, slot.outputs, clock)
         self._words, self.status = slot.inputs.words, StatusView(slot.inputs)
 
@@ -372,8 +372,8 @@ class Axis3601(Device):
     def turns(self) -> tuple[Turn, Turn]:
         return self._drive.judge, self._drive.send
 
-    def _new_drive(self) -> Drive:
-        trip_ns = self.round_trip_ms * 1_000_000
+    def _new_drive(self, slot_ms: int = 0) -> Drive:
+        trip_ns = max(self.round_trip_ms, slot_ms) * 1_000_000
         owner = f"{self.name or 'the axis'} of slot {self.slot} [{self.declared}]"
         return Drive(trip_ns, owner, parameters_first=self.parameters_first)
 

@@ -17,6 +17,7 @@ from ..loop.module import Follower, Module
 from ..loop.pace import Pacer, Watchdog
 from ..loop.rack import Card, Rack
 from ..loop.scan import CpuMode, Logic
+from ..modules.registry import MODULES
 from .playback import Playback, RecordedInputs, Score
 
 
@@ -44,9 +45,21 @@ def build_rack(spec: RackSpec, ports: ExitStack | None = None, *, handled: bool 
             slot.module,
             slot.recorded_firmware,
             slot.words,
+            round_trip_ms(spec, slot),
         )
         for slot in spec.slot
     )
+
+
+def round_trip_ms(spec: RackSpec, slot: SlotSpec) -> int:
+    """Return how long a command to a slot and its answer take: over the backplane, and behind the module.
+
+    A CompactLogix exchanges images at its own interval: a command waits for one, its answer for the next.
+    """
+    own_ms = MODULES[slot.module].round_trip_ms
+    if spec.controller != "compactlogix":
+        return own_ms
+    return own_ms + -(-(2 * spec.rpi_ns + spec.scan_ns) // 1_000_000)
 
 
 def _exposed(spec: RackSpec, slot: int, module: Module, *, handled: bool) -> Module:

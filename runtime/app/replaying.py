@@ -15,7 +15,7 @@ from ..config.rackspec import RackSpec
 from ..loop.faults import CpuFault
 from ..loop.rack import Card, Rack
 from ..loop.scan import CpuMode, Logic
-from .build import build_playback, build_rack
+from .build import build_playback, build_rack, round_trip_ms
 from .levels import recorded_levels
 from .playback import RecordedInputs, Score, Stimulus, recorded_outputs, stimulated
 from .running import Observer, unobserved
@@ -102,6 +102,7 @@ def recorded_rack(recording: Recording, spec: RackSpec) -> Rack:
     A trace keeps the names of words and bits, the rack file also how a card's data are addressed.
     """
     known = {slot.number: slot.words for slot in spec.slot}
+    trips = {slot.number: round_trip_ms(spec, slot) for slot in spec.slot}
     return Rack(
         Card(
             slot.number,
@@ -109,6 +110,7 @@ def recorded_rack(recording: Recording, spec: RackSpec) -> Rack:
             slot.module,
             slot.firmware,
             known[slot.number] if known.get(slot.number) == slot.words else slot.words,
+            trips.get(slot.number, 0),
         )
         for slot in recording.slots
     )

@@ -31,6 +31,7 @@ class Card:
         catalog: what it is sold as, such as "amci3601"; for the record only.
         firmware: its firmware, such as "4.1"; for the record only.
         words: what its words and bits are called; names in addresses follow from it.
+        round_trip_ms: how long a command and its answer take at most, ms; 0 = as long as the scan loop takes.
     """
 
     slot: int
@@ -38,6 +39,7 @@ class Card:
     catalog: str = ""
     firmware: str = ""
     words: ModuleWords = PLAIN_WORDS
+    round_trip_ms: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +53,7 @@ class Slot:
     outputs: Image
     inputs: Image
     words: ModuleWords
+    round_trip_ms: int
 
     @property
     def fault(self) -> int:
@@ -103,7 +106,8 @@ def as_logic_sees(slots: Mapping[int, Slot]) -> Mapping[int, Slot]:
 
 def _slot(card: Card, block: memoryview) -> Slot:
     outputs, inputs = Image(buffer=block[:IMAGE_BYTES]), Image(buffer=block[IMAGE_BYTES:])
-    return Slot(card.slot, card.module, card.catalog, card.firmware, outputs, inputs, card.words)
+    facts = card.slot, card.module, card.catalog, card.firmware
+    return Slot(*facts, outputs, inputs, card.words, card.round_trip_ms)
 
 
 def check_slot_number(number: object) -> None:

@@ -159,6 +159,7 @@ class ModuleRecord:
         signals: analog inputs by name, with values that are worth a try, with these options.
         check_controller: refuses (firmware, controller) that do not go together, with a ValueError.
         capabilities: the table of what it refuses, Markdown; None if it refuses nothing of its own.
+        round_trip_ms: how long it takes at most to answer a command, ms; 0 = it answers at once.
     """
 
     name: str
@@ -173,3 +174,4 @@ class ModuleRecord:
     signals: Callable[[Options], Mapping[str, tuple[float, ...]]] = lambda _options: {}
     check_controller: Callable[[str, str], None] = _any_controller
     capabilities: Callable[[], str] | None = None
+    round_trip_ms: int = 0

@@ -9,6 +9,9 @@ from ...loop.module import Module
 from ...machine import Machine, MachineSpec
 from ..record import LivePort, ModuleRecord, Options, Trait
 
+ROUND_TRIP_MS = 400
+"""Longer than the longest command takes until it is answered, which is a configuration."""
+
 
 def adapter_record(
     name: str,
@@ -39,4 +42,5 @@ def adapter_record(
         live=live,
         traits=frozenset({Trait.MACHINE, Trait.LINE}),
         capabilities=capabilities,
+        round_trip_ms=ROUND_TRIP_MS,
     )

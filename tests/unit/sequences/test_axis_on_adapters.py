@@ -1,8 +1,9 @@
 """The axis over any module with a 3601's words: the feeder as a sequence, on three hardwares.
 
 The story is that of `tests/unit/adapters/test_feeder_on_three_hardwares.py`, whose program is made of rungs:
-home, two strokes to and fro, an emergency stop in the third, home again. As docs/adapters.md asks, the round
-trip is 400 ms, and strokes end 100 steps off the home switch.
+home, two strokes to and fro, an emergency stop in the third, home again. As docs/adapters.md asks, strokes
+end 100 steps off the home switch. An axis takes the round trip of an adapter, 400 ms, from the rack; on the
+3601 the program asks for the same, so that the emergency stop meets the same stroke.
 """
 
 from pathlib import Path
@@ -10,7 +11,7 @@ from pathlib import Path
 import pytest
 from feeder_story import HARDWARES, STORY, moves_of
 from scanrack.runtime.app.build import build_cpu, build_rack
-from scanrack.runtime.app.loading import load_job
+from scanrack.runtime.app.loading import load_job, load_spec
 from witness import Witness
 
 FEEDER = Path(__file__).parents[3] / "examples" / "feeder" / "feeder.toml"
@@ -41,8 +42,12 @@ class Feeder(Logic):
 """
 
 
-def run(folder, hardware, options="round_trip_ms=400"):
+AS_SLOW = {"amci3601": "round_trip_ms=400, "}
+
+
+def run(folder, hardware, options=""):
     """Run the feeder; return its moves."""
+    options = AS_SLOW.get(hardware, "") + options
     (folder / "feeder.py").write_text(PROGRAM.replace("OPTIONS", options), encoding="utf-8")
     text = FEEDER.read_text(encoding="utf-8")
     for right, instead in {
@@ -68,5 +73,31 @@ def test_a_sequence_makes_the_same_moves(hardware, tmp_path):
 
 @pytest.mark.parametrize("hardware", HARDWARES)
 def test_parameters_first_on_each_of_them(hardware, tmp_path):
-    moves = run(tmp_path, hardware, "round_trip_ms=400, parameters_first=True")
+    moves = run(tmp_path, hardware, "parameters_first=True")
     assert moves[:4] == STORY[:4]
+
+
+RACK = """
+program = "none.py"
+controller = "CONTROLLER"
+scan_ms = 2
+[[slot]]
+number = 1
+module = "MODULE"
+"""
+
+
+@pytest.mark.parametrize(
+    ("controller", "module", "trip_ms"),
+    [
+        ("micrologix", "amci3601", 0),
+        ("compactlogix", "amci3601", 20 + 20 + 2),
+        ("micrologix", "pcl601-adapter", 400),
+        ("compactlogix", "pmc006-adapter", 400 + 20 + 20 + 2),
+    ],
+)
+def test_a_rack_knows_the_round_trip_of_each_slot(controller, module, trip_ms, tmp_path):
+    rack = tmp_path / "rack.toml"
+    interval = "rpi_ms = 20\n" * (controller == "compactlogix")
+    rack.write_text(interval + RACK.replace("CONTROLLER", controller).replace("MODULE", module))
+    assert build_rack(load_spec(str(rack))[0]).slots[1].round_trip_ms == trip_ms

@@ -4,11 +4,12 @@ Each change of the output words is torn once, in each way of `TEARS`: those word
 later. Without the option some tear makes an illegal command; with it none does, whatever is torn.
 """
 
+from dataclasses import replace
 from typing import Any
 
 from bench3601 import ENCODER, configuration
 from scanrack import Axis3601, Configuration, Direction, Logic, dwell, sequence, until
-from scanrack.io_images.amci3601 import Acceleration, BlendSegment, InputBit
+from scanrack.io_images.amci3601 import Acceleration, BlendSegment, CommandMsw, InputBit
 from scanrack.io_images.image import Image
 from scanrack.runtime.loop.cpu import Cpu, CpuFault
 from scanrack.runtime.loop.exchange import EveryRpi
@@ -20,6 +21,7 @@ from scanrack.runtime.modules.amci3601 import Amci3601
 
 MOST_SCANS = 12_000
 RPI_MS, SCAN_MS = 5, 2
+RUN_CCW = CommandMsw.MANUAL_CCW.value
 SETUP = Configuration.from_image(Image(configuration(add=ENCODER)))
 FAST: Any = {"acceleration": 300, "deceleration": 400}
 PATH = [BlendSegment(300, 5_000, 200), BlendSegment(220, 2_000, 400)]
@@ -141,3 +143,30 @@ def test_with_parameters_first_no_tear_of_any_change_is_an_illegal_command():
     for number, (at_ns, _) in enumerate(Run(ParametersFirst).images):
         for late in ((1,), TEARS[3 * number % len(TEARS)]):
             assert broken_by(ParametersFirst, at_ns, late) == [], (at_ns, late)
+
+
+class NewSpeed(Logic):
+    """A change of speed in motion, in both of its words."""
+
+    axis = Axis3601(
+        1, replace(SETUP, starting_speed=500), round_trip_ms=2 * RPI_MS + SCAN_MS, parameters_first=True
+    )
+
+    @sequence
+    async def cycle(self):
+        await self.axis.configure()
+        await self.axis.set_position(0)
+        self.axis.run(-999, **FAST)
+        await dwell("60 ms")
+        self.axis.run(-1_000, **FAST)
+        await dwell("60 ms")
+        await self.axis.halt()
+
+
+def test_a_new_speed_in_motion_is_sent_whole_and_a_torn_one_is_a_mixture():
+    """999 to 1,000: torn it is 1,999, which runs, or 0, which is no speed."""
+    changes = [(at, words[4:6]) for at, words in Run(NewSpeed).images if words[0] == RUN_CCW]
+    assert [speed for _, speed in changes] == [[0, 999], [1, 0]]
+    at_ns = changes[-1][0]
+    assert broken_by(NewSpeed, at_ns, (5,)) == []
+    assert "CMD-15" in broken_by(NewSpeed, at_ns, (4,))
