@@ -10,11 +10,12 @@ The answering side knows nothing of traces: its owner runs it scan by scan, and 
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from ..io_images.image import IMAGE_BYTES
-from .arrays import column_chunks
+from .arrays import column_chunks, extent
 from .columns import Columns
 from .compare import EXACT, Comparison, Tolerance, compare_parts
 from .event_text import describe
@@ -41,14 +42,22 @@ class Recording:
     events: tuple[TraceEvent, ...]
 
     @classmethod
-    def of(cls, trace: Trace) -> Recording:
+    def of(cls, trace: Trace, more: Columns | None = None) -> Recording:
         """Read a trace.
+
+        Args:
+            trace: the trace.
+            more: scans that are not written yet; those that are written are left out.
 
         Raises:
             TraceError: the file is damaged beyond what can be left out.
             ValueError: it has no scans.
         """
         scans = PackedScans.of(len(trace.head.slots), column_chunks(trace))
+        if more is not None:
+            written = extent(trace).scan.tolist()
+            first = bisect_right(more.scan.tolist(), written[-1]) if written else 0
+            scans.add(more.rows(first, len(more.scan)))
         if not len(scans):
             raise ValueError("the trace has no scans to replay")
         return cls(trace.head.slots, scans, tuple(trace.events()))

@@ -102,17 +102,17 @@ class Tap:
             self._last = None
             self._latest = self._figures.read(now_ns)
             self._ring.put(scan, flags, now_ns, wall_ns(), self._latest, self._memory)
-            self.notes.give(self.session.scan)
+            self.notes.give(scan + 1)
         if self._ring.asked != self._seen_asked:
-            self._give(None)
+            self.give()
 
     def give(self) -> None:
         """Give the monitor the values before the next scan."""
         self._give(self._next)
 
-    def _give(self, scan: int | None) -> None:
+    def _give(self, scan: int) -> None:
         self._seen_asked = self._ring.asked
-        self.notes.give(self.session.scan if scan is None else scan)
+        self.notes.give(scan)
         self.tell({"state": self.session.described()})
         self.tell({"forces": {"scan": self.session.scan, "forces": self._forces}})
 

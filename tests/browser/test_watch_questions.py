@@ -1,6 +1,6 @@
 """Questions to a rack that runs: why, uses, find; and what may go wrong, by button."""
 
-from watched_page import until
+from watched_page import until, watching
 
 
 def text(page, selector):
@@ -36,3 +36,19 @@ def test_an_incident_is_raised_and_told(page, feeder):
     page.press("Raise Link to the module lost")
     until(lambda: not page.run("return document.querySelector('dialog[open]')"))
     until(lambda: "link" in text(page, ".events").lower())
+
+
+def test_why_of_a_python_program_names_the_line_and_shows_it(page):
+    with watching("examples/three_stations/line.toml", "--paused", "--speed", "max") as session:
+        page.open(session.link, paused=True)
+        page.step(1200)
+        page.until_scan(1199, "paused")  # the recording has not got the latest scans yet
+        page.until_there("[data-name='line.step'][data-value='move']")
+        chip = "//button[contains(@class, 'chip')]/span[text()='line.step']"
+        page.browser.find_element("xpath", chip).click()
+        page.press("Why")
+        until(lambda: "line.step is 'move' since scan" in text(page, "#tag .answer"))
+        assert 'line.step = "move"' in text(page, "#tag .answer")
+        line = text(page, "#tag .answer button").removeprefix("Line ")
+        page.browser.find_element("css selector", "#tag .answer button").click()
+        page.until_there(f"[data-at='line.py.{line}'][aria-current]")

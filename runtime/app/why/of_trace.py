@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ....ladder import LadderLogic
 from ....ladder.debug import Debugger
+from ....traces.columns import Columns
 from ....traces.reader import Trace
 from ....traces.replay import Recording
 from ...config.rackspec import RackSpec
@@ -39,7 +40,15 @@ class Asked:
     notes: tuple[str, ...] = ()
 
 
-def why_of_trace(trace: Trace, folder: Path, what: str | None, moment: Moment, *, trust: bool) -> Asked:
+def why_of_trace(
+    trace: Trace,
+    folder: Path,
+    what: str | None,
+    moment: Moment,
+    *,
+    trust: bool,
+    more: Columns | None = None,
+) -> Asked:
     """Answer a question about a trace.
 
     Args:
@@ -48,13 +57,14 @@ def why_of_trace(trace: Trace, folder: Path, what: str | None, moment: Moment, *
         what: see `Bench.why`.
         moment: the scan.
         trust: run Python that came with the trace; without, only what is the same as in the current folder.
+        more: scans of a trace that grows which are not written yet.
 
     Raises:
         ValueError: a file or an option can't be used, or there is nothing of that name.
         UntrustedError: Python of the trace would run.
         NotReachedError: the bit of `moment` does not come on.
     """
-    recording = Recording.of(trace)
+    recording = Recording.of(trace, more)
     if not {"rack_file", "program_file"} <= set(trace.head.metadata):
         return _of_images(recording, what, moment)
     job = job_of(trace, folder, trust=trust)

@@ -21,6 +21,7 @@ from ...config.rackspec import RackSpec
 from ...live.ring import Row
 from ...loop.scan import Logic
 from .catalog import Catalog, python_routines, shown_value, value_of
+from .elsewhere import Elsewhere
 from .event_log import EventLog
 from .hello import incidents_of, slots_of
 from .lanes import TagLanes, Told
@@ -162,6 +163,7 @@ class Monitor(ABC):
         self.about, self.subject = about, subject
         self.log = EventLog()
         self.pages: list[Page] = []
+        self.elsewhere = Elsewhere()
         self.latest: Row | None = None
 
     # --- what differs between a session and a recording
@@ -301,7 +303,9 @@ class Monitor(ABC):
                 raise ValueError(f"do is the name of an order or a question, not {str(name)[:60]}")
             question = QUESTIONS.get(name)
             if question is not None:
-                page.send({"answer": {"id": number, "ok": True, **question(self, page, said)}})
+                answer = question(self, page, said)
+                if answer is not None:
+                    page.send({"answer": {"id": number, "ok": True, **answer}})
             else:
                 self.order(page, number, said)
         except ValueError as error:

@@ -10,6 +10,7 @@ from .catalog import COLUMNS, python_source
 from .lanes import MOST_LANES
 from .page import Page
 from .strip import edges, envelopes
+from .timeline import columns_of
 
 if TYPE_CHECKING:
     from .monitor import Monitor
@@ -19,6 +20,9 @@ Said = Mapping[str, Any]
 
 MOST_WATCHED = 500
 """Tags that a page may watch."""
+
+UNWRITTEN_MOST = 16_384
+"""Latest scans that go along with a question, since the recording may not have them yet."""
 
 ENVELOPE_STEPS = 500
 """Points of a position in a window of the past."""
@@ -122,14 +126,16 @@ def _scans_in(said: Said) -> tuple[int, int]:
     return first, last
 
 
-def why(monitor: Monitor, page: Page, said: Said) -> Json:
+def why(monitor: Monitor, page: Page, said: Said) -> Json | None:
     """Say why a tag is as it is in the scan that the page shows."""
     tag = _text(said, "tag")
     subject, row = monitor.subject, monitor.row_of(page)
-    shadow = subject.past
-    if shadow is None or subject.catalog is None or row is None:
-        raise ValueError(f"{tag}: the program is in Python: scanrack why answers from its recording")
-    scan = int(row["scan"])
+    if row is None:
+        raise ValueError(f"{tag}: no scan has run yet")
+    scan, shadow = int(row["scan"]), subject.past
+    if shadow is None or subject.catalog is None:
+        _ask_python(monitor, page, said, tag, scan)
+        return None
     if not shadow.show(scan):
         raise ValueError(f"scan {scan} can't be repeated yet: ask again in a moment")
     forced = monitor.log.forces_at(page.past)
@@ -138,6 +144,15 @@ def why(monitor: Monitor, page: Page, said: Said) -> Json:
     finally:
         shadow.show(scan)
     return {"text": text, "scan": scan}
+
+
+def _ask_python(monitor: Monitor, page: Page, said: Said, tag: str, scan: int) -> None:
+    """Let a process answer: a program in Python has to run again from its first scan on."""
+    trace = monitor.subject.timeline.path
+    if monitor.subject.logic is None or trace is None:
+        raise ValueError(f"{tag}: the program may not run here: see --trust")
+    rows = monitor.subject.timeline.between(max(0, scan - UNWRITTEN_MOST), scan)
+    monitor.elsewhere.why(page, said.get("id"), str(trace), tag, columns_of(rows))
 
 
 def xref(monitor: Monitor, _page: Page, said: Said) -> Json:
@@ -166,7 +181,7 @@ def _is_name(value: object) -> bool:
     return isinstance(value, str) and 0 < len(value) <= 400
 
 
-QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json]] = {
+QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json | None]] = {
     "show": show,
     "watch": watch,
     "lanes": lanes,
@@ -177,4 +192,4 @@ QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json]] = {
     "xref": xref,
     "find": find,
 }
-"""The questions by name."""
+"""The questions by name; one that returns None is answered later."""

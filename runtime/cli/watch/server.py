@@ -71,7 +71,10 @@ class Server:
             compression=None,
             server_header=None,
         ):
-            await self._pump()
+            try:
+                await self._pump()
+            finally:
+                self._monitor.elsewhere.close()
 
     async def _pump(self) -> None:
         """Let the monitor tick."""
@@ -80,6 +83,7 @@ class Server:
         while not self._ended():
             due = max(due + 1 / (HZ if self._monitor.pages else IDLE_HZ), loop.time())
             await asyncio.sleep(due - loop.time())
+            self._monitor.elsewhere.tick()
             while self._monitor.tick() and loop.time() < due + BUSY_S:
                 await asyncio.sleep(0)
 

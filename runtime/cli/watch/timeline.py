@@ -35,11 +35,14 @@ class Timeline:
     Args:
         recent: the latest rows; none for a recording.
         path: of the trace, which may be growing; None without one.
+
+    Attributes:
+        path: the same, of the present session.
     """
 
     def __init__(self, recent: Recent, path: Path | None) -> None:
         self.recent = recent
-        self._path = path
+        self.path = path
         self._trace: Trace | None = None
         self._windows: dict[int, Rows] = {}
         self._extent: tuple[int, int] | None = None
@@ -52,7 +55,7 @@ class Timeline:
         if not len(numbers):
             return self._recorded()
         first = int(numbers[0])
-        if first and self._path is not None:
+        if first and self.path is not None:
             recorded = self._recorded()
             first = first if recorded is None else min(first, recorded[0])
         return first, int(numbers[-1])
@@ -66,7 +69,7 @@ class Timeline:
         """Return the rows of the scans from one to another, both included, as far as they are there."""
         rows = self.recent.between(first, last)
         begins = int(rows["scan"][0]) if len(rows) else last + 1
-        if self._path is None or len(rows) == last - first + 1:
+        if self.path is None or len(rows) == last - first + 1:
             return rows
         if begins <= first:  # rows were lost: the session runs faster than the monitor
             return self._read(first, last)
@@ -108,7 +111,7 @@ class Timeline:
     def forget(self, path: Path | None) -> None:
         """Begin with another trace."""
         self.close()
-        self._path = path
+        self.path = path
 
     def close(self) -> None:
         """Close the trace."""
@@ -162,9 +165,9 @@ class Timeline:
         return self._rows(None if trace is None else read_columns(trace, selection))
 
     def _opened(self) -> Trace | None:
-        if self._trace is None and self._path is not None:
+        if self._trace is None and self.path is not None:
             try:
-                self._trace = open_trace(self._path)
+                self._trace = open_trace(self.path)
             except TraceError:
                 return None  # nothing has been written yet
         return self._trace
@@ -175,6 +178,13 @@ class Timeline:
             rows["scan"] = rows["again"] = columns.scan
             rows["flags"], rows["now_ns"], rows["words"] = columns.flags, columns.time_ns, columns.words
         return rows
+
+
+def columns_of(rows: Rows) -> Columns:
+    """Return rows as a trace has them."""
+    return Columns(
+        rows["scan"].astype(np.int64), rows["now_ns"].copy(), rows["flags"].copy(), rows["words"].copy()
+    )
 
 
 def _recorded_tags(trace: Trace, scan: int) -> dict[str, Any]:

@@ -68,7 +68,7 @@ async function open(name) {
   sheet.replaceChildren(answer.rungs ? buildRungs(name, answer.rungs) : buildText(found, answer));
   sheet.dataset.kind = found.kind;
   paintRungs({ power: run.power, breakpoints: run.breakpoints, faults: run.faults });
-  paintText({ power: run.power, lines: run.lines });
+  paintText({ power: run.power, tags: run.tags, lines: run.lines });
   mark(selected);
   reveal();
 }

@@ -62,6 +62,7 @@ function changed(others) {
     fillSoon();
     if (choice.open) choices();
   }
+  if (details.open) list();
   draw();
 }
 

@@ -11,6 +11,8 @@ import { tagNames, toggleTag } from "./taglanes.js";
 import { place, unplace, valueOf } from "./values.js";
 import { addToWatch, sendWatched } from "./watchtable.js";
 
+const LATE_MS = 300; // an answer that takes longer is announced
+
 const name = el("strong", { class: "name" });
 const type = el("span", { class: "soft" });
 const says = el("p", { class: "says" });
@@ -85,11 +87,26 @@ export async function forceSelected(only = false) {
 }
 
 async function why() {
-  const tag = selected.tag, said = await orders.order("why", { tag, ...(run.state === "live" ? {} : { scan: run.scan }) });
-  if (!said || tag !== selected.tag) return;
-  const steps = (said.steps ?? []).map(step => hit({ text: step.text, rung: step.at, scan: step.scan }));
-  answer.replaceChildren(el("p", {}, said.text ?? ""), steps.length ? el("ul", {}, ...steps) : "");
+  const tag = selected.tag, late = setTimeout(() => answer.replaceChildren(el("p", { class: "soft" }, "The program runs again up to this scan …")), LATE_MS);
+  const said = await orders.order("why", { tag });
+  clearTimeout(late);
+  if (tag !== selected.tag) return;
+  if (!said) return answer.replaceChildren();
+  const lines = linesIn(said.text);
+  answer.replaceChildren(el("p", {}, said.text), lines.length ? el("div", { class: "line" }, ...lines.map(toLine)) : "");
 }
+
+// The lines of the program in Python that an answer names, such as line.py:62.
+function linesIn(text) {
+  const names = (run.hello.routines ?? []).filter(each => each.kind === "python").map(each => each.name);
+  const found = [...text.matchAll(/([^\s\/]+):(\d+)/g)].filter(([, file]) => names.includes(file));
+  return [...new Set(found.map(([, file, line]) => `${file}.${line}`))];
+}
+
+const toLine = place => {
+  const [, number] = /\.(\d+)$/.exec(place);
+  return el("button", { type: "button", click: () => showRung(place) }, `Line ${number}`);
+};
 
 async function uses() {
   const tag = selected.tag, said = await orders.order("xref", { tag });

@@ -8,6 +8,7 @@ import { place } from "./values.js";
 
 let lines = new Map(); // Main.12 -> its rows: of structured text there may be several
 let routine = ""; // its name
+let variables = null, chips = new Set(); // where the values of a program in Python stand, and their names
 let waits = null; // where it is said at which line each sequence waits
 
 export function buildText({ name, kind }, { text = [], names = [] }) {
@@ -15,8 +16,18 @@ export function buildText({ name, kind }, { text = [], names = [] }) {
   routine = name;
   waits = kind === "python" ? el("ul", { class: "waits", "aria-label": "Sequences" }) : null;
   const code = el("ol", { class: "code" }, ...text.map(rowOf));
-  const values = names.length ? el("div", { class: "variables", role: "group", "aria-label": "Variables" }, ...names.map(chip)) : null;
-  return el("div", {}, values ?? "", waits ?? "", code);
+  variables = waits && el("div", { class: "variables", role: "group", "aria-label": "Variables" });
+  chips = new Set();
+  addChips(names);
+  return el("div", {}, variables ?? "", waits ?? "", code);
+}
+
+// A program in Python may make variables while it runs.
+function addChips(names) {
+  const more = names.filter(name => !chips.has(name));
+  if (!variables || !more.length) return;
+  variables.append(...more.map(chip));
+  for (const name of more) chips.add(name);
 }
 
 function rowOf({ number, text, names = [] }) {
@@ -35,7 +46,8 @@ function chip(name) {
   return el("button", { type: "button", class: "chip", click: event => { event.stopPropagation(); select({ tag: name }); } }, el("span", {}, name), value);
 }
 
-export function paintText({ power, lines: running }) {
+export function paintText({ power, tags, lines: running }) {
+  if (tags) addChips(Object.keys(tags));
   for (const [ident, now] of Object.entries(power ?? {})) {
     for (const row of lines.get(ident) ?? []) setAttribute(row, "data-power", now[0]);
   }
@@ -45,16 +57,23 @@ export function paintText({ power, lines: running }) {
 // A sequence waits at one line at a time: that line is marked, and said for what it waits and since when.
 function paintRunning() {
   const here = Object.entries(run.lines).filter(([, at]) => at);
-  const marked = new Set(here.map(([, { line }]) => line));
+  const marked = new Set(here.filter(([, at]) => isHere(at)).map(([, { line }]) => line));
   for (const [ident, [row]] of lines) setAttribute(row, "data-power", marked.has(Number(ident.split(".").at(-1))) ? "1" : "0");
   while (waits.children.length < here.length) waits.append(el("li", {}, el("button", { type: "button", class: "plain", click: jump }), el("code")));
   while (waits.children.length > here.length) waits.lastChild.remove();
-  here.forEach(([name, { line, text, since }], place) => {
-    const button = waits.children[place].firstChild;
-    button.dataset.line = line;
-    setText(waits.children[place].lastChild, lines.get(`${routine}.${line}`)?.[0].querySelector("code").textContent.trim() ?? "");
-    setText(button, `${name} waits at line ${line}${text ? ` for ${text}` : ""}${since === undefined || since === null ? "" : ` since ${clock(since)}`}`);
-  });
+  here.forEach(([name, at], place) => paintWait(waits.children[place], name, at));
+}
+
+// Whether a line is in the file that is shown: a program may import its sequences.
+const isHere = ({ file }) => !file || file.split("/").at(-1) === routine;
+
+function paintWait(item, name, at) {
+  const [button, code] = item.children, { line, text, since } = at, row = isHere(at) ? lines.get(`${routine}.${line}`)?.[0] : null;
+  button.dataset.line = isHere(at) ? line : "";
+  setText(code, row?.querySelector("code").textContent.trim() ?? "");
+  const parts = [`${name} waits at line ${line}`, isHere(at) ? "" : ` of ${at.file.split("/").at(-1)}`, text ? ` for ${text}` : "",
+    since === undefined || since === null ? "" : ` since ${clock(since)}`];
+  setText(button, parts.join(""));
 }
 
 function jump(event) {

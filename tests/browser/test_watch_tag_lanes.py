@@ -1,0 +1,68 @@
+"""Tags in the timing strip: every change, live and in the past, as the bench has it."""
+
+from scanrack.runtime.app.bench.opening import open_bench
+from watched_page import until, watching
+
+EDGES = """
+const rows = [...document.querySelectorAll(".edges li")];
+return rows.map(each => [Number(each.dataset.scan), each.dataset.value]);
+"""
+OPEN = "document.querySelector('.edges').closest('details').open = true"
+
+
+def chosen(page, tag):
+    """Put a tag into the strip, by the controls."""
+    page.watch(tag)
+    page.browser.find_element("xpath", f"//section[@id='watch']//button[text()='{tag}']").click()
+    page.press("Strip")
+
+
+def listed(page, tag):
+    """The edges that the strip has of a tag, the earliest first."""
+    page.run(OPEN)
+    until(lambda: tag in page.run("return [...document.querySelectorAll('option')].map(each => each.value)"))
+    page.choose("Signal", tag)
+    return [(scan, value) for scan, value in page.run(EDGES)[::-1]]
+
+
+def changes(tag, scans):
+    """Each value of a tag of the feeder, and the scan behind which it has it first."""
+    bench = open_bench("examples/feeder/feeder.toml")
+    found = []
+    for scan in range(scans):
+        bench.scan(1)
+        value = str(int(bench.program.tags[tag]))
+        if not found or found[-1][1] != value:
+            found.append((scan, value))
+    return found
+
+
+def test_edges_of_the_past_are_those_of_the_bench(page, paused):
+    page.open(paused.link, paused=True)
+    page.step(2480)
+    page.until_scan(2479, "paused")
+    for tag in ("OutGo", "Out.Done", "Strokes.ACC"):
+        chosen(page, tag)
+        until(lambda tag=tag: listed(page, tag) == changes(tag, 2480))
+
+
+def test_edges_of_a_rack_that_runs_are_all_there(page, feeder_rack):
+    with watching(feeder_rack) as session:
+        page.open(session.link)
+        chosen(page, "OutGo")
+        until(lambda: len(listed(page, "OutGo")) > 3, 60)
+        page.press("Pause")
+        page.until_handle("state", "paused")
+        scans = int(page.handle("scan")) + 1
+        until(lambda: listed(page, "OutGo") == changes("OutGo", scans))
+
+
+def test_a_python_program_has_its_steps_in_the_strip(page):
+    with watching("examples/three_stations/line.toml") as session:
+        page.open(session.link)
+        page.until_there("[data-name='line.step'][data-value]")
+        page.browser.find_element(
+            "xpath", "//button[contains(@class, 'chip')]/span[text()='line.step']"
+        ).click()
+        page.press("Strip")
+        until(lambda: "move" in [value for _, value in listed(page, "line.step")], 60)
