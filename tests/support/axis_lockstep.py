@@ -121,8 +121,9 @@ OTHERS = (
 class LateAxis(Axis3601):
     """An axis that judges the inputs after the logic, as rungs do."""
 
-    def _new_drive(self) -> Drive:
-        return Drive(self.round_trip_ms * 1_000_000, parameters_first=self.parameters_first, late=True)
+    def _new_drive(self, slot_ms: int = 0) -> Drive:
+        trip_ns = max(self.round_trip_ms, slot_ms) * 1_000_000
+        return Drive(trip_ns, parameters_first=self.parameters_first, late=True)
 
 
 def machine() -> Machine:

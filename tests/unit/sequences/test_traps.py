@@ -164,7 +164,7 @@ def test_all_mistakes_are_told_at_once(tmp_path):
         ("await dwell('2 ms')\n1 / 0", "ZeroDivisionError", 2),
         ("await until(lambda: 1 / 0)", "ZeroDivisionError", 1),
         ("await dwell('2 ms')\nraise StopIteration", "StopIteration", 2),
-        ("import asyncio\nawait asyncio.sleep(0)", "no wait of scanrack", 2),
+        ("import asyncio\nawait asyncio.sleep(0)", "not a wait of scanrack", 2),
         ("await self.axis.set_position(0)", "AxisError", 1),
         ("await within('4 ms', self.start.rises)", "WaitTimeout", 1),
         ("self.lamp = 'on'", "an output is True or False", 1),
