@@ -108,7 +108,7 @@ def prescan_axes(engine: Any, first: bool) -> None:
 
 
 def run_axes(engine: Any) -> None:
-    """Run the blocks, and let the axes show what they say."""
+    """Run the blocks, and update the tags of the axes."""
     engine.call_routine(ROUTINE.upper(), ())
     machine = engine.interpreter
     machine.now_ns, machine.frame = engine.now_ns, {}

@@ -1,7 +1,7 @@
 """The cyclic garbage collector, paused while large trees are built.
 
-Each collection goes through all objects that there are. While a program of thousands of rungs is read and
-compiled, they only become more: a third of the time goes into searching them for garbage that is not there.
+Each collection visits all live objects. While a program of thousands of rungs is read and compiled, nothing
+becomes garbage, and collections take a third of the time.
 """
 
 from __future__ import annotations

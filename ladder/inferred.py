@@ -120,7 +120,7 @@ _BY_MEMBERS = (
     *(TIMER, COUNTER, CONTROL, STRING, MOTION_INSTRUCTION, MESSAGE),
     *(*AXIS_TYPES.values(), PID),
 )
-"""What a structure is whose members are all among theirs; the first that fits."""
+"""Candidates for a structure: the first one that has all members in use."""
 
 Known = Callable[[str, Address], DataType | None]
 """Returns the type of a declared address in a program, None if it is not declared."""

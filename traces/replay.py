@@ -153,7 +153,7 @@ class Follower:
         return block != recorded and any(block[span] != recorded[span] for span in self._spans)
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Do nothing: nothing is open."""
 
     @property
     def scans(self) -> int:

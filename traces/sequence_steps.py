@@ -1,7 +1,7 @@
 """Where the sequences of a program wait: the messages of /sequences.
 
-A message says where a sequence waits from its scan on, and that is so until the next message of the same
-sequence. A scan in which nothing goes on has none.
+A message says where a sequence waits from its scan on, until the next message of the same sequence. Most
+scans have none.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from .reader import Trace, TraceEvent
 from .topics import SEQUENCES
 
 OVER = "over"
-"""What a sequence is that waits for nothing: it has ended, or has not begun."""
+"""Wait of a sequence that has ended or has not begun."""
 
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """Where a sequence stands from a scan on.
+    """The wait of a sequence from a scan on.
 
     Attributes:
         scan: number of that scan.
@@ -59,7 +59,7 @@ class Step:
 
 
 def step_of(event: TraceEvent) -> Step:
-    """Return what a message of /sequences says; what it does not say is empty."""
+    """Return the step in a message of /sequences; missing fields are empty."""
     line = event.fields.get("line")
     texts = [str(event.fields.get(name) or "") for name in ("sequence", "file", "wait")]
     return Step(event.scan, event.now_ns, texts[0], texts[1], line if isinstance(line, int) else 0, texts[2])

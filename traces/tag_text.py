@@ -15,12 +15,12 @@ DISCRETE = ("BOOL", "ENUM", "TEXT")
 
 
 class TagText:
-    """Tells what changed from row to row.
+    """Describes what changed from row to row.
 
     Args:
         plan: the tags.
         texts: what the codes of texts stand for.
-        every: tells numbers as well.
+        every: numbers as well.
     """
 
     def __init__(self, plan: TagPlan, texts: Mapping[int, str], *, every: bool = False) -> None:

@@ -42,10 +42,10 @@ ROW_BYTES_MAX = 64 * 1024
 """Most bytes of a row."""
 
 CHEAP_VALUES = 1_000
-"""Values in a row beyond which a run tells what they cost."""
+"""Values in a row beyond which a run warns of their cost."""
 
 VALUE_NS = 20
-"""What a value costs about, ns a scan: 14 where there are a thousand, 21 where there are ten thousand."""
+"""Approximate cost of a value, ns a scan: 14 with a thousand, 21 with ten thousand."""
 
 FIELD = "tags"
 """Name of the field of /scan, and what the names of its signals begin with."""
@@ -123,7 +123,7 @@ class TagField:
     Attributes:
         tag: the tag it holds.
         name: its name in the schema.
-        constants: of an ENUM: what its codes are called in the schema.
+        constants: of an ENUM: names of its codes in the schema.
     """
 
     tag: Tag
@@ -176,7 +176,7 @@ class TagPlan:
 
     @property
     def cost(self) -> str | None:
-        """What recording the row costs, in words; None for a row that costs little."""
+        """The cost of recording the row, in words; None for a row that costs little."""
         if self.values <= CHEAP_VALUES:
             return None
         about = round(self.values * VALUE_NS / 1000)
@@ -219,8 +219,8 @@ class TagSource(Protocol):
 
     Attributes:
         plan: what they are.
-        take: returns the rack's memory block as it stands, followed by the row of tags.
-        pending: messages that the last row gave rise to: topic and fields. The recorder writes and
+        take: returns the rack's present memory block, followed by the row of tags.
+        pending: messages of the last row: topic and fields. The recorder writes and
             clears them.
     """
 
@@ -263,7 +263,7 @@ def read_plan(schema: str) -> TagPlan | None:
     """Read the plan off the schema of /scan; None if it has no tags.
 
     Raises:
-        ValueError: the schema has tags that can't be.
+        ValueError: the schema has invalid tags.
     """
     head, *messages = schema.split(f"{SEPARATOR}\n")
     row = next((line.split(" ")[0] for line in head.splitlines() if line.endswith(f" {FIELD}")), None)

@@ -2,9 +2,9 @@
 
 | file | does |
 |---|---|
-| `kinds` | one row for each command: where it may be asked, what ends it, how it makes way |
+| `kinds` | one row for each command: in which states it is allowed, what ends it, how it yields |
 | `errors` | ErrorID, and what is raised |
-| `command` | one command and what became of it |
+| `command` | one command and its outcome |
 | `stop`, `motions`, `blending` | commands with something of their own |
 | `probe` | the touch probe |
 | `drive` | the handshake: eight words in, eight words out |

@@ -2,8 +2,8 @@
 
     await self.axis.move_to(4000, speed=5000, acceleration=10, deceleration=10)
 
-Calling a method asks for the command, as a rising Execute does; its words leave at the end of this scan, or
-once what is under way has made way. Awaiting it waits for its end. A newer command has the axis, and the
+Calling a method requests the command, as a rising Execute does; its words leave at the end of this scan, or
+once the command under way has ended. Awaiting it waits for its end. A newer command takes the axis, and the
 older one is aborted in that scan.
 """
 
@@ -46,7 +46,7 @@ from .probe import Captured
 from .stop import Stop
 
 LEAST_ROUND_TRIP_MS = 10
-"""Round trip of an exchange at the ends of the scan; a longer one is the user's to say."""
+"""Default: the round trip of an exchange at the ends of the scan."""
 
 _MOVING = (StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW).value
 
@@ -96,7 +96,7 @@ class Axis3601(Device):
         self._words = self._drive.inputs.words
         self.status = StatusView(self._drive.inputs)
 
-    # -- what it says
+    # -- state
 
     @property
     def state(self) -> State:
@@ -116,12 +116,12 @@ class Axis3601(Device):
 
     @property
     def position(self) -> int:
-        """Current position, steps; it means nothing in configuration mode."""
+        """Current position, steps; not valid in configuration mode."""
         return self.status.position
 
     @property
     def encoder(self) -> int:
-        """Encoder or diagnostic feedback count; it means nothing in configuration mode."""
+        """Encoder or diagnostic feedback count; not valid in configuration mode."""
         return self.status.encoder
 
     # -- commands
@@ -389,7 +389,7 @@ class Axis3601(Device):
         return lambda: Move(kind, target, speed, acceleration, deceleration, shape).to_image()
 
     def _ask(self, command: AnyCommand, words: Callable[[], Image]) -> AnyCommand:
-        """Ask for a command, if the axis may be asked and the words can be made."""
+        """Request a command, if the state of the axis allows it and its parameters are valid."""
         refused, detail = self._refusal(command.kind), ""
         if refused & ErrorId.WRONG_STATE:
             detail = f"state {self.state.name}"

@@ -1,4 +1,4 @@
-"""One command of an axis: what a function block is to a rung, from its rising Execute on, for good."""
+"""One command of an axis: the counterpart of a function block from a rising Execute to its end."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Outcome(Enum):
-    """What became of a command."""
+    """The outcome of a command."""
 
     BUSY = "busy"
     DONE = "done"
@@ -27,12 +27,12 @@ class Outcome(Enum):
 
 
 class Command(Wait[None]):
-    """A command, asked for; await it for its end, or read what became of it.
+    """A requested command: await its end, or read its outcome.
 
     Attributes:
         kind: what it is.
         words: the eight words that start it; empty for one that was refused for its parameters.
-        outcome: what became of it.
+        outcome: whether it waits, runs, is done, aborted or failed.
         error_id: the ErrorID of the function block; 0 without an error.
         detail: more about the error.
 
@@ -45,7 +45,7 @@ class Command(Wait[None]):
     __slots__ = ("_axis", "_is_active", "detail", "error_id", "kind", "outcome", "text", "words")
 
     attended = False
-    """Whether it has something to do in each scan while it is under way."""
+    """Whether it acts in each scan while it is under way."""
 
     handshake_over = True
     """Whether a handshake with the module over several scans is complete."""
@@ -62,7 +62,7 @@ class Command(Wait[None]):
 
     @property
     def busy(self) -> bool:
-        """Whether it is asked for and not over."""
+        """Whether it is requested and not over."""
         return self.outcome is Outcome.BUSY
 
     @property
@@ -112,7 +112,7 @@ class Command(Wait[None]):
         self.words = array("h", image.words)
 
     def attend(self, drive: Drive, now_ns: int) -> None:
-        """Do what it has to do in each scan while it is under way."""
+        """Act in a scan while it is under way."""
 
     def activate(self, now_ns: int) -> None:
         """Its words are sent, in this scan."""

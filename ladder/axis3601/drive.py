@@ -43,7 +43,7 @@ from .stop import Stop
 
 
 class Step(IntEnum):
-    """Where the handshake stands."""
+    """The step of the handshake."""
 
     REST = 0
     SENT = 1
@@ -76,16 +76,16 @@ FAULTS = (
     (StatusMsw.HOME_INVALID.value, ErrorId.HOME_INVALID.value),
     (StatusMsw.INPUT_ERROR.value, ErrorId.INPUT_ERROR.value),
 )
-"""Status bits of command mode, and what ErrorID makes of them."""
+"""Status bits of command mode, and their bits in ErrorID."""
 
 ZEROS = array("h", bytes(2 * WORDS))
 
 
 class Drive:
-    """What a module is sent, and what it says to it.
+    """Sends commands to a module and judges its answers.
 
     Attributes:
-        step: where the handshake stands.
+        step: the step of the handshake.
         kind: the latest command that was sent.
         out: the eight words that are sent.
         running: the command that the words are of; None at rest.
@@ -112,14 +112,14 @@ class Drive:
         self.attach(Image(), Image(), Clock())
 
     def attach(self, inputs: Image, outputs: Image, clock: Clock) -> None:
-        """Take the images of a slot, and be as new."""
+        """Take the images of a slot, and reset."""
         self._clock = clock
         self.inputs, self._in = inputs, inputs.words
         self._words, self._raw = outputs.words, outputs.raw
         self.reset()
 
     def reset(self) -> None:
-        """Be as new: at rest, nothing asked for."""
+        """Reset: at rest, nothing requested."""
         self._sent = self._raw.tobytes()
         self.step, self.kind = _REST, RESET
         self.out = array("h", ZEROS)
@@ -162,7 +162,7 @@ class Drive:
 
     @property
     def position_valid(self) -> bool:
-        """Whether the module knows where it is."""
+        """Whether the module's position is valid."""
         return not self.msw & _NO_POSITION
 
     @property
@@ -253,7 +253,7 @@ class Drive:
             self._finish(Outcome.DONE, 0)
 
     def _settle(self, now_ns: int) -> None:
-        """Find out for how long the step has lasted."""
+        """Measure how long the step has lasted."""
         if self.step != self._last:
             self._since_ns = None
         elif self._since_ns is None:
@@ -297,7 +297,7 @@ class Drive:
             self._carry_out(self.pending, now_ns)
 
     def _make_way(self, newer: Command, now_ns: int) -> None:
-        """Bring what is under way to rest, or to another speed."""
+        """Bring the command under way to rest, or to another speed."""
         if self.step == Step.PARAMETERS:
             self.running = None
             self._clear(Step.ZEROS)  # nothing has been commanded
@@ -366,7 +366,7 @@ class Drive:
                 self.step = _SENT
 
     def _refused_by_now(self, kind: Kind) -> int:
-        """Return why a command that has waited can't be carried out: the axis has failed meanwhile."""
+        """Return why a command that has waited is refused: the axis has failed meanwhile."""
         if kind in NOTHING_TO_SEND or kind is CONFIGURE:
             return 0
         if (self.error_stop and kind is not RESET) or _is_lost(self.msw):

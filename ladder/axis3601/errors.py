@@ -1,4 +1,4 @@
-"""What a command that fails or is aborted raises where it is awaited."""
+"""Exceptions that an await raises when its command fails or is aborted."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ WORDS = {
 
 
 def reasons(error_id: int, detail: str = "") -> str:
-    """Return what an ErrorID says, and the number.
+    """Return the meaning of an ErrorID, and its number.
 
     >>> reasons(3)
     'the module reports COMMAND_ERROR, the module reports INVALID_PROFILE [ErrorID 3]'

@@ -1,6 +1,6 @@
-"""The kinds of commands: where each may be asked, what ends it, how it makes way. One row each.
+"""The kinds of commands: in which states each is allowed, what ends it, how it yields. One row each.
 
-The rows are those of the function blocks in `ladder/blocks/axis3601.rung`, and behave as they do.
+The rows are those of the function blocks in `ladder/blocks/axis3601.rung`, and behave alike.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ class State(IntEnum):
 
 
 class Way(Enum):
-    """How a command that is under way makes room for a newer one; the words that are written."""
+    """How a command under way yields to a newer one; the words that are written."""
 
     WAIT = "wait"
-    """It is over soon: the newer one waits."""
+    """It ends soon: the newer one waits."""
     HOLD = (CommandMsw.HOLD_MOVE.value, 0, 0, 0, 0, 0, 0, 0)
     STOP = (CommandMsw.IMMEDIATE_STOP.value, 0, 0, 0, 0, 0, 0, 0)
     """Without a ramp, for what can't be held; the position becomes invalid."""
@@ -47,7 +47,7 @@ class Kind:
     Attributes:
         name: the method of the axis.
         block: the function block it is equal to.
-        allowed: the states in which it may be asked.
+        allowed: the states in which it may be requested.
         state: the state of the axis while it is under way.
         done: status bits of word 0, one of which has to be set at rest for it to be done; 0 = rest is
             enough, None = it does not end by itself, or not at rest.
@@ -103,4 +103,4 @@ MINIMUM = Kind("store_minimum", "StoreMinimum3601", _REST)
 # fmt: on
 
 NOTHING_TO_SEND = (HALT, GEAR_OUT, STOP)
-"""What is done once the axis is at rest, without a command to the module."""
+"""Kinds that are done once the axis is at rest, without a command to the module."""

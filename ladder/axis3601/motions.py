@@ -1,4 +1,4 @@
-"""Commands that go on at a speed, or have to be accompanied: velocity, registration, gear, home."""
+"""Commands that run on at a speed, or act in each scan: velocity, registration, gear, home."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""MC_TouchProbe: the position at which the capture input came."""
+"""MC_TouchProbe: the position at which the capture input came on."""
 
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
-"""Rungs that note their power, with as little as will do.
+"""Rungs that note their power at a low cost.
 
     XIC(a)XIO(b)[XIC(c)XIC(d),XIC(e)]OTE(f)
 
     __1 = 0 if not (a) else 1 if not (not b) else 2     how far power came in a run of inputs
     __2 = __1 == 2
     __3 = False
-    if __2:                                             what can't happen without power is left out
+    if __2:                                             skipped without power
         __4 = 0 if not (c) else 1 if not (d) else 2
         __5 = __4 == 2
         __6 = e
@@ -19,7 +19,7 @@
     power after    XIC(a)  XIO(b)  XIC(c)           XIC(d)           XIC(e)           OTE(f)
     is             [7]>0   [7]>1   [7]>1 and [90]>0 [7]>1 and [90]>1 [7]>1 and [91]>0 [92]>0
 
-The last line is the rung's `Reading`: what was noted is read only when it is wanted. A rung that may leave
+The last line is the rung's `Reading`: notes are read on demand. A rung that may leave
 its routine half-way, and a line of structured text, put the truth itself into their first place, as a tuple.
 """
 
@@ -140,7 +140,7 @@ class NotedRung:
         self._writer.line(f"{self._notes.place(self._line.number)} = ({behind})")
 
     def _note(self) -> None:
-        """Note the variables that are left, one at least; take down how all are read."""
+        """Note the variables that are left, one at least; remember how all are read."""
         self._put((name for each in self._behind for name, _ in each), last=True)
         self._notes.read(self._line.number, tuple(map(self._reading, self._behind)))
 

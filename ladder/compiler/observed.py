@@ -1,12 +1,13 @@
 """What a compiled program does for its observer: it notes power and holds forces.
 
-Each is a variant of the compiled text, made when it is wanted; the program as it is pays for neither.
+Each is a variant of the compiled text, made on demand; the plain program has no cost.
 
 Noted: a rung keeps the power after its instructions in variables and, at its end, puts them into a list; see
 `noted`, and `statements` for structured text.
 
 Held: after every line that assigns to a forced variable there is one that forces it again. The value is
-computed as ever, since that may record a fault. Lists are held by the memory, see `debug.watching.HeldList`.
+computed all the same, since that may record a fault. Lists are held by the memory, see
+`debug.watching.HeldList`.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ LineKey = tuple[str, int]
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """What is wanted of a compiled program.
+    """What a compiled program notes and holds.
 
     Attributes:
         held: variables that are forced, each with whether that means some of its bits only.
@@ -182,7 +183,7 @@ def _force(ident: str, *, in_part: bool) -> str:
 
 
 def _placed(line: ast.stmt, where: ast.stmt) -> ast.stmt:
-    """Return a line as one of where another is from, so that messages name that."""
+    """Return a line with the source position of another one, for messages."""
     for node in ast.walk(line):
         if isinstance(node, (ast.expr, ast.stmt)):
             ast.copy_location(node, where)

@@ -1,7 +1,7 @@
-"""Forces: values that hold, whatever a program writes.
+"""Forces: values that stay, whatever a program writes.
 
 A value in a variable of its own is held by the compiled program, see `compiler.observed`. A value in a list
-is held by the list, so that it does not matter who writes it: an array, a copy, an add-on instruction on its
+is held by the list against every writer: an array, a copy, an add-on instruction on its
 instance. The interpreter writes through the memory, which holds both.
 """
 

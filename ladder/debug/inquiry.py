@@ -61,7 +61,7 @@ class Inquiry:
         return telling(changes_of(self._past.again(scan).history, where), where)
 
     def why(self, tag: str) -> str:
-        """Say why a tag is as it is: the scan and the rung that last changed it, and what was false there.
+        """Say why a tag has its value: the scan and the rung that last changed it, and what was false there.
 
         Raises:
             LadderError: there is no such tag.

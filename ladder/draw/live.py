@@ -1,4 +1,4 @@
-"""A rung as SVG that is drawn once and lit from outside: its elements are numbered, see `power`.
+"""A rung as SVG that is drawn once and lit by a page: its elements are numbered, see `power`.
 
     <g class="instruction" data-element="Main.3.0" data-tag="Start"> ... </g>
     <text class="value" data-name="Fill.ACC" ...></text>

@@ -14,7 +14,7 @@ from ..tree import Branch, Rung, Series, instructions_of
 
 
 class Numbering:
-    """Hands out the numbers of a rung's elements, from left to right.
+    """Numbers a rung's elements, from left to right.
 
     Attributes:
         instructions: number of instructions.

@@ -32,7 +32,7 @@ def _copy(machine: Interpreter, alarm: Members, names: Iterable[str], operands: 
 
 
 def _requested(alarm: Members, name: str) -> bool:
-    """Whether the program, by a rising bit, or an operator requests this now."""
+    """Whether the program requests this by a rising bit, or the operator does."""
     program, before = alarm[f"Prog{name}"], alarm[f"~{name}"]
     asked = bool(program and not before) or bool(alarm[f"Oper{name}"])
     alarm.set(**{f"~{name}": program, f"Oper{name}": False})
@@ -40,7 +40,7 @@ def _requested(alarm: Members, name: str) -> bool:
 
 
 def _switch(alarm: Members, on: str, off: str, state: str) -> bool:
-    """Set a state by its requests; the one that ends it comes first."""
+    """Set a state by its requests; an ending request takes precedence."""
     if alarm[f"Prog{off}"] or alarm[f"Oper{off}"]:
         alarm.set(**{state: False})
     elif alarm[f"Prog{on}"] or alarm[f"Oper{on}"]:

@@ -1,4 +1,4 @@
-"""FBC, DDT and DTR: what has changed, bit by bit [1756-RM003N, compare and sequencer diagnostics].
+"""FBC, DDT and DTR: comparisons bit by bit [1756-RM003N, compare and sequencer diagnostics].
 
 FBC and DDT search once per rising rung: with IN of the compare CONTROL to the next mismatch, without it for
 all. FD says that one was found; its bit number goes to the result array. DDT also copies the bit to the

@@ -4,7 +4,7 @@
     EN, ST  ____|‾‾‾‾‾‾‾‾‾‾|_______     EN stays until the end and a false rung, ST until the end
     DN, ER  _______________|‾‾‾‾‾‾‾     until the next message
 
-Nothing is sent and nothing received: a program or a test writes what would have been read.
+Nothing is sent or received: a program or a test writes the data of a read.
 """
 
 from __future__ import annotations

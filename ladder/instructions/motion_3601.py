@@ -63,7 +63,7 @@ class BoundAxis:
     """An axis of a program and the 3601 behind it.
 
     Attributes:
-        settings: what the rack says of it.
+        settings: its table in the rack file.
         tag: the axis.
         state: what the block works on, an AXIS_3601.
     """
@@ -379,7 +379,7 @@ def begin(axis: Axis, motion: MotionControl, name: str, operands: tuple[Resolved
 
 
 def follow(axis: Axis, motion: MotionControl, name: str) -> None:
-    """Show what has become of an instruction's request."""
+    """Show the state of an instruction's request."""
     ticket = motion.ticket
     if not ticket:
         return
@@ -400,7 +400,7 @@ def follow(axis: Axis, motion: MotionControl, name: str) -> None:
 
 
 def show(axis: Axis) -> None:
-    """Update the tag from what the module says; called after each scan."""
+    """Update the tag from the module's inputs; called after each scan."""
     state, tag, machine = axis.state, axis.tag, axis.machine
     status = axis.status
     position = int(state["Position"]) / axis.settings.counts_per_unit

@@ -1,4 +1,4 @@
-"""What a MOTION_INSTRUCTION shows of its instruction, and the codes of its ERR [MOTION-RM002, appendix]."""
+"""The bits of a MOTION_INSTRUCTION, and the codes of its ERR [MOTION-RM002, appendix]."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Attributes of objects that GSV reads and SSV sets, and of which nothing here makes a value.
+"""Attributes of objects that GSV reads and SSV sets, and that the runtime does not compute.
 
 Each is a number in the program's memory: it begins as its row says, SSV sets it, tests may set it, GSV reads
 it. A module is running and has no fault; a scan takes no time [1756-RM003N, GSV/SSV objects].

@@ -82,7 +82,7 @@ def _pid(
 
 
 def _measure(machine: Interpreter, loop: _Loop, raw: float) -> None:
-    """Scale PV, tell alarms, compute the error."""
+    """Scale PV, set alarms, compute the error."""
     value = _scaled(raw, loop.real("MINI"), loop.real("MAXI"), loop.real("MINS"), loop.real("MAXS"))
     loop.set(PV=value)
     if loop.bit("PVT") and (loop.bit("MO") or loop.bit("SWM")):

@@ -175,7 +175,7 @@ def _run(machine: Interpreter, power: bool, stub: Stub, *operands: object) -> bo
 
 
 def stub_spec(name: str, stub: Stub) -> Spec:
-    """Return what stands for an instruction.
+    """Return the spec of a stubbed instruction.
 
     Args:
         name: the instruction, in capitals.

@@ -3,7 +3,7 @@
 An attribute is a row of `ATTRIBUTES`: how it is read as bytes, and, if it can be set, how it is set from
 bytes. The tag of GSV and SSV may be a structure, an array, or the first member of a structure, as exports
 name it. WallClockTime is the virtual time, from 1970-01-01 00:00 at power-up on, until SSV sets it.
-Attributes of which nothing makes a value are memory, see `objects`.
+Attributes that the runtime does not compute are memory, see `objects`.
 """
 
 from __future__ import annotations
@@ -202,7 +202,7 @@ ATTRIBUTES: Mapping[tuple[str, str], Attribute] = {
     ("CONTROLLER", "NAME"): Attribute(_name_of_controller),
     **{(kind, "NAME"): Attribute(_name_of) for kind in ("MODULE", "PROGRAM", "ROUTINE", "TASK")},
 }
-"""Attributes of which something here makes a value, by class and name in capitals."""
+"""Attributes that the runtime computes, by class and name in capitals."""
 
 
 def _path(kind: str, instance: str, name: str) -> str:

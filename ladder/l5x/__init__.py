@@ -1,7 +1,7 @@
 r"""L5X: programs that Studio 5000 and RSLogix 5000 export, as they are.
 
     XML -> document -> datatypes, values -> scopes, modules, addons, routines, schedule -> Controller
-                                                      \-> report: what is refused, and where it stands
+                                                      \-> report: what is refused, and where
 
 | file | does |
 |---|---|

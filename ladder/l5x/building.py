@@ -53,7 +53,7 @@ class Builder:
         return None
 
     def _refuse_all(self, problems: Iterable[Problem], parts: Parts) -> bool:
-        """Refuse what problems are about; whether anything was."""
+        """Refuse the rungs and objects of problems; return whether any was."""
         something = False
         for each in problems:
             if each.number is not None and each.routine:
@@ -156,7 +156,7 @@ class Builder:
         self._parts.add_ons[owner.upper()] = _with_routine(definition, new)
 
     def _drop_initial(self, text: str, parts: Parts) -> bool:
-        """Let a tag start with zeros whose initial value does not fit; whether there was one."""
+        """Start a tag with zeros if its initial value does not fit; return whether there was one."""
         name = text.partition(":")[0].split("[")[0].split(".")
         for scope in (parts.declarations, *(each.declarations for each in parts.programs.values())):
             for place, each in enumerate(scope):

@@ -1,4 +1,4 @@
-"""Declares what a file leaves out and its rungs name: tags, routines, labels, tasks; the report lists it."""
+"""Declares tags, routines, labels and tasks that rungs name and the file lacks; the report lists them."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ MOST_IN_ALL = 8_000_000
 """Values of all tags together: 64 MiB of Python for each engine; controllers have less than half of that."""
 
 DEEPEST = 64
-"""Types that stand in one another."""
+"""Depth of types in types."""
 
 NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 """Names of members, parameters, programs and routines."""
@@ -137,10 +137,10 @@ class Types:
         return known[1]
 
     def take(self, kind: DataType, dims: tuple[int, ...]) -> None:
-        """Take room for a tag.
+        """Count the values of a tag.
 
         Raises:
-            LadderError: there is not so much left.
+            LadderError: there are too many.
         """
         wanted = self.count(kind) * count_of(dims)
         if wanted > self._left:

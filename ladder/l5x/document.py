@@ -1,4 +1,4 @@
-"""XML to records. An L5X is data from outside: what no export has is refused before or while it is parsed.
+"""XML to records. An L5X is data from outside: what no export has is refused before or during parsing.
 
 | refused | why |
 |---|---|
@@ -68,7 +68,7 @@ def read_document(path: Path) -> Document:
     """Read an L5X file.
 
     Raises:
-        L5xError: it is none, or what no export is.
+        L5xError: it is not an L5X, or has what no export has.
     """
     try:
         with path.open("rb") as stream:

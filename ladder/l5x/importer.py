@@ -1,4 +1,4 @@
-"""An L5X to a controller that can run, and the report of what became of it."""
+"""An L5X to a controller that can run, and the report of its import."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ TRIAL_STUB = "done after 20 ms"
 
 @dataclass(slots=True)
 class Imported:
-    """What became of a document.
+    """The result of an import.
 
     Attributes:
         document: the document.

@@ -316,7 +316,7 @@ class Document:
     others: tuple[tuple[str, int], ...]
 
     def release(self) -> None:
-        """Let go of the XML of values, which takes ten times the memory of the rest."""
+        """Release the XML of values, which takes ten times the memory of the rest."""
         for each in self._with_data():
             each.data.clear()
 
@@ -331,5 +331,5 @@ class Document:
 
     @property
     def whole(self) -> bool:
-        """Whether it is a whole controller: nothing that it names is left out."""
+        """Whether it is a whole controller: it has everything that it names."""
         return self.target == "Controller"

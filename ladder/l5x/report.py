@@ -1,4 +1,4 @@
-"""What became of a document: every rung is imported, or refused with the place, the reason and a remedy.
+"""The report of an import: every rung is imported, or refused with place, reason and remedy.
 
 `imported + len(refused) == rungs` holds always. What is not a rung (a routine of function blocks, an encoded
 add-on, a line of structured text) is refused as an object.
@@ -46,13 +46,13 @@ class Refusal:
 
 @dataclass(slots=True)
 class Note:
-    """Something that a reader should know and that keeps nothing from running.
+    """Something that a reader should know, and that prevents nothing from running.
 
     Attributes:
         line: its line in the file, 0 without one.
         name: what it is about.
         text: what there is to say.
-        times: how often there is something of that name to say it of.
+        times: how often it applies to that name.
     """
 
     line: int
@@ -67,7 +67,7 @@ class Note:
 
 @dataclass(slots=True)
 class Report:
-    """What became of a document.
+    """The result of an import.
 
     Attributes:
         file: the file.

@@ -22,7 +22,7 @@ DIAGRAMS = {"FBD": "a function block diagram", "SFC": "a sequential function cha
 
 _ANOTHER_LANGUAGE = "write the routine as ladder or structured text, or stub it"
 UNKNOWN = "stub the instruction, or take it out"
-"""What helps against an instruction that is not here."""
+"""The remedy for an unknown instruction."""
 
 _PENDING = "accept or cancel the edits, then export again"
 
@@ -32,7 +32,7 @@ _QUOTED = re.compile(r"'(?:[^'$\n]|\$[^\n])*'")
 
 
 def instruction_names(document: Document) -> list[str]:
-    """Return what stands before an opening parenthesis in the rungs of a document, each name once."""
+    """Return the names before opening parentheses in the rungs of a document, each once."""
     routines = [each for program in document.programs for each in program.routines]
     routines += [each for add_on in document.add_ons for each in add_on.routines]
     found: dict[str, None] = {}
@@ -43,7 +43,7 @@ def instruction_names(document: Document) -> list[str]:
 
 
 def _column(text: str, reason: str) -> int:
-    """Return where in a rung the instruction stands that a reason begins with, 1 if it is not found."""
+    """Return the column of the instruction that a reason begins with, 1 if it is not found."""
     shown = reason.partition(": ")[0]
     at = text.find(shown)
     return (at if at >= 0 else text.find(shown.partition("(")[0])) + 1 or 1
@@ -54,7 +54,7 @@ class RoutineReader:
 
     Attributes:
         specs: the shapes of all instructions, by name in capitals.
-        stubbed: names in capitals of instructions and routines for which a stub stands.
+        stubbed: names in capitals of instructions and routines that a stub replaces.
 
     Args:
         report: counts rungs and collects what is refused.

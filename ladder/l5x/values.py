@@ -1,6 +1,6 @@
 """Decorated data and L5K text to initial values, in the form that `Tag.initial` has.
 
-Decorated data name what they hold and are used where there are any:
+Decorated data name their values and are preferred:
 
     <Structure DataType="Recipe">
       <DataValueMember Name="Speed" DataType="REAL" Radix="Float" Value="1.5"/>
@@ -50,7 +50,7 @@ _DEEPEST = 64
 
 
 class ValueTextError(ValueError):
-    """A value that is none; the text."""
+    """A value that can't be read; the text."""
 
 
 def initial_of(data: Sequence[Data], kind: DataType, dims: tuple[int, ...]) -> Any:
@@ -77,7 +77,7 @@ def initial_of(data: Sequence[Data], kind: DataType, dims: tuple[int, ...]) -> A
     if "L5K" in found:
         return _l5k("".join(found["L5K"].itertext()), kind, dims, keep)
     if any(each.get("Format") is None and (each.text or "").strip("0 \r\n\t") for each in data):
-        raise ValueTextError("its values stand as bytes only, which are not read")
+        raise ValueTextError("its values are bytes only, which are not read")
     return None
 
 
@@ -119,7 +119,7 @@ def _string(element: Data, kind: Structure) -> str | None:
 
 
 def _has_elements(element: Data) -> bool:
-    """Whether the characters of a string stand one by one."""
+    """Whether the characters of a string are listed one by one."""
     return element.find("ArrayMember/Element") is not None
 
 
@@ -184,7 +184,7 @@ def _nested(values: list[Any], kind: DataType, dims: tuple[int, ...]) -> Any:
 
 
 def _parameters(element: Data | None, kind: DataType) -> Any:
-    """Return members that stand as attributes: those of `MessageParameters` and `AlarmDigitalParameters`."""
+    """Return members that are attributes: those of `MessageParameters` and `AlarmDigitalParameters`."""
     inner = None if element is None else next(element.iterchildren("*"), None)
     if inner is None or not isinstance(kind, Structure):
         return None

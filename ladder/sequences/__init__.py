@@ -4,11 +4,11 @@
 |---|---|
 | `durations` | times from text |
 | `waits` | what a sequence awaits: conditions, times, edges |
-| `coroutine` | one sequence: a coroutine, and where it stands |
+| `coroutine` | one sequence: a coroutine and its wait |
 | `branches` | several waits as one |
 | `parts`, `places`, `signals` | what a class declares; where it is; bits and words of the images |
-| `blocks`, `locks` | timers, edges, counters; what one sequence has at a time |
-| `declaring`, `mistakes`, `logic` | what a class may have; statements that can't be meant so; the class |
+| `blocks`, `locks` | timers, edges, counters; locks between sequences |
+| `declaring`, `mistakes`, `logic` | what a class may declare; statements that have no effect; the class |
 
 There is no event loop, no thread and no clock: the scan asks each wait, and resumes a sequence when its
 wait holds.

@@ -31,7 +31,7 @@ from .durations import duration_ns
 from .parts import Clock, Level, Slots
 
 LEAST, MOST = -(2**31), 2**31 - 1
-"""Where a counter stops: the range of a DINT."""
+"""The range of a counter: that of a DINT."""
 
 
 class Block(Level):

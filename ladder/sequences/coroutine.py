@@ -1,4 +1,4 @@
-"""A sequence: one coroutine, and where it stands.
+"""A sequence: one coroutine and its wait.
 
     turn of a scan          the sequence
     an order is there       gets Abort at its await, once its branches are gone
@@ -27,12 +27,12 @@ class Abort(BaseException):
 
 
 class Sequence:
-    """One coroutine and where it stands; `logic.cycle` is one.
+    """One coroutine and its wait; `logic.cycle` is one.
 
     Attributes:
         name: the name of its method.
         starts: whether it begins in the first scan, or waits for `restart`.
-        since_ns: virtual time at which it began to wait where it stands; of its end once it is over.
+        since_ns: virtual time at which its present wait began; of its end once it is over.
         value: what its coroutine returned.
 
     Args:
@@ -57,7 +57,7 @@ class Sequence:
         self._giving_up = False
         self._aborted = False
 
-    # -- what the logic may ask
+    # -- for the logic
 
     def abort(self) -> None:
         """End it: it gets `Abort` at its await, at its next turn. Its commands go on moving."""
@@ -72,7 +72,7 @@ class Sequence:
         """Whether it has ended, or has not begun."""
         return self._wait is None
 
-    # -- what others see; reading it changes nothing
+    # -- for observers; reading changes nothing
 
     @property
     def resumed(self) -> int:

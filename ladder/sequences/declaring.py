@@ -15,7 +15,7 @@ Method = Callable[[Any], Coroutine[Any, Any, object]]
 EVERY_SCAN = "every_scan"
 
 SHARED = (list, dict, set, bytearray)
-"""What all instances of a class would share."""
+"""Types of which all instances of a class would share a value."""
 
 
 class SequenceMethod:
@@ -78,7 +78,7 @@ def where_is(function: Any) -> str:
 
 
 def check_class(cls: type) -> None:
-    """Refuse what a class of logic may not have in its body.
+    """Refuse what a class of logic must not have in its body.
 
     Raises:
         TypeError: something that instances would share, or an `every_scan` that can't be called.

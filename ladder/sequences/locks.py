@@ -1,4 +1,4 @@
-"""A lock: what several sequences share, and one has at a time."""
+"""A lock: a resource that one of several sequences has at a time."""
 
 from __future__ import annotations
 

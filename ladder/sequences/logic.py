@@ -6,9 +6,9 @@ Order is that of definition, base classes first. An instance is the logic of a C
 is attached to the slots; on each first scan (power-up, or program mode left) its sequences are closed, its
 parts are as new, and sequences begin again. Its own fields stay.
 
-What others see of it, in any scan, at no cost to a waiting scan:
+Observers read, in any scan, without a cost to scans that wait:
 
-    for each in sequences_of(logic):    # `Sequence`, in order; the same objects for good
+    for each in sequences_of(logic):    # `Sequence`, in order; always the same objects
         each.resumed                    # differs when it, or a branch of it, went on in this scan
         each.name, each.line, each.file # where it waits; line is None once it is over
         each.waits_for, each.since_ns   # "axis.move_to(4000)", and since when; the text is made when asked
@@ -184,7 +184,7 @@ def _overlap(one: tuple[int, int, int], other: tuple[int, int, int]) -> bool:
 
 
 def sequences_of(logic: Logic) -> tuple[Sequence, ...]:
-    """Return the sequences of an instance, in order of definition; the same objects for good."""
+    """Return the sequences of an instance, in order of definition; always the same objects."""
     return logic._logic_sequences
 
 

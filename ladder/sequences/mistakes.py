@@ -1,11 +1,11 @@
-"""Statements that can't be meant so, found in the source of a class when it is made.
+"""Statements without effect, found in the source of a class when it is made.
 
     dwell("2 s")            a wait that is never awaited: it does nothing
     self.start.rises        likewise
     self.part()             an `async def` that never runs
     self.start = True       would hide an input, an axis or a sequence
 
-A command is no such statement: `self.axis.halt()` is carried out, whether awaited or not. Python warns of the
+A command has an effect without `await`: `self.axis.halt()` is carried out. Python warns of the
 coroutines that are neither a statement nor awaited, at their line.
 """
 
@@ -38,7 +38,7 @@ Bodies = Mapping[tuple[str, int], tuple[ast.AST, ...]]
 
 
 def check_statements(cls: type) -> None:
-    """Refuse statements in the methods of a class that can't be meant so.
+    """Refuse statements without effect in the methods of a class.
 
     Raises:
         TypeError: there is one; its file and line.

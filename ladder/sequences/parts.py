@@ -21,7 +21,7 @@ Turn = Callable[[int], None]
 
 
 class Slot(Protocol):
-    """What a slot of the rack is to logic."""
+    """A slot of the rack, as logic sees it."""
 
     @property
     def inputs(self) -> Image:
@@ -37,7 +37,7 @@ Slots = Mapping[int, Slot]
 
 
 class Scan(Protocol):
-    """What a scan is to logic."""
+    """A scan, as logic sees it."""
 
     @property
     def slot(self) -> Slots:
@@ -91,10 +91,10 @@ class Part:
         """
 
     def reset_part(self) -> None:
-        """Be as new: the first scan since power-up or program mode."""
+        """Reset: the first scan since power-up or program mode."""
 
     def owns(self) -> tuple[int, int, int] | None:
-        """Return what no other part may write: slot, word, mask; word -1 is the whole slot."""
+        """Return the place that this part alone writes: slot, word, mask; word -1 is the whole slot."""
         return None
 
 
@@ -102,7 +102,7 @@ class Level(Part):
     """A part that is true or false by itself."""
 
     def __bool__(self) -> bool:
-        raise NotImplementedError(f"{type(self).__name__} says not what it is")
+        raise NotImplementedError(f"{type(self).__name__} has no __bool__")
 
 
 class Device(Part):
@@ -114,7 +114,7 @@ class Device(Part):
 
 
 def words_of(slots: Slots) -> dict[int, ModuleWords]:
-    """Return what the words of each slot's module are called."""
+    """Return the names of the words of each slot's module."""
     return {number: getattr(slot, "words", PLAIN_WORDS) for number, slot in slots.items()}
 
 

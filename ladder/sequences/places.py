@@ -9,10 +9,10 @@ from ...io_images.addresses import BITS, Address, allowed, parse_address
 from ...io_images.module_words import ModuleWords
 
 Rack = Mapping[int, ModuleWords]
-"""What the words of the module in each slot are called."""
+"""Names of the words of the module in each slot."""
 
 KINDS = {"I": "input", "O": "output"}
-"""What an image is called in messages."""
+"""Name of an image in messages."""
 
 _BARE_NAME = re.compile(r"[A-Za-z_]\w*")
 

@@ -6,7 +6,7 @@
     level = InputWord("Local:3:I.Ch0Data")    a word, signed
     lamp: Output = Output("Local:2:O.Data.0")
 
-The value is that of the present scan's input latch. An input is true or false by itself; `.rises`, `.falls`,
+The value is that of the present scan's input latch. An input itself is true or false; `.rises`, `.falls`,
 `.on` and `.off` are waits. A status bit of a 3601 by meaning is false in configuration mode, in which the
 module mirrors other bits there.
 """
@@ -73,7 +73,7 @@ class Signal(Part):
 
 
 class Input(Signal, Level):
-    """A bit of an input image, true or false as it stands in the present scan.
+    """A bit of an input image, true or false in the present scan.
 
     Attributes:
         read: returns it as a bool; the quick way.

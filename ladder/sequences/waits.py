@@ -26,8 +26,8 @@ Condition = Callable[[], object]
 class Stepping(threading.local):
     """Whether a sequence takes its turn, in this thread.
 
-    Python may close a coroutine at any time, the innermost first. Nothing would go on with what its
-    `finally` awaits then, so that await ends at once.
+    Python may close a coroutine at any time, the innermost first. Nothing would resume an await in its
+    `finally` then, so that await ends at once.
 
     Attributes:
         now: whether one does.

@@ -8,7 +8,7 @@
 | `addresses` | `N7:0`, `B3/17`, `N7:[N7:1]`, `#N7:0`, `T4:0/DN` to addresses of the tree, and back |
 | `datafiles` | data files to tags with their values |
 | `rungs` | mnemonics and operands of a rung to the tree, and back |
-| `importer` | a document to a program, and the report of what became of it |
+| `importer` | a document to a program, and the report of its import |
 | `export` | a program back to text |
 
 The program has the dialect `slc`, see `instructions.slc`.

@@ -104,7 +104,7 @@ def _element(text: str, *, indexed: bool) -> Step:
 
 
 def _index(text: str) -> Operand:
-    """Return a number, or what stands in brackets."""
+    """Return a number, or the address in brackets."""
     return number(int(text)) if text.isdigit() else parse(text[1:-1].strip())
 
 

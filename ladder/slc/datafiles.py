@@ -75,7 +75,7 @@ def letters_of(name: str) -> str:
 
 @dataclass
 class _File:
-    """What is known of a file."""
+    """What data and rungs show of a file."""
 
     name: str
     length: int = 0
@@ -130,7 +130,7 @@ class DataFiles:
     # --- uses
 
     def routine(self, routine: Routine) -> None:
-        """Take notice of the elements that rungs name."""
+        """Note the elements that rungs name."""
         for rung in routine.rungs:
             for instruction in instructions_of(rung.series):
                 uses = self._uses(instruction)

@@ -10,7 +10,7 @@
     % N7:0 % 0 1 2 3 4 5 6 7 8 9      // values; the address between % % is a comment
     DATA T4:0 0 500 0                 // bits, PRE, ACC of each timer
 
-A rung goes from SOR to EOR, over as many lines as it takes. Lines that say something else are noted.
+A rung goes from SOR to EOR, over as many lines as it takes. Other lines are noted.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class RungRecord:
     """A rung.
 
     Attributes:
-        words: what stands between SOR and EOR.
+        words: the words between SOR and EOR.
         line: its line.
         comment: what the comments before it say.
         whole: whether it ends in EOR.
@@ -77,7 +77,7 @@ class DataRecord:
     Attributes:
         address: the first element.
         line: its line.
-        values: as they stand there.
+        values: as written.
     """
 
     address: str
@@ -112,7 +112,7 @@ class Document:
         ladders: by number.
         data: values of data files, in their order.
         slots: by number.
-        others: lines that say something else, with their numbers.
+        others: other lines, with their numbers.
     """
 
     file: str
@@ -141,7 +141,7 @@ def read_document(path: Path | str) -> Document:
     """Read an export from a file.
 
     Raises:
-        SlcError: it can't be read, is too long, no text, or has no rung.
+        SlcError: it can't be read, is too long, is not text, or has no rung.
     """
     file = Path(path)
     try:

@@ -1,4 +1,4 @@
-"""An export of RSLogix 500 to a program that can run, and the report of what became of it."""
+"""An export of RSLogix 500 to a program that can run, and the report of its import."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _PLACE = re.compile(r"routine U(\d+), rung (\d+)")
 
 @dataclass(slots=True)
 class Imported:
-    """What became of an export.
+    """The result of an import.
 
     Attributes:
         document: the export.

@@ -43,7 +43,7 @@ _NAME = re.compile(r"[A-Z_]\w*", re.IGNORECASE)
 _IN_EXPRESSION = re.compile(r"#?[A-Z]{1,3}\d{0,3}(?::(?:\d+|\[[^\]]+\]))?(?:\.\w+)?(?:/\w+)?", re.IGNORECASE)
 
 _PLACEHOLDER = re.compile(r"slc_(\d{1,4})")
-"""What stands for an address while an expression is read."""
+"""A placeholder for an address while an expression is read."""
 
 ROUTINE = "U"
 """What the name of a routine begins with, before the number of its ladder file."""
@@ -77,7 +77,7 @@ class RungReader:
         """Read a rung.
 
         Raises:
-            RungError: it is none.
+            RungError: it can't be read.
         """
         self._words = list(words)
         self._columns: list[int] = []

@@ -1,4 +1,4 @@
-"""Slots without modules: what a program is attached to where nothing runs."""
+"""Slots without modules, to attach a program that does not run."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class BareSlot:
     """A slot without a module.
 
     Attributes:
-        words: what its words are called.
+        words: names of its words.
         inputs: the input image, all 0.
         outputs: the output image.
     """
@@ -25,5 +25,5 @@ class BareSlot:
 
 
 def bare_slots(words: Mapping[int, ModuleWords]) -> dict[int, BareSlot]:
-    """Return slots by number, from what their words are called."""
+    """Return slots by number, from the names of their words."""
     return {number: BareSlot(each) for number, each in words.items()}

@@ -137,7 +137,7 @@ class Hints:
             slot.look(scan)
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Do nothing: nothing is open."""
 
     def sentences(self) -> list[str]:
         """Return the hints of a finished run."""

@@ -5,8 +5,8 @@
     a card that exists here                   that card
     any other                                 a comment: its tags stay memory
 
-The file runs as it is printed: instructions without an implementation have a stub, with a comment that says
-what else could stand there.
+The file runs as it is printed: instructions without an implementation have a stub, with a comment that
+lists the alternatives.
 """
 
 from __future__ import annotations

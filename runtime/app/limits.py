@@ -1,4 +1,4 @@
-"""`within`: a limit in time, for what a sequence awaits and for what a fuzzed run has to keep."""
+"""`within`: a time limit, for waits of a sequence and for invariants of a fuzzed run."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def within(
     limit: str, *, after: Condition, while_resting: bool = False
 ) -> Callable[[Condition], Invariant]: ...
 def within(limit: str, work: Any = None, *, after: Any = None, while_resting: bool = False) -> Any:
-    """Limit the time of a wait, or make an invariant of a condition that must come true in time.
+    """Limit the time of a wait, or make an invariant of a condition that must become true in time.
 
     In logic, `await within("5 s", wait)`: see `ladder.sequences.within`. In a file of invariants,
     `@within("5 s", after=...)`: see `runtime.app.fuzz.within`.

@@ -21,7 +21,7 @@ class Operated(Protocol):
 
 
 def tell_cpu(program: Operated, cpu: Cpu) -> None:
-    """Let the CPU know of every tag that is set, forced or released between scans."""
+    """Report every tag that is set, forced or released between scans to the CPU."""
     program.on_outside = lambda: cpu.tags_from_outside(forced_tags(program))
 
 

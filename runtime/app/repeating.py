@@ -16,7 +16,7 @@ RecordedOrder = GivenOrder
 
 
 def is_session(trace: Trace) -> bool:
-    """Tell whether the rack of a trace could be operated while it ran."""
+    """Return whether a trace is of a session."""
     return any(channel.topic == ORDERS.name for channel in trace.head.channels.values())
 
 
@@ -24,7 +24,7 @@ def orders_of(events: Iterable[TraceEvent]) -> list[RecordedOrder]:
     """Return the orders among the events of a recorded session.
 
     Raises:
-        ValueError: one of them is none.
+        ValueError: one of them can't be read.
     """
     found = []
     for event in events:
@@ -68,7 +68,7 @@ class Repeated:
         self._give(scan + 1)
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Do nothing: nothing is open."""
 
     def _give(self, scan: int) -> None:
         while self._next < len(self._orders) and self._orders[self._next].scan <= scan:

@@ -1,4 +1,4 @@
-"""Sequences that a recorder, a journal or a message tells of: where each waits, for what, since when.
+"""The waits of sequences for a recorder, a journal or a message: where, for what, since when.
 
     scan     602                          603 to 1,402   1,403
     cycle    goes on, waits at line 14    waits          goes on, waits at line 15
@@ -24,7 +24,7 @@ from .wrapped import unwrapped
 
 
 def sequences_in(logic: Logic) -> tuple[Sequence, ...]:
-    """Return the sequences of a program, in order of definition; none of one that is no such class."""
+    """Return the sequences of a program, in order of definition; none if its class is not a `Logic`."""
     inside = unwrapped(logic)
     return sequences_of(inside) if isinstance(inside, SequenceLogic) else ()
 
@@ -36,7 +36,7 @@ def declared_axes(logic: Logic) -> dict[int, str]:
 
 
 def standing(sequence: Sequence, scan: int) -> Step:
-    """Return where a sequence stands.
+    """Return the present wait of a sequence.
 
     Args:
         sequence: the sequence.
@@ -54,7 +54,7 @@ def watching(listener: ScanListener, logic: Logic) -> ScanListener:
 
 
 class WatchesSequences:
-    """Tells a listener of a scan in which a sequence has gone on, ahead of that scan.
+    """Reports to a listener, before a scan, the sequences that have gone on in it.
 
     A sequence that goes on in every scan and waits for the same at the same line is reported once.
 
@@ -68,7 +68,7 @@ class WatchesSequences:
         self._watched = [_Watched(each) for each in sequences]
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        """Hand over an event."""
+        """Pass on an event."""
         self._listener.event(scan, now_ns, topic, fields)
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
@@ -88,7 +88,7 @@ class WatchesSequences:
 
 
 class _Watched:
-    """A sequence, and where it stood."""
+    """A sequence and its wait in the scan before."""
 
     def __init__(self, sequence: Sequence) -> None:
         self.sequence = sequence
@@ -97,7 +97,7 @@ class _Watched:
         self._stood: tuple[str, int, str] | None = None
 
     def step(self, scan: int) -> Step | None:
-        """Return where it has gone on to; None if that is where it stood a scan ago."""
+        """Return its new wait; None if it still waits as a scan ago."""
         step = standing(self.sequence, scan)
         stands = step.file, step.line, step.wait
         stays = stands == self._stood and scan == self._scan + 1

@@ -1,4 +1,4 @@
-"""What a recording says was done to the tags of a program from outside, done again while it is played.
+"""Orders on the tags of a program in a recording, given again during its replay.
 
 /orders    of a session: what was written, forced and released, in its order
 /forces    of any other recording: the forced tags with their values; what was written is not recorded
@@ -29,7 +29,7 @@ class TagOrders:
     """The orders on tags in a recording.
 
     Attributes:
-        notes: what of them can't be done again, in words; those that the program refuses come with the run.
+        notes: which of them can't be given again, in words; those that the program refuses come with the run.
 
     Args:
         score: the scans of the recording.
@@ -45,7 +45,7 @@ class TagOrders:
         self.notes = [] if session else list(_unknown(score, events))
 
     def program(self, logic: Logic) -> Logic:
-        """Return the program as it has to run: a ladder program under a debugger if there are orders."""
+        """Return the program to run: a ladder program under a debugger if there are orders."""
         if not self._given or not isinstance(logic, LadderLogic):
             return logic
         from ...ladder.debug import Debugger  # most recordings need none
@@ -53,7 +53,7 @@ class TagOrders:
         return Debugger(logic, remembered=1)
 
     def give(self, cpu: Cpu, rack: Rack, logic: Logic) -> Repeated:
-        """Have the orders carried out while a CPU runs, before the same scans.
+        """Carry out the orders while a CPU runs, before the same scans.
 
         Args:
             cpu: runs the program, no scan yet.

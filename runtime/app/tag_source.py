@@ -59,7 +59,7 @@ class TextCodes:
         self._full = False
 
     def code(self, name: str, text: str) -> int:
-        """Return the code of a text that a tag has changed to, and say so."""
+        """Return the code of a text that a tag has changed to, and report the change."""
         known = self._codes.get(text)
         if known is None:
             if len(self._codes) >= LAST_CODE:
@@ -69,7 +69,7 @@ class TextCodes:
         return known
 
     def _last(self, name: str) -> int:
-        """Return the code of all further texts; say so once."""
+        """Return the code of all further texts; report it once."""
         if not self._full:
             self._full = True
             text = f"{name}: this is text {LAST_CODE + 1:,}; from here on new texts are recorded as one"
@@ -115,8 +115,8 @@ class ProgramTags:
 
     Attributes:
         plan: what is recorded.
-        pending: messages that the last scan gave rise to.
-        take: returns memory block and tags as they stand.
+        pending: messages of the last scan.
+        take: returns the present memory block and tags.
     """
 
     def __init__(
@@ -180,7 +180,7 @@ class WatchedTags:
 
     Attributes:
         plan: what is recorded.
-        pending: messages that the last scan gave rise to.
+        pending: messages of the last scan.
     """
 
     def __init__(self, debugger: Debugger, patterns: Sequence[str], memory: bytearray) -> None:
@@ -190,7 +190,7 @@ class WatchedTags:
         self.plan, self.pending = self._tags.plan, self._tags.pending
 
     def take(self) -> bytes:
-        """Return memory block and tags as they stand."""
+        """Return the present memory block and tags."""
         if self._debugger.engine is not self._engine:
             self._read_from(self._debugger.engine)
         return self._tags.take()

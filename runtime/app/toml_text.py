@@ -1,4 +1,4 @@
-"""Texts of others in a rack file that is printed: none ends its string, its key or its comment."""
+"""Escapes texts of other files for a printed rack file: none ends its string, key or comment."""
 
 from __future__ import annotations
 

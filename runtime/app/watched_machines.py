@@ -1,4 +1,4 @@
-"""What the machines of a rack show, as numbers beside the images."""
+"""Numbers of the machines of a rack, beside the images."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a monitor needs of a program to run its scans again: what went into them, and its values now and then.
+"""Notes with which a monitor runs the scans of a program again: their inputs, and values now and then.
 
     scan          n         n+1       n+2  ...  n+255
     notes         values    -         writes    -          values before n, writes before n+2
@@ -19,10 +19,10 @@ from ..live.ring import Records
 from ..loop.pace import wall_ns
 
 EVERY = 256
-"""Scans from values to values."""
+"""Scans between values."""
 
 IMPURE_NS = 30_000_000
-"""Time from values to values of a program with routines in Python, whose scans can't be run again."""
+"""Time between values of a program with routines in Python, whose scans can't be run again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +32,7 @@ class Values:
     Attributes:
         scan: number of the scan.
         values: by identifier of the variable, see `ladder.debug.journal`.
-        program: how often the program had been edited.
+        program: number of edits before it.
     """
 
     scan: int
@@ -42,13 +42,13 @@ class Values:
 
 @dataclass(frozen=True, slots=True)
 class Inputs:
-    """What went into a scan beside its images and its time.
+    """Inputs of a scan beside its images and its time.
 
     Attributes:
         scan: number of the scan.
         writes: values set from outside since the scan before: identifier, element, value.
         forces: what is forced from this scan on.
-        images: the input images as the program saw them; None = as they are in the rack.
+        images: the input images as the program read them; None = those of the rack.
     """
 
     scan: int
@@ -99,7 +99,7 @@ def values_of(debugger: Debugger, scan: int) -> Values:
 
 
 def inputs_of(debugger: Debugger, entry: Entry, scan: int) -> Inputs:
-    """Return what went into a scan beside its images."""
+    """Return the inputs of a scan beside its images."""
     writes = tuple((leaf.ident, index, value) for leaf, index, value in entry.writes)
     images = entry.images if debugger.engine.memory.copies_inputs else None
     return Inputs(scan, writes, dict(entry.forces), images)

@@ -1,6 +1,6 @@
 """What a monitor shows of a program in Python: its values, a few times a second.
 
-A program in Python may do anything, so its scans are not run again: what it remembers is read where it runs.
+A program in Python may do anything, so its scans are not run again: its values are read where it runs.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from ..loop.scan import Logic
 from .tag_names import named_values, namespace_of
 
 EVERY_NS = 30_000_000
-"""Time from look to look."""
+"""Time between two looks."""
 
 FIND_EVERY = 32
-"""Looks from one search for new values to the next."""
+"""Looks between two searches for new values."""
 
 MOST = 200
 """Values that are shown."""
@@ -27,7 +27,7 @@ ALL = ("*",)
 
 
 class PythonNotes:
-    """Tells a monitor of the values of a program in Python; see `runtime.live.tap.Notes`.
+    """Sends a monitor the values of a program in Python; see `runtime.live.tap.Notes`.
 
     Args:
         logic: returns the program; another one after an edit.
@@ -49,25 +49,25 @@ class PythonNotes:
         self._namespace: dict[str, Any] = {}
 
     def note(self, scan: int) -> None:
-        """Tell of values that have changed, at times."""
+        """Send values that have changed, a few times a second."""
         now = wall_ns()
         if now >= self._due_ns:
             self._due_ns = now + EVERY_NS
             self._look(scan)
 
     def give(self, scan: int) -> None:
-        """Tell of all values."""
+        """Send all values."""
         self._known = {}
         self._looks = 0
         self._look(scan - 1)
 
     def _find(self) -> None:
-        """Find the values that there are now: a program may make them while it runs."""
+        """Find the present values: a program may make new ones while it runs."""
         try:
             self._namespace = namespace_of(self._logic())
             found = named_values(self._namespace, self._patterns)[:MOST]
         except ValueError:
-            return  # it keeps nothing, as yet
+            return  # no values yet
         self._codes = {each.name: compile(each.name, "<watched>", "eval") for each in found}
 
     def _look(self, scan: int) -> None:
@@ -85,7 +85,7 @@ class PythonNotes:
         """Return a value as a page shows it; what can't be read now is None."""
         try:
             value = eval(code, self._namespace)
-        except Exception:  # a property of the user's: its mistake is shown as no value
+        except Exception:  # a property of the user's raises: it has no value
             return None
         if isinstance(value, Enum):
             return value.name

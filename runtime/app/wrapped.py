@@ -1,4 +1,4 @@
-"""A logic around another one: attached and closed as that is."""
+"""A logic that wraps another one: attached and closed with it."""
 
 from __future__ import annotations
 

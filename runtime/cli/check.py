@@ -1,4 +1,4 @@
-"""`scanrack check RACK`: what is wrong with a rack, as far as that can be seen without running it."""
+"""`scanrack check RACK`: finds mistakes in a rack without running it."""
 
 from __future__ import annotations
 

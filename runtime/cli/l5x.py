@@ -1,6 +1,6 @@
-"""`scanrack l5x`: what an exported controller has, what of it runs, and what does not.
+"""`scanrack l5x`: the contents of an exported controller, what runs, and what does not.
 
-An L5X of Studio 5000, or the text of RSLogix 500 (`SOR ... EOR`), which any suffix but L5X's may have.
+An L5X of Studio 5000, or the text of RSLogix 500 (`SOR ... EOR`), under any suffix except L5X's.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def _l5x_command(
     ] = None,
     scans: Annotated[int, typer.Option("--scans", min=1, help="Scans of the trial.")] = SCANS,
 ) -> None:
-    """Say what is in an L5X or SLC export: what is imported, what is refused and why, what runs.
+    """Report what is in an L5X or SLC export: what is imported, what is refused and why, what runs.
 
     Rungs that are imported run for a trial in the interpreter and compiled; "ran" counts those in programs
     in which both agreed after every scan.

@@ -1,4 +1,4 @@
-"""A rack that people watch and operate while it runs.
+"""A rack that is watched and operated while it runs.
 
     scan loop -> Tap -> Ring, in shared memory -> a monitor in another process
                   ^                                   |

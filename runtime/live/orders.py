@@ -2,8 +2,7 @@
 
     {"do": "press", "slot": 1, "name": "home", "on": true}
 
-An order that is made is well formed. Whether the rack has such a slot, tag or input, the rack says when the
-order is carried out.
+An order object is well formed. The rack checks slot, tag and input when the order is carried out.
 """
 
 from __future__ import annotations
@@ -131,7 +130,7 @@ class Reload:
 
 @dataclass(frozen=True, slots=True)
 class Branch:
-    """Begin a new session that repeats this one up to a scan, and goes its own way from there."""
+    """Begin a new session that repeats this one up to a scan, and continues on its own."""
 
     scan: int
 
@@ -215,7 +214,7 @@ def text_of(order: Order) -> str:
 
 
 def parsed(text: str | bytes) -> Any:
-    """Return what a JSON text says, without numbers that JSON does not have.
+    """Return the value of a JSON text; NaN and infinities are refused.
 
     Raises:
         ValueError: it is not JSON, is nested more than `DEEPEST` levels, or has text that UTF-8 can't hold.
@@ -229,7 +228,7 @@ def parsed(text: str | bytes) -> Any:
 
 
 def _refuse_oddities(said: object) -> None:
-    """Refuse what JSON can say and nothing here can show: deep nesting, halves of surrogate pairs."""
+    """Refuse JSON that can't be shown: deep nesting, halves of surrogate pairs."""
     level = [said]
     for _ in range(DEEPEST + 1):
         for text in level:

@@ -152,7 +152,7 @@ class Ring:
             rows, first = rows[overwritten:], min(first + overwritten, end)
         return Taken(rows[rows["scan"] == rows["again"]], end, first - since)
 
-    # --- what the monitor asks
+    # --- requests of the monitor
 
     @property
     def orders(self) -> int:
@@ -220,7 +220,7 @@ class Records:
 
     @property
     def oldest(self) -> int:
-        """Where a reader begins that knows no place: with the first record, or with what comes."""
+        """Where a new reader begins: at the first record, or at the next one."""
         return 0 if self.end <= self._margin else self.end
 
     def write(self, record: bytes) -> bool:
@@ -264,7 +264,7 @@ class Records:
         return bytes(self._room[at:to]) if at < to else bytes(self._room[at:]) + bytes(self._room[:to])
 
     def release(self) -> None:
-        """Let the memory go."""
+        """Release the memory."""
         self._room.release()
 
 

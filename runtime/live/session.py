@@ -1,4 +1,4 @@
-"""A session: scans that people pause, step and speed up, with their orders in between.
+"""A session: scans with pause, steps and speed, and orders between them.
 
     run:     scan scan scan | pause ...................... | go: scan scan
     orders        ^    ^            ^ one act each, before the next scan
@@ -22,7 +22,7 @@ from .hands import GivenOrder, Hands
 from .orders import ALL, MAX, Order, order_of, parsed
 
 WAIT_S = 0.02
-"""How long a pause waits for orders at a time; what is asked of the tap meanwhile waits as long."""
+"""How long a pause waits for orders at a time; requests to the tap wait as long."""
 
 
 class Inbox(Protocol):
@@ -65,7 +65,7 @@ class State:
     """What a monitor shows of a session.
 
     Attributes:
-        paused: whether scans rest.
+        paused: whether no scans run.
         speed: times real time; None = as fast as possible.
         breakpoints: where.
         met: the breakpoints that ended the latest run.
@@ -90,7 +90,7 @@ class Session:
         tell: takes messages for the monitor: an answer, or the state.
         stops: the program, if it can have breakpoints.
         live: there are real ports: no pause, step or speed.
-        reload: loads the program again, and hands it over when that is done; None if that can't be.
+        reload: loads the program again, and passes it on when that is done; None if it can't.
 
     Attributes:
         state: what a monitor shows.
@@ -163,7 +163,8 @@ class Session:
             paused: begin with a pause.
 
         Raises:
-            CpuFault: see `Cpu.run`. A session without an end waits for `end` first, so that people can look.
+            CpuFault: see `Cpu.run`. A session without an end waits for `end` first, so that the fault can be
+            looked at.
             KeyboardInterrupt: a second Ctrl-C.
         """
         end = None if scans is None else self._cpu.scan + scans
@@ -239,7 +240,7 @@ class Session:
                 self.obey(order, at_ns, scan)
             except ValueError as error:
                 self._tell({"answer": {"id": number, "refused": str(error)}})
-            except Exception as error:  # an order never faults the CPU, whatever is wrong here
+            except Exception as error:  # an order never faults the CPU, also if this code is wrong
                 text = f"it can't be carried out: {type(error).__name__}: {error}"
                 self._tell({"answer": {"id": number, "refused": text}})
             else:
@@ -250,13 +251,13 @@ class Session:
                 self._tell({"answer": answer})
 
     def _take_over(self, at_ns: int) -> None:
-        """Go on with an edited program; the page shows what is wrong with it now."""
+        """Go on with an edited program, or report its mistakes to the page."""
         takeover, self.takeover = self.takeover, None
         assert takeover is not None
         try:
             if not takeover(at_ns):
                 return
-        except Exception as error:  # the program that runs goes on, whatever is wrong with the other one
+        except Exception as error:  # the running program goes on, whatever is wrong with the other one
             self._tell({"mistake": {"text": str(error), "file": "", "line": None}})
             return
         self.state.breakpoints, self.state.met = [], []
@@ -379,7 +380,7 @@ class Session:
 
 
 def _faulted(fault: CpuFault) -> str:
-    """Return why nothing can be ordered any more."""
+    """Return why no order is possible any more."""
     return f"the CPU has faulted in {fault}: start the session again"
 
 

@@ -18,10 +18,10 @@ FIGURES_NS = 10_000_000
 
 
 class Notes(Protocol):
-    """What a monitor needs of a program to run its scans again."""
+    """The notes that a monitor needs to run a program's scans again."""
 
     def note(self, scan: int) -> None:
-        """Write what has gone into a scan; called after it."""
+        """Write the inputs of a scan; called after it."""
         ...
 
     def give(self, scan: int) -> None:
@@ -40,7 +40,7 @@ class NoNotes:
 
 
 class Figures(Protocol):
-    """Numbers beside the images: what machines show."""
+    """Numbers of the machines, beside the images."""
 
     def read(self, now_ns: int) -> tuple[int, ...]:
         """Return them at the instant of the latest scan."""
@@ -57,7 +57,7 @@ class Tap:
         figures: numbers beside the images.
 
     Attributes:
-        notes: what the monitor needs of the program.
+        notes: writes notes on the program.
         session: obeys orders after each scan; set before the first one.
     """
 
@@ -97,7 +97,7 @@ class Tap:
 
     def attend(self) -> None:
         """Serve the monitor during a pause."""
-        if self._last is not None:  # machines as they stand, for the picture of the pause
+        if self._last is not None:  # present machines, for the picture of the pause
             scan, now_ns, flags = self._last
             self._last = None
             self._latest = self._figures.read(now_ns)

@@ -10,7 +10,7 @@ in the rows as it is. A scan then copies a row into the rack's memory instead of
 
 Rows hold as long as nothing acts on a module. New outputs are seen by comparing the memory with the row
 after the logic; whatever else acts on a module calls its `before_change`. Either way the modules are brought
-up to the present by one `update`, which their contract allows, and go on as ever.
+up to the present by one `update`, which their contract allows.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ _SLOT_WORDS = SLOT_BYTES // 2
 _INPUT_WORDS = _SLOT_WORDS // 2
 
 LEAST_ROWS = 16
-"""A block is not worth its making for fewer scans."""
+"""Fewest scans for which a block is worth its cost."""
 
 PAYING_SCANS = 64
-"""The scans that pay for the making of a block."""
+"""Scans that make up for the cost of a block."""
 
 NUMPY_WORTH_SCANS = 50_000
 """Loading numpy takes as long as so many scans of a module: for fewer it isn't loaded."""
@@ -45,7 +45,7 @@ class Block(NamedTuple):
     """The coming scans, as far as they are foreseen.
 
     Attributes:
-        scans: for each the rack's memory as the logic finds it, and whether the modules update their inputs.
+        scans: for each the rack's memory before the logic, and whether the modules update their inputs.
         length: how many scans.
     """
 
@@ -150,7 +150,7 @@ def numpy_is_worth_it(scans: int) -> bool:
 
 
 class Patience:
-    """When to look ahead again, and how far: where it did not pay, less often; where it did, farther.
+    """When to look ahead again, and how far: less often where it did not pay, farther where it did.
 
     Attributes:
         wait: ordinary scans to run first.

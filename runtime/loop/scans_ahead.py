@@ -2,9 +2,9 @@
 
     scan n            phase           by rows
     at n * period     input_latch     copies the scan's row into the rack's memory
-                      logic           as ever
+                      logic           the same
                       output_latch    compares: the memory is still the row, so nothing new is to be sent
-                      record          tells of the scan; there are no events
+                      record          passes on the scan; there are no events
                       housekeeping    moves on
 
 New outputs, a request, a stop, or anything that acts on a module ends the block in the same scan, which
@@ -27,7 +27,7 @@ class ScansAhead(ScanPhases):
     """A CPU's scans, by their phases or by rows."""
 
     _looks_ahead = True
-    """False = every scan by its phases, as in the tests' oracle and where scans are not a period apart."""
+    """False = every scan by its phases, as in tests and where scans are not a period apart."""
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)

@@ -38,7 +38,7 @@ def test_value_to_words_to_value(value):
 def test_words_to_value_to_words(msw, lsw):
     assert is_legal_pair(msw, lsw) is plainly_legal(msw, lsw)
     if not plainly_legal(msw, lsw):
-        with pytest.raises(ValueError, match="no value"):
+        with pytest.raises(ValueError, match="not a value"):
             join_thousands(msw, lsw)
     elif msw != -32_768:  # the one thousand that has no counterpart of the other sign
         assert split_thousands(join_thousands(msw, lsw)) == (msw, lsw)

@@ -24,7 +24,7 @@ class Witness:
         self.events.append(event[-1])
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Do nothing: nothing is open."""
 
     @property
     def texts(self) -> list[str]:

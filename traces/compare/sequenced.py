@@ -1,4 +1,4 @@
-"""Where the sequences of two traces first wait for something else.
+"""The first difference between the waits of sequences in two traces.
 
 Lines do not count: a comment above them moves them all. Without a tolerance a wait counts with its scan. Both
 traces are read side by side, so memory stays flat however often their sequences go on.
@@ -19,7 +19,7 @@ Difference = tuple[str, str, str]
 
 
 def differing_sequences(one: Trace, other: Trace, *, exact: bool) -> tuple[Difference, ...]:
-    """Return the first difference of each sequence that waits otherwise in the two traces.
+    """Return the first difference of each sequence whose waits differ in the two traces.
 
     Args:
         one: the first trace.

@@ -1,4 +1,4 @@
-"""Recorded tags of two traces, brought into one row: by full name, and codes by what they stand for.
+"""Recorded tags of two traces in one row: by full name, and codes by their meaning.
 
 first trace     | Run | Step (0 = IDLE, 1 = FILL) | Level |
 second trace    | Step (0 = FILL, 1 = IDLE) | Run |

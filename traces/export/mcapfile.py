@@ -112,7 +112,7 @@ class Counted:
 
 
 class Rows:
-    """Decoded rows, handed out in other pieces than they are made in.
+    """Decoded rows, returned in other portions than they are made in.
 
     Args:
         blocks: the rows, block by block.
@@ -123,7 +123,7 @@ class Rows:
         self._held: NDArray[Any] | None = None
 
     def fill(self) -> NDArray[Any]:
-        """Return the rows at hand, those of the next block if there are none."""
+        """Return the remaining rows, those of the next block if there are none."""
         if self._held is None or not len(self._held):
             self._held = next(self._blocks)
         return self._held

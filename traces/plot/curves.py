@@ -1,4 +1,4 @@
-"""What makes a curve of a chart: a maker for each kind of picture."""
+"""Makers of a chart's curves: one for each kind of picture."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ C_co = TypeVar("C_co", covariant=True)
 
 
 class CurveMaker(Protocol[C_co]):
-    """Makes a curve of the values it is given, block by block."""
+    """Makes a curve of values, block by block."""
 
     def add(self, time_ns: NDArray[np.int64], values: NDArray[Any]) -> None:
         """Take the values of a block, NaN where there is none."""

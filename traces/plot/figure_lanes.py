@@ -77,7 +77,7 @@ def _draw_ramp(axes: Any, lane: Lane, chart: Chart[Curve], row: int) -> None:
 
 
 def _draw_band(axes: Any, lane: Lane, chart: Chart[Curve], row: int) -> None:
-    """Draw a colour for each value, and what it stands for where there is room."""
+    """Draw a colour for each value, and its meaning where there is room."""
     assert isinstance(lane, Band)
     times, values = at_pixels(lane, chart.start_ns, chart.end_ns, PIXELS)
     ends = np.append(times[1:], chart.end_ns)

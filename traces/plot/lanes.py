@@ -59,7 +59,7 @@ class Band(Lane):
     """A lane whose values have names: the steps of a sequence, a text.
 
     Attributes:
-        names: what the values stand for.
+        names: meanings of the values.
     """
 
     names: Mapping[int, str] = field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""Sizes of a PNG or SVG picture, in inches unless they say something else."""
+"""Sizes of a PNG or SVG picture, in inches unless noted."""
 
 from __future__ import annotations
 

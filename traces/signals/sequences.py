@@ -16,7 +16,7 @@ FIELD = "sequences"
 
 LINE = "line"
 NOT_BEGUN = "not begun"
-"""What a sequence is before its first step."""
+"""State of a sequence before its first step."""
 
 Steps = Mapping[str, Sequence[Step]]
 """The steps of each sequence, in order of the scans."""

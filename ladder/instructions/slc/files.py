@@ -109,7 +109,7 @@ def sequence_load(
 
 
 def prescan_control(name: str, place: int) -> Callable[..., None]:
-    """Return a prescan that takes the rung before the first scan for true.
+    """Return a prescan after which the rung before the first scan counts as true.
 
     Args:
         name: the bit that remembers the rung.

@@ -115,7 +115,7 @@ def count_down(machine: Interpreter, power: bool, group: Group, *_shown: Resolve
 
 
 def prescan_up(machine: Interpreter, group: Group, *_others: Resolved) -> None:
-    """Let no first scan count: the rung before is taken for true."""
+    """Count nothing in the first scan: the rung before it counts as true."""
     Members(machine, group).set(CU=True)
 
 

@@ -61,4 +61,4 @@ class Ear:
             self.cpu.stop()
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Do nothing: nothing is open."""

@@ -1,6 +1,6 @@
 """Checks of a rack without running it: rules about the machine, the wiring and the program.
 
-facts.py            what a program says, whatever its language
+facts.py            facts of a program in any language
 ladder_facts.py     facts of rungs
 python_facts.py     facts of a Python program's text
 sequence_facts.py   facts of a program with sequences: its class, and its text

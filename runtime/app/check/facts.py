@@ -1,4 +1,4 @@
-"""Facts that a reader finds in a program's text, whatever its language."""
+"""Facts that a reader finds in a program's text, in any language."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Sent:
 
     Attributes:
         place: where.
-        slot: the slot; None if that can't be seen.
+        slot: the slot; None if it is unknown.
         words: the eight output words; empty for a command whose words do not matter.
     """
 
@@ -64,8 +64,8 @@ class Facts:
         out_of_range: constants that a 3601 refuses.
         misplaced: inputs, outputs and axes that the rack does not have, or that two own.
         endless: loops of sequences that never wait.
-        uses_bit: whether it uses a bit of a card; None if that can't be seen.
-        not_seen: sentences about what the reader can't see.
+        uses_bit: whether it uses a bit of a card; None if that is unknown.
+        not_seen: sentences about what the reader can't find out.
     """
 
     configurations: list[Sent] = field(default_factory=list)

@@ -51,7 +51,7 @@ class Report:
 
     Attributes:
         findings: in the order of the rules.
-        not_seen: sentences about what could not be seen.
+        not_seen: sentences about what was not found out.
     """
 
     findings: tuple[Finding, ...]
@@ -64,7 +64,7 @@ class Subject:
 
     Attributes:
         job: the rack and its program.
-        facts: what the program says.
+        facts: of its program.
         lines: lines of the rack file; None for a rack in Python.
     """
 
@@ -73,7 +73,7 @@ class Subject:
     lines: KeyLines | None
 
     def place(self, *path: str | int) -> Place:
-        """Return where a key of the rack file stands; line 1 for a rack in Python."""
+        """Return file and line of a key of the rack file; line 1 for a rack in Python."""
         key: KeyPath = path
         return Place(str(self.job.rack_file), 1 if self.lines is None else self.lines.line(key))
 
@@ -85,7 +85,7 @@ class Subject:
                 yield index, slot
 
     def sent_to(self, slot: int, sent: list[Sent]) -> list[Sent]:
-        """Return what is sent to a slot, or may be."""
+        """Return the sent words of a slot, and those that may be sent to any."""
         own = [each for each in sent if each.slot == slot]
         return own or [each for each in sent if each.slot is None]
 

@@ -1,4 +1,4 @@
-"""Facts of a program with sequences: what its class declares, and what its text says.
+"""Facts of a program with sequences, from the declarations of its class and from its text.
 
     axis = Axis3601(1, Configuration(...))        the configuration of slot 1
     start = Input("Local:2:I.Data.0")             a place, which the rack has or has not
@@ -45,7 +45,7 @@ SEARCH = "home"
 """The method of an axis that starts a home search."""
 
 _PROBLEM = re.compile(r"(?P<file>.*?):(?P<line>\d+): (?P<text>.*)")
-"""What is wrong with a declaration, as `Logic` says it."""
+"""The message of `Logic` about a declaration."""
 
 _WAITS = (ast.Await, ast.AsyncWith, ast.AsyncFor)
 _LEAVES = (ast.Break, ast.Return, ast.Raise)

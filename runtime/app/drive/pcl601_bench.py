@@ -57,7 +57,7 @@ def _contact(value: Any) -> Contact:
     """Return the contact that a pin's value names.
 
     Raises:
-        ValueError: it means none.
+        ValueError: it is not an address.
     """
     if isinstance(value, str) and value in LEVELS:
         return LEVELS[value]

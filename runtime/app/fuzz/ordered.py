@@ -1,6 +1,6 @@
-"""What people ordered in a session, as parts of a scenario: incidents, the key, and contacts of cards.
+"""Orders of a session as parts of a scenario: incidents, the key, and contacts of cards.
 
-What they did to the inputs of an axis is among the recorded stimuli already. Forces and written tags are left
+Inputs of an axis are among the recorded stimuli already. Forces and written tags are left
 out: a scenario has none.
 """
 

@@ -61,7 +61,7 @@ class Changed:
         line: the line; number 0 if no line of the user's program made it.
         before: what is watched, before.
         after: what is watched, after.
-        stands: the conditions that the line stands in.
+        stands: the conditions around the line.
         values: values of the names in them and in the line, as the line began.
         masks: what the program had read by then, see `Reads.masks`.
         senders: if no line made it: what the axes of the program send.
@@ -78,7 +78,7 @@ class Changed:
 
 @dataclass(slots=True)
 class Again:
-    """What a program did when it ran again.
+    """The result of a repeated run.
 
     Attributes:
         changes: row of a scan in question -> the changes in it, in order.
@@ -98,7 +98,7 @@ class Again:
 
 
 Watched = Callable[[Logic], Callable[[], Any]]
-"""Makes, of a fresh program, what returns the value of something in it."""
+"""Makes a function that returns a value of a fresh program."""
 
 
 def run_again(

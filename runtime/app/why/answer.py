@@ -1,4 +1,4 @@
-"""The answers: why a bit, a word or a value of a Python program is as it is, and what the rack waits for."""
+"""The answers: why a bit, a word or a Python value is what it is, and what the rack waits for."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Why:
         row: row of the scan in question.
         spec: the rack; None if a trace does not say what made it.
         load: how the Python program is loaded again; None for one that has no lines.
-        by_rung: of a ladder program that stands in that scan: says why a tag is as it is, see `Debugger.why`.
+        by_rung: of a ladder program at that scan: says why a tag has its value, see `Debugger.why`.
     """
 
     recording: Recording
@@ -54,13 +54,13 @@ class Why:
         """Return the bit or word of an image that an address means.
 
         Raises:
-            ValueError: it means none.
+            ValueError: it is not an address.
         """
         return parse_address(text, self.words)
 
     @cached_property
     def words(self) -> Mapping[int, ModuleWords]:
-        """What the words of the slots are called; the rack says more of a card's data than a trace."""
+        """Names of the words of the slots; the rack has more names of a card's data than a trace."""
         given = {slot.number: slot.words for slot in (self.spec.slot if self.spec else ())}
         recorded = {slot.number: slot.words for slot in self.recording.slots}
         return {
@@ -88,7 +88,7 @@ class Why:
         return last.first_on(place.slot, _side(place), place.word, mask)
 
     def of(self, text: str) -> str:
-        """Say why a bit or word of an image, or a value of a Python program, is as it is.
+        """Say why a bit or word of an image, or a value of a Python program, has its value.
 
         Raises:
             ValueError: there is nothing of that name.
@@ -107,7 +107,7 @@ class Why:
         return "\n".join(self._of_value(text))
 
     def rack(self) -> str:
-        """Say of every module what it waits for, and which lines last changed its output words."""
+        """Say what every module waits for, and which lines last changed its output words."""
         last = {slot.number: list(self._last_changes(slot)) for slot in self.recording.slots}
         rows = frozenset(row for changes in last.values() for row, _ in changes)
         again = self._again(rows, max(rows, default=0))
@@ -140,7 +140,7 @@ class Why:
             yield from self._by_line(said, row, self._again(frozenset({row}), row), at, mask)
 
     def _on_record(self, slot: int, row: int) -> Iterator[str]:
-        """Yield what is on record of a module in a scan."""
+        """Yield the recorded events of a module in a scan."""
         scan = self.recording.numbers[row]
         for each in self.past.events:
             if each.scan == scan and each.fields.get("slot", 0) == slot and each.topic != "/texts":
@@ -152,7 +152,7 @@ class Why:
         return run_again(self.recording, self.spec, self.load, rows, last, watched)
 
     def _by_line(self, said: str, row: int, again: Again | None, at: int, mask: int) -> Iterator[str]:
-        """Yield which line made a change of a word, the one at a place among all output images."""
+        """Yield the line that changed a word, the one at a place among all output images."""
         if self.recording.flags[row] & ScanFlag.FAULT:
             yield f"{said}: the CPU faulted, which zeroes all outputs"
             yield from self._on_record(0, row)
@@ -177,7 +177,7 @@ class Why:
         return self.recording.slots[at // IMAGE_BYTES].number
 
     def _told(self, said: str, made: Sequence[Changed], row: int, slot: int = 0) -> Iterator[str]:
-        """Yield what is known of the last of some changes in a scan; `slot` is whose words they are."""
+        """Yield sentences about the last of some changes in a scan; the words are those of `slot`."""
         sent = [each for each in made[-1].senders if each.slot == slot] if made else []
         if sent:
             yield from told_sender(said, sent[0])
@@ -230,7 +230,7 @@ class Why:
     # --- a sequence
 
     def _of_sequence(self, name: str, names: Names, load: Load) -> Iterator[str]:
-        """Yield where a sequence waits, and how what it waits for stands."""
+        """Yield where a sequence waits, and the present values that it waits for."""
         step = next((each for each in self.past.sequences if each.sequence == name), None)
         if step is None or not step.line:
             yield str(step) if step else f"{name} has not begun."

@@ -1,4 +1,4 @@
-"""The conditions that a line of Python stands in, and the values of what they and the line name.
+"""The conditions around a line of Python, and the values of the names in them and in the line.
 
 Values are looked up without running the program's code: locals, globals, attributes that an object has in
 its dictionary or slots, and the properties of our own objects, such as `status.MOVE_COMPLETE`.
@@ -33,7 +33,7 @@ Condition = tuple[str, tuple[str, ...]]
 
 @dataclass(frozen=True, slots=True)
 class Stands:
-    """What a line stands in.
+    """The conditions around a line.
 
     Attributes:
         inside: the conditions around it, from the innermost outwards, as they are written.
@@ -49,7 +49,7 @@ NOTHING = Stands((), ())
 
 @cache
 def stands_in(file: str, number: int) -> Stands:
-    """Return the conditions that a line stands in; none if the file is not Python that can be read."""
+    """Return the conditions around a line; none if the file can't be read as Python."""
     try:
         text = decode_source(Path(file).read_bytes())
         tree = ast.parse(text)
@@ -137,7 +137,7 @@ def _value(parts: list[str], frame: FrameType) -> object:
 def _attribute(value: object, name: str) -> object:
     """Return an attribute without running code of the program."""
     if isinstance(value, type):
-        raise AttributeError(name)  # MoveKind.ABSOLUTE says it all
+        raise AttributeError(name)  # MoveKind.ABSOLUTE explains itself
     found = inspect.getattr_static(value, name)
     if isinstance(found, MemberDescriptorType):
         return found.__get__(value)

@@ -67,11 +67,11 @@ class Following:
 
     @property
     def _watchdog_ended_it(self) -> bool:
-        """Whether the recorded run did not come back; any other may take longer when it is traced."""
+        """Whether the watchdog ended the recorded run; any other may take longer when it is traced."""
         return any(each.fields.get("cause") == Cause.WATCHDOG.value for each in self._recording.events)
 
     def outputs(self) -> bytes:
-        """Return all output images as they stand."""
+        """Return all present output images."""
         return b"".join([self._memory[span] for span in self._spans])
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
@@ -92,4 +92,4 @@ class Following:
         return recorded != memory and any(recorded[span] != memory[span] for span in self._spans)
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Do nothing: nothing is open."""

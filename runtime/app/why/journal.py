@@ -1,4 +1,4 @@
-"""What a bench keeps of its scans, so that it can be asked why."""
+"""The scans of a bench, kept for the question why."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Journal:
         self._scans.add(scan, now_ns, flags, self._memory)
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Do nothing: nothing is open."""
 
     def recording(self) -> Recording:
         """Return all scans so far.

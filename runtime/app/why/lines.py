@@ -35,7 +35,7 @@ class Line:
 
 
 NOWHERE = Line("", 0, "")
-"""No line: before the first one, or none of the user's."""
+"""No line: before the first one, or not the user's."""
 
 
 class Lines:
@@ -60,7 +60,7 @@ class Lines:
 
     @property
     def in_program(self) -> bool:
-        """Whether a line of the user's is running, or something that it has called."""
+        """Whether a line of the user's is running, or a function that it has called."""
         return self._at is not NOWHERE
 
     def call(self, function: Callable[..., None], *arguments: Any) -> None:

@@ -11,7 +11,7 @@ from ...config.quantities import parse_time
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """The scan that is asked about; the last one if nothing is given.
+    """The scan of a question; the last one if nothing is given.
 
     Attributes:
         at: a time with its unit, such as "1.5 s", or the number of a scan.

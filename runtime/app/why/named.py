@@ -24,7 +24,7 @@ class Names:
 
     Args:
         logic: the program; a new instance of it is attached to slots without modules.
-        words: what the words of the slots are called.
+        words: names of the words of the slots.
     """
 
     def __init__(self, logic: Logic, words: Mapping[int, ModuleWords]) -> None:

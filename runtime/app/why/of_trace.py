@@ -31,7 +31,7 @@ class Asked:
         scan: number of the scan.
         now_ns: its time.
         text: the answer.
-        notes: what may make it untrue.
+        notes: reasons to doubt it.
     """
 
     scan: int

@@ -1,4 +1,4 @@
-"""The past of a rack, up to a scan: since when a bit is as it is, and what has happened since."""
+"""The past of a rack, up to a scan: since when a bit has its value, and the events since."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ class Past:
 
     @cached_property
     def sequences(self) -> Sequence[Step]:
-        """Where the program's sequences stand."""
+        """The present waits of the program's sequences."""
         return [steps[-1] for steps in steps_of(self.events).values()]
 
     def rules(self, slot: int) -> Sequence[TraceEvent]:
@@ -141,7 +141,7 @@ class SlotPast:
         return self.past.words(self.slot.number, "in", self.past.row)
 
     def since(self, image: str, word: int, mask: int) -> str:
-        """Return since when bits are as they are, as text: " since scan 7 (0.014 s)"; empty if always."""
+        """Return since when bits have their values, as text: " since scan 7 (0.014 s)"; empty if always."""
         row = self.past.last_change(self.slot.number, image, word, mask)
         return "" if row is None else f" since {self.past.when(row)}"
 

@@ -28,7 +28,7 @@ class Reads:
         masks: slot and word -> the bits that were used, in the order of the first reads; 0 if the word was
             only copied.
         on: whether reads are noted.
-        counts: asked at each read whether it is the user's.
+        counts: returns whether a read is the user's.
     """
 
     masks: dict[tuple[int, int], int] = field(default_factory=dict)
@@ -80,14 +80,14 @@ class WatchedWords:
     __hash__ = None  # type: ignore[assignment]  # as a memoryview that can be written has none
 
     def __getattr__(self, name: str) -> Any:
-        """Hand over what else a memoryview has; all words count as read."""
+        """Return any other attribute of a memoryview; all words count as read."""
         for word in range(len(self)):
             self._note(self._slot, word, ALL_BITS)
         return getattr(self._words, name)
 
 
 class WatchedWord(int):
-    """A word that tells which of its bits are used. It computes as any integer does."""
+    """A word that notes which of its bits are used. It computes as an integer."""
 
     _plain: int
     _note: Callable[[int], None]
@@ -115,7 +115,7 @@ class WatchedWord(int):
         return self._compared(other, int.__ge__)
 
     def _compared(self, other: int, compare: Callable[[int, int], bool]) -> bool:
-        """Compare; with 0 it is the sign alone that decides."""
+        """Compare; with 0 the sign alone decides."""
         self._note(_SIGN if other == 0 and not self._shift else ALL_BITS)
         return compare(self._plain, other)
 

@@ -1,7 +1,7 @@
 """What an axis of a program with sequences sends, and for which line.
 
 An axis writes the words of its module after the sequences, so no line of the program does. It sends them for
-the command that has it; the line is that of the sequence that awaits the command.
+its present command; the line is that of the sequence that awaits the command.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ class Sender:
 
     Attributes:
         slot: the slot.
-        text: what it sends and for which command, in words; empty for a step, which says it itself.
+        text: what it sends and for which command, in words; empty for a step.
         line: where the command is awaited; `NOWHERE` if it is not.
     """
 

@@ -15,7 +15,7 @@
 | `play.py`, `recorded.py` | a session from start to end with its branches; a recording |
 | `editor.py` | the program's file is saved: loaded beside the scans, taken over between two |
 | `text.py` | the terminal's view |
-| `gate.py` | who may come in: names of hosts, origins, headers, files, as tables |
+| `gate.py` | access: names of hosts, origins, headers, files, as tables |
 | `page.py` | one open page: what it was shown last, how much it may ask |
 | `hello.py`, `catalog.py` | the first message to a page: rack and program |
 | `picture.py`, `strip.py` | what a frame shows of a scan; edges and envelopes |

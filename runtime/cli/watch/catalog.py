@@ -29,7 +29,7 @@ MOST_HITS = 200
 """Hits that a search lists."""
 
 _SITE = re.compile(r"program (\S+), routine (\S+), (?:rung|line) (\d+)")
-"""A site as `ladder.errors.Site` says it."""
+"""A site as `ladder.errors.Site` prints it."""
 
 COLUMNS = range(40, 161)
 """Widths of a rung that a page may ask for."""
@@ -214,7 +214,7 @@ class Catalog:
         ]
 
     def find(self, text: str) -> list[Json]:
-        """Return the tags and rungs in which a text stands, tags first; case does not matter."""
+        """Return the tags and rungs that contain a text, tags first; case does not matter."""
         wanted = text.casefold()
         hits: list[Json] = [
             {
@@ -253,7 +253,7 @@ class Catalog:
 
 
 def _words(text: str) -> Iterable[str]:
-    """Yield what may be names in a line of text, with members and constant subscripts."""
+    """Yield possible names in a line of text, with members and constant subscripts."""
     word = ""
     for character in f"{text} ":
         if character.isalnum() or character in "_.[]:\\":

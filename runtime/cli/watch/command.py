@@ -50,7 +50,7 @@ def _watch_command(
         str, typer.Option("--speed", help=f"Times real time, {SPEED_LEAST} to {SPEED_MOST:g}, or {MAX}.")
     ] = "1",
     paused: Annotated[bool, typer.Option("--paused", help="Begin with a pause before scan 0.")] = False,
-    read_only: Annotated[bool, typer.Option("--read-only", help="Refuse everything but looking.")] = False,
+    read_only: Annotated[bool, typer.Option("--read-only", help="Take no orders from pages.")] = False,
     record: Annotated[
         Path | None, typer.Option("--record", help="Keep the recording there.", show_default=False)
     ] = None,

@@ -5,7 +5,7 @@
     scans     n     n+1   n+2 | n+3            the edited program begins with scan n+3
 
 A ladder program keeps the values of its tags, as in an online edit. A Python program is loaded again: objects
-of its module begin again. The page shows a mistake with its file and line, and the program that runs goes on.
+of its module begin again. The page shows a mistake with its file and line, and the running program goes on.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ from ...app.running import JobRun
 from ...loop.events import Event
 
 LOOK_S = 0.3
-"""Time from look to look at the file."""
+"""Time between two looks at the file."""
 
 Json = dict[str, Any]
 Takeover = Callable[[int], bool]
-"""Goes on with an edited program (True), or tells of a mistake; called with the next scan's time."""
+"""Goes on with an edited program (True), or reports a mistake; called with the next scan's time."""
 
 
 class Editor:
-    """Watches the files of a program, and hands edited ones over.
+    """Watches the files of a program, and passes on edited ones.
 
     Args:
         job: what runs.
@@ -75,7 +75,7 @@ class Editor:
                 self.load()
 
     def _stamped(self) -> tuple[int, int] | None:
-        """Return what tells a file from the one before; None while there is none, as while it is saved."""
+        """Return what differs between versions of a file; None while there is no file."""
         try:
             stat = self._job.program.stat()
         except OSError:
@@ -83,7 +83,7 @@ class Editor:
         return stat.st_mtime_ns, stat.st_size
 
     def load(self) -> None:
-        """Load the program, and hand it over or tell of the mistake."""
+        """Load the program, and pass it on or report the mistake."""
         try:
             job = self._loaded()
         except ValueError as error:

@@ -1,4 +1,4 @@
-"""The events of a session or a recording: what has happened, and what stood in each scan.
+"""The events of a session or a recording, and the states of each scan.
 
 events    everything, in order; the latest are kept
 forces    by the scan from which they were in effect
@@ -21,7 +21,7 @@ FIRST = 200
 """How many past events a page gets first."""
 
 STATES = 10_000
-"""Changes of what stands that are kept at least: forces, lines, rules."""
+"""Least number of changes of states that are kept: forces, lines, rules."""
 
 SEQUENCES, FORCES = "/sequences", "/forces"
 
@@ -125,7 +125,7 @@ class EventLog:
         if len(self._rules) > 2 * STATES:
             del self._rules[:STATES]
 
-    # --- what stood in a scan
+    # --- states of a scan
 
     def forces_at(self, scan: int | None) -> Json:
         """Return the forces in effect in a scan; None = the latest."""
@@ -145,7 +145,7 @@ class EventLog:
 
 
 class _Standing:
-    """States by the scan from which on they stood."""
+    """States by the first scan in which they were in effect."""
 
     def __init__(self) -> None:
         self._scans: list[int] = []

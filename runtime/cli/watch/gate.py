@@ -1,6 +1,6 @@
-"""Who may come in: hosts, origins, files and headers, as tables.
+"""Access: hosts, origins, files and headers, as tables.
 
-    Host        one of ours              else 421: a name that was made to point here (DNS rebinding)
+    Host        one of ours              else 421: another name for this address (DNS rebinding)
     Origin      one of ours, or none     else 403: another page
     path        in the table             else 404
     key         in the first message     else the socket is closed

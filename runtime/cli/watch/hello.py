@@ -132,7 +132,7 @@ def inputs_of(slot: SlotSpec) -> list[Json]:
 
 
 def machine_of(machine: MachineSpec) -> Json:
-    """Return the rail of a machine: what stands along it, and how far it reaches."""
+    """Return the rail of a machine: what is along it, and how far it reaches."""
     places = [place for each in machine.switches for place in (each.first, each.last) if place is not None]
     places += [each.position for each in machine.stations] + [each.at for each in machine.jams] + [0]
     low, high = min(places), max(places)
@@ -172,7 +172,7 @@ _TITLES = {
 
 
 def incidents_of(spec: RackSpec) -> list[Json]:
-    """Return what can happen to the modules of a rack, each with the slots that it can happen to."""
+    """Return the incidents of a rack, each with the slots that it can happen to."""
     found = []
     for kind, title in _TITLES.items():
         slots = [each.number for each in spec.slot if not each.is_live and _can(kind, each.module)]

@@ -25,7 +25,7 @@ from ...loop.scan import MODE_MASK, CpuMode, Scan, ScanFlag
 from .shadow import Kept
 
 EVERY = 4096
-"""Scans from values to values."""
+"""Scans between values."""
 
 SLICE = 1000
 """Scans per step."""
@@ -84,7 +84,7 @@ class Indexer:
             self._give(order)
 
     def _give(self, order: Order) -> None:
-        """Carry out an order on the program; images and modules are recorded as they became."""
+        """Carry out an order on the program; images and modules are recorded with its effect."""
         try:
             match order:
                 case orders.Write(tag, value):

@@ -16,16 +16,16 @@ from ...live.ring import Ring
 from .session_monitor import Setup
 
 MAIN = f"from {__package__}.server import main; main()"
-"""What the process of a monitor runs. It is not this program again, whose main module may do anything."""
+"""The program of a monitor process. It is not this program again, whose main module may do anything."""
 
 PATIENCE_S = 2
 """How long a monitor may take to end."""
 
 GRACE_S = 0.05
-"""A monitor that ends as the session does is not started again."""
+"""A monitor that ends within this time of the session is not started again."""
 
 STARTS_MOST = 10
-"""A monitor that dies as often stays dead."""
+"""Most starts of a monitor."""
 
 
 class Connected(Protocol):
@@ -99,7 +99,7 @@ class Keeper:
     def end(self) -> None:
         """End the monitor."""
         self._ending.set()
-        self.pipe.close()  # which the monitor notices
+        self.pipe.close()  # the monitor notices it
         try:
             self._process.wait(PATIENCE_S)
         except subprocess.TimeoutExpired:

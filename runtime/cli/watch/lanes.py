@@ -1,4 +1,4 @@
-"""Lanes of tags in the timing strip: the value behind each scan, in as few points as show every change.
+"""Lanes of tags in the timing strip: the value after each scan, in as few points as show every change.
 
     BOOL       [t, 0 or 1]                    at each edge
     text       [t, text]                      at each change
@@ -28,7 +28,7 @@ LIVE_SCANS = 1024
 """Scans that a frame runs again at most; of more, the values of those before are not known."""
 
 ANSWER_SCANS = 4096
-"""Scans that an answer tells of; a page asks again for the rest."""
+"""Scans of an answer; a page asks again for the rest."""
 
 MOST_TOLD = 4000
 """Changes of one value of a program in Python that are kept."""
@@ -46,8 +46,8 @@ def points_of(times: Sequence[int], values: Sequence[Any], before: Any = UNKNOWN
 
     Args:
         times: of the scans, ns.
-        values: behind these scans.
-        before: the value in front of the first one; UNKNOWN: the first point is its value.
+        values: after these scans.
+        before: the value before the first one; UNKNOWN: the first point is its value.
     """
     changes = []
     for place, value in enumerate(values):
@@ -160,7 +160,7 @@ class TagLanes:
         return _there(found), following
 
     def _repeated(self, names: tuple[str, ...], first: int, last: int) -> Series:
-        """Return the values behind scans that are run again."""
+        """Return the values after scans that are run again."""
         wish = first, last, names
         if self._known is None or self._known[0] != wish or not self._known[1][0]:
             self._known = wish, self._repeat(names, first, last)

@@ -1,4 +1,4 @@
-"""What pages look at: the rows of a rack, its program, its events; of a session that runs or of a recording.
+"""The subject of pages: the rows of a rack, its program, its events; of a running session or of a recording.
 
 A monitor does one thing after the other; `server` calls `tick` thirty times a second. What it shows is in
 `Subject`; `session_monitor` and `trace_monitor` make one.
@@ -69,7 +69,7 @@ class About:
 
 
 class Subject:
-    """A rack and its program, as pages get them.
+    """A rack and its program, as pages show them.
 
     Args:
         spec: the rack.
@@ -170,24 +170,24 @@ class Monitor(ABC):
 
     @abstractmethod
     def tick(self) -> bool:
-        """Do what is due; return whether there is more to do at once."""
+        """Do the work that is due; return whether there is more to do at once."""
 
     @abstractmethod
     def order(self, page: Page, number: object, said: Mapping[str, Any]) -> None:
         """Take an order of a page.
 
         Raises:
-            ValueError: it is none, or none is taken.
+            ValueError: it is not an order, or orders are refused.
         """
 
     @abstractmethod
     def state(self, *, past: bool) -> Json:
-        """Return what a frame tells beside the scan: state, speed, late scans, breakpoints, faults."""
+        """Return what a frame has beside the scan: state, speed, late scans, breakpoints, faults."""
 
     # --- pages
 
     def join(self, page: Page) -> None:
-        """Let a page in."""
+        """Add a page."""
         self.greet(page)
         self.pages.append(page)
 
@@ -198,7 +198,7 @@ class Monitor(ABC):
         page.begin_anew()
 
     def leave(self, page: Page) -> None:
-        """Let a page go."""
+        """Remove a page."""
         if page in self.pages:
             self.pages.remove(page)
 
@@ -216,7 +216,7 @@ class Monitor(ABC):
         return frame
 
     def _before_the_first_scan(self) -> Json:
-        """Return what a frame tells of a session that began paused."""
+        """Return the frame of a session that began paused."""
         return {"mode": self.subject.spec.mode, "forced": self.log.forces_at(None), **self.state(past=False)}
 
     def row_of(self, page: Page) -> Row | None:
@@ -228,7 +228,7 @@ class Monitor(ABC):
         return page.row if page.row is not None else self.latest
 
     def _picture(self, page: Page, row: Row) -> Json:
-        """Return all that a frame may tell of a row."""
+        """Return all that a frame may have of a row."""
         past = page.past
         scan, extent = int(row["scan"]), self.subject.timeline.extent
         return {
@@ -290,7 +290,7 @@ class Monitor(ABC):
     def ask(self, page: Page, said: object) -> None:
         """Take an order or a question of a page; the answer goes to the page.
 
-        Nothing that a page sends raises: what is wrong with it is the answer.
+        No message raises: the answer says what is wrong with it.
         """
         number = said.get("id") if isinstance(said, Mapping) else None
         if not isinstance(number, int | str) or isinstance(number, bool):

@@ -50,12 +50,12 @@ class Page:
         self._times: deque[int] = deque(maxlen=ORDERS_PER_SECOND)
 
     def begin_anew(self) -> None:
-        """Let the next frame tell everything."""
+        """Send everything in the next frame."""
         self.last = {}
         self.place = self.lanes_at = None
 
     def show(self, shown: Shown) -> None:
-        """Show another routine: the next frame tells all of it."""
+        """Show another routine: the next frame has all of it."""
         self.shown = shown
         self.last.pop("power", None)
         self.last.pop("tags", None)
@@ -71,7 +71,7 @@ class Page:
         self.due.set()
 
     def may_ask(self) -> bool:
-        """Tell whether another message is allowed now, and count it."""
+        """Return whether another message is allowed now, and count it."""
         now = wall_ns()
         if len(self._times) == ORDERS_PER_SECOND and now - self._times[0] < SECOND_NS:
             return False

@@ -1,4 +1,4 @@
-"""What a frame shows of one scan, and what of it has changed since the last frame."""
+"""The contents of a frame: one scan, and what has changed since the last frame."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def _values(inputs: Sequence[int], outputs: Sequence[int]) -> Json:
 
 
 def mode_of(flags: int) -> str:
-    """Return the mode that the flags of a scan tell: run, program or test."""
+    """Return the mode in the flags of a scan: run, program or test."""
     mode = CpuMode(flags & MODE_MASK)
     return mode_name(CpuMode.TEST if mode is CpuMode.SINGLE_SCAN else mode)
 

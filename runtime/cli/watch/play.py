@@ -47,7 +47,7 @@ KEY_BYTES = 16
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """What the command line asks for.
+    """The options of the command line.
 
     Attributes:
         rack: path of the rack file.
@@ -158,7 +158,7 @@ class _Play:
                 return complain(str(error), BAD_INPUT)
 
     def _trace(self, start: Start) -> Path:
-        """Return where the recording goes: the path wanted, a name after it, or a passing file."""
+        """Return where the recording goes: the path wanted, a name after it, or a temporary file."""
         kept = self._wanted.record
         if kept is None:
             return _free(self._folder / "session.mcap")
@@ -237,7 +237,7 @@ class _Play:
         tap.tell({"branch": {"trace": str(trace), "record": record, "scan": start.scan, **places}})
 
     def _run(self, run: JobRun, session: Session, start: Start) -> int:
-        """Run a session to its end, whatever that is; return the exit status."""
+        """Run a session to its end; return the exit status."""
         wanted = self._wanted
 
         def play() -> None:
@@ -289,7 +289,7 @@ def _warn(hint: str) -> None:
 
 
 def _notes(run: JobRun, job: Job, ring: Ring, tap: Tap) -> Notes:
-    """Return what tells the monitor of the program."""
+    """Return what sends the monitor the program's values."""
     if isinstance(run.logic, Debugger):
         return LadderNotes(run.logic, ring.snapshots)
     return PythonNotes(lambda: run.logic, job.spec.tags, tap.tell)

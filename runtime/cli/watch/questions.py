@@ -1,4 +1,4 @@
-"""What a page may ask, each with the answer to it; a ValueError says what is wrong with a question."""
+"""The questions of a page and their answers; a ValueError says what is wrong with a question."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ WINDOW_MOST = 50_000
 
 
 def show(monitor: Monitor, page: Page, said: Said) -> Json:
-    """Draw a routine; from now on frames tell its power and tags."""
+    """Draw a routine; from now on frames have its power and tags."""
     subject = monitor.subject
     if subject.catalog is None:
         shown, answer = python_source(subject.program, tuple(subject.values))
@@ -46,7 +46,7 @@ def show(monitor: Monitor, page: Page, said: Said) -> Json:
 
 
 def watch(monitor: Monitor, page: Page, said: Said) -> Json:
-    """Tell further tags from now on."""
+    """Add further tags to frames from now on."""
     tags = said.get("tags")
     if not isinstance(tags, list) or len(tags) > MOST_WATCHED or not all(map(_is_name, tags)):
         raise ValueError(f"tags is a list of up to {MOST_WATCHED} names")
@@ -56,7 +56,7 @@ def watch(monitor: Monitor, page: Page, said: Said) -> Json:
 
 
 def lanes(monitor: Monitor, page: Page, said: Said) -> Json:
-    """Tell the points of tags for the timing strip from now on."""
+    """Add the points of tags for the timing strip from now on."""
     names, unknown = _lanes_in(monitor, said)
     page.lanes, page.lanes_at = names, None
     return {"unknown": unknown}
@@ -75,7 +75,7 @@ def steps(monitor: Monitor, _page: Page, said: Said) -> Json:
 
 
 def _lanes_in(monitor: Monitor, said: Said) -> tuple[tuple[str, ...], list[str]]:
-    """Return the tags that a question names, and those of them that there are not."""
+    """Return the tags that a question names, and those of them that do not exist."""
     tags = said.get("tags")
     if not isinstance(tags, list) or len(tags) > MOST_LANES or not all(map(_is_name, tags)):
         raise ValueError(f"tags is a list of up to {MOST_LANES} names")
@@ -127,7 +127,7 @@ def _scans_in(said: Said) -> tuple[int, int]:
 
 
 def why(monitor: Monitor, page: Page, said: Said) -> Json | None:
-    """Say why a tag is as it is in the scan that the page shows."""
+    """Say why a tag has its value in the scan that the page shows."""
     tag = _text(said, "tag")
     subject, row = monitor.subject, monitor.row_of(page)
     if row is None:
@@ -164,7 +164,7 @@ def xref(monitor: Monitor, _page: Page, said: Said) -> Json:
 
 
 def find(monitor: Monitor, _page: Page, said: Said) -> Json:
-    """List the tags and rungs in which a text stands."""
+    """List the tags and rungs that contain a text."""
     text = _text(said, "text")
     catalog = monitor.subject.catalog
     return {"hits": [] if catalog is None else catalog.find(text)}

@@ -37,7 +37,7 @@ class Recent:
         return self.count - self._length
 
     def add(self, rows: Rows) -> None:
-        """Add rows; of several of one scan the last one stays: a pause tells its scan again."""
+        """Add rows; of several of one scan the last one stays: a pause writes its scan again."""
         if not len(rows):
             return
         rows = rows[np.append(rows["scan"][1:] != rows["scan"][:-1], True)]

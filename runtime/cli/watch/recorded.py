@@ -61,7 +61,7 @@ def place_of(text: str) -> Place:
 
 def watch_trace(place: Place, *, port: int, trust: bool, opened: bool) -> int:
     """Serve a recording until Ctrl-C; return the exit status."""
-    from .server import Server  # websockets: of the commands, only this one needs it in its own process
+    from .server import Server  # imported late: no other command needs websockets in its own process
 
     with (
         open_trace(place.path) as trace,
@@ -89,7 +89,7 @@ def _fragment(place: Place) -> str:
 
 
 def _monitor(trace: Trace, place: Place, folder: Path, *, trust: bool) -> TraceMonitor:
-    """Load what made a trace, as far as that may be used.
+    """Load the rack and program of a trace, as far as trust allows.
 
     Raises:
         ValueError: the trace does not say what its rack is, or its files can't be used.

@@ -31,7 +31,7 @@ HZ, IDLE_HZ = 30, 10
 """Pictures a second, with pages and without."""
 
 BUSY_S = 0.025
-"""How long a monitor with much to do may go on until the next picture."""
+"""Longest work of a monitor between two pictures."""
 
 MESSAGE_MOST = 1 << 16
 OUTBOX_MOST = 200
@@ -45,7 +45,7 @@ KEY_S = 5
 """How long a socket may take to give the key."""
 
 WRONG_KEY, FAILED, TOO_MANY = 1008, 1011, 1013
-"""Why a socket is closed [RFC 6455, section 7.4.1, and IANA's registry]."""
+"""Reasons to close a socket [RFC 6455, section 7.4.1, and IANA's registry]."""
 
 
 class Server:
@@ -53,7 +53,7 @@ class Server:
 
     Args:
         monitor: what pages look at.
-        gate: who may come in.
+        gate: decides about access.
         pipe: ends when the scan process does; None without one.
     """
 
@@ -173,10 +173,10 @@ class Server:
                 await connection.send(_json({"frame": frame}))
 
     def _frame(self, page: Page) -> dict[str, Any] | None:
-        """Return what is new for a page; None if a mistake of ours forbids it, which ends this page only."""
+        """Return what is new for a page; None after a mistake of ours, which ends this page only."""
         try:
             return self._monitor.frame(page)
-        except Exception:  # a mistake of ours: said where the session was started
+        except Exception:  # a mistake of ours: printed where the session was started
             traceback.print_exc()
             return None
 
@@ -188,7 +188,7 @@ def _json(message: object) -> str:
 def main() -> None:
     """Run a monitor until the scan process ends: the main function of its process, see `keeper`."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, signal.SIG_IGN)  # they are for the scan process, which ends this one
+        signal.signal(number, signal.SIG_IGN)  # signals are for the scan process, which ends this one
     if hasattr(os, "sched_setscheduler"):  # the scans may have priority, their monitor has none
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
     orders, listening, file = map(int, sys.argv[1:])

@@ -45,7 +45,7 @@ class Setup:
         host: what the server listens on.
         port: and its port.
         machines: the slots with figures in the ring's rows.
-        trace: path of the recording, which may be a passing one.
+        trace: path of the recording, which may be a temporary one.
         started: how often a monitor was started before.
     """
 
@@ -170,7 +170,7 @@ class SessionMonitor(Monitor):
         self._session = state
 
     def _take_edit(self, told: Json) -> None:
-        """Show the edited program; scans of before ran another one, and have no power any more."""
+        """Show the edited program; earlier scans ran another one, and have no power any more."""
         subject = self.subject
         if isinstance(subject.logic, LadderLogic):
             job = load_job(self.about.path)
@@ -216,10 +216,10 @@ class SessionMonitor(Monitor):
             page.past = None
             self.greet(page)
 
-    # --- scans of before
+    # --- earlier scans
 
     def _index(self) -> bool:
-        """Run scans whose values were missed: a monitor has died. Return whether there are more."""
+        """Run scans whose values were lost with a dead monitor. Return whether there are more."""
         if not self._indexed:
             self._begin_index()
         indexer = self._indexer
@@ -234,7 +234,7 @@ class SessionMonitor(Monitor):
         return self._indexer is not None
 
     def _begin_index(self) -> None:
-        """Begin with it, once there are values: from them on nothing is missed."""
+        """Begin with it, once there are values; from there on nothing is missed."""
         subject, logic = self.subject, self.subject.logic
         if not isinstance(logic, LadderLogic) or logic.functions:
             self._indexed = True

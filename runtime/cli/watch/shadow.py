@@ -4,7 +4,7 @@
     rows        512  513  514  ...  600  (601)           images, times, flags: from the ring
     engine      512 ... 600 compiled, 601 noted          tags and power of scan 601
 
-What is asked mostly is the latest scan: the engine goes on from where it is.
+Most questions are about the latest scan: the engine goes on from its present scan.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ MOST_INPUTS = 50_000
 """Notes of what went into scans beside images; a program that writes its inputs has one per scan."""
 
 THINNED = 4096
-"""Scans from values to values among the older ones."""
+"""Scans between values among the older ones."""
 
 CHAPTERS = 60
 """Stretches of scans that are searched for a change: half a minute at 2 ms."""
@@ -79,7 +79,7 @@ class Kept:
                 self._thin_out()
 
     def _thin_out(self) -> None:
-        """Keep fewer of the older values: from one to the next the shadow may take a moment."""
+        """Keep fewer of the older values: the shadow may take a moment from one to the next."""
         old = MOST_VALUES // 2
         keep = [at for at, scan in enumerate(self.scans) if at >= old or scan % THINNED == 0]
         self.scans = [self.scans[at] for at in keep]
@@ -150,7 +150,7 @@ class Shadow:
         return True
 
     def walk(self, first: int, last: int) -> Iterator[int]:
-        """Repeat scans one after the other; yield the time of each, ns, while the engine stands behind it.
+        """Repeat scans in turn; after each yield its time, ns, while the engine is at its end.
 
         Nothing is yielded of scans that can't be repeated.
         """
@@ -226,7 +226,7 @@ class Shadow:
         return found
 
     def _start(self, scan: int) -> int | None:
-        """Return the scan from which on the engine has to repeat; put it there."""
+        """Return the first scan to repeat, and set the engine to it."""
         place, at = self._kept.place(scan), self.at
         begins = None if place is None else self._kept.scans[place]
         if at is not None and at <= scan and (begins is None or begins <= at + 1):

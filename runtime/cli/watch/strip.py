@@ -1,4 +1,4 @@
-"""What a timing strip shows of rows: bits by their edges, positions as an envelope.
+"""The timing strip of rows: bits by their edges, positions as an envelope.
 
     rows      0 0 0 1 0 0 0 0 1 1 1        edges  (t3, 1) (t4, 0) (t8, 1)
 

@@ -25,12 +25,12 @@ EVENTS = 8
 
 
 class TextView:
-    """Shows a session in the terminal; a listener of the scan loop, which it does not keep waiting.
+    """Shows a session in the terminal; a listener of the scan loop that does not delay it.
 
     Args:
         name: of the rack.
         rack: the rack.
-        session: tells whether it is paused, and how fast it is to run.
+        session: has the pause and the speed.
         pacer: counts the scans that begin late.
     """
 

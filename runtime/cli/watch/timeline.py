@@ -3,7 +3,7 @@
     scan     0 ............................ 229,374 ............. 300,000
     from     the trace, a chunk at a time   the ring, in memory
 
-A row from a trace has no figures and no wall-clock time: what machines showed is not recorded.
+A row from a trace has no figures and no wall-clock time: neither is recorded.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ class Timeline:
             return [], {}
         columns = read_columns(trace, Selection(first, last), tags=True)
         if self._grows and (not len(columns.scan) or columns.scan[-1] < last):
-            self._close_trace()  # what was written since is not in what was opened
+            self._close_trace()  # what was written since is not in the open trace
             trace = self._opened()
             columns = columns if trace is None else read_columns(trace, Selection(first, last), tags=True)
         if trace is None or columns.tags is None:
@@ -144,7 +144,7 @@ class Timeline:
         if known is None or not len(known) or (known["scan"][-1] < wanted and self._grows):
             known = self._columns(Selection(start, end))
             if (not len(known) or known["scan"][-1] < wanted) and self._grows:
-                self._close_trace()  # what was written since is not in what was opened
+                self._close_trace()  # what was written since is not in the open trace
                 known = self._columns(Selection(start, end))
         self._windows[number] = known
         while len(self._windows) > WINDOWS:

@@ -25,7 +25,7 @@ STEPS_12 = 4095
 """Steps of a 1762-OF4: 12 bits, in bits 3 to 14 of the word; bits 0 to 2 do not matter."""
 
 RAW_LANDMARKS = (0.0, 1.0, -1.0, 6241.0, 31_206.0, 32_767.0, -32_768.0)
-"""Raw numbers that are worth a try: 4 and 20 mA, and the ends of a word."""
+"""Raw numbers for tests: 4 and 20 mA, and the ends of a word."""
 
 PID_FULL = 16_383
 PERCENT_FULL = 10_000
@@ -57,7 +57,7 @@ class SignalRange:
 
     @property
     def landmarks(self) -> tuple[float, ...]:
-        """Signals that are worth a try: ends and middle, just beyond the ends, and far beyond."""
+        """Signals for tests: ends and middle, just beyond the ends, and far beyond."""
         beyond = (self.high - self.low) / 100
         middle = (self.low + self.high) / 2
         found = (self.low, self.high, middle, self.high + beyond, self.low - beyond)

@@ -56,7 +56,7 @@ class GenericCard(Module):
 
     Attributes:
         options: its wiring.
-        kind: what it is sold as.
+        kind: its row of the table.
         lit: mask of the digital outputs that are on.
 
     Args:
@@ -135,7 +135,7 @@ class GenericCard(Module):
 
     @override
     def power_cycle(self) -> None:
-        """Nothing is volatile: contacts stay as they are, and the next image is the same."""
+        """Nothing is volatile: contacts keep their state, and the next image is the same."""
 
     def set_input(self, name: str, energised: bool) -> None:
         """Give a digital input a level from now on.
@@ -252,7 +252,7 @@ def _changes(options: CardOptions) -> Iterator[Change]:
 
 
 def _contact(cam: Cam, modules: Mapping[int, Module]) -> Contact:
-    """Return what says whether a cam is operated."""
+    """Return the function that says whether a cam is operated."""
     stepper = modules.get(cam.slot)
     if not isinstance(stepper, Bolted):
         raise ValueError(f"cam {cam.input}: slot {cam.slot} has no machine that can be seen")
@@ -260,7 +260,7 @@ def _contact(cam: Cam, modules: Mapping[int, Module]) -> Contact:
 
 
 def _horizon(cam: Cam, modules: Mapping[int, Module]) -> Callable[[], int]:
-    """Return what says until when a cam stays as it is; 0 where its module can't tell."""
+    """Return the function that says until when a cam keeps its state; 0 where its module can't tell."""
     stepper = modules[cam.slot]
     if not isinstance(stepper, BoltedAhead):
         return lambda: 0

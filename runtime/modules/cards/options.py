@@ -220,14 +220,14 @@ class CardOptions(Options):
 
     @property
     def signals(self) -> dict[str, tuple[float, ...]]:
-        """Inputs of an analog card, with values that are worth a try: ends, middle, and beyond the ends."""
+        """Inputs of an analog card, with values for tests: ends, middle, and beyond the ends."""
         return {
             name: RANGES[self.ranges[name]].landmarks if name in self.ranges else RAW_LANDMARKS
             for name in self.inputs
         }
 
     def words(self, kind: CardKind) -> ModuleWords:
-        """What the words and bits of a kind of card are called with this wiring."""
+        """Names of the words and bits of a kind of card with this wiring."""
         return _analog_words(kind, self) if kind.analog else _digital_words(kind, self)
 
 

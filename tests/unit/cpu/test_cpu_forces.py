@@ -125,7 +125,7 @@ def test_program_mode_forces_inputs_only(rack, module, diary):
         ("Local:1:I.Data[0].16", "there is no bit 16, bits are 0 to 15"),
         (
             "N7:0",
-            "no address: write it like Local:1:I.Data[0].14, I:1.0/14 or slot1.status.MOVE_COMPLETE",
+            "not an address: write it like Local:1:I.Data[0].14, I:1.0/14 or slot1.status.MOVE_COMPLETE",
         ),
         ("slot1.status.MOVE_COMPLET", "did you mean MOVE_COMPLETE?"),
         ("slot1.command.MOVE_COMPLETE", "slot 1 has no command bit 'MOVE_COMPLETE'"),

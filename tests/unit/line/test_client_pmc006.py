@@ -121,7 +121,7 @@ def test_mistakes_are_told_before_anything_is_sent(name: str, value: int, said: 
         client.read("accel_coefficient")
     with pytest.raises(ValueError, match="0 steps: allowed is 1"):
         client.start_move(0)
-    with pytest.raises(ValueError, match="no action that may be carried out twice"):
+    with pytest.raises(ValueError, match="not an action that may be carried out twice"):
         client.do("step", 5)
     assert link.questions == []
 

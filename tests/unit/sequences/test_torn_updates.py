@@ -164,7 +164,7 @@ class NewSpeed(Logic):
 
 
 def test_a_new_speed_in_motion_is_sent_whole_and_a_torn_one_is_a_mixture():
-    """999 to 1,000: torn it is 1,999, which runs, or 0, which is no speed."""
+    """999 to 1,000: torn it is 1,999, which runs, or 0, which is not a speed."""
     changes = [(at, words[4:6]) for at, words in Run(NewSpeed).images if words[0] == RUN_CCW]
     assert [speed for _, speed in changes] == [[0, 999], [1, 0]]
     at_ns = changes[-1][0]

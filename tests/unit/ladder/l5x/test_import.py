@@ -317,5 +317,5 @@ def test_characters_one_by_one_dates_and_bytes(imported):
     (note,) = found.report.notes
     assert (note.name, note.text) == (
         "B",
-        "it starts with zeros: its values stand as bytes only, which are not read",
+        "it starts with zeros: its values are bytes only, which are not read",
     )
