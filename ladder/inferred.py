@@ -17,12 +17,19 @@ makes it an integer. An array has the length of its highest constant subscript, 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 
 from .block_types import BLOCKS
 from .instructions import BY_NAME
-from .motion_types import AXIS_TYPES, COORDINATE_SYSTEM, MOTION_GROUP, MOTION_INSTRUCTION
+from .motion_types import (
+    AXIS_TYPES,
+    BY_CLASS,
+    COORDINATE_SYSTEM,
+    MOTION_GROUP,
+    MOTION_INSTRUCTION,
+    is_axis,
+)
 from .motion_words import KEYWORDS
 from .predefined import HMIBC, SERIAL_PORT_CONTROL
 from .spec import Spec, Use
@@ -73,6 +80,7 @@ from .types import (
     STRING,
     TIMER,
     DataType,
+    Elementary,
     Member,
     Structure,
 )
@@ -176,7 +184,7 @@ class Guess:
     def type(self, path: str) -> DataType:
         """Return its type."""
         if self.needed is not None:
-            return self.needed
+            return self._with_members(self.needed, path)
         if self.members:
             return self._structure(path)
         if self.bit >= 0:
@@ -199,6 +207,13 @@ class Guess:
         """The structure that a use needs, None if none does."""
         return next((each for each in self.votes if isinstance(each, Structure)), None)
 
+    def _with_members(self, needed: DataType, path: str) -> DataType:
+        """Return an axis with the members that no table has, any other type as it is."""
+        if not isinstance(needed, Structure) or not is_axis(needed):
+            return needed
+        added = tuple(each for each in self._own(path) if needed.member(each.name) is None)
+        return replace(needed, members=needed.members + added) if added else needed
+
     def fits(self, member: Member | None) -> bool:
         """Whether its uses are those of a member of a type."""
         if member is None or bool(member.dims) != bool(self.lengths):
@@ -209,10 +224,11 @@ class Guess:
         for each in self.structures if ":" not in self.name else ():
             if all(guess.fits(each.member(guess.name)) for guess in self.members.values()):
                 return each
-        members = [
-            Member(each.name, each.type(f"{path}_{each.name}"), each.dims) for each in self.members.values()
-        ]
-        return Structure(path, tuple(members))
+        return Structure(path, tuple(self._own(path)))
+
+    def _own(self, path: str) -> Iterator[Member]:
+        for each in self.members.values():
+            yield Member(each.name, each.type(f"{path}_{each.name}"), each.dims)
 
 
 class Guesses:
@@ -266,11 +282,13 @@ class Guesses:
         uses = spec.operands if spec else ()
         if instruction.name == "JSR":
             uses = (Use.ROUTINE, Use.CONSTANT)
+        if instruction.name in ("GSV", "SSV"):
+            self._attribute(program, instruction)
         handed = self._of_call(instruction.name)
         others = [
             operand
             for place, operand in enumerate(instruction.operands)
-            if not (place < len(uses) and isinstance(BY_USE.get(uses[place]), Structure))
+            if not (place < len(uses) and (uses[place] in _NAMES or _is_of_structure(uses[place])))
         ]
         partner = self._partner(program, others)
         for place, operand in enumerate(instruction.operands):
@@ -287,6 +305,22 @@ class Guesses:
                     self._region(here, operand, instruction)
             elif isinstance(operand, Operation):
                 self._operation(program, operand, partner, bits=use in _BITS)
+
+    def _attribute(self, program: str, instruction: Instruction) -> None:
+        """Note the tag whose attribute GSV or SSV names, the attribute as a member, and the other tag."""
+        if len(instruction.operands) != 4:
+            return
+        kind, instance, name, beside = instruction.operands
+        owner = BY_CLASS.get(str(kind).upper())
+        if owner is None or not isinstance(instance, Address) or not isinstance(name, Address):
+            return
+        found = self._kind(program, beside)
+        likely = found if isinstance(found, Elementary) and found is not BOOL else DINT
+        self._address(program, instance, owner, None)
+        self._address(program, Address(instance.name, (*instance.steps, MemberStep(name.name))), None, likely)
+        known = owner.member(name.name)
+        if known is not None and isinstance(beside, Address):
+            self._address(program, beside, None, known.type)
 
     def _wanted(
         self, use: Use, instruction: Instruction, partner: DataType | None
@@ -444,6 +478,10 @@ class Guesses:
         elif likely is not None:
             here.weak.append(likely)
         return here
+
+
+def _is_of_structure(use: Use) -> bool:
+    return isinstance(BY_USE.get(use), Structure)
 
 
 def _ends_in_element(address: Address) -> bool:

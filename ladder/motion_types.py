@@ -177,7 +177,11 @@ MOTION_GROUP = Structure(
             "AxisFault",
             "PhysicalAxisFault ModuleFault ConfigFault AxisMotionFault AxisGuardFault InitializationFault",
         ),
-        *_members(DINT, "Cycle AutoTagUpdate CoarseUpdatePeriod"),
+        *_members(
+            DINT, "Cycle AutoTagUpdate CoarseUpdatePeriod Instance TaskAverageIOTime TaskAverageScanTime"
+        ),
+        *_members(DINT, "TaskLastIOTime TaskLastScanTime TaskMaximumIOTime TaskMaximumScanTime TimeOffset"),
+        *_members(LINT, "CycleStartTime MaximumInterval MinimumInterval StartTime"),
     ),
 )
 
@@ -223,6 +227,13 @@ OUTPUT_COMPENSATION = Structure(
         *_members(REAL, "CycleTime DutyCycle"),
     ),
 )
+
+BY_CLASS: Mapping[str, Structure] = {
+    "AXIS": AXIS_TYPES["AXIS_CIP_DRIVE"],
+    "MOTIONGROUP": MOTION_GROUP,
+    "COORDINATESYSTEM": COORDINATE_SYSTEM,
+}
+"""What the instances of classes are whose attributes GSV and SSV name; in capitals."""
 
 MOTION_TYPES: Mapping[str, Structure] = {
     each.name: each

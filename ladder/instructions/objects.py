@@ -31,10 +31,16 @@ class Kept:
     set: bool = False
 
 
+def _settings(size: int, *names: str) -> dict[str, Kept]:
+    """Return attributes that SSV may set and that begin with 0."""
+    return {name: Kept(size, set=True) for name in names}
+
+
 _SCAN_TIMES = {"LASTSCANTIME": Kept(DINT, set=True), "MAXSCANTIME": Kept(DINT, set=True)}
 
 OBJECTS: Mapping[str, Mapping[str, Kept]] = {
     "ADDONINSTRUCTIONDEFINITION": {
+        "LASTEDITDATE": Kept(LINT),
         "MAJORREVISION": Kept(DINT, 1),
         "MINORREVISION": Kept(DINT),
         "SIGNATUREID": Kept(DINT),
@@ -62,11 +68,26 @@ OBJECTS: Mapping[str, Mapping[str, Kept]] = {
         "VENDOR": Kept(INT, 1),
     },
     "CST": {"CURRENTSTATUS": Kept(INT)},
+    "DF1": {
+        **_settings(
+            SINT,
+            *("DUPLICATEDETECTION", "EMBEDDEDRESPONSEENABLE", "ENABLESTOREFWD", "ENQTRANSMITLIMIT"),
+            *("EOTSUPPRESSION", "ERRORDETECTION", "MASTERMESSAGETRANSMIT", "MAXSTATIONADDRESS"),
+            *("NAKRECEIVELIMIT", "POLLINGMODE", "TOKENHOLDFACTOR", "TRANSMITRETRIES"),
+        ),
+        **_settings(INT, "NORMALPOLLGROUPSIZE", "STATIONADDRESS"),
+        **_settings(DINT, "ACKTIMEOUT", "REPLYMESSAGEWAIT", "SLAVEPOLLTIMEOUT"),
+    },
     "FAULTLOG": {
         "MAJOREVENTS": Kept(INT, set=True),
         "MAJORFAULTBITS": Kept(DINT, set=True),
         "MINOREVENTS": Kept(INT, set=True),
         "MINORFAULTBITS": Kept(DINT, set=True),
+    },
+    "MESSAGE": {
+        "CONNECTIONPATH": Kept(130, set=True),
+        **_settings(SINT, "MESSAGETYPE", "PORT", "TIMEOUTMULTIPLIER"),
+        **_settings(DINT, "CONNECTIONRATE", "UNCONNECTEDTIMEOUT"),
     },
     "MODULE": {
         "ENTRYSTATUS": Kept(INT, RUNNING),
@@ -89,7 +110,15 @@ OBJECTS: Mapping[str, Mapping[str, Kept]] = {
         "CHASSISREDUNDANCYSTATE": Kept(INT),
         "COMPATIBILITYRESULTS": Kept(SINT),
         "MODULEREDUNDANCYSTATE": Kept(INT),
+        "KEEPTESTEDITSONSWITCHOVER": Kept(SINT),
+        "LASTDATATRANSFERSIZE": Kept(DINT),
+        "MAXDATATRANSFERSIZE": Kept(DINT, set=True),
+        "PARTNERCHASSISREDUNDANCYSTATE": Kept(INT),
+        "PARTNERKEYSWITCH": Kept(DINT),
         "PARTNERMINORFAULTS": Kept(DINT),
+        "PARTNERMODULEREDUNDANCYSTATE": Kept(INT),
+        "PHYSICALCHASSISID": Kept(INT),
+        "SRMSLOTNUMBER": Kept(INT),
         "PARTNERMODE": Kept(DINT),
         "QUALIFICATIONINPROGRESS": Kept(INT),
     },
@@ -103,6 +132,17 @@ OBJECTS: Mapping[str, Mapping[str, Kept]] = {
         "SAFETYSTATUS": Kept(INT),
         "SAFETYSIGNATUREEXISTS": Kept(SINT),
         "SAFETYTASKFAULTRECORD": Kept(44),
+    },
+    "SERIALPORT": {
+        "BAUDRATE": Kept(DINT, 19_200),
+        "DATABITS": Kept(SINT, 8),
+        "PARITY": Kept(SINT),
+        "RTSOFFDELAY": Kept(INT),
+        "RTSSENDDELAY": Kept(INT),
+        "STOPBITS": Kept(SINT, 1),
+        **_settings(SINT, "PENDINGDATABITS", "PENDINGPARITY", "PENDINGSTOPBITS"),
+        **_settings(INT, "PENDINGRTSOFFDELAY", "PENDINGRTSSENDDELAY"),
+        **_settings(DINT, "PENDINGBAUDRATE"),
     },
     "TASK": {
         "DISABLEUPDATEOUTPUTS": Kept(DINT, set=True),
@@ -118,8 +158,13 @@ OBJECTS: Mapping[str, Mapping[str, Kept]] = {
     },
     "TIMESYNCHRONIZE": {
         "ISSYNCHRONIZED": Kept(DINT),
-        "PTPENABLE": Kept(DINT, set=True),
+        "MAXOFFSETFROMMASTER": Kept(LINT, set=True),
+        "MEANPATHDELAYTOMASTER": Kept(LINT),
+        "NUMBEROFPORTS": Kept(INT),
         "OFFSETFROMMASTER": Kept(LINT),
+        "PTPENABLE": Kept(DINT, set=True),
+        "STEPSREMOVED": Kept(INT),
+        **_settings(SINT, "DOMAINNUMBER", "PRIORITY1", "PRIORITY2"),
     },
     "WALLCLOCKTIME": {
         "APPLYDST": Kept(DINT, set=True),

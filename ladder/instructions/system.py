@@ -17,6 +17,7 @@ from ..arithmetic import wrap
 from ..errors import LadderError
 from ..interpreter import Interpreter
 from ..lowered import OperandResolver
+from ..motion_types import BY_CLASS
 from ..operand_checks import OperandError
 from ..operands import Group, Place
 from ..regions import End, put, take
@@ -31,9 +32,6 @@ __all__ = ["EVENT", "GSV", "SSV"]
 
 THIS = "THIS"
 """Instance name of the program in which an instruction stands."""
-
-OF_TAGS = frozenset({"AXIS", "MOTIONGROUP", "COORDINATESYSTEM"})
-"""Classes whose instances are tags, and whose attributes are their members."""
 
 POWER_UP = datetime.datetime(1970, 1, 1)
 """WallClockTime at virtual time 0."""
@@ -255,7 +253,7 @@ def _resolve(
         written: whether the tag is written.
     """
     kind, instance, name = (str(each).upper() for each in given[:3])
-    if kind in OF_TAGS and isinstance(given[1], Address) and isinstance(given[3], Address):
+    if kind in BY_CLASS and isinstance(given[1], Address) and isinstance(given[3], Address):
         member = _member(resolver, given[1], str(given[2]))
         return kind, member, name, resolver.memory(given[3], written=written)
     attribute = _attribute(kind, name)

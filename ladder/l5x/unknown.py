@@ -23,6 +23,7 @@ from .records import Document, RoutineRecord, TagRecord
 from .scopes import type_of
 
 _MEMBER = re.compile(r"([A-Za-z_]\w*)\.([A-Za-z_]\w*)", re.ASCII)
+_ATTRIBUTE = re.compile(r"[GS]SV\(\s*Axis\s*,\s*(\w+)\s*,\s*(\w+)\s*,", re.ASCII | re.IGNORECASE)
 
 Owned = Iterable[tuple[str, Routine]]
 """Routines, each with its program or add-on."""
@@ -76,7 +77,12 @@ class UnknownTypes:
         owned = [(each.name, routine) for each in document.programs for routine in each.routines]
         owned += [(each.name, routine) for each in document.add_ons for routine in each.routines]
         for owner, routine in owned if axes else ():
-            named = (pair for text in _texts(routine) for pair in _MEMBER.findall(text))
+            named = (
+                pair
+                for text in _texts(routine)
+                for pattern in (_MEMBER, _ATTRIBUTE)
+                for pair in pattern.findall(text)
+            )
             if any(name.upper() in axes and not _is_of_axes(member) for name, member in named):
                 yield owner.upper(), routine.name.upper()
 

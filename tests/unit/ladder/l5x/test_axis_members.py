@@ -46,3 +46,35 @@ def test_the_drive_fault_of_an_analog_axis_is_a_bit(imported):
         files.machine("XIC(Press.DriveFault)OTE(Lamp);", "MOV(Feed.DriveFault,Word);", tags=TAGS)
     )
     assert ([str(each) for each in found.report.refused], found.report.declared) == ([], {})
+
+
+def test_an_attribute_that_the_axis_does_not_have_is_a_member_too(imported):
+    rungs = (
+        "SSV(Axis,Press,DampingFactor,Level);",
+        "GSV(Axis,Press,DampingFactor,Copy);",
+        "GSV(Axis,Line,DriveFaultBits,Word);",
+    )
+    level = files.tag("Level", "REAL", data=files.value("REAL", "2.5")), files.tag("Copy", "REAL")
+    found = imported(files.machine(*rungs, tags=(*TAGS[:5], *level)))
+    assert (found.report.ran, found.report.refused) == (3, [])
+    assert found.report.declared["type AXIS_SERVO"] == "DampingFactor"
+    assert files.after(found).Copy == 2.5
+
+
+def test_a_partial_export_has_the_axis_of_which_an_attribute_is_read(imported):
+    rungs = (
+        "GSV(Axis,Lift,ActualPosition,Height);",
+        "GSV(Axis,Lift,HomeMode,Mode);",
+        "GSV(MotionGroup,All,TaskMaximumScanTime,Slowest);",
+    )
+    found = imported(
+        files.document(target="Routine", programs=[files.program("P", files.ladder("R", *rungs))])
+    )
+    assert (found.report.ran, found.report.refused) == (3, [])
+    assert found.report.declared == {
+        "Lift": "AXIS_CIP_DRIVE",
+        "Height": "REAL",
+        "Mode": "DINT",
+        "All": "MOTION_GROUP",
+        "Slowest": "DINT",
+    }
