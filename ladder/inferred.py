@@ -474,14 +474,20 @@ class Guesses:
                 here.bit = max(here.bit, index)
                 return None
         if needed is not None:
-            here.votes.append(needed)
+            _add(here.votes, needed)
         elif likely is not None:
-            here.weak.append(likely)
+            _add(here.weak, likely)
         return here
 
 
 def _is_of_structure(use: Use) -> bool:
     return isinstance(BY_USE.get(use), Structure)
+
+
+def _add(votes: list[DataType], kind: DataType) -> None:
+    """Add a type that is not there yet: a tag may have thousands of uses."""
+    if all(each is not kind for each in votes):
+        votes.append(kind)
 
 
 def _ends_in_element(address: Address) -> bool:

@@ -1,4 +1,4 @@
-"""The compiler: one Python function for a whole program.
+"""The compiler: one Python function for each routine of a program.
 
 The memory's cells become variables of the function, so a tag costs what a
 variable costs. What can be decided beforehand is: addresses, widths, ranges,
@@ -21,7 +21,8 @@ from ..errors import LadderError
 from ..lowered import Lowered
 from ..memory import NOTHING
 from .observed import UNOBSERVED, Holding, Observation, Reading
-from .program import ProgramText, text_of
+from .positions import relocated
+from .program import text_of
 from .services import interpreted_of, regions_of, services
 
 __all__ = ["ObservedScanner", "Scanner", "observed_scanner_of", "scanner_of", "source_of"]
@@ -61,17 +62,17 @@ def observed_scanner_of(lowered: Lowered, observation: Observation) -> ObservedS
     """Compile a program that notes power and holds forces, see `observed`."""
     with collector_paused():
         text = text_of(lowered, observation)
-        code = _code(text, observation)
+        idents = frozenset(text.idents)
+        codes = [_code(part.unit(idents), text.file, observation) for part in text.parts]
     regions, interpreted = regions_of(lowered), interpreted_of(lowered)
 
     def bind(engine: Engine, observed: Mapping[str, Any]) -> Callable[[int], object]:
         namespace: dict[str, Any] = {**services(engine, regions, interpreted), **observed}
         functions: dict[str, FunctionType] = {}
-        for constant in code.co_consts:
-            if isinstance(constant, CodeType):
-                closure = tuple(engine.memory.cells[name] for name in constant.co_freevars)
-                function = FunctionType(constant, namespace, constant.co_name, ((),), closure)
-                functions[constant.co_name] = namespace[constant.co_name] = function
+        for code in codes:
+            closure = tuple(engine.memory.cells[name] for name in code.co_freevars)
+            function = FunctionType(code, namespace, code.co_name, ((),), closure)
+            functions[code.co_name] = namespace[code.co_name] = function
         names = text.functions
         engine.call_routine = lambda name, inputs: functions[names[name]](engine.now_ns, tuple(inputs)) or ()
         if engine.scheduler is not None:
@@ -107,26 +108,32 @@ def _scheduled(engine: Engine, functions: Mapping[str, FunctionType], now_ns: in
     engine.scheduler.scan(now_ns, run)
 
 
-def _code(text: ProgramText, observation: Observation) -> CodeType:
-    """Compile the text; return the code in which the functions are constants.
+def _code(unit: tuple[str, Sequence[int]], file: str, observation: Observation) -> CodeType:
+    """Compile a function; its line numbers are those of the file.
+
+    Args:
+        unit: its text, and the line in the file for each of its lines.
+        file: the file.
+        observation: what is wanted of it.
 
     Raises:
         LadderError: Python's parser, or its compiler, has no room for so many branches.
     """
+    text, lines = unit
+    source = _held(text, observation) if observation.held else text
     try:
-        return _code_or_raise(text, observation)
+        module = compile(source, file, "exec")
     except (MemoryError, RecursionError):
-        raise LadderError(
-            f"{text.file}: a statement has too many branches to be compiled: divide it"
-        ) from None
+        raise LadderError(f"{file}: a statement has too many branches to be compiled: divide it") from None
+    return relocated(_inside(_inside(module)), lines)
 
 
-def _code_or_raise(text: ProgramText, observation: Observation) -> CodeType:
-    tree = ast.parse(text.text)
-    for node in ast.walk(tree):
-        if isinstance(node, (ast.expr, ast.stmt)):
-            node.lineno = node.end_lineno = text.lines[node.lineno - 1]
-    if observation.held:
-        tree = Holding(observation.held).visit(tree)
-    module = compile(tree, text.file, "exec")
-    return next(each for each in module.co_consts if isinstance(each, CodeType))
+def _held(text: str, observation: Observation) -> ast.Module:
+    tree = ast.parse(text)
+    Holding(observation.held).visit(tree)
+    return tree
+
+
+def _inside(code: CodeType) -> CodeType:
+    """Return the one function in a module, or in a function."""
+    return next(each for each in code.co_consts if isinstance(each, CodeType))

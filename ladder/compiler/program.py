@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import textwrap
+from collections.abc import Sequence, Set
 from dataclasses import dataclass
 from functools import partial
 
@@ -18,22 +19,61 @@ _NAMES = re.compile(r"[^\W\d]\w*")
 
 
 @dataclass(frozen=True, slots=True)
+class FunctionText:
+    """The Python of one function.
+
+    Attributes:
+        name: its name.
+        lines: its lines, each with the line in the file that it is from.
+    """
+
+    name: str
+    lines: Sequence[tuple[str, int]]
+
+    def used(self) -> set[str]:
+        """Return all names in it."""
+        return {name for text, _ in self.lines for name in _NAMES.findall(text)}
+
+    def unit(self, idents: Set[str]) -> tuple[str, list[int]]:
+        """Return what is compiled, without comments, and the line in the file for each of its lines.
+
+        Args:
+            idents: variables of the program.
+        """
+        head = f"def program({', '.join(sorted(self.used() & idents))}):"
+        body = [(text, line) for text, line in self.lines if text and not text.lstrip().startswith("#")]
+        texts = [head, f"{INDENT}global {self.name}", *(INDENT + text for text, _ in body)]
+        return "\n".join(texts) + "\n", [1, 1, *(line for _, line in body)]
+
+
+@dataclass(frozen=True, slots=True)
 class ProgramText:
     """The Python of a program.
 
     Attributes:
-        text: its text.
+        idents: its variables.
+        parts: its functions.
         file: the file that the rungs are from.
-        lines: line in that file, per line of the text.
         functions: name of the function, by routine in capitals; those of add-on instructions are left out.
         noted: the list in which it notes power.
     """
 
-    text: str
+    idents: Sequence[str]
+    parts: Sequence[FunctionText]
     file: str
-    lines: list[int]
     functions: dict[str, str]
     noted: NoteList
+
+    @property
+    def text(self) -> str:
+        """All of it as one function, to be read."""
+        used = {name for part in self.parts for name in part.used()}
+        lines = [f"def program({', '.join(each for each in self.idents if each in used)}):"]
+        if self.parts:
+            lines.append(f"{INDENT}global {', '.join(part.name for part in self.parts)}")
+        for part in self.parts:
+            lines += [INDENT + text if text else "" for text, _ in part.lines]
+        return "\n".join(lines) + f"\n{INDENT}return\n"
 
 
 def text_of(lowered: Lowered, observation: Observation = UNOBSERVED) -> ProgramText:
@@ -41,33 +81,22 @@ def text_of(lowered: Lowered, observation: Observation = UNOBSERVED) -> ProgramT
     listed = NoteList(len(observation.noted))
     notes = partial(Notes.of, observation, listed)
     functions = _function_names(lowered)
-    idents = lowered.layout.idents
-    lines: list[tuple[str, int]] = []
     called: set[tuple[str, bool]] = set()
-    for key, name in functions.items():
-        lines += _routine(lowered, lowered.routines[key], functions, name, called, notes(key))
-    names = list(functions.values())
+    parts = [
+        FunctionText(name, _routine(lowered, lowered.routines[key], functions, name, called, notes(key)))
+        for key, name in functions.items()
+    ]
     written: set[tuple[str, bool]] = set()
     while waiting := sorted(called - written):
         for key, based in waiting:
             name = function_name(key, based=based)
             routine = lowered.routines[key]
-            lines += _routine(lowered, routine, functions, name, called, notes(key), based=based)
-            names.append(name)
+            lines = _routine(lowered, routine, functions, name, called, notes(key), based=based)
+            parts.append(FunctionText(name, lines))
         written.update(waiting)
-    used = {name for text, _ in lines for name in _NAMES.findall(text)}
-    head = [f"def program({', '.join(each for each in idents if each in used)}):"]
-    if names:
-        head.append(f"{INDENT}global {', '.join(names)}")
-    body = [(text, 1) for text in head] + [(INDENT + text if text else "", line) for text, line in lines]
     file = next((line.origin.file for each in lowered.routines.values() for line in each.lines), "")
-    return ProgramText(
-        "\n".join(text for text, _ in body) + f"\n{INDENT}return\n",
-        file or f"<ladder {lowered.name}>",
-        [line for _, line in body] + [1, 1],
-        functions,
-        listed,
-    )
+    idents = tuple(lowered.layout.idents)
+    return ProgramText(idents, parts, file or f"<ladder {lowered.name}>", functions, listed)
 
 
 def _function_names(lowered: Lowered) -> dict[str, str]:
@@ -95,7 +124,7 @@ def _routine(
     based: bool = False,
 ) -> list[tuple[str, int]]:
     """Return the lines of a function, and note the routines of add-on instructions that it calls."""
-    writer = Writer(lowered, routine.frame, based=based)
+    writer = Writer(lowered, routine.frame, based=based, routine=routine.name)
     rungs = RungWriter(writer, functions, notes)
     if routine.name.upper() == lowered.main and lowered.override:
         rungs.set_override("False")

@@ -71,15 +71,15 @@ class RungWriter:
 
     def series(self, nodes: tuple[Node, ...], power: str, *, needed: bool) -> str:
         """Write a series; return the power after it, which means nothing unless `needed`."""
-        for number, node in enumerate(nodes):
-            rest = nodes[number + 1 :]
+        outputs = len(nodes) if needed else _first_of_last_outputs(nodes)
+        for number, node in enumerate(nodes[:outputs], start=1):
+            wanted = needed or number < len(nodes)
             if isinstance(node, Parallel):
-                power = self._branch(node, power, needed=needed or bool(rest))
-            elif not needed and all(map(_acts_when_true, nodes[number:])):
-                self._outputs(nodes[number:], power)
-                return power
+                power = self._branch(node, power, needed=wanted)
             else:
-                power = self._step(node, power, needed=needed or bool(rest))
+                power = self._step(node, power, needed=wanted)
+        if outputs < len(nodes):
+            self._outputs(nodes[outputs:], power)
         return power
 
     def _branch(self, branch: Parallel, power: str, *, needed: bool) -> str:
@@ -160,6 +160,11 @@ class RungWriter:
                 when_true()
             with self.writer.block("else:"):
                 when_false()
+
+
+def _first_of_last_outputs(nodes: tuple[Node, ...]) -> int:
+    """Return where the instructions at the end of a series begin that act when it is true."""
+    return len(nodes) - sum(1 for _ in takewhile(_acts_when_true, reversed(nodes)))
 
 
 def _acts_when_true(node: Node) -> bool:

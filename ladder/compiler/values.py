@@ -283,7 +283,7 @@ class Values:
         found = []
         for position, operand in enumerate(operands, start=1):
             term = self.term(operand, width)
-            if can_fault(operand) and any(map(calculates, operands[position:])):
+            if any(map(calculates, operands[position:])) and can_fault(operand):
                 term = replace(term, text=self.keep(term.text))
             found.append(term)
         return found

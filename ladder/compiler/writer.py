@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from ..errors import LadderError
 from ..lowered import Lowered
 from ..stretches import Spot
 from ..tags import BASE, FRAME, OWN, FrameLayout, Layout, Leaf
 
 INDENT = "    "
+
+MOST_LINES = 120_000
+"""Lines of a function: Python takes up to 3 KiB for each while it compiles them."""
 
 
 class Writer:
@@ -25,10 +29,17 @@ class Writer:
         inputs: input images that are read.
         origin: line of the present rung in its file.
         flags: whether the status flags are kept.
+
+    Args:
+        lowered: see there.
+        frame: the add-on instruction in whose instance the operands are, "" for those of the program.
+        based: whether the instance begins somewhere in its list.
+        routine: the routine, for messages.
     """
 
-    def __init__(self, lowered: Lowered, frame: str = "", *, based: bool = False) -> None:
+    def __init__(self, lowered: Lowered, frame: str = "", *, based: bool = False, routine: str = "") -> None:
         self.lowered = lowered
+        self._routine = routine
         self.layout: Layout = lowered.frames[frame].layout if frame else lowered.layout
         self._bits = lowered.frames[frame].bits if frame else set[str]()
         self.called: set[tuple[str, bool]] = set()
@@ -77,8 +88,16 @@ class Writer:
         return f"__kept_{self._lasting}"
 
     def next_rung(self) -> None:
-        """Temporaries of the rung before are free again."""
+        """Let the temporaries of the rung before be free again.
+
+        Raises:
+            LadderError: the function has too many lines.
+        """
         self._temporaries = 0
+        if len(self.lines) > MOST_LINES:
+            raise LadderError(
+                f"routine {self._routine} compiles to more than {MOST_LINES:,} lines of Python: divide it"
+            )
 
     def name(self, leaf: Leaf) -> str:
         """Return the variable of a leaf, or of the list in which it lies."""

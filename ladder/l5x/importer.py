@@ -18,6 +18,7 @@ from .building import Builder
 from .completing import Completion
 from .datatypes import NAME, Types
 from .document import read_document
+from .limits import check_limits
 from .mnemonics import MNEMONICS
 from .modules import module_tags
 from .records import Document, ProgramRecord
@@ -70,7 +71,9 @@ def import_l5x(
         L5xError: the file can't be used at all.
     """
     with collector_paused():
-        return Importer(read_document(Path(path)), stubs, slots).run(trial=trial)
+        document = read_document(Path(path))
+        check_limits(document)
+        return Importer(document, stubs, slots).run(trial=trial)
 
 
 class Importer:
