@@ -155,6 +155,10 @@ OVERFLOW_CODE = 4
 """Minor: overflow, or a divisor of zero [1756-RM003N p. 277]."""
 
 
+class OutOfLinesError(Exception):
+    """As many rungs and statements have run as were allowed, see `Interpreter.lines_left`."""
+
+
 class ScanEndedError(Exception):
     """The scan ends here, in whatever routine: TND of an SLC 500."""
 

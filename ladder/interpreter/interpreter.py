@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import NoReturn
 
-from ..errors import LadderFault
+from ..errors import LadderFault, OutOfLinesError
 from ..fault_log import FaultLog
 from ..lowered import (
     Act,
@@ -39,6 +39,10 @@ Caller = Callable[[str, Sequence[Value]], Sequence[Value]]
 """Calls a routine in Python: name in capitals, values in; returns the values out."""
 
 
+LINES_OF_CALL = 10
+"""Rungs that the call of an add-on instruction counts as: it takes as long."""
+
+
 class _Jump(Exception):  # noqa: N818 - control flow, not an error
     def __init__(self, label: str, site: int) -> None:
         self.label, self.site = label, site
@@ -61,6 +65,8 @@ class Interpreter(Values):
         selected: value of the CASE that is being decided.
         prescanned: recursive routines whose prescan is under way, in capitals.
         scheduler: runs the programs of a controller; None if a scan calls one routine.
+        lines_left: rungs and statements that may still run: behind the last one an OutOfLinesError;
+            negative for any number.
 
     Args:
         lowered: the program.
@@ -75,6 +81,7 @@ class Interpreter(Values):
         self.selected: Value = 0
         self.scheduler: Scheduler | None = None
         self.prescanned: set[str] = set()
+        self.lines_left = -1
         self._call_python = call_python
         self._preempted = frozenset(filter(lowered.is_preempted, lowered.routines))
 
@@ -130,9 +137,16 @@ class Interpreter(Values):
 
     def _line(self, line: Line, inputs: Sequence[Value], *, statement: bool = False) -> bool:
         """Run a rung, or a statement, to which MCR does nothing; return the power after it."""
+        self._count()
         power = statement or not (self.lowered.override and self.status(OVERRIDE))
         self.inputs = inputs
         return self._series(line.nodes, power)
+
+    def _count(self) -> None:
+        """Count a rung or a statement."""
+        self.lines_left -= 1
+        if self.lines_left == 0:
+            raise OutOfLinesError
 
     def _series(self, nodes: tuple[Node, ...], power: bool) -> bool:
         for node in nodes:
@@ -233,6 +247,8 @@ class Interpreter(Values):
     @contextmanager
     def within(self, call: AddOnCall) -> Iterator[None]:
         """Run what is inside on an instance and on what its call passes."""
+        if self.lines_left > 0:
+            self.lines_left = max(1, self.lines_left - LINES_OF_CALL)
         frame = {name: self.handed(operand) for name, operand in call.handed.items()}
         site = self.lowered.sites[self.site]
         outer, self.frame = self.frame, {**frame, OWN: self.handed(call.instance)}
@@ -315,6 +331,7 @@ class Interpreter(Values):
             return
         routine = self.lowered.routines.get(self.lowered.main if name is None else name)
         for line in routine.lines if routine else ():
+            self._count()
             self._prescan_series(line.nodes)
 
     def _prescan_series(self, nodes: tuple[Node, ...]) -> None:

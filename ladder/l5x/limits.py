@@ -12,6 +12,9 @@ from typing import NamedTuple
 from .document import L5xError
 from .records import Document, RoutineRecord
 
+MOST_IN_RUNG = 5_000
+"""Instructions in one rung; one with more is refused, and not the document."""
+
 
 class Limit(NamedTuple):
     """A limit.
@@ -19,12 +22,12 @@ class Limit(NamedTuple):
     Attributes:
         most: how many there may be.
         noun: of what.
-        counts: returns how many a document has, or how many each of its parts has, with the part's line.
+        count: returns how many a document has.
     """
 
     most: int
     noun: str
-    counts: Callable[[Document], Iterator[tuple[int, int]]]
+    count: Callable[[Document], int]
 
 
 def check_limits(document: Document) -> None:
@@ -34,54 +37,52 @@ def check_limits(document: Document) -> None:
         L5xError: it is beyond one.
     """
     for limit in LIMITS:
-        for line, count in limit.counts(document):
-            if count > limit.most:
-                text = f"it has {count:,} {limit.noun}; {limit.most:,} are allowed"
-                raise L5xError(document.file, line, text)
+        count = limit.count(document)
+        if count > limit.most:
+            text = f"it has {count:,} {limit.noun}; {limit.most:,} are allowed"
+            raise L5xError(document.file, 0, text)
 
 
 def _routines(document: Document) -> Iterator[RoutineRecord]:
-    for owner in (*document.programs, *document.add_ons):
-        yield from owner.routines
+    for program in document.programs:
+        yield from program.routines
+    for add_on in document.add_ons:
+        yield from add_on.routines
 
 
-def _instructions(text: str) -> int:
+def instructions_in(text: str) -> int:
+    """Return how many instructions are in the text of a rung, those in expressions included."""
     return text.count("(")
 
 
-def _programs(document: Document) -> Iterator[tuple[int, int]]:
-    yield 0, len(document.programs)
+def _programs(document: Document) -> int:
+    return len(document.programs)
 
 
-def _add_ons(document: Document) -> Iterator[tuple[int, int]]:
-    yield 0, len(document.add_ons)
+def _add_ons(document: Document) -> int:
+    return len(document.add_ons)
 
 
-def _routine_count(document: Document) -> Iterator[tuple[int, int]]:
-    yield 0, sum(1 for _ in _routines(document))
+def _routine_count(document: Document) -> int:
+    return sum(1 for _ in _routines(document))
 
 
-def _rungs(document: Document) -> Iterator[tuple[int, int]]:
-    yield 0, sum(len(each.rungs) for each in _routines(document))
+def _rungs(document: Document) -> int:
+    return sum(len(each.rungs) for each in _routines(document))
 
 
-def _lines(document: Document) -> Iterator[tuple[int, int]]:
-    yield 0, sum(len(each.lines) for each in _routines(document))
+def _lines(document: Document) -> int:
+    return sum(len(each.lines) for each in _routines(document))
 
 
-def _characters(document: Document) -> Iterator[tuple[int, int]]:
+def _characters(document: Document) -> int:
     """Count the characters of all rungs and lines."""
     rungs = sum(len(rung.text) for each in _routines(document) for rung in each.rungs)
-    yield 0, rungs + sum(len(text) for each in _routines(document) for text, _ in each.lines)
+    return rungs + sum(len(text) for each in _routines(document) for text, _ in each.lines)
 
 
-def _all_instructions(document: Document) -> Iterator[tuple[int, int]]:
-    yield 0, sum(_instructions(rung.text) for each in _routines(document) for rung in each.rungs)
-
-
-def _of_each_rung(document: Document) -> Iterator[tuple[int, int]]:
-    for routine in _routines(document):
-        yield from ((rung.line, _instructions(rung.text)) for rung in routine.rungs)
+def _all_instructions(document: Document) -> int:
+    return sum(instructions_in(rung.text) for each in _routines(document) for rung in each.rungs)
 
 
 LIMITS = (
@@ -89,8 +90,7 @@ LIMITS = (
     Limit(2_000, "add-on instructions", _add_ons),
     Limit(5_000, "routines", _routine_count),
     Limit(30_000, "rungs", _rungs),
-    Limit(60_000, "lines of structured text", _lines),
+    Limit(30_000, "lines of structured text", _lines),
     Limit(8 << 20, "characters of logic", _characters),
     Limit(250_000, "instructions in rungs", _all_instructions),
-    Limit(2_000, "instructions in one rung", _of_each_rung),
 )

@@ -13,6 +13,7 @@ from ..instructions import BY_NAME
 from ..spec import Spec
 from ..text import parse_rung
 from ..tree import Origin, Routine, Rung
+from .limits import MOST_IN_RUNG, instructions_in
 from .presets import Presets
 from .records import Document, EncodedRecord, RoutineRecord, RungRecord
 from .report import Refusal, Report
@@ -104,6 +105,11 @@ class RoutineReader:
         if rung.kind.upper() != "N":
             reason = f"it is of type {rung.kind}, an edit in progress"
             self.refuse(owner, record.name, place, reason, _PENDING)
+            return Rung((), rung.comment, origin)
+        count = instructions_in(rung.text)
+        if count > MOST_IN_RUNG:
+            reason = f"it has {count:,} instructions; {MOST_IN_RUNG:,} are allowed"
+            self.refuse(owner, record.name, place, reason, "divide it")
             return Rung((), rung.comment, origin)
         try:
             read = parse_rung(

@@ -4,6 +4,9 @@ A rung counts as run if its program did all scans and both back ends had the sam
 and the same fault after each of them. Refused rungs are empty in it. A major fault that both report ends the
 scan and not the trial; the watchdog ends the trial, since such a program does no second scan. Programs that
 no task runs, and add-on instructions, run in controllers of their own.
+
+The interpreter counts rungs and statements, since loops and nested calls can make a scan endless. Too many
+end the trial: a count, not a clock, so that a report can be repeated.
 """
 
 from __future__ import annotations
@@ -13,7 +16,7 @@ from typing import Any
 
 from ..controller import Controller
 from ..engine import Engine
-from ..errors import WATCHDOG_TYPE, LadderFault
+from ..errors import WATCHDOG_TYPE, LadderFault, OutOfLinesError
 from ..memory import same
 from ..runnable import LadderLogic
 from ..schedule import Task
@@ -23,25 +26,61 @@ from .importer import Imported
 SCANS = 100
 """Scans of a trial."""
 
+MOST_IN_SCAN = 1_000_000
+"""Rungs and statements in one scan: more than a controller does within its watchdog of 500 ms."""
+
+MOST_IN_ALL = 4_000_000
+"""The same in all scans of a trial: more than twice what a controller of 15,000 rungs does in 100 scans."""
+
 
 def run_trial(imported: Imported, scans: int = SCANS) -> None:
     """Run what was imported; count in its report the rungs that ran, and note faults and differences."""
-    parts, report = imported.parts, imported.report
+    parts, report, work = imported.parts, imported.report, Work(scans)
     if imported.controller is not None:
         tasks = parts.tasks or implicit_task([each.name for each in parts.programs.values()])
         run = {name.upper() for task in tasks for name in task.programs}
         others = [each.name for name, each in parts.programs.items() if name not in run]
-        _run(imported, parts, tasks, imported.controller, scans)
+        _run(imported, parts, tasks, imported.controller, work)
         if others:
-            _run(imported, parts, implicit_task(others), None, scans)
+            _run(imported, parts, implicit_task(others), None, work)
     if parts.add_ons:
         harness = harness_of(parts)
-        _run(imported, harness, implicit_task([each.name for each in harness.programs.values()]), None, scans)
+        _run(imported, harness, implicit_task([each.name for each in harness.programs.values()]), None, work)
     report.ran = min(report.ran, report.imported)
 
 
+class Work:
+    """What a trial may do.
+
+    Attributes:
+        scans: scans of each controller.
+        left: rungs and statements in all of them that may still run.
+    """
+
+    def __init__(self, scans: int = SCANS) -> None:
+        self.scans = scans
+        self.left = MOST_IN_ALL
+
+    def scan(self, interpreted: Engine) -> LadderFault | None:
+        """Run a scan in the interpreter; return its fault.
+
+        Raises:
+            OutOfLinesError: too many rungs and statements.
+        """
+        if self.left <= 0:
+            raise OutOfLinesError(f"more than {MOST_IN_ALL:,} rungs and statements have run")
+        interpreter = interpreted.interpreter
+        interpreter.lines_left = allowed = min(self.left, MOST_IN_SCAN)
+        try:
+            return _scan(interpreted)
+        except OutOfLinesError:
+            raise OutOfLinesError(f"more than {allowed:,} rungs and statements run in it") from None
+        finally:
+            self.left -= allowed - interpreter.lines_left
+
+
 def _run(
-    imported: Imported, parts: Parts, tasks: Sequence[Task], controller: Controller | None, scans: int
+    imported: Imported, parts: Parts, tasks: Sequence[Task], controller: Controller | None, work: Work
 ) -> None:
     """Run the programs of tasks.
 
@@ -50,18 +89,18 @@ def _run(
     """
     names = [name for task in tasks for name in task.programs]
     report = imported.report
-    outcome = lockstep(controller or parts.assemble(report, tasks), scans)
+    outcome = lockstep(controller or parts.assemble(report, tasks), work)
     if outcome.fault:
         report.faults[outcome.program or parts.name] = outcome.fault
         if len(names) > 1:
-            outcome = lockstep(parts.with_fault_routines().assemble(report, tasks), scans)
+            outcome = lockstep(parts.with_fault_routines().assemble(report, tasks), work)
     if outcome.scans and not outcome.difference:
         _count(imported, names)
     elif len(names) == 1:
         report.faults[names[0]] = outcome.difference or outcome.fault
     else:
         for name in names:
-            _run(imported, parts, implicit_task([name]), None, scans)
+            _run(imported, parts, implicit_task([name]), None, work)
 
 
 def _count(imported: Imported, names: Iterable[str]) -> None:
@@ -89,12 +128,17 @@ class Outcome:
         self.difference = ""
 
 
-def lockstep(controller: LadderLogic, scans: int = SCANS) -> Outcome:
+def lockstep(controller: LadderLogic, work: Work) -> Outcome:
     """Run a controller or a program on both back ends and compare after each scan."""
     outcome = Outcome()
     compiled, interpreted = controller.compile(), controller.interpret()
-    for number in range(scans):
-        ours, theirs = _scan(compiled), _scan(interpreted)
+    for number in range(work.scans):
+        try:
+            theirs = work.scan(interpreted)
+        except OutOfLinesError as error:
+            outcome.fault, outcome.program = f"scan {number}: {error}", ""
+            return outcome
+        ours = _scan(compiled)
         if str(ours) != str(theirs):
             outcome.difference = f"scan {number}: compiled {ours}, interpreted {theirs}"
             return outcome

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..l5x.trial import SCANS, lockstep
+from ..l5x.trial import SCANS, Work, lockstep
 from .importer import Imported
 
 
@@ -11,7 +11,7 @@ def run_trial(imported: Imported, scans: int = SCANS) -> None:
     program, report = imported.program, imported.report
     if program is None:
         return
-    outcome = lockstep(program, scans)
+    outcome = lockstep(program, Work(scans))
     if outcome.difference or outcome.fault:
         report.faults[program.name] = outcome.difference or outcome.fault
     if outcome.scans and not outcome.difference:
