@@ -40,7 +40,7 @@ from scanrack.runtime.app.watched_machines import PER_SLOT, MachineFigures
 from scanrack.runtime.app.watched_program import LadderNotes
 from scanrack.runtime.cli.watch.keeper import Keeper
 from scanrack.runtime.cli.watch.monitor import About
-from scanrack.runtime.cli.watch.session_monitor import Setup
+from scanrack.runtime.cli.watch.session_monitor import Ran, Setup
 from scanrack.runtime.live.ring import Ring
 from scanrack.runtime.live.session import Session
 from scanrack.runtime.live.tap import PipeInbox, Tap
@@ -148,7 +148,8 @@ def _monitor(ring: Ring, figures: MachineFigures, trace: Path, stack: ExitStack)
     listening = stack.enter_context(socket.create_server(("127.0.0.1", 0)))
     port, key = listening.getsockname()[1], secrets.token_hex(16)
     about = About("0", "feeder", str(FEEDER), "rack", False, False, None)
-    setup = Setup(ring.shape, about, key, "127.0.0.1", port, tuple(figures.slots), str(trace))
+    programs = (Ran(0, str(FEEDER.parent), "feeder.toml", "feeder.rung"),)
+    setup = Setup(ring.shape, about, key, "127.0.0.1", port, tuple(figures.slots), str(trace), programs)
     return Keeper(setup, ring, listening, lambda _text: None), f"127.0.0.1:{port} {key}"
 
 

@@ -46,7 +46,7 @@ class Sink(Protocol):
 class ChunkWriter:
     """Writes chunks of messages, with all indexes and the CRCs of chunks, data and summary.
 
-    Schemas, channels, metadata and attachments come first, then messages.
+    Schemas, channels and metadata come first, then messages; attachments come between chunks at any time.
 
     Args:
         file: where the records go.

@@ -156,6 +156,19 @@ class TraceFile:
             self._keep_up()
         return len(data)
 
+    def reserve(self, size: int) -> bool:
+        """Let the ballast grow by `size` bytes, for records larger than it was made for.
+
+        Returns:
+            Whether the disk has that room; the file is full if it has not.
+        """
+        if self._room is not None and not self.full:
+            try:
+                self._room.grow(size)
+            except OSError:
+                self.full = True
+        return not self.full
+
     def close(self) -> None:
         """Close the file and give the ballast back.
 

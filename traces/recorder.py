@@ -240,6 +240,23 @@ class ScanRecorder:
             self._refuse(f"at scan {scan}")
         self._batch.room = max(1, -(-(self._chunk_bytes - self._writer.open_bytes) // self._batch.stride))
 
+    def attach(self, scan: int, files: Sequence[Attachment]) -> None:
+        """Write further files that travel with the trace.
+
+        Args:
+            scan: number of the scan before which they are needed.
+            files: the files.
+
+        Raises:
+            TraceFull: the disk has no room for them; none is in the trace.
+        """
+        if self._refusal is None and not self._file.reserve(sum(len(each.data) for each in files)):
+            self._refuse(f"before scan {scan}")
+        if self._refusal is not None:
+            raise TraceFull(self._refusal, complete=True)
+        for each in files:
+            self._writer.add_attachment(each.name, each.media_type, each.data)
+
     def close(self) -> None:
         """Write the open chunk and the summary, and close the file.
 

@@ -9,7 +9,10 @@ from numpy.typing import NDArray
 
 
 class TraceWriter(Protocol):
-    """What a recorder asks of a writer: channels, metadata and attachments first, then messages."""
+    """What a recorder asks of a writer: channels and metadata first, then messages.
+
+    Attachments come at any time.
+    """
 
     @property
     def open_bytes(self) -> int:

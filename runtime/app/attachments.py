@@ -5,6 +5,7 @@ retained tags              by the metadata's `retained_file`: what a ladder prog
 stubs in Python            by the rack file's `[stubs]`
 what the program imports   Python files beside it, which stay beside it, by their path from there
 words.json, tags.json      the maps of words and of recorded tags, which a run does not need
+edit-1/...                 rack file and program after an edit while they ran, see `editions`
 
 What of it may be used is decided in `trust`.
 """
@@ -12,6 +13,7 @@ What of it may be used is decided in `trust`.
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import sys
 from collections.abc import Iterable, Iterator
@@ -36,9 +38,9 @@ RETAINED = "retained/tags.json"
 _NOT_OF_THE_RUN = ("words.json", "tags.json")
 
 
-def attachment(path: Path, name: str) -> Attachment:
+def attachment(name: str, data: bytes) -> Attachment:
     """Return a file as an attachment."""
-    return Attachment(name, path.read_bytes(), "text/x-python" if path.suffix == PYTHON else "text/plain")
+    return Attachment(name, data, "text/x-python" if name.endswith(PYTHON) else "text/plain")
 
 
 def program_name(job: Job) -> str:
@@ -57,7 +59,18 @@ def made_by(job: Job) -> dict[str, str]:
     return {"rack_file": job.rack_name, "program_file": name, **own}
 
 
-def imported(job: Job) -> list[Attachment]:
+def files_of(job: Job) -> dict[str, Path]:
+    """Return the files that a job is loaded from, by their names in a trace; not the retained tags."""
+    rack = {} if job.rack_file == job.program else {job.rack_file.name: job.rack_file}
+    return {program_name(job): job.program, **rack, **files_beside(job)}
+
+
+def files_beside(job: Job) -> dict[str, Path]:
+    """Return what a job needs beside rack file and program: modules, stubs, stored programs of units."""
+    return {**_imported(job), **_stub_functions(job), **_unit_programs(job)}
+
+
+def _imported(job: Job) -> dict[str, Path]:
     """Return the Python files beside rack file and program that have been imported, in order of their paths.
 
     What a program imports later, while it runs, is not known yet.
@@ -70,24 +83,22 @@ def imported(job: Job) -> list[Attachment]:
     for own, name in zip(given, names, strict=True):
         if own.suffix == PYTHON:
             found.update((f"{name.parent / place}", path) for _, place, path in _modules_of(own.parent))
-    return [attachment(found[name], name) for name in sorted(found) if found[name] not in given]
+    return {name: found[name] for name in sorted(found) if found[name] not in given}
 
 
-def unit_programs(job: Job) -> list[Attachment]:
+def _unit_programs(job: Job) -> dict[str, Path]:
     """Return the stored programs of the units beside the rack, each once, in the order of the units."""
     paths = dict.fromkeys(Path(unit.program) for unit in job.spec.unit if unit.program is not None)
-    return [attachment(job.folder / path, path.as_posix()) for path in paths]
+    return {path.as_posix(): job.folder / path for path in paths}
 
 
-def stub_functions(job: Job) -> list[Attachment]:
+def _stub_functions(job: Job) -> dict[str, Path]:
     """Return the Python files of stubs, each once; the program among them is attached as such."""
     given = (job.rack_file.resolve(), job.program.resolve())
     paths = [Path(each) for each in job.stub_files]
-    return [
-        attachment(job.folder / each, each.as_posix())
-        for each in paths
-        if (job.folder / each).resolve() not in given
-    ]
+    return {
+        each.as_posix(): job.folder / each for each in paths if (job.folder / each).resolve() not in given
+    }
 
 
 def retained_tags(job: Job) -> list[Attachment]:
@@ -134,9 +145,7 @@ def job_of(trace: Trace, folder: Path, *, trust: bool, program: str | None = Non
         ValueError: the trace does not say what it was made by, or one of the files can't be used.
     """
     rack = _recorded(trace, "rack_file")
-    own = None if program is not None else _recorded(trace, "program_file")
-    if own is not None and _holds_logic(rack, own):
-        own = None
+    own = None if program is not None else own_program(rack, _recorded(trace, "program_file"))
     retained = trace.head.metadata.get("retained_file")
     _take_out(trace, folder, rack, own, trust=trust, retained=retained)
     job = load_job(f"{folder / rack}", program if own is None else f"{folder / own}")
@@ -161,17 +170,49 @@ def _recorded(trace: Trace, key: str) -> str:
     return address
 
 
-def _holds_logic(rack: str, program: str) -> bool:
-    """Whether a trace's rack file is its program, too; then it is Python."""
+def own_program(rack: str, program: str) -> str | None:
+    """Return the address of a trace's program; None if its rack file, then in Python, is that, too."""
     name = address_name(rack)
-    return name == address_name(program) and rack_form(PurePosixPath(name)) is Form.PYTHON
+    same = name == address_name(program) and rack_form(PurePosixPath(name)) is Form.PYTHON
+    return None if same else program
+
+
+def load_files(folder: Path, rack: str, program: str) -> Job:
+    """Load a rack and its program from the files of a trace in a folder.
+
+    Args:
+        folder: the folder.
+        rack: the rack file among them, `path[:function]`.
+        program: the program among them, `path[:function]`.
+
+    Raises:
+        ValueError: one of the files can't be used.
+    """
+    own = own_program(rack, program)
+    return load_job(f"{folder / rack}", None if own is None else f"{folder / own}")
+
+
+def folder_of_edit(number: int) -> str:
+    """Return where in a trace the files of an edit are.
+
+    >>> folder_of_edit(1)
+    'edit-1/'
+    """
+    return f"edit-{number}/"
+
+
+_OF_AN_EDIT = re.compile(r"edit-\d+/")
 
 
 def _take_out(
     trace: Trace, folder: Path, rack: str, program: str | None, *, trust: bool, retained: str | None = None
 ) -> None:
     """Check that the files of a run may be used, and write them into a folder."""
-    files = {name: data for name, data in attached_files(trace).items() if name not in _NOT_OF_THE_RUN}
+    files = {
+        name: data
+        for name, data in attached_files(trace).items()
+        if name not in _NOT_OF_THE_RUN and not _OF_AN_EDIT.match(name)
+    }
     given = Given(address_name(rack), None if program is None else address_name(program), retained)
     wanted = admitted(files, given, trust=trust)
     _check_alone(folder, wanted)

@@ -89,9 +89,10 @@ def load_job(rack: str, program: str | None = None) -> Job:
     """
     if program is not None:
         spec, path = load_spec(rack)
-        return _job(
-            spec, load_program(program, stubs=_stubs(spec, path.parent), slots=_slots(spec)), path, rack
-        )
+        loaded = load_program(program, stubs=_stubs(spec, path.parent), slots=_slots(spec))
+        if isinstance(loaded.function, LadderLogic):
+            loaded = _bound(spec, loaded, path)
+        return _job(spec, loaded, path, rack)
     path = _rack_path(rack)
     return _from_toml(path) if rack_form(path) is Form.DATA else _from_python(rack)
 

@@ -8,20 +8,11 @@ from types import MappingProxyType
 
 from ...traces.layout import SlotInfo
 from ...traces.recorder import ScanRecorder
-from ..loop.listeners import ScanListener
 from ..loop.rack import Rack
 from ..loop.scan import Logic
-from .attachments import (
-    attachment,
-    imported,
-    made_by,
-    program_name,
-    retained_tags,
-    stub_functions,
-    unit_programs,
-)
+from .attachments import attachment, files_beside, made_by, program_name, retained_tags
 from .loading import Job
-from .sequence_watch import sequences_in, watching
+from .sequence_watch import sequences_in
 
 NOTHING: Mapping[str, str] = MappingProxyType({})
 
@@ -33,10 +24,11 @@ def recorder_for(
     logic: Logic | None = None,
     *,
     orders: bool = False,
+    sequences: bool = False,
     metadata: Mapping[str, str] = NOTHING,
     warn: Callable[[str], None] = lambda _cost: None,
-) -> ScanListener:
-    """Return the recorder of a run.
+) -> ScanRecorder:
+    """Return the recorder of a run; `sequence_watch` tells it of the program's sequences.
 
     Args:
         job: what is run.
@@ -44,6 +36,7 @@ def recorder_for(
         trace: where the recording goes.
         logic: what runs in place of the job's logic: a debugger of it.
         orders: whether the rack can be operated while it runs.
+        sequences: whether there may be sequences though the program has none: an edit may bring some.
         metadata: further entries of the metadata record.
         warn: takes a warning about tags that cost much.
 
@@ -60,15 +53,18 @@ def recorder_for(
         tags = tags_of(running, spec.tags, rack.memory)
         if tags.plan.cost is not None:
             warn(tags.plan.cost)
-    recorder = ScanRecorder(
+    beside = [attachment(name, path.read_bytes()) for name, path in files_beside(job).items()]
+    return ScanRecorder(
         trace,
         rack.memory,
         [SlotInfo(slot.number, slot.catalog, slot.firmware, slot.words) for slot in rack.slots.values()],
         scan_period_ns=spec.scan_ns,
         seed=spec.seed,
-        program=attachment(job.program, program_name(job)),
-        rack_file=attachment(job.rack_file, job.rack_file.name) if job.rack_file != job.program else None,
-        attachments=[*imported(job), *stub_functions(job), *unit_programs(job), *retained_tags(job)],
+        program=attachment(program_name(job), job.program.read_bytes()),
+        rack_file=None
+        if job.rack_file == job.program
+        else attachment(job.rack_file.name, job.rack_file.read_bytes()),
+        attachments=[*beside, *retained_tags(job)],
         metadata={
             **made_by(job),
             "name": spec.name,
@@ -81,6 +77,5 @@ def recorder_for(
         },
         tags=tags,
         orders=orders,
-        sequences=bool(sequences_in(running)),
+        sequences=sequences or bool(sequences_in(running)),
     )
-    return watching(recorder, running)

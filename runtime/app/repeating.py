@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from ...traces.reader import Trace, TraceEvent
 from ...traces.topics import ORDERS
 from ..live.hands import GivenOrder, Hands
-from ..live.orders import order_of, parsed
+from ..live.orders import RECORDED, order_of, parsed
 from ..loop.cpu import Cpu
 from ..loop.events import JsonValue
 
@@ -30,7 +30,7 @@ def orders_of(events: Iterable[TraceEvent]) -> list[RecordedOrder]:
     for event in events:
         if event.topic == ORDERS.name:
             try:
-                order = order_of(parsed(str(event.fields.get("order"))))
+                order = order_of(parsed(str(event.fields.get("order"))), RECORDED)
             except ValueError as error:
                 says = f"the order before scan {event.scan} can't be given again: {error}"
                 raise ValueError(says) from error

@@ -11,6 +11,7 @@ from ...io_images.amci3601 import InputBit
 from ...traces.compare import Tolerance
 from ...traces.reader import TraceEvent
 from ...traces.replay import Follower, Image, Recording
+from ...traces.topics import ORDERS
 from ..config.rackspec import RackSpec
 from ..loop.faults import CpuFault
 from ..loop.rack import Card, Rack
@@ -122,12 +123,31 @@ def score_of(recording: Recording) -> Score:
 
 
 def edit_notes(events: Iterable[TraceEvent]) -> list[str]:
-    """Return a note for each edit of the running program: a trace brings only the program it began with."""
+    """Return a note for each edit of the running program, for a command that runs the first program only."""
     return [
-        f"the program was edited before scan {event.scan:,}: the trace brings the one that it began with"
+        f"the program was edited before scan {event.scan:,}: here the one that the trace begins with runs on"
         for event in events
-        if event.topic == "/events" and event.fields.get("kind") == "edit"
+        if _is_edit(event)
     ]
+
+
+def lost_edits(events: Iterable[TraceEvent]) -> list[int]:
+    """Return the scans from which on a program ran that the trace does not bring: edits at a bench."""
+    known = list(events)
+    brought = {event.scan for event in known if event.topic == ORDERS.name and event.fields["name"] == "edit"}
+    return [event.scan for event in known if _is_edit(event) and event.scan not in brought]
+
+
+def lost_notes(scans: Iterable[int]) -> list[str]:
+    """Return a note for each of `lost_edits`."""
+    return [
+        f"the program was edited before scan {scan:,}: the trace brings the one that it began with"
+        for scan in scans
+    ]
+
+
+def _is_edit(event: TraceEvent) -> bool:
+    return event.topic == "/events" and event.fields.get("kind") == "edit"
 
 
 _FRESH = {

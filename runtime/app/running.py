@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...ladder import LadderLogic
+from ...traces.recorder import ScanRecorder
 from ..loop.cpu import Cpu
 from ..loop.listeners import ScanListener
 from ..loop.pace import FreeRun, Pacer
@@ -25,11 +26,14 @@ from .hints import Hints
 from .loading import Job
 from .outside import tell_cpu
 from .recording import NOTHING, recorder_for
-from .sequence_watch import declared_axes, sequences_in, standing
+from .sequence_watch import WatchesSequences, declared_axes, sequences_in, standing
 
 if TYPE_CHECKING:  # imported late: a rack without a session does not need them
     from ...ladder.debug import Debugger
     from ..live.hands import Hands
+    from ..live.orders import Edit
+    from .editing import Edited
+    from .editions import Editions
     from .repeating import RecordedOrder, Repeated
 
 Observer = Callable[[Cpu, int | None], AbstractContextManager[None]]
@@ -49,8 +53,10 @@ class JobRun:
         cpu: the CPU that runs the program.
         repeated: gives the orders of a recorded session; None without them.
         logic: the program; of a rack that can be operated a ladder program is under a debugger.
+        debugger: that debugger; None without one.
         hints: what the program may have meant otherwise.
         stubs: the stubs in use, see `Job.stubs`.
+        on_edit: called with every edit, between two scans.
         steps: where the program's sequences stand at the end of the run, a sentence each; none after a fault.
 
     Args:
@@ -64,6 +70,7 @@ class JobRun:
         handled: the rack can be operated while it runs: tags are set and forced, incidents happen.
         metadata: further entries of the recording's metadata.
         orders: of a recorded session, given again; the rack can then be operated.
+        editions: brings the programs of edits; without them there can be none.
 
     Raises:
         ValueError: a unit's program or a port can't be used, or a real port is not allowed.
@@ -83,29 +90,41 @@ class JobRun:
         handled: bool = False,
         metadata: Mapping[str, str] = NOTHING,
         orders: Iterable[RecordedOrder] | None = None,
+        editions: Editions | None = None,
     ) -> None:
         handled = handled or orders is not None
         units = {unit.address: unit.make(job.folder) for unit in job.spec.unit}
         self.stubs = job.stubs
         self.rack = build_rack(job.spec, ports if live else None, handled=handled)
-        self._debugger = _debugger_of(job.logic) if handled else None
-        self.logic: Logic = self._debugger or job.logic
+        self.debugger = _debugger_of(job.logic) if handled else None
+        self.logic: Logic = self.debugger or job.logic
         self.hints = Hints(self.rack, job.spec, warn, declared_axes(self.logic))
         self.steps: list[str] = []
         heard: list[ScanListener] = [*listeners, self.hints]
+        self._editions = editions
+        self._edits = 0
+        self._followers: list[WatchesSequences] = []
+        self.on_edit: Callable[[Edited], object] = lambda _edited: None
         if trace is not None:
-            heard.append(
-                recorder_for(job, self.rack, trace, self.logic, orders=handled, metadata=metadata, warn=warn)
+            recorder = recorder_for(
+                job,
+                self.rack,
+                trace,
+                self.logic,
+                orders=handled,
+                sequences=self._may_be_edited,
+                metadata=metadata,
+                warn=warn,
             )
+            heard.append(self.following(self._with_edits(recorder)))
         if units:
             from .rack_units import UnitsBeside  # the controllers take time to import
 
             heard.append(UnitsBeside(units, trace))
         self._pacer = pacer or FreeRun()
         self.cpu = build_cpu(job.spec, self.logic, self.rack, listeners=heard, pacer=self._pacer)
-        if self._debugger is not None:
-            tell_cpu(self._debugger, self.cpu)
-        self._edits = 0
+        if self.debugger is not None:
+            tell_cpu(self.debugger, self.cpu)
         self.repeated: Repeated | None = None
         if orders is not None:
             from .repeating import Repeated
@@ -117,19 +136,47 @@ class JobRun:
     @property
     def edits(self) -> int:
         """How often the program was edited while it ran."""
-        return self._edits if self._debugger is None else len(self._debugger.edits)
+        return self._edits if self.debugger is None else len(self.debugger.edits)
 
     def use(self, logic: Logic) -> None:
         """Go on with another program that is not a ladder program, from the next scan on."""
         self.logic = self.cpu.program = logic
         self._edits += 1
+        for each in self._followers:
+            each.watch(sequences_in(logic))
 
     @property
     def hands(self) -> Hands:
         """Carries out orders on the rack; tags only of a program under a debugger."""
         from ..live.hands import Hands
 
-        return Hands(self.cpu, self.rack, self._debugger)
+        return Hands(self.cpu, self.rack, self.debugger, None if self._editions is None else self._edit)
+
+    def _with_edits(self, recorder: ScanRecorder) -> ScanListener:
+        """Return a recorder that attaches the files of edits, if there may be some."""
+        if self._editions is None:
+            return recorder
+        from .editing import RecordsEdits
+
+        return RecordsEdits(recorder, self._editions)
+
+    def following(self, listener: ScanListener) -> ScanListener:
+        """Return a listener that also gets the sequences of the program, those of an edited one, too."""
+        if not self._may_be_edited and not sequences_in(self.logic):
+            return listener
+        self._followers.append(WatchesSequences(listener, sequences_in(self.logic)))
+        return self._followers[-1]
+
+    @property
+    def _may_be_edited(self) -> bool:
+        """Whether the program is in Python, and another one may take its place."""
+        return self._editions is not None and self.debugger is None
+
+    def _edit(self, order: Edit, at_ns: int) -> None:
+        from .editing import edit
+
+        assert self._editions is not None
+        self.on_edit(edit(self, self._editions, order, at_ns))
 
     def run(self, scans: int | None = None, *, observed: Observer = unobserved) -> None:
         """Run to the end, or until Ctrl-C stops the CPU between scans; then close the listeners.

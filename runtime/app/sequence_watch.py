@@ -65,6 +65,10 @@ class WatchesSequences:
 
     def __init__(self, listener: ScanListener, sequences: tuple[Sequence, ...]) -> None:
         self._listener = listener
+        self.watch(sequences)
+
+    def watch(self, sequences: tuple[Sequence, ...]) -> None:
+        """Watch others from now on: the program has been edited."""
         self._watched = [_Watched(each) for each in sequences]
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:

@@ -49,12 +49,14 @@ class Inputs:
         writes: values set from outside since the scan before: identifier, element, value.
         forces: what is forced from this scan on.
         images: the input images as the program read them; None = those of the rack.
+        program: how often the program had been edited.
     """
 
     scan: int
     writes: tuple[tuple[str, int, Any], ...]
     forces: Mapping[tuple[str, int], tuple[int | None, Any]]
     images: tuple[bytes, ...] | None
+    program: int
 
 
 class LadderNotes:
@@ -102,4 +104,4 @@ def inputs_of(debugger: Debugger, entry: Entry, scan: int) -> Inputs:
     """Return the inputs of a scan beside its images."""
     writes = tuple((leaf.ident, index, value) for leaf, index, value in entry.writes)
     images = entry.images if debugger.engine.memory.copies_inputs else None
-    return Inputs(scan, writes, dict(entry.forces), images)
+    return Inputs(scan, writes, dict(entry.forces), images, len(debugger.edits))

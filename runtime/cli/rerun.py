@@ -13,14 +13,18 @@ from ...traces.arrays import extent
 from ...traces.compare import compare
 from ...traces.reader import Trace, open_trace
 from ..app.attachments import job_of
+from ..app.editions import editions_of
 from ..app.repeating import is_session, orders_of
-from ..app.replaying import edit_notes
+from ..app.replaying import lost_edits, lost_notes
 from .compare import JsonOption, tell
 from .complaints import reported_mistakes
 from .run import run_job
 from .status import BAD_INPUT, DONE
 from .terminal import say
 from .trace_options import QuietOption, reading, tell_notes
+
+PARENT = ("parent", "parent_scan")
+"""Entries of the metadata of a branch, see `watch.play`."""
 
 RERUN = "rerun"
 """What the second of the two is called in the report."""
@@ -40,7 +44,8 @@ def _rerun_command(
 ) -> None:
     """Run again what a trace was made by: its rack file and program, for as many scans, and compare.
 
-    The orders of a session of scanrack watch are given again before the same scans.
+    The orders of a session of scanrack watch are given again before the same scans, edits of its program
+    among them.
 
     Python that came with the trace is run only if it is the same as in the current folder, or you say
     --trust: a program may do anything that you may.
@@ -64,11 +69,16 @@ def _rerun(
     if not ends:
         raise ValueError(f"{path}: the trace has no scans to compare with")
     tell_notes(trace)
-    for note in edit_notes(trace.events()):
+    orders = orders_of(trace.events()) if is_session(trace) else None
+    editions = None if orders is None else editions_of(trace, orders, job, folder / "edits", trust=trust)
+    for note in lost_notes(lost_edits(trace.events())):
         say(f"note: {note}", err=True)
     scans = ends[-1] + 1
-    orders = orders_of(trace.events()) if is_session(trace) else None
-    if run_job(job, scans, again, quiet=quiet, summarised=False, orders=orders) == BAD_INPUT:
+    parent = {key: trace.head.metadata[key] for key in PARENT if key in trace.head.metadata}
+    status = run_job(
+        job, scans, again, quiet=quiet, summarised=False, orders=orders, editions=editions, metadata=parent
+    )
+    if status == BAD_INPUT:
         return BAD_INPUT
     if not as_json and filecmp.cmp(path, again, shallow=False):
         if not quiet:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from functools import partial
 from os.path import realpath
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..app.loading import DEFAULT_RUN, Job, load_job, scans_to_run, with_tags
+from ..app.recording import NOTHING
 from ..app.retaining import Retained
 from ..app.running import JobRun
 from ..config.rackspec import RackSpec
@@ -25,6 +26,7 @@ from .summary import Tally, summary
 from .terminal import say
 
 if TYPE_CHECKING:  # imported late: a run without a session does not need it
+    from ..app.editions import Editions
     from ..app.repeating import RecordedOrder
 
 NO_SAFETY_SYSTEM = (
@@ -44,6 +46,8 @@ def run_job(
     live: bool = False,
     summarised: bool = True,
     orders: Sequence[RecordedOrder] | None = None,
+    editions: Editions | None = None,
+    metadata: Mapping[str, str] = NOTHING,
 ) -> int:
     """Run a job and say what it came to; return the exit status.
 
@@ -56,6 +60,8 @@ def run_job(
         live: real ports may be driven.
         summarised: whether what is not quiet ends in a summary.
         orders: of a recorded session, given again; None if it was none.
+        editions: brings the programs of that session's edits.
+        metadata: further entries of the recording's metadata.
     """
     with ExitStack() as ports:
         if realtime is not None:
@@ -73,6 +79,8 @@ def run_job(
                 listeners=[tally],
                 warn=_quiet if quiet else _warn,
                 orders=orders,
+                editions=editions,
+                metadata=metadata,
             )
         except ValueError as error:
             return complain(str(error), BAD_INPUT)

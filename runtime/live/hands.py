@@ -61,14 +61,21 @@ class Hands:
         cpu: runs the rack.
         rack: its modules are exposed to incidents, as far as they are simulated.
         desk: the program; None if it has no tags that can be set.
+        edit: goes on with an edited program before the scan at a time; None if none can come.
 
     Attributes:
         given: the orders that were carried out.
         words: of the modules, by slot.
     """
 
-    def __init__(self, cpu: Cpu, rack: Rack, desk: Desk | None) -> None:
-        self._cpu, self._rack, self._desk = cpu, rack, desk
+    def __init__(
+        self,
+        cpu: Cpu,
+        rack: Rack,
+        desk: Desk | None,
+        edit: Callable[[orders.Edit, int], None] | None = None,
+    ) -> None:
+        self._cpu, self._rack, self._desk, self._editing = cpu, rack, desk, edit
         self.given: list[GivenOrder] = []
         self.words: Mapping[int, ModuleWords] = {slot.number: slot.words for slot in rack.slots.values()}
 
@@ -146,6 +153,11 @@ class Hands:
         what, for_ns = FaultKind(order.kind), round(order.for_ms * 1_000_000)
         module.happen(Incident(at_ns, what, order.slot, for_ns, order.late_words))
 
+    def _edit(self, order: orders.Edit, at_ns: int) -> None:
+        if self._editing is None:
+            raise ValueError("the files of an edited program are not there")
+        self._editing(order, at_ns)
+
     def _program(self, tag: str) -> Desk:
         if self._desk is None:
             raise ValueError(f"{tag}: the program has no tags that can be set; images can be forced")
@@ -159,6 +171,7 @@ _ACTS: Mapping[type[Order], Callable[[Hands, Any, int], None]] = {
     orders.Force: Hands._force,
     orders.Unforce: Hands._unforce,
     orders.Happen: Hands._happen,
+    orders.Edit: Hands._edit,
 }
 """The orders that act on the rack."""
 
@@ -186,7 +199,8 @@ _SENTENCES: Mapping[type[Order], Callable[[Any], str]] = {
     orders.Happen: lambda order: f"Slot {order.slot}: {order.kind}.",
     orders.Breakpoint: lambda order: f"A breakpoint is set: {order.at}.",
     orders.Unbreak: lambda order: f"A breakpoint is removed: {order.at}.",
-    orders.Reload: lambda _order: "The program is edited.",
+    orders.Reload: lambda _order: "The program is loaded again.",
+    orders.Edit: lambda order: f"Edit {order.number} of the program.",
     orders.Branch: lambda order: f"Another way from scan {order.scan:,} on.",
 }
 

@@ -19,6 +19,7 @@ from ..loop.incidents import FaultKind
 SPEED_LEAST, SPEED_MOST = 0.01, 1000.0
 MOST_STEPS = 1_000_000
 SCAN_MOST = (1 << 32) - 1
+MOST_EDITS = 1_000_000
 TEXT_MOST = 400
 """Longest name or text in an order, characters."""
 
@@ -129,6 +130,19 @@ class Reload:
 
 
 @dataclass(frozen=True, slots=True)
+class Edit:
+    """Go on with an edited program; a session gives this order itself, with the program's files.
+
+    Attributes:
+        number: of the edit, from 1; its files are in the trace as `edit-NUMBER/...`.
+        program: the program among them, `path[:function]`.
+    """
+
+    number: int
+    program: str
+
+
+@dataclass(frozen=True, slots=True)
 class Branch:
     """Begin a new session that repeats this one up to a scan, and continues on its own."""
 
@@ -149,6 +163,7 @@ Order = (
     | Breakpoint
     | Unbreak
     | Reload
+    | Edit
     | Branch
 )
 
@@ -168,16 +183,23 @@ ORDERS: Mapping[str, type[Order]] = {
     "reload": Reload,
     "branch": Branch,
 }
-"""The orders by name."""
+"""The orders that a page may give, by name."""
 
-NAMES: Mapping[type[Order], str] = {kind: name for name, kind in ORDERS.items()}
+RECORDED: Mapping[str, type[Order]] = {**ORDERS, "edit": Edit}
+"""The orders that a recording may have, by name."""
+
+NAMES: Mapping[type[Order], str] = {kind: name for name, kind in RECORDED.items()}
 
 
-def order_of(said: object) -> Order:
+def order_of(said: object, known: Mapping[str, type[Order]] = ORDERS) -> Order:
     """Return the order that a message gives.
 
     >>> order_of({"do": "step", "scans": 3})
     Step(scans=3)
+
+    Args:
+        said: the message.
+        known: the orders that are allowed, by name.
 
     Raises:
         ValueError: it is not an order; what is wrong, and what is allowed.
@@ -185,15 +207,15 @@ def order_of(said: object) -> Order:
     if not isinstance(said, Mapping):
         raise ValueError("an order is an object with the key do")
     name = said.get("do")
-    kind = ORDERS.get(name) if isinstance(name, str) else None
+    kind = known.get(name) if isinstance(name, str) else None
     if kind is None:
-        raise ValueError(f"there is no order {_shown(name)}: allowed are {', '.join(ORDERS)}")
+        raise ValueError(f"there is no order {_shown(name)}: allowed are {', '.join(known)}")
     given = {key: value for key, value in said.items() if key != "do"}
-    known = {each.name: each.default for each in fields(kind)}
+    wanted = {each.name: each.default for each in fields(kind)}
     for key in given:
-        if key not in known:
-            raise ValueError(f"{name} has no {_shown(key)}: it has {', '.join(known) or 'nothing'}")
-    for key, default in known.items():
+        if key not in wanted:
+            raise ValueError(f"{name} has no {_shown(key)}: it has {', '.join(wanted) or 'nothing'}")
+    for key, default in wanted.items():
         if key not in given and default is MISSING:
             raise ValueError(f"{name} needs {key}")
     return kind(**{key: _checked(f"{name}", key, value) for key, value in given.items()})
@@ -296,6 +318,8 @@ _ALLOWED: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "scan": (_whole(0, SCAN_MOST), "the number of a scan"),
     "factor": (_is_speed, f"{SPEED_LEAST} to {SPEED_MOST:g}, or {MAX}"),
     "slot": (_whole(1, 1 << 16), "the number of a slot"),
+    "number": (_whole(1, MOST_EDITS), f"1 to {MOST_EDITS:,}"),
+    "program": (_is_text, _TEXT),
     "name": (_is_text, _TEXT),
     "on": (lambda value: value is None or isinstance(value, bool), "true, false or null"),
     "tag": (_is_text, _TEXT),

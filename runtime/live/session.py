@@ -91,6 +91,7 @@ class Session:
         stops: the program, if it can have breakpoints.
         live: there are real ports: no pause, step or speed.
         reload: loads the program again, and passes it on when that is done; None if it can't.
+        prepare: makes all that a branch from a scan needs, ValueError if it can't; None if there can be none.
 
     Attributes:
         state: what a monitor shows.
@@ -98,7 +99,8 @@ class Session:
         branch: the scan from which another session is to begin; None if none is.
         attend: serves the monitor during a pause.
         give: gives the monitor the values of the program.
-        takeover: goes on with an edited program; called once, between two scans; False for a mistake.
+        takeover: gives the order that goes on with an edited program, or None for a mistake, which it
+            tells; called once, between two scans.
     """
 
     def __init__(
@@ -112,15 +114,16 @@ class Session:
         stops: Stops | None = None,
         live: bool = False,
         reload: Callable[[], None] | None = None,
+        prepare: Callable[[int], None] | None = None,
     ) -> None:
         self._cpu, self._hands, self._pacer = cpu, hands, pacer
         self._inbox, self._tell, self._stops = inbox, tell, stops
-        self._live, self._reload = live, reload
+        self._live, self._reload, self._prepare = live, reload, prepare
         self.state = State(speed=pacer.speed)
         self.over = False
         self.attend: Callable[[], None] = lambda: None
         self.give: Callable[[], None] = lambda: None
-        self.takeover: Callable[[int], bool] | None = None
+        self.takeover: Callable[[], Order | None] | None = None
         self.branch: int | None = None
         self._repeats = 0
         self._until: int | None = None
@@ -143,13 +146,12 @@ class Session:
     def repeat_to(self, scan: int) -> None:
         """Run up to a scan as fast as possible; orders and breakpoints wait until then.
 
-        Raises:
-            CpuFault: see `Cpu.run`.
+        A fault of the CPU, of a program that does otherwise the second time, is shown.
         """
         self._repeats = scan
         if scan > self._cpu.scan:
             with stopping_on_interrupt(self.end, inside=ScanPhases.logic.__code__):
-                self._cpu.run(scan - self._cpu.scan)
+                self._run_or_fault(scan, shown=True)
 
     def set_speed(self, speed: float | None) -> None:
         """Set the speed: times real time, or None for as fast as possible."""
@@ -175,8 +177,8 @@ class Session:
                 if self.state.paused:
                     self._rest()
                 else:
-                    self._run_or_fault(end)
-            if self._fault is not None:
+                    self._run_or_fault(end, shown=end is None)
+            if self._fault is not None and self.branch is None:
                 raise self._fault
 
     def end(self) -> None:
@@ -184,14 +186,15 @@ class Session:
         self.over = True
         self._cpu.stop()
 
-    def _run_or_fault(self, end: int | None) -> None:
-        """Run scans; a fault of the CPU is shown until the session ends."""
+    def _run_or_fault(self, end: int | None, *, shown: bool) -> None:
+        """Run scans; a fault of the CPU is shown until the session ends, or raised."""
         try:
             self._run(end)
         except CpuFault as fault:
-            if end is not None:
+            if not shown:
                 raise
             self._fault = fault
+            self._repeats = 0  # nothing more is repeated: orders are answered
             self.state.fault = str(fault)
             self.state.paused = True
             self._end_step(refused=_faulted(fault))
@@ -230,7 +233,7 @@ class Session:
             scan: its number.
         """
         if self.takeover is not None and scan >= self._repeats:
-            self._take_over(at_ns)
+            self._take_over(at_ns, scan)
         while scan >= self._repeats and self._inbox.pending:
             number: object = None
             try:
@@ -250,13 +253,16 @@ class Session:
                     return
                 self._tell({"answer": answer})
 
-    def _take_over(self, at_ns: int) -> None:
+    def _take_over(self, at_ns: int, scan: int) -> None:
         """Go on with an edited program, or report its mistakes to the page."""
         takeover, self.takeover = self.takeover, None
         assert takeover is not None
         try:
-            if not takeover(at_ns):
+            self._refuse_after_fault()
+            order = takeover()
+            if order is None:
                 return
+            self._hands.act(order, at_ns, scan)
         except Exception as error:  # the running program goes on, whatever is wrong with the other one
             self._tell({"mistake": {"text": str(error), "file": "", "line": None}})
             return
@@ -275,14 +281,18 @@ class Session:
         Raises:
             ValueError: it can't be carried out, and nothing has happened.
         """
-        if self._fault is not None:
-            raise ValueError(_faulted(self._fault))
+        if not isinstance(order, orders.Branch):
+            self._refuse_after_fault()
         self._next = scan
         act = _ACTS.get(type(order))
         if act is not None:
             act(self, order)
         self._hands.act(order, at_ns, scan)
         self._show()
+
+    def _refuse_after_fault(self) -> None:
+        if self._fault is not None:
+            raise ValueError(_faulted(self._fault))
 
     def _show(self) -> None:
         self._tell({"state": self.described()})
@@ -366,6 +376,9 @@ class Session:
         self._refuse_if_live("branch")
         if order.scan > self._next:
             raise ValueError(f"scan {order.scan} has not been run yet: the next one is {self._next}")
+        if self._prepare is None:
+            raise ValueError("this session has no branches")
+        self._prepare(order.scan)
         self.branch = order.scan
         self.end()
 
@@ -380,8 +393,8 @@ class Session:
 
 
 def _faulted(fault: CpuFault) -> str:
-    """Return why no order is possible any more."""
-    return f"the CPU has faulted in {fault}: start the session again"
+    """Return why no order but a branch is possible any more."""
+    return f"the CPU has faulted in {fault}: branch from an earlier scan"
 
 
 _RUNG = re.compile(r"(?P<routine>.+)\.(?P<rung>\d+)")

@@ -27,6 +27,12 @@ class Watched:
         self.host = base.removeprefix("http://")
         self.port = int(self.host.rpartition(":")[2])
 
+    @property
+    def monitor(self):
+        """Number of the process that serves the pages: the child of the scan process, on Linux."""
+        children = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children")
+        return int(children.read_text().split()[0])
+
     def raw(self, text):
         """Send bytes to the port; return the status of the answer and all of it."""
         with socket.create_connection(("127.0.0.1", self.port), PATIENCE_S) as connection:
@@ -87,7 +93,7 @@ class Page:
         """Take one message."""
         message = json.loads(await asyncio.wait_for(self.socket.recv(), PATIENCE_S))
         if "hello" in message:
-            self.hello = message["hello"]
+            self.hello, self.frame = message["hello"], {}
         elif "frame" in message:
             self.frames += 1
             for key, value in message["frame"].items():
@@ -120,7 +126,7 @@ class Page:
         """Wait until a condition on this page holds."""
         end = time.monotonic() + PATIENCE_S
         while not holds(self):
-            assert time.monotonic() < end, f"it does not come: {self.frame}"
+            assert time.monotonic() < end, f"it does not come: { ({**self.frame, 'events': '...'}) }"
             await self.hear()
 
 

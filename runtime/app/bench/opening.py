@@ -11,6 +11,7 @@ from ...loop.listeners import ScanListener
 from ...loop.rack import Rack
 from ..loading import Job, load_job
 from ..recording import recorder_for
+from ..sequence_watch import watching
 from ..why.again import Load
 from . import Bench
 
@@ -55,7 +56,7 @@ def bench_of(
     """Put a loaded job onto a bench, see `open_bench`; `load` is how `why` loads its program again."""
 
     def listeners(rack: Rack) -> Iterable[ScanListener]:
-        return () if record is None else (recorder_for(job, rack, record, logic),)
+        return () if record is None else (watching(recorder_for(job, rack, record, logic), logic),)
 
     logic = Debugger(job.logic) if isinstance(job.logic, LadderLogic) else job.logic
     return Bench(job.spec, logic, listeners=listeners, watched=watched, load=load)

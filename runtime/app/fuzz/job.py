@@ -28,6 +28,7 @@ from ...machine.spec import input_name
 from ..attachments import forget_imported
 from ..loading import Job, load_job
 from ..recording import recorder_for
+from ..sequence_watch import watching
 from . import STANDARD, Bench, Found, Invariant, InvariantError, Scenario, load_invariants
 from .drivescript import DriveScript, obstacle
 from .rackdoc import rack_text
@@ -215,7 +216,7 @@ def _recorded(job: Job, bench: Bench, scenario: Scenario, scans: int, folder: Pa
                 yield scripts[slot.number]
             else:
                 told.append(f"(slot {slot.number} has no drive script: the bench can't do {why})")
-        yield recorder_for(job, rack, folder / "trace.mcap", made[-1])
+        yield watching(recorder_for(job, rack, folder / "trace.mcap", made[-1]), made[-1])
 
     def fresh_logic() -> Logic:
         made.append(bench.fresh_logic())

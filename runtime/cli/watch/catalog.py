@@ -282,25 +282,30 @@ def shown_value(value: object) -> Any:
     return value
 
 
-def python_routines(path: Path) -> list[Json]:
-    """Return a program in Python as the one routine that `hello` lists."""
-    return [{"name": path.name, "kind": "python", "comment": "", "lines": len(_lines_of(path))}]
-
-
-def python_source(path: Path, names: tuple[str, ...]) -> tuple[Shown, Json]:
-    """Return what a page shows of a program in Python, and the answer with its text.
+class PythonSource:
+    """The text of a program in Python as pages get it, as it was loaded.
 
     Args:
-        path: of its file.
-        names: its values.
+        file: its file.
     """
-    lines = [{"number": number, "text": text} for number, text in enumerate(_lines_of(path), 1)]
-    answer = {"routine": path.name, "file": path.name, "text": lines, "names": list(names)}
-    return Shown(path.name, {}, (), names), answer
 
+    def __init__(self, file: Path) -> None:
+        self._name = file.name
+        try:
+            self._lines = file.read_text(encoding="utf-8", errors="replace").splitlines()
+        except OSError:
+            self._lines = []
 
-def _lines_of(path: Path) -> list[str]:
-    try:
-        return path.read_text(encoding="utf-8", errors="replace").splitlines()
-    except OSError:
-        return []
+    def routines(self) -> list[Json]:
+        """Return the file as the one routine that `hello` lists."""
+        return [{"name": self._name, "kind": "python", "comment": "", "lines": len(self._lines)}]
+
+    def show(self, names: tuple[str, ...]) -> tuple[Shown, Json]:
+        """Return what a page shows of it, and the answer with its text.
+
+        Args:
+            names: its values.
+        """
+        lines = [{"number": number, "text": text} for number, text in enumerate(self._lines, 1)]
+        answer = {"routine": self._name, "file": self._name, "text": lines, "names": list(names)}
+        return Shown(self._name, {}, (), names), answer

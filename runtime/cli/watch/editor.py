@@ -6,11 +6,11 @@
 
 A ladder program keeps the values of its tags, as in an online edit. A Python program is loaded again: objects
 of its module begin again. The page shows a mistake with its file and line, and the running program goes on.
+An edit is an order of its own, recorded with the program's files: see `app.editions`.
 """
 
 from __future__ import annotations
 
-import hashlib
 import re
 import threading
 from collections.abc import Callable, Mapping
@@ -21,26 +21,28 @@ from typing import Any
 from ....ladder import LadderLogic
 from ....ladder.debug import Debugger
 from ...app.attachments import forget_imported
+from ...app.editions import Edition, Editions, edition_of
 from ...app.loading import Job, load_job
 from ...app.running import JobRun
-from ...loop.events import Event
+from ...live.orders import Edit
 
 LOOK_S = 0.3
 """Time between two looks at the file."""
 
 Json = dict[str, Any]
-Takeover = Callable[[int], bool]
-"""Goes on with an edited program (True), or reports a mistake; called with the next scan's time."""
+Takeover = Callable[[], Edit | None]
+"""Gives the order of an edit, or reports a mistake; called between two scans."""
 
 
 class Editor:
     """Watches the files of a program, and passes on edited ones.
 
     Args:
-        job: what runs.
+        job: what the session begins with.
         rack: path of the rack file.
         run: its run.
-        hand_over: takes what goes on with an edited program, to be called between two scans.
+        editions: take the edited programs.
+        hand_over: takes what gives the order of an edit, or None for a mistake, between two scans.
         tell: takes messages for the monitor.
     """
 
@@ -49,12 +51,14 @@ class Editor:
         job: Job,
         rack: str,
         run: JobRun,
+        editions: Editions,
         hand_over: Callable[[Takeover], None],
         tell: Callable[[Mapping[str, object]], None],
     ) -> None:
-        self._job, self._rack, self._run = job, rack, run
+        self._job, self._rack, self._run, self._editions = job, rack, run, editions
         self._hand_over, self._tell = hand_over, tell
-        self._ending = threading.Event()
+        self._ending, self._wake = threading.Event(), threading.Event()
+        self._wanted = False
         self._stamp = self._stamped()
         self._thread = threading.Thread(target=self._watch, name="edits", daemon=True)
 
@@ -65,36 +69,55 @@ class Editor:
     def end(self) -> None:
         """End it."""
         self._ending.set()
+        self._wake.set()
         self._thread.join()
 
+    def load_soon(self) -> None:
+        """Load the program as it is now, beside the scans."""
+        self._wanted = True
+        self._wake.set()
+
     def _watch(self) -> None:
-        while not self._ending.wait(LOOK_S):
+        while not self._ending.is_set():
+            self._wake.wait(LOOK_S)
+            self._wake.clear()
+            wanted, self._wanted = self._wanted, False
             stamp = self._stamped()
-            if stamp != self._stamp and stamp is not None:
+            if stamp is not None and (wanted or stamp != self._stamp):
                 self._stamp = stamp
-                self.load()
+                self._load()
 
     def _stamped(self) -> tuple[int, int] | None:
-        """Return what differs between versions of a file; None while there is no file."""
+        """Return what differs between versions of a file; None while it is missing or empty, half saved."""
         try:
             stat = self._job.program.stat()
         except OSError:
             return None
-        return stat.st_mtime_ns, stat.st_size
+        return (stat.st_mtime_ns, stat.st_size) if stat.st_size else None
 
-    def load(self) -> None:
+    def _load(self) -> None:
         """Load the program, and pass it on or report the mistake."""
+        takeover = self._takeover()
+        if self._stamped() == self._stamp:  # if not, it is being saved: the next look takes it
+            self._hand_over(takeover)
+
+    def _takeover(self) -> Takeover:
         try:
             job = self._loaded()
-        except ValueError as error:
+            edition = self._editions.with_copy(edition_of(job))
+        except (ValueError, OSError) as error:
             mistake = mistake_of(str(error), self._job.program)
-            self._hand_over(lambda _at_ns: self._tell_mistake(mistake))
-            return
-        self._hand_over(lambda at_ns: self._take_over(job, at_ns))
+            return lambda: self._tell_mistake(mistake)
+        return lambda: self._order(edition, job)
 
-    def _tell_mistake(self, mistake: Json) -> bool:
+    def _tell_mistake(self, mistake: Json) -> None:
         self._tell({"mistake": mistake})
-        return False
+
+    def _order(self, edition: Edition, job: Job) -> Edit:
+        """Return the order that goes on with a program."""
+        number = self._run.edits + 1
+        self._editions.keep(number, edition, job)
+        return Edit(number, edition.program)
 
     def _loaded(self) -> Job:
         """Load the program and compile it.
@@ -116,22 +139,6 @@ class Editor:
                 f"{job.program}: values of a Python program are recorded (tags): an edit needs a new session"
             )
         return job
-
-    def _take_over(self, job: Job, at_ns: int) -> bool:
-        """Go on with a program, between two scans."""
-        fields: dict[str, list[str]] = {"new": [], "changed": [], "dropped": []}
-        name = job.program.name
-        if isinstance(job.logic, LadderLogic) and isinstance(self._run.logic, Debugger):
-            edit = self._run.logic.edit(job.logic)
-            fields = {"new": list(edit.new), "changed": list(edit.changed), "dropped": list(edit.dropped)}
-            text, name = str(edit), job.logic.name
-        else:
-            self._run.use(job.logic)
-            text = f"{name} is loaded again: the objects of its module are new"
-        self._run.cpu.announce(Event(at_ns, "edit", name, text, {**fields}))
-        sha = hashlib.sha256(job.program.read_bytes()).hexdigest()
-        self._tell({"edited": {"text": text, "sha256": sha, "edits": self._run.edits, **fields}})
-        return True
 
 
 def mistake_of(text: str, program: Path) -> Json:

@@ -6,7 +6,7 @@ values    *             *           *            from here the shadow goes on, 6
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from ....io_images.image import IMAGE_BYTES
 from ....io_images.module_words import ModuleWords
@@ -15,14 +15,14 @@ from ....ladder.debug import Debugger
 from ....ladder.errors import LadderFault
 from ...app.playback import RecordedInputs
 from ...app.repeating import RecordedOrder
-from ...app.watched_program import inputs_of, values_of
+from ...app.watched_program import Inputs, Values, inputs_of, values_of
 from ...live import orders
 from ...live.orders import ALL, Order
 from ...live.ring import Rows
 from ...loop.phases import IDLE_PHASES
 from ...loop.rack import SLOT_BYTES, Card, Rack
 from ...loop.scan import MODE_MASK, CpuMode, Scan, ScanFlag
-from .shadow import Kept
+from .stretch import LAST_SCAN, Stretch
 
 EVERY = 4096
 """Scans between values."""
@@ -31,15 +31,25 @@ SLICE = 1000
 """Scans per step."""
 
 
+def indexable(stretches: Sequence[Stretch]) -> tuple[list[LadderLogic], int]:
+    """Return the programs that can be run again from the first scan on, and the last scan of that."""
+    programs: list[LadderLogic] = []
+    for each in stretches:
+        if not isinstance(each.logic, LadderLogic) or each.logic.functions:
+            return programs, each.first - 1
+        programs.append(each.logic)
+    return programs, LAST_SCAN
+
+
 class Indexer:
     """Runs a program on recorded images, scan by scan from the first one.
 
     Args:
-        program: the program; it has no routines in Python.
+        programs: the program, and what edits made of it; they have no routines in Python.
         slots: the words of the modules, in the order of the rack's memory.
         period_ns: time from scan to scan.
         given: the orders of the session.
-        kept: takes the values.
+        keep: takes the values.
 
     Attributes:
         next: the scan that comes next.
@@ -47,17 +57,18 @@ class Indexer:
 
     def __init__(
         self,
-        program: LadderLogic,
+        programs: Sequence[LadderLogic],
         slots: Mapping[int, ModuleWords],
         period_ns: int,
         given: Sequence[RecordedOrder],
-        kept: Kept,
+        keep: Callable[[Values | Inputs], None],
     ) -> None:
+        program, *self._edited = programs
         cards = [Card(slot, RecordedInputs([], []), words=words) for slot, words in slots.items()]
         self._rack = Rack(cards)
         self._view = Scan(self._rack.slots, period_ns)
         self._debugger = Debugger(program, remembered=1)
-        self._kept = kept
+        self._keep = keep
         self._words = slots
         self._orders: dict[int, list[Order]] = {}
         for each in given:
@@ -77,16 +88,19 @@ class Indexer:
             self.next = scan + 1
 
     def _before(self, scan: int) -> None:
-        if scan % EVERY == 0:
-            self._kept.take(values_of(self._debugger, scan))
-            self._forces = None
+        edits = len(self._debugger.edits)
         for order in self._orders.get(scan, ()):
             self._give(order)
+        if scan % EVERY == 0 or edits != len(self._debugger.edits):
+            self._keep(values_of(self._debugger, scan))
+            self._forces = None
 
     def _give(self, order: Order) -> None:
         """Carry out an order on the program; images and modules are recorded with its effect."""
         try:
             match order:
+                case orders.Edit():
+                    self._debugger.edit(self._edited.pop(0))
                 case orders.Write(tag, value):
                     self._debugger.tags[tag] = value
                 case orders.Force(tag, value) if tag in self._debugger.tags:
@@ -109,4 +123,4 @@ class Indexer:
         entry = self._debugger.latest
         if entry is not None and (entry.writes or entry.forces is not self._forces):
             self._forces = entry.forces
-            self._kept.take(inputs_of(self._debugger, entry, scan))
+            self._keep(inputs_of(self._debugger, entry, scan))

@@ -13,7 +13,7 @@ from multiprocessing.connection import Connection
 from typing import Protocol
 
 from ...live.ring import Ring
-from .session_monitor import Setup
+from .session_monitor import Ran, Setup
 
 MAIN = f"from {__package__}.server import main; main()"
 """The program of a monitor process. It is not this program again, whose main module may do anything."""
@@ -51,6 +51,7 @@ class Keeper:
     ) -> None:
         self._setup, self._ring, self._listening, self._say = setup, ring, listening, say
         self._ending = threading.Event()
+        self._changing = threading.Lock()
         self._inbox: Connected | None = None
         self.pipe = self._start()
         self._watch = threading.Thread(target=self._keep, name="monitor's keeper", daemon=True)
@@ -60,10 +61,21 @@ class Keeper:
         self._inbox = inbox
         self._watch.start()
 
-    def go_on_with(self, trace: str, record: str | None) -> None:
-        """Give monitors that are started from now on another recording."""
-        about = replace(self._setup.about, record=record)
-        self._setup = replace(self._setup, about=about, trace=trace)
+    def go_on_with(
+        self, *, programs: tuple[Ran, ...], trace: str | None = None, record: str | None = None
+    ) -> None:
+        """Give monitors that are started from now on other programs, and another recording.
+
+        Args:
+            programs: all programs of the session.
+            trace: path of the recording of a branch; None = the same as before.
+            record: the same, if it is kept.
+        """
+        with self._changing:
+            self._setup = replace(self._setup, programs=programs)
+            if trace is not None:
+                about = replace(self._setup.about, record=record)
+                self._setup = replace(self._setup, about=about, trace=trace)
 
     @property
     def pid(self) -> int:
@@ -86,7 +98,8 @@ class Keeper:
             self._process.wait()
             if self._ending.wait(GRACE_S):
                 return
-            self._setup = replace(self._setup, started=self._setup.started + 1)
+            with self._changing:
+                self._setup = replace(self._setup, started=self._setup.started + 1)
             if self._setup.started > STARTS_MOST:
                 self._say("the monitor has died too often; the scans go on without it")
                 return

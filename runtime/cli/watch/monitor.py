@@ -7,7 +7,7 @@ A monitor does one thing after the other; `server` calls `tick` thirty times a s
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,20 +16,19 @@ import numpy as np
 
 from ....io_images.amci3601.words import is_stepper
 from ....io_images.module_words import ModuleWords
-from ....ladder import LadderLogic
+from ...app.watched_program import Inputs, Values
 from ...config.rackspec import RackSpec
 from ...live.ring import Row
-from ...loop.scan import Logic
-from .catalog import Catalog, python_routines, shown_value, value_of
+from .catalog import NOTHING_SHOWN, shown_value, value_of
 from .elsewhere import Elsewhere
 from .event_log import EventLog
 from .hello import incidents_of, slots_of
-from .lanes import TagLanes, Told
+from .lanes import Lanes, Told
 from .page import Page
 from .picture import Places, changed, mode_of
 from .questions import QUESTIONS
 from .recent import Recent
-from .shadow import Kept, Shadow
+from .stretch import Stretch, Stretches
 from .strip import edges, envelopes, signals_of
 from .timeline import Timeline
 
@@ -73,23 +72,22 @@ class Subject:
 
     Args:
         spec: the rack.
-        logic: its program; None if that must not be run.
-        program: path of the program's file.
         machines: the slots with figures in the rows.
         dtype: of the rows.
         trace: path of the recording; None without one.
+
+    Attributes:
+        programs: its programs by scan; one at least before a page comes.
     """
 
     def __init__(
         self,
         spec: RackSpec,
-        logic: Logic | None,
-        program: Path,
         machines: tuple[int, ...],
         dtype: np.dtype[Any],
         trace: Path | None,
     ) -> None:
-        self.spec, self.program = spec, program
+        self.spec = spec
         self.words: Mapping[int, ModuleWords] = {
             slot.number: slot.words for slot in sorted(spec.slot, key=lambda each: each.number)
         }
@@ -97,29 +95,24 @@ class Subject:
         self.signals = signals_of(self.words, [slot for slot, each in self.words.items() if is_stepper(each)])
         self.recent = Recent(dtype)
         self.timeline = Timeline(self.recent, trace)
-        self.kept = Kept()
-        self.catalog: Catalog | None = None
-        self.shadows: tuple[Shadow, ...] = ()
-        self.live: Shadow | None = None
-        self.past: Shadow | None = None
         self.told = Told(spec.scan_ns)
-        self.lanes = TagLanes(self.timeline, None, self.told)
-        self.logic = logic
+        self.programs = Stretches(list(self.words), self.timeline, self.told)
         self.values: Json = {}
         """Values of a program in Python, as of the last message."""
-        if isinstance(logic, LadderLogic):
-            self.use(logic)
 
-    def use(self, logic: LadderLogic) -> None:
-        """Show a ladder program; its scans from here on."""
-        self.logic = logic
-        self.catalog = Catalog(logic)
-        self.live, self.past, strips = self.shadows = tuple(
-            Shadow(logic, list(self.words), self.timeline, self.kept) for _ in range(3)
-        )
-        self.lanes = TagLanes(self.timeline, strips, self.told)
+    def keep(self, record: Values | Inputs) -> None:
+        """Remember what has been noted of a program."""
+        self.programs.kept(record.program).take(record)
 
-    def described(self, about: About) -> Json:
+    def lanes(self, names: Sequence[str], first: int, last: int) -> tuple[Lanes, int | None]:
+        """Return the points of tags in past scans, and the scan to ask from for the rest; None = no rest."""
+        program = self.programs.at(first)
+        found, following = program.lanes.past(names, first, min(last, self.programs.end_of(program)))
+        if following is None and self.programs.end_of(program) < last:
+            following = self.programs.end_of(program) + 1
+        return found, following
+
+    def described(self, about: About, program: Stretch) -> Json:
         """Return the first message to a page."""
         return {
             "version": about.version,
@@ -131,19 +124,10 @@ class Subject:
             "period_ns": self.spec.scan_ns,
             "record": about.record,
             "slots": slots_of(self.spec),
-            "routines": self.catalog.routines() if self.catalog else python_routines(self.program),
-            "tags": self.catalog.tags() if self.catalog else self._python_tags(),
+            **program.described(self.values),
             "incidents": [] if about.live or about.read_only else incidents_of(self.spec),
             "sequences": [],
         }
-
-    def _python_tags(self) -> list[Json]:
-        """Return the values of a program in Python that are known so far."""
-        kinds = {bool: "BOOL", int: "LINT", str: "TEXT"}
-        return [
-            {"name": name, "type": kinds.get(type(value), "LREAL"), "description": "", "writable": False}
-            for name, value in self.values.items()
-        ]
 
 
 class Monitor(ABC):
@@ -186,6 +170,12 @@ class Monitor(ABC):
 
     # --- pages
 
+    def wake(self) -> None:
+        """Let all pages know that there is something new."""
+        for page in self.pages:
+            self.exchange_program(page)
+            page.due.set()
+
     def join(self, page: Page) -> None:
         """Add a page."""
         self.greet(page)
@@ -193,7 +183,9 @@ class Monitor(ABC):
 
     def greet(self, page: Page) -> None:
         """Send a page its first message, and everything in its next frame."""
-        page.send({"hello": self.subject.described(self.about)})
+        page.program = self.subject.programs.at(page.past)
+        page.show(NOTHING_SHOWN)
+        page.send({"hello": self.subject.described(self.about, page.program)})
         page.events = self.log.first_of_page
         page.begin_anew()
 
@@ -214,6 +206,17 @@ class Monitor(ABC):
         if new:
             frame["events"] = list(new)
         return frame
+
+    def exchange_program(self, page: Page) -> None:
+        """Tell a page of the program of the scan that it looks at, if that is another one.
+
+        The message goes ahead of the next frame, whose power and tags belong to that program.
+        """
+        program = self.subject.programs.at(page.past)
+        if program is not page.program:
+            page.program = program
+            page.show(NOTHING_SHOWN)
+            page.send({"program": program.described(self.subject.values)})
 
     def _before_the_first_scan(self) -> Json:
         """Return the frame of a session that began paused."""
@@ -248,7 +251,8 @@ class Monitor(ABC):
     def _program(self, page: Page, scan: int) -> Json:
         """Return power and tags of what a page shows."""
         subject = self.subject
-        shadow = subject.live if page.past is None else subject.past
+        program = subject.programs.at(page.past)
+        shadow = program.live if page.past is None else program.past
         if shadow is None:
             values = subject.values if page.past is None else subject.timeline.values(scan)
             return {"tags": {name: shown_value(value) for name, value in values.items()}}
@@ -277,12 +281,13 @@ class Monitor(ABC):
 
     def _lanes(self, page: Page, scan: int) -> Json:
         """Return the points of the tags in a page's strip since its last frame."""
-        first = scan if page.lanes_at is None else page.lanes_at + 1
+        program = self.subject.programs.latest
+        first = scan if page.lanes_at is None else max(page.lanes_at + 1, program.first)
         page.lanes_at = scan
         if not page.lanes or first > scan:
             return {}
         all_names = [name for each in self.pages for name in each.lanes]
-        found = self.subject.lanes.live(page.lanes, all_names, first, scan)
+        found = program.lanes.live(page.lanes, all_names, first, scan)
         return {"lanes": found} if found else {}
 
     # --- what pages ask

@@ -9,6 +9,7 @@ from typing import Any
 from ...live.ring import Row
 from ...loop.pace import wall_ns
 from .catalog import NOTHING_SHOWN, Shown
+from .stretch import Stretch
 
 Json = dict[str, Any]
 
@@ -22,6 +23,7 @@ class Page:
     """An open page.
 
     Attributes:
+        program: the program that it has been told of; None before its first message.
         shown: the routine that it shows.
         watched: tags that it wants beside those of the routine.
         lanes: tags in its timing strip.
@@ -36,6 +38,7 @@ class Page:
     """
 
     def __init__(self) -> None:
+        self.program: Stretch | None = None
         self.shown: Shown = NOTHING_SHOWN
         self.watched: tuple[str, ...] = ()
         self.lanes: tuple[str, ...] = ()

@@ -19,27 +19,28 @@ from importlib.metadata import version
 from pathlib import Path
 
 from ....ladder.debug import Debugger
-from ...app.attachments import forget_imported
-from ...app.loading import Job, load_job
+from ...app.editions import Editions, edition_of
+from ...app.loading import Job
 from ...app.repeating import RecordedOrder
 from ...app.running import JobRun
-from ...app.sequence_watch import watching
 from ...app.watched_machines import PER_SLOT, MachineFigures
 from ...app.watched_program import LadderNotes
 from ...app.watched_python import PythonNotes
+from ...live.orders import Edit
 from ...live.ring import Ring
 from ...live.session import Session
 from ...live.tap import Notes, PipeInbox, Tap
 from ...loop.pace import Paced
 from ...loop.realtime import frozen_collector, real_time
 from ..run import run_to_end
-from ..status import BAD_INPUT, CANNOT_WRITE, complain, reason
+from ..status import BAD_INPUT, CANNOT_WRITE, DONE, complain, reason
 from ..terminal import say
 from .editor import Editor, Takeover
 from .keeper import Keeper
 from .monitor import About
 from .session_monitor import Setup
 from .text import TextView
+from .told import ProgramsTold, programs_of
 
 HOST = "127.0.0.1"
 KEY_BYTES = 16
@@ -89,6 +90,27 @@ class Start:
     metadata: dict[str, str] = field(default_factory=dict)
 
 
+@dataclass(frozen=True, slots=True)
+class Prepared:
+    """A run that is ready to begin.
+
+    Attributes:
+        start: where it begins.
+        run: the run.
+        pacer: of its CPU.
+        trace: path of its recording.
+        editions: its programs.
+        ports: closes what it has open.
+    """
+
+    start: Start
+    run: JobRun
+    pacer: Paced
+    trace: Path
+    editions: Editions
+    ports: ExitStack
+
+
 def watch_job(job: Job, wanted: Wanted) -> int:
     """Run a job in a session that pages can look at; return the exit status."""
     with ExitStack() as stack:
@@ -106,7 +128,7 @@ class _Play:
     Args:
         wanted: the options.
         listening: the socket of the page.
-        folder: for recordings that are not kept.
+        folder: for recordings that are not kept, and copies of programs.
         stack: closes what outlives a session.
     """
 
@@ -115,47 +137,69 @@ class _Play:
         self._ring: Ring | None = None
         self._keeper: Keeper | None = None
         self._inbox: PipeInbox | None = None
-        self._sources: tuple[bytes, ...] = ()
+        self._next: Prepared | None = None
 
     def play(self, job: Job) -> int:
         """Play the session and its branches; return the exit status."""
-        self._sources = _sources(job)
-        start = Start()
-        while True:
-            with ExitStack() as ports:
-                pacer = Paced(self._wanted.speed if start.orders is None else None)
-                trace = self._trace(start)
-                if self._wanted.live:
-                    for outcome in ports.enter_context(real_time()):  # before there are ports
-                        complain(str(outcome))
-                try:
-                    run = JobRun(
-                        job,
-                        ports,
-                        trace=trace,
-                        live=self._wanted.live,
-                        pacer=pacer,
-                        warn=_warn,
-                        handled=True,
-                        metadata=start.metadata,
-                        orders=start.orders,
-                    )
-                except ValueError as error:
-                    return complain(str(error), BAD_INPUT)
-                except OSError as error:
-                    return complain(f"the trace can't be written: {reason(error)}", CANNOT_WRITE)
-                if start.orders is None:
-                    for each in job.warnings:
-                        complain(each)
-                session = self._session(run, job, pacer, trace, start, ports)
-                status = self._run(run, session, start)
-            if session.branch is None:
-                return status
-            start = _branch_of(session, trace)
-            try:
-                job = self._again(job)
-            except ValueError as error:
-                return complain(str(error), BAD_INPUT)
+        try:
+            self._next = self._first(job)
+        except ValueError as error:
+            return complain(str(error), BAD_INPUT)
+        except OSError as error:
+            return complain(f"the trace can't be written: {reason(error)}", CANNOT_WRITE)
+        for each in job.warnings:
+            complain(each)
+        status = DONE
+        while self._next is not None:
+            prepared, self._next = self._next, None
+            with prepared.ports:
+                status = self._run(prepared, self._session(prepared, job))
+        return status
+
+    def _first(self, job: Job) -> Prepared:
+        """Prepare the session.
+
+        Raises:
+            ValueError: the job can't be run.
+            OSError: the trace can't be written.
+        """
+        editions = Editions(self._folder / "programs", self._wanted.rack)
+        editions.keep(0, editions.with_copy(edition_of(job)), job)
+        return self._prepared(Start(), editions)
+
+    def _prepared(self, start: Start, editions: Editions) -> Prepared:
+        with ExitStack() as ports:
+            if self._wanted.live:
+                for outcome in ports.enter_context(real_time()):  # before there are ports
+                    complain(str(outcome))
+            pacer, trace = Paced(self._wanted.speed if start.orders is None else None), self._trace(start)
+            run = JobRun(
+                editions.job(0),
+                ports,
+                trace=trace,
+                live=self._wanted.live,
+                pacer=pacer,
+                warn=_warn,
+                handled=True,
+                metadata=start.metadata,
+                orders=start.orders,
+                editions=editions,
+            )
+            return Prepared(start, run, pacer, trace, editions, ports.pop_all())
+
+    def _prepare_branch(self, parent: Prepared, session: Session, scan: int) -> None:
+        """Prepare a branch: a new rack, which the orders up to a scan will lead there.
+
+        Raises:
+            ValueError: that can't be; the session goes on.
+        """
+        given = [each for each in session.given if each.scan <= scan]
+        edits = sum(isinstance(each.order, Edit) for each in given)
+        start = Start(scan, given, {"parent": parent.trace.name, "parent_scan": str(scan)})
+        try:
+            self._next = self._prepared(start, parent.editions.up_to(edits))
+        except OSError as error:
+            raise ValueError(f"the recording of a branch can't be written: {reason(error)}") from error
 
     def _trace(self, start: Start) -> Path:
         """Return where the recording goes: the path wanted, a name after it, or a temporary file."""
@@ -164,28 +208,29 @@ class _Play:
             return _free(self._folder / "session.mcap")
         return kept if start.orders is None else _free(kept.with_name(f"{kept.stem}-{start.scan}.mcap"))
 
-    def _session(
-        self, run: JobRun, job: Job, pacer: Paced, trace: Path, start: Start, ports: ExitStack
-    ) -> Session:
-        """Put a session around a run, and announce it to the monitor."""
+    def _session(self, prepared: Prepared, job: Job) -> Session:
+        """Put a session around a run, and let the monitor know."""
+        run, start, pacer, wanted = prepared.run, prepared.start, prepared.pacer, self._wanted
         figures = MachineFigures(run.rack)
         if self._ring is None:
             self._ring = Ring(len(run.rack.memory), PER_SLOT * len(figures.slots))
             self._stack.callback(self._ring.close)
-            self._open(job, self._ring, figures, trace)
+            self._open(job, self._ring, figures, prepared)
         assert self._inbox is not None
         program = run.logic if isinstance(run.logic, Debugger) else None
         tap = Tap(self._ring, run.rack, run.cpu.period_ns, figures)
         tap.notes = _notes(run, job, self._ring, tap)
         hands = run.hands
-        if start.orders is not None:
-            hands.given.extend(start.orders)
+        hands.given.extend(start.orders or ())
         session: Session
+        assert self._keeper is not None
+        programs = ProgramsTold(run, prepared.editions, start.orders or (), tap.tell, self._keeper)
+        run.on_edit = programs.tell_edit
 
         def hand_over(takeover: Takeover) -> None:
             session.takeover = takeover
 
-        editor = Editor(job, self._wanted.rack, run, hand_over, tap.tell)
+        editor = Editor(job, wanted.rack, run, prepared.editions, hand_over, tap.tell)
         session = Session(
             run.cpu,
             hands,
@@ -193,23 +238,25 @@ class _Play:
             self._inbox,
             tap.tell,
             stops=program,
-            live=self._wanted.live,
-            reload=editor.load,
+            live=wanted.live,
+            reload=editor.load_soon,
+            prepare=lambda scan: self._prepare_branch(prepared, session, scan),
         )
-        if not (self._wanted.live and self._wanted.read_only):  # a saved file is control of a real motor
+        if not (wanted.live and wanted.read_only):  # a saved file is control of a real motor
             editor.start()
-            ports.callback(editor.end)
+            prepared.ports.callback(editor.end)
         tap.session, session.attend, session.give = session, tap.attend, tap.give
         if start.orders is not None:
-            self._tell_branch(tap, trace, start)
-        if self._wanted.text:
+            record = None if wanted.record is None else str(prepared.trace)
+            programs.tell_branch(self._ring, prepared.trace, record)
+        if wanted.text:
             view = TextView(job.spec.name, run.rack, session, pacer)
             run.cpu.add_listener(view)
             view.begin()
-        run.cpu.add_listener(watching(tap, run.logic))
+        run.cpu.add_listener(run.following(tap))
         return session
 
-    def _open(self, job: Job, ring: Ring, figures: MachineFigures, trace: Path) -> None:
+    def _open(self, job: Job, ring: Ring, figures: MachineFigures, prepared: Prepared) -> None:
         """Print the link, and start the monitor."""
         wanted = self._wanted
         key, port = secrets.token_hex(KEY_BYTES), self._listening.getsockname()[1]
@@ -217,7 +264,8 @@ class _Play:
         about = About(
             version("scanrack"), job.spec.name, wanted.rack, "rack", wanted.read_only, wanted.live, record
         )
-        setup = Setup(ring.shape, about, key, HOST, port, tuple(figures.slots), str(trace))
+        machines, programs = tuple(figures.slots), programs_of(prepared.run, prepared.editions, ())
+        setup = Setup(ring.shape, about, key, HOST, port, machines, str(prepared.trace), programs)
         self._keeper = Keeper(setup, ring, self._listening, complain)
         self._stack.callback(self._keeper.end)
         self._inbox = PipeInbox(ring, self._keeper.pipe)
@@ -227,18 +275,9 @@ class _Play:
         if wanted.opened:
             webbrowser.open(link)
 
-    def _tell_branch(self, tap: Tap, trace: Path, start: Start) -> None:
-        """Let the monitor begin again, also one that is started later."""
-        assert self._ring is not None
-        assert self._keeper is not None
-        record = None if self._wanted.record is None else str(trace)
-        self._keeper.go_on_with(str(trace), record)
-        places = {"rows": self._ring.written, "snapshots": self._ring.snapshots.end}
-        tap.tell({"branch": {"trace": str(trace), "record": record, "scan": start.scan, **places}})
-
-    def _run(self, run: JobRun, session: Session, start: Start) -> int:
+    def _run(self, prepared: Prepared, session: Session) -> int:
         """Run a session to its end; return the exit status."""
-        wanted = self._wanted
+        wanted, run, start = self._wanted, prepared.run, prepared.start
 
         def play() -> None:
             with frozen_collector(), run.cpu:
@@ -248,31 +287,6 @@ class _Play:
                 session.run(wanted.scans, paused=wanted.paused or start.orders is not None)
 
         return run_to_end(run.cpu, play, lambda: session.over and session.branch is None)
-
-    def _again(self, job: Job) -> Job:
-        """Load the job again, so that nothing of the session before remains.
-
-        Raises:
-            ValueError: a file is another one now.
-        """
-        for folder in {job.rack_file.parent.resolve(), job.program.parent.resolve()}:
-            forget_imported(folder)
-        again = load_job(self._wanted.rack)
-        if _sources(again) != self._sources:
-            raise ValueError("rack file or program have changed since the session began: no branch of it")
-        return again
-
-
-def _sources(job: Job) -> tuple[bytes, ...]:
-    return job.rack_file.read_bytes(), job.program.read_bytes()
-
-
-def _branch_of(session: Session, trace: Path) -> Start:
-    """Return where a branch begins."""
-    scan = session.branch
-    assert scan is not None
-    given = [each for each in session.given if each.scan <= scan]
-    return Start(scan, given, {"parent": trace.name, "parent_scan": str(scan)})
 
 
 def _free(path: Path) -> Path:

@@ -6,9 +6,10 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from ....ladder.debug.inquiry import Inquiry
-from .catalog import COLUMNS, python_source
+from .catalog import COLUMNS
 from .lanes import MOST_LANES
 from .page import Page
+from .stretch import Stretch
 from .strip import edges, envelopes
 from .timeline import columns_of
 
@@ -33,14 +34,16 @@ WINDOW_MOST = 50_000
 
 def show(monitor: Monitor, page: Page, said: Said) -> Json:
     """Draw a routine; from now on frames have its power and tags."""
-    subject = monitor.subject
-    if subject.catalog is None:
-        shown, answer = python_source(subject.program, tuple(subject.values))
-    else:
+    program = _program(monitor, page)
+    if program.catalog is not None:
         columns = said.get("columns", 88)
         if type(columns) is not int or columns not in COLUMNS:
             raise ValueError(f"columns {columns!r}: allowed are {COLUMNS[0]} to {COLUMNS[-1]}")
-        shown, answer = subject.catalog.show(_text(said, "routine"), columns)
+        shown, answer = program.catalog.show(_text(said, "routine"), columns)
+    elif program.source is not None:
+        shown, answer = program.source.show(tuple(monitor.subject.values))
+    else:
+        raise ValueError("the recording does not bring the program of this scan")
     page.show(shown)
     return answer
 
@@ -50,41 +53,41 @@ def watch(monitor: Monitor, page: Page, said: Said) -> Json:
     tags = said.get("tags")
     if not isinstance(tags, list) or len(tags) > MOST_WATCHED or not all(map(_is_name, tags)):
         raise ValueError(f"tags is a list of up to {MOST_WATCHED} names")
-    unknown = [name for name in tags if not _is_known(monitor, name)]
+    unknown = [name for name in tags if not _is_known(monitor, page, name)]
     page.watch(tuple(name for name in tags if name not in unknown))
     return {"unknown": unknown}
 
 
 def lanes(monitor: Monitor, page: Page, said: Said) -> Json:
     """Add the points of tags for the timing strip from now on."""
-    names, unknown = _lanes_in(monitor, said)
+    names, unknown = _lanes_in(monitor, page, said)
     page.lanes, page.lanes_at = names, None
     return {"unknown": unknown}
 
 
-def steps(monitor: Monitor, _page: Page, said: Said) -> Json:
+def steps(monitor: Monitor, page: Page, said: Said) -> Json:
     """Return the points of tags in past scans; `next` is the scan to ask from for the rest."""
     first, last = _scans_in(said)
-    names, _unknown = _lanes_in(monitor, said)
+    names, _unknown = _lanes_in(monitor, page, said)
     extent = monitor.subject.timeline.extent
     if extent is None or not names:
         return {"lanes": {}, "next": None}
     first, last = max(first, extent[0]), min(last, extent[1])
-    found, following = monitor.subject.lanes.past(names, first, last) if first <= last else ({}, None)
+    found, following = monitor.subject.lanes(names, first, last) if first <= last else ({}, None)
     return {"lanes": found, "next": following}
 
 
-def _lanes_in(monitor: Monitor, said: Said) -> tuple[tuple[str, ...], list[str]]:
+def _lanes_in(monitor: Monitor, page: Page, said: Said) -> tuple[tuple[str, ...], list[str]]:
     """Return the tags that a question names, and those of them that do not exist."""
     tags = said.get("tags")
     if not isinstance(tags, list) or len(tags) > MOST_LANES or not all(map(_is_name, tags)):
         raise ValueError(f"tags is a list of up to {MOST_LANES} names")
-    unknown = [name for name in tags if not _is_known(monitor, name)]
+    unknown = [name for name in tags if not _is_known(monitor, page, name)]
     return tuple(dict.fromkeys(name for name in tags if name not in unknown)), unknown
 
 
-def _is_known(monitor: Monitor, name: str) -> bool:
-    catalog = monitor.subject.catalog
+def _is_known(monitor: Monitor, page: Page, name: str) -> bool:
+    catalog = _program(monitor, page).catalog
     return name in monitor.subject.values if catalog is None else catalog.has(name)
 
 
@@ -96,6 +99,7 @@ def look(monitor: Monitor, page: Page, said: Said) -> Json:
             raise ValueError("this is a recording: there is no scan that runs")
         page.past = None
         page.begin_anew()
+        monitor.exchange_program(page)
         return {"scan": "live"}
     if type(scan) is not int:
         raise ValueError('scan is the number of a scan, or "live"')
@@ -104,6 +108,7 @@ def look(monitor: Monitor, page: Page, said: Said) -> Json:
         there = "none" if extent is None else f"{extent[0]} to {extent[1]}"
         raise ValueError(f"scan {scan} is not there: there are {there}")
     page.past = scan
+    monitor.exchange_program(page)
     return {"scan": scan}
 
 
@@ -129,18 +134,19 @@ def _scans_in(said: Said) -> tuple[int, int]:
 def why(monitor: Monitor, page: Page, said: Said) -> Json | None:
     """Say why a tag has its value in the scan that the page shows."""
     tag = _text(said, "tag")
-    subject, row = monitor.subject, monitor.row_of(page)
+    row = monitor.row_of(page)
     if row is None:
         raise ValueError(f"{tag}: no scan has run yet")
-    scan, shadow = int(row["scan"]), subject.past
-    if shadow is None or subject.catalog is None:
+    program = monitor.subject.programs.at(page.past)
+    scan, shadow = int(row["scan"]), program.past
+    if shadow is None or program.catalog is None:
         _ask_python(monitor, page, said, tag, scan)
         return None
     if not shadow.show(scan):
         raise ValueError(f"scan {scan} can't be repeated yet: ask again in a moment")
     forced = monitor.log.forces_at(page.past)
     try:
-        text = Inquiry(shadow.engine, shadow, forced, subject.catalog.cross_reference).why(tag)
+        text = Inquiry(shadow.engine, shadow, forced, program.catalog.cross_reference).why(tag)
     finally:
         shadow.show(scan)
     return {"text": text, "scan": scan}
@@ -148,26 +154,32 @@ def why(monitor: Monitor, page: Page, said: Said) -> Json | None:
 
 def _ask_python(monitor: Monitor, page: Page, said: Said, tag: str, scan: int) -> None:
     """Let a process answer: a program in Python has to run again from its first scan on."""
-    trace = monitor.subject.timeline.path
-    if monitor.subject.logic is None or trace is None:
+    trace, program = monitor.subject.timeline.path, monitor.subject.programs.at(page.past)
+    if program.logic is None or trace is None:
         raise ValueError(f"{tag}: the program may not run here: see --trust")
+    if program.number:
+        raise ValueError(f"{tag}: the program was edited before scan {program.first}: why answers before it")
     rows = monitor.subject.timeline.between(max(0, scan - UNWRITTEN_MOST), scan)
     monitor.elsewhere.why(page, said.get("id"), str(trace), tag, columns_of(rows))
 
 
-def xref(monitor: Monitor, _page: Page, said: Said) -> Json:
+def xref(monitor: Monitor, page: Page, said: Said) -> Json:
     """List where a tag is read and written."""
-    tag = _text(said, "tag")
-    if monitor.subject.catalog is None:
+    tag, catalog = _text(said, "tag"), _program(monitor, page).catalog
+    if catalog is None:
         raise ValueError(f"{tag}: the program is in Python: it has no rungs")
-    return {"hits": monitor.subject.catalog.mentions(tag)}
+    return {"hits": catalog.mentions(tag)}
 
 
-def find(monitor: Monitor, _page: Page, said: Said) -> Json:
+def find(monitor: Monitor, page: Page, said: Said) -> Json:
     """List the tags and rungs that contain a text."""
-    text = _text(said, "text")
-    catalog = monitor.subject.catalog
+    text, catalog = _text(said, "text"), _program(monitor, page).catalog
     return {"hits": [] if catalog is None else catalog.find(text)}
+
+
+def _program(monitor: Monitor, page: Page) -> Stretch:
+    """Return the program that a page has been told of."""
+    return page.program or monitor.subject.programs.latest
 
 
 def _text(said: Said, key: str) -> str:

@@ -8,6 +8,7 @@ import secrets
 import socket
 import tempfile
 import webbrowser
+from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import NamedTuple
@@ -15,17 +16,20 @@ from urllib.parse import parse_qs, quote
 
 from ....traces.reader import Trace, open_trace
 from ...app.attachments import job_of, spec_of
+from ...app.editions import editions_of
 from ...app.loading import Job
-from ...app.repeating import is_session, orders_of
+from ...app.repeating import RecordedOrder, is_session, orders_of
+from ...app.replaying import lost_edits, lost_notes
 from ...app.trust import UntrustedError
 from ...config.rackspec import RackSpec
+from ...live.orders import Edit
 from ...loop.pace import interrupted_by
 from ..status import BAD_INPUT, INTERRUPTED, complain
 from ..terminal import say
 from .gate import Gate
 from .monitor import About
 from .play import HOST, KEY_BYTES
-from .trace_monitor import TraceMonitor
+from .trace_monitor import Source, TraceMonitor
 
 
 class Place(NamedTuple):
@@ -95,23 +99,37 @@ def _monitor(trace: Trace, place: Place, folder: Path, *, trust: bool) -> TraceM
         ValueError: the trace does not say what its rack is, or its files can't be used.
     """
     job: Job | None = None
+    orders = orders_of(trace.events()) if is_session(trace) else []
     try:
         job = job_of(trace, folder / "files", trust=trust)
         spec: RackSpec = job.spec
+        edited = _edited(trace, orders, job, folder / "edits", trust=trust)
     except UntrustedError as error:
         complain(f"note: the program is not shown: {error}", BAD_INPUT)
-        spec = spec_of(trace, folder / "rack", trust=trust)
+        spec, job, edited = spec_of(trace, folder / "rack", trust=trust), None, []
+    for note in lost_notes(lost_edits(trace.events())):
+        complain(f"note: {note}")
+    begins = Source(0, None, None) if job is None else Source(0, job.logic, job.program)
     about = About(
         version("scanrack"), trace.head.metadata.get("name", place.path.stem), str(place.path),
         "trace", True, False, str(place.path),
     )  # fmt: skip
-    return TraceMonitor(
-        about,
-        trace,
-        place.path,
-        spec,
-        None if job is None else job.logic,
-        folder if job is None else job.program,
-        orders_of(trace.events()) if is_session(trace) else [],
-        place.scan,
-    )
+    return TraceMonitor(about, trace, place.path, spec, [begins, *edited], orders, place.scan)
+
+
+def _edited(
+    trace: Trace, orders: Sequence[RecordedOrder], begins: Job, folder: Path, *, trust: bool
+) -> list[Source]:
+    """Return the programs that edits made, in the order of their scans; unknown ones without their logic.
+
+    Raises:
+        ValueError: one can't be loaded.
+    """
+    editions = editions_of(trace, orders, begins, folder, trust=trust)
+    found = []
+    for each in orders:
+        if isinstance(each.order, Edit):
+            job = editions.job(each.order.number)
+            found.append(Source(each.scan, job.logic, job.program))
+    lost = [Source(scan, None, None) for scan in lost_edits(trace.events())]
+    return sorted([*found, *lost], key=lambda each: each.first)

@@ -2,27 +2,26 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import pickle
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from typing_extensions import override
 
-from ....ladder import LadderLogic
 from ....traces.reader import open_trace
 from ....traces.records import TraceError
-from ...app.loading import load_job
+from ...app.attachments import load_files
+from ...app.editions import folders_of, forget
+from ...app.loading import Job, load_job
 from ...app.repeating import orders_of
 from ...live.orders import ORDERS, order_of, said_of
 from ...live.ring import Ring, Shape
 from ...loop.scan import ScanFlag
-from .catalog import NOTHING_SHOWN
-from .indexer import SLICE, Indexer
+from .indexer import SLICE, Indexer, indexable
 from .monitor import About, Monitor, Subject
 from .page import Page
 from .picture import late_scans, speed_reached
@@ -32,6 +31,22 @@ Json = dict[str, Any]
 
 SPEED_ROWS = 512
 """Rows over which the speed is measured."""
+
+
+class Ran(NamedTuple):
+    """A program of the session.
+
+    Attributes:
+        first: its first scan.
+        place: folder of a copy of its files.
+        rack: the rack file in it, `path[:function]`.
+        program: the program in it, `path[:function]`.
+    """
+
+    first: int
+    place: str
+    rack: str
+    program: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +61,7 @@ class Setup:
         port: and its port.
         machines: the slots with figures in the ring's rows.
         trace: path of the recording, which may be a temporary one.
+        programs: those that have run so far, the latest last.
         started: how often a monitor was started before.
     """
 
@@ -56,7 +72,37 @@ class Setup:
     port: int
     machines: tuple[int, ...]
     trace: str
+    programs: tuple[Ran, ...]
     started: int = 0
+
+
+class Loader:
+    """Loads the programs of a session.
+
+    Args:
+        rack: path of the rack file on the disk, for a program that its copy alone is not enough for.
+    """
+
+    def __init__(self, rack: str) -> None:
+        self._rack = rack
+        self._jobs: dict[Ran, Job] = {}
+        self._folders: set[Path] = set()
+
+    def job(self, ran: Ran) -> Job:
+        """Load a program, once.
+
+        Raises:
+            ValueError: it can't be loaded.
+        """
+        if ran not in self._jobs:
+            forget(self._folders)
+            try:
+                job = load_files(Path(ran.place), ran.rack, ran.program)
+            except ValueError:  # it opens files that stay where it is
+                job = load_job(self._rack)
+            self._jobs[ran] = job
+            self._folders |= folders_of(job)
+        return self._jobs[ran]
 
 
 class SessionMonitor(Monitor):
@@ -69,9 +115,11 @@ class SessionMonitor(Monitor):
     """
 
     def __init__(self, setup: Setup, ring: Ring, pipe: Connection) -> None:
-        job = load_job(setup.about.path)
-        subject = Subject(job.spec, job.logic, job.program, setup.machines, ring.dtype, Path(setup.trace))
-        super().__init__(setup.about, subject)
+        self._loader = Loader(setup.about.path)
+        spec = self._loader.job(setup.programs[0]).spec
+        super().__init__(setup.about, Subject(spec, setup.machines, ring.dtype, Path(setup.trace)))
+        for each in setup.programs:
+            self._add(each)
         self._setup, self._ring, self._pipe = setup, ring, pipe
         self._rows_at = max(0, ring.written - ring.shape.rows)
         self._messages_at = ring.messages.oldest
@@ -86,6 +134,11 @@ class SessionMonitor(Monitor):
         self._indexed = False
         self._index_to = 0
         ring.asked += 1  # values to begin with, and the state
+
+    def _add(self, ran: Ran) -> None:
+        """Show a program from its first scan on."""
+        job = self._loader.job(ran)
+        self.subject.programs.add(ran.first, job.logic, job.program)
 
     @override
     def state(self, *, past: bool) -> Json:
@@ -106,7 +159,7 @@ class SessionMonitor(Monitor):
         text = self._session["fault"]
         if not text:
             return []
-        catalog = self.subject.catalog
+        catalog = self.subject.programs.latest.catalog
         return [{"text": text, "at": None if catalog is None else catalog.place_of_fault(text)}]
 
     @override
@@ -132,14 +185,13 @@ class SessionMonitor(Monitor):
             self._reached = speed_reached(self.subject.recent.rows[-SPEED_ROWS:])
         self._take_messages()
         self._take_notes()
-        for page in self.pages:
-            page.due.set()
+        self.wake()
         return self._index()
 
     def _take_notes(self) -> None:
         records, self._snapshots_at, _lost = self._ring.snapshots.read(self._snapshots_at)
         for record in records:
-            self.subject.kept.take(pickle.loads(record))
+            self.subject.keep(pickle.loads(record))
 
     def _take_messages(self) -> None:
         messages, self._messages_at, lost = self._ring.messages.read(self._messages_at)
@@ -170,23 +222,16 @@ class SessionMonitor(Monitor):
         self._session = state
 
     def _take_edit(self, told: Json) -> None:
-        """Show the edited program; earlier scans ran another one, and have no power any more."""
-        subject = self.subject
-        if isinstance(subject.logic, LadderLogic):
-            job = load_job(self.about.path)
-            now = hashlib.sha256(job.program.read_bytes()).hexdigest()
-            if now != told["sha256"] or not isinstance(job.logic, LadderLogic):
-                return  # it has been saved again meanwhile: the next edit is on its way
-            subject.use(job.logic)
-            subject.kept.clear(told["edits"])
-            self._indexed, self._indexer = True, None
-        else:
-            subject.values.clear()
+        """Show the edited program; earlier scans keep the one that they ran."""
+        if told["number"] < len(self.subject.programs.all):
+            return  # a monitor that was started again began with it
+        self._add(Ran(*told["program"]))
+        self.subject.values.clear()
         self._mistake = None
+        if told["again"]:
+            return  # a branch comes by what its parent had
         for page in self.pages:
             page.send({"edited": {key: told[key] for key in ("text", "new", "changed", "dropped")}})
-            page.show(NOTHING_SHOWN)
-            self.greet(page)
 
     def _take_mistake(self, told: Json | None) -> None:
         self._mistake = told
@@ -204,10 +249,10 @@ class SessionMonitor(Monitor):
         subject = self.subject
         subject.recent.clear()
         subject.timeline.forget(Path(told["trace"]))
-        subject.kept.clear()
+        subject.programs.clear()
         subject.told.clear()
-        for shadow in subject.shadows:
-            shadow.at = None
+        for each in told["programs"]:
+            self._add(Ran(*each))
         self.log.clear()
         self._indexer, self._indexed = None, False
         self.latest, self._late, self._missed = None, 0, 0
@@ -235,14 +280,16 @@ class SessionMonitor(Monitor):
 
     def _begin_index(self) -> None:
         """Begin with it, once there are values; from there on nothing is missed."""
-        subject, logic = self.subject, self.subject.logic
-        if not isinstance(logic, LadderLogic) or logic.functions:
+        subject = self.subject
+        programs, end = indexable(subject.programs.all)
+        first = next((min(each.kept.scans) for each in subject.programs.all if each.kept.scans), None)
+        if not programs:
             self._indexed = True
             return
-        if not subject.kept.scans:
+        if first is None:
             return
         self._indexed = True
-        self._index_to = subject.kept.scans[0] - 1
+        self._index_to = min(first - 1, end)
         if self._index_to < 0:
             return
         try:
@@ -252,7 +299,7 @@ class SessionMonitor(Monitor):
         except (TraceError, ValueError):
             self._indexed = False  # nothing of it has been written yet
             return
-        self._indexer = Indexer(logic, subject.words, subject.spec.scan_ns, given, subject.kept)
+        self._indexer = Indexer(programs, subject.words, subject.spec.scan_ns, given, subject.keep)
 
     # --- orders
 

@@ -44,18 +44,9 @@ Truths = Mapping[LineKey, tuple[bool, ...]]
 
 
 class Kept:
-    """What the scan process has noted of its program, see `app.watched_program`.
-
-    Attributes:
-        edits: how often the program had been edited; values of another one are not kept.
-    """
+    """What the scan process has noted of one program, see `app.watched_program`."""
 
     def __init__(self) -> None:
-        self.clear()
-
-    def clear(self, edits: int = 0) -> None:
-        """Forget all: another session begins, or the program has been edited so often."""
-        self.edits = edits
         self.scans: list[int] = []
         self._values: list[bytes] = []
         self.inputs: dict[int, Inputs] = {}
@@ -71,7 +62,7 @@ class Kept:
                 for scan in self._forced[:MOST_INPUTS]:
                     del self.inputs[scan]
                 del self._forced[:MOST_INPUTS]
-        elif record.program == self.edits:
+        else:
             at = bisect_right(self.scans, record.scan)
             self.scans.insert(at, record.scan)
             self._values.insert(at, pickle.dumps(record.values, pickle.HIGHEST_PROTOCOL))

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from typing_extensions import override
 
-from ....ladder import LadderLogic
 from ....traces.reader import Trace
 from ...app.repeating import RecordedOrder
 from ...app.watched_machines import PER_SLOT
@@ -20,11 +19,25 @@ from ...loop.scan import Logic
 from ...modules.record import Trait
 from ...modules.registry import has
 from .event_log import EventLog
-from .indexer import SLICE, Indexer
+from .indexer import SLICE, Indexer, indexable
 from .monitor import About, Monitor, Subject
 from .page import Page
 
 Json = dict[str, Any]
+
+
+class Source(NamedTuple):
+    """A program of a recording.
+
+    Attributes:
+        first: its first scan.
+        logic: the program; None if the trace does not bring it, or it must not be run.
+        file: of the program; None without one.
+    """
+
+    first: int
+    logic: Logic | None
+    file: Path | None
 
 
 class TraceMonitor(Monitor):
@@ -35,8 +48,7 @@ class TraceMonitor(Monitor):
         trace: the recording.
         path: its path.
         spec: its rack.
-        logic: its program; None if that must not be run.
-        program: path of the program's file.
+        sources: its programs, in the order of their scans; one at least.
         orders: of a session, given to the program again.
         first: the scan that pages begin with; None = the last one.
     """
@@ -47,14 +59,15 @@ class TraceMonitor(Monitor):
         trace: Trace,
         path: Path,
         spec: RackSpec,
-        logic: Logic | None,
-        program: Path,
+        sources: Sequence[Source],
         orders: Sequence[RecordedOrder],
         first: int | None,
     ) -> None:
         machines = tuple(slot.number for slot in spec.slot if has(slot.module, Trait.MACHINE))
         dtype = row_type(SLOT_BYTES * len(spec.slot), PER_SLOT * len(machines))
-        subject = Subject(spec, logic, program, machines, dtype, path)
+        subject = Subject(spec, machines, dtype, path)
+        for each in sources:
+            subject.programs.add(*each)
         super().__init__(about, subject)
         self.log = EventLog(kept=1 << 20)
         self.log.take_all(trace.events())
@@ -66,11 +79,14 @@ class TraceMonitor(Monitor):
         self.latest = subject.timeline.row(self._first)
         if self.latest is None:
             raise ValueError(f"{path} has no scan {first}: it has {extent[0]} to {extent[1]}")
-        if subject.catalog is None:
+        if any(each.catalog is None for each in subject.programs.all):
             subject.values = subject.timeline.values(self._last)
         self._indexer: Indexer | None = None
-        if isinstance(logic, LadderLogic) and not logic.functions and extent[0] == 0:
-            self._indexer = Indexer(logic, subject.words, spec.scan_ns, orders, subject.kept)
+        self._index_to = self._last
+        programs, end = indexable(subject.programs.all)
+        if programs and extent[0] == 0:
+            self._index_to = min(self._last, end)
+            self._indexer = Indexer(programs, subject.words, spec.scan_ns, orders, subject.keep)
 
     @override
     def state(self, *, past: bool) -> Json:
@@ -87,12 +103,11 @@ class TraceMonitor(Monitor):
         indexer = self._indexer
         if indexer is None:
             return False
-        rows = self.subject.timeline.between(indexer.next, min(indexer.next + SLICE - 1, self._last))
+        rows = self.subject.timeline.between(indexer.next, min(indexer.next + SLICE - 1, self._index_to))
         indexer.run(rows)
-        if not len(rows) or indexer.next > self._last:
+        if not len(rows) or indexer.next > self._index_to:
             self._indexer = None
-        for page in self.pages:
-            page.due.set()
+        self.wake()
         return self._indexer is not None
 
     @override

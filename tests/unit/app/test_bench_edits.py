@@ -70,9 +70,14 @@ def test_an_edit_is_an_event_of_the_first_scan_behind_it(trace):
     }
 
 
-@pytest.mark.parametrize("words", [["rerun"], ["replay", "--into", "program"]])
-def test_what_runs_the_trace_again_says_where_it_was_edited(trace, words):
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["rerun"], "the trace brings the one that it began with"),
+        (["replay", "--into", "program"], "here the one that the trace begins with runs on"),
+    ],
+)
+def test_what_runs_the_trace_again_says_where_it_was_edited(trace, words, says):
     result = CliRunner().invoke(build(), [words[0], str(trace), *words[1:]])
     assert result.exit_code == 1
-    note = "note: the program was edited before scan 3: the trace brings the one that it began with"
-    assert note in result.stderr
+    assert f"note: the program was edited before scan 3: {says}" in result.stderr

@@ -1,7 +1,12 @@
 """What a monitor keeps of a program: enough for any scan, and not more and more."""
 
 from scanrack.runtime.app.watched_program import Inputs, Values
+from scanrack.runtime.cli.watch.lanes import Told
+from scanrack.runtime.cli.watch.recent import Recent
 from scanrack.runtime.cli.watch.shadow import MOST_INPUTS, MOST_VALUES, THINNED, Kept
+from scanrack.runtime.cli.watch.stretch import Stretches
+from scanrack.runtime.cli.watch.timeline import Timeline
+from scanrack.runtime.live.ring import row_type
 
 
 def test_values_of_long_ago_are_fewer_and_those_of_late_are_all_there():
@@ -20,15 +25,14 @@ def test_values_of_long_ago_are_fewer_and_those_of_late_are_all_there():
 def test_notes_of_inputs_are_bounded():
     kept = Kept()
     for scan in range(2 * MOST_INPUTS + 1):
-        kept.take(Inputs(scan, (), {("Run", 0): (None, scan)}, None))
+        kept.take(Inputs(scan, (), {("Run", 0): (None, scan)}, None, 0))
     assert len(kept.inputs) == MOST_INPUTS + 1
     assert kept.forces(2 * MOST_INPUTS + 1) == {("Run", 0): (None, 2 * MOST_INPUTS)}
 
 
-def test_values_of_another_program_are_not_kept():
-    kept = Kept()
-    kept.take(Values(0, {"a": 1}, 1))
-    assert kept.scans == []
-    kept.clear(1)
-    kept.take(Values(256, {"a": 1}, 1))
-    assert kept.scans == [256]
+def test_each_program_of_a_session_has_values_of_its_own():
+    programs = Stretches([], Timeline(Recent(row_type(0, 0)), None), Told(2_000_000))
+    programs.kept(1).take(Values(256, {"a": 1}, 1))  # its notes may come before the edited program
+    begins, edited = programs.add(0, None, None), programs.add(200, None, None)
+    assert (begins.kept.scans, edited.kept.scans) == ([], [256])
+    assert [programs.at(scan).number for scan in (0, 199, 200, 10**6, None)] == [0, 0, 1, 1, 1]

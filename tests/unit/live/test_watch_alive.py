@@ -123,18 +123,12 @@ def test_a_past_scan_is_shown_to_the_page_that_asks_and_to_no_other(session):
     assert "is not there" in on_a_page(session, look)["refused"]
 
 
-def monitor_of(session):
-    """Return the process that serves the pages: the child of the scan process."""
-    children = Path(f"/proc/{session.process.pid}/task/{session.process.pid}/children")
-    return int(children.read_text().split()[0])
-
-
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="/proc tells of children on Linux only")
 def test_a_killed_monitor_is_started_again_and_the_trace_is_whole(tmp_path):
     path = tmp_path / "session.mcap"
     with watched("--record", path) as session:
         before = on_a_page(session, still)
-        os.kill(monitor_of(session), signal.SIGKILL)
+        os.kill(session.monitor, signal.SIGKILL)
         after = on_a_page(session, still)  # the same port, and the link is still good
         assert after > before
         assert session.end() == 130

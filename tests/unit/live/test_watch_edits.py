@@ -43,7 +43,7 @@ def test_a_saved_program_goes_on_with_its_values(feeder):
             strokes = page.frame["tags"]["Strokes.ACC"]
             edited(feeder, "TAG Trouble : BOOL", "TAG Trouble : BOOL\nTAG Brand : DINT := 7")
             news = await told(page, "edited")
-            await told(page, "hello")
+            await told(page, "program")
             assert (await page.ask("watch", tags=["Strokes.ACC", "Brand"]))["unknown"] == []
             await page.until(lambda seen: seen.frame.get("tags", {}).get("Brand") == 7)
             assert page.frame["tags"]["Strokes.ACC"] >= strokes

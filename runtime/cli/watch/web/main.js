@@ -2,7 +2,7 @@
 
 import { hush, tell } from "./notice.js";
 import { connect } from "./socket.js";
-import { greet, handles, onHello, run, take } from "./state.js";
+import { exchange, greet, handles, onHello, run, take } from "./state.js";
 import { forget } from "./values.js";
 
 onHello(forget); // before all parts: they name their places again
@@ -26,6 +26,8 @@ function hear(message) {
     hush();
     greet(message.hello);
     follow();
+  } else if (message.program) {
+    exchange(message.program);
   } else if (message.frame) {
     if (run.state === "lost") hush("lost");
     take(message.frame);

@@ -7,7 +7,7 @@ import * as orders from "./orders.js";
 import { onSelect, select, selected } from "./selection.js";
 import { ask } from "./socket.js";
 import { tell } from "./notice.js";
-import { onHello, onPaint, run } from "./state.js";
+import { onPaint, onProgram, run } from "./state.js";
 import { buildText, paintText } from "./text.js";
 import { unplace } from "./values.js";
 
@@ -20,7 +20,7 @@ let routine = null, columns = 0, shownAt = "", wantedRung = null, generation = 0
 
 const columnsNow = () => Math.max(LEAST, Math.min(MOST, Math.floor((sheet.clientWidth - 64) / UNIT)));
 
-onHello(hello => {
+onProgram(hello => {
   const routines = hello.routines ?? [];
   at("program").replaceChildren(heading("Program", tabs), fault, sheet);
   tabs.replaceChildren(...routines.map(each => el("button", {

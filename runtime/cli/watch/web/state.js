@@ -7,11 +7,14 @@ const LISTS = ["strip", "env", "lanes"]; // lists that go on
 const MOST = 20000; // entries of a list while nothing is painted
 
 export const run = { hello: null, state: "lost", forced: {}, breakpoints: [], faults: [], range: null };
-const painters = [], builders = [];
+const painters = [], builders = [], programBuilders = [];
 let pending = null, due = false;
 
 // Calls build(hello) for each rack that introduces itself.
 export const onHello = build => { builders.push(build); };
+
+// Calls build(hello) also when a scan is shown that another program has run.
+export const onProgram = build => { builders.push(build); programBuilders.push(build); };
 
 // Calls paint(changes) with what has changed since the last picture.
 export const onPaint = paint => { painters.push(paint); };
@@ -22,6 +25,13 @@ export function greet(hello) {
   for (const part of PARTS) run[part] = {};
   handles();
   for (const build of builders) build(hello);
+}
+
+// Shows the program that has run the scans shown from here on: routines and tags.
+export function exchange(program) {
+  pending = { ...pending, power: {}, tags: {} };
+  Object.assign(run, { hello: { ...run.hello, ...program }, power: {}, tags: {} });
+  for (const build of programBuilders) build(run.hello);
 }
 
 export function take(frame) {

@@ -5,7 +5,7 @@ import { RADIXES, inRadix } from "./format.js";
 import { keep, kept } from "./kept.js";
 import { ask } from "./socket.js";
 import { select, selected } from "./selection.js";
-import { onHello, run } from "./state.js";
+import { onProgram, run } from "./state.js";
 import { again, place, unplace } from "./values.js";
 
 let rows = []; // { tag, radix }
@@ -17,7 +17,7 @@ const body = el("tbody");
 const table = el("table", { class: "watch" }, el("thead", { class: "hidden" }, el("tr", {}, ...["Tag", "Value", "Radix", ""].map(text => el("th", {}, text)))), body);
 const empty = el("p", { class: "soft" }, "Tags of your choice stay here.");
 
-onHello(hello => {
+onProgram(hello => {
   key = `scanrack watch ${hello.path}`;
   rows = load();
   known.replaceChildren(...(hello.tags ?? []).map(tag => el("option", { value: tag.name })));

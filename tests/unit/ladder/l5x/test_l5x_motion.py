@@ -56,6 +56,13 @@ def test_a_rack_binds_an_axis(machine):
     assert (status, "is not an axis of the rack" in output) == (0, False)
 
 
+def test_a_rerun_binds_the_axis_too(machine):
+    machine("MSO(Feed,Do);")
+    assert command("run", "machine.toml", "--scans", "5", "--record", "m.mcap", "-q")[0] == 0
+    status, output = command("rerun", "m.mcap")
+    assert (status, "is no axis of the rack" in output) == (0, False)
+
+
 def test_what_a_3601_cannot_do_is_refused_by_name(machine):
     machine("XIC(Go)MAHD(Feed,Do,Motor,Forward);")
     status, output = command("run", "machine.toml", "--scans", "5", "--no-record")
