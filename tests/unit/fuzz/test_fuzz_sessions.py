@@ -176,18 +176,18 @@ def test_as_many_scenarios_are_tried_as_asked_for(line):
 
 
 CLOCK = """
-import helper
+import counted
 
 def logic(scan):
-    helper.count += 1
-    if helper.count > 60:
+    counted.count += 1
+    if counted.count > 60:
         raise RuntimeError("too many scans")
 """
 
 
 def test_modules_that_a_program_imports_are_made_anew_for_every_run(line, tmp_path):
     rack = line(CLOCK)
-    (tmp_path / "helper.py").write_text("count = 0\n", encoding="utf-8")
+    (tmp_path / "counted.py").write_text("count = 0\n", encoding="utf-8")
     assert fuzz(rack, "--runs", 5).exit_code == 0
 
 
