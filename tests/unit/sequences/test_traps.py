@@ -87,12 +87,19 @@ def test_a_class_that_can_not_be_meant_so(tmp_path, body, says):
         "until(lambda: True)",
         'within("5 s", self.part())',
         "self.axis.captured()",
+        "self.pause()",
+        "long_pause()",
+        'kept = dwell("2 s")',
+        "kept: object = self.start.rises",
+        "kept = self.part()",
+        "kept = self.pause()",
     ],
 )
 def test_a_call_that_is_never_awaited_names_its_line(tmp_path, call):
     body = "async def part(self):\n    await dwell('1 s')\n"
     body += f"@sequence\nasync def cycle(self):\n    if True:\n        {call}\n"
-    helper = "async def helper():\n    pass\n"
+    body += "def pause(self):\n    return self.start.falls\n"
+    helper = "async def helper():\n    pass\ndef long_pause():\n    return dwell('1 h')\n"
     text = HEAD.replace("\nclass", f"{helper}\nclass") + textwrap.indent(body, "    ")
     (tmp_path / "line.py").write_text(text, encoding="utf-8")
     line = text[: text.index(f"{call}\n")].count("\n") + 1
@@ -110,6 +117,34 @@ def test_an_assignment_that_would_hide_a_part_names_its_line(tmp_path, statement
     )
     with pytest.raises(ProgramError, match=rf"line\.py:10: `.*` would hide .* declares as {kind}"):
         load(tmp_path, body)
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ["kept = dwell('2 s')", "await dwell('1 s')", "await kept"],
+        ["kept = dwell('2 s')", "if self.start:", "    await kept"],
+        ["kept = [dwell('2 s'), self.start.rises]", "await first_of(*kept)"],
+        ["kept = self.pause()", "await within('5 s', kept)"],
+        ["self.kept = dwell('2 s')"],
+        ["_log = self.axis.halt()"],
+    ],
+)
+def test_a_wait_that_is_kept_for_later_is_no_mistake(tmp_path, lines):
+    body = "def pause(self):\n    return self.start.falls\n@sequence\nasync def cycle(self):\n"
+    load(tmp_path, body + "".join(f"    {line}\n" for line in lines))
+
+
+def test_a_mistake_in_a_function_ahead_of_the_class_names_its_line(tmp_path):
+    helper = "async def helper():\n    dwell('1 s')\n"
+    text = (
+        HEAD.replace("\nclass", f"{helper}\nclass")
+        + "    @sequence\n    async def cycle(self):\n        pass\n"
+    )
+    (tmp_path / "line.py").write_text(text, encoding="utf-8")
+    line = text[: text.index("    dwell(")].count("\n") + 1
+    with pytest.raises(ProgramError, match=rf"line\.py:{line}: `dwell\('1 s'\)` is never awaited"):
+        load_program("line.py", tmp_path)
 
 
 def test_a_command_may_be_left_alone(tmp_path):
