@@ -110,12 +110,15 @@ def _targets(node: ast.AST) -> list[ast.expr]:
 
 
 def _functions(cls: type) -> Iterator[FunctionType]:
-    """Yield the methods of a class, then the functions ahead of it in its module."""
-    module = sys.modules.get(cls.__module__)
-    for each in (*vars(cls).values(), *getattr(module, "__dict__", {}).values()):
+    """Yield the methods of a class, then the `async def` functions ahead of it in its module."""
+    for each in vars(cls).values():
         function = each.function if isinstance(each, SequenceMethod) else each
-        if isinstance(function, FunctionType) and function.__module__ == cls.__module__:
+        if isinstance(function, FunctionType):
             yield function
+    module = sys.modules.get(cls.__module__)
+    for each in getattr(module, "__dict__", {}).values():
+        if inspect.iscoroutinefunction(each) and each.__module__ == cls.__module__:
+            yield each
 
 
 def _body_of(function: FunctionType) -> ast.AST | None:
