@@ -92,7 +92,7 @@ def shape_bottom(shape: Shape) -> float:
         return max(form.y, form.to_y)
     if isinstance(form, Frame):
         return form.y + form.height - 0.5
-    return form.y
+    return form.y + (0.4 if isinstance(form, Curve | Value) else 0)
 
 
 def shapes_of(mark: Mark) -> Iterator[Shape]:

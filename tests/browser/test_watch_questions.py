@@ -52,3 +52,24 @@ def test_why_of_a_python_program_names_the_line_and_shows_it(page):
         line = text(page, "#tag .answer button").removeprefix("Line ")
         page.browser.find_element("css selector", "#tag .answer button").click()
         page.until_there(f"[data-at='line.py.{line}'][aria-current]")
+
+
+def test_a_tag_that_there_is_not_is_said_to_be_none(page, paused):
+    page.open(paused.link, paused=True)
+    page.step(10)
+    page.watch("Nonsense")
+    page.until_there("#watch tr[data-unknown]")
+
+
+def test_forces_are_in_sight_and_an_order_in_a_pause_says_when_it_acts(page, paused):
+    page.open(paused.link, paused=True)
+    page.step(10)
+    page.until_scan(9, "paused")
+    page.browser.find_element("css selector", "[data-element='Main.2.1']").click()  # OTE(Trouble)
+    page.press("Force")
+    until(lambda: "before scan 10" in text(page, "#notice"))
+    page.press("Step")
+    page.until_there("#bar [data-warning][title='Forced: Trouble']")
+    page.until_there(".value[data-name='Trouble'][data-forced]")
+    page.browser.find_element("css selector", "body").send_keys("\ue00c")  # Escape
+    page.until_there("#tag:not([data-selected])")

@@ -25,10 +25,14 @@ def listed(page, tag):
     return [(scan, value) for scan, value in page.run(EDGES)[::-1]]
 
 
+def until_listed(page, tag, expected):
+    until(lambda: listed(page, tag) == expected)
+
+
 def changes(tag, scans):
     """Each value of a tag of the feeder, and the scan behind which it has it first."""
     bench = open_bench("examples/feeder/feeder.toml")
-    found = []
+    found: list[tuple[int, str]] = []
     for scan in range(scans):
         bench.scan(1)
         value = str(int(bench.program.tags[tag]))
@@ -43,7 +47,8 @@ def test_edges_of_the_past_are_those_of_the_bench(page, paused):
     page.until_scan(2479, "paused")
     for tag in ("OutGo", "Out.Done", "Strokes.ACC"):
         chosen(page, tag)
-        until(lambda tag=tag: listed(page, tag) == changes(tag, 2480))
+        expected = changes(tag, 2480)
+        until_listed(page, tag, expected)
 
 
 def test_edges_of_a_rack_that_runs_are_all_there(page, feeder_rack):
@@ -54,7 +59,7 @@ def test_edges_of_a_rack_that_runs_are_all_there(page, feeder_rack):
         page.press("Pause")
         page.until_handle("state", "paused")
         scans = int(page.handle("scan")) + 1
-        until(lambda: listed(page, "OutGo") == changes("OutGo", scans))
+        until_listed(page, "OutGo", changes("OutGo", scans))
 
 
 def test_a_python_program_has_its_steps_in_the_strip(page):

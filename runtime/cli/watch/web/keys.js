@@ -5,6 +5,7 @@ import { field } from "./find.js";
 import { toggleBreakpoint, moveRung } from "./program.js";
 import { moveBy } from "./scrub.js";
 import { step, toggle } from "./transport.js";
+import { select } from "./selection.js";
 import { forceSelected } from "./tag.js";
 import { run } from "./state.js";
 
@@ -24,6 +25,7 @@ const KEYS = {
   f: [forceSelected, "f", "force the selected tag, or remove its force"],
   b: [toggleBreakpoint, "b", "breakpoint on the selected rung"],
   "/": [() => field.focus(), "/", "find"],
+  Escape: [() => select({}), "Esc", "select nothing"],
   "?": [() => help.showModal(), "?", "this help"],
 };
 

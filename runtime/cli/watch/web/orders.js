@@ -1,5 +1,6 @@
 // Orders change the run and are recorded with it. A refusal is shown; it changes nothing.
 
+import { count } from "./format.js";
 import { tell } from "./notice.js";
 import { ask } from "./socket.js";
 import { run } from "./state.js";
@@ -13,16 +14,23 @@ export async function order(what, fields = {}) {
   }
 }
 
-export const mode = name => order("mode", { mode: name });
+// What acts in the next scan; in a pause that one may be far away, so the page says so.
+async function act(what, fields) {
+  const answer = await order(what, fields);
+  if (answer && run.state === "paused") tell(`Ordered: it acts before scan ${count(answer.scan)}, the next one.`, "told");
+  return answer;
+}
+
+export const mode = name => act("mode", { mode: name });
 export const pause = () => order("pause");
 export const go = () => order("go");
 export const step = (scans = 1) => order("step", { scans });
 export const speed = factor => order("speed", { factor });
-export const press = (slot, name, on) => order("press", { slot, name, on });
-export const write = (tag, value) => order("write", { tag, value });
-export const force = (tag, value) => order("force", { tag, value });
-export const unforce = tag => order("unforce", { tag });
-export const incident = (kind, fields) => order("incident", { kind, ...fields });
+export const press = (slot, name, on) => act("press", { slot, name, on });
+export const write = (tag, value) => act("write", { tag, value });
+export const force = (tag, value) => act("force", { tag, value });
+export const unforce = tag => act("unforce", { tag });
+export const incident = (kind, fields) => act("incident", { kind, ...fields });
 export const branch = scan => order("branch", { scan });
 export const look = scan => order("look", { scan });
 

@@ -26,6 +26,7 @@ const scan = figure("Scan", "long", "Number of the scan that is shown");
 const time = figure("Time", "long", "Machine time since power-up, min:s.ms");
 const reached = figure("Speed", "middle", "Speed reached over the last second");
 const late = figure("Late", "short", "Scans that came more than half a period late");
+const forces = figure("Forces", "tiny", "Nothing is forced");
 const record = figure("Recording", "name", "The trace that is being written");
 
 const stateSign = el("span", { class: "sign", "aria-hidden": "true" });
@@ -45,9 +46,13 @@ function build(hello) {
   at("bar").replaceChildren(
     el("div", { class: "row" }, rack, state, key, transport(), el("span", { class: "gap" }),
       findBox(), incidentsButton(), helpButton()),
-    el("div", { class: "row readings" }, scan.node, time.node, reached.node, late.node, record.node, scrubber()));
+    el("div", { class: "row readings" }, scan.node, time.node, reached.node, late.node, forces.node, record.node, scrubber()));
+  paintForces([]);
   paintMode();
 }
+
+// How high the bar is, for what stands beside the program while it scrolls.
+new ResizeObserver(() => document.documentElement.style.setProperty("--bar", `${at("bar").offsetHeight}px`)).observe(at("bar"));
 
 const fileOf = path => path ? path.split("/").pop() : "";
 
@@ -56,11 +61,18 @@ function paint(changes) {
   setText(time.value, clock(run.t ?? 0));
   setText(late.value, count(run.late ?? 0));
   setFlag(late.node, "data-warning", run.late > 0);
+  if (changes.forced) paintForces(Object.keys(changes.forced));
   if (changes.speed) paintSpeed(changes.speed);
   if (changes.record !== undefined) setText(record.value, fileOf(changes.record) || "off");
   if (changes.met?.length) tell(changes.met.join("\n"), "met");
   if (run.state !== "paused") hush("met");
   paintMode();
+}
+
+function paintForces(names) {
+  setText(forces.value, count(names.length));
+  setFlag(forces.node, "data-warning", names.length > 0);
+  forces.node.title = names.length ? `Forced: ${names.join(", ")}` : "Nothing is forced";
 }
 
 function paintSpeed({ reached: got }) {

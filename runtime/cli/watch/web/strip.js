@@ -145,6 +145,7 @@ function draw() {
     lane(to, shown.stretches(name, from, present), name, x, top, left, x(end));
     top += LANE;
   }
+  if (!names.length && !tags.length && !axes.length) to.text("No bit has changed yet.", left, TOP + 2 * LANE, colours.soft);
   const now = x(run.t ?? 0);
   to.line(now, 0, now, high - AXIS, run.state === "past" ? colours.mark : colours.edge, run.state === "past" ? 1.5 : 1);
 }

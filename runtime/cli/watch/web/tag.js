@@ -26,6 +26,7 @@ const usesButton = button("Uses", uses, { title: "Where the tag is read and writ
 const watchButton = button("Watch", () => addToWatch(selected.tag), { title: "Into the watch table" });
 const stripButton = button("Strip", () => { toggleTag(selected.tag); paintForced(); }, { title: "Into the timing strip, or out of it", "aria-pressed": "false" });
 const allButton = button("Remove all forces", () => orders.unforce("all"));
+const closeButton = button("Deselect", () => select({}), { text: "✕", title: "Select nothing (Esc)", class: "sign", hidden: true });
 const parts = el("div", { class: "parts" });
 const answer = el("div", { class: "answer", "aria-live": "polite" });
 const empty = el("p", { class: "soft" }, "Click a contact, a coil, a box or a tag.");
@@ -36,8 +37,8 @@ const card = el("div", { class: "tag" }, el("div", { class: "line" }, name, type
 const declared = tag => run.hello?.tags?.find(each => each.name.toUpperCase() === tag.toUpperCase());
 
 onHello(() => {
-  at("tag").replaceChildren(heading("Tag", allButton), selected.tag ? card : empty);
-  for (const each of [writeButton, forceButton, unforceButton, breakButton]) each.disabled = !orders.allowed();
+  at("tag").replaceChildren(heading("Tag", el("span", { class: "tools" }, allButton, closeButton)), selected.tag ? card : empty);
+  setFlag(at("tag"), "data-selected", Boolean(selected.tag));
   if (selected.tag) show(selected);
 });
 
@@ -45,6 +46,8 @@ onSelect(show);
 
 function show({ tag, names }) {
   at("tag").lastChild.replaceWith(tag ? card : empty);
+  setFlag(at("tag"), "data-selected", Boolean(tag));
+  closeButton.hidden = !tag;
   if (!tag) return;
   const known = declared(tag) ?? {};
   setText(name, tag);
@@ -54,9 +57,21 @@ function show({ tag, names }) {
   parts.replaceChildren(...[...new Set([tag, ...names])].map(part));
   answer.replaceChildren();
   entry.value = "";
+  permit(tag, known);
   entry.placeholder = known.type === "BOOL" ? "0 or 1" : "value, 16#, 2#";
   sendWatched(names);
   paintForced();
+}
+
+const isImage = tag => /^(Local:\d+:|[IO]:)/i.test(tag);
+
+// What can be done with a tag: an image can be forced only, a value of a program in Python neither.
+function permit(tag, { writable = true }) {
+  const python = run.hello.routines.some(each => each.kind === "python"), allowed = orders.allowed(), image = isImage(tag);
+  entry.disabled = forceButton.disabled = !allowed || !(image || (writable && !python));
+  writeButton.disabled = !allowed || !writable || image || python;
+  breakButton.disabled = !orders.timed() || (python && !image);
+  usesButton.disabled = python;
 }
 
 function part(tag) {

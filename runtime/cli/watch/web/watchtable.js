@@ -70,6 +70,7 @@ function keyed(event) {
 // Says to the server which tags are looked at beside the routine: those of the table, and those selected.
 export async function sendWatched(more = selected.names) {
   try {
-    await ask("watch", { tags: [...new Set([...rows.map(row => row.tag), ...more])] });
+    const { unknown } = await ask("watch", { tags: [...new Set([...rows.map(row => row.tag), ...more])] });
+    for (const [place, row] of rows.entries()) body.rows[place]?.toggleAttribute("data-unknown", unknown.includes(row.tag));
   } catch { /* the next hello asks again */ }
 }
