@@ -11,9 +11,9 @@ from ..controller import Controller
 from ..errors import LadderError
 from ..schedule import Task, TaskKind
 from ..stubs import Stub, Stubs
-from ..tags import Alias, Declaration, Tag
+from ..tags import OPEN, Alias, Declaration, Tag
 from ..tree import Address, BitStep, Instruction, MemberStep, Routine, Rung, SubscriptStep, number
-from ..types import DINT, INT, DataType, Structure
+from ..types import DINT, INT, DataType, Elementary, Structure, count_of
 from .report import Report
 
 CALLS = "scanrack_calls"
@@ -25,8 +25,11 @@ CLEARS = "scanrack_clears"
 FAULT_RECORD = 11
 """Words of a MajorFaultRecord [1756-PM014]."""
 
-MOST_MADE = 256
-"""Elements of an array that is made for an add-on instruction."""
+MADE = 256
+"""Elements of an array that is made for an InOut of any length."""
+
+MOST_MADE = 1_000_000
+"""Values of all tags that are made for add-on instructions."""
 
 _ZEROS, _INSTANCE, _ARGUMENT = "scanrack_zeros", "scanrack_instance", "scanrack_argument"
 
@@ -76,6 +79,7 @@ class Parts:
         tasks: its tasks; none for one that runs all programs.
         add_ons: by name in capitals.
         stubs: replacements of instructions, by name in capitals.
+        uncalled: add-ons that `harness_of` leaves out, in capitals.
     """
 
     name: str
@@ -84,6 +88,7 @@ class Parts:
     tasks: list[Task] = field(default_factory=list)
     add_ons: dict[str, AddOn] = field(default_factory=dict)
     stubs: dict[str, Stub] = field(default_factory=dict)
+    uncalled: set[str] = field(default_factory=set)
     _indexes: dict[str, tuple[int, dict[str, Declaration]]] = field(default_factory=dict)
 
     def assemble(self, report: Report, tasks: Sequence[Task] | None = None) -> Controller:
@@ -195,22 +200,37 @@ def without(routine: Routine, *places: int) -> Routine:
 
 
 def harness_of(parts: Parts) -> Parts:
-    """Return a controller that calls every add-on instruction once: one program each, of its name."""
+    """Return a controller that calls every add-on instruction once: one program each, of its name.
+
+    Those for whose InOuts there is no room are left out, and those that can't be called so.
+    """
     programs: dict[str, ProgramPart] = {}
+    counts: dict[int, int] = {}
+    left = MOST_MADE
     for key, definition in parts.add_ons.items():
-        part = programs[key] = ProgramPart(
-            definition.name, declarations=[Tag(_INSTANCE, definition.structure)]
-        )
-        operands = [Address(_INSTANCE)]
         lengths = {each.name: each.dims for each in definition.inouts}
+        tags = [Tag(_INSTANCE, definition.structure)]
         for place, each in enumerate(definition.required):
-            name = f"{_ARGUMENT}{place}"
-            dims = lengths.get(each.name, each.dims)
-            part.declarations.append(Tag(name, each.type, tuple(min(length, MOST_MADE) for length in dims)))
-            operands.append(Address(name))
-        rung = Rung((Instruction(definition.name, tuple(operands)),))
-        part.routines["MAIN"] = Routine("Main", (rung,))
+            dims = tuple(MADE if length == OPEN else length for length in lengths.get(each.name, each.dims))
+            tags.append(Tag(f"{_ARGUMENT}{place}", each.type, dims))
+        taken = sum(_values(each.type, counts) * count_of(each.dims) for each in tags)
+        if key in parts.uncalled or taken > left:
+            continue
+        left -= taken
+        rung = Rung((Instruction(definition.name, tuple(Address(each.name) for each in tags)),))
+        programs[key] = ProgramPart(
+            definition.name, declarations=list(tags), routines={"MAIN": Routine("Main", (rung,))}
+        )
     return Parts(parts.name, [], programs, [], parts.add_ons, parts.stubs)
+
+
+def _values(kind: DataType, counts: dict[int, int]) -> int:
+    """Return the number of values in an element of a type; `counts` are those that are known, by identity."""
+    if isinstance(kind, Elementary):
+        return 1
+    if id(kind) not in counts:
+        counts[id(kind)] = sum(_values(each.type, counts) * count_of(each.dims) for each in kind.own)
+    return counts[id(kind)]
 
 
 def call_of(routine: Routine) -> Rung:

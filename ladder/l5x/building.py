@@ -59,12 +59,22 @@ class Builder:
             if each.number is not None and each.routine:
                 owner, routine = _owner_of(each.routine)
                 something |= self.refuse(owner, routine, each.number, each.text, each.remedy)
+                something |= parts is not self._parts and self._leave_out(owner, each)
             elif each.where == "initial values":
                 something |= self._drop_initial(each.text, parts)
             elif each.routine:
                 owner, routine = _owner_of(each.routine)
                 something |= self._refuse_routine(owner, routine, each)
         return something
+
+    def _leave_out(self, name: str, problem: Problem) -> bool:
+        """Leave an add-on that can't be called out of the trial of add-ons; return whether that is new."""
+        key = name.upper()
+        if not problem.routine.startswith("\\") or key in self._parts.uncalled:
+            return False
+        self._parts.uncalled.add(key)
+        self._report.note(name, f"it is not tried by itself: {problem.text}")
+        return True
 
     def empty(self) -> None:
         """Take the rungs that were refused out of their routines, all at once."""

@@ -267,6 +267,28 @@ def test_an_add_on_whose_parameter_is_of_a_type_that_the_file_leaves_out(importe
     assert report.declared == {"type AB:Drive:I:0": "Active, Speed, Amps, Word"}
 
 
+def test_an_add_on_whose_inout_is_a_long_array(imported):
+    logic = ladder("Logic", "COP(Text[484],Word,1);", "MOV(Grid[7,40],Word);")
+    given = parameter("Text", "SINT", "InOut"), parameter("Grid", "DINT", "InOut")
+    text, grid = (
+        each.replace("DataType", f'Dimensions="{dims}" DataType')
+        for each, dims in zip(given, ("500", "8 300"), strict=True)
+    )
+    unit = add_on("Unit", [text, grid, parameter("Word", "DINT", "Output", required=False)], [], logic)
+    report = imported(document(target="AddOnInstructionDefinition", add_ons=[unit])).report
+    assert (report.refused, report.notes, report.ran) == ([], [], 2)
+
+
+def test_add_ons_whose_inouts_are_too_large_to_be_made_are_not_tried(imported):
+    huge = parameter("Bits", "DINT", "InOut").replace("DataType", 'Dimensions="2000000" DataType')
+    units = (
+        add_on("Large", [huge], [], ladder("Logic", "CLR(Bits[9]);")),
+        add_on("Small", [parameter("Word", "DINT", "Output")], [], ladder("Logic", "CLR(Word);")),
+    )
+    report = imported(document(target="AddOnInstructionDefinition", add_ons=units)).report
+    assert (report.refused, report.imported, report.ran) == ([], 2, 1)
+
+
 def test_a_type_with_a_member_of_a_type_that_the_file_leaves_out(imported):
     types = [data_type("Outer", member("Part", "Inner", 2), member("Own", "DINT"))]
     found = imported(
