@@ -311,11 +311,6 @@ def block_lines(block: Block) -> Iterator[str]:
     yield from (text for _, text in numbered_lines(block))
 
 
-def block_text(block: Block) -> str:
-    """Return the text of a block."""
-    return "\n".join(block_lines(block))
-
-
 def _indented(block: Block, *, closed: bool = True) -> Iterator[NumberedLine]:
     yield from ((line, INDENT + text) for line, text in numbered_lines(block, closed=closed))
 

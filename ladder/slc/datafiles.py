@@ -56,10 +56,6 @@ _SHOWN = {
 """By the use of an element: how far after it a rung shows its words, and their names."""
 
 
-_REACHING = frozenset({"COP", "FLL", "SQO", "SQC", "SQL", "FFL", "FFU", "LFL", "LFU"})
-"""Instructions that go on from the element that they name."""
-
-
 _BITS = frozenset({Use.BIT, Use.COIL, Use.LATCH, Use.STORAGE})
 """Uses of a bit."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
 from functools import cache
 from typing import NamedTuple
 
@@ -75,8 +74,3 @@ def hunt(mistake: Mistake, examples: int = CI_EXAMPLES) -> Hunt:
             if seen:
                 return Hunt(mistake, number, seen, number)
     return Hunt(mistake, None, "", len(made))
-
-
-def hunts(mistakes: Iterable[Mistake], examples: int = CI_EXAMPLES) -> Iterator[Hunt]:
-    """Hunt one mistake after the other."""
-    return (hunt(mistake, examples) for mistake in mistakes)

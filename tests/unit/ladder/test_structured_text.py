@@ -19,10 +19,14 @@ from scanrack.ladder import (
 from scanrack.ladder.program import ProgramError, load_program
 from scanrack.ladder.rungfile import parse_program, program_text
 from scanrack.ladder.st import parse_statements
-from scanrack.ladder.statements import Assignment, Case, Empty, If, block_text
+from scanrack.ladder.statements import Assignment, Case, Empty, If, block_lines
 from scanrack.ladder.tree import Address, Number, Operation
 
 A, B, C = map(Address, "ABC")
+
+
+def block_text(block):
+    return "\n".join(block_lines(block))
 
 
 def value(text):
