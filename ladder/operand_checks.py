@@ -127,7 +127,7 @@ def is_logical(resolved: Resolved) -> bool:
     if not isinstance(resolved, Calculation):
         return is_truth(resolved)
     if resolved.name not in RELATIONS:
-        return is_truth(resolved) and all(map(is_logical, resolved.operands))
+        return resolved.name in BITWISE and all(map(is_logical, resolved.operands))
     if any(map(is_truth, resolved.operands)):
         return all(map(is_logical, resolved.operands))
     return all(map(_is_arithmetic, resolved.operands)) or all(map(is_string, resolved.operands))

@@ -22,7 +22,7 @@ from ..io_images.image import WORDS
 from .errors import LadderError
 from .expressions import parse_address
 from .operands import Calculation, Constant, Group, Place, Quoted, Resolved, as_number, constant, is_integer
-from .tags import HELD, STATUS_FLAGS, Alias, Layout, SlotAlias, Tag, program_of
+from .tags import HELD, STATUS_FLAGS, TRUTHS, Alias, Layout, SlotAlias, Tag, program_of
 from .tree import (
     Address,
     BitStep,
@@ -138,6 +138,9 @@ class Resolver:
             AddressError: an address in it means nothing.
         """
         if isinstance(operand, Address):
+            truth = TRUTHS.get(operand.name.upper()) if not operand.steps else None
+            if truth is not None and self._layout.declaration(operand.name.upper(), self._program) is None:
+                return constant(truth)
             return self.address(operand)
         if isinstance(operand, Number):
             return constant(operand.value)

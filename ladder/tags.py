@@ -126,6 +126,9 @@ STATUS_FLAGS = {
 }
 """Bits that every program has, and what they tell."""
 
+TRUTHS = {"TRUE": 1, "FALSE": 0}
+"""Names that mean a value where no tag has them."""
+
 Presets = Mapping[tuple[str, int], int | float]
 """Initial values that stand in rungs, by path of a leaf and index in it."""
 

@@ -10,7 +10,7 @@ from functools import cached_property
 from ..expressions import TAG_NAME
 from ..inferred import Guess, Guesses
 from ..schedule import Task, TaskKind
-from ..tags import STATUS_FLAGS, Alias, Declaration, Tag, program_of
+from ..tags import STATUS_FLAGS, TRUTHS, Alias, Declaration, Tag, program_of
 from ..tree import Address, Instruction, Routine, Rung, Step
 from .assembly import CALLS, Parts, ProgramPart, call_of, does_nothing, implicit_task
 from .datatypes import NAME
@@ -82,7 +82,9 @@ class Completion:
         if self._parts.declaration(program, address.name) is not None:
             return None
         name = address.name.upper()
-        if name in STATUS_FLAGS or not (self._all or ":" in name) or is_bound(name, self._slots):
+        if name in STATUS_FLAGS or (name in TRUTHS and not address.steps):
+            return None
+        if not (self._all or ":" in name) or is_bound(name, self._slots):
             return None
         plain = re.fullmatch(TAG_NAME, address.name.rpartition(".")[2], re.ASCII)
         return (address.name, address.steps) if plain else None

@@ -57,7 +57,6 @@ from ..tree import (
     Statement,
     SubscriptStep,
     levels_of,
-    number,
 )
 from .grammar import GRAMMAR, OPERANDS, OPERATORS, PARTS, STATEMENTS, TERMS
 
@@ -74,8 +73,6 @@ _INSIDE: Mapping[str, Callable[[str], str]] = {
     "region": str,
 }
 """What a comment says."""
-
-_TRUTH = {"TRUE": 1, "FALSE": 0}
 
 _REGION = re.compile(r"#(?:end)?region\b", re.IGNORECASE)
 
@@ -176,10 +173,9 @@ class _Expressions(Transformer[Token, Any]):
         """A word of a motion instruction: `%ofTime`."""
         return Address(str(children[0]))
 
-    def address(self, children: list[Any]) -> Operand:
-        """A tag with steps, or a truth value."""
-        truth = _TRUTH.get(children[0].upper()) if len(children) == 1 else None
-        return Address(str(children[0]), tuple(children[1:])) if truth is None else number(truth)
+    def address(self, children: list[Any]) -> Address:
+        """A tag with steps, or a truth value, see `tags.TRUTHS`."""
+        return Address(str(children[0]), tuple(children[1:]))
 
     def member(self, children: list[Any]) -> MemberStep:
         """`.name`."""

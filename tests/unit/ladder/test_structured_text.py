@@ -392,5 +392,26 @@ def test_a_mistake_in_a_text_with_regions_has_its_place():
         parse_statements("#region Fill\nX := := 1;\n#endregion")
 
 
-def test_truth_values_are_numbers():
-    assert block_text(parse_statements("Run := TRUE; Run := false;")) == "Run := 1;\nRun := 0;"
+TRUTHS = """Run := TRUE;
+IF Run AND NOT FALSE THEN N := N + 1; END_IF;
+Stop := FALSE OR NOT Run;"""
+
+
+@pytest.mark.parametrize(
+    ("tags", "expected"),
+    [
+        ({}, (True, 1, False)),
+        ({"TRUE": False}, (False, 0, True)),  # tags of these names, as many exports have them
+        ({"False": True}, (True, 0, True)),
+    ],
+)
+def test_truth_values_are_constants_unless_tags_have_their_names(tags, expected):
+    program = Program("truths")
+    program.declare("Run Stop", BOOL)
+    program.declare("N", DINT)
+    for name, value in tags.items():
+        program.declare(name, BOOL, initial=value)
+    program.statements("Main", TRUTHS)
+    for engine in (program.compile(), program.interpret()):
+        engine.step()
+        assert (engine.tags.Run, engine.tags.N, engine.tags.Stop) == expected
