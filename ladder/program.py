@@ -18,19 +18,22 @@ from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path, PurePath
 from types import FunctionType, ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .axes import AxisSettings
 from .bound_axes import Axes
 from .errors import LadderError
 from .rungfile import STRUCTURED_SUFFIX, SUFFIX, parse_program, parse_structured
 from .rungreader import load_library
-from .runnable import LadderLogic
+from .runnable import REFUSALS_SHOWN, LadderLogic
 from .sequences.logic import Logic
 from .steps import SUFFIX as STEPS_SUFFIX
 from .steps import StepsError, parse_steps
 from .stubs import NO_STUBS, InPython, Stub, Stubs, check_stubbed, parse_stub
 from .types import Structure
+
+if TYPE_CHECKING:
+    from .l5x.report import Refusal
 
 DEFAULT_FUNCTION = "logic"
 """The function that is called once per scan, if the address names no other."""
@@ -41,8 +44,8 @@ SLC_SUFFIXES = (".SLC", ".slc")
 L5X_SUFFIXES = (".L5X", ".l5x")
 """Suffixes of an exported controller."""
 
-REFUSALS_SHOWN = 5
-"""Refusals that a message about an L5X lists."""
+EXPORT_SUFFIXES = (*L5X_SUFFIXES, *SLC_SUFFIXES)
+"""Suffixes of programs of which a part may be refused."""
 
 LADDER_NAME = "program"
 """The ladder program that is run instead, if the file has no such function."""
@@ -63,7 +66,7 @@ FORMS = {
     SUFFIX: Form.DATA,
     STRUCTURED_SUFFIX: Form.DATA,
     STEPS_SUFFIX: Form.DATA,
-    **dict.fromkeys((*L5X_SUFFIXES, *SLC_SUFFIXES), Form.DATA),
+    **dict.fromkeys(EXPORT_SUFFIXES, Form.DATA),
 }
 """By the suffix of a program. `load_program` refuses any other, so nothing else is ever executed."""
 
@@ -293,7 +296,8 @@ def _load_l5x(path: Path, stubs: Stubs, slots: Collection[int] | None) -> Progra
         imported = import_l5x(path, stubs, slots)
     except LadderError as error:
         raise ProgramError(str(error)) from error
-    return _whole(path, data, imported.controller, [*imported.report.refused, *imported.report.objects])
+    refused = [*imported.report.refused, *imported.report.objects]
+    return _whole(path, data, imported.controller, refused, stubs)
 
 
 def _load_slc(path: Path, stubs: Stubs, slots: Collection[int] | None) -> Program:
@@ -305,20 +309,23 @@ def _load_slc(path: Path, stubs: Stubs, slots: Collection[int] | None) -> Progra
         imported = import_slc(path, stubs, slots)
     except LadderError as error:
         raise ProgramError(str(error)) from error
-    return _whole(path, data, imported.program, imported.report.refused)
+    return _whole(path, data, imported.program, imported.report.refused, stubs)
 
 
-def _whole(path: Path, data: bytes, program: LadderLogic | None, refused: Sequence[object]) -> Program:
+def _whole(
+    path: Path, data: bytes, program: LadderLogic | None, refused: Sequence[Refusal], stubs: Stubs
+) -> Program:
     """Return what was imported.
 
     Raises:
-        ProgramError: a part of it was refused.
+        ProgramError: a part of it was refused, and the stubs do not leave it out.
     """
-    if program is None or refused:
+    if program is None or (refused and not stubs.refused):
         shown = [str(each) for each in refused[:REFUSALS_SHOWN]] or [f"{path}: there is no program in it"]
         more = len(refused) - REFUSALS_SHOWN
         shown += [f"and {more} more: scanrack l5x {path} lists all"] * (more > 0)
         raise ProgramError("\n".join(shown))
+    program.refused = [each.place for each in sorted(refused, key=lambda each: each.line)]
     return Program(path, program.name, program, data)
 
 

@@ -32,6 +32,9 @@ from .view import Tags
 MOST_BYTES = 1 << 25
 """Bytes of a single tag: 32 MiB, more memory than the largest controllers have for all of them."""
 
+REFUSALS_SHOWN = 5
+"""Refused parts of an export that a message lists."""
+
 
 class LadderLogic(ABC):
     """Tags, and rungs that work on them; callable as the logic of a rack.
@@ -52,6 +55,7 @@ class LadderLogic(ABC):
         axes: axes that are 3601s of the rack, None without any.
         declares_missing: whether tags that it uses and does not declare are declared by their use.
         declared_missing: those tags, once it is built.
+        refused: what an export has and this program leaves out, as texts.
 
     Args:
         name: its name.
@@ -83,6 +87,7 @@ class LadderLogic(ABC):
         self.axes: Axes | None = None
         self.declares_missing = False
         self.declared_missing: list[Tag] = []
+        self.refused: Sequence[str] = ()
         self._names: set[str] = set()
         self._lowered: Lowered | None = None
         self._scanner: Scanner | None = None
@@ -174,6 +179,9 @@ class LadderLogic(ABC):
         if self.declared_missing:
             tags = ", ".join(map(declared, self.declared_missing))
             used.append(f"missing_tags = declare: {tags}")
+        if self.refused:
+            shown = [*self.refused[:REFUSALS_SHOWN], f"and {len(self.refused) - REFUSALS_SHOWN:,} more"]
+            used.append(f"refused = empty: {', '.join(shown[: len(self.refused)])}")
         return tuple(used)
 
     def _declare_missing(self, parts: Sequence[LadderLogic]) -> None:

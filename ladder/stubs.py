@@ -96,10 +96,13 @@ class Stubs:
     Attributes:
         by_name: by instruction or message tag, in capitals.
         missing_tags: whether tags that the program uses and does not declare are declared by their use.
+        refused: whether an export runs of which something is refused: its refused rungs, routines and
+            add-ons do nothing.
     """
 
     by_name: Mapping[str, Stub] = field(default_factory=dict)
     missing_tags: bool = False
+    refused: bool = False
 
 
 NO_STUBS = Stubs()

@@ -37,6 +37,12 @@ class Refusal:
     reason: str
     remedy: str
 
+    @property
+    def place(self) -> str:
+        """Where it is in the program, as `Main.Feed rung 3`."""
+        rung = "" if self.rung is None else f" rung {self.rung}"
+        return ".".join(filter(None, (self.program, self.routine))) + rung
+
     def __str__(self) -> str:
         where = [self.program, self.routine, "" if self.rung is None else f"rung {self.rung}"]
         place = ", ".join(filter(None, where))

@@ -69,7 +69,7 @@ def import_slc(
         SlcError: the file can't be used at all.
     """
     if trial and ALL_MESSAGES not in stubs.by_name:
-        stubs = Stubs({**stubs.by_name, ALL_MESSAGES: parse_stub(TRIAL_STUB)}, stubs.missing_tags)
+        stubs = replace(stubs, by_name={**stubs.by_name, ALL_MESSAGES: parse_stub(TRIAL_STUB)})
     return _Importer(read_document(path), stubs, slots).run()
 
 

@@ -6,7 +6,7 @@
     any other                                 a comment: its tags stay memory
 
 The file runs as it is printed: instructions without an implementation have a stub, with a comment that
-lists the alternatives.
+lists the alternatives, and what is refused all the same does nothing.
 """
 
 from __future__ import annotations
@@ -15,11 +15,12 @@ import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from ...ladder.instructions import BY_NAME
 from ...ladder.l5x import Imported
 from ...ladder.l5x.modules import slot_of
 from ...ladder.l5x.records import ModuleRecord
 from ...ladder.l5x.report import Refusal
-from ..config.rackspec import DECLARE, MISSING_TAGS
+from ..config.rackspec import DECLARE, EMPTY, MISSING_TAGS, REFUSED
 from ..modules.registry import MODULES
 from .toml_text import comment, key, text
 
@@ -68,16 +69,17 @@ def _stubs(imported: Imported) -> Iterator[str]:
     """Yield a table of stubs for what is not here."""
     report = imported.report
     tagless = [each for each in report.refused if "there is no tag" in each.reason]
-    missing = dict.fromkeys(_instruction(each) for each in report.refused if each not in tagless)
+    called = dict.fromkeys(_instruction(each) for each in report.refused)
+    missing = [name for name in called if name and name not in BY_NAME]
     routines = dict.fromkeys(each.routine for each in report.objects if each.routine)
     declares = bool(tagless or report.declared)
-    if not (missing or routines or report.stubs or declares):
+    if report.complete and not (report.stubs or declares):
         return
     yield ""
     yield '# Stubs for what is not here: "false", "true", "done after 20 ms", or "plant.py:function".'
     yield "[stubs]"
     lines = {name: text(stub) for name, stub in report.stubs.items()}
-    for name in filter(None, missing):
+    for name in missing:
         lines.setdefault(name, text("false"))
     for name in routines:
         lines.setdefault(name, f"{text('false')}    # a routine that is not imported")
@@ -85,6 +87,8 @@ def _stubs(imported: Imported) -> Iterator[str]:
         yield f"{key(name)} = {line}"
     if declares:
         yield f"{MISSING_TAGS} = {text(DECLARE)}    # tags that the export leaves out, from their use"
+    if not report.complete:
+        yield f"{REFUSED} = {text(EMPTY)}    # what is refused all the same does nothing"
 
 
 def _instruction(refused: Refusal) -> str:

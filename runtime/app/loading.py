@@ -13,6 +13,7 @@ from ...ladder import LadderLogic
 from ...ladder.axes import AxisSettings
 from ...ladder.errors import LadderError
 from ...ladder.program import (
+    EXPORT_SUFFIXES,
     Form,
     Program,
     ProgramError,
@@ -27,7 +28,7 @@ from ...ladder.program import (
 from ...ladder.stubs import Stub, Stubs
 from ..config.quantities import parse_duration
 from ..config.rackfile import RackFile, RackFileError, explain, load_rack_file
-from ..config.rackspec import MISSING_TAGS, RackSpec
+from ..config.rackspec import MISSING_TAGS, REFUSED, STUB_SETTINGS, RackSpec
 from ..loop.scan import Logic
 
 RACK_FUNCTION = "rack"
@@ -231,7 +232,7 @@ def _stubs(spec: RackSpec, folder: Path, file: RackFile | None = None) -> Stubs:
     """
     read: dict[str, Stub] = {}
     for name, text in spec.stubs.items():
-        if name == MISSING_TAGS:
+        if name in STUB_SETTINGS:
             continue
         try:
             read.update(load_stubs({name: text}, folder).by_name)
@@ -239,7 +240,14 @@ def _stubs(spec: RackSpec, folder: Path, file: RackFile | None = None) -> Stubs:
             if file is not None:
                 raise file.refusal("stubs", str(error), name) from error
             raise RackFileError(f"stubs.{name}: {error}") from error
-    return Stubs(read, MISSING_TAGS in spec.stubs)
+    if REFUSED in spec.stubs and PurePath(str(spec.program)).suffix not in EXPORT_SUFFIXES:
+        text = "only an export, an .L5X or an .SLC, has refused rungs"
+        raise (
+            RackFileError(f"stubs.{REFUSED}: {text}")
+            if file is None
+            else file.refusal("stubs", text, REFUSED)
+        )
+    return Stubs(read, MISSING_TAGS in spec.stubs, REFUSED in spec.stubs)
 
 
 def stub_files(spec: RackSpec) -> tuple[str, ...]:

@@ -42,7 +42,9 @@ SIMULATED = "sim"
 
 
 MISSING_TAGS, DECLARE = "missing_tags", "declare"
-"""The key among the stubs that is not an instruction, and its value."""
+REFUSED, EMPTY = "refused", "empty"
+STUB_SETTINGS = {MISSING_TAGS: DECLARE, REFUSED: EMPTY}
+"""Keys among the stubs that are not instructions, each with its value."""
 
 
 class MisplacedError(ValueError):
@@ -249,7 +251,8 @@ class RackSpec(Table):
         run_for_s: machine time that a run takes, if the command line says nothing else.
         tags: patterns of the program's tags that are recorded beside the images.
         stubs: replacements of instructions of a ladder program, by name; `missing_tags = "declare"`
-            declares tags that it uses and does not have.
+            declares tags that it uses and does not have, `refused = "empty"` runs an export without what
+            is refused.
         trace: path of the recording, relative to the rack file.
         axes: axes of a ladder program's motion instructions, by tag: the 3601 behind each.
         seed: of what is left to chance.
@@ -314,9 +317,10 @@ class RackSpec(Table):
             raise MisplacedError(("rpi_ms",), self.rpi_ms, 'goes with controller = "compactlogix" only')
 
     def _check_stubs(self) -> None:
-        missing = self.stubs.get(MISSING_TAGS, DECLARE)
-        if missing != DECLARE:
-            raise MisplacedError(("stubs", MISSING_TAGS), missing, f'allowed is "{DECLARE}"')
+        for name, only in STUB_SETTINGS.items():
+            given = self.stubs.get(name, only)
+            if given != only:
+                raise MisplacedError(("stubs", name), given, f'allowed is "{only}"')
 
     def _check_axes(self) -> None:
         known = [slot.number for slot in self.slot]

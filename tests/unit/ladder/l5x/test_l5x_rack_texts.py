@@ -40,7 +40,7 @@ def test_no_name_breaks_out_of_its_place(name):
     read = tomllib.loads(printed)
     assert set(read) <= KNOWN
     assert read["name"] == name
-    assert set(read.get("stubs", {}).values()) <= {"false"}
+    assert set(read.get("stubs", {}).values()) <= {"false", "empty"}
     assert [each["number"] for each in read["slot"]] == [1]
     assert printed.replace("\n", "").isprintable()
 
