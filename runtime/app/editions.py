@@ -20,6 +20,7 @@ from ...traces.recorder import Attachment
 from ..live.hands import GivenOrder
 from ..live.orders import Edit
 from .attachments import (
+    RETAINED,
     attachment,
     files_of,
     folder_of_edit,
@@ -30,6 +31,7 @@ from .attachments import (
 )
 from .extracting import attached_files, extract
 from .loading import Job, load_job
+from .retaining import retaining
 from .trust import Given, address_name, admitted
 
 
@@ -42,13 +44,15 @@ class Edition:
         program: the program among them, `path[:function]`.
         files: by their names in a trace.
         paths: where they are on the disk, by the same names; empty if they come from a trace.
-        place: folder of a copy of them, for other processes; None without one.
+        retained: tags that it begins with, the contents of their file; None without one.
+        place: folder of a copy of the files, for other processes; None without one.
     """
 
     rack: str
     program: str
     files: Mapping[str, bytes]
     paths: Mapping[str, Path] = field(default_factory=dict)
+    retained: bytes | None = None
     place: Path | None = None
 
     @property
@@ -67,7 +71,7 @@ def edition_of(job: Job) -> Edition:
     """
     made, paths = made_by(job), files_of(job)
     files = {name: path.read_bytes() for name, path in paths.items()}
-    return Edition(made["rack_file"], made["program_file"], files, paths)
+    return Edition(made["rack_file"], made["program_file"], files, paths, job.retained)
 
 
 class Editions:
@@ -128,7 +132,20 @@ class Editions:
             job = load_job(self._rack)
             if edition.is_on_disk:
                 return job
-        return load_files(self._copied(edition), edition.rack, edition.program)
+        job = load_files(self._copied(edition), edition.rack, edition.program)
+        return job if edition.retained is None else retaining(job, edition.retained, RETAINED)[0]
+
+    def of_a_session(self, begins: Edition) -> Editions:
+        """Return the programs of a session that begins with one of its own; there is a copy of each.
+
+        Raises:
+            OSError: a copy can't be written.
+        """
+        known = {0: begins, **self._known}
+        copies = {number: self.with_copy(edition) for number, edition in known.items()}
+        session = Editions(self._folder, self._rack, copies)
+        session._used = set(self._used)
+        return session
 
     def with_copy(self, edition: Edition) -> Edition:
         """Return a program with a copy of its files.

@@ -56,6 +56,7 @@ class About:
         read_only: orders are refused.
         live: there are real ports.
         record: path of the recording that is kept; None without one.
+        branches: whether a page may begin a branch.
     """
 
     version: str
@@ -65,6 +66,7 @@ class About:
     read_only: bool
     live: bool
     record: str | None
+    branches: bool = False
 
 
 class Subject:
@@ -123,6 +125,7 @@ class Subject:
             "live_ports": about.live,
             "period_ns": self.spec.scan_ns,
             "record": about.record,
+            "branches": about.branches,
             "slots": slots_of(self.spec),
             **program.described(self.values),
             "incidents": [] if about.live or about.read_only else incidents_of(self.spec),
@@ -141,6 +144,7 @@ class Monitor(ABC):
         log: what has happened.
         pages: the open pages.
         latest: the row of the latest scan; None before the first.
+        over: whether the server is to end.
     """
 
     def __init__(self, about: About, subject: Subject) -> None:
@@ -149,6 +153,7 @@ class Monitor(ABC):
         self.pages: list[Page] = []
         self.elsewhere = Elsewhere()
         self.latest: Row | None = None
+        self.over = False
 
     # --- what differs between a session and a recording
 

@@ -12,7 +12,7 @@ import secrets
 import socket
 import tempfile
 import webbrowser
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from importlib.metadata import version
@@ -61,6 +61,7 @@ class Wanted:
         live: real ports may be driven.
         opened: open the page in the browser.
         text: show the session in the terminal, too.
+        editable: the program's files are on the disk, and a saved one is taken over.
     """
 
     rack: str
@@ -73,6 +74,7 @@ class Wanted:
     live: bool
     opened: bool
     text: bool = False
+    editable: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,10 +121,10 @@ def watch_job(job: Job, wanted: Wanted) -> int:
         except OSError as error:
             return complain(f"port {wanted.port}: {error.strerror}", BAD_INPUT)
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack")))
-        return _Play(wanted, listening, folder, stack).play(job)
+        return Play(wanted, listening, folder, stack).play(job)
 
 
-class _Play:
+class Play:
     """The sessions of one command.
 
     Args:
@@ -130,10 +132,19 @@ class _Play:
         listening: the socket of the page.
         folder: for recordings that are not kept, and copies of programs.
         stack: closes what outlives a session.
+        key: that pages have to give, of a link that has been printed; None = a new one.
     """
 
-    def __init__(self, wanted: Wanted, listening: socket.socket, folder: Path, stack: ExitStack) -> None:
+    def __init__(
+        self,
+        wanted: Wanted,
+        listening: socket.socket,
+        folder: Path,
+        stack: ExitStack,
+        key: str | None = None,
+    ) -> None:
         self._wanted, self._listening, self._folder, self._stack = wanted, listening, folder, stack
+        self._key = key
         self._ring: Ring | None = None
         self._keeper: Keeper | None = None
         self._inbox: PipeInbox | None = None
@@ -149,6 +160,10 @@ class _Play:
             return complain(f"the trace can't be written: {reason(error)}", CANNOT_WRITE)
         for each in job.warnings:
             complain(each)
+        return self.go_on(job)
+
+    def go_on(self, job: Job) -> int:
+        """Play what has been prepared, and its branches; return the exit status."""
         status = DONE
         while self._next is not None:
             prepared, self._next = self._next, None
@@ -187,17 +202,25 @@ class _Play:
             )
             return Prepared(start, run, pacer, trace, editions, ports.pop_all())
 
-    def _prepare_branch(self, parent: Prepared, session: Session, scan: int) -> None:
+    def prepare_branch(
+        self, scan: int, orders: Iterable[RecordedOrder], editions: Editions, parent: Path
+    ) -> None:
         """Prepare a branch: a new rack, which the orders up to a scan will lead there.
 
+        Args:
+            scan: the first one that may differ.
+            orders: of the parent.
+            editions: its programs.
+            parent: path of its recording.
+
         Raises:
-            ValueError: that can't be; the session goes on.
+            ValueError: that can't be; nothing has changed.
         """
-        given = [each for each in session.given if each.scan <= scan]
+        given = [each for each in orders if each.scan <= scan]
         edits = sum(isinstance(each.order, Edit) for each in given)
-        start = Start(scan, given, {"parent": parent.trace.name, "parent_scan": str(scan)})
+        start = Start(scan, given, {"parent": parent.name, "parent_scan": str(scan)})
         try:
-            self._next = self._prepared(start, parent.editions.up_to(edits))
+            self._next = self._prepared(start, editions.up_to(edits))
         except OSError as error:
             raise ValueError(f"the recording of a branch can't be written: {reason(error)}") from error
 
@@ -239,10 +262,10 @@ class _Play:
             tap.tell,
             stops=program,
             live=wanted.live,
-            reload=editor.load_soon,
-            prepare=lambda scan: self._prepare_branch(prepared, session, scan),
+            reload=editor.load_soon if wanted.editable else None,
+            prepare=lambda scan: self.prepare_branch(scan, hands.given, prepared.editions, prepared.trace),
         )
-        if not (wanted.live and wanted.read_only):  # a saved file is control of a real motor
+        if wanted.editable and not (wanted.live and wanted.read_only):  # a saved file controls a real motor
             editor.start()
             prepared.ports.callback(editor.end)
         tap.session, session.attend, session.give = session, tap.attend, tap.give
@@ -259,17 +282,21 @@ class _Play:
     def _open(self, job: Job, ring: Ring, figures: MachineFigures, prepared: Prepared) -> None:
         """Print the link, and start the monitor."""
         wanted = self._wanted
-        key, port = secrets.token_hex(KEY_BYTES), self._listening.getsockname()[1]
-        record = None if wanted.record is None else str(wanted.record)
+        key, port = self._key or secrets.token_hex(KEY_BYTES), self._listening.getsockname()[1]
+        record = None if wanted.record is None else str(prepared.trace)
+        looking, live = wanted.read_only, wanted.live
         about = About(
-            version("scanrack"), job.spec.name, wanted.rack, "rack", wanted.read_only, wanted.live, record
-        )
+            version("scanrack"), job.spec.name, wanted.rack, "rack", looking, live, record,
+            branches=not looking and not live,
+        )  # fmt: skip
         machines, programs = tuple(figures.slots), programs_of(prepared.run, prepared.editions, ())
         setup = Setup(ring.shape, about, key, HOST, port, machines, str(prepared.trace), programs)
         self._keeper = Keeper(setup, ring, self._listening, complain)
         self._stack.callback(self._keeper.end)
         self._inbox = PipeInbox(ring, self._keeper.pipe)
         self._keeper.keep(self._inbox)
+        if self._key is not None:
+            return
         link = f"http://{HOST}:{port}/#key={key}"
         say(f"{link} - Ctrl-C ends the session")
         if wanted.opened:

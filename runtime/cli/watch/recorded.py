@@ -8,27 +8,30 @@ import secrets
 import socket
 import tempfile
 import webbrowser
-from collections.abc import Sequence
+from contextlib import ExitStack
 from importlib.metadata import version
 from pathlib import Path
 from typing import NamedTuple
 from urllib.parse import parse_qs, quote
 
+from ....traces.arrays import extent, read_columns
+from ....traces.columns import Selection
 from ....traces.reader import Trace, open_trace
 from ...app.attachments import job_of, spec_of
-from ...app.editions import editions_of
+from ...app.editions import Editions, edition_of, editions_of
 from ...app.loading import Job
-from ...app.repeating import RecordedOrder, is_session, orders_of
+from ...app.repeating import is_session, orders_of
 from ...app.replaying import lost_edits, lost_notes
 from ...app.trust import UntrustedError
 from ...config.rackspec import RackSpec
 from ...live.orders import Edit
 from ...loop.pace import interrupted_by
-from ..status import BAD_INPUT, INTERRUPTED, complain
+from ...loop.scan import ScanFlag
+from ..status import BAD_INPUT, INTERRUPTED, complain, reason
 from ..terminal import say
 from .gate import Gate
 from .monitor import About
-from .play import HOST, KEY_BYTES
+from .play import HOST, KEY_BYTES, Play, Wanted
 from .trace_monitor import Source, TraceMonitor
 
 
@@ -64,27 +67,37 @@ def place_of(text: str) -> Place:
 
 
 def watch_trace(place: Place, *, port: int, trust: bool, opened: bool) -> int:
-    """Serve a recording until Ctrl-C; return the exit status."""
+    """Serve a recording until Ctrl-C, or until a branch of it begins; return the exit status.
+
+    Raises:
+        ValueError: the recording can't be used.
+        OSError: the port can't.
+    """
     from .server import Server  # imported late: no other command needs websockets in its own process
 
-    with (
-        open_trace(place.path) as trace,
-        tempfile.TemporaryDirectory(prefix="scanrack") as folder,
-        socket.create_server((HOST, port)) as listening,
-    ):
+    with ExitStack() as stack:
+        trace = stack.enter_context(open_trace(place.path))
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack")))
+        listening = stack.enter_context(socket.create_server((HOST, port)))
         for note in trace.notes:
             complain(f"note: {note}")
-        monitor = _monitor(trace, place, Path(folder), trust=trust)
         key, number = secrets.token_hex(KEY_BYTES), listening.getsockname()[1]
+        wanted = Wanted(
+            str(place.path), port, 1.0, True, False, place.path, None, False, False, editable=False
+        )
+        play = Play(wanted, listening, folder, stack, key)
+        recording = _Recording(trace, place, folder, trust=trust)
+        monitor = recording.monitor(play)
         link = f"http://{HOST}:{number}/#key={key}{_fragment(place)}"
         say(f"{link} - Ctrl-C ends it")
         if opened:
             webbrowser.open(link)
         try:
-            asyncio.run(Server(monitor, Gate(HOST, number, key)).run(listening))
+            asyncio.run(Server(monitor, Gate(HOST, number, key)).run(listening.dup()))
         except KeyboardInterrupt:
             return complain(f"stopped by {interrupted_by()}", INTERRUPTED)
-    return INTERRUPTED
+        assert recording.job is not None
+        return play.go_on(recording.job)
 
 
 def _fragment(place: Place) -> str:
@@ -92,44 +105,96 @@ def _fragment(place: Place) -> str:
     return scan + (f"&rung={quote(place.rung)}" if place.rung else "")
 
 
-def _monitor(trace: Trace, place: Place, folder: Path, *, trust: bool) -> TraceMonitor:
-    """Load the rack and program of a trace, as far as trust allows.
+class _Recording:
+    """A recording with what it was made by, as far as that may be used.
+
+    Args:
+        trace: the recording.
+        place: its path, and the scan that pages begin with.
+        folder: for copies of its files.
+        trust: run Python that came with it.
 
     Raises:
         ValueError: the trace does not say what its rack is, or its files can't be used.
     """
-    job: Job | None = None
-    orders = orders_of(trace.events()) if is_session(trace) else []
-    try:
-        job = job_of(trace, folder / "files", trust=trust)
-        spec: RackSpec = job.spec
-        edited = _edited(trace, orders, job, folder / "edits", trust=trust)
-    except UntrustedError as error:
-        complain(f"note: the program is not shown: {error}", BAD_INPUT)
-        spec, job, edited = spec_of(trace, folder / "rack", trust=trust), None, []
-    for note in lost_notes(lost_edits(trace.events())):
-        complain(f"note: {note}")
-    begins = Source(0, None, None) if job is None else Source(0, job.logic, job.program)
-    about = About(
-        version("scanrack"), trace.head.metadata.get("name", place.path.stem), str(place.path),
-        "trace", True, False, str(place.path),
-    )  # fmt: skip
-    return TraceMonitor(about, trace, place.path, spec, [begins, *edited], orders, place.scan)
 
+    def __init__(self, trace: Trace, place: Place, folder: Path, *, trust: bool) -> None:
+        self._trace, self._place = trace, place
+        self._orders = orders_of(trace.events()) if is_session(trace) else []
+        self._lost = lost_edits(trace.events())
+        self.job: Job | None = None
+        self._editions: Editions | None = None
+        try:
+            self.job = job_of(trace, folder / "files", trust=trust)
+            self._editions = editions_of(trace, self._orders, self.job, folder / "programs", trust=trust)
+            self._spec: RackSpec = self.job.spec
+        except UntrustedError as error:
+            complain(f"note: the program is not shown: {error}", BAD_INPUT)
+            self.job, self._spec = None, spec_of(trace, folder / "rack", trust=trust)
+        for note in lost_notes(self._lost):
+            complain(f"note: {note}")
 
-def _edited(
-    trace: Trace, orders: Sequence[RecordedOrder], begins: Job, folder: Path, *, trust: bool
-) -> list[Source]:
-    """Return the programs that edits made, in the order of their scans; unknown ones without their logic.
+    def monitor(self, play: Play) -> TraceMonitor:
+        """Return what pages look at; a branch is prepared to be played."""
+        trace, path = self._trace, str(self._place.path)
+        name = trace.head.metadata.get("name", self._place.path.stem)
+        about = About(
+            version("scanrack"), name, path, "trace", True, False, path, branches=self.job is not None
+        )
+        return TraceMonitor(
+            about,
+            trace,
+            self._place.path,
+            self._spec,
+            self._sources(),
+            self._orders,
+            self._place.scan,
+            lambda scan: self._branch(play, scan),
+        )
 
-    Raises:
-        ValueError: one can't be loaded.
-    """
-    editions = editions_of(trace, orders, begins, folder, trust=trust)
-    found = []
-    for each in orders:
-        if isinstance(each.order, Edit):
-            job = editions.job(each.order.number)
-            found.append(Source(each.scan, job.logic, job.program))
-    lost = [Source(scan, None, None) for scan in lost_edits(trace.events())]
-    return sorted([*found, *lost], key=lambda each: each.first)
+    def _sources(self) -> list[Source]:
+        """Return its programs, in the order of their scans; unknown ones without their logic."""
+        if self.job is None or self._editions is None:
+            return [Source(0, None, None)]
+        found = [Source(0, self.job.logic, self.job.program)]
+        for each in self._orders:
+            if isinstance(each.order, Edit):
+                job = self._editions.job(each.order.number)
+                found.append(Source(each.scan, job.logic, job.program))
+        lost = [Source(scan, None, None) for scan in self._lost]
+        return sorted([*found, *lost], key=lambda each: each.first)
+
+    def _branch(self, play: Play, scan: int) -> None:
+        """Prepare a session that repeats the recording up to a scan.
+
+        Raises:
+            ValueError: that can't be.
+        """
+        if self.job is None or self._editions is None:
+            raise ValueError("the program may not run here: see --trust")
+        ends = extent(self._trace).scan.tolist()
+        if ends[0]:
+            raise ValueError(f"the recording begins with scan {ends[0]}: a branch repeats it from scan 0 on")
+        if self._lost and self._lost[0] <= scan:
+            raise ValueError(f"the recording lacks the program that ran from scan {self._lost[0]} on")
+        if not is_session(self._trace):
+            self._check_untouched(scan)
+        try:
+            editions = self._editions.of_a_session(edition_of(self.job))
+        except OSError as error:
+            raise ValueError(f"the programs of a branch can't be written: {reason(error)}") from error
+        play.prepare_branch(scan, self._orders, editions, self._place.path)
+
+    def _check_untouched(self, scan: int) -> None:
+        """Refuse a recording of a bench that was operated: its orders are not in it.
+
+        Raises:
+            ValueError: tags were set, or inputs pressed, by a script.
+        """
+        flags = read_columns(self._trace, Selection(0, scan)).flags
+        touched = (flags & (ScanFlag.TAGS_FROM_OUTSIDE | ScanFlag.INPUT_FORCES | ScanFlag.OUTPUT_FORCES)) != 0
+        if touched.any() and not self._spec.force:
+            first = int(touched.argmax())
+            raise ValueError(
+                f"tags or images were set in scan {first} by a script, which the recording does not bring"
+            )

@@ -62,7 +62,7 @@ class Server:
         self._strangers = 0
 
     async def run(self, listening: socket.socket) -> None:
-        """Serve until the scan process has ended."""
+        """Serve until the scan process has ended, or a recording goes on as a session."""
         async with serve(
             self._socket,
             sock=listening,
@@ -73,6 +73,7 @@ class Server:
         ):
             try:
                 await self._pump()
+                await self._flush()
             finally:
                 self._monitor.elsewhere.close()
 
@@ -87,7 +88,15 @@ class Server:
             while self._monitor.tick() and loop.time() < due + BUSY_S:
                 await asyncio.sleep(0)
 
+    async def _flush(self) -> None:
+        """Give the last answers a second to leave."""
+        for _ in range(HZ):
+            if any(page.outbox for page in self._monitor.pages):
+                await asyncio.sleep(1 / HZ)
+
     def _ended(self) -> bool:
+        if self._monitor.over:
+            return True
         if self._pipe is None:
             return False
         try:

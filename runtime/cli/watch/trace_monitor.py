@@ -1,8 +1,8 @@
-"""The monitor of a recording: pages look at its scans; nothing runs, and nothing can be ordered."""
+"""The monitor of a recording: pages look at its scans; nothing runs, and only a branch can be ordered."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,7 +12,7 @@ from ....traces.reader import Trace
 from ...app.repeating import RecordedOrder
 from ...app.watched_machines import PER_SLOT
 from ...config.rackspec import RackSpec
-from ...live.orders import ORDERS
+from ...live.orders import NAMES, ORDERS, Branch, order_of
 from ...live.ring import row_type
 from ...loop.rack import SLOT_BYTES
 from ...loop.scan import Logic
@@ -51,6 +51,7 @@ class TraceMonitor(Monitor):
         sources: its programs, in the order of their scans; one at least.
         orders: of a session, given to the program again.
         first: the scan that pages begin with; None = the last one.
+        branch: prepares a session that repeats the recording up to a scan, ValueError if that can't be.
     """
 
     def __init__(
@@ -62,6 +63,7 @@ class TraceMonitor(Monitor):
         sources: Sequence[Source],
         orders: Sequence[RecordedOrder],
         first: int | None,
+        branch: Callable[[int], None],
     ) -> None:
         machines = tuple(slot.number for slot in spec.slot if has(slot.module, Trait.MACHINE))
         dtype = row_type(SLOT_BYTES * len(spec.slot), PER_SLOT * len(machines))
@@ -69,6 +71,7 @@ class TraceMonitor(Monitor):
         for each in sources:
             subject.programs.add(*each)
         super().__init__(about, subject)
+        self._branch = branch
         self.log = EventLog(kept=1 << 20)
         self.log.take_all(trace.events())
         extent = subject.timeline.extent
@@ -112,6 +115,15 @@ class TraceMonitor(Monitor):
 
     @override
     def order(self, page: Page, number: object, said: Mapping[str, Any]) -> None:
+        if said.get("do") == NAMES[Branch]:
+            order = order_of({key: value for key, value in said.items() if key != "id"})
+            assert isinstance(order, Branch)
+            if order.scan > self._last + 1:
+                raise ValueError(f"scan {order.scan} is not in the recording: the last one is {self._last}")
+            self._branch(order.scan)
+            self.over = True
+            page.send({"answer": {"id": number, "ok": True, "scan": order.scan}})
+            return
         if said.get("do") in ORDERS:
-            raise ValueError("this is a recording: it takes no orders")
+            raise ValueError("this is a recording: it takes no orders; branch from one of its scans")
         raise ValueError(f"there is nothing to do called {str(said.get('do'))[:60]!r}")

@@ -252,3 +252,41 @@ def test_edits_of_a_python_program_and_its_modules_run_again(tmp_path, monkeypat
     assert "then say --trust" in refused.output
     rerun(record, "--trust")
     rerun(branch, "--trust")
+
+
+def test_a_branch_of_a_recording_goes_on_where_it_is_looked_at(feeder):
+    record = feeder / "session.mcap"
+
+    async def edit(session):
+        async with page_of(session) as page:
+            return await twice_edited(page, feeder)
+
+    async def branch(session, scan):
+        async with page_of(session) as page:
+            await page.until(lambda seen: "scan" in seen.frame)
+            assert page.hello["branches"]
+            too_far = await page.ask("branch", scan=10**6)
+            assert "is not in the recording" in too_far["refused"]
+            assert (await page.ask("branch", scan=scan))["ok"]
+        async with page_of(session) as page:  # the same link: a session serves it now
+            await page.until(lambda seen: seen.frame.get("scan", -1) >= scan - 1)
+            assert page.hello["kind"] == "rack"
+            assert "refused" in await page.ask("reload")
+            await page.ask("step", scans=30)
+            await page.until(lambda seen: seen.frame["scan"] >= scan + 29)
+            return page.hello["record"]
+
+    with watched("--record", record, rack=feeder / "feeder.toml") as session:
+        scans = asyncio.run(edit(session))
+        session.end()
+    (feeder / "feeder.rung").unlink()  # the recording brings all
+    with watched(rack=record, cwd="/") as session:
+        found = asyncio.run(branch(session, scans[2]))
+        assert session.end() == 130
+    assert found == str(feeder / f"session-{scans[2]}.mcap")
+    parent, child = words_of(record), words_of(found)
+    assert (child[: scans[2]] == parent[: scans[2]]).all()
+    assert len(child) >= scans[2] + 30
+    with open_trace(found) as trace:
+        assert trace.head.metadata["parent"] == "session.mcap"
+    assert "the same byte for byte" in rerun(found).output or late(found)

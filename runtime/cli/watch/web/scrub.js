@@ -69,6 +69,6 @@ onPaint(() => {
   setText(ago, past ? `−${clock((last - run.scan) * period)}` : "");
   live.disabled = !past;
   setFlag(live, "hidden", run.hello.kind !== "rack");
-  branchButton.disabled = !orders.timed() || !["past", "paused"].includes(run.state);
-  setFlag(branchButton, "hidden", run.hello.kind !== "rack");
+  branchButton.disabled = !["past", "paused"].includes(run.state);
+  setFlag(branchButton, "hidden", !run.hello.branches);
 });
