@@ -7,7 +7,7 @@ Noted: a rung keeps the power after its instructions in variables and, at its en
 
 Held: after every line that assigns to a forced variable there is one that forces it again. The value is
 computed all the same, since that may record a fault. Lists are held by the memory, see
-`debug.watching.HeldList`.
+`debug.forces.HeldList`.
 """
 
 from __future__ import annotations

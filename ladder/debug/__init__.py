@@ -2,6 +2,6 @@
 
 from .crossref import CrossReference, Mention, cross_reference
 from .debugger import Debugger, Stop
-from .watching import Blocker, Change
+from .watched import Blocker, Change
 
 __all__ = ["Blocker", "Change", "CrossReference", "Debugger", "Mention", "Stop", "cross_reference"]

@@ -22,7 +22,8 @@ from .crossref import CrossReference
 from .inquiry import Inquiry
 from .journal import MOST, Entry, Journal, Write
 from .values import with_values
-from .watching import Change, WatchedEngine, shown
+from .watched import Change, shown
+from .watching import WatchedEngine
 
 Condition = Callable[["Debugger"], Any] | str
 """Something to run to: a function of the debugger, or the address of a bit that is to be on."""

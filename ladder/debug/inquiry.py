@@ -9,7 +9,8 @@ from ..expressions import parse_address
 from ..operands import Place
 from ..resolver import Resolver
 from .crossref import CrossReference
-from .watching import Change, WatchedEngine, shown
+from .watched import Change, shown
+from .watching import WatchedEngine
 from .why import bits_of, changes_of, is_counted, state_of, telling, told, untouched
 
 

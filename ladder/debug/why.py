@@ -9,7 +9,7 @@ from ..memory import element_text
 from ..operands import Constant, Group, Place
 from ..types import COUNTER, HIDDEN, TIMER
 from .crossref import Mention, overlap
-from .watching import Change, shown
+from .watched import Change, shown
 
 
 def changes_of(history: Iterable[Change], where: Place | Group) -> list[Change]:

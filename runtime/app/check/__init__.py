@@ -2,6 +2,7 @@
 
 facts.py            facts of a program in any language
 ladder_facts.py     facts of rungs
+output_writes.py    writes of rungs to the output words of 3601s
 python_facts.py     facts of a Python program's text
 sequence_facts.py   facts of a program with sequences: its class, and its text
 rules.py            the rules, one row each; they read the facts and the rack

@@ -1,0 +1,301 @@
+"""A program watched in the interpreter: the truth of its rungs, and every change of its memory."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from typing_extensions import override
+
+from ..errors import LadderFault, Site
+from ..interpreter import Interpreter
+from ..lowered import Body, Line, LoweredRoutine, Node, Parallel, Step
+from ..memory import NOTHING, Memory, Named, Value, same
+from ..operands import Calculation, Place
+from ..spec import Kind
+from ..tags import OWN, Leaf
+from .forces import Forces, Held, HeldList, held_values, in_lists, in_variables
+
+
+def shown(value: object) -> str:
+    """Return a value as it stands in a sentence; bits as 0 and 1."""
+    return str(int(value)) if isinstance(value, bool) else str(value)
+
+
+@dataclass(frozen=True, slots=True)
+class Blocker:
+    """A condition at which the power of a rung ended.
+
+    Attributes:
+        instruction: the instruction as text.
+        values: its tags and their values then.
+    """
+
+    instruction: str
+    values: tuple[tuple[str, Value], ...]
+
+    def __str__(self) -> str:
+        values = ", ".join(f"{tag} = {shown(value)}" for tag, value in self.values)
+        return f"{self.instruction} [{values}]" if values else self.instruction
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A value of the memory that a program has changed.
+
+    Attributes:
+        scan: number of the scan, from 0 for the first that was watched.
+        now_ns: its virtual time, ns.
+        leaf: what was changed.
+        index: which element of it, 0 for a single value.
+        before: its value before.
+        after: its value then.
+        site: the instruction, None if a Python routine, or someone outside of the program, wrote it.
+        power: whether the rung was true before that instruction.
+        blockers: the conditions of the rung that were false before it.
+        prescan: whether it was prescan that wrote.
+        read: of structured text: what the statement has read, and its values.
+        inside: of structured text: the conditions that the statement stands in, the outermost first.
+        instance: in an add-on instruction, the instance whose routine it was; "" in a program.
+    """
+
+    scan: int
+    now_ns: int
+    leaf: Leaf
+    index: int
+    before: Value
+    after: Value
+    site: Site | None
+    power: bool
+    blockers: tuple[Blocker, ...]
+    prescan: bool
+    read: tuple[tuple[str, Value], ...] = ()
+    inside: tuple[Blocker, ...] = ()
+    instance: str = ""
+
+
+@dataclass(slots=True)
+class _Running:
+    """The rung that is being executed.
+
+    Attributes:
+        routine: its routine, in capitals.
+        line: the rung.
+        truth: power after each instruction so far.
+        blocked: instructions so far at which power ended.
+    """
+
+    routine: str
+    line: Line
+    truth: list[bool] = field(default_factory=list)
+    blocked: list[Step] = field(default_factory=list)
+
+
+class WatchedMemory(Memory):
+    """Memory that tells of changes, and in which values can be forced.
+
+    Attributes:
+        watcher: called at every change while a scan is watched.
+        outside: collects what is written between scans, None while it is not wanted.
+        on_outside: called after each such write.
+        forces: what is forced; the mapping is replaced, never changed, see `hold`.
+        held: the same, with the leaves.
+    """
+
+    watcher: Callable[[Leaf, int, Value, Value], None] | None = None
+    outside: list[tuple[Leaf, int, Value]] | None = None
+    on_outside: Callable[[], object] = staticmethod(lambda: None)
+    forces: Forces = NOTHING  # type: ignore[assignment]  # it is empty
+    held: Mapping[tuple[str, int], Held] = NOTHING  # type: ignore[assignment]
+
+    def hold(self, forces: Forces) -> tuple[Held, ...]:
+        """Hold these values from now on and no others; return those that have a variable of their own."""
+        held = held_values(self.layout, forces)
+        self.forces = forces
+        self.held = {(each.leaf.ident, each.index): each for each in held}
+        lists = in_lists(self.layout, held)
+        for ident, cell in self.cells.items():
+            values = cell.cell_contents
+            if ident in lists or isinstance(values, HeldList):
+                self._put_list(ident, HeldList(values, lists[ident]) if ident in lists else list(values))
+        return in_variables(self.layout, held)
+
+    def _put_list(self, ident: str, values: list[Any]) -> None:
+        self.cells[ident].cell_contents = values
+        if ident in self._lists:
+            self._lists[ident] = values
+
+    def write(self, leaf: Leaf, index: int, value: Value) -> None:
+        """Set a value, as far as it is not forced; tell if that changes it."""
+        watcher = self.watcher
+        after = self.forced(leaf, index, value) if self.held else value
+        if watcher is None:
+            super().write(leaf, index, after)
+            if self.outside is not None:
+                self.outside.append((leaf, index, after))
+                self.on_outside()
+            return
+        before = self.read(leaf, index)
+        super().write(leaf, index, after)
+        if not same(before, after):
+            watcher(leaf, index, before, after)
+
+    def forced(self, leaf: Leaf, index: int, value: Value) -> Value:
+        """Return a value with the forces of its place in it."""
+        held = self.held.get((leaf.ident, index))
+        return value if held is None else held.merged(value)
+
+
+class WatchedInterpreter(Interpreter):
+    """An interpreter that notes the truth of every rung it executes."""
+
+    def __init__(self, *parts: object) -> None:
+        super().__init__(*parts)  # type: ignore[arg-type]  # as the base takes them
+        self.truths: dict[tuple[str, int], tuple[bool, ...]] = {}
+        self.running: list[_Running] = []
+        self.heads: list[Blocker] = []
+        self.read: tuple[tuple[str, Value], ...] = ()
+        self.power = True
+        self.prescanning = False
+        self._routines: list[str] = []
+        self._silent = 0
+
+    @override
+    def scan(self, now_ns: int) -> None:
+        self.truths.clear()
+        self.running.clear()
+        self.heads.clear()
+        self._routines.clear()
+        self._silent = 0
+        super().scan(now_ns)
+
+    @override
+    def prescan(self, name: str | None = None) -> None:
+        outer, self.prescanning = self.prescanning, True
+        try:
+            super().prescan(name)
+        finally:
+            self.prescanning = outer
+
+    def _lines(self, routine: LoweredRoutine, inputs: Sequence[Value]) -> None:
+        self._routines.append(routine.name.upper())
+        silent, self._silent = self._silent, 0
+        heads, self.heads = self.heads, []
+        try:
+            super()._lines(routine, inputs)
+        finally:
+            self._silent, self.heads = silent, heads
+            self._routines.pop()
+
+    def _line(self, line: Line, inputs: Sequence[Value], *, statement: bool = False) -> bool:
+        running = _Running(self._routines[-1], line)
+        self.running.append(running)
+        try:
+            return super()._line(line, inputs, statement=statement)
+        finally:
+            key = running.routine, line.number
+            self.truths[key] = self._ran(running, key) if statement else tuple(running.truth)
+            self.running.pop()
+
+    def _ran(self, running: _Running, key: tuple[str, int]) -> tuple[bool, ...]:
+        """Return the truth of a line of structured text: of any of its statements, in any pass of a loop."""
+        left = not running.truth  # by EXIT or RETURN, or because of a fault
+        return (left or running.truth[-1] or self.truths.get(key, (False,))[-1],)
+
+    def _inside(self, head: Line, body: Body, inputs: Sequence[Value]) -> None:
+        """Note the condition under which a body runs, with its values before."""
+        (step,) = head.nodes
+        assert isinstance(step, Step)
+        text = f"{head.text} in line {head.number}"
+        self.heads.append(Blocker(text, self._values(step)))
+        try:
+            super()._inside(head, body, inputs)
+        finally:
+            self.heads.pop()
+
+    def _step(self, step: Step, power: bool) -> bool:
+        if self._silent:
+            return super()._step(step, power)
+        self.power = power
+        running = self.running[-1]
+        self.read = self._values(step) if self.lowered.sites[step.site].unit == "line" else ()
+        behind = super()._step(step, power)
+        running.truth.append(behind)
+        if power and not behind and step.kind is Kind.INPUT:
+            running.blocked.append(step)
+        return behind
+
+    def _branch(self, branch: Parallel, power: bool) -> bool:
+        """Where one leg conducts, the others do not block."""
+        if self._silent:
+            return super()._branch(branch, power)
+        blocked = self.running[-1].blocked
+        before = len(blocked)
+        behind = super()._branch(branch, power)
+        if behind:
+            del blocked[before:]
+        return behind
+
+    def copy_parameters(self, copies: tuple[tuple[Node, ...], ...], *, prescan: bool = False) -> None:
+        """The rungs that copy arguments in and results out are not instructions of the rung."""
+        self._silent += 1
+        try:
+            super().copy_parameters(copies, prescan=prescan)
+        finally:
+            self._silent -= 1
+
+    def blockers(self) -> tuple[Blocker, ...]:
+        """Return the conditions of the present rung at which power has ended so far."""
+        return tuple(map(self._blocker, self.running[-1].blocked)) if self.running else ()
+
+    def _blocker(self, step: Step) -> Blocker:
+        return Blocker(self.lowered.sites[step.site].instruction, self._values(step))
+
+    def _values(self, step: Step) -> tuple[tuple[str, Value], ...]:
+        """Return the tags that a step reads, with their values; of an assignment those of its value."""
+        read = step.operands[1:] if step.name in (":=", "[:=]") else step.operands
+        places = [place for each in read for place in _places(each)]
+        told = [each for place in places for each in (place, *self._beside(place))]
+        site = self.site
+        self.site = step.site
+        try:
+            return tuple({each.text: self.get(each) for each in told}.items())
+        except LadderFault:
+            return ()  # a subscript is out of range: the step itself stops the scan
+        finally:
+            self.site = site
+
+    def _beside(self, place: Place) -> tuple[Place, ...]:
+        """Return ACC and PRE, if a place is DN of a timer or counter."""
+        path, dot, name = place.leaf.path.upper().rpartition(".")
+        leaves = self.lowered.layout.leaves
+        parts = [leaves.get(f"{path}.{part}") for part in ("ACC", "PRE")]
+        if not dot or name != "DN" or None in parts:
+            return ()
+        text = place.text[: -len(name)]
+        return tuple(
+            replace(place, leaf=leaf, text=f"{text}{part}")
+            for leaf, part in zip(parts, ("ACC", "PRE"), strict=True)
+            if leaf is not None
+        )
+
+    @property
+    def instance(self) -> str:
+        """The instance whose routine runs, "" outside of add-on instructions."""
+        own = self.frame.get(OWN)
+        return own.text if isinstance(own, Named) else ""
+
+    @property
+    def present(self) -> Site | None:
+        """The instruction that executes, None outside of rungs."""
+        return self.lowered.sites[self.site] if self.running or self.prescanning else None
+
+
+def _places(operand: object) -> Iterator[Place]:
+    """Yield the places in an operand, those in its subscripts apart."""
+    if isinstance(operand, Place):
+        yield operand
+    elif isinstance(operand, Calculation):
+        for each in operand.operands:
+            yield from _places(each)
