@@ -14,8 +14,8 @@ import { watchedTags } from "./watchtable.js";
 import { bitName } from "./words.js";
 
 const SPANS = [0.2, 0.5, 1, 2, 5, 10, 20, 60]; // s
-const ROOM = 10; // lanes for which there is room from the start, so that nothing moves when the first bits change
-const MOST_LANES = 16;
+const ROOM = 10, ROOM_PER_AXIS = 4; // lanes for which there is room from the start: nothing moves when bits change first
+const MOST_LANES = 24;
 const ROWS = 240; // edges that are listed
 const LIST_MS = 250, FILL_MS = 200;
 
@@ -36,7 +36,7 @@ onHello(hello => {
   past = null;
   asked = "";
   axes = hello.slots.filter(slot => slot.values.some(value => value.name === "position")).map(slot => `${slot.number}.position`);
-  room = Math.min(ROOM, hello.slots.reduce((sum, slot) => sum + slot.bits.length, 0));
+  room = Math.min(ROOM + ROOM_PER_AXIS * axes.length, MOST_LANES, hello.slots.reduce((sum, slot) => sum + slot.bits.length, 0));
   key = `scanrack signals ${hello.path}`;
   chosen = kept(key, {});
   signal.replaceChildren();
@@ -109,8 +109,12 @@ function fillSoon() {
 
 const lanes = () => past ?? live;
 
-// The lanes that are drawn: those that were chosen, and those that have changed as long as nothing else is said.
-const drawn = () => live.names.filter(name => chosen[name] ?? live.changed.has(name)).slice(0, MOST_LANES);
+// The lanes that are drawn: those that were chosen, and those that have changed as far as there is room.
+function drawn() {
+  const wanted = live.names.filter(name => chosen[name]), free = Math.max(room - wanted.length, 0);
+  const others = live.names.filter(name => !(name in chosen) && live.changed.has(name)).slice(0, free);
+  return live.names.filter(name => wanted.includes(name) || others.includes(name)).slice(0, MOST_LANES);
+}
 
 // The choice of signals, kept per rack in this browser: bits, and the tags that are watched or drawn.
 function choices() {

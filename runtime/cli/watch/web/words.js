@@ -1,11 +1,12 @@
 // Words and bits of each slot by name, with the manual's section, and the rule that fired.
 
-import { at, el, heading, setText } from "./dom.js";
+import { at, el, heading, setFlag, setText } from "./dom.js";
 import { inRadix } from "./format.js";
 import { select } from "./selection.js";
 import { onHello, onPaint, run } from "./state.js";
 import { give, place, valueOf } from "./values.js";
 
+let rules = null; // where the rules stand: at the foot, so that they move nothing
 let slots = new Map(); // number -> { bits, words, values }
 
 // What a bit is called for scripts: by meaning, or else by address.
@@ -15,15 +16,15 @@ const nameOfWord = (slot, output, word) => `Local:${slot.number}:${output ? "O" 
 
 function build(hello) {
   slots = new Map(hello.slots.map(slot => [String(slot.number), slot]));
-  at("words").replaceChildren(heading("Words and bits"), ...hello.slots.map(slotOf));
+  rules = el("div", { class: "rules", role: "status", "aria-label": "Rules that have set error bits", hidden: true });
+  at("words").replaceChildren(heading("Words and bits"), ...hello.slots.map(slotOf), rules);
 }
 
 function slotOf(slot) {
-  const rule = el("p", { class: "rule", "data-rule": slot.number, hidden: true });
   const bits = output => slot.bits.filter(bit => Boolean(bit.output) === output);
   return el("details", { class: "slot", open: true, "data-slot": slot.number },
     el("summary", {}, `Slot ${slot.number} `, el("span", { class: "soft" }, slot.catalog)),
-    rule, group("Inputs", slot, bits(false)), group("Outputs", slot, bits(true)), valuesOf(slot), wordsOf(slot));
+    group("Inputs", slot, bits(false)), group("Outputs", slot, bits(true)), valuesOf(slot), wordsOf(slot));
 }
 
 function group(title, slot, bits) {
@@ -90,12 +91,10 @@ function paintSlot(slot, words) {
 
 // Shows the rules that have set the bits that are on.
 function paintRules() {
-  for (const node of document.querySelectorAll("[data-rule]")) {
-    const fired = (run.rules ?? []).filter(rule => String(rule.slot) === node.dataset.rule && valueOf(`${rule.slot}.${rule.bit}`));
-    const said = new Set(fired.map(rule => `⚠ ${rule.bit}: ${rule.text} [${[rule.rule, rule.section].filter(Boolean).join(", ")}]`));
-    node.hidden = !said.size;
-    setText(node, [...said].join("\n"));
-  }
+  const fired = (run.rules ?? []).filter(rule => valueOf(`${rule.slot}.${rule.bit}`)), many = run.hello.slots.length > 1;
+  const said = new Set(fired.map(rule => `⚠ ${many ? `${rule.slot}: ` : ""}${rule.bit}: ${rule.text} [${[rule.rule, rule.section].filter(Boolean).join(", ")}]`));
+  setFlag(rules, "hidden", !said.size);
+  setText(rules, [...said].join("\n"));
 }
 
 onHello(build);
