@@ -298,7 +298,7 @@ class Guesses:
                 if use in _NAMES or (use is Use.KEYWORD and not operand.steps and _is_word(operand)):
                     continue
                 if place < len(handed):
-                    self._argument(program, operand, *handed[place])
+                    self.argument(program, operand, *handed[place])
                     continue
                 here = self._address(program, operand, *self._wanted(use, instruction, partner))
                 if here is not None and use in _REGIONS:
@@ -345,7 +345,7 @@ class Guesses:
             return None, DINT
         return None, REAL if partner is REAL else DINT
 
-    def _argument(self, program: str, operand: Address, kind: DataType, dims: tuple[int, ...]) -> None:
+    def argument(self, program: str, operand: Address, kind: DataType, dims: tuple[int, ...]) -> None:
         """Note what an add-on instruction gets."""
         here = self._address(program, operand, kind, None)
         if here is not None and dims and not here.lengths and not _ends_in_element(operand):

@@ -173,6 +173,11 @@ class AddOns:
         )
 
 
+def arguments_of(record: AddOnRecord) -> Iterator[TagRecord]:
+    """Yield the parameters that a call names behind its instance, in order."""
+    yield from (each for each in _own(record) if each.required or _way_of(each) is Way.INOUT)
+
+
 def _own(record: AddOnRecord) -> Iterator[TagRecord]:
     """Yield the parameters of a definition, without those that all have."""
     enables = [each.upper() for each in ENABLES]
@@ -184,7 +189,7 @@ def _way_of(parameter: TagRecord) -> Way:
 
 
 def _spec_of(record: AddOnRecord) -> Spec:
-    required = [each for each in _own(record) if each.required or _way_of(each) is Way.INOUT]
+    required = list(arguments_of(record))
     return replace(ADD_ON_CALL, name=record.name, operands=(Use.INSTANCE, *[Use.ARGUMENT] * len(required)))
 
 

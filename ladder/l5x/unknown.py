@@ -3,6 +3,9 @@
 Their members are those that the rungs name, of the types that their uses ask for, see `inferred`. An axis has
 hundreds of members, others in each kind and revision: those that the rungs name beyond `AXIS_TYPES` are
 added to its type in the same way.
+
+A call hands over what an InOut is: after `Guard(G1,Door:I,Door:I.Ch0)` Door:I is of the type of the first
+InOut, and has a member Ch0 of the type of the second.
 """
 
 from __future__ import annotations
@@ -16,8 +19,10 @@ from ..expressions import parse_address
 from ..inferred import Guesses
 from ..motion_types import AXIS_TYPES
 from ..spec import Spec
-from ..tree import Address, MemberStep, Routine, Step, SubscriptStep
+from ..statements import Invocation, statements_in
+from ..tree import Address, Instruction, MemberStep, Routine, Step, SubscriptStep, instructions_of
 from ..types import DINT, DataType, Member, Structure
+from .addons import arguments_of
 from .datatypes import Types, UnknownTypeError
 from .records import Document, RoutineRecord, TagRecord
 from .scopes import type_of
@@ -27,6 +32,12 @@ _ATTRIBUTE = re.compile(r"[GS]SV\(\s*Axis\s*,\s*(\w+)\s*,\s*(\w+)\s*,", re.ASCII
 
 Owned = Iterable[tuple[str, Routine]]
 """Routines, each with its program or add-on."""
+
+Handed = tuple[str, Address, TagRecord]
+"""What a call hands over: the program or add-on in which it stands, the argument, the InOut."""
+
+_DEEPEST = 64
+"""Types that wait for one another."""
 
 
 class UnknownTypes:
@@ -49,6 +60,8 @@ class UnknownTypes:
         self._add_ons = {
             each.name.upper(): _by_name((*each.parameters, *each.locals)) for each in document.add_ons
         }
+        self._arguments = {each.name.upper(): tuple(arguments_of(each)) for each in document.add_ons}
+        self._passed: dict[str, str] = {}
         self.names = dict(self._missing(document))
         self._with_axes = frozenset(self._naming_axis_members(document))
 
@@ -107,19 +120,28 @@ class UnknownTypes:
 
     def define(self, routines: Owned, specs: Mapping[str, Spec]) -> Mapping[str, DataType]:
         """Define them as the routines use them; return them by name, axes with the added members only."""
+        owned = list(routines)
+        handed = [each for owner, routine in owned for each in self._handed(owner, routine)]
+        self._passed = {
+            address.name.upper(): inout.type
+            for owner, address, inout in handed
+            if not address.steps and not inout.dims and self._record(owner, address.name) is None
+        }
         guesses = Guesses(self._use_of, self._known, lambda _name: (), specs)
         guesses.read_all(
             (owner, routine)
-            for owner, routine in routines
+            for owner, routine in owned
             if self.names or (owner.upper(), routine.name.upper()) in self._with_axes
         )
-        found: dict[str, DataType] = {}
-        for key, name in self.names.items():
-            guess = guesses.found.get(key)
-            found[name] = (
-                guess.type(name) if guess else Structure(name, (Member("unknown", DINT, hidden=True),))
-            )
-            self._types.define(name, found[name])
+        parts: dict[str, list[Handed]] = {}
+        for each in handed:
+            use = self._use_of(each[0], each[1])
+            if use is not None and use[1]:
+                parts.setdefault(use[0].upper(), []).append(each)
+        settled: dict[str, DataType] = {}
+        for key in self.names:
+            self._settle(key, guesses, parts, settled)
+        found = {name: settled[key] for key, name in self.names.items()}
         for name, axis in AXIS_TYPES.items():
             guess = guesses.found.get(name)
             added = guess.type(name) if guess else None
@@ -127,6 +149,38 @@ class UnknownTypes:
                 found[name] = added
                 self._types.define(name, replace(axis, members=axis.members + added.members))
         return found
+
+    def _settle(
+        self,
+        key: str,
+        guesses: Guesses,
+        parts: dict[str, list[Handed]],
+        settled: dict[str, DataType],
+        depth: int = 0,
+    ) -> None:
+        """Define a type, and before it those that its members are handed over as."""
+        for owner, address, inout in parts.pop(key, ()):
+            inner = inout.type.upper()
+            if inner in self.names and inner not in settled and inner != key and depth < _DEEPEST:
+                self._settle(inner, guesses, parts, settled, depth + 1)
+            if inner in settled or inner not in self.names:
+                guesses.argument(owner, address, self._types.find(inout.type), inout.dims)
+        if key in settled:
+            return
+        guess = guesses.found.get(key)
+        name = self.names[key]
+        unknown = Structure(name, (Member("unknown", DINT, hidden=True),))
+        settled[key] = guess.type(name) if guess else unknown
+        self._types.define(name, settled[key])
+
+    def _handed(self, owner: str, routine: Routine) -> Iterator[Handed]:
+        """Yield what the calls of add-ons in a routine hand over."""
+        for instruction in _instructions(routine):
+            for inout, operand in zip(
+                self._arguments.get(instruction.name.upper(), ()), instruction.operands[1:], strict=False
+            ):
+                if inout.usage == "InOut" and isinstance(operand, Address):
+                    yield owner, operand, inout
 
     def _record(self, owner: str, name: str) -> TagRecord | None:
         own = self._add_ons.get(owner.upper())
@@ -141,7 +195,7 @@ class UnknownTypes:
         """Return the unknown type that an address leads into, and the steps in it; None if there is none."""
         address = self._without_aliases(owner, address)
         record = self._record(owner, address.name)
-        kind = record.type if record is not None else ""
+        kind = record.type if record is not None else self._passed.get(address.name.upper(), "")
         steps = list(address.steps)
         while kind:
             if steps and isinstance(steps[0], SubscriptStep):
@@ -192,6 +246,14 @@ def _is_beyond_axes(kind: str, steps: Sequence[Step]) -> bool:
     if kind.upper() not in AXIS_TYPES or not steps:
         return False
     return isinstance(steps[0], MemberStep) and not _is_of_axes(steps[0].name)
+
+
+def _instructions(routine: Routine) -> Iterator[Instruction]:
+    for rung in routine.rungs:
+        yield from instructions_of(rung.series)
+    for statement in statements_in(routine.statements or ()):
+        if isinstance(statement, Invocation):
+            yield statement.instruction
 
 
 def _texts(routine: RoutineRecord) -> Iterator[str]:

@@ -1,6 +1,6 @@
 """Partial exports: what their context leaves out is declared from its use."""
 
-from l5x_files import after, document, ladder, program, structured, tag
+from l5x_files import add_on, after, document, ladder, parameter, program, structured, tag
 
 
 def test_a_controller_that_is_context_is_a_partial_export(imported):
@@ -26,6 +26,35 @@ def test_a_later_use_says_what_an_earlier_one_is(imported):
     found = imported(document(target="Routine", programs=[program("Main", ladder("Main", *rungs), main="")]))
     assert ([str(each) for each in found.report.refused], found.report.ran) == ([], 3)
     assert (found.report.declared["Spare"], found.report.declared["Same"]) == ("STRING", "BOOL")
+
+
+def test_what_is_handed_over_is_what_the_inout_is(imported):
+    """Types of modules are not in the file; an add-on's parameters name them."""
+    parameters = (
+        parameter("Module", "AB:Guard:I:0", "InOut"),
+        parameter("Channel", "CHANNEL:I:0", "InOut"),
+        parameter("Count", "DINT", "Input"),
+        parameter("Good", "BOOL", "Output", required=False),
+    )
+    logic = ladder("Logic", "XIC(Module.RunMode)EQU(Channel.Devices,Count)XIC(Channel.Status)OTE(Good);")
+    rungs = (
+        "Guard(Guarding,Door:I,Door:I.Ch[1],3);",
+        "XIC(Guarding.Good)XIC(Door:I.Ch[0].Status)XIO(Door:I.Faulted)OTE(Lamp);",
+    )
+    text = document(
+        target="Routine",
+        add_ons=[add_on("Guard", parameters, [], logic)],
+        tags=[tag("Guarding", "Guard")],
+        programs=[program("Main", ladder("Main", *rungs), main="")],
+    )
+    found = imported(text)
+    assert ([str(each) for each in found.report.refused], found.report.ran) == ([], 3)
+    assert found.report.declared == {
+        "type AB:Guard:I:0": "Ch, Faulted, RunMode",
+        "type CHANNEL:I:0": "Devices, Status",
+        "Door:I": "AB:Guard:I:0",
+        "Lamp": "BOOL",
+    }
 
 
 def test_what_is_only_referred_to_is_declared_from_its_use(imported):
