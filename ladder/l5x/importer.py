@@ -20,7 +20,7 @@ from .datatypes import NAME, Types
 from .document import read_document
 from .limits import check_limits
 from .mnemonics import MNEMONICS
-from .modules import module_tags
+from .modules import module_objects, module_tags
 from .records import Document, ProgramRecord
 from .report import Report
 from .routines import UNKNOWN, RoutineReader, instruction_names
@@ -207,6 +207,7 @@ class Importer:
     def _declare(self) -> None:
         document, parts = self._document, self._parts
         parts.declarations += scope_of(document.tags, self._types, self.report)
+        parts.declarations += list(module_objects(document, self._types, parts.declarations))
         for program in document.programs:
             part = parts.programs.get(program.name.upper())
             if part is not None:

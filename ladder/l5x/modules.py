@@ -18,7 +18,7 @@ from ..expressions import parse_address
 from ..resolver import slot_of_image
 from ..tags import Alias, Declaration, Tag
 from ..types import DataType, Structure
-from .datatypes import Types
+from .datatypes import NAME, Types
 from .records import Document, ModuleRecord, ModuleTagRecord, number_of
 from .report import Report
 from .values import ValueTextError, initial_of
@@ -89,6 +89,31 @@ def module_tags(
         if alias is not None:
             found.setdefault(alias.name.upper(), alias)
     return list(found.values())
+
+
+MODULE = "MODULE"
+"""Type of an InOut to which a call passes a module by its name, for GSV to ask for its state."""
+
+
+def module_objects(
+    document: Document, types: Types, declared: Collection[Declaration]
+) -> Iterator[Declaration]:
+    """Yield a tag for each module that add-on instructions can take by name.
+
+    Args:
+        document: the document.
+        types: its types; they have `MODULE` if something takes a module.
+        declared: the tags of the controller, which keep their names.
+    """
+    try:
+        kind = types.find(MODULE)
+    except LadderError:
+        return
+    taken = {each.name.upper() for each in declared}
+    for module in document.modules:
+        if NAME.fullmatch(module.name) and module.name.upper() not in taken:
+            taken.add(module.name.upper())
+            yield Tag(module.name, kind, (), None, f"{module.catalog} {module.name}".strip())
 
 
 def _tag(module: ModuleRecord, tag: ModuleTagRecord, types: Types, report: Report) -> Tag | None:

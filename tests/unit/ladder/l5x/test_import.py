@@ -341,3 +341,19 @@ def test_characters_one_by_one_dates_and_bytes(imported):
         "B",
         "it starts with zeros: its values are bytes only, which are not read",
     )
+
+
+def test_a_module_is_passed_by_its_name(imported):
+    asks = "GSV(Module,Unit,EntryStatus,State)AND(State,16#F000,State);"
+    parts = [parameter("Unit", "MODULE", "InOut"), parameter("State", "INT", "Output")]
+    drive = module("Drive1", 3)
+    found = imported(
+        machine(
+            "Ask(a,Drive1,x);",
+            tags=[tag("a", "Ask"), tag("x", "INT")],
+            modules=[drive],
+            add_ons=[add_on("Ask", parts, [], ladder("Logic", asks))],
+        )
+    )
+    assert (found.report.refused, found.report.ran) == ([], 2)
+    assert after(found).x == 0x4000  # the module runs
