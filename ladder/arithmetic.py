@@ -140,6 +140,60 @@ def integer_root(value: int) -> int:
     return math.isqrt(abs(value))
 
 
+MOST_DECIMAL = 10**8
+"""Numbers below it fit into the eight digits of a DINT in binary coded decimal."""
+
+
+def to_digits(value: int) -> int:
+    """Return a number from 0 as binary coded decimal.
+
+    >>> hex(to_digits(1254))
+    '0x1254'
+    """
+    return int(str(value), 16)
+
+
+def from_digits(pattern: int) -> int:
+    """Return the number of a pattern of binary coded decimal; a digit above 9 counts as it is.
+
+    >>> from_digits(0x1254), from_digits(0x1A)
+    (1254, 20)
+    """
+    value, weight = 0, 1
+    while pattern:
+        value += (pattern & 0xF) * weight
+        pattern, weight = pattern >> 4, weight * 10
+    return value
+
+
+def decimal(value: int) -> int:
+    """TOD in an expression: the last eight digits; 0 of a negative number.
+
+    >>> hex(decimal(1254)), hex(decimal(123_456_789)), decimal(-1)
+    ('0x1254', '0x23456789', 0)
+    """
+    return to_digits(value % MOST_DECIMAL) if value > 0 else 0
+
+
+def real_decimal(value: float) -> float:
+    """The same for a REAL, without its fraction; 0 of infinity and NaN."""
+    return float(decimal(int(value))) if math.isfinite(value) else 0.0
+
+
+def from_decimal(value: int) -> int:
+    """FRD in an expression, of 32 bits.
+
+    >>> from_decimal(0x1254), from_decimal(-1)
+    (1254, 166666665)
+    """
+    return from_digits(value & 0xFFFF_FFFF)
+
+
+def real_from_decimal(value: float) -> float:
+    """The same for a REAL, without its fraction; 0 of infinity and NaN."""
+    return float(from_decimal(int(value))) if math.isfinite(value) else 0.0
+
+
 def sine(value: float) -> float:
     """Sine of radians; infinity and NaN have none.
 

@@ -19,6 +19,7 @@ class Function:
         other: its second name, "" without one.
         safe: `real` is finite for whatever is finite.
         positive: its value is never negative.
+        most: its highest value for an integer; 0 if that is the highest of the integer.
     """
 
     name: str
@@ -27,6 +28,7 @@ class Function:
     other: str = ""
     safe: bool = False
     positive: bool = False
+    most: int = 0
 
 
 FUNCTIONS = {
@@ -35,6 +37,18 @@ FUNCTIONS = {
         Function("ABS", abs, abs, safe=True, positive=True),
         Function("SQR", math.square_root, math.integer_root, "SQRT", safe=True, positive=True),
         Function("TRN", math.real_truncated, int, "TRUNC", safe=True),
+        Function(
+            "TOD", math.real_decimal, math.decimal, "TO_BCD", safe=True, positive=True, most=0x9999_9999
+        ),
+        Function(
+            "FRD",
+            math.real_from_decimal,
+            math.from_decimal,
+            "BCD_TO",
+            safe=True,
+            positive=True,
+            most=166_666_665,
+        ),
         Function("SIN", math.sine),
         Function("COS", math.cosine),
         Function("TAN", math.tangent),

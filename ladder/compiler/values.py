@@ -339,7 +339,7 @@ class Values:
             return Term(f"(-{texts[0]})", -a.high, -a.low)
         row = FUNCTIONS[name]
         assert row.whole is not None
-        return Term(f"{row.whole.__name__}({texts[0]})", 0 if row.positive else a.low, size)
+        return Term(f"{row.whole.__name__}({texts[0]})", 0 if row.positive else a.low, row.most or size)
 
     def real_operation(self, name: str, terms: list[Term], width: int) -> Term:
         """Return an operation in SINGLE or DOUBLE."""
@@ -359,8 +359,8 @@ class Values:
             text = f"{function.real.__name__}({value})"
             if not function.safe:
                 text = f"{kind}_result({self.site}, {text}, {value})"
-            elif width == SINGLE and name == "SQR":
-                text = f"real({text})"  # ABS and TRN of a REAL are exact
+            elif width == SINGLE and name not in ("ABS", "TRN"):  # which are exact of a REAL
+                text = f"real({text})"
         return Term(text, real=True, double=width == DOUBLE)
 
     def compute(self, name: str, operands: tuple[Resolved, ...], target: Place) -> None:

@@ -108,6 +108,20 @@ def test_lint_keeps_64_bits():
     assert after("ADD(D,1,L);", D=2_147_483_647).tags.L == 2_147_483_648
 
 
+@pytest.mark.parametrize(
+    ("rung", "wanted"),
+    [
+        ("CPT(D,TOD(E));", 0x1254),
+        ("CPT(D,FRD(L)+1);", 7655),  # L is 16#7654
+        ("CPT(D,FRD(TOD(E))-TO_BCD(15));", 1254 - 0x15),
+        ("CPT(R,FRD(L)/4);", 1913.5),
+    ],
+)
+def test_decimal_digits_in_expressions_rm003_operators(rung, wanted):
+    tags = after(rung, E=1254, L=0x7654).tags
+    assert (tags.R if "(R," in rung else tags.D) == wanted
+
+
 def test_square_root_takes_the_size_rm003_p284():
     engine = after("SQR(D,E);", "SQR(R,Q);", D=-27, R=-6.25)
     assert (engine.tags.E, engine.tags.Q) == (5, 2.5)
