@@ -28,6 +28,7 @@ from ...config.rackspec import IncidentSpec, RackSpec, SlotSpec
 from ...loop.incidents import FaultKind, Incident
 from ...machine import MachineSpec, Slip, TimelineEntry
 from ...machine.spec import InputName
+from ...modules.cards.options import Press as CardPress
 from ...modules.registry import MODULES
 
 Time = Annotated[StrictInt, Field(ge=0)]
@@ -295,8 +296,9 @@ def signal_entries(
     made: list[dict[str, str | int | float]] = []
     for each in signals:
         end_ms = (each.at_ns + each.for_ns) / 1e6
-        before = [row for row in rows if row["input"] == each.input and row["at_ms"] <= end_ms]
-        back = max(before, key=lambda row: row["at_ms"])["value"] if before else 0
+        own = [(CardPress(**row).begin_ns, row["value"]) for row in rows if row["input"] == each.input]
+        before = [(at_ns, value) for at_ns, value in own if at_ns <= each.at_ns + each.for_ns]
+        back = max(before, key=lambda row: row[0])[1] if before else 0
         made.append({"at_ms": each.at_ns / 1e6, "input": each.input, "value": each.value})
         made.append({"at_ms": end_ms, "input": each.input, "value": back})
     return made

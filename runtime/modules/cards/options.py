@@ -38,6 +38,7 @@ def _exact(value: object) -> object:
 
 Terminal = Annotated[int, Field(ge=0)]
 Milliseconds = Annotated[Decimal, BeforeValidator(_exact), Field(ge=0, le=10**9, decimal_places=6)]
+Seconds = Annotated[Decimal, BeforeValidator(_exact), Field(ge=0, le=10**6, decimal_places=9)]
 
 
 class _Row(BaseModel):
@@ -48,27 +49,43 @@ class Press(_Row):
     """An input is operated, or an analog input gets a value.
 
     Attributes:
-        at_ms: when, ms since power-up.
+        at_ms: when, ms since power-up; or `at_s`.
         input: which, by its name.
-        for_ms: how long, ms; left out = it stays operated.
+        for_ms: how long, ms; or `for_s`. Left out = it stays operated.
         value: of an analog input: what is at the channel from then on: V or mA where `ranges` names it,
             else the raw number that it shows.
     """
 
-    at_ms: Milliseconds
+    at_ms: Milliseconds | None = None
+    at_s: Seconds | None = None
     input: str
     for_ms: Annotated[Milliseconds, Field(gt=0)] | None = None
+    for_s: Annotated[Seconds, Field(gt=0)] | None = None
     value: Annotated[Decimal, BeforeValidator(_exact), Field(ge=WORD_MIN, le=WORD_MAX)] | None = None
 
     @property
     def begin_ns(self) -> int:
         """When it begins, ns since power-up."""
-        return int(self.at_ms * 1_000_000)
+        return _ns(self.at_ms, self.at_s) or 0
 
     @property
     def end_ns(self) -> int | None:
         """When it ends, ns since power-up; None = never."""
-        return None if self.for_ms is None else self.begin_ns + int(self.for_ms * 1_000_000)
+        length_ns = _ns(self.for_ms, self.for_s)
+        return None if length_ns is None else self.begin_ns + length_ns
+
+    @model_validator(mode="after")
+    def _has_one_unit(self) -> Self:
+        if (self.at_ms is None) is (self.at_s is None):
+            raise ValueError("one of at_ms and at_s is needed")
+        if self.for_ms is not None and self.for_s is not None:
+            raise ValueError("for_ms and for_s are given: one of them is enough")
+        return self
+
+
+def _ns(ms: Decimal | None, s: Decimal | None) -> int | None:
+    """Return the time that is given in one of the two units, ns; None if neither is."""
+    return int(ms * 10**6) if ms is not None else int(s * 10**9) if s is not None else None
 
 
 class Cam(_Row):
@@ -156,7 +173,7 @@ class CardOptions(Options):
             if kind.analog is not (press.value is not None):
                 says = "needs a value" if kind.analog else "is a contact and has no value"
                 raise ValueError(f"timeline: {press.input!r} {says}")
-            if kind.analog and press.for_ms is not None:
+            if kind.analog and press.end_ns is not None:
                 raise ValueError(f"timeline: {press.input!r} has a value until the next one: no for_ms")
             if press.value is not None:
                 self.check_value(press.input, press.value)

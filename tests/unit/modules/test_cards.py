@@ -182,6 +182,12 @@ def test_it_can_be_driven() -> None:
     assert replies[2]["error"] == "inputs.home: unknown key; allowed are start, far"
 
 
+def test_seconds_are_milliseconds_by_the_thousand() -> None:
+    row: Any = {"at_s": 0.0005, "input": "start", "for_s": 0.00125}
+    (press,) = CardOptions.of({"inputs": {"start": 4}, "timeline": [row]}).timeline
+    assert (press.begin_ns, press.end_ns) == (500_000, 1_750_000)
+
+
 def test_advancing_once_or_in_pieces_gives_the_same() -> None:
     table: Any = {"inputs": {"start": 4}, "timeline": [{"at_ms": 0.5, "input": "start", "for_ms": 1.25}]}
     options = CardOptions.of(table)
@@ -211,6 +217,10 @@ def test_outputs_are_off_in_program_mode() -> None:
         ({"inputs": {"a": 1, "b": 1}}, "terminal 1 of 'a' is used twice"),
         ({"inputs": {"a": 1}, "normally_closed": ["b"]}, "there is no input 'b': inputs are a"),
         ({"timeline": [{"at_ms": 1, "input": "a"}]}, "there is no input 'a': inputs are none"),
+        ({"timeline": [{"input": "a"}]}, r"timeline\.0: one of at_ms and at_s is needed"),
+        ({"timeline": [{"at_ms": 1, "at_s": 1, "input": "a"}]}, "one of at_ms and at_s is needed"),
+        ({"timeline": [{"at_s": 1, "input": "a", "for_s": 1, "for_ms": 1}]}, "for_ms and for_s are given"),
+        ({"timeline": [{"at_s": 1, "input": "a", "for_m": 1}]}, r"timeline\.0\.for_m: "),
         ({"lamps": {}}, "the card has no such option"),
     ],
 )
