@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from math import isnan
 from pathlib import Path
 from struct import pack
@@ -11,12 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 from foxglove_peer import decoded_scans
+from made_tags import MadeTags
 from mcap.reader import make_reader
 from scanrack.traces.export import write_mcap
 from scanrack.traces.layout import SlotInfo
 from scanrack.traces.reader import open_trace
 from scanrack.traces.recorder import ScanRecorder
-from scanrack.traces.tagplan import Tag, TagPlan, plan_of
+from scanrack.traces.tagplan import Tag
 
 SCANS = 200
 SLOTS = [SlotInfo(1, "amci3601", "4.1"), SlotInfo(2, "a toy"), SlotInfo(4, "amci3601", "4.1")]
@@ -24,18 +24,9 @@ TAGS = [Tag("Level", "REAL"), Tag("Step", "ENUM", 0, ("IDLE", "FILL")), Tag("Lam
 CONFIGURED = range(50, 60)
 
 
-class Made:
-    """Tags of seven bytes: what follows them needs a gap of one byte."""
-
-    def __init__(self, memory: bytearray) -> None:
-        self.plan: TagPlan = plan_of(TAGS)
-        self.pending: list[tuple[str, Mapping[str, str | int]]] = []
-        self._memory, self._scan = memory, -1
-
-    def take(self) -> bytes:
-        """Return memory block and row of the next scan."""
-        self._scan = n = self._scan + 1
-        return bytes(self._memory) + pack("<fH?", n / 2, n % 2, n % 3 == 0)
+def row(n: int) -> bytes:
+    """Return tags of seven bytes: what follows them needs a gap of one byte."""
+    return pack("<fH?", n / 2, n % 2, n % 3 == 0)
 
 
 def position(n: int, slot: int) -> float | None:
@@ -48,7 +39,7 @@ def copy(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     """Return a copy of a trace of two 3601s and a toy between them."""
     path, memory = tmp_path_factory.mktemp("decoded") / "run.mcap", bytearray(96)
     words = np.frombuffer(memory, np.int16)
-    tags = Made(memory) if request.param == "tags" else None
+    tags = MadeTags(memory, TAGS, row) if request.param == "tags" else None
     recorder = ScanRecorder(path, memory, SLOTS, scan_period_ns=2_000_000, tags=tags, chunk_scans=70)
     for n in range(SCANS):
         words[8], words[10:12] = 0x4002, (0, -n)  # MODULE_OK, MOVING_CCW

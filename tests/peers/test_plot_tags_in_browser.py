@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from struct import pack
 
 import pytest
 from chromium import BROWSER, Chromium
 from contrast import contrast
+from made_tags import MadeTags
 from scanrack.traces.layout import SlotInfo
 from scanrack.traces.plot import save_page
 from scanrack.traces.reader import open_trace
 from scanrack.traces.recorder import ScanRecorder
-from scanrack.traces.tagplan import Tag, TagPlan, plan_of
+from scanrack.traces.tagplan import Tag
 
 SCANS = 3000
 TAGS = [
@@ -24,26 +25,17 @@ TAGS = [
 ]
 
 
-class Made:
-    """Tags whose values follow from the number of the scan."""
-
-    def __init__(self, memory: bytearray) -> None:
-        self.plan: TagPlan = plan_of(TAGS)
-        self.pending: list[tuple[str, Mapping[str, str | int]]] = []
-        self._memory, self._scan = memory, -1
-
-    def take(self) -> bytes:
-        """Return memory block and row of the next scan."""
-        self._scan = scan = self._scan + 1
-        row = pack("<diH?", scan * 1e-6, scan * 700_000, scan // 1000, scan % 100 < 50)
-        return bytes(self._memory) + row
+def row(scan: int) -> bytes:
+    return pack("<diH?", scan * 1e-6, scan * 700_000, scan // 1000, scan % 100 < 50)
 
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder, memory = tmp_path_factory.mktemp("page"), bytearray(32)
     slots = [SlotInfo(1, "amci3601", "4.1")]
-    recorder = ScanRecorder(folder / "a.mcap", memory, slots, scan_period_ns=2_000_000, tags=Made(memory))
+    recorder = ScanRecorder(
+        folder / "a.mcap", memory, slots, scan_period_ns=2_000_000, tags=MadeTags(memory, TAGS, row)
+    )
     for scan in range(SCANS):
         recorder.scan(scan, scan * 2_000_000, 1)
     recorder.close()

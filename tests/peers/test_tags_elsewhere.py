@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from struct import pack
 from typing import Any
 
 import pytest
 from foxglove_peer import decoded_scans
+from made_tags import MadeTags
 from mcap.reader import make_reader
 from scanrack.traces.layout import SlotInfo
 from scanrack.traces.recorder import ScanRecorder
-from scanrack.traces.tagplan import Tag, TagPlan, plan_of
+from scanrack.traces.tagplan import Tag
 
 SCANS = 300
 SLOTS = [SlotInfo(1, "amci3601", "4.1"), SlotInfo(2, "a toy")]
@@ -30,19 +30,9 @@ TAGS = [
 ]
 
 
-class Made:
-    """Tags that follow from the number of the scan."""
-
-    def __init__(self) -> None:
-        self.plan: TagPlan = plan_of(TAGS)
-        self.pending: list[tuple[str, Mapping[str, str | int]]] = []
-        self._scan = -1
-
-    def take(self) -> bytes:
-        """Return memory block and row of the next scan."""
-        self._scan = n = self._scan + 1
-        wide = pack("<qQdf3i", 2**53 + n, 2**64 - 1 - n, n / 4, n / 2, n, -n, 7)
-        return bytes(64) + wide + pack("<HH?3?b", n % 2, 0, n % 3 == 0, True, False, True, -5)
+def row(n: int) -> bytes:
+    wide = pack("<qQdf3i", 2**53 + n, 2**64 - 1 - n, n / 4, n / 2, n, -n, 7)
+    return wide + pack("<HH?3?b", n % 2, 0, n % 3 == 0, True, False, True, -5)
 
 
 def wanted(n: int) -> dict[str, Any]:
@@ -65,7 +55,9 @@ def wanted(n: int) -> dict[str, Any]:
 def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a trace with tags of every type."""
     path = tmp_path_factory.mktemp("tags") / "run.mcap"
-    recorder = ScanRecorder(path, bytearray(64), SLOTS, scan_period_ns=2_000_000, tags=Made(), chunk_scans=70)
+    memory = bytearray(64)
+    tags = MadeTags(memory, TAGS, row)
+    recorder = ScanRecorder(path, memory, SLOTS, scan_period_ns=2_000_000, tags=tags, chunk_scans=70)
     for scan in range(SCANS):
         recorder.scan(scan, scan * 2_000_000, 0)
     recorder.close()

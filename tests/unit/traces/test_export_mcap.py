@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
+from made_tags import MadeTags
 from made_traces import A3601, cut_blocks, idle, record
 from scanrack.runtime.cli import build
 from scanrack.traces.arrays import Selection, read_columns
@@ -20,26 +21,18 @@ from scanrack.traces.recorder import Attachment, ScanRecorder
 from scanrack.traces.records import TraceError
 from scanrack.traces.repair import repair
 from scanrack.traces.schema import ScanSchema, layout_of, rest_bytes, scan_schema
-from scanrack.traces.tagplan import Tag, TagPlan, plan_of
+from scanrack.traces.tagplan import Tag, plan_of
 from typer.testing import CliRunner
 
 SCANS = 300
 
 
-class Texts:
-    """A text that changes in scans 0 and 100, and a BOOL."""
+TAGS = [Tag("Medium", "TEXT"), Tag("Lamp", "BOOL")]
 
-    def __init__(self, memory: bytearray) -> None:
-        self.plan: TagPlan = plan_of([Tag("Medium", "TEXT"), Tag("Lamp", "BOOL")])
-        self.pending: list[tuple[str, Mapping[str, str | int]]] = []
-        self._memory, self._scan = memory, -1
 
-    def take(self) -> bytes:
-        """Return memory block and row of the next scan."""
-        self._scan = n = self._scan + 1
-        if n in (0, 100):
-            self.pending.append(("/texts", {"tag": "Medium", "code": n // 100, "text": f"größe {n}"}))
-        return bytes(self._memory) + bytes([int(n >= 100), 0, n % 2])
+def texts(n: int) -> Mapping[str, Sequence[tuple[int, str]]]:
+    """Return the text that changes in scans 0 and 100."""
+    return {"Medium": [(n // 100, f"größe {n}")]} if n in (0, 100) else {}
 
 
 @pytest.fixture
@@ -52,7 +45,7 @@ def path(tmp_path: Path) -> Path:
         [A3601],
         scan_period_ns=2_000_000,
         chunk_scans=64,
-        tags=Texts(memory),
+        tags=MadeTags(memory, TAGS, lambda n: bytes([int(n >= 100), 0, n % 2]), texts),
         program=Attachment("line.py", b"print('hello')"),
         metadata={"name": "a rack"},
     )
@@ -206,7 +199,7 @@ def test_messages_that_hold_themselves_are_refused() -> None:
 
 def test_a_trace_with_unknown_fields_says_so(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def with_text(*given: object) -> ScanSchema:
-        text = scan_schema([A3601], plan_of([Tag("Medium", "TEXT"), Tag("Lamp", "BOOL")])).text
+        text = scan_schema([A3601], plan_of(TAGS)).text
         text = text.replace("\n=", "\nstring note\n=", 1)
         return ScanSchema(layout_of(text), text)
 

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from made_tags import MadeTags, no_texts
 from made_traces import cut_blocks
 from scanrack.runtime.cli import build
 from scanrack.traces.layout import SlotInfo
@@ -22,7 +23,7 @@ from scanrack.traces.reader import open_trace
 from scanrack.traces.recorder import ScanRecorder
 from scanrack.traces.signals import Selection
 from scanrack.traces.signals.catalog import UnknownSignalError
-from scanrack.traces.tagplan import Tag, TagPlan, plan_of
+from scanrack.traces.tagplan import Tag
 from typer.testing import CliRunner
 
 SCANS = 300
@@ -40,25 +41,6 @@ TAGS = [
 ]
 
 
-class Made:
-    """Tags whose values follow from the number of the scan."""
-
-    def __init__(self, memory: bytearray, tags: Sequence[Tag], row: Any) -> None:
-        self.plan: TagPlan = plan_of(tags)
-        self.pending: list[tuple[str, Mapping[str, str | int]]] = [
-            ("/texts", {"tag": "Medium", "code": 0, "text": ""}),
-            ("/texts", {"tag": "Medium", "code": 1, "text": "oil, hot"}),
-        ]
-        self._memory, self._row, self._scan = memory, row, -1
-        if not self.plan.has_texts:
-            self.pending.clear()
-
-    def take(self) -> bytes:
-        """Return memory block and row of the next scan."""
-        self._scan += 1
-        return bytes(self._memory) + self._row(self._scan)
-
-
 def row(scan: int) -> bytes:
     """Return Big, Fill.ACC, Fill.PRE, Level, Step, Medium, Lamp and Auto in a scan."""
     level = math.nan if scan == 7 else scan / 2 + 0.25
@@ -66,9 +48,13 @@ def row(scan: int) -> bytes:
     return pack("<qiifHH??", 2**40 + scan, -scan, 500, level, step, medium, scan % 20 == 5, True)
 
 
+def texts(scan: int) -> Mapping[str, Sequence[tuple[int, str]]]:
+    return {"Medium": [(0, ""), (1, "oil, hot")]} if scan == 0 else {}
+
+
 def record(path: Path, slot: SlotInfo = A3601, tags: Sequence[Tag] = TAGS, values: Any = row) -> Path:
     memory = bytearray(32)
-    made = Made(memory, tags, values)
+    made = MadeTags(memory, tags, values, texts if any(tag.type == "TEXT" for tag in tags) else no_texts)
     recorder = ScanRecorder(path, memory, [slot], scan_period_ns=2_000_000, chunk_scans=64, tags=made)
     for scan in range(SCANS):
         recorder.scan(scan, scan * 2_000_000, 0)

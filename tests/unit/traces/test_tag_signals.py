@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from struct import pack
 
 import numpy as np
 import pytest
+from made_tags import MadeTags
 from scanrack.runtime.cli import build
 from scanrack.traces.changes import Changes
 from scanrack.traces.compare import Tolerance, compare, report
@@ -21,7 +22,7 @@ from scanrack.traces.recorder import ScanRecorder
 from scanrack.traces.signals import Catalog
 from scanrack.traces.signals.catalog import UnknownSignalError
 from scanrack.traces.tag_text import TagText
-from scanrack.traces.tagplan import Tag, TagPlan, plan_of
+from scanrack.traces.tagplan import Tag, plan_of
 from typer.testing import CliRunner
 
 SCANS = 300
@@ -37,29 +38,18 @@ TAGS = [
 ]
 
 
-class Made:
-    """Tags that follow from the number of the scan."""
+def row(scan: int, step: int) -> bytes:
+    return pack("<ifHhhH?", 2 * scan, scan / 2, step, scan, 7, scan // 100, scan % 20 < 5)
 
-    def __init__(self, memory: bytearray, changed: Mapping[int, int]) -> None:
-        self.plan: TagPlan = plan_of(TAGS)
-        self.pending: list[tuple[str, Mapping[str, str | int]]] = []
-        self._memory, self._changed, self._scan = memory, changed, -1
 
-    def take(self) -> bytes:
-        """Return memory block and row of the next scan."""
-        self._scan = scan = self._scan + 1
-        if scan % 100 == 0:
-            self.pending.append(
-                ("/texts", {"tag": "Medium", "code": scan // 100, "text": TEXTS[scan // 100]})
-            )
-        step = self._changed.get(scan, scan // 10 % 3)
-        row = pack("<ifHhhH?", 2 * scan, scan / 2, step, scan, 7, scan // 100, scan % 20 < 5)
-        return bytes(self._memory) + row
+def texts(scan: int) -> Mapping[str, Sequence[tuple[int, str]]]:
+    return {} if scan % 100 else {"Medium": [(scan // 100, TEXTS[scan // 100])]}
 
 
 def made(path: Path, changed: Mapping[int, int] = {}) -> Path:
     memory = bytearray(32)
-    recorder = ScanRecorder(path, memory, SLOTS, scan_period_ns=2_000_000, tags=Made(memory, changed))
+    tags = MadeTags(memory, TAGS, lambda scan: row(scan, changed.get(scan, scan // 10 % 3)), texts)
+    recorder = ScanRecorder(path, memory, SLOTS, scan_period_ns=2_000_000, tags=tags)
     for scan in range(SCANS):
         recorder.scan(scan, scan * 2_000_000, 0)
     recorder.close()
@@ -219,9 +209,8 @@ def test_a_tag_that_differs_is_told_by_name(trace: Path, tmp_path: Path, toleran
 def test_codes_are_compared_by_what_they_stand_for(tmp_path: Path) -> None:
     def write(name: str, names: tuple[str, ...], code: int, more: list[Tag]) -> Path:
         memory, path = bytearray(32), tmp_path / name
-        tags = Made(memory, {})
-        tags.plan = plan_of([Tag("Step", "ENUM", 0, names), Tag("Level", "REAL"), *more])
-        tags.take = lambda: bytes(32) + pack("<fH", float("nan"), code) + bytes(len(more))  # type: ignore[method-assign]
+        wanted = [Tag("Step", "ENUM", 0, names), Tag("Level", "REAL"), *more]
+        tags = MadeTags(memory, wanted, lambda _: pack("<fH", float("nan"), code) + bytes(len(more)))
         recorder = ScanRecorder(path, memory, SLOTS, scan_period_ns=2_000_000, tags=tags)
         recorder.scan(0, 0, 0)
         recorder.close()
