@@ -63,6 +63,18 @@ FUNCTIONS = {
 }
 """Functions in expressions, by name [1756-RM003N, valid operators]."""
 
+ARITHMETIC = (
+    "real",
+    "wrap",
+    "power",
+    "square_root",
+    "integer_root",
+    "truncated",
+    "swapped",
+    "distributed",
+)
+"""Functions of `arithmetic` that the compiled program calls by name."""
+
 CALLED = {
     function.__name__: function
     for each in FUNCTIONS.values()

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from .expressions import parse_address
-from .operators import CALLED
+from .operators import ARITHMETIC, CALLED
 from .stretches import Spot, spot_of, stretch_of
 from .tree import Address
 from .types import BOOL, DINT, HIDDEN, INT, DataType, Elementary, Member, Structure, count_of, leaves_of
@@ -472,14 +472,7 @@ RESERVED = frozenset(
         "interpret",
         "broken",
         *CALLED,
-        "real",
-        "wrap",
-        "power",
-        "square_root",
-        "integer_root",
-        "truncated",
-        "swapped",
-        "distributed",
+        *ARITHMETIC,
         "program",
         "rung_done",
         "scan",

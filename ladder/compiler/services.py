@@ -10,7 +10,7 @@ from .. import arithmetic as math
 from ..errors import LadderFault
 from ..lowered import BROKEN, Lowered, Step, steps_of
 from ..memory import NOTHING, Listed, Store, Value, set_text_in, text_in
-from ..operators import CALLED
+from ..operators import ARITHMETIC, CALLED
 from ..regions import Region, copy, fill, region_of
 from ..spec import Use
 from ..types import TYPES, Elementary
@@ -239,18 +239,7 @@ def services(engine: Engine, regions: Regions, interpreted: Mapping[int, Step]) 
         named["rung_done"] = engine.scheduler.rung_done
     named["array"] = array
     named["broken"] = BROKEN
-    for name in (
-        "real",
-        "wrap",
-        "power",
-        "square_root",
-        "integer_root",
-        "truncated",
-        "swapped",
-        "distributed",
-    ):
-        named[name] = getattr(math, name)
-    return named | CALLED
+    return named | CALLED | {name: getattr(math, name) for name in ARITHMETIC}
 
 
 Regions = dict[tuple[int, int], Any]
