@@ -18,6 +18,7 @@ from .errors import LadderError, MinorFault, Problem
 from .expressions import TAG_NAME, parse_address
 from .inferred import Guesses
 from .instructions.dialects import DIALECTS, HOOKS, LOGIX, SLC
+from .instructions.messages import ends_of_messages
 from .lowered import Lowered
 from .memory import Memory
 from .resolver import is_image
@@ -326,7 +327,8 @@ class LadderLogic(ABC):
             opening, closing = HOOKS[self.dialect]
             axes = self._lowered.axes
             self._lowered.opening = (*opening, *([prescan_axes] if axes else []), *self.opening)
-            self._lowered.closing = (*self.closing, *([run_axes] if axes else []), *closing)
+            messages = ends_of_messages(self._lowered)
+            self._lowered.closing = (*self.closing, *([run_axes] if axes else []), *messages, *closing)
             self._warnings = tuple(warnings)
         return self._lowered
 

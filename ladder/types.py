@@ -255,9 +255,9 @@ MESSAGE = Structure(
         *(Member("UnconnectedTimeout", DINT), Member("ConnectionRate", DINT)),
         Member("TimeoutMultiplier", SINT),
     ),
-    hidden=(Member("started_ns", LINT),),
+    hidden=(Member("started_ns", LINT), Member("waiting", BOOL)),
 )
-"""What MSG works on."""
+"""What MSG works on; `waiting` is set while one of structured text is under way."""
 
 PID_BITS = {
     **{name: 31 - number for number, name in enumerate(("EN", "CT", "CL", "PVT", "DOE", "SWM", "CA", "MO"))},
