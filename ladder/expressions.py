@@ -57,7 +57,9 @@ _NOT_A_NUMBER = ("1.#QNAN", "1.#SNAN", "1.#NAN", "1.#IND")
 _TIME_PART = re.compile(r"([0-9_]+(?:\.[0-9_]*)?)(d|h|ms|m|s)", re.IGNORECASE)
 _PART_MS = {"d": 86_400_000, "h": 3_600_000, "m": 60_000, "s": 1_000, "ms": 1}
 """Units of a time such as T#1m30s, in ms."""
-_OPERATOR = re.compile(r"\*\*|<>|<=|>=|[-+*/<>=]|(?:MOD|AND|OR|XOR)\b", re.IGNORECASE)
+_OPERATOR = re.compile(r"\*\*|<>|<=|>=|[-+*/<>=]|&&?|\|\|?|(?:MOD|AND|OR|XOR)\b", re.IGNORECASE)
+_SIGNS = {"&": "AND", "&&": "AND", "|": "OR", "||": "OR"}
+"""Signs for operators that print as words."""
 _NOT = re.compile(r"NOT\b", re.IGNORECASE)
 _FUNCTION = re.compile(rf"(?:{'|'.join(FUNCTION_NAMES)})\s*\(", re.IGNORECASE)
 
@@ -105,6 +107,7 @@ class ExpressionParser(Scanner):
         while True:
             found = _OPERATOR.match(self.text, self.at)
             name = found.group().upper() if found else ""
+            name = _SIGNS.get(name, name)
             own = LEVEL.get(name, -1)
             if found is None or own < level:
                 return left

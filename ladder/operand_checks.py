@@ -108,8 +108,8 @@ def _is_axis(resolved: Resolved) -> bool:
 def _is_arithmetic(resolved: Resolved) -> bool:
     if not isinstance(resolved, Calculation):
         return is_number(resolved)
-    if resolved.name in RELATIONS:
-        return False
+    if is_truth(resolved):  # 1 or 0
+        return _is_condition(resolved)
     if resolved.name in BITWISE:
         return all(is_integer(each) and _is_arithmetic(each) for each in resolved.operands)
     return all(map(_is_arithmetic, resolved.operands))
@@ -137,7 +137,7 @@ def _is_condition(resolved: Resolved) -> bool:
     if not isinstance(resolved, Calculation):
         return False
     if resolved.name in RELATIONS:
-        return all(map(_is_arithmetic, resolved.operands))
+        return all(map(_is_arithmetic, resolved.operands)) or all(map(is_string, resolved.operands))
     return resolved.name in BITWISE and all(map(_is_condition, resolved.operands))
 
 

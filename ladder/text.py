@@ -16,6 +16,8 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
+from typing_extensions import override
+
 from .expressions import NAME, ExpressionParser
 from .instructions import BY_NAME
 from .quoting import unquoted
@@ -174,10 +176,12 @@ class RungParser(ExpressionParser):
             return Address(_NUMBERED.get(mode, mode))
         if self.skip("?"):
             return Unknown()
-        string = _STRING.match(self.text, self.at)
-        if string:
-            return self._characters(string)
         return self.whole_expression()
+
+    @override
+    def _primary(self) -> Operand:
+        string = _STRING.match(self.text, self.at)
+        return self._characters(string) if string else super()._primary()
 
     def _characters(self, literal: re.Match[str]) -> Characters:
         try:

@@ -263,6 +263,10 @@ class Values:
     def term(self, operand: Resolved, width: int) -> Term:
         """Return a number, computed in integers of that width, or in SINGLE or DOUBLE."""
         if isinstance(operand, Calculation):
+            if is_truth(operand):
+                kind = "int" if width > 0 else "float"
+                text = self.keep(f"{kind}({self.condition(operand)})")
+                return Term(text, 0, 1) if width > 0 else Term(text, real=True, double=width == DOUBLE)
             if width <= 0 and operand.name in BITWISE:
                 return self._floating(self.term(operand, width_of(operand)), width)
             terms = self.terms(operand.operands, width)

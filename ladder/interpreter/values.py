@@ -102,6 +102,8 @@ class Values:
     def number(self, operand: Resolved, width: int) -> Value:
         """Return the value of an expression, computed in integers of that width, or in SINGLE or DOUBLE."""
         if isinstance(operand, Calculation):
+            if is_truth(operand):
+                return self.condition(operand) + (0 if width > 0 else 0.0)
             if width <= 0 and operand.name in BITWISE:
                 return _rounded(self.number(operand, width_of(operand)), width)
             values = [self.number(each, width) for each in operand.operands]
