@@ -60,6 +60,7 @@ OBJECTS: Mapping[str, Mapping[str, Kept]] = {
         "TIMESLICE": Kept(INT, 20, set=True),
     },
     "CONTROLLERDEVICE": {
+        "DEVICENAME": Kept(33),
         "PRODUCTCODE": Kept(INT),
         "PRODUCTREV": Kept(INT),
         "SERIALNUMBER": Kept(DINT),
@@ -98,6 +99,7 @@ OBJECTS: Mapping[str, Mapping[str, Kept]] = {
         "INSTANCE": Kept(DINT),
         "LEDSTATUS": Kept(INT, 3),
         "MODE": Kept(INT, set=True),
+        "PATH": Kept(64, set=True),
     },
     "PROGRAM": {
         "DISABLEFLAG": Kept(SINT, set=True),
@@ -125,6 +127,7 @@ OBJECTS: Mapping[str, Mapping[str, Kept]] = {
     "ROUTINE": {
         "INSTANCE": Kept(DINT),
         "SFCPAUSED": Kept(INT, set=True),
+        "SFCRESUMING": Kept(INT, set=True),
         "SFCRESUMEBITS": Kept(INT, set=True),
     },
     "SAFETY": {
@@ -157,19 +160,29 @@ OBJECTS: Mapping[str, Mapping[str, Kept]] = {
         **_SCAN_TIMES,
     },
     "TIMESYNCHRONIZE": {
+        "CLOCKTYPE": Kept(INT),
+        "GRANDMASTERCLOCKINFO": Kept(24),
         "ISSYNCHRONIZED": Kept(DINT),
+        "LOCALCLOCKINFO": Kept(20),
+        "MANUFACTUREIDENTITY": Kept(DINT),
         "MAXOFFSETFROMMASTER": Kept(LINT, set=True),
         "MEANPATHDELAYTOMASTER": Kept(LINT),
         "NUMBEROFPORTS": Kept(INT),
         "OFFSETFROMMASTER": Kept(LINT),
+        "PARENTCLOCKINFO": Kept(16),
+        "PRODUCTDESCRIPTION": Kept(68),
         "PTPENABLE": Kept(DINT, set=True),
+        "REVISIONDATA": Kept(36),
         "STEPSREMOVED": Kept(INT),
+        "SYSTEMTIMEANDOFFSET": Kept(16),
+        "USERDESCRIPTION": Kept(132, set=True),
         **_settings(SINT, "DOMAINNUMBER", "PRIORITY1", "PRIORITY2"),
     },
     "WALLCLOCKTIME": {
         "APPLYDST": Kept(DINT, set=True),
         "CSTOFFSET": Kept(LINT, set=True),
         "DSTADJUSTMENT": Kept(INT, set=True),
+        "TIMEZONESTRING": Kept(84, set=True),
     },
 }
 """Attributes by class, both in capitals."""

@@ -357,3 +357,22 @@ def test_a_module_is_passed_by_its_name(imported):
     )
     assert (found.report.refused, found.report.ran) == ([], 2)
     assert after(found).x == 0x4000  # the module runs
+
+
+@pytest.mark.parametrize(
+    ("asked", "size"),
+    [
+        ("Module,Drive1,Path", 64),
+        ("TimeSynchronize,,ClockType", 2),
+        ("TimeSynchronize,,GrandMasterClockInfo", 24),
+        ("ControllerDevice,,DeviceName", 33),
+        ("WallClockTime,,TimeZoneString", 84),
+    ],
+)
+def test_attributes_that_are_memory(imported, asked, size):
+    """GSV writes as many bytes as the attribute has, here zeros over ones."""
+    fill = "FLL(1,Bytes[0],100)"
+    found = imported(machine(f"{fill}GSV({asked},Bytes[0]);", tags=[tag("Bytes", "SINT", "100")]))
+    assert (found.report.refused, found.report.ran) == ([], 1)
+    tags = after(found)
+    assert [tags[f"Bytes[{place}]"] for place in range(100)] == [0] * size + [1] * (100 - size)
