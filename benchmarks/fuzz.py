@@ -89,7 +89,7 @@ def shares(scripts) -> dict[str, float]:
     """Return what playing scripts spends its time on, as a profiler sees it."""
     profile = cProfile.Profile()
     profile.runcall(play, scripts)
-    stats: Any = pstats.Stats(profile)  # what it counted stands in no stub
+    stats: Any = pstats.Stats(profile)  # its counts are in no stub
     spent = {
         (Path(file).name, name): cumulative
         for (file, _, name), (_, _, _, cumulative, _) in stats.stats.items()

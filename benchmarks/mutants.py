@@ -81,7 +81,7 @@ def _table_mutants() -> list[Mutant]:
 
 
 def test_files(given: Sequence[str]) -> list[str]:
-    """Return the files of tests, from the project's root; a folder or a pattern stands for those in it."""
+    """Return the files of tests, from the project's root; a folder or a pattern means those in it."""
     files: dict[str, None] = {}
     for name in given:
         for path in sorted(ROOT.glob(name)):

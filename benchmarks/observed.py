@@ -3,7 +3,7 @@
     python benchmarks/observed.py            table
     python benchmarks/observed.py --smoke    a short run that only checks
 
-All variants run in turns in one process, from the middle of a stroke on, the images as they stand there. What
+All variants run in turns in one process, from the middle of a stroke on, the images of that moment. What
 each computed is checked: memory, truth and breakpoints are those of the interpreter in the same scans.
 """
 

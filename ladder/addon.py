@@ -69,7 +69,7 @@ ENABLES = ("EnableIn", "EnableOut")
 """Members of every instance: the rung before the call, and after it."""
 
 REFUSED = ("JSR", "SBR", "RET", "FOR", "BRK")
-"""Instructions that do not stand in a definition: it knows no routines but its own [1756-PM010]."""
+"""Instructions that a definition must not have: it knows its own routines only [1756-PM010]."""
 
 
 class Way(Enum):
@@ -178,7 +178,7 @@ class AddOn:
 
     def _wrong_instruction(self, instruction: Instruction, known: set[str]) -> Iterator[str]:
         if instruction.name in REFUSED:
-            yield f"{instruction.name} does not stand in an add-on instruction"
+            yield f"{instruction.name} is not allowed in an add-on instruction"
         else:
             yield from self._wrong_names(_addresses(instruction), known)
 

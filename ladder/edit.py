@@ -49,7 +49,7 @@ class Edit:
 
 
 def carry_over(old: Engine, new: Engine) -> Edit:
-    """Let an engine that has done no scan yet go on where another one stands.
+    """Let an engine that has done no scan yet continue from the state of another one.
 
     Args:
         old: runs the program before the edit; it stays as it is.

@@ -83,7 +83,7 @@ class Site:
 
     @property
     def place(self) -> str:
-        """Where in its routine it stands: `rung 3`, `line 12`."""
+        """Its place in the routine: `rung 3`, `line 12`."""
         return f"{self.unit} {self.rung}"
 
     @property

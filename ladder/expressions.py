@@ -81,7 +81,7 @@ class ExpressionParser(Scanner):
     """Levels around what is being read."""
 
     def whole_expression(self) -> Operand:
-        """Read an expression that stands in no other one."""
+        """Read an expression that is not part of another one."""
         start = self.at
         operand = self.expression()
         if levels_of(operand) > LEVELS:

@@ -58,7 +58,7 @@ class RungMaker:
             else:
                 series = _checked(series_of(elements))
         except (LadderError, RecursionError) as error:
-            what = "lists stand too deep in one another" if isinstance(error, RecursionError) else error
+            what = "lists are nested too deep" if isinstance(error, RecursionError) else error
             text = f"{origin.file}:{origin.line}: rung {len(self.rungs)}: {what}"
             raise LadderError(text) from None
         self.rungs.append(Rung(series, comment, origin))

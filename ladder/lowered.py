@@ -89,7 +89,7 @@ class OperandResolver(Protocol):
         """Return a place of an instruction's own, a LINT, whose name begins so.
 
         Raises:
-            OperandError: the instruction stands in an add-on instruction, which has none.
+            OperandError: the instruction is in an add-on instruction, which has none.
         """
 
     def kept(self, path: str, initial: int) -> None:

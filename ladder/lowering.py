@@ -139,9 +139,7 @@ class Lowering:
                 elif step.name == "SBR":
                     parameters = step.operands
                     if number != 0 or line.nodes[0] is not step:
-                        self.report(
-                            "SBR does not stand first", "make it the first of the routine's first rung"
-                        )
+                        self.report("SBR is not first", "make it the first of the routine's first rung")
         self.lowered.routines[routine.name.upper()] = LoweredRoutine(
             routine.name, tuple(lines), labels, parameters
         )
@@ -152,9 +150,9 @@ class Lowering:
 
     def _label(self, labels: dict[str, int], label: str, number: int, *, first: bool) -> None:
         if label in labels:
-            self.report(f"label {label} stands twice in the routine", "rename one")
+            self.report(f"label {label} is in the routine twice", "rename one")
         if not first:
-            self.report(f"LBL({label}) does not stand first in its rung", "put it first")
+            self.report(f"LBL({label}) is not first in its rung", "put it first")
         labels[label] = number
 
     def at(self, number: int, origin: Origin, text: str) -> None:
@@ -182,7 +180,7 @@ class Lowering:
             self.report("the rung has no output", "end it with a coil or another output instruction")
         for step in steps:
             if step.name == "MCR" and nodes[-1] is not step:
-                self.report("MCR does not stand last in its rung", "move what follows to a rung of its own")
+                self.report("MCR is not last in its rung", "move what follows to a rung of its own")
         return Line(number, nodes, rung.origin, self._rung_text, rung.comment)
 
     def _series(self, series: Series) -> tuple[Node, ...]:
@@ -355,7 +353,7 @@ class Lowering:
             self.lowered.flags = True
 
     def _presets(self, spec: Spec, given: tuple[Operand, ...], operands: list[Any]) -> None:
-        """Note initial values that stand in the rung, each of the structure before it that has them."""
+        """Note initial values in a rung, each of the structure before it that has them."""
         if Use.PRESET not in spec.operands:
             return
         resolved = iter(operands)
@@ -387,12 +385,12 @@ class Lowering:
             index = place.fixed_index
             if index is None:
                 raise OperandError(
-                    f"{name} can't stand in the rung, since the index is computed", "write ? and MOV to it"
+                    f"{name} is not allowed in the rung, since the index is computed", "write ? and MOV to it"
                 )
             presets = self.lowered.presets
             if self._frame is not None:
                 if place.leaf.root != OWN:
-                    raise OperandError(f"{name} of an InOut can't stand in the rung", "write ? and MOV to it")
+                    raise OperandError(f"{name} of an InOut is given in the rung", "write ? and MOV to it")
                 presets = self._frame.presets
             value = float(operand.value) if real else operand.value
             known = presets.setdefault((place.leaf.path, index), value)
@@ -445,7 +443,7 @@ class Lowering:
     def hidden(self, name: str) -> Place:
         """Return a place of an instruction's own, see `OperandResolver`."""
         if self._frame is not None:
-            raise OperandError("the instruction stands in an add-on instruction", "call it in a program")
+            raise OperandError("the instruction is in an add-on instruction", "call it in a program")
         leaf = self.lowered.layout.hidden(f"{HIDDEN}{name}{len(self.lowered.sites)}", LINT)
         return Place(leaf, (), None, leaf.path)
 

@@ -189,7 +189,7 @@ class StatementLowering:
         if step.name == "SBR":
             self._parameters = step.operands
             if not first:
-                self._lowering.report("SBR does not stand first", "make it the first statement")
+                self._lowering.report("SBR is not first", "make it the first statement")
         elif step.name in INSTEAD or (step.kind is Kind.INPUT and not step.spec.decides):
             remedy = INSTEAD.get(step.name, "write a condition")
             self._lowering.report(f"{step.name} is not an instruction of structured text", remedy)
@@ -267,7 +267,7 @@ class StatementLowering:
     def _exit(self, statement: Exit) -> Act:
         line = self._line(statement, statement.head, EXIT, tuple)
         if not self._loops:
-            self._lowering.report("EXIT stands in no loop", "write RETURN to leave the routine")
+            self._lowering.report("EXIT is outside of a loop", "write RETURN to leave the routine")
         return Act(line)
 
     def _return(self, statement: Return) -> Act:

@@ -2,7 +2,7 @@
 
 Bits and members are those of the motion reference manual [MOTION-RM002, appendix "Axis Data Types" and
 chapter "Motion Instruction Structure"]. All kinds of axis have the same members here, those that programs
-name most; a member that is missing is refused where it stands, and added to its type in an L5X.
+name most; a missing member is refused at its line; an L5X adds it to the type.
 """
 
 from __future__ import annotations

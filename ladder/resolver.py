@@ -152,7 +152,7 @@ class Resolver:
         if isinstance(operand, Characters):
             return Quoted(operand.value)
         assert isinstance(operand, Unknown)
-        raise AddressError("? stands where a value is needed", "write the tag or the number")
+        raise AddressError("? is in place of a value", "write the tag or the number")
 
     def address(self, address: Address) -> Place | Group:
         """Resolve an address.

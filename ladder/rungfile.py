@@ -30,7 +30,7 @@ A controller has tags, tasks and programs, see `controller` and `schedule`:
     END
     END PROGRAM
 
-Add-on instructions stand before the tags that are their instances, see `addon`. The first
+Add-on instructions come before the tags that are their instances, see `addon`. The first
 routine is the main one unless PROGRAM says `MAIN name`. A rung ends with
 its semicolon and may take several lines; `//` starts a comment. `ROUTINE Fill ST` is a routine of structured
 text up to a line END.
@@ -281,5 +281,5 @@ def _declarations(logic: LadderLogic) -> Iterator[str]:
 def _stubs(logic: LadderLogic) -> Iterator[str]:
     for name, stub in logic.stubs.items():
         if isinstance(stub, InPython):
-            raise LadderError(f"the stub of {name} is Python: it is not rung text, and stands in a rack file")
+            raise LadderError(f"the stub of {name} is Python: it is not rung text but a rack file's")
         yield f"STUB {name} : {stub}"

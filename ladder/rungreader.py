@@ -182,7 +182,7 @@ class Reader:
                 controller.add_task(self._task(found, _comment_of(self._lines[self._at])))
                 self._at += 1
             elif _ROUTINE.fullmatch(line):
-                self._fail("PROGRAM: in a controller a routine stands in a program")
+                self._fail("PROGRAM: in a controller a routine is in a program")
             else:
                 self._declaration(controller)
         controller.take_stubs(self._given)
@@ -484,7 +484,7 @@ class Reader:
 
 
 def _cut_comment(line: str) -> str:
-    """Cut off `//` and what follows, unless it stands in quotes."""
+    """Cut off `//` and what follows, unless it is in quotes."""
     code = _CODE.match(line)
     assert code is not None, "it may match nothing"
     return code.group()

@@ -232,7 +232,7 @@ class LadderLogic(ABC):
         initial: object = None,
         comment: str = "",
     ) -> Any:
-        """Declare one tag, or several of one type whose names stand between spaces.
+        """Declare one tag, or several of one type with spaces between their names.
 
         Args:
             names: names.
@@ -385,7 +385,7 @@ class LadderLogic(ABC):
         self.engine.step(ms)
 
     def take_over(self, running: LadderLogic) -> Edit:
-        """Go on where another program stands, between two scans: an online edit.
+        """Continue from the state of another program, between two scans: an online edit.
 
         Tags of the same name and type keep their values, new ones get their initial values, and there is
         no prescan. The other program stays as it is.

@@ -30,7 +30,7 @@ class Scanner:
         return self.at == len(self.text)
 
     def skip(self, mark: str) -> bool:
-        """Move past `mark` and white space, if it stands here."""
+        """Move past `mark` and white space, if it is here."""
         if not self.text.startswith(mark, self.at):
             return False
         self._move_to(self.at + len(mark))

@@ -2,7 +2,7 @@
 
 A family file in `instructions` holds one `Spec` per instruction. The parser, the Python front end,
 the checks, both back ends, the debugger and the drawing read what they need from it, so that an
-instruction stands in one place.
+instruction has one place.
 """
 
 from __future__ import annotations
@@ -122,7 +122,7 @@ WITH_PRESETS = {
     Use.ALARM_DIGITAL: ("MinDurationPRE", "MinDurationACC"),
     Use.ALARM_ANALOG: ("HHLimit", "HLimit", "LLimit", "LLLimit"),
 }
-"""Uses of structures whose members stand in exported rungs, and which members."""
+"""Uses of structures whose members exported rungs show, and which members."""
 
 
 class Kind(Enum):

@@ -15,10 +15,10 @@ from .tree import Address, Block, Instruction, Number, NumberedLine, Operand, Or
 INDENT = "    "
 
 BLOCKS = 32
-"""Blocks that may stand in one another."""
+"""Most nested blocks."""
 
 LOOPS = 12
-"""Loops that may stand in one another; Python takes 20, and few programs have more than three."""
+"""Most nested loops; Python takes 20, and few programs have more than three."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -297,7 +297,7 @@ def numbered_lines(block: Block, *, closed: bool = True) -> Iterator[NumberedLin
 
     Args:
         block: the statements.
-        closed: whether a keyword or the end follows, before which a comment may stand without a statement.
+        closed: whether a keyword or the end follows, before which a comment needs no statement.
     """
     for number, each in enumerate(block, start=1):
         if isinstance(each, Empty) and each.comment and closed and number == len(block):
@@ -419,8 +419,8 @@ def too_deep(block: Block) -> str | None:
         inner = blocks_in(statement)
         loops += isinstance(statement, (For, While, Repeat))
         if inner and blocks == BLOCKS:
-            return f"statements stand more than {BLOCKS} deep in one another"
+            return f"statements are nested more than {BLOCKS} deep"
         if loops > LOOPS:
-            return f"loops stand more than {LOOPS} deep in one another"
+            return f"loops are nested more than {LOOPS} deep"
         todo += [(each, blocks + 1, loops) for body in inner for each in body]
     return None

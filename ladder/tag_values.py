@@ -86,7 +86,7 @@ def _matching(layout: Layout, known: Sequence[TagValue], pattern: str) -> list[T
 
 
 def matches_part(pattern: str, name: str, *, fold: bool = False) -> bool:
-    """Return whether a pattern matches a name, or what stands before a dot or a subscript in it.
+    """Return whether a pattern matches a name, or the part before a dot or a subscript in it.
 
     >>> matches_part("Fill", "Fill.ACC"), matches_part("Fi", "Fill.ACC"), matches_part("*.acc", "Fill.ACC")
     (True, False, False)

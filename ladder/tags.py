@@ -130,7 +130,7 @@ TRUTHS = {"TRUE": 1, "FALSE": 0}
 """Names that mean a value where no tag has them."""
 
 Presets = Mapping[tuple[str, int], int | float]
-"""Initial values that stand in rungs, by path of a leaf and index in it."""
+"""Initial values in rungs, by path of a leaf and index in it."""
 
 OVERRIDE = "~mcr"
 """Leaf of the override that MCR toggles."""

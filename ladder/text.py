@@ -6,7 +6,7 @@
     instruction = name "(" [ operand { "," operand } ] ")"
     operand    = expression | string | "?"
 
-Expressions and addresses are in `expressions`. White space may stand anywhere between
+Expressions and addresses are in `expressions`. White space is allowed anywhere between
 these; the text of a tree has none. Names of tags keep their case; names of instructions
 print in capitals and under one name.
 """

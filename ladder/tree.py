@@ -57,7 +57,7 @@ class Characters:
 
 @dataclass(frozen=True, slots=True)
 class Unknown:
-    """The `?` that exported rungs have in place of a value that stands in the tag."""
+    """The `?` that exported rungs have in place of a value of the tag."""
 
     def __str__(self) -> str:
         return "?"
@@ -167,7 +167,7 @@ PRECEDENCE = (
 LEVEL = {operator: level for level, operators in enumerate(PRECEDENCE) for operator in operators}
 ATOM = len(PRECEDENCE)
 WORDS = ("MOD", "AND", "OR", "XOR")
-"""Operators that are words and stand between spaces."""
+"""Operators that are words between spaces."""
 
 
 def _expression_text(node: Operand) -> str:
@@ -337,7 +337,7 @@ class Routine:
 
     @property
     def numbers(self) -> Sequence[int]:
-        """Numbers of its rungs from 0, or of the lines in which statements stand, from 1."""
+        """Numbers of its rungs from 0, or of the lines with statements from 1."""
         if self.statements is None:
             return range(len(self.rungs))
         return sorted({number for each in self.statements for number, _ in each.numbered() if number})
@@ -373,7 +373,7 @@ def instructions_of(series: Series) -> Iterator[Instruction]:
 
 
 BRANCHES = 32
-"""Branches that may stand in one another; Studio 5000 draws no more than six."""
+"""Most nested branches; Studio 5000 draws no more than six."""
 
 LEVELS = 100
 """Levels that an operand may have: an operator or a function is one, a subscript `SUBSCRIPT`."""
@@ -393,7 +393,7 @@ def too_deep(series: Series) -> str | None:
         element, branches = todo.pop()
         if isinstance(element, Branch):
             if branches == BRANCHES:
-                return f"branches stand more than {BRANCHES} deep in one another"
+                return f"branches are nested more than {BRANCHES} deep"
             todo += [(each, branches + 1) for leg in element.legs for each in leg]
         elif any(levels_of(each) > LEVELS for each in element.operands):
             return f"an operand of {element.name} has more than {LEVELS} levels of operators and subscripts"

@@ -25,7 +25,7 @@ _PREAMBLE_BYTES = 9
 """Opcode and length of a record, which its length does not count."""
 
 _HEAD_BYTES = 43
-"""What stands before the images in the record of a scan."""
+"""The fields before the images in the record of a scan."""
 
 _SEQUENCE_MASK = 0xFFFF_FFFF
 
@@ -68,7 +68,7 @@ class ScanBatch:
         return self._arena.dtype.itemsize
 
     def add(self, scan: int, now_ns: int, flags: int) -> bool:
-        """Take a scan with the memory block as it stands; return whether the batch is full."""
+        """Take a scan with the present memory block; return whether the batch is full."""
         self._numbers.append(scan)
         self._times.append(now_ns)
         self._flags.append(flags)

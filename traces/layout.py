@@ -1,6 +1,6 @@
 """What sits where in a scan: slots, their images, and the names of the words.
 
-The rack's memory block is the payload of a scan as it stands: per slot, in
+The rack's memory block is the payload of a scan, unchanged: per slot, in
 slot order, the output image, then the input image, eight little-endian words
 each.
 

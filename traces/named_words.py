@@ -25,7 +25,7 @@ def names_key(slot: int) -> str:
 
 
 def names_text(words: ModuleWords) -> str:
-    """Return the named bits of a module as they stand in the metadata.
+    """Return the named bits of a module in the form of the metadata.
 
     >>> names_text(ModuleWords("Card", (), (), {"input": {"start": BitPlace("I", 0, 3)}}))
     '{"input":{"start":["I",0,3]}}'

@@ -107,7 +107,7 @@ class NotedScans:
         return len(self._packed) + len(self._heads) // _HEAD
 
     def add(self, scan: int, now_ns: int, flags: int, block: bytes | bytearray) -> None:
-        """Add a scan: its number, time and flags, and the rack's memory block as it stands."""
+        """Add a scan: its number, time and flags, and the rack's present memory block."""
         self._heads.extend((scan, now_ns, flags))
         self._blocks += block
         if len(self._heads) == _HEAD * CHUNK_SCANS:

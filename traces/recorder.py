@@ -1,6 +1,6 @@
 """The flight recorder: writes every scan to an MCAP file, and events on topics of their own.
 
-    /scan      one message per scan: its number, flags and the rack's memory block as it stands
+    /scan      one message per scan: its number, flags and the rack's memory block
     /events /stimuli /indicators /forces /cpu /faults      JSON, on change only
 
 `sequence` is the scan number (modulo 2**32), `log_time` and `publish_time` are
@@ -167,7 +167,7 @@ class ScanRecorder:
             self._refuse("before the first scan")
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Record a finished scan: the memory block as it stands.
+        """Record a finished scan: the present memory block.
 
         Args:
             scan: its number, 0 or more.

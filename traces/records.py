@@ -70,7 +70,7 @@ class Span(NamedTuple):
 
 
 class Message(NamedTuple):
-    """A message as it stands in a chunk; time in ns."""
+    """A message in a chunk; time in ns."""
 
     channel: int
     sequence: int

@@ -1,7 +1,7 @@
 """Where the messages of a trace are: its sections, what they hold, and how to take one apart.
 
 A section is a chunk, or, in files that others wrote without chunks, a stretch of
-messages that stand in the file as they are. What a section holds is known
+messages that are in the file unpacked. What a section holds is known
 before it is read, from the head of the chunk and the message indexes after it:
 
     | chunk: times, sizes, ... | index: channel 1, n entries | index: channel 3, n entries |

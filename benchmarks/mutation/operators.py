@@ -60,8 +60,8 @@ class Mutant:
         kind: the operator.
         start: first byte that is replaced.
         end: the byte after the last.
-        old: what stands there.
-        new: what stands there then.
+        old: the text there.
+        new: the text in its place.
         rules: if not empty, the edit shows only where one of these rules fires.
     """
 
@@ -121,7 +121,7 @@ class Editor:
         return self.data[start:end].decode()
 
     def line_of(self, position: int) -> int:
-        """Return the number of the line in which a byte stands."""
+        """Return the number of the line of a byte."""
         return sum(1 for start in self._line_starts if start <= position)
 
     def edit(

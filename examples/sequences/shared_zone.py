@@ -1,4 +1,4 @@
-"""Two axes that share a zone: the feeder may stand in it, or the pusher; never both.
+"""Two axes that share a zone: the feeder may be in it, or the pusher; never both.
 
 An axis moves only while it has the zone, and gives it away at home. After `stop` each axis ends its stroke;
 `go` begins again.

@@ -26,7 +26,7 @@ Image([2, 0, -12, 0, 5, 0, 20, 10])
 >>> view.MOVE_COMPLETE, view.position
 (True, -12000)
 
-Why a command was refused stands in the rule table:
+The rule table says why a command was refused:
 
 >>> RULES["CMD-06"].text
 'An absolute move was commanded while the current position was not valid.'

@@ -199,7 +199,7 @@ def _bit(word: int, bit: StatusMsw | StatusLsw) -> bool:
 class StatusView:
     """The status bits and values of an input image, read at each access.
 
-    The attributes have the names of the bits, as they stand in traces and tag addresses. In
+    The attributes have the names of the bits, as in traces and tag addresses. In
     configuration mode, in which most of the image is a mirror, only MODE_CONFIG, MODULE_OK and
     CONFIG_ERROR can be true, and position, encoder and captured mean nothing.
 

@@ -166,7 +166,7 @@ INSTRUCTIONS: tuple[Instruction, ...] = (
          note="negative values only with the option i_signed"),
     _act("l", "clear_ext2_flag", "clear the emergency stop of EXT2"),
     _set("m", "microstepping", "microsteps per step", 0, 128, SAVED, values=MICROSTEPS, default=16,
-         note="256 stands in the table only; refused without the option max_microstep"),
+         note="256 is in the table only; refused without the option max_microstep"),
     _set("o", "decel_coefficient", "deceleration, by 4.3.3's table", 0, 8, SAVED, default=5),
     _act("s", "step", "run so many steps", 1, INT32_MAX, unit="steps"),
     _act("t", "save_parameters", "save the parameters into the EEPROM"),

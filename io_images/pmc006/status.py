@@ -38,7 +38,7 @@ class Status2(IntFlag):
 
 
 def firmware_text(value: int) -> str:
-    """Return the firmware version as text; how it is coded is our reading, so the number stands beside it.
+    """Return the firmware version as text; how it is coded is our reading, so the number is shown beside it.
 
     >>> firmware_text(0x0001_0000)
     'V0.1.0 (00010000h)'

@@ -22,7 +22,7 @@ class Piece:
 
     Attributes:
         data: the bytes.
-        whole: whether it is a legal frame as it stands.
+        whole: whether it is a legal frame already.
     """
 
     data: bytes

@@ -1,6 +1,6 @@
 """Structured text as Python: IF is `if`, loops are `while`, a CASE keeps its selector and compares.
 
-A condition that takes lines of its own can't stand in `elif`. An IF with such a condition first finds the
+A condition that takes lines of its own is not possible in `elif`. An IF with such a condition first finds the
 arm, in lines that nest no deeper with every ELSIF, and then runs it.
 """
 

@@ -1,4 +1,4 @@
-"""Cross reference: which instruction reads or writes a tag, and in which rung it stands."""
+"""Cross reference: which instruction reads or writes a tag, and in which rung."""
 
 from __future__ import annotations
 

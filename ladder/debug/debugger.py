@@ -413,7 +413,7 @@ class Debugger:
         return routines_svg(routines, width, truths, captions_of(self.program.add_ons.values()))
 
     def routine_now(self, routine: str) -> Routine:
-        """Return a routine whose timers and counters show PRE and ACC as they stand.
+        """Return a routine whose timers and counters show their present PRE and ACC.
 
         Raises:
             LadderError: there is no such routine.

@@ -30,7 +30,7 @@ class Inquiry:
     """Answers questions about a program.
 
     Args:
-        engine: the program as it stands.
+        engine: the program in its present state.
         past: its scans.
         forced: the tags that are forced.
         cross_reference: where its tags are read and written.

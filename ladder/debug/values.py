@@ -1,4 +1,4 @@
-"""Rungs with the values of a running program: PRE and ACC, LEN and POS as they stand."""
+"""Rungs with the values of a running program: the present PRE and ACC, LEN and POS."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..view import Tags
 
 
 def with_values(routine: Routine, tags: Tags) -> Routine:
-    """Return a routine whose timers show PRE and ACC, and file instructions LEN and POS, as they stand.
+    """Return a routine whose timers show their present PRE and ACC, and file instructions LEN and POS.
 
     A timer whose subscript is an expression, or out of range, keeps what the rung says.
     """

@@ -19,7 +19,7 @@ from .forces import Forces, Held, HeldList, held_values, in_lists, in_variables
 
 
 def shown(value: object) -> str:
-    """Return a value as it stands in a sentence; bits as 0 and 1."""
+    """Return a value as text; bits as 0 and 1."""
     return str(int(value)) if isinstance(value, bool) else str(value)
 
 
@@ -56,7 +56,7 @@ class Change:
         blockers: the conditions of the rung that were false before it.
         prescan: whether it was prescan that wrote.
         read: of structured text: what the statement has read, and its values.
-        inside: of structured text: the conditions that the statement stands in, the outermost first.
+        inside: of structured text: the conditions around the statement, the outermost first.
         instance: in an add-on instruction, the instance whose routine it was; "" in a program.
     """
 

@@ -35,7 +35,7 @@ def bits_of(value: Mapping[str, object]) -> tuple[object, ...]:
 
 
 def state_of(where: Place | Group, value: object) -> str:
-    """Say how something stands; a timer as `EN = 1, TT = 1, DN = 0, ACC = 437 of PRE = 1000`."""
+    """Describe the state of a tag; a timer as `EN = 1, TT = 1, DN = 0, ACC = 437 of PRE = 1000`."""
     if not is_counted(where) or not isinstance(value, Mapping):
         return shown(value)
     bits = [f"{name} = {shown(each)}" for name, each in value.items() if isinstance(each, bool)]
@@ -113,7 +113,7 @@ def _told(lowered: Lowered, tag: str, where: Place | Group, change: Change) -> s
 
 
 def _by_statement(change: Change, said: str) -> Iterator[str]:
-    """Say what a statement has read, and in which conditions it stands."""
+    """Say what a statement has read, and the conditions around it."""
     values = ", ".join(f"{tag} = {shown(value)}" for tag, value in change.read)
     yield f"{said}, with {values}" if values else said
     yield from (f"  inside of {each}" for each in reversed(change.inside))

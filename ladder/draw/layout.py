@@ -70,7 +70,7 @@ class _Placer:
             last = self._line(line, block.room, last, first=number == 0, ends=ends)
 
     def _line(self, line: Line, room: int | None, last: int, *, first: bool, ends: bool) -> int:
-        """Place what stands in one line; outputs that end the rung stand at the right rail."""
+        """Place the elements of one line; outputs that end the rung are at the right rail."""
         picture = self.picture
         y = picture.rows + line.size.above
         picture.rows += line.size.above + 1 + line.size.below

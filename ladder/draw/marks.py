@@ -40,7 +40,7 @@ class Symbol:
         label_x: first column of the name.
         element: its number.
         feeder: the element before it.
-        value: the tag whose value stands beside it; None if none does.
+        value: the tag whose value is beside it; None without one.
     """
 
     x: int
@@ -59,7 +59,7 @@ class BoxLine(NamedTuple):
     Attributes:
         caption: what the operand is called.
         operand: its text, or as many spaces as its value takes.
-        value: the tag whose value stands in place of the text; None if none does.
+        value: the tag whose value replaces the text; None without one.
     """
 
     caption: str

@@ -23,7 +23,7 @@ SYMBOLS = {
     "ONS": "[ONS]",
     "RES": "(RES)",
 }
-"""Instructions that are drawn as contacts and coils; their one operand stands above."""
+"""Instructions that are drawn as contacts and coils; their one operand is above."""
 
 CAPTIONS = {
     "TON": ("Timer", "Preset", "Accum"),
@@ -69,7 +69,7 @@ MARKS = 2
 """Columns of a line that the marks take which show that a wire goes on, one on either side."""
 
 NARROWEST = 12
-"""Columns that a leg of a branch has at least, however deep it stands."""
+"""Least columns of a leg of a branch, at any depth."""
 
 SHORTEST = 8
 """Characters that a line of an operand has at least."""
@@ -195,7 +195,7 @@ class Ruler:
         return Line(series, size)
 
     def _broken(self, series: Series, room: int) -> Iterator[Series]:
-        """Yield the lines of a series; an element that is wider than the room stands alone."""
+        """Yield the lines of a series; an element that is wider than the room has a line of its own."""
         line: list[Element] = []
         used = 0
         for element in series:
@@ -227,7 +227,7 @@ class Ruler:
         return [BoxLine(caption if at == 0 else "", part) for at, part in enumerate(parts)]
 
     def value(self, instruction: Instruction) -> str | None:
-        """Return the tag whose value stands beside a contact or a coil; None if none does."""
+        """Return the tag whose value is beside a contact or a coil; None without one."""
         return None
 
 

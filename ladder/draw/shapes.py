@@ -56,7 +56,7 @@ class Letters:
 
 @dataclass(frozen=True, slots=True)
 class Value:
-    """Where the value of a tag stands: small beside a sign, beneath its wire, or at the right edge of a box.
+    """Place of the value of a tag: small beside a sign, beneath its wire, or at the right edge of a box.
 
     Attributes:
         x: column at which it begins or ends.

@@ -31,7 +31,7 @@ from .objects import OBJECTS, Kept
 __all__ = ["EVENT", "GSV", "SSV"]
 
 THIS = "THIS"
-"""Instance name of the program in which an instruction stands."""
+"""Instance name of the program that an instruction is in."""
 
 POWER_UP = datetime.datetime(1970, 1, 1)
 """WallClockTime at virtual time 0."""

@@ -1,7 +1,7 @@
 """The interpreter: executes a lowered program plainly. It is slow, and the compiler has to equal it.
 
 Power flows from left to right. An input that is reached with power decides whether there is power after
-it; an output that is reached acts. What an instruction does stands in its `Spec`; here is what all of them
+it; an output that is reached acts. What an instruction does is in its `Spec`; here is what all of them
 share: rungs, branches, calls of routines, prescan.
 """
 

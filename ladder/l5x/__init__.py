@@ -12,7 +12,7 @@ r"""L5X: programs that Studio 5000 and RSLogix 5000 export, as they are.
 | `values` | decorated data and L5K text to initial values |
 | `addons` | add-on instructions |
 | `routines` | rungs and structured text |
-| `presets` | PRE and ACC that stand in rungs |
+| `presets` | PRE and ACC in rungs |
 | `scopes` | tags and aliases of the controller and of programs |
 | `modules` | modules to tags |
 | `uses` | what routines call, and the instructions in them |

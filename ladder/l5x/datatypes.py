@@ -85,7 +85,7 @@ class Types:
         if key in self._open:
             raise LadderError(f"data type {name} contains itself")
         if len(self._open) == DEEPEST:
-            raise LadderError(f"data type {name} stands in {DEEPEST} others")
+            raise LadderError(f"data type {name} is in {DEEPEST} others")
         self._open.append(key)
         try:
             found = self._define(key, name)

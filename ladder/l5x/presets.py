@@ -1,4 +1,4 @@
-"""Presets in the rungs of a document: `TON(Delay,5000,0)` has PRE and ACC as they stood at the export.
+"""Presets in the rungs of a document: `TON(Delay,5000,0)` has PRE and ACC of the time of the export.
 
 The data of the tags have the same values. A preset becomes `?` where it can't be an initial value:
 

@@ -34,7 +34,7 @@ Owned = Iterable[tuple[str, Routine]]
 """Routines, each with its program or add-on."""
 
 Handed = tuple[str, Address, TagRecord]
-"""What a call hands over: the program or add-on in which it stands, the argument, the InOut."""
+"""What a call passes: the program or add-on that it is in, the argument, the InOut."""
 
 _DEEPEST = 64
 """Types that wait for one another."""

@@ -89,7 +89,7 @@ class RungReader:
         self._at = self._branches = 0
         series = self._series()
         if self._at < len(self._words):
-            self._fail(f"{self._words[self._at]} stands outside of a branch", "begin the branch with BST")
+            self._fail(f"{self._words[self._at]} is outside of a branch", "begin the branch with BST")
         return series
 
     def _fail(self, text: str, remedy: str, at: int | None = None) -> None:

@@ -273,7 +273,7 @@ class _Reader:
         return block
 
     def _refuse_depth(self, tree: Any) -> None:
-        """Refuse blocks that stand too deep in one another for functions that call themselves."""
+        """Refuse blocks that are nested too deep for recursion."""
         todo = [(tree, 0)]
         while todo:
             node, depth = todo.pop()

@@ -181,7 +181,7 @@ def _forces(recording: Recording) -> Mapping[int, Mapping[str, int]]:
 
 
 def image_forces(event: TraceEvent) -> dict[str, int]:
-    """Return the forces of images in a message on /forces, by address; those of tags stand beside them."""
+    """Return the forces of images in a message on /forces, by address; those of tags are beside them."""
     return {address: int(str(value)) for address, value in event.fields.items() if address != "tags"}
 
 

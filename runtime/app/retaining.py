@@ -55,7 +55,7 @@ class Retained:
         return [f"{self.path}: {each}" for each in self._said]
 
     def end(self) -> None:
-        """Write the tags as they stand.
+        """Write the present tags.
 
         Raises:
             OSError: the file can't be written; an earlier one is still whole.

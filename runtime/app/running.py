@@ -57,7 +57,8 @@ class JobRun:
         hints: what the program may have meant otherwise.
         stubs: the stubs in use, see `Job.stubs`.
         on_edit: called with every edit, between two scans.
-        steps: where the program's sequences stand at the end of the run, a sentence each; none after a fault.
+        steps: the waits of the program's sequences at the end of the run, a sentence each; none after a
+        fault.
 
     Args:
         job: what to run.

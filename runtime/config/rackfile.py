@@ -100,7 +100,7 @@ def explain(error: ValidationError, path: Path, lines: KeyLines | None = None) -
     Args:
         error: what pydantic found.
         path: the file that the specification is from.
-        lines: where its keys stand, if that is known.
+        lines: lines of its keys, if known.
     """
     found = error.errors(include_url=False)
     mistakes = [_mistake(details) for details in found if not _follows_from_others(details, found)]
@@ -130,7 +130,7 @@ def _syntax_error(path: Path, message: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class _Mistake:
-    """A mistake: where, what stands there as the file writes it (or nothing), and what is wrong with it."""
+    """A mistake: where, the text of the file there (or nothing), and what is wrong with it."""
 
     path: KeyPath
     value: str

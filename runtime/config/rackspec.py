@@ -52,7 +52,7 @@ class MisplacedError(ValueError):
 
     Attributes:
         path: where, from the top of the specification.
-        value: what stands there.
+        value: the value there.
     """
 
     def __init__(self, path: KeyPath, value: object, message: str) -> None:

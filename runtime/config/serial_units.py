@@ -1,4 +1,4 @@
-"""Controllers that stand beside the rack: what a rack file says of a unit on a serial line.
+"""Controllers beside the rack: what a rack file says of a unit on a serial line.
 
     [[unit]]
     controller = "pcl601"
@@ -7,7 +7,7 @@
     start = true
     pins = { home = "..-3000", soft_minus = "..-2000", in1 = "ground" }
 
-The switches of its machine are among its pins: closed while its motor stands at these positions.
+The switches of its machine are among its pins: closed while its motor is at these positions.
 """
 
 from __future__ import annotations

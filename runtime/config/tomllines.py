@@ -1,4 +1,4 @@
-"""Where the keys of a TOML text stand: the line of every key path.
+"""Lines of a TOML text: the line of every key path.
 
 `tomllib` tells what a file says, not where. This scanner reads the text once
 more, after `tomllib` has found it well-formed, and keeps the line of every

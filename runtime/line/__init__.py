@@ -9,5 +9,5 @@
 | `clients/` | blocking clients of real controllers, and `probing`, which finds out what answers |
 | `hosts`, `serialport` | addresses of networks and serial devices |
 
-It knows the clock of the loop and no controller: a protocol's format of the line stands with its codec.
+It knows the clock of the loop and no controller: a protocol's format of the line is with its codec.
 """

@@ -1,6 +1,6 @@
 """Modbus RTU framing: which bytes are a frame [Message Framing, Appendix 2].
 
-On a line with the baud rate's timing a frame is what stands between two
+On a line with the baud rate's timing a frame is between two
 silences of 3.5 characters, and one that pauses for more than 1.5 characters is
 none:
 

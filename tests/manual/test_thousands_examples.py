@@ -47,7 +47,7 @@ def test_starting_speed_example():
 def test_legal_pairs(msw, lsw, legal):
     assert is_legal_pair(msw, lsw) is legal
     if not legal:
-        with pytest.raises(ValueError, match=f"words \\({msw}, {lsw}\\) are no value"):
+        with pytest.raises(ValueError, match=f"words \\({msw}, {lsw}\\) are not a value"):
             join_thousands(msw, lsw)
 
 

@@ -43,7 +43,7 @@ class Kind(Enum):
     """A number made of two words."""
 
     WORD = "word"
-    """A word as it stands."""
+    """A word."""
 
     TAG = "tag"
     """A recorded tag."""
@@ -82,7 +82,7 @@ class Field:
 
     @property
     def stem(self) -> str:
-        """What stands before the name of a field or bit, such as "slot1.in"."""
+        """The prefix of the name of a field or bit, such as "slot1.in"."""
         return self.direction if self.slot is None else f"slot{self.slot}.{self.direction}"
 
     def values(self, images: Array) -> Array:
@@ -178,7 +178,7 @@ def _masked(word: int, live: int, images: Words) -> Array:
 
 
 def _pair(word: int, images: Words) -> Array:
-    """Return two words as one number, as they stand: two pairs may decode to one value."""
+    """Return two words as one number, not decoded: two pairs may decode to one value."""
     pair = images[:, word].astype(np.int32) << 16 | images[:, word + 1].view(np.uint16).astype(np.int32)
     return np.where(decode.in_command_mode(images), pair, 0)
 

@@ -178,7 +178,7 @@ def _same(left: Sequence[str], right: Sequence[str]) -> Iterator[str]:
 
 
 def _in_scopes(signals: Iterable[Signal]) -> list[Signal]:
-    """Return signals so that those of one scope stand together."""
+    """Return signals so that those of one scope are together."""
     scopes: dict[tuple[str, ...], None] = {}
     signals = list(signals)
     for signal in signals:

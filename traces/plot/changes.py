@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..signals import Block, Signal
 
 BIT_WORDS = 2
-"""Words with bits stand first in an image of a 3601, in either direction."""
+"""Words with bits come first in an image of a 3601, in either direction."""
 
 
 @dataclass(frozen=True, slots=True)

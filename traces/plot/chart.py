@@ -33,7 +33,7 @@ class Panel(Generic[C]):
         lanes: the bits that change, from top to bottom.
         steady: the bits that do not.
         marks: what happened in the slot; what happened in the rack is with the first panel.
-        about: what stands below its name.
+        about: the text below its name.
         bands: steps and texts of the program that change.
         unchanged: tags that do not change, and their values.
         fractional: names of the curves whose values have fractions.

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 MISSING = -(2**31)
-"""What stands for no value in a column of int32."""
+"""The number for no value in a column of int32."""
 
 
 class Packer:

@@ -97,9 +97,9 @@ def _place(text: str, error: UnexpectedInput) -> str:
     if isinstance(error, UnexpectedToken):
         if error.token.type == "$END":
             return f"column {len(text) + 1}: the query ends too early"
-        return f"column {column_of(error.token)}: {str(error.token)!r} can't stand here"
+        return f"column {column_of(error.token)}: {str(error.token)!r} is unexpected"
     at = int(getattr(error, "pos_in_stream", 0))
-    return f"column {at + 1}: {text[at]!r} can't stand here"
+    return f"column {at + 1}: {text[at]!r} is unexpected"
 
 
 def _allowed(error: UnexpectedInput) -> str:

@@ -22,7 +22,7 @@ class Kind(Enum):
     """True or false; an array of bool."""
 
     WORD = "word"
-    """A signed word as it stands in the image; an array of int16, or of uint32 for the CPU's flags."""
+    """A signed word of the image; an array of int16, or of uint32 for the CPU's flags."""
 
     VALUE = "value"
     """A whole number joined from two words; an array of float64, NaN where the image has none."""

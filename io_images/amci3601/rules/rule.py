@@ -74,7 +74,7 @@ class Rule:
         if_broken: status bits that the simulated module sets instead of `sets` when a command breaks
             the rule: the manual names the rule and not its consequence, or other bits are set already.
         clears: status bits that are cleared when the rule fires.
-        list_of: the bit whose list in chapter 6 this row stands in, if any.
+        list_of: the bit whose list in chapter 6 has this row, if any.
         together_with: ids of rows elsewhere that fire whenever this one does.
         firmware_from: the first version that knows the rule; None if all do from the first.
         firmware_until: the first version that no longer knows it; None if all still do.
@@ -98,7 +98,7 @@ class Rule:
 
     @property
     def clause(self) -> str:
-        """The text as part of a longer sentence, and where it stands.
+        """The text as part of a longer sentence, with its section.
 
         >>> Rule("CFG-02", "chapter 3, Invalid Configurations 2", "The configuration has no limit.").clause
         'the configuration has no limit [CFG-02, chapter 3]'

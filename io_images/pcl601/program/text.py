@@ -121,7 +121,7 @@ def _column(line: str, error: UnexpectedInput) -> int:
 
 def _reason(line: str, error: UnexpectedInput) -> str:
     words = line[_column(line, error) - 1 :].split()
-    found = f"{words[0]!r} can't stand here" if words else "the line ends too early"
+    found = f"{words[0]!r} is unexpected" if words else "the line ends too early"
     if line[: _column(line, error) - 1].strip() == "" and words:
         return _unknown(words[0])
     return f"{found}; allowed here: {spoken(_allowed(error))}"

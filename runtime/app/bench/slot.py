@@ -47,7 +47,7 @@ class SlotBench:
 
     @property
     def shaft(self) -> int:
-        """True position of the shaft, steps from where it stood at power-up; the module may be wrong."""
+        """True position of the shaft, steps from its place at power-up; the module may be wrong."""
         shaft, *_ = self._device.figures()
         return int(shaft)
 

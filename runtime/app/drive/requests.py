@@ -85,7 +85,7 @@ class Encoder(Strict):
 
 
 class Until(Strict):
-    """Status bits that end the request when they stand so."""
+    """Status bits that end the request when they have these values."""
 
     set: list[str] = []
     clear: list[str] = []
@@ -137,7 +137,7 @@ TABLES: Tables = {
     ("encoder",): Encoder,
     ("until",): Until,
 }
-"""What may stand where in a request."""
+"""What is allowed where in a request."""
 
 
 class RequestError(ValueError):
@@ -154,8 +154,8 @@ def read(line: str, model: type[Model], tables: Tables) -> Model:
 
     Args:
         line: a JSON object.
-        model: what may stand in it.
-        tables: the models of the objects in it, by where they stand, to name the keys that are known.
+        model: its model.
+        tables: the models of the objects in it, by their place, to name the known keys.
 
     Raises:
         RequestError: not JSON, not an object, an unknown key, or a value that is not allowed.

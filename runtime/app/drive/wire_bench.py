@@ -129,7 +129,7 @@ class WireBench(Generic[New, Env]):
         make: makes a target for the options of a fresh bench; ValueError where they can't be taken.
         new: model of the options, all of which have defaults.
         env: model of what may be set around the controller; every key defaults to None.
-        inner: models of the objects within these two, by where they stand, to name their keys in errors.
+        inner: models of the objects within these two, by their place, to name their keys in errors.
     """
 
     def __init__(

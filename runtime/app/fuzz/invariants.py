@@ -185,7 +185,7 @@ def load_invariants(path: Path | str) -> list[Invariant]:
         raise InvariantError(f"{path}: there is no such file with invariants")
     spec = importlib.util.spec_from_file_location(f"scanrack_invariants_{path.stem}", path)
     if spec is None or spec.loader is None:
-        raise InvariantError(f"{path}: invariants stand in a Python file (.py)")
+        raise InvariantError(f"{path}: invariants are in a Python file (.py)")
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module
     try:

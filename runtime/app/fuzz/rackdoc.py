@@ -28,7 +28,7 @@ def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, f
         spec: what it says.
         scenario: the scenario.
         scans: how long the run is to be.
-        folder: where the new file will stand; the paths of the programs start there.
+        folder: of the new file; the paths of the programs start there.
 
     Raises:
         OSError: the rack file can't be read.

@@ -30,7 +30,7 @@ Inputs = Mapping[int, Sequence[InputBit]]
 """By slot number: inputs, those that are simpler to press before the others."""
 
 Part = tuple[str, Any]
-"""A part of a scenario: the field it stands in, and itself."""
+"""A part of a scenario: its field, and itself."""
 
 FIELDS = ("firmware", "presses", "incidents", "shifts", "lost", "pushes", "signals")
 """The fields of a scenario that hold parts."""

@@ -83,7 +83,7 @@ class Plant(ABC):
     @property
     @abstractmethod
     def motor_position(self) -> int:
-        """Where the motor stands."""
+        """Position of the motor."""
 
     @property
     @abstractmethod

@@ -32,7 +32,7 @@ class RefusalRule(NamedTuple):
     """One reason to refuse a command.
 
     Attributes:
-        rule: the rule of the manual; what it sets stands in its row of `RULES`.
+        rule: the rule of the manual; what it sets is in its row of `RULES`.
         broken: whether a command breaks it.
         alone: the rule fires without the rows that usually share its cause.
     """

@@ -14,7 +14,7 @@ from scanrack.io_images.image import Image
         pytest.param([0, 0x0300], "0300h: this is a block of a blend profile", id="blend block"),
         pytest.param([0x0180, 0x0080, 1, 1], "0180h: exactly one command bit", id="follower both ways"),
         pytest.param([0x0002, 0, 0, 1, 0, 0, 1, 1], "programmed speed 0 is out of range", id="no speed"),
-        pytest.param([0x0002, 0, 1, -1, 1, 0, 1, 1], r"words \(1, -1\) are no value", id="opposite signs"),
+        pytest.param([0x0002, 0, 1, -1, 1, 0, 1, 1], r"words \(1, -1\) are not a value", id="opposite signs"),
         pytest.param([0x0002, 2, 0, 1, 1, 0, 1, 1], "acceleration type 10b", id="no such acceleration"),
         pytest.param([0x0002, 8, 0, 1, 1, 0, 1, 1], "are not a command", id="reserved LSW bit"),
         pytest.param([0x0800, 1], "are not a command", id="Reset Errors with an LSW"),

@@ -240,7 +240,7 @@ LOGIC = "ROUTINE Logic\n{}END\n"
     ("name", "body", "message"),
     [
         ("A", LOGIC.format("XIC(Other)OTE(Other);\n"), "there is no parameter or local tag Other"),
-        ("A", LOGIC.format("JSR(Main,0);\n"), "JSR does not stand in an add-on instruction"),
+        ("A", LOGIC.format("JSR(Main,0);\n"), "JSR is not allowed in an add-on instruction"),
         ("A", "INPUT B : DINT\n", "add-on A has no routine Logic"),
         ("A", f"INPUT B : DINT\nLOCAL b : DINT\n{LOGIC.format('')}", "b is declared twice"),
         ("ADD", LOGIC.format(""), "ADD is an instruction already"),

@@ -266,7 +266,7 @@ def test_a_program_in_no_task_is_a_warning():
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("CONTROLLER plant\nROUTINE Main\nEND", "in a controller a routine stands in a program"),
+        ("CONTROLLER plant\nROUTINE Main\nEND", "in a controller a routine is in a program"),
         ("CONTROLLER plant\nPROGRAM A\nROUTINE Main\nEND", "END PROGRAM"),
         ("CONTROLLER plant\nTASK A : SOMETIMES", "TASK, PROGRAM"),
     ],

@@ -36,13 +36,13 @@ SLOT axis : 1"""
         ("XIC(Go);", "the rung has no output", "coil"),
         ("JMP(Nowhere);", "there is no label NOWHERE", "add LBL"),
         ("JSR(Nowhere,0);", "there is no routine NOWHERE", "routines are Main"),
-        ("XIC(Go)LBL(Here)OTE(Run);", "LBL(HERE) does not stand first", "put it first"),
-        ("MCR()OTE(Run);", "MCR does not stand last", "rung of its own"),
+        ("XIC(Go)LBL(Here)OTE(Run);", "LBL(HERE) is not first", "put it first"),
+        ("MCR()OTE(Run);", "MCR is not last", "rung of its own"),
         ("AND(Level,1,N);", "Level is a REAL, an integer is needed", "DINT"),
         ("BTD(N,0,N,32,1);", "destination bit 32 is out of range", "0 to 31"),
         ("CMP(N+1)OTE(Run);", "a comparison is needed", "a>b"),
         ("TON(T,1.5,0);", "PRE 1.5 is not a whole number", "MOV to .PRE"),
-        ("MOV(?,N);", "? stands where a value is needed", "write the tag"),
+        ("MOV(?,N);", "? is in place of a value", "write the tag"),
     ],
 )
 def test_operands_that_do_not_fit(rung, text, remedy):

@@ -101,7 +101,7 @@ def test_it_is_a_rung_file_of_the_dialect_slc():
     [
         ("XIC B3/0 XRP N7:0 OTE B3/1", 14, "there is no instruction XRP"),
         ("ADD N7:0 1", 5, "ADD takes 3 operands, 2 are given"),
-        ("XIC B3/0 NXB OTE B3/1", 14, "NXB stands outside of a branch"),
+        ("XIC B3/0 NXB OTE B3/1", 14, "NXB is outside of a branch"),
         ("BST XIC B3/0 NXB XIC B3/1 OTE B3/2", 40, "the branch has no BND"),
         ("MOV N7:0 Q", 14, "'Q' is neither an address nor a number"),
         ("MOV N7:0/x1y:2 N7:1", 9, "is neither an address nor a number"),

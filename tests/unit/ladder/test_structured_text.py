@@ -327,7 +327,7 @@ def test_a_routine_of_structured_text_from_python():
         ("D := D;", "D is an array of DINT, which is not assigned as a whole"),
         ("FOR R := 0 TO 3 DO END_FOR;", "FOR counts in a REAL, an integer is needed"),
         ("CASE A OF 1: ; END_CASE;", "A is a BOOL, a number is needed"),
-        ("EXIT;", "EXIT stands in no loop"),
+        ("EXIT;", "EXIT is outside of a loop"),
         ("MOV(N,N);", "MOV is not an instruction of structured text; write an assignment"),
         ("XIC(A);", "XIC is not an instruction of structured text; write a condition"),
         ("JSR(Nowhere);", "there is no routine NOWHERE"),

@@ -252,7 +252,7 @@ function drawMarks(panel, top, bottom, deepest) {
 
 const isBroken = mark => mark.kind === "broken";
 
-// Where the labels of marks stand that find room in one of the rows; what is broken has the first one.
+// Places of the labels of marks that find room in one of the rows; what is broken has the first one.
 function placed(marks) {
   pen.font = MARK_FONT;
   const label = (mark, row) => (

@@ -60,7 +60,7 @@ function drawBand(band, top) {
   }));
 }
 
-// Soft on either paper: letters stand on it.
+// Soft on either paper: letters are written on it.
 const bandColour = value => {
   const tints = dark.matches ? data.colours.bandDark : data.colours.band;
   return tints[value % tints.length];

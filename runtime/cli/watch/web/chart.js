@@ -41,7 +41,7 @@ export function curve(to, points, range, name, x, top, left, present) {
   });
 }
 
-// Draws the ends of a scale; returns where a value of it stands.
+// Draws the ends of a scale; returns the place of a value.
 function scale(to, [low, high], top, left, tall) {
   to.small(count(high), left - 8, top + 9);
   to.small(count(low), left - 8, top + tall - 4);

@@ -6,7 +6,7 @@ const MOST = 60000; // entries of a lane
 
 export class Lanes {
   constructor(order) {
-    this.order = order; // names in the order in which lanes stand
+    this.order = order; // names in the order of the lanes
     this.bits = new Map(); // name -> [[t, value], ...]
     this.curves = new Map(); // name -> [[t, least, most, last], ...]
     this.changed = new Set(); // names of bits that have had an edge

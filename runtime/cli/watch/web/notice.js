@@ -1,4 +1,4 @@
-// One line for what was refused or has happened; it stands in its own place and moves nothing.
+// One line for what was refused or has happened; it has its own place and moves nothing.
 
 import { at, setText } from "./dom.js";
 

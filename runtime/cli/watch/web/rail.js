@@ -41,7 +41,7 @@ class Rail {
     return SIDE + (position - this.low) / (this.high - this.low) * (this.wide - 2 * SIDE);
   }
 
-  // Draws what stands still; what moves is placed by `move`.
+  // Draws the fixed parts; `move` places the others.
   draw() {
     const wide = this.node.clientWidth;
     if (!wide || wide === this.wide) return;

@@ -51,7 +51,7 @@ function build(hello) {
   paintMode();
 }
 
-// How high the bar is, for what stands beside the program while it scrolls.
+// The height of the bar, for what is beside the program while it scrolls.
 new ResizeObserver(() => document.documentElement.style.setProperty("--bar", `${at("bar").offsetHeight}px`)).observe(at("bar"));
 
 const fileOf = path => path ? path.split("/").pop() : "";

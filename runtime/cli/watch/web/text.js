@@ -8,7 +8,7 @@ import { place } from "./values.js";
 
 let lines = new Map(); // Main.12 -> its rows: of structured text there may be several
 let routine = ""; // its name
-let variables = null, chips = new Set(); // where the values of a program in Python stand, and their names
+let variables = null, chips = new Set(); // place of the values of a program in Python, and their names
 let waits = null; // where it is said at which line each sequence waits
 
 export function buildText({ name, kind }, { text = [], names = [] }) {

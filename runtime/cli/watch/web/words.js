@@ -6,7 +6,7 @@ import { select } from "./selection.js";
 import { onHello, onPaint, run } from "./state.js";
 import { give, place, valueOf } from "./values.js";
 
-let rules = null; // where the rules stand: at the foot, so that they move nothing
+let rules = null; // place of the rules: at the foot, so that they move nothing
 let slots = new Map(); // number -> { bits, words, values }
 
 // What a bit is called for scripts: by meaning, or else by address.

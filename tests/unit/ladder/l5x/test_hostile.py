@@ -112,7 +112,7 @@ def test_types_that_stand_in_one_another(tmp_path):
     types = [data_type("T0", member("A", "DINT"))]
     types += [data_type(f"T{number}", member("A", f"T{number - 1}")) for number in range(1, 3_000)]
     report = imported(tmp_path, machine("NOP();", types=types, tags=[tag("X", "T2999")])).report
-    assert "stands in 64 others" in report.notes[0].text
+    assert "is in 64 others" in report.notes[0].text
 
 
 def test_tags_of_more_values_than_there_is_room_for(tmp_path):
