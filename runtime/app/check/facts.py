@@ -64,6 +64,7 @@ class Facts:
         out_of_range: constants that a 3601 refuses.
         misplaced: inputs, outputs and axes that the rack does not have, or that two own.
         endless: loops of sequences that never wait.
+        misused: calls that fail when they are reached.
         uses_bit: whether it uses a bit of a card; None if that is unknown.
         not_seen: sentences about what the reader can't find out.
     """
@@ -76,5 +77,6 @@ class Facts:
     out_of_range: list[Remark] = field(default_factory=list)
     misplaced: list[Remark] = field(default_factory=list)
     endless: list[Remark] = field(default_factory=list)
+    misused: list[Remark] = field(default_factory=list)
     uses_bit: UsesBit | None = None
     not_seen: list[str] = field(default_factory=list)

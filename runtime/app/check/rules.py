@@ -207,6 +207,7 @@ RULES = (
         _remarks("misplaced"),
     ),
     Rule("never-waits", "a loop of a sequence without an await", _remarks("endless")),
+    Rule("bad-call", "a command or wait that fails when it is reached", _remarks("misused")),
 )
 """The rules, in the order of the report."""
 

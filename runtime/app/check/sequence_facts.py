@@ -13,42 +13,22 @@ from __future__ import annotations
 import ast
 import re
 import sys
-from collections.abc import Iterator, Mapping
-from inspect import signature
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ....io_images.amci3601 import Acceleration, Direction
-from ....ladder.axis3601 import Axis3601, Command, ErrorId
-from ....ladder.sequences import Logic, fresh, parts_of
+from ....ladder.axis3601 import Axis3601
+from ....ladder.sequences import Input, InputWord, Logic, fresh, parts_of
 from ....ladder.sequences.signals import Signal
 from ...config.rackspec import RackSpec
 from ..bare_slots import bare_slots
 from .facts import Facts, Place, Remark, Sent, UsesBit
-from .python_facts import Reader, UnknownError
-
-NEUTRAL: Mapping[str, object] = {
-    "direction": Direction.CW,
-    "shape": Acceleration.CONSTANT,
-    "position": 0,
-    "distance": 1,
-    "speed": 1,
-    "acceleration": 1,
-    "deceleration": 1,
-    "register": 1,
-    "numerator": 1,
-    "denominator": 1,
-}
-"""A legal value for each argument of a command, in place of an unknown one."""
-
-SEARCH = "home"
-"""The method of an axis that starts a home search."""
+from .loops import endless
+from .python_facts import Reader
+from .sequence_calls import Calls
 
 _PROBLEM = re.compile(r"(?P<file>.*?):(?P<line>\d+): (?P<text>.*)")
 """The message of `Logic` about a declaration."""
-
-_WAITS = (ast.Await, ast.AsyncWith, ast.AsyncFor)
-_LEAVES = (ast.Break, ast.Return, ast.Raise)
 
 
 def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
@@ -60,24 +40,22 @@ def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
         spec: the rack.
     """
     logic = fresh(program)
+    texts = list(_texts(type(program), path))
     facts = Facts(not_seen=["values that the program computes"])
     facts.misplaced.extend(_misplaced(logic, spec, path))
     if not facts.misplaced:
-        facts.uses_bit = _uses_bit(logic)
+        facts.uses_bit = _uses_bit(logic, [tree for _, tree, _ in texts])
     axes = {each.name: each for each in parts_of(logic) if isinstance(each, Axis3601)}
+    inputs = [each.name for each in parts_of(logic) if isinstance(each, Input | InputWord)]
     for axis in axes.values():
         words = tuple(axis.configuration.to_image().words.tolist())
         facts.configurations.append(Sent(_place(axis.declared, path), axis.slot, words))
-    tree = ast.parse(path.read_text("utf-8"))
-    reader = Reader(str(path), tree, vars(sys.modules[type(program).__module__]))
-    for axis, call in _commands(tree, axes):
-        place = Place(str(path), call.lineno)
-        if _method(call) == SEARCH:
-            facts.searches.append(Sent(place, axis.slot))
-        refused = _refusal(axis, call, reader)
-        if refused:
-            facts.out_of_range.append(Remark(place, refused))
-    facts.endless.extend(Remark(Place(str(path), line), text) for line, text in _endless(tree))
+    for file, tree, names in texts:
+        calls = Calls(Reader(str(file), tree, names), axes)
+        facts.searches.extend(Sent(place, axis.slot) for place, axis in calls.searches())
+        facts.out_of_range.extend(calls.refused())
+        facts.misused.extend(calls.failing())
+        facts.endless.extend(Remark(Place(str(file), line), text) for line, text in endless(tree, inputs))
     return facts
 
 
@@ -95,12 +73,32 @@ def _misplaced(logic: Logic, spec: RackSpec, path: Path) -> Iterator[Remark]:
                 yield Remark(Place(match["file"], int(match["line"])), match["text"])
 
 
-def _uses_bit(logic: Logic) -> UsesBit:
-    """Return whether the class declares a bit, or the word that it is in."""
+def _texts(program: type, path: Path) -> Iterator[tuple[Path, ast.Module, Mapping[str, Any]]]:
+    """Yield file, text and names of the modules of a class and of those that it inherits from."""
+    seen = set()
+    for kind in program.__mro__:
+        module = sys.modules.get(kind.__module__)
+        file = getattr(module, "__file__", None)
+        if file is None or not issubclass(kind, Logic) or kind is Logic or file in seen:
+            continue
+        seen.add(file)
+        own = path if Path(file).resolve() == path.resolve() else Path(file)
+        yield own, ast.parse(own.read_text("utf-8")), vars(module)
+
+
+def _uses_bit(logic: Logic, texts: Sequence[ast.Module]) -> UsesBit:
+    """Return whether the class declares a bit, or its word, under a name that its text uses."""
+    nodes = [node for tree in texts for node in ast.walk(tree)]
+    named = [node for node in nodes if isinstance(node, ast.Attribute)]
+    stored = {node.attr for node in named if isinstance(node.ctx, ast.Store)}
+    read = {node.attr for node in named if isinstance(node.ctx, ast.Load)}
+    by_name = any(isinstance(node, ast.Name) and node.id in ("getattr", "setattr", "vars") for node in nodes)
     places = {
         (each.at.slot, each.at.image, each.at.word, each.at.bit)
         for each in parts_of(logic)
-        if isinstance(each, Signal) and each.at is not None
+        if isinstance(each, Signal)
+        and each.at is not None
+        and (by_name or each.name in (stored if each.at.image == "O" else read))
     }
 
     def uses(slot: int, image: str, _name: str, word: int, bit: int) -> bool:
@@ -112,60 +110,3 @@ def _uses_bit(logic: Logic) -> UsesBit:
 def _place(declared: str, path: Path) -> Place:
     file, _, line = declared.rpartition(":")
     return Place(file, int(line)) if line.isdecimal() else Place(str(path), 1)
-
-
-def _commands(tree: ast.Module, axes: Mapping[str, Axis3601]) -> Iterator[tuple[Axis3601, ast.Call]]:
-    """Yield the calls of methods of the program's axes, such as `self.axis.move_to(...)`."""
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
-            owner = node.func.value
-            of_self = isinstance(owner, ast.Attribute) and getattr(owner.value, "id", "") == "self"
-            if of_self and isinstance(owner, ast.Attribute) and owner.attr in axes:
-                yield axes[owner.attr], node
-
-
-def _method(call: ast.Call) -> str:
-    return call.func.attr if isinstance(call.func, ast.Attribute) else ""
-
-
-def _refusal(axis: Axis3601, call: ast.Call, reader: Reader) -> str:
-    """Return why an axis refuses the constants of a command; empty if it takes them."""
-    method = getattr(axis, _method(call), None)
-    unpacked = any(isinstance(each, ast.Starred) for each in call.args) or None in (
-        each.arg for each in call.keywords
-    )
-    if not callable(method) or unpacked:
-        return ""
-    given = dict(zip(signature(method).parameters, call.args, strict=False))
-    given |= {str(each.arg): each.value for each in call.keywords}
-    arguments: dict[str, Any] = {}
-    for name, node in given.items():
-        try:
-            arguments[name] = reader.value(node)
-        except UnknownError:
-            if name not in NEUTRAL:
-                return ""
-            arguments[name] = NEUTRAL[name]
-    try:
-        command = method(**arguments)
-    except (TypeError, ValueError):  # the call itself fails, at its line
-        return ""
-    wrong = isinstance(command, Command) and command.error_id & ErrorId.PARAMETER
-    return f"{_method(call)}: {command.detail}" if wrong else ""
-
-
-def _endless(tree: ast.Module) -> Iterator[tuple[int, str]]:
-    """Yield the loops of `async def` functions that have no end and no await."""
-    for function in ast.walk(tree):
-        if isinstance(function, ast.AsyncFunctionDef):
-            for loop in ast.walk(function):
-                if isinstance(loop, ast.While) and _always(loop.test) and not _ends_or_waits(loop):
-                    yield loop.lineno, f"{function.name} never waits in this loop: the watchdog ends it"
-
-
-def _always(test: ast.expr) -> bool:
-    return isinstance(test, ast.Constant) and bool(test.value)
-
-
-def _ends_or_waits(loop: ast.While) -> bool:
-    return any(isinstance(node, (*_WAITS, *_LEAVES)) for node in ast.walk(loop))

@@ -131,6 +131,7 @@ PLANTED = {
     "out-of-range": (".rung", RUNGS.replace("5, 0, 1, 1]", "5, 0, 2001, 1]"), RACK, "line.rung:10"),
     "no-place": (".py", SEQUENCES.replace('"Local:2', '"Local:4'), RACK, "line.py:7"),
     "never-waits": (".py", SEQUENCES.replace(*LOOP), RACK, "line.py:13"),
+    "bad-call": (".py", SEQUENCES.replace("move_to", "moveto"), RACK, "line.py:16"),
 }
 """By rule: suffix, program and rack with the mistake, and where it is found."""
 
@@ -199,20 +200,51 @@ def test_a_planted_mistake_in_python_is_found(check, rule):
     assert (status, [each[:2] for each in findings]) == (1, [(rule, place)])
 
 
-SEQUENCES_PLANTED = {
-    "not-configured": ("CW_LIMIT", "CCW_LIMIT", "line.toml:10"),
-    "unused-terminal": ('start = Input("start")', 'start = Input("stop")', "line.toml:18"),
-    "out-of-range": ("speed=500, acceleration=1", "speed=500, acceleration=3000", "line.py:12"),
-    "no-place": ("    stop", "    other = Axis3601(1, axis.configuration)\n    stop", "line.py:7"),
-}
-"""By rule: what is replaced in the program with sequences by what, and where the mistake is found."""
+SEQUENCES_PLANTED = [
+    ("not-configured", "CW_LIMIT", "CCW_LIMIT", "line.toml:10"),
+    ("unused-terminal", 'start = Input("start")', 'start = Input("stop")', "line.toml:18"),
+    ("unused-terminal", "self.lamp = bool(self.stop)", "self.lmap = bool(self.stop)", "line.toml:25"),
+    ("unused-terminal", "await self.start.rises", "await dwell('1 s')", "line.toml:18"),
+    ("out-of-range", "speed=500, acceleration=1", "speed=500, acceleration=3000", "line.py:12"),
+    ("out-of-range", "speed=5000", "speed=499", "line.py:16"),
+    ("no-place", "    stop", "    other = Axis3601(1, axis.configuration)\n    stop", "line.py:7"),
+    ("never-waits", "await self.start.rises", "while not self.start: pass", "line.py:14"),
+    ("bad-call", "speed=5000, ", "", "line.py:16"),
+    ("bad-call", "move_to(target, ", "move_to(target, 5000, ", "line.py:16"),
+    ("bad-call", "await self.start.rises", "await self.start.rises; await dwell('2 secs')", "line.py:14"),
+    ("bad-call", "await self.start.rises", "await steady(self.start.is_on, 0.5)", "line.py:14"),
+]
+"""Rule, what is replaced in the program with sequences by what, and where the mistake is found."""
 
 
-@pytest.mark.parametrize("rule", SEQUENCES_PLANTED)
-def test_a_planted_mistake_in_sequences_is_found(check, rule):
-    old, new, place = SEQUENCES_PLANTED[rule]
-    status, findings, _ = check(".py", SEQUENCES.replace(old, new))
+@pytest.mark.parametrize(("rule", "old", "new", "place"), SEQUENCES_PLANTED)
+def test_a_planted_mistake_in_sequences_is_found(check, rule, old, new, place):
+    program = SEQUENCES.replace("Output, sequence", "Output, dwell, sequence, steady").replace(old, new)
+    status, findings, _ = check(".py", program)
     assert (status, [each[:2] for each in findings]) == (1, [(rule, place)])
+
+
+SEQUENCES_SOUND = [
+    ("self.lamp = bool(self.stop)", "setattr(self, 'lamp', bool(self.stop))"),
+    ("await self.start.rises", "while not self.start: await dwell('10 ms')"),
+    ("await self.start.rises", "while not self.start: break"),
+    ("await self.start.rises", "while self.axis.position < 0 and self.start: self.axis.halt()"),
+    ("speed=500, acceleration=1, deceleration=1", "**dict(speed=5, acceleration=1, deceleration=1)"),
+]
+
+
+@pytest.mark.parametrize(("old", "new"), SEQUENCES_SOUND)
+def test_what_may_be_meant_so_in_sequences_is_no_mistake(check, old, new):
+    program = SEQUENCES.replace("Output, sequence", "Output, dwell, sequence").replace(old, new)
+    assert program.count(new) == 1
+    assert check(".py", program)[:2] == (0, [])
+
+
+def test_the_file_of_a_base_class_is_read_too(check, tmp_path):
+    (tmp_path / "base_line.py").write_text(SEQUENCES.replace("target, speed=5000", "target, speed=499"))
+    program = "import base_line\n\n\nclass Line(base_line.Line):\n    more = 1\n"
+    _, findings, _ = check(".py", program)
+    assert [each[:2] for each in findings] == [("out-of-range", "base_line.py:16")]
 
 
 def test_all_that_has_no_place_is_found_at_once(check):

@@ -1,0 +1,47 @@
+"""Loops of sequences that never wait.
+
+while True: self.count += 1         no end and no await
+while not self.start: pass          an input stays as it is for the whole scan
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Collection, Iterator
+
+_WAITS = (ast.Await, ast.AsyncWith, ast.AsyncFor)
+_LEAVES = (ast.Break, ast.Return, ast.Raise)
+_FIXED_FORMS = (ast.UnaryOp, ast.BoolOp, ast.Compare, ast.Constant, ast.Name, ast.Attribute)
+
+
+def endless(tree: ast.Module, inputs: Collection[str]) -> Iterator[tuple[int, str]]:
+    """Yield the loops of `async def` functions that have no end and no await: line, and what is wrong.
+
+    Args:
+        tree: the text.
+        inputs: the names of inputs, which stay as they are for the whole scan.
+    """
+    for function in ast.walk(tree):
+        if isinstance(function, ast.AsyncFunctionDef):
+            for loop in ast.walk(function):
+                if isinstance(loop, ast.While) and _stays(loop.test, inputs) and not _ends_or_waits(loop):
+                    yield loop.lineno, f"{function.name} never waits in this loop: the watchdog ends it"
+
+
+def _stays(test: ast.expr, inputs: Collection[str]) -> bool:
+    """Return whether a condition can't change within a scan and may hold: it is a constant, or of inputs."""
+    if isinstance(test, ast.Constant):
+        return bool(test.value)
+    leaves = [node for node in ast.walk(test) if isinstance(node, ast.expr)]
+    names = [node for node in leaves if isinstance(node, ast.Name)]
+    parts = [node.attr for node in leaves if isinstance(node, ast.Attribute)]
+    return (
+        all(isinstance(node, _FIXED_FORMS) for node in leaves)
+        and all(node.id == "self" for node in names)
+        and bool(parts)
+        and all(part in inputs for part in parts)
+    )
+
+
+def _ends_or_waits(loop: ast.While) -> bool:
+    return any(isinstance(node, (*_WAITS, *_LEAVES)) for node in ast.walk(loop))
