@@ -21,7 +21,7 @@ def duration_ns(text: str) -> int:
     Raises:
         ValueError: no number, no unit, or a part of a nanosecond.
     """
-    match = _TIME.fullmatch(text) if isinstance(text, str) else None
+    match = _TIME.fullmatch(str(text))
     if match is None:
         units = ", ".join(UNITS_NS)
         raise ValueError(
