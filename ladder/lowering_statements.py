@@ -58,7 +58,6 @@ INSTEAD: Mapping[str, str] = {
     "SQO": "write CASE",
     "SQL": "write CASE",
     "ALMD": "write it in a routine of rungs",
-    "ALMA": "write it in a routine of rungs",
     "BRK": "write EXIT in a loop",
     "JMP": "write IF, or a loop",
     "MCR": "write IF",

@@ -163,3 +163,19 @@ def test_rungs_do_not_have_them_and_each_takes_its_own_structure():
         parse_structured("TAG T : TIMER\nTONR(T);", "p").build()
     with pytest.raises(BuildError, match="C is a FBD_COUNTER, a FBD_TIMER is needed"):
         parse_structured("TAG C : FBD_COUNTER\nTONR(C);", "p").build()
+
+
+ALARM = """TAG L : ALARM_ANALOG
+TAG Value : REAL
+TAG Ack : BOOL
+L.HEnabled := 1; L.HLimit := 80;
+ALMA(L, Value, Ack, 0, 0);
+"""
+
+
+@pytest.mark.parametrize("engine", both(ALARM), ids=["compiled", "interpreted"])
+def test_alma(engine):
+    """In alarm at the limit, unacknowledged until ProgAckAll rises, over when the value is below it."""
+    bits = "L.HInAlarm L.HAcked"
+    steps = [({"Value": 79}, bits), ({"Value": 80}, bits), ({"Ack": True}, bits), ({"Value": 79}, bits)]
+    assert run(engine, steps) == [(0, 1), (1, 0), (1, 1), (0, 1)]
