@@ -2,6 +2,7 @@
 
 from scanrack.ladder.draw import power
 from scanrack.runtime.app.bench.opening import open_bench
+from watched_page import until
 
 SCANS = [1, 1, 1, 1, 6, 90, 200, 200, 300, 1, 1, 400, 800, 1000, 1000, 40, 60, 500, 3, 1]
 """Steps of a session: 20 pauses, the emergency stop at 8 s among them."""
@@ -50,3 +51,17 @@ def test_scans_of_the_past_are_shown_as_they_were(page, paused):
         assert page.value("Strokes.ACC") == str(bench.program.tags["Strokes.ACC"])
     page.press("Live")
     page.until_scan(1499, "paused")
+
+
+def test_the_speed_of_an_axis_is_that_of_the_last_fifty_scans(page, paused):
+    page.open(paused.link, paused=True)
+    bench = open_bench("examples/feeder/feeder.toml")
+    shown = "return document.querySelector('.figures [title=\"Steps/s\"] output').textContent"
+    for scans in (1000, 400, 2000):  # on the way out, and back; at rest after the stop
+        page.step(scans)
+        page.until_scan(bench.scans + scans - 1, "paused")
+        bench.scan(scans - 50)
+        before = bench.slot[1].status.position
+        bench.scan(50)
+        speed = (bench.slot[1].status.position - before) * 10  # 50 scans of 2 ms
+        until(lambda speed=speed: page.run(shown) == f"{speed:,}")

@@ -31,6 +31,9 @@ COLOURS, FILM_COLOURS = 128, 128
 LAST_MS = 1500
 """How long the last picture of the film stays."""
 
+INTO_STRIP = "import('/taglanes.js').then(tags => arguments[0].forEach(tags.toggleTag))"
+"""Puts tags into the timing strip."""
+
 FILM_SIZE, FILM_WIDTH = (1120, 1090), 800
 """Of the window, and how wide the film is, CSS pixels."""
 
@@ -71,8 +74,10 @@ def whole(look: Look) -> None:
     def then() -> None:
         look.browser.find_element("css selector", "[data-element='Main.8.2']").click()
         look.press("Why")
+        look.run(INTO_STRIP, ["OutGo", "Strokes.ACC"])
         look.watch("Strokes.ACC")
         look.watch("Quiet.ACC")
+        look.run("scrollTo(0, 0)")
         time.sleep(0.5)
         saved(look, "watch.png")
 

@@ -37,7 +37,7 @@ Json = dict[str, Any]
 ENVELOPE_ROWS, ENVELOPE_MOST = 16, 128
 """Rows per point of a position in a frame, and most points: a fast rack has many rows."""
 
-SPEED_SCANS = 16
+SPEED_SCANS = 50
 """Scans over which the speed of an axis is measured."""
 
 STRIP_FIRST = 2048

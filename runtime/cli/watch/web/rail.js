@@ -5,7 +5,6 @@ import { count, plain } from "./format.js";
 import { run } from "./state.js";
 
 const HEIGHT = 142, RAIL = 82, SIDE = 34; // CSS pixels
-const AVERAGED_NS = 1e8;
 const ROOM = 0.25; // of the rail, that it grows by where the axis leaves it
 const TURN = 2000; // steps or counts of one turn of the encoder's dial
 
@@ -19,7 +18,6 @@ class Rail {
     this.machine = slot.machine;
     this.low = slot.machine.min;
     this.high = slot.machine.max;
-    this.trail = [];
     this.picture = svg("svg", { class: "rail", height: HEIGHT, role: "img", "aria-label": `Axis of slot ${slot.number}` });
     this.readings = readings(slot.machine.encoder, `${slot.number}.shaft`);
     this.node = el("div", { class: "machine" }, this.picture, this.readings.node);
@@ -93,25 +91,15 @@ class Rail {
       svg("path", { d: `M${x - 4} ${RAIL - 4}l8 8m-8 0l8 -8` }));
   }
 
-  move({ shaft, position, target, encoder }) {
+  move({ shaft, position, target, encoder, speed }) {
     if (!this.parts) return;
     this.fit(shaft ?? position);
-    const cart = shaft ?? position, { readings } = this, speed = this.speedAt(run.t ?? 0, cart);
+    const cart = shaft ?? position;
     this.put(this.parts.cart, cart);
     this.put(this.parts.known, position);
     this.put(this.parts.target, target);
     for (const { spec, node } of this.switches) setAttribute(node, "data-value", operated(spec, cart) ? "1" : "0");
-    readings.say({ shaft, position, target, speed, encoder });
-  }
-
-  // Steps a second, from the way of the last tenth of a second of machine time.
-  speedAt(t, position) {
-    const trail = this.trail;
-    if (trail.length && t < trail.at(-1)[0]) trail.length = 0;
-    trail.push([t, position ?? 0]);
-    while (trail.length > 2 && t - trail[1][0] >= AVERAGED_NS) trail.shift();
-    const [from, at] = trail[0];
-    return t > from ? Math.round((position - at) / (t - from) * 1e9 / 10) * 10 : 0;
+    this.readings.say({ shaft, position, target, speed, encoder });
   }
 
   put(node, position) {
@@ -145,7 +133,7 @@ function readings(hasEncoder, shaftName) {
   const needle = svg("path", { d: "M0 0V-8", class: "needle" });
   const dial = svg("svg", { class: "dial", viewBox: "-11 -11 22 22", width: 22, height: 22, "aria-hidden": "true" }, svg("circle", { r: 9.5 }), needle);
   const node = el("div", { class: "figures" }, ...Object.entries(titles).map(([name, title]) =>
-    el("div", { class: "reading middle" }, el("span", { class: "title" }, title), outputs[name])), hasEncoder ? dial : null);
+    el("div", { class: "reading middle", title }, el("span", { class: "title" }, title), outputs[name])), hasEncoder ? dial : null);
   const say = values => {
     outputs.shaft.dataset.value = plain(values.shaft);
     for (const [name, output] of Object.entries(outputs)) {
