@@ -31,7 +31,9 @@ which is logic just as well. The files, from the bottom up; each imports only fr
 | `l5x/` | exports of Studio 5000 and RSLogix 5000: read, reported, compared, written |
 | `sequences/`, `axis3601/` | logic in plain Python: sequences; the 3601's axis |
 | `rungreader`, `rungfile`, `steps` | `.rung` and `.st` files; `.steps` files |
+| `blocks/` | the motion blocks of `USE axis3601`, as rung text |
 | `program` | any program from a file |
+| `tag_values` | tags by pattern, for a recorder |
 | `debug/`, `draw/` | breakpoints, forces, why, cross reference; rungs as characters and SVG |
 
 To add an instruction:

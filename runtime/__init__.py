@@ -7,6 +7,7 @@ clock on the wall, and nothing but `cli` and `app` knows the rooms of programs a
 |---|---|
 | `cli/` | commands: options in, words and an exit status out |
 | `app/` | load, run, record, replay, fuzz, drive, bench: the application, usable without a terminal |
+| `live/` | a rack that is watched and operated while it runs |
 | `config/` | rack files to objects |
 | `modules/` | what sits in a slot, one registry |
 | `controllers/` | what is at the far end of a line |

@@ -1,4 +1,12 @@
-"""Rungs as pictures: one layout (`layout`), box characters (`characters`) or SVG (`svg`, `live`)."""
+"""Rungs as pictures: one layout, drawn in box characters or as SVG.
+
+| file | does |
+|---|---|
+| `ruler`, `layout` | widths of elements; their places |
+| `marks`, `shapes`, `markup` | signs; lines, curves and letters; SVG elements |
+| `characters`, `svg`, `live` | a routine as text, as SVG, as SVG that a page lights |
+| `power` | elements by number, and the power on them |
+"""
 
 from .characters import routine_text, rung_text
 from .live import LiveRung, live_rung

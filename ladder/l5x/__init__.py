@@ -5,6 +5,7 @@ r"""L5X: programs that Studio 5000 and RSLogix 5000 export, as they are.
 
 | file | does |
 |---|---|
+| `limits` | how much a document may have |
 | `records` | the parts of a document: plain records with their lines |
 | `document` | XML to records; refuses hostile input |
 | `report` | what was imported, declared, refused |

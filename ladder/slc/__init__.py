@@ -10,6 +10,7 @@
 | `rungs` | mnemonics and operands of a rung to the tree, and back |
 | `importer` | a document to a program, and the report of its import |
 | `export` | a program back to text |
+| `trial` | runs it: interpreter and compiler in lockstep |
 
 The program has the dialect `slc`, see `instructions.slc`.
 """

@@ -3,7 +3,7 @@
 | file | what it does |
 |---|---|
 | `wire` | formats, spans of bytes, a bus with devices in virtual time |
-| `rtu`, `pcl601_frames`, `pcl601_ascii`, `pmc006_frames` | codecs: requests, and how replies look |
+| `rtu`, `pcl601_frames`, `pcl601_pdus`, `pcl601_ascii`, `pmc006_frames` | codecs: requests and replies |
 | `master`, `adapter_line`, `liveport` | who asks: in virtual time, and on a real port |
 | `ports/` | real ports that simulated controllers answer on |
 | `clients/` | blocking clients of real controllers, and `probing`, which finds out what answers |

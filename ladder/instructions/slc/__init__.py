@@ -6,6 +6,8 @@
 | `numbers` | arithmetic, moves, scaling, conversions |
 | `timing` | timers with a time base, 16-bit counters, RES |
 | `files` | copies, shifts, queues, sequencers |
+| `messages` | MSG, whose end a stub describes |
+| `processor` | the status file before and after a scan |
 | `rows` | all rows; those of Logix that do the same here are taken as they are |
 """
 

@@ -14,6 +14,7 @@
 | `server.py` | files and the socket; the only file that imports `websockets` |
 | `play.py`, `recorded.py` | a session from start to end with its branches; a recording |
 | `editor.py` | the program's file is saved: loaded beside the scans, taken over between two |
+| `told.py` | tells the monitor of edits and branches |
 | `text.py` | the terminal's view |
 | `gate.py` | access: names of hosts, origins, headers, files, as tables |
 | `page.py` | one open page: what it was shown last, how much it may ask |
@@ -22,6 +23,9 @@
 | `recent.py`, `timeline.py` | rows by scan: the latest, and those of the recording |
 | `event_log.py` | events, and the forces, rules and waiting lines of any scan |
 | `shadow.py` | runs scans of a ladder program again, for tags and power of any of them |
+| `stretch.py` | the programs of a session by scan |
 | `indexer.py` | runs all scans of a recording once, for values now and then |
+| `lanes.py` | lanes of tags in the timing strip |
+| `elsewhere.py`, `why_process.py` | long questions, in a process of their own; why, of a Python program |
 | `web/` | the page itself |
 """

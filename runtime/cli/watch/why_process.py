@@ -1,4 +1,4 @@
-"""Why a value of a Python program is as it is: asked in a process of its own, since the program runs again.
+"""Why a value of a Python program is what it is, in a process of its own, since the program runs again.
 
     python -m scanrack.runtime.cli.watch.why_process TRACE WHAT SCAN
 
