@@ -27,7 +27,6 @@ from .output_writes import (
     WriteReader,
     computed,
     held,
-    output_word,
     path_of,
     words_out_of_range,
 )
@@ -185,7 +184,7 @@ class _Reader:
     def _copied(self, line: Line) -> Iterator[Sent]:
         """Yield constants that are copied to all words of a 3601, or handed to a block as configuration."""
         for step in steps_of(line.nodes):
-            target = output_word(step.operands[1]) if step.name in ("COP", "CPS") else None
+            target = self.writes.target(step.operands[1]) if step.name in ("COP", "CPS") else None
             if target is not None and target[0] in self.slots and target[1] == 0:
                 words = self.writes.words_of(step.operands[0])
                 if words is not None and words[0] is not None:

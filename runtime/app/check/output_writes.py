@@ -12,6 +12,11 @@ A write of output word 0 sets bits and clears bits:
     anything else            not known: none all
 
 Constants are the initial values of words that no instruction writes.
+
+Words that a COP or CPS copies to all output words of a 3601 are staged: what is written to them is written
+to the module.
+
+    COP(Setup[0],Words[0],8);  ...  CPS(Words[0],Local:1:O.Data[0],8);
 """
 
 from __future__ import annotations
@@ -21,6 +26,7 @@ from dataclasses import dataclass, replace
 
 from ....io_images.amci3601 import CommandMsw, StatusMsw
 from ....io_images.amci3601.parameters import RATE_MAX
+from ....io_images.image import WORDS
 from ....ladder.debug.crossref import TARGETS, Mention
 from ....ladder.lowered import AddOnCall, Line, Lowered, Step, steps_of
 from ....ladder.operands import Constant, Group, first_leaf
@@ -102,6 +108,34 @@ class WriteReader:
     ) -> None:
         self._constants = _constants(lowered, mentions)
         self._slots, self._place = slots, place_of
+        self._staged = dict(self._stages(lowered))
+
+    def _stages(self, lowered: Lowered) -> Iterator[tuple[str, tuple[int, int]]]:
+        """Yield the paths of tags that are copied to all output words: slot, and where its words begin."""
+        lines = [line for routine in lowered.routines.values() for line in routine.lines]
+        for step in (step for line in lines for step in steps_of(line.nodes)):
+            if step.name not in ("COP", "CPS") or output_word(step.operands[0]) is not None:
+                continue
+            source, target, length = step.operands[0], output_word(step.operands[1]), step.operands[2]
+            is_whole = isinstance(length, Constant) and length.value >= WORDS
+            if target is None or target[0] not in self._slots or target[1] or not is_whole:
+                continue
+            if isinstance(source, (Operand, Group)) and self._is_written(source):
+                yield path_of(source), (target[0], _start_of(source))
+
+    def _is_written(self, source: Operand | Group) -> bool:
+        """Return whether the program writes the words from an operand on."""
+        words = self.words_of(source)
+        return words is None or None in words
+
+    def target(self, operand: object) -> tuple[int, int] | None:
+        """Return slot and first word that an operand writes, staged or not; None if it is neither."""
+        direct = output_word(operand)
+        if direct is not None or not isinstance(operand, (Operand, Group)):
+            return direct
+        slot, first = self._staged.get(path_of(operand), (0, 0))
+        word = _start_of(operand) - first
+        return (slot, word) if slot and 0 <= word < WORDS else None
 
     def words_of(self, operand: object) -> tuple[int | None, ...] | None:
         """Return eight constant words from an operand on, None for each that is written; None if unknown."""
@@ -118,14 +152,20 @@ class WriteReader:
         needs = _needs(line) if is_rung else {}
         for step in steps_of(line.nodes):
             for use, operand in zip(step.uses, step.operands, strict=False):
-                target = output_word(operand) if use in TARGETS else None
-                if target is not None and target[0] in self._slots:
+                target = self.target(operand) if use in TARGETS else None
+                if target is not None and target[0] in self._slots and not self._hands_on(step, operand):
                     yield from self._written(step, operand, *target, self._place(line), needs.get(target[0]))
             for call in step.operands:
                 for operand in call.handed.values() if isinstance(call, AddOnCall) else ():
-                    target = output_word(operand)
+                    target = self.target(operand)
                     if target is not None:
                         yield Write(self._place(line), target[0], 0, 0, _WORD, known=False)
+
+    def _hands_on(self, step: Step, operand: object) -> bool:
+        """Return whether an instruction copies staged words to the module."""
+        source = step.operands[0]
+        is_copy = step.name in ("COP", "CPS") and isinstance(source, (Operand, Group))
+        return is_copy and output_word(operand) is not None and path_of(source) in self._staged
 
     def _written(
         self, step: Step, operand: Operand | Group, slot: int, word: int, place: Place, needs: Write | None
@@ -206,6 +246,10 @@ def _of_bit(step: Step) -> tuple[bool, bool]:
     if step.name == ":=" and isinstance(step.operands[1], Constant):
         return bool(step.operands[1].value), not step.operands[1].value
     return step.name != "OTU", step.name != "OTL"
+
+
+def _start_of(operand: Operand | Group) -> int:
+    return (operand.fixed_index or 0) if isinstance(operand, Operand) else 0
 
 
 def output_word(operand: object) -> tuple[int, int] | None:
