@@ -15,6 +15,10 @@ const seen = each => each.checkVisibility({{visibilityProperty: true}}) && !each
 return [...document.querySelectorAll("{CONTROLS}")].filter(each => seen(each) && each.tabIndex >= 0);
 """
 WIDE = "return [document.documentElement.scrollWidth, innerWidth]"
+HITS = """
+const { left, right } = document.querySelector(".hits").getBoundingClientRect();
+return [left, right];
+"""
 STYLE = "return getComputedStyle(document.querySelector(arguments[0])).getPropertyValue(arguments[1])"
 COLOURS = """
 const style = getComputedStyle(document.documentElement);
@@ -110,6 +114,13 @@ def test_a_narrow_window_does_not_scroll_sideways(opened, scheme):
     until(lambda: opened.run("return document.querySelector('svg.rung').getAttribute('width')") != wide)
     reach, width = opened.run(WIDE)
     assert reach <= width == 400
+    for summary in opened.browser.find_elements("css selector", "summary"):
+        opened.run("arguments[0].parentElement.open = true", summary)
+    opened.control("Find").send_keys("Str")
+    opened.until_there(".hits button")
+    left, right = opened.run(HITS)
+    assert 0 <= left < right <= width
+    assert opened.run(WIDE)[0] <= width
     assert opened.run(SCALE) > 0.85  # the rungs are laid out anew, not made small
 
 

@@ -51,8 +51,10 @@ function edited({ text, ...tags }) {
   return [text || "The edited program has been taken over.", ...groups.map(name => `${name}: ${tags[name].join(", ")}`)].join("\n");
 }
 
-const mistaken = ({ text, file, line }) =>
-  `The old program goes on. ${[file, line].filter(Boolean).join(":")}${file ? ": " : ""}${text}`;
+function mistaken({ text, file, line }) {
+  const place = [file, line].filter(Boolean).join(":");
+  return `The old program goes on. ${place && !text.includes(place) ? `${place}: ` : ""}${text}`;
+}
 
 // Opens what the link asks for.
 function follow() {

@@ -7,6 +7,8 @@ const LASTING = ["lost", "mistake", "met"]; // until they are over
 
 let timer = 0;
 
+at("notice").addEventListener("click", () => hush()); // one that lasts may be in the way
+
 export function tell(text, kind = "refused") {
   const notice = at("notice");
   setText(notice, text);

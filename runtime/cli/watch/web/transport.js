@@ -49,7 +49,7 @@ function paint() {
   const obeys = orders.timed() || orders.recorded(), moves = orders.recorded() ? player.playing : run.state === "live";
   pauseButton.disabled = !obeys || !moves;
   goButton.disabled = !obeys || moves || run.state === "lost";
-  stepButton.disabled = speedChoice.disabled = !obeys;
+  stepButton.disabled = speedChoice.disabled = !obeys || run.state === "lost";
 }
 
 function paintSpeed(wanted) {
