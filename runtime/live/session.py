@@ -99,6 +99,7 @@ class Session:
         branch: the scan from which another session is to begin; None if none is.
         attend: serves the monitor during a pause.
         give: gives the monitor the values of the program.
+        on_fault: called when the CPU has faulted in a session that goes on to be looked at.
         takeover: gives the order that goes on with an edited program, or None for a mistake, which it
             tells; called once, between two scans.
     """
@@ -123,9 +124,10 @@ class Session:
         self.over = False
         self.attend: Callable[[], None] = lambda: None
         self.give: Callable[[], None] = lambda: None
+        self.on_fault: Callable[[CpuFault], object] = lambda _fault: None
         self.takeover: Callable[[], Order | None] | None = None
         self.branch: int | None = None
-        self._repeats = 0
+        self._repeats = False
         self._until: int | None = None
         self._stepping: dict[str, object] | None = None
         self._fault: CpuFault | None = None
@@ -148,10 +150,11 @@ class Session:
 
         A fault of the CPU, of a program that does otherwise the second time, is shown.
         """
-        self._repeats = scan
         if scan > self._cpu.scan:
+            self._repeats = True
             with stopping_on_interrupt(self.end, inside=ScanPhases.logic.__code__):
                 self._run_or_fault(scan, shown=True)
+            self._repeats = False
 
     def set_speed(self, speed: float | None) -> None:
         """Set the speed: times real time, or None for as fast as possible."""
@@ -194,11 +197,11 @@ class Session:
             if not shown:
                 raise
             self._fault = fault
-            self._repeats = 0  # nothing more is repeated: orders are answered
             self.state.fault = str(fault)
             self.state.paused = True
             self._end_step(refused=_faulted(fault))
             self._show()
+            self.on_fault(fault)
 
     def _run(self, end: int | None) -> None:
         """Run scans until they are done, or the CPU is stopped."""
@@ -216,7 +219,7 @@ class Session:
     def look(self) -> None:
         """See whether a breakpoint was met; called after every scan."""
         stops = self._stops.stops if self._stops is not None else ()
-        if stops and self.state.breakpoints and self._cpu.scan >= self._repeats:
+        if stops and self.state.breakpoints and not self._repeats:
             self.state.met = [str(each) for each in stops]
             self._pause()
 
@@ -232,9 +235,9 @@ class Session:
             at_ns: virtual time of the next scan.
             scan: its number.
         """
-        if self.takeover is not None and scan >= self._repeats:
+        if self.takeover is not None and not self._repeats:
             self._take_over(at_ns, scan)
-        while scan >= self._repeats and self._inbox.pending:
+        while not self._repeats and not self.over and self._inbox.pending:
             number: object = None
             try:
                 said = parsed(self._inbox.take())

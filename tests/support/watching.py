@@ -30,8 +30,8 @@ class Watched:
     @property
     def monitor(self):
         """Number of the process that serves the pages: the child of the scan process, on Linux."""
-        children = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children")
-        return int(children.read_text().split()[0])
+        threads = Path(f"/proc/{self.process.pid}/task").glob("*/children")  # one of them starts it again
+        return next(int(child) for each in threads for child in each.read_text().split())
 
     def raw(self, text):
         """Send bytes to the port; return the status of the answer and all of it."""

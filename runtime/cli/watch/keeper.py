@@ -13,6 +13,7 @@ from multiprocessing.connection import Connection
 from typing import Protocol
 
 from ...live.ring import Ring
+from ...loop.pace import wall_ns
 from .session_monitor import Ran, Setup
 
 MAIN = f"from {__package__}.server import main; main()"
@@ -25,7 +26,13 @@ GRACE_S = 0.05
 """A monitor that ends within this time of the session is not started again."""
 
 STARTS_MOST = 10
-"""Most starts of a monitor."""
+"""A monitor that dies more often in a row is not started again."""
+
+SOON_NS = 30_000_000_000
+"""A monitor that has lived longer dies for the first time."""
+
+PAUSES_S = (0, 0.2, 1, 3)
+"""Waits before it is started again, by deaths in a row; then the last one."""
 
 
 class Connected(Protocol):
@@ -86,7 +93,10 @@ class Keeper:
         mine, theirs = socket.socketpair()
         given = (theirs.fileno(), self._listening.fileno(), self._ring.file)
         self._process = subprocess.Popen(
-            [sys.executable, "-c", MAIN, *map(str, given)], stdin=subprocess.DEVNULL, pass_fds=given
+            [sys.executable, "-c", MAIN, *map(str, given)],
+            stdin=subprocess.DEVNULL,
+            pass_fds=given,
+            start_new_session=True,  # Ctrl-C is for the scan process, which ends this one
         )
         theirs.close()
         pipe = Connection(mine.detach())
@@ -94,16 +104,21 @@ class Keeper:
         return pipe
 
     def _keep(self) -> None:
+        deaths = 0
         while True:
+            begun_ns = wall_ns()
             self._process.wait()
             if self._ending.wait(GRACE_S):
                 return
-            with self._changing:
-                self._setup = replace(self._setup, started=self._setup.started + 1)
-            if self._setup.started > STARTS_MOST:
-                self._say("the monitor has died too often; the scans go on without it")
+            deaths = 1 if wall_ns() - begun_ns > SOON_NS else deaths + 1
+            if deaths > STARTS_MOST:
+                self._say("the monitor has died too often: the scans go on without a page, until Ctrl-C")
                 return
             self._say("the monitor has died and is started again; the scans go on")
+            if self._ending.wait(PAUSES_S[min(deaths, len(PAUSES_S)) - 1]):
+                return
+            with self._changing:
+                self._setup = replace(self._setup, started=self._setup.started + 1)
             self.pipe.close()
             self.pipe = self._start()
             assert self._inbox is not None

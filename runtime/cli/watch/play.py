@@ -8,6 +8,7 @@ The ring, the link and the monitor outlive a branch; rack, program and recording
 
 from __future__ import annotations
 
+import os
 import secrets
 import socket
 import tempfile
@@ -30,9 +31,10 @@ from ...live.orders import Edit
 from ...live.ring import Ring
 from ...live.session import Session
 from ...live.tap import Notes, PipeInbox, Tap
+from ...loop.faults import CpuFault
 from ...loop.pace import Paced
 from ...loop.realtime import frozen_collector, real_time
-from ..run import run_to_end
+from ..run import complain_of_fault, run_to_end
 from ..status import BAD_INPUT, CANNOT_WRITE, DONE, complain, reason
 from ..terminal import say
 from .editor import Editor, Takeover
@@ -113,13 +115,26 @@ class Prepared:
     ports: ExitStack
 
 
+def listen(port: int) -> socket.socket:
+    """Listen for pages.
+
+    Raises:
+        ValueError: the port is in use, or not allowed.
+    """
+    try:
+        return socket.create_server((HOST, port))
+    except OSError as error:
+        text = os.strerror(error.errno) if error.errno else str(error)
+        raise ValueError(f"--port {port}: {text}: choose another one, or none for a free one") from error
+
+
 def watch_job(job: Job, wanted: Wanted) -> int:
     """Run a job in a session that pages can look at; return the exit status."""
     with ExitStack() as stack:
         try:
-            listening = stack.enter_context(socket.create_server((HOST, wanted.port)))
-        except OSError as error:
-            return complain(f"port {wanted.port}: {error.strerror}", BAD_INPUT)
+            listening = stack.enter_context(listen(wanted.port))
+        except ValueError as error:
+            return complain(str(error), BAD_INPUT)
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack")))
         return Play(wanted, listening, folder, stack).play(job)
 
@@ -305,15 +320,26 @@ class Play:
     def _run(self, prepared: Prepared, session: Session) -> int:
         """Run a session to its end; return the exit status."""
         wanted, run, start = self._wanted, prepared.run, prepared.start
+        faulted: list[int] = []
+
+        def tell(fault: CpuFault) -> None:
+            faulted.append(complain_of_fault(fault))
+            complain("the page shows it: branch there from an earlier scan, or end the session with Ctrl-C")
 
         def play() -> None:
             with frozen_collector(), run.cpu:
                 if start.orders is not None:
                     session.repeat_to(start.scan)
                     session.set_speed(wanted.speed)
-                session.run(wanted.scans, paused=wanted.paused or start.orders is not None)
+                try:
+                    session.run(wanted.scans, paused=wanted.paused or start.orders is not None)
+                except CpuFault:
+                    if not faulted:
+                        raise
 
-        return run_to_end(run.cpu, play, lambda: session.over and session.branch is None)
+        session.on_fault = tell
+        status = run_to_end(run.cpu, play, lambda: session.over and session.branch is None)
+        return faulted[-1] if faulted and session.branch is None else status
 
 
 def _free(path: Path) -> Path:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import re
 import secrets
-import socket
 import tempfile
 import webbrowser
 from contextlib import ExitStack
@@ -31,7 +30,7 @@ from ..status import BAD_INPUT, INTERRUPTED, complain, reason
 from ..terminal import say
 from .gate import Gate
 from .monitor import About
-from .play import HOST, KEY_BYTES, Play, Wanted
+from .play import HOST, KEY_BYTES, Play, Wanted, listen
 from .trace_monitor import Source, TraceMonitor
 
 
@@ -70,15 +69,14 @@ def watch_trace(place: Place, *, port: int, trust: bool, opened: bool) -> int:
     """Serve a recording until Ctrl-C, or until a branch of it begins; return the exit status.
 
     Raises:
-        ValueError: the recording can't be used.
-        OSError: the port can't.
+        ValueError: the recording or the port can't be used.
     """
     from .server import Server  # imported late: no other command needs websockets in its own process
 
     with ExitStack() as stack:
         trace = stack.enter_context(open_trace(place.path))
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack")))
-        listening = stack.enter_context(socket.create_server((HOST, port)))
+        listening = stack.enter_context(listen(port))
         for note in trace.notes:
             complain(f"note: {note}")
         key, number = secrets.token_hex(KEY_BYTES), listening.getsockname()[1]

@@ -22,7 +22,7 @@ number = 1
 module = "pcl601-adapter"
 port = "{}"
 """
-WAITS = [
+WAITS: list[tuple[str, dict[str, object]]] = [
     ("pause", {}),
     ("step", {"scans": 3}),
     ("speed", {"factor": 2}),
@@ -37,6 +37,7 @@ def rack(tmp_path):
     words = [sys.executable, "-m", "scanrack", "serve", "pcl601", "--tcp", "0", "--rtu-over-tcp", "--quiet"]
     process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
     try:
+        assert process.stdout is not None
         place = process.stdout.readline().split("  ")[0]
         (tmp_path / "still.py").write_text(PROGRAM)
         path = tmp_path / "rack.toml"
