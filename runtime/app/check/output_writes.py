@@ -13,8 +13,8 @@ A write of output word 0 sets bits and clears bits:
 
 Constants are the initial values of words that no instruction writes.
 
-Words that a COP or CPS copies to all output words of a 3601 are staged: what is written to them is written
-to the module.
+Words that a COP or CPS copies to all output words of a 3601 are staged if the program writes the first of
+them, the command: what is written to them is written to the module.
 
     COP(Setup[0],Words[0],8);  ...  CPS(Words[0],Local:1:O.Data[0],8);
 """
@@ -124,9 +124,9 @@ class WriteReader:
                 yield path_of(source), (target[0], _start_of(source))
 
     def _is_written(self, source: Operand | Group) -> bool:
-        """Return whether the program writes the words from an operand on."""
+        """Return whether the program writes the first of the words from an operand on, the command."""
         words = self.words_of(source)
-        return words is None or None in words
+        return words is None or words[0] is None
 
     def target(self, operand: object) -> tuple[int, int] | None:
         """Return slot and first word that an operand writes, staged or not; None if it is neither."""

@@ -68,6 +68,17 @@ COP(Words[2],axis.O.Data,8);
 END
 """
 
+TEMPLATE = """\
+PROGRAM line
+SLOT axis : 1
+TAG Words : INT[8] := [1, 0, 0, 0, 1, 0, 1, 1]
+TAG Go : BOOL
+ROUTINE Main
+MOV(4,Words[2]);
+XIC(Go)COP(Words,axis.O.Data,8);
+END
+"""
+
 
 @pytest.mark.parametrize(
     ("program", "expected"),
@@ -75,10 +86,14 @@ END
         (STAGED, [("out-of-range", 8)]),
         (STAGED.replace("XIO(Go)MOV(0,Words[2]);", "NOP();"), [("command-held", 6), ("out-of-range", 8)]),
         (STAGED.replace(",8);", ",4);"), []),
+        (TEMPLATE, [("command-held", 7)]),
     ],
 )
 def test_words_behind_an_offset(program, expected, tmp_path):
-    """Word 8 of the tag is word 6 of the module; word 1 is none of it. Four words are no whole image."""
+    """Word 8 of the tag is word 6 of the module; word 1 is none of it. Four words are no whole image.
+
+    A command whose target is written, and not its first word, is given where it is copied.
+    """
     (tmp_path / "rack.toml").write_text(RACK)
     (tmp_path / "line.rung").write_text(program)
     done = CliRunner().invoke(build(), ["check", str(tmp_path / "rack.toml"), "--json"])
