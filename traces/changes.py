@@ -80,7 +80,7 @@ class Changes:
         self._tags = tags
         self._tag_row = b""
         self._slots = [(slot, SLOT_BYTES * place) for place, slot in enumerate(slots)]
-        self._reporting = [place + IMAGE_BYTES for slot, place in self._slots if slot.speaks_3601]
+        self._reporting = [place + IMAGE_BYTES for slot, place in self._slots if slot.is_stepper]
         self._flag_names = flag_names
         self._every = every
         self._memory = bytes(SLOT_BYTES * len(slots))
@@ -220,6 +220,6 @@ class Changes:
 
 def _reported(slot: SlotInfo, direction: str, words: Words) -> tuple[int | None, int | None]:
     """Return position and count of an image, None where it has none."""
-    if not slot.speaks_3601 or direction != "in" or in_configuration_mode(words):
+    if not slot.is_stepper or direction != "in" or in_configuration_mode(words):
         return None, None
     return join_reported(words[2], words[3]), join_reported(words[4], words[5])

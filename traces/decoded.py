@@ -71,13 +71,13 @@ class Decoded:
     """
 
     def __init__(self, slots: Sequence[SlotInfo], offset: int) -> None:
-        speaking = [slot for slot in slots if slot.speaks_3601]
-        if not speaking:
+        steppers = [slot for slot in slots if slot.is_stepper]
+        if not steppers:
             held = ", ".join(f"slot {slot.number}: {slot.module or '-'}" for slot in slots)
             raise ValueError(f"there is no 3601 in the trace to decode ({held})")
-        catalog = Catalog(speaking)
+        catalog = Catalog(steppers)
         signals = [signal for signal in catalog.values() if signal.kind in _ROS]
-        self.messages = _messages(speaking, signals)
+        self.messages = _messages(steppers, signals)
         placed = list(leaves(self.messages[0][1], dict(self.messages), offset))
         by_path = {_path(signal): signal for signal in signals}
         self._columns = [Placed(by_path[leaf.path], ".".join(leaf.path)) for leaf in placed]

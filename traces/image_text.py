@@ -130,7 +130,7 @@ def short_seconds(time_ns: int) -> str:
 
 def module_text(slot: SlotInfo, direction: str, before: Words, after: Words) -> str:
     """Return what changed in an image of a slot as text; `direction` is "out" or "in"."""
-    if slot.speaks_3601:
+    if slot.is_stepper:
         return (output_wording if direction == "out" else input_wording)(before, after)
     image, names = ("O", slot.words.outputs) if direction == "out" else ("I", slot.words.inputs)
     named = {word: bits for word in range(WORDS) if (bits := dict(slot.words.bits(image, word)))}

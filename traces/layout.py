@@ -51,10 +51,10 @@ class SlotInfo:
             object.__setattr__(self, "words", words)
 
     @property
-    def speaks_3601(self) -> bool:
+    def is_stepper(self) -> bool:
         """Whether its words are those of a 3601: the module itself, or one that answers as one.
 
-        >>> SlotInfo(1, "amci3601").speaks_3601, SlotInfo(2, "my own").words.inputs[2]
+        >>> SlotInfo(1, "amci3601").is_stepper, SlotInfo(2, "my own").words.inputs[2]
         (True, 'word2')
         """
         return is_stepper(self.words)

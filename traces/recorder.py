@@ -292,7 +292,7 @@ class ScanRecorder:
         for slot in self._slots:
             facts[f"slot.{slot.number}.module"] = slot.module
             facts[f"slot.{slot.number}.firmware"] = slot.firmware
-            if slot.words.groups and not slot.speaks_3601:
+            if slot.words.groups and not slot.is_stepper:
                 facts[names_key(slot.number)] = names_text(slot.words)
         return facts | {name: _version(name) for name in ("scanrack", "mcap")}
 

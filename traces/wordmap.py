@@ -32,7 +32,7 @@ def word_map(slots: Iterable[SlotInfo]) -> str:
 
 
 def _slot_map(slot: SlotInfo) -> dict[str, object]:
-    words, tables = slot.words, _BITS_3601 if slot.speaks_3601 else {}
+    words, tables = slot.words, _BITS_3601 if slot.is_stepper else {}
     bits = {name: {word: _bit_names(bits) for word, bits in table.items()} for name, table in tables.items()}
     return {"out": words.outputs, "in": words.inputs, "bits": bits}
 

@@ -26,7 +26,7 @@ def recorded_levels(recording: Recording) -> Iterator[Stimulus]:
     An input that is not used shows no level: it is taken as it is shown, not active.
     """
     for slot in recording.slots:
-        if slot.speaks_3601:
+        if slot.is_stepper:
             yield from _levels_of(recording, slot.number)
 
 

@@ -190,7 +190,7 @@ def recorded_stimuli(recording: Recording) -> Iterator[Stimulus]:
 
     A card's input may have the name of a machine's one: cards have no machine.
     """
-    bolted = {slot.number for slot in recording.slots if slot.speaks_3601}
+    bolted = {slot.number for slot in recording.slots if slot.is_stepper}
     for event in recording.events:
         name = str(event.fields.get("name")).upper()
         if event.topic == "/stimuli" and name in InputBit.__members__:

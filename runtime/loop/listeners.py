@@ -52,14 +52,14 @@ class Listeners:
 
     Attributes:
         listeners: those that receive events and scans, in order.
-        speaking_to: the listener called last; if that call raised, this listener is to blame.
+        called_last: the listener called last; if that call raised, this listener is to blame.
     """
 
-    __slots__ = ("_to_close", "listeners", "speaking_to")
+    __slots__ = ("_to_close", "listeners", "called_last")
 
     def __init__(self, listeners: Iterable[ScanListener]) -> None:
         self.listeners = list(listeners)
-        self.speaking_to: ScanListener | None = None
+        self.called_last: ScanListener | None = None
         self._to_close = list(self.listeners)
 
     def add(self, listener: ScanListener) -> None:
@@ -70,13 +70,13 @@ class Listeners:
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Pass on a finished scan."""
         for listener in self.listeners:
-            self.speaking_to = listener
+            self.called_last = listener
             listener.scan(scan, now_ns, flags)
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
         """Pass on an event."""
         for listener in self.listeners:
-            self.speaking_to = listener
+            self.called_last = listener
             listener.event(scan, now_ns, topic, fields)
 
     def raised(self, scan: int, event: Event, **origin: int) -> None:
@@ -101,8 +101,8 @@ class Listeners:
 
     def dismiss_present(self) -> None:
         """Pass nothing more to the listener called last; it is still closed at the end."""
-        if self.speaking_to is not None:
-            self.listeners.remove(self.speaking_to)
+        if self.called_last is not None:
+            self.listeners.remove(self.called_last)
 
     def close(self) -> None:
         """Close every listener once, in order, even if one of them raises; then raise what it raised."""

@@ -115,7 +115,7 @@ TIME = Field(None, "cpu", "time_ns", Kind.WORD, 0, 1, lambda times: times)
 
 def fields_of(slot: SlotInfo) -> Iterator[Field]:
     """Yield the fields of a slot's images, inputs first: the logic reads before it writes."""
-    if slot.speaks_3601:
+    if slot.is_stepper:
         yield from _inputs_3601(slot.number)
         yield from _outputs_3601(slot.number)
         return

@@ -117,7 +117,7 @@ class Tracks(Generic[C]):
     def panel(self, happened: Sequence[Mark]) -> Panel[C]:
         """Return the panel."""
         inputs, outputs = self._inputs.changes(), self._outputs.changes()
-        is_axis = self.slot.speaks_3601
+        is_axis = self.slot.is_stepper
         lanes = bit_lanes(inputs, outputs) if is_axis else card_lanes(self.slot.words, inputs, outputs)
         titles = [title for title, _ in self._sources]
         return Panel(
@@ -245,7 +245,7 @@ _PLAIN = re.compile(r"word\d|data|ch\d_data")
 def _curve_signals(slot: SlotInfo) -> list[tuple[str, str]]:
     """Return titles and signals of a slot's curves: of a card the channels that the rack file names."""
     stem = f"slot{slot.number}"
-    if slot.speaks_3601:
+    if slot.is_stepper:
         return [("position, steps", f"{stem}.in.position"), ("speed, steps/s", f"{stem}.speed")]
     named = (("in", slot.words.inputs), ("out", slot.words.outputs))
     return [
@@ -257,7 +257,7 @@ def _curve_signals(slot: SlotInfo) -> list[tuple[str, str]]:
 
 
 def _can_be_drawn(slot: SlotInfo) -> bool:
-    return slot.speaks_3601 or any(slot.words.groups.values()) or bool(_curve_signals(slot))
+    return slot.is_stepper or any(slot.words.groups.values()) or bool(_curve_signals(slot))
 
 
 def wanted_slots(trace: Trace, numbers: Sequence[int]) -> list[SlotInfo]:

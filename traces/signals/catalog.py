@@ -171,7 +171,7 @@ def _terminals(slots: Sequence[SlotInfo]) -> dict[str, str]:
     """Return the names that rack files give to terminals of cards, with the signals they mean."""
     meant: dict[str, list[str]] = {}
     for slot in slots:
-        for names in slot.words.groups.values() if not slot.speaks_3601 else ():
+        for names in slot.words.groups.values() if not slot.is_stepper else ():
             for name, at in names.items():
                 direction = "in" if at.image == "I" else "out"
                 meant.setdefault(name.lower(), []).append(f"slot{slot.number}.{direction}.{name}")
@@ -181,7 +181,7 @@ def _terminals(slots: Sequence[SlotInfo]) -> dict[str, str]:
 def _slot_signals(slot: SlotInfo) -> Iterator[Signal]:
     """Yield the signals of a slot."""
     number, stem = slot.number, f"slot{slot.number}"
-    if slot.speaks_3601:
+    if slot.is_stepper:
         yield Signal(f"{stem}.speed", Kind.MEASURED, partial(_speed, number))
         yield from _3601_signals(number, stem)
     else:

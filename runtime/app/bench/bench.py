@@ -24,7 +24,7 @@ from ..why.again import Load
 from ..why.answer import Why
 from ..why.journal import Journal
 from ..why.named import Names
-from .event_log import Ear
+from .event_log import EventLog
 from .slot import SlotBench
 
 
@@ -97,14 +97,14 @@ class Bench:
         if self._observed:
             self.program.on_edit = self._record_edit
         rack = build_rack(spec)
-        self._ear = ear = Ear()
-        self.told = ear.told
+        self._events = events = EventLog()
+        self.told = events.told
         self._journal = Journal(rack)
-        self.cpu = ear.cpu = build_cpu(
+        self.cpu = events.cpu = build_cpu(
             spec,
             logic,
             rack,
-            listeners=[*listeners(rack), watching(self._journal, logic), ear],
+            listeners=[*listeners(rack), watching(self._journal, logic), events],
             watchdog=None if watched else Watchdog(0),
         )
         if self._observed:
@@ -145,11 +145,11 @@ class Bench:
         self._run(scans, lambda: self.stops)
 
     def _run(self, scans: int, over: Callable[[], object]) -> None:
-        self._ear.over = over
+        self._events.over = over
         try:
             self.cpu.run(scans)
         finally:
-            self._ear.over = bool
+            self._events.over = bool
 
     def run_for(self, time: str) -> None:
         """Run for a machine time with its unit, such as "2 s", rounded up to whole scans.

@@ -34,7 +34,7 @@ class Told:
         return f"scan {self.scan}, {self.now_ns / 1e9:g} s, {where}: {self.text}"
 
 
-class Ear:
+class EventLog:
     """A listener that keeps events, and ends a run on request.
 
     Attributes:

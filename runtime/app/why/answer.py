@@ -203,7 +203,7 @@ class Why:
     def _of_slot(self, slot: SlotInfo) -> Iterator[str]:
         """Yield what a module waits for."""
         past = SlotPast(self.past, slot)
-        if slot.speaks_3601:
+        if slot.is_stepper:
             said = waits(past)
         else:
             said = [module_text(slot, "in", (0,) * WORDS, past.inputs) or "all inputs are 0"]

@@ -90,9 +90,9 @@ def _names(slot: SlotInfo, masks: Mapping[int, int], words: Sequence[int]) -> It
     for word, mask in sorted(masks.items()):
         if word not in whole:
             yield from _bits(slot, word, mask, words[word])
-        elif slot.speaks_3601 and word in VALUES_3601 and word + 1 in whole:
+        elif slot.is_stepper and word in VALUES_3601 and word + 1 in whole:
             yield f"{VALUES_3601[word]} {join_reported(words[word], words[word + 1]):,}"
-        elif slot.speaks_3601 and word - 1 in VALUES_3601 and word - 1 in whole:
+        elif slot.is_stepper and word - 1 in VALUES_3601 and word - 1 in whole:
             continue
         else:
             yield f"{slot.words.inputs[word]} {words[word]}"
@@ -102,6 +102,6 @@ def _bits(slot: SlotInfo, word: int, mask: int, value: int) -> Iterator[str]:
     named = {bit: name for name, bit in slot.words.bits("I", word)}
     for bit in range(16):
         # MODE_CONFIG is read with every other bit of a 3601's status: it says what they mean
-        of_meaning = slot.speaks_3601 and (word, bit) == (0, 15) and not value >> 15 & 1
+        of_meaning = slot.is_stepper and (word, bit) == (0, 15) and not value >> 15 & 1
         if mask >> bit & 1 and not of_meaning:
             yield f"{named.get(bit, f'{slot.words.inputs[word]}.{bit}')} {value >> bit & 1}"
