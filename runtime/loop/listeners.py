@@ -55,7 +55,7 @@ class Listeners:
         called_last: the listener called last; if that call raised, this listener is to blame.
     """
 
-    __slots__ = ("_to_close", "listeners", "called_last")
+    __slots__ = ("_to_close", "called_last", "listeners")
 
     def __init__(self, listeners: Iterable[ScanListener]) -> None:
         self.listeners = list(listeners)
