@@ -1,5 +1,7 @@
 """Power and tags that the page shows are those of a bench that was run as far."""
 
+from functools import partial
+
 from scanrack.ladder.draw import power
 from scanrack.runtime.app.bench.opening import open_bench
 from watched_page import until
@@ -57,6 +59,10 @@ def test_the_speed_of_an_axis_is_that_of_the_last_fifty_scans(page, paused):
     page.open(paused.link, paused=True)
     bench = open_bench("examples/feeder/feeder.toml")
     shown = "return document.querySelector('.figures [title=\"Steps/s\"] output').textContent"
+
+    def is_shown(speed):
+        return page.run(shown) == speed
+
     for scans in (1000, 400, 2000):  # on the way out, and back; at rest after the stop
         page.step(scans)
         page.until_scan(bench.scans + scans - 1, "paused")
@@ -64,4 +70,4 @@ def test_the_speed_of_an_axis_is_that_of_the_last_fifty_scans(page, paused):
         before = bench.slot[1].status.position
         bench.scan(50)
         speed = (bench.slot[1].status.position - before) * 10  # 50 scans of 2 ms
-        until(lambda speed=speed: page.run(shown) == f"{speed:,}")
+        until(partial(is_shown, f"{speed:,}"))
