@@ -37,7 +37,7 @@ INTO_STRIP = "import('/taglanes.js').then(tags => arguments[0].forEach(tags.togg
 FILM_SIZE, FILM_WIDTH = (1120, 1090), 800
 """Of the window, and how wide the film is, CSS pixels."""
 
-FILM_FROM_S, FILM_TO_S, FILM_STEP_S, FILM_SPEED = 0.3, 5.6, 0.08, 0.25
+FILM_FROM_S, FILM_TO_S, FILM_STEP_S, FILM_SPEED = 0.3, 5.6, 0.08, 0.1
 """Machine time of its start, of its end, between two pictures at least; how fast the rack runs meanwhile."""
 
 

@@ -1,0 +1,97 @@
+"""Why of a Python program: a process answers, in bounded time, and every question has one answer."""
+
+import time
+
+import numpy as np
+import pytest
+from scanrack.runtime.cli import build
+from scanrack.runtime.cli.watch import elsewhere
+from scanrack.runtime.cli.watch.elsewhere import Elsewhere
+from scanrack.runtime.cli.watch.page import Page
+from scanrack.traces.arrays import column_chunks
+from scanrack.traces.columns import Columns, join
+from scanrack.traces.reader import open_trace
+from typer.testing import CliRunner
+
+SCANS = 1500
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    trace = tmp_path_factory.mktemp("why") / "run.mcap"
+    words = ["run", "examples/three_stations/line.toml", "--record", str(trace), "--scans", str(SCANS)]
+    assert CliRunner().invoke(build(), words).exit_code == 0
+    return trace
+
+
+@pytest.fixture(scope="module")
+def columns(recording):
+    with open_trace(recording) as trace:
+        return join(list(column_chunks(trace)))
+
+
+@pytest.fixture
+def asked():
+    made = Elsewhere()
+    yield made
+    made.close()
+
+
+def answers(page):
+    """The answers that a page has got so far."""
+    return [message["answer"] for message in page.outbox]
+
+
+def answered(asked, page, count=1):
+    give_up = time.monotonic() + 60
+    while len(page.outbox) < count:
+        assert time.monotonic() < give_up
+        asked.tick()
+        time.sleep(0.02)
+    return answers(page)
+
+
+def test_the_line_that_changed_a_value_is_named(asked, recording, columns):
+    page = Page()
+    asked.why(page, 7, str(recording), "line.step", columns)
+    (answer,) = answered(asked, page)
+    assert answer["id"] == 7
+    assert answer["ok"]
+    assert answer["scan"] == SCANS - 1
+    assert "line.step is 'move' since scan" in answer["text"]
+
+
+def test_scans_that_are_not_written_yet_go_along(asked, recording, columns):
+    page = Page()
+    last = columns.rows(SCANS - 1, SCANS)
+    more = Columns(last.scan + 1, last.time_ns + 2_000_000, last.flags, np.array(last.words))
+    asked.why(page, 1, str(recording), "line.step", more)
+    (answer,) = answered(asked, page)
+    assert answer["scan"] == SCANS
+
+
+def test_a_name_that_there_is_not_is_refused(asked, recording, columns):
+    page = Page()
+    asked.why(page, 1, str(recording), "line.nonsense", columns)
+    (answer,) = answered(asked, page)
+    assert "nonsense" in answer["refused"]
+
+
+def test_another_question_ends_the_one_before_and_the_end_of_the_session_all(asked, recording, columns):
+    page = Page()
+    for number in (1, 2):
+        asked.why(page, number, str(recording), "line.step", columns)
+    asked.close()
+    assert answers(page) == [
+        {"id": 1, "refused": "another question was asked meanwhile"},
+        {"id": 2, "refused": "the session has ended"},
+    ]
+
+
+def test_an_answer_that_takes_too_long_is_given_up(asked, recording, columns, monkeypatch):
+    monkeypatch.setattr(elsewhere, "PATIENCE_NS", -1)
+    page = Page()
+    asked.why(page, 1, str(recording), "line.step", columns)
+    asked.tick()
+    (answer,) = answers(page)
+    assert f"scanrack why {recording} line.step --at {SCANS - 1}" in answer["refused"]
