@@ -28,18 +28,31 @@ UNKNOWN = "stub the instruction, or take it out"
 _PENDING = "accept or cancel the edits, then export again"
 
 
-_CALLED = re.compile(r"([A-Za-z_]\w*)\(")
-_QUOTED = re.compile(r"'(?:[^'$\n]|\$[^\n])*'")
+_CALLED = re.compile(r"\b([A-Za-z_]\w*+)\(")
+_QUOTED = re.compile(r"'(?:[^'$\n]|\$[^\n])*+'?")
+_ASIDE = re.compile(
+    r"'(?:[^'$\n]|\$[^\n])*+'?|\(\*(?:.*?\*\)|.*)|/\*(?:.*?\*/|.*)|//[^\n]*|^[ \t]*#[^\n]*",
+    re.DOTALL | re.MULTILINE,
+)
+"""Strings, comments and regions of structured text."""
+
+_INVOKED = re.compile(r"(?:\A|;|:(?!=)|\b(?:THEN|ELSE|DO|REPEAT)\b)\s*([A-Za-z_]\w*+)\s*\(", re.IGNORECASE)
+"""A call at the beginning of a statement."""
+
+_STATEMENTS = frozenset({"IF", "WHILE", "UNTIL", "CASE"})
+"""Keywords of statements that an expression in parentheses may follow."""
 
 
 def instruction_names(document: Document) -> list[str]:
-    """Return the names before opening parentheses in the rungs of a document, each once."""
+    """Return the names of the instructions that a document calls, each once."""
     routines = [each for program in document.programs for each in program.routines]
     routines += [each for add_on in document.add_ons for each in add_on.routines]
     found: dict[str, None] = {}
     for routine in routines:
         for rung in routine.rungs:
             found.update(dict.fromkeys(_CALLED.findall(_QUOTED.sub("", rung.text))))
+        text = _ASIDE.sub(" ", "\n".join(line for line, _ in routine.lines))
+        found.update((each, None) for each in _INVOKED.findall(text) if each.upper() not in _STATEMENTS)
     return list(found)
 
 

@@ -1,6 +1,11 @@
 """Partial exports: what their context leaves out is declared from its use."""
 
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
 from l5x_files import add_on, after, document, ladder, parameter, program, structured, tag
+from scanrack.ladder.l5x.routines import instruction_names
 
 
 def test_a_controller_that_is_context_is_a_partial_export(imported):
@@ -91,3 +96,31 @@ def test_what_is_only_referred_to_is_declared_from_its_use(imported):
         r"\Main.Elsewhere": "routine that does nothing",
         "task Fast": "event task that runs nothing",
     }
+
+
+def test_structured_text_calls_add_ons_that_were_not_exported(imported):
+    text = """// Comment(Not, A, Call);
+    Mixer(Mix, Total, 1); (* Nor(This); *)
+    #region Nor(this)
+    IF (Total > 3) THEN Blender (Blend, 'Text(In, Quotes)'); END_IF;
+    CASE Total OF 1: Feeder(Feed); ELSE Over := ABS(Total); END_CASE;
+    #endregion
+    Done := Mix.Full;
+    """
+    found = imported(
+        document(target="Routine", programs=[program("Main", structured("Main", text), main="")])
+    )
+    assert found.report.objects == []
+    assert [each for each in found.report.declared if each.startswith("add-on")] == [
+        "add-on Mixer",
+        "add-on Blender",
+        "add-on Feeder",
+    ]
+
+
+@pytest.mark.parametrize("text", ["'$" * 200_000, "(*" * 200_000, "a" * 400_000, "'" * 400_000])
+def test_names_of_calls_are_found_in_linear_time(text):
+    routine = SimpleNamespace(rungs=[SimpleNamespace(text=text)], lines=[(text, 1)])
+    part = SimpleNamespace(routines=[routine])
+    read: Any = SimpleNamespace(programs=[part], add_ons=[])
+    assert instruction_names(read) == []  # quadratic, it takes hours
