@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import ast
 import difflib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from inspect import Signature, signature
 from typing import Any
 
@@ -18,7 +18,7 @@ from ....io_images.amci3601 import Acceleration, Direction
 from ....ladder.axis3601 import Axis3601, Command, ErrorId
 from ....ladder.sequences import dwell, steady
 from .facts import Place, Remark
-from .python_facts import Reader, UnknownError
+from .python_facts import Reader, UnknownError, variants
 
 NEUTRAL: Mapping[str, object] = {
     "direction": Direction.CW,
@@ -84,45 +84,35 @@ class Calls:
 
     def _refusal(self, axis: Axis3601, call: ast.Call) -> str:
         """Return why the constants of a command are refused; empty if they are not."""
-        arguments = self._arguments(axis, call)
-        if arguments is None:
-            return ""
-        command = getattr(axis, _method(call))(**arguments)
-        if isinstance(command, Command) and command.error_id & ErrorId.PARAMETER:
-            return command.detail
-        speed, least = self._constant(call, "speed"), axis.configuration.starting_speed
-        if _method(call) in FROM_STARTING_SPEED and isinstance(speed, int) and speed < least:
-            return f"speed {speed} is below the starting speed of {axis.name}, {least}"
+        neutral = {**NEUTRAL, "speed": axis.configuration.starting_speed}
+        arguments = self._arguments(axis, call, neutral)
+        for each in variants(arguments) if arguments else ():
+            try:
+                command = getattr(axis, _method(call))(**each)
+            except (TypeError, ValueError):  # the call itself fails, at its line
+                return ""
+            if isinstance(command, Command) and command.error_id & ErrorId.PARAMETER:
+                return command.detail
+            speed, least = each.get("speed"), axis.configuration.starting_speed
+            if _method(call) in FROM_STARTING_SPEED and isinstance(speed, int) and speed < least:
+                return f"speed {speed} is below the starting speed of {axis.name}, {least}"
         return ""
 
-    def _constant(self, call: ast.Call, name: str) -> object:
-        """Return the value of an argument that is given by name; None if it is not known."""
-        for each in call.keywords:
-            if each.arg == name:
-                try:
-                    return self._reader.value(each.value)
-                except UnknownError:
-                    return None
-        return None
-
-    def _arguments(self, axis: Axis3601, call: ast.Call) -> dict[str, Any] | None:
-        """Return the arguments of a command, legal ones for unknown ones; None if it can't be tried."""
+    def _arguments(
+        self, axis: Axis3601, call: ast.Call, neutral: Mapping[str, object]
+    ) -> Mapping[str, Sequence[object]] | None:
+        """Return the values of the arguments, legal ones for unknown ones; None if it can't be tried."""
         method = getattr(axis, _method(call), None)
         if not callable(method) or _unpacks(call) or _misfit(axis, call):
             return None
-        bound = _bound(signature(method), call)
-        arguments: dict[str, Any] = {}
-        for name, node in bound.items():
+        arguments: dict[str, Sequence[object]] = {}
+        for name, node in _bound(signature(method), call).items():
             try:
-                arguments[name] = self._reader.value(node)
+                arguments[name] = self._reader.possible(node)
             except UnknownError:
-                if name not in NEUTRAL:
+                if name not in neutral:
                     return None
-                arguments[name] = NEUTRAL[name]
-        try:
-            method(**arguments)
-        except (TypeError, ValueError):  # the call itself fails, at its line
-            return None
+                arguments[name] = (neutral[name],)
         return arguments
 
     def _no_time(self, kind: Any, call: ast.Call) -> str:

@@ -14,6 +14,7 @@ import ast
 import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
+from inspect import getattr_static
 from pathlib import Path
 from typing import Any
 
@@ -46,12 +47,13 @@ def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
     if not facts.misplaced:
         facts.uses_bit = _uses_bit(logic, [tree for _, tree, _ in texts])
     axes = {each.name: each for each in parts_of(logic) if isinstance(each, Axis3601)}
+    fields = _constant_fields(logic, [tree for _, tree, _ in texts])
     inputs = [each.name for each in parts_of(logic) if isinstance(each, Input | InputWord)]
     for axis in axes.values():
         words = tuple(axis.configuration.to_image().words.tolist())
         facts.configurations.append(Sent(_place(axis.declared, path), axis.slot, words))
     for file, tree, names in texts:
-        calls = Calls(Reader(str(file), tree, names), axes)
+        calls = Calls(Reader(str(file), tree, names, fields), axes)
         facts.searches.extend(Sent(place, axis.slot) for place, axis in calls.searches())
         facts.out_of_range.extend(calls.refused())
         facts.misused.extend(calls.failing())
@@ -105,6 +107,19 @@ def _uses_bit(logic: Logic, texts: Sequence[ast.Module]) -> UsesBit:
         return not places.isdisjoint({(slot, image, word, bit), (slot, image, word, None)})
 
     return uses
+
+
+def _constant_fields(logic: Logic, texts: Sequence[ast.Module]) -> dict[str, object]:
+    """Return the plain values in the body of the class that its text never changes, by name."""
+    stored = {
+        node.attr
+        for tree in texts
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)
+    }
+    bodies = [name for kind in type(logic).__mro__ if issubclass(kind, Logic) for name in vars(kind)]
+    values = {name: getattr_static(type(logic), name) for name in bodies if name not in stored}
+    return {name: value for name, value in values.items() if isinstance(value, int | str | tuple)}
 
 
 def _place(declared: str, path: Path) -> Place:

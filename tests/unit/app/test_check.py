@@ -186,6 +186,8 @@ PYTHON_PLANTED = {
     "unused-terminal": ('["lamp"]', '["lump"]', "line.toml:25"),
     "command-held": (PYTHON.splitlines()[-1], "    pass", "line.py:13"),
     "out-of-range": ("target, FAST, 1, 1", "target, FAST * 300, 1, 1", "line.py:13"),
+    "out-of-range of a list": ("target, FAST", "(0, 9_000_000)[target], FAST", "line.py:13"),
+    "out-of-range below the starting speed": ("target, FAST", "target, FAST - 4501", "line.py:13"),
 }
 """By rule: what is replaced in the Python program by what, and where the mistake is found."""
 
@@ -193,6 +195,7 @@ PYTHON_PLANTED = {
 @pytest.mark.parametrize("rule", PYTHON_PLANTED)
 def test_a_planted_mistake_in_python_is_found(check, rule):
     old, new, place = PYTHON_PLANTED[rule]
+    rule = rule.partition(" ")[0]
     program = PYTHON.replace(old, new)
     if rule == "command-held":
         program = program.replace('scan.slot[3].outputs["lamp"] = buttons[0]', 'print("lamp")')
@@ -207,6 +210,11 @@ SEQUENCES_PLANTED = [
     ("unused-terminal", "await self.start.rises", "await dwell('1 s')", "line.toml:18"),
     ("out-of-range", "speed=500, acceleration=1", "speed=500, acceleration=3000", "line.py:12"),
     ("out-of-range", "speed=5000", "speed=499", "line.py:16"),
+    ("out-of-range", "(0, 4000)", "(0, 4000, 9_000_000)", "line.py:16"),
+    ("out-of-range", "for target in (0, 4000)", "for target, _ in ((0, 1), (9_000_000, 2))", "line.py:16"),
+    ("out-of-range", "for target in (0, 4000)", "for target in FAR", "line.py:18"),
+    ("out-of-range", "for target in (0, 4000)", "for target in self.far", "line.py:17"),
+    ("out-of-range", "move_to(target", "move_to(self.far[target % 2]", "line.py:17"),
     ("no-place", "    stop", "    other = Axis3601(1, axis.configuration)\n    stop", "line.py:7"),
     ("never-waits", "await self.start.rises", "while not self.start: pass", "line.py:14"),
     ("bad-call", "speed=5000, ", "", "line.py:16"),
@@ -220,6 +228,10 @@ SEQUENCES_PLANTED = [
 @pytest.mark.parametrize(("rule", "old", "new", "place"), SEQUENCES_PLANTED)
 def test_a_planted_mistake_in_sequences_is_found(check, rule, old, new, place):
     program = SEQUENCES.replace("Output, sequence", "Output, dwell, sequence, steady").replace(old, new)
+    if "FAR" in new:
+        program = program.replace("\n\nclass", "\nFAR = [0, 9_000_000]\n\n\nclass", 1)
+    if "far" in new:
+        program = program.replace("    start", "    far = (0, 9_000_000)\n    start", 1)
     status, findings, _ = check(".py", program)
     assert (status, [each[:2] for each in findings]) == (1, [(rule, place)])
 
@@ -229,6 +241,8 @@ SEQUENCES_SOUND = [
     ("await self.start.rises", "while not self.start: await dwell('10 ms')"),
     ("await self.start.rises", "while not self.start: break"),
     ("await self.start.rises", "while self.axis.position < 0 and self.start: self.axis.halt()"),
+    ("for target in (0, 4000)", "for target in (self.stop, 4000)"),
+    ("(0, 4000):", "(9_000_000, 4000):\n                target -= 9_000_000"),
     ("speed=500, acceleration=1, deceleration=1", "**dict(speed=5, acceleration=1, deceleration=1)"),
 ]
 
