@@ -122,6 +122,7 @@ def film(look: Look) -> None:
         look.open(session.link, paused=True)
         look.step(1)
         look.until_there("svg.rung")
+        look.until_scan(0, "paused")
         look.press("Go on")
         now_s = 0.0
         while now_s < FILM_TO_S:
