@@ -154,7 +154,7 @@ function draw() {
   to.line(now, 0, now, high - AXIS, run.state === "past" ? colours.mark : colours.edge, run.state === "past" ? 1.5 : 1);
 }
 
-const leftOf = wide => (wide < 600 ? 104 : 168); // where time begins, beside the names
+const leftOf = wide => (wide < 400 ? 104 : wide < 600 ? 140 : 168); // where time begins, beside the names
 
 // The edges of one signal in words, for a reader of the screen and for scripts.
 function list() {
