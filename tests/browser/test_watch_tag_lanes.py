@@ -59,7 +59,11 @@ def test_edges_of_a_rack_that_runs_are_all_there(page, feeder_rack):
         page.press("Pause")
         page.until_handle("state", "paused")
         scans = int(page.handle("scan")) + 1
-        until_listed(page, "OutGo", changes("OutGo", scans))
+        there = changes("OutGo", scans)
+        until(lambda: listed(page, "OutGo")[-1] == there[-1])
+        first, *later = listed(page, "OutGo")  # the lane begins where the strip did when the tag was chosen
+        assert later == [each for each in there if each[0] > first[0]]
+        assert first[1] == [value for scan, value in there if scan <= first[0]][-1]
 
 
 def test_a_python_program_has_its_steps_in_the_strip(page):

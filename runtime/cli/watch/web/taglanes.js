@@ -75,11 +75,12 @@ export async function fill(from, to) {
   } catch { /* what is there is shown */ }
 }
 
-// Puts the points of some scans in the place of those that were there.
+// Puts the points of some scans in the place of those that were there. Each piece begins with a point, changed or not.
 function put(name, from, end, items) {
   if (!items.length) return;
   const period = run.hello.period_ns, list = points.get(name) ?? [];
-  points.set(name, [...list.slice(0, after(list, from * period - 1)), ...items, ...list.slice(after(list, end * period - 1))]);
+  const all = [...list.slice(0, after(list, from * period - 1)), ...items, ...list.slice(after(list, end * period - 1))];
+  points.set(name, all.filter((item, at) => !same(all[at - 1], item)));
 }
 
 // The stretches of a tag from one time to another: [from, to, value, least, most], the first one from before.
