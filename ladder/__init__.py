@@ -15,8 +15,8 @@ which is logic just as well. The files, from the bottom up; each imports only fr
 | `schedule`, `scheduler` | tasks, and when they run their programs |
 | `stubs` | replacements of instructions, and of the other end of a message |
 | `axes`, `bound_axes` | axes that a 3601 of the rack moves: settings; its block |
-| `motion_types`, `motion_words` | types and words of motion |
-| `block_types`, `predefined` | structures of function blocks; all predefined types |
+| `motion_types`, `motion_words`, `words` | types and words of motion; all words of lists |
+| `block_types`, `safety_types`, `predefined` | structures of blocks, of safety instructions; all types |
 | `tagref`, `spec`, `operand_checks` | Python operands; one instruction, its uses; what a use accepts |
 | `resolver`, `lowered`, `fault_log`, `view` | addresses to operands; a program ready to run; faults; tags |
 | `interpreter/`, `engine`, `compiler/` | the two back ends: rungs, power, values; one running program |

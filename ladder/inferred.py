@@ -30,8 +30,8 @@ from .motion_types import (
     MOTION_INSTRUCTION,
     is_axis,
 )
-from .motion_words import KEYWORDS
 from .predefined import HMIBC, SERIAL_PORT_CONTROL
+from .safety_types import SAFETY
 from .spec import Spec, Use
 from .statements import (
     Assignment,
@@ -84,6 +84,7 @@ from .types import (
     Member,
     Structure,
 )
+from .words import KEYWORDS, plain
 
 COMPUTED = 100
 """Elements of an array with a computed subscript."""
@@ -120,6 +121,7 @@ _BLOCKS: Mapping[str, DataType] = {
     "CTUD": FBD_COUNTER,
     **dict.fromkeys(("OSRI", "OSFI"), FBD_ONESHOT),
     **BLOCKS,
+    **SAFETY,
 }
 
 _REGIONS = frozenset({Use.SOURCE, Use.DESTINATION, Use.ARRAY, Use.TABLE})
@@ -507,8 +509,8 @@ def _is_logical(operand: Operand) -> bool:
 
 
 def _is_word(operand: Address) -> bool:
-    """Whether a motion instruction means a word by this, not a tag."""
-    return operand.name.upper().replace(" ", "") in KEYWORDS
+    """Whether an instruction means a word of a list by this, not a tag."""
+    return plain(operand.name) in KEYWORDS
 
 
 def _bit_of(step: object) -> int:

@@ -17,7 +17,6 @@ from .instructions.statements import CONDITION
 from .instructions.stubbed import specs_of_stubs
 from .lowered import AddOnCall, Frame, Line, Lowered, LoweredRoutine, Node, Parallel, Step, steps_of
 from .lowering_statements import StatementLowering
-from .motion_words import KEYWORDS, plain
 from .operand_checks import OPERAND_CHECKS, WRITTEN, OperandError, described, is_string
 from .operands import Constant, Group, Place, Resolved, as_number, constant, first_leaf, leaves_in
 from .resolver import AddressError, Resolver
@@ -40,6 +39,7 @@ from .tree import (
     too_deep,
 )
 from .types import DINT, HIDDEN, LINT, Structure
+from .words import KEYWORDS, plain
 
 _NUMERIC = (Use.NUMBER, Use.INTEGER, Use.EXPRESSION)
 """Uses of numbers, which may be written as characters: MOV('A',Code)."""
@@ -331,7 +331,7 @@ class Lowering:
         if word not in KEYWORDS:
             close = difflib.get_close_matches(word, KEYWORDS, n=1)
             hint = f"did you mean {close[0]}" if close else "name a tag, a number or a word of its list"
-            raise OperandError(f"{operand} is neither a tag nor a word of the motion instructions", hint)
+            raise OperandError(f"{operand} is neither a tag nor a word of a list", hint)
         return word
 
     def note_written(self, operand: Operand, resolved: Place | Group) -> None:

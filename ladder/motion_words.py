@@ -20,7 +20,7 @@ CHANGED_MOTION = ("Jog", "Move")
 REDEFINITIONS = ("Absolute", "Relative")
 POSITIONS = ("Actual", "Command")
 
-_LISTS = (
+LISTS = (
     *(STOP_TYPES, NO_YES, DISABLED_ENABLED, SPEED_UNITS, RATE_UNITS, JERK_UNITS, PROFILES, MERGE_SPEEDS),
     *(CHANGED_MOTION, REDEFINITIONS, POSITIONS),
     (
@@ -52,16 +52,4 @@ _LISTS = (
     ("CW Full", "CCW Full", "Inverse", "Module", "Axis"),
     ("Master Axis", "Slave Axis", "Position", "Torque", "Velocity", "Acceleration"),
 )
-
-
-def plain(word: str) -> str:
-    """Return a word in capitals without spaces and hyphens, as structured text has it.
-
-    >>> plain("Units per sec2"), plain("S-Curve")
-    ('UNITSPERSEC2', 'SCURVE')
-    """
-    return word.upper().replace(" ", "").replace("-", "")
-
-
-KEYWORDS = frozenset(plain(word) for words in _LISTS for word in words)
-"""All words, as `plain` has them."""
+"""All lists."""

@@ -22,6 +22,7 @@ from .operands import (
 )
 from .operators import BITWISE, RELATIONS
 from .predefined import HMIBC, SERIAL_PORT_CONTROL
+from .safety_types import SAFETY
 from .slc_types import SLC_CONTROL, SLC_COUNTER, SLC_TIMER, SLC_TYPES
 from .spec import Use
 from .types import (
@@ -38,6 +39,8 @@ from .types import (
     Elementary,
     Structure,
 )
+
+_BLOCKS = (FBD_TIMER, FBD_COUNTER, FBD_ONESHOT, *BLOCK_TYPES.values(), *SAFETY.values())
 
 
 class OperandError(ValueError):
@@ -241,7 +244,7 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
         lambda each: _is_structure(each, COUNTER), "a COUNTER", "declare the tag as COUNTER"
     ),
     Use.BLOCK: OperandCheck(
-        lambda each: _is_structure(each, FBD_TIMER, FBD_COUNTER, FBD_ONESHOT, *BLOCK_TYPES.values()),
+        lambda each: _is_structure(each, *_BLOCKS),
         "a structure of its parameters",
         "declare the tag as FBD_TIMER, FBD_COUNTER, FBD_ONESHOT or what its block is",
     ),

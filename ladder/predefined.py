@@ -9,6 +9,7 @@ from collections.abc import Mapping
 
 from .block_types import BLOCK_TYPES
 from .motion_types import MOTION_TYPES
+from .safety_types import SAFETY
 from .slc_types import SLC_TYPES
 from .types import BOOL, DINT, SINT, TYPES, DataType, Member, Structure
 
@@ -69,6 +70,7 @@ PREDEFINED_TYPES: Mapping[str, DataType] = {
     **TYPES,
     **MOTION_TYPES,
     **BLOCK_TYPES,
+    **{each.name: each for each in SAFETY.values()},
     SERIAL_PORT_CONTROL.name: SERIAL_PORT_CONTROL,
     HMIBC.name: HMIBC,
     **{each.name: each for each in _PLAIN},

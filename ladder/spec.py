@@ -53,7 +53,7 @@ class Use(Enum):
     TIMER = auto()
     COUNTER = auto()
     BLOCK = auto()
-    """Reads and writes the structure with the parameters of an instruction of structured text."""
+    """Reads and writes the structure with the parameters of an instruction."""
     CONTROL = auto()
     MESSAGE = auto()
     PID = auto()

@@ -30,6 +30,7 @@ from . import (
     ports,
     process,
     regulation,
+    safety,
     sequencers,
     shifts,
     strings,
@@ -55,6 +56,7 @@ from .phases import *  # noqa: F403
 from .ports import *  # noqa: F403
 from .process import *  # noqa: F403
 from .regulation import *  # noqa: F403
+from .safety import *  # noqa: F403
 from .sequencers import *  # noqa: F403
 from .shifts import *  # noqa: F403
 from .strings import *  # noqa: F403
@@ -86,6 +88,7 @@ FAMILIES = (
     immediate,
     ports,
     phases,
+    safety,
     motion,
 )
 """The family files, in the manual's order; each lists its instructions in `__all__`."""

@@ -32,10 +32,10 @@ from ..motion_words import (
     RATE_UNITS,
     REDEFINITIONS,
     SPEED_UNITS,
-    plain,
 )
 from ..operands import Constant, Group, Place, Resolved, constant
 from ..types import DINT
+from ..words import plain
 from .motion_control import AXIS_NOT_CONFIGURED, MotionControl
 
 SERVO_OFF, SHUT_DOWN, AXIS_FAULT, IN_MOTION, ILLEGAL_CHANGE, ILLEGAL = 5, 7, 20, 22, 23, 25

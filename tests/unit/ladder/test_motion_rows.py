@@ -100,7 +100,7 @@ def test_another_number_of_operands_is_refused(rung, says):
     [
         ("MSO(Speed,M);", "Speed is a REAL, an axis is needed"),
         ("MSO(Ax,Go);", "Go is a BOOL, a MOTION_INSTRUCTION is needed"),
-        ("MAS(Ax,M,Jogg,Yes,1,0,0,1,0);", "Jogg is neither a tag nor a word of the motion instructions"),
+        ("MAS(Ax,M,Jogg,Yes,1,0,0,1,0);", "Jogg is neither a tag nor a word of a list"),
         ("MGS(Ax,M,Programmed);", "Ax is a AXIS_CIP_DRIVE, a MOTION_GROUP is needed"),
     ],
 )

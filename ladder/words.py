@@ -1,0 +1,18 @@
+"""The words of lists that operands take: those of motion and of the safety instructions."""
+
+from __future__ import annotations
+
+from . import motion_words, safety_types
+
+
+def plain(word: str) -> str:
+    """Return a word in capitals without spaces and hyphens, as structured text has it.
+
+    >>> plain("Units per sec2"), plain("S-Curve")
+    ('UNITSPERSEC2', 'SCURVE')
+    """
+    return word.upper().replace(" ", "").replace("-", "")
+
+
+KEYWORDS = frozenset(plain(word) for words in (*motion_words.LISTS, safety_types.WORDS) for word in words)
+"""All words, as `plain` has them."""
