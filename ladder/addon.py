@@ -44,7 +44,7 @@ from .spec import Spec, Use
 from .statements import Invocation, operands_in, statements_in
 from .stubs import Stub
 from .tagref import operand_of
-from .tags import OPEN, Tag
+from .tags import OPEN, TRUTHS, Tag
 from .tree import (
     Address,
     Instruction,
@@ -184,7 +184,7 @@ class AddOn:
 
     def _wrong_names(self, addresses: Iterable[Address], known: set[str]) -> Iterator[str]:
         for address in addresses:
-            if address.name.upper() not in known and not _is_flag(address):
+            if address.name.upper() not in known and not _is_in_all(address):
                 names = ", ".join(each.name for each in self.parameters)
                 yield f"there is no parameter or local tag {address.name}; there are {names}"
 
@@ -265,8 +265,10 @@ def specs_of(
     return {**specs, **{name: each.spec for name, each in add_ons.items()}, **specs_of_stubs(stubs)}
 
 
-def _is_flag(address: Address) -> bool:
-    return address.name.upper().startswith("S:")
+def _is_in_all(address: Address) -> bool:
+    """Whether an address is a status flag, or TRUE or FALSE, which every routine has."""
+    name = address.name.upper()
+    return name.startswith("S:") or (name in TRUTHS and not address.steps)
 
 
 def _addresses(instruction: Instruction) -> Iterator[Address]:

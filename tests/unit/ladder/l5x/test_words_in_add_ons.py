@@ -1,7 +1,7 @@
 """Words of instructions in an add-on instruction are not taken for its tags."""
 
 import pytest
-from l5x_files import add_on, document, ladder, tag
+from l5x_files import add_on, after, document, ladder, parameter, program, structured, tag
 
 
 @pytest.mark.parametrize("passes", ["ALL", "INC", "2"])
@@ -14,3 +14,13 @@ def test_passes_of_a_file_instruction(imported, passes):
     block = add_on("Counts", [], local, ladder("Logic", text))
     found = imported(document(target="AddOnInstructionDefinition", add_ons=[block]))
     assert (found.report.refused, found.report.ran) == ([], 1)
+
+
+def test_true_and_false(imported):
+    text = "Yes := TRUE; No := False OR NOT true;"
+    outputs = [parameter(name, "BOOL", "Output", required=False) for name in ("Yes", "No")]
+    block = add_on("Truths", outputs, [], structured("Logic", text))
+    main = program("Main", ladder("Main", "Truths(T);"))
+    found = imported(document(add_ons=[block], tags=[tag("T", "Truths")], programs=[main]))
+    assert (found.report.objects, found.report.ran) == ([], 1)
+    assert (after(found)["T.Yes"], after(found)["T.No"]) == (True, False)
