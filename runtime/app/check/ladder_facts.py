@@ -18,6 +18,7 @@ from ....ladder.debug import cross_reference
 from ....ladder.debug.crossref import Mention
 from ....ladder.lowered import AddOnCall, Line, Lowered, Step, steps_of
 from ....ladder.operands import Constant, Group, first_leaf
+from ....ladder.operands import Place as Operand
 from ....ladder.tags import tag_in
 from ...config.rackspec import RackSpec
 from .facts import Facts, Place, Remark, Sent, UsesBit
@@ -56,6 +57,8 @@ BLOCKS = frozenset(
 )
 """The blocks of `USE axis3601` that have them."""
 
+WORD_BITS = 16
+
 _NEUTRAL = (0, 0, 0, 0, 1, 0, 1, 1)
 """Legal parameters, in place of words that are not known."""
 
@@ -79,6 +82,7 @@ class _Reader:
         self.program, self.path, self.spec = program, path, spec
         self.lowered: Lowered = program.build()
         self.mentions = cross_reference(self.lowered).mentions
+        self.cards = {slot.number: slot.words for slot in spec.slot}
         self.slots = {slot.number: slot for slot in spec.slot if is_stepper(slot.words)}
         self.writes = WriteReader(self.lowered, self.mentions, self.slots, self._place)
         self.lines = [
@@ -100,6 +104,7 @@ class _Reader:
                 for each in self.program.warnings
             ],
             held=list(held(writes)),
+            misplaced=list(self._misplaced()),
             out_of_range=[*self._copies_out_of_range(copies), *self._parameters_out_of_range()],
         )
         reported = {each.place for each in facts.out_of_range}
@@ -114,6 +119,30 @@ class _Reader:
         return facts
 
     # --- tags and terminals
+
+    def _misplaced(self) -> Iterator[Remark]:
+        """Yield the instructions with a bit of a card that is not a terminal."""
+        for _, line in self.lines:
+            for step in steps_of(line.nodes):
+                for operand in step.operands:
+                    text = self._no_terminal(operand) if isinstance(operand, Operand) else ""
+                    if text:
+                        yield Remark(self._place(line), text)
+
+    def _no_terminal(self, operand: Operand) -> str:
+        """Return that a bit is not a terminal of its card; empty if it is, or if that is not known."""
+        leaf, bit, word = operand.leaf, operand.bit, operand.fixed_index
+        slot = leaf.slot
+        if slot is None or slot not in self.cards or not leaf.is_image:
+            return ""
+        image, kind = ("O", "output") if leaf.output else ("I", "input")
+        terminals = self.cards[slot].terminals.get(image)
+        if terminals is None or word is None or not isinstance(bit, Constant):
+            return ""
+        if word * WORD_BITS + int(bit.value) < terminals:
+            return ""
+        there = f"{kind}s 0 to {terminals - 1}" if terminals else f"no {kind}s"
+        return f"{operand.text}: the card in slot {slot} has {there}"
 
     def _tags(self, facts: Facts) -> None:
         if self.lowered.functions:

@@ -360,3 +360,21 @@ def test_a_configuration_that_cannot_be_seen_is_said(check):
 def test_what_cannot_be_used_is_refused(tmp_path):
     done = CliRunner().invoke(build(), ["check", str(tmp_path / "none.toml")])
     assert done.exit_code == 2
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("Local:3:O.Data.0", "Local:3:O.Data.7", ""),
+        ("Local:3:O.Data.0", "Local:3:O.Data.8", "the card in slot 3 has outputs 0 to 7"),
+        ("Local:3:O.Data.0", "O:3.0/8", "the card in slot 3 has outputs 0 to 7"),
+        ("XIO(Local:2:I.Data.1)", "XIO(Local:3:I.Data.1)", "the card in slot 3 has no inputs"),
+        ("XIO(Local:2:I.Data.1)", "XIO(Local:2:I.Data.15)", ""),
+    ],
+)
+def test_a_terminal_that_the_card_does_not_have(check, old, new, says):
+    rack = RACK.replace("1769-OB16", "1762-OW8")
+    _, findings, _ = check(".rung", RUNGS.replace(old, new), rack)
+    texts = [each[2] for each in findings if each[0] == "no-place"]
+    assert len(texts) == bool(says)
+    assert not says or says in texts[0]
