@@ -3,7 +3,7 @@
 Replacing them in the code takes a fraction of the time and memory that a tree of `ast` takes.
 A code object keeps them as a table of entries, one for up to eight units of two bytes:
 
-    1 kkkk nnn    kind k and n + 1 units; behind it what the kind asks for
+    1 kkkk nnn    kind k and n + 1 units; then the data of the kind
     kind 13       no columns: the difference to the line before, signed, six bits a byte
     kind 15       no line
 
@@ -38,7 +38,7 @@ def relocated(code: CodeType, lines: Sequence[int]) -> CodeType:
 
 
 def _stretches(code: CodeType, lines: Sequence[int]) -> Iterator[tuple[int | None, int]]:
-    """Yield new lines, or None for no line, each with the byte behind its last one."""
+    """Yield new lines, or None for no line, each with the byte after its last one."""
     line, until = None, 0
     for start, end, old in code.co_lines():
         new = None if old is None else lines[old - 1]

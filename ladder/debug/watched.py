@@ -51,7 +51,7 @@ class Change:
         index: which element of it, 0 for a single value.
         before: its value before.
         after: its value then.
-        site: the instruction, None if a Python routine, or someone outside of the program, wrote it.
+        site: the instruction, None if a Python routine, or a test, wrote it.
         power: whether the rung was true before that instruction.
         blockers: the conditions of the rung that were false before it.
         prescan: whether it was prescan that wrote.
@@ -93,7 +93,7 @@ class _Running:
 
 
 class WatchedMemory(Memory):
-    """Memory that tells of changes, and in which values can be forced.
+    """Memory that reports changes, and in which values can be forced.
 
     Attributes:
         watcher: called at every change while a scan is watched.
@@ -127,7 +127,7 @@ class WatchedMemory(Memory):
             self._lists[ident] = values
 
     def write(self, leaf: Leaf, index: int, value: Value) -> None:
-        """Set a value, as far as it is not forced; tell if that changes it."""
+        """Set a value, as far as it is not forced; report a change."""
         watcher = self.watcher
         after = self.forced(leaf, index, value) if self.held else value
         if watcher is None:

@@ -13,7 +13,7 @@ from .document import L5xError
 from .records import Document, RoutineRecord
 
 MOST_IN_RUNG = 5_000
-"""Instructions in one rung; one with more is refused, and not the document."""
+"""Instructions in one rung; only the rung is refused beyond it."""
 
 
 class Limit(NamedTuple):

@@ -31,7 +31,7 @@ class Edited:
         number: of the edit, from 1.
         at_ns: time of the first scan after it.
         name: of the program.
-        text: what became of its tags, a sentence.
+        text: a sentence about its tags.
         tags: the new ones, those of another type, and those that are gone.
     """
 

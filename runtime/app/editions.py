@@ -100,7 +100,7 @@ class Editions:
         self.follow(job)
 
     def follow(self, job: Job) -> None:
-        """Take note of a loaded program: its modules are dropped when another one is loaded."""
+        """Remember a loaded program: its modules are dropped when another one is loaded."""
         self._used |= folders_of(job)
 
     def up_to(self, number: int) -> Editions:
@@ -111,7 +111,7 @@ class Editions:
         return branch
 
     def job(self, number: int) -> Job:
-        """Return a program that runs from its beginning: the one that was kept, or loaded anew.
+        """Return a program that runs from its beginning: the kept one, or one that is loaded again.
 
         Raises:
             ValueError: there is no such program, or it can't be loaded.

@@ -36,7 +36,7 @@ class TagOrders:
         events: its events.
 
     Raises:
-        ValueError: an order of the recording is none.
+        ValueError: an order of the recording can't be read.
     """
 
     def __init__(self, score: Score, events: Sequence[TraceEvent]) -> None:

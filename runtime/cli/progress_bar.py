@@ -1,4 +1,4 @@
-"""The bar itself, drawn by rich."""
+"""The progress bar, drawn by rich."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@
 | `server.py` | files and the socket; the only file that imports `websockets` |
 | `play.py`, `recorded.py` | a session from start to end with its branches; a recording |
 | `editor.py` | the program's file is saved: loaded beside the scans, taken over between two |
-| `told.py` | tells the monitor of edits and branches |
+| `announcing.py` | announces edits and branches to the monitor |
 | `text.py` | the terminal's view |
 | `gate.py` | access: names of hosts, origins, headers, files, as tables |
 | `page.py` | one open page: what it was shown last, how much it may ask |

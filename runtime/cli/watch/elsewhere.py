@@ -1,4 +1,4 @@
-"""Questions that take longer than a picture may wait: a process of its own answers each, in bounded time."""
+"""Questions that take longer than a frame: a process of its own answers each, in bounded time."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Elsewhere:
         self._open: list[_Open] = []
 
     def why(self, page: Page, number: object, trace: str, what: str, more: Columns) -> None:
-        """Ask why a value of a recorded Python program is as it is; the answer goes to the page.
+        """Ask why a recorded value of a Python program is what it is; the answer goes to the page.
 
         Args:
             page: that asks.

@@ -37,12 +37,12 @@ from ...loop.realtime import frozen_collector, real_time
 from ..run import complain_of_fault, run_to_end
 from ..status import BAD_INPUT, CANNOT_WRITE, DONE, complain, reason
 from ..terminal import say
+from .announcing import Announcer, programs_of
 from .editor import Editor, Takeover
 from .keeper import Keeper
 from .monitor import About
 from .session_monitor import Setup
 from .text import TextView
-from .told import ProgramsTold, programs_of
 
 HOST = "127.0.0.1"
 KEY_BYTES = 16
@@ -262,7 +262,7 @@ class Play:
         hands.given.extend(start.orders or ())
         session: Session
         assert self._keeper is not None
-        programs = ProgramsTold(run, prepared.editions, start.orders or (), tap.tell, self._keeper)
+        programs = Announcer(run, prepared.editions, start.orders or (), tap.tell, self._keeper)
         run.on_edit = programs.tell_edit
 
         def hand_over(takeover: Takeover) -> None:

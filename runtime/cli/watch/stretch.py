@@ -2,7 +2,7 @@
 
 scan       0 ................ 4,010 ................. 9,200 ....
 stretch    number 0           number 1                number 2
-power      its own program's, and nobody else's
+power      its own program's, no other
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Stretch:
     """A program and the scans that it has run.
 
     Args:
-        number: how often the program had been edited before.
+        number: number of edits before it.
         first: its first scan.
         logic: the program; None if it is not known, or must not be run.
         file: of the program.
@@ -72,7 +72,7 @@ class Stretch:
 
     @cached_property
     def lanes(self) -> TagLanes:
-        """Tells the points of tags in the timing strip."""
+        """Returns the points of tags in the timing strip."""
         return TagLanes(self._timeline, self._shadow(), self._told)
 
     def _shadow(self) -> Shadow | None:

@@ -1,4 +1,4 @@
-"""Lets the monitor know which program runs from which scan on, and that a branch begins."""
+"""Announces to the monitor which program runs from which scan on, and that a branch begins."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ def programs_of(run: JobRun, editions: Editions, orders: Sequence[RecordedOrder]
     return tuple(_ran(editions[number], first) for number, first in enumerate((0, *edits)))
 
 
-class ProgramsTold:
-    """Tells of the programs of a run.
+class Announcer:
+    """Announces the programs of a run.
 
     Args:
         run: the run.
         editions: its programs.
         orders: those that are given to it again.
         tell: takes messages for the monitor.
-        keeper: starts monitors, which begin with what was told last.
+        keeper: starts monitors, which begin with the latest announcement.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class ProgramsTold:
         self._again = orders[-1].scan if orders else -1
 
     def tell_edit(self, edited: Edited) -> None:
-        """Tell of an edit."""
+        """Announce an edit."""
         program = _ran(self._editions[edited.number], edited.at_ns // self._run.cpu.period_ns)
         self._programs += (program,)
         self._keeper.go_on_with(programs=self._programs)
@@ -60,7 +60,7 @@ class ProgramsTold:
         self._tell({"edited": {"text": edited.text, **edited.tags, **fields}})
 
     def tell_branch(self, ring: Ring, trace: Path, record: str | None) -> None:
-        """Let the monitor begin anew, also one that is started later.
+        """Let the monitor begin again, also one that is started later.
 
         Args:
             ring: what the branch writes comes next in it.
