@@ -8,7 +8,7 @@ the same list; an image is the eight words of the rack.
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
 from types import CellType, MappingProxyType
 from typing import Any, Protocol
@@ -137,6 +137,14 @@ class Memory:
         spot = self.layout.spot(leaf)
         assert spot is not None, leaf.path
         return self._lists[spot.ident], spot
+
+    def column(self, leaf: Leaf, begin: int, step: int, count: int) -> Column | None:
+        """Return where every `step`th value of a leaf is, see `Store`."""
+        cell = self.cells.get(leaf.ident)
+        if cell is None:
+            values, spot = self._listed(leaf)
+            return column_in(values, spot.at, begin, step, count)
+        return column_in(cell.cell_contents, int, begin, step, count) if leaf.dims else None
 
     def values(self, leaf: Leaf) -> Value | list[Value]:
         """Return the value of a leaf, or a list of all its elements."""
@@ -286,6 +294,29 @@ class Memory:
         set_text_in(self, self.layout, path, at, value)
 
 
+Column = tuple[list[Any], slice]
+"""A list, and places in it that are equally far apart."""
+
+
+def column_in(values: Any, at: Callable[[int], int], begin: int, step: int, count: int) -> Column | None:
+    """Return the places of every `step`th value in a list, None if they are not equally far apart.
+
+    Args:
+        values: a list; anything else, such as an image or a list with forces, gives None.
+        at: returns the place of a value by its number.
+        begin: number of the first value.
+        step: from number to number.
+        count: values, two at least.
+    """
+    if type(values) is not list or count < 2:
+        return None
+    first, last = at(begin), at(begin + step * (count - 1))
+    stride = at(begin + step) - first
+    if stride < 1 or last - first != stride * (count - 1) or last >= len(values):
+        return None
+    return values, slice(first, last + 1, stride)
+
+
 class Store(Protocol):
     """What has values: a memory, or what is passed to an add-on instruction.
 
@@ -300,6 +331,9 @@ class Store(Protocol):
 
     def write(self, leaf: Leaf, index: int, value: Value) -> None:
         """Set a value, which is of the leaf's type already."""
+
+    def column(self, leaf: Leaf, begin: int, step: int, count: int) -> Column | None:
+        """Return where every `step`th value of a leaf is, None if each stands by itself."""
 
 
 class Listed:
@@ -337,6 +371,12 @@ class Listed:
             word = self._values[at]
             value = word | self._mask if value else word & ~self._mask
         self._values[at] = value
+
+    def column(self, leaf: Leaf, begin: int, step: int, count: int) -> Column | None:
+        """Return where every `step`th value of a leaf is, see `Store`."""
+        if self._mask is not None:
+            return None
+        return column_in(self._values, lambda index: self._at(leaf, index), begin, step, count)
 
 
 class Named:
@@ -378,6 +418,12 @@ class Named:
             word, mask = int(self._memory.read(where, at)), mask_of(where.type, self.bit)
             value = word | mask if value else word & ~mask
         self._memory.write(where, at, value)
+
+    def column(self, leaf: Leaf, begin: int, step: int, count: int) -> Column | None:
+        """Return where every `step`th value of a leaf is, see `Store`."""
+        if self.bit is not None:
+            return None
+        return self._memory.column(*self._where(leaf, begin), step, count)
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from .arithmetic import real, whole, wrap
-from .memory import Store, Value
+from .memory import Column, Store, Value
 from .operands import Constant, Group, Place, Resolved
 from .tags import OWN, Leaf
 from .types import DataType, Elementary, Field, count_of, fields_of, size_of
@@ -156,6 +156,11 @@ def fill(target: End, length: int, value: Value) -> None:
     count = min(length, region.left(first, store))
     for part in region.parts:
         filling = converted(part.leaf.type, value)
+        found = _column(store, part, first, count)
+        if found is not None:
+            values, places = found
+            values[places] = [filling] * count
+            continue
         for number in range(count):
             store.write(part.leaf, (first + number) * part.per_element + part.field.index, filling)
 
@@ -174,8 +179,13 @@ def converted(kind: Elementary, value: Value) -> Value:
 def take(memory: Store, region: Region, first: int, count: int) -> bytes:
     """Return elements as bytes."""
     data = bytearray(count * region.size)
-    for number in range(count):
-        for part in region.parts:
+    for part in region.parts:
+        found = _column(memory, part, first, count)
+        if found is not None:
+            values, places = found
+            _pack_all(data, region.size, part.field, values[places])
+            continue
+        for number in range(count):
             value = memory.read(part.leaf, (first + number) * part.per_element + part.field.index)
             _pack(data, number * region.size + part.field.offset, part.field, value)
     return bytes(data)
@@ -183,10 +193,44 @@ def take(memory: Store, region: Region, first: int, count: int) -> bytes:
 
 def put(memory: Store, region: Region, first: int, count: int, data: bytes) -> None:
     """Set elements from bytes."""
-    for number in range(count):
-        for part in region.parts:
+    data = data[: count * region.size]
+    for part in region.parts:
+        found = _column(memory, part, first, count)
+        if found is not None:
+            values, places = found
+            values[places] = _unpack_all(data, region.size, part.field, count)
+            continue
+        for number in range(count):
             value = _unpack(data, number * region.size + part.field.offset, part.field)
             memory.write(part.leaf, (first + number) * part.per_element + part.field.index, value)
+
+
+def _column(store: Store, part: Part, first: int, count: int) -> Column | None:
+    """Return where a field's values of several elements are, None if each is read and written by itself."""
+    begin = first * part.per_element + part.field.index
+    return store.column(part.leaf, begin, part.per_element, count) if count > 1 else None
+
+
+def _pack_all(data: bytearray, size: int, field: Field, values: list[Value]) -> None:
+    if field.bit is not None:
+        for number, value in enumerate(values):
+            if value:
+                data[number * size + field.offset] |= 1 << field.bit
+        return
+    packed = struct.pack(f"<{len(values)}{field.type.code}", *values)
+    width = len(packed) // len(values)
+    for place in range(width):
+        data[field.offset + place :: size] = packed[place::width]
+
+
+def _unpack_all(data: bytes, size: int, field: Field, count: int) -> list[Value]:
+    if field.bit is not None:
+        return [bool(each >> field.bit & 1) for each in data[field.offset :: size]]
+    width = struct.calcsize(f"<{field.type.code}")
+    packed = bytearray(count * width)
+    for place in range(width):
+        packed[place::width] = data[field.offset + place :: size]
+    return list(struct.unpack(f"<{count}{field.type.code}", packed))
 
 
 def _pack(data: bytearray, offset: int, field: Field, value: Value) -> None:

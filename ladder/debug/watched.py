@@ -141,6 +141,10 @@ class WatchedMemory(Memory):
         if not same(before, after):
             watcher(leaf, index, before, after)
 
+    @override
+    def column(self, leaf: Leaf, begin: int, step: int, count: int) -> None:
+        """Let every value be written by itself."""
+
     def forced(self, leaf: Leaf, index: int, value: Value) -> Value:
         """Return a value with the forces of its place in it."""
         held = self.held.get((leaf.ident, index))
