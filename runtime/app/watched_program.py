@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from ...ladder.compiler.observed import LineKey
 from ...ladder.debug import Debugger
 from ...ladder.debug.journal import Entry, snapshot
 from ..live.ring import Records
@@ -33,11 +34,13 @@ class Values:
         scan: number of the scan.
         values: by identifier of the variable, see `ladder.debug.journal`.
         program: number of edits before it.
+        truths: power of the scan before, of a program with routines in Python, which is always interpreted.
     """
 
     scan: int
     values: dict[str, Any]
     program: int
+    truths: Mapping[LineKey, tuple[bool, ...]] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +74,6 @@ class LadderNotes:
         self._debugger, self._records = debugger, records
         self._entry: Entry | None = None
         self._forces: object = None
-        self._impure = bool(debugger.program.functions)
         self._due_ns = 0
 
     def note(self, scan: int) -> None:
@@ -82,7 +84,7 @@ class LadderNotes:
             if entry.writes or entry.forces is not self._forces or self._debugger.engine.memory.copies_inputs:
                 self._forces = entry.forces
                 self._write(inputs_of(self._debugger, entry, scan))
-        if scan % EVERY == EVERY - 1 or (self._impure and wall_ns() >= self._due_ns):
+        if scan % EVERY == EVERY - 1 or (self._debugger.interpreted and wall_ns() >= self._due_ns):
             self._due_ns = wall_ns() + IMPURE_NS
             self.give(scan + 1)
 
@@ -97,7 +99,9 @@ class LadderNotes:
 
 def values_of(debugger: Debugger, scan: int) -> Values:
     """Return the values of a program before a scan."""
-    return Values(scan, snapshot(debugger.engine.memory), len(debugger.edits))
+    engine = debugger.engine
+    truths = engine.truths if debugger.interpreted else None
+    return Values(scan, snapshot(engine.memory), len(debugger.edits), truths)
 
 
 def inputs_of(debugger: Debugger, entry: Entry, scan: int) -> Inputs:

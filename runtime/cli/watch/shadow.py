@@ -65,7 +65,7 @@ class Kept:
         else:
             at = bisect_right(self.scans, record.scan)
             self.scans.insert(at, record.scan)
-            self._values.insert(at, pickle.dumps(record.values, pickle.HIGHEST_PROTOCOL))
+            self._values.insert(at, pickle.dumps((record.values, record.truths), pickle.HIGHEST_PROTOCOL))
             if len(self.scans) > MOST_VALUES:
                 self._thin_out()
 
@@ -83,8 +83,13 @@ class Kept:
 
     def values(self, place: int) -> dict[str, Any]:
         """Return the values at a place."""
-        values: dict[str, Any] = pickle.loads(self._values[place])
+        values: dict[str, Any] = pickle.loads(self._values[place])[0]
         return values
+
+    def truths(self, place: int) -> Truths:
+        """Return the power of the scan before, where it was noted with the values."""
+        truths: Truths | None = pickle.loads(self._values[place])[1]
+        return truths or {}
 
     def forces(self, scan: int) -> Mapping[tuple[str, int], tuple[int | None, Any]]:
         """Return what was forced before a scan."""
@@ -274,11 +279,12 @@ class Shadow:
         return True
 
     def _show_values(self, scan: int) -> bool:
-        """Show values of a program with routines in Python, which can't be repeated: the nearest ones."""
+        """Show values and power of a program with routines in Python, not repeated: the nearest ones."""
         place = self._kept.place(scan + 1)
         if place is None:
             return False
         restore(self.engine.memory, self._kept.values(place))
+        self.truths = self._kept.truths(place)
         self.at = scan
         return True
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from typing_extensions import override
 
+from ....ladder import LadderLogic
 from ....traces.reader import Trace
 from ...app.repeating import RecordedOrder
 from ...app.watched_machines import PER_SLOT
@@ -22,8 +23,14 @@ from .event_log import EventLog
 from .indexer import SLICE, Indexer, indexable
 from .monitor import About, Monitor, Subject
 from .page import Page
+from .stretch import Stretch
 
 Json = dict[str, Any]
+
+IMPURE = (
+    "The program calls routines in Python, so its scans are not run again here: its rungs have no power and "
+    "no values."
+)
 
 
 class Source(NamedTuple):
@@ -91,6 +98,10 @@ class TraceMonitor(Monitor):
             self._index_to = min(self._last, end)
             self._indexer = Indexer(programs, subject.words, spec.scan_ns, orders, subject.keep)
 
+    @property
+    def _programs(self) -> Sequence[Stretch]:
+        return self.subject.programs.all
+
     @override
     def state(self, *, past: bool) -> Json:
         return {"state": "past", "speed": {"wanted": 0, "reached": 0}, "late": 0, "missed": 0}
@@ -99,6 +110,8 @@ class TraceMonitor(Monitor):
     def join(self, page: Page) -> None:
         page.past = self._first
         super().join(page)
+        if any(isinstance(each.logic, LadderLogic) and each.logic.functions for each in self._programs):
+            page.send({"note": IMPURE})
 
     @override
     def tick(self) -> bool:
