@@ -1,4 +1,8 @@
-"""Safety instructions [1756-RM095]: dual channel input stop, configurable redundant output.
+"""Safety instructions: dual channel input stop, configurable redundant output.
+
+Their manual, 1756-RM095, was not at hand: operands and members are those of exports; codes, and what resets
+a fault, are from memory.
+
 
     DCS     channels  ____|‾‾‾‾‾‾‾‾‾‾‾‾‾|_____     active as the input type says
             Reset     ________|‾|_____________     restart MANUAL; AUTOMATIC needs none
