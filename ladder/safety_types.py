@@ -1,4 +1,4 @@
-"""Structures of the safety instructions [1756-RM095], and the words of their lists."""
+"""Structures of the safety instructions, and the words of their lists."""
 
 from __future__ import annotations
 

@@ -24,4 +24,4 @@ MNEMONICS = frozenset(BY_NAME) | frozenset(
     TRUNC TSAM TSSM UID UIE UPDN UPPER XIC XIO XOR XPY
     """.split()  # noqa: SIM905 - a table of names
 )
-"""In capitals [1756-RM003, 1756-RM006, 1756-RM095, MOTION-RM002]."""
+"""In capitals [1756-RM003, 1756-RM006, MOTION-RM002; safety by name alone]."""

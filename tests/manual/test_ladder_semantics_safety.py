@@ -1,4 +1,4 @@
-"""DCS and CROUT [1756-RM095]; both back ends, scans of 10 ms."""
+"""DCS and CROUT, as docs/ladder.md reads them; both back ends, scans of 10 ms."""
 
 from typing import Any
 
