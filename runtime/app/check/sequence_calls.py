@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import ast
 import difflib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from inspect import Signature, signature
 from typing import Any
 
@@ -47,11 +47,13 @@ class Calls:
     Args:
         reader: reads the text.
         axes: the axes of the program by name.
+        classes: the class of the program and those that it inherits from; `self` of another has other axes.
     """
 
-    def __init__(self, reader: Reader, axes: Mapping[str, Axis3601]) -> None:
+    def __init__(self, reader: Reader, axes: Mapping[str, Axis3601], classes: Collection[type]) -> None:
         self._reader = reader
-        self._calls = [node for node in ast.walk(reader.tree) if isinstance(node, ast.Call)]
+        own = [each for each in reader.tree.body if not _is_other_class(each, reader.names, classes)]
+        self._calls = [node for each in own for node in ast.walk(each) if isinstance(node, ast.Call)]
         self._commands = [(axes[name], call) for call in self._calls if (name := _owner(call)) in axes]
 
     def searches(self) -> Iterator[tuple[Place, Axis3601]]:
@@ -128,6 +130,10 @@ class Calls:
         except (TypeError, ValueError) as error:
             return f"{kind.__name__}: {error}"
         return ""
+
+
+def _is_other_class(node: ast.stmt, names: Mapping[str, Any], classes: Collection[type]) -> bool:
+    return isinstance(node, ast.ClassDef) and names.get(node.name) not in classes
 
 
 def _owner(call: ast.Call) -> str:

@@ -53,7 +53,7 @@ def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
         words = tuple(axis.configuration.to_image().words.tolist())
         facts.configurations.append(Sent(_place(axis.declared, path), axis.slot, words))
     for file, tree, names in texts:
-        calls = Calls(Reader(str(file), tree, names, fields), axes)
+        calls = Calls(Reader(str(file), tree, names, fields), axes, type(program).__mro__)
         facts.searches.extend(Sent(place, axis.slot) for place, axis in calls.searches())
         facts.out_of_range.extend(calls.refused())
         facts.misused.extend(calls.failing())

@@ -242,6 +242,10 @@ SEQUENCES_SOUND = [
     ("await self.start.rises", "while not self.start: break"),
     ("await self.start.rises", "while self.axis.position < 0 and self.start: self.axis.halt()"),
     ("for target in (0, 4000)", "for target in (self.stop, 4000)"),
+    (
+        "class Line(Logic)",
+        "class Other:\n    def go(self):\n        self.axis.advance(9_000_000)\n\n\nclass Line(Logic)",
+    ),
     ("(0, 4000):", "(9_000_000, 4000):\n                target -= 9_000_000"),
     ("speed=500, acceleration=1, deceleration=1", "**dict(speed=5, acceleration=1, deceleration=1)"),
 ]
