@@ -12,6 +12,9 @@ from dataclasses import dataclass
 SINT, INT, DINT, LINT = 1, 2, 4, 8
 """Bytes of an attribute."""
 
+STRING = 4 + 82
+"""Bytes of a text; it is empty, as all begins with 0."""
+
 RUNNING = 0x4000
 """EntryStatus of a module whose connections are open: 4 in the upper four bits."""
 
@@ -43,7 +46,10 @@ OBJECTS: Mapping[str, Mapping[str, Kept]] = {
         "LASTEDITDATE": Kept(LINT),
         "MAJORREVISION": Kept(DINT, 1),
         "MINORREVISION": Kept(DINT),
+        "REVISIONEXTENDEDTEXT": Kept(STRING),
+        "SAFETYSIGNATUREID": Kept(DINT),
         "SIGNATUREID": Kept(DINT),
+        "VENDOR": Kept(STRING),
     },
     "CONTROLLER": {
         "AUDITVALUE": Kept(LINT),

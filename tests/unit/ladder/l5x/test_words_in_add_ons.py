@@ -24,3 +24,14 @@ def test_true_and_false(imported):
     found = imported(document(add_ons=[block], tags=[tag("T", "Truths")], programs=[main]))
     assert (found.report.objects, found.report.ran) == ([], 1)
     assert (after(found)["T.Yes"], after(found)["T.No"]) == (True, False)
+
+
+@pytest.mark.parametrize("attribute", ["Vendor", "RevisionExtendedText"])
+def test_texts_of_the_definition_are_empty(imported, attribute):
+    outputs = [parameter("Same", "BOOL", "Output", required=False)]
+    local = [tag(name, "STRING").replace("Tag", "LocalTag") for name in ("Text", "Before")]
+    rungs = ("CONCAT('a','b',Text);", f"GSV(AddOnInstructionDefinition,THIS,{attribute},Text);")
+    block = add_on("Named", outputs, local, ladder("Logic", *rungs, "EQU(Text,Before)OTE(Same);"))
+    main = program("Main", ladder("Main", "Named(T);"))
+    found = imported(document(add_ons=[block], tags=[tag("T", "Named")], programs=[main]))
+    assert (found.report.refused, after(found)["T.Same"]) == ([], True)
