@@ -13,6 +13,7 @@
 | `questions.py` | what a page may ask |
 | `server.py` | files and the socket; the only file that imports `websockets` |
 | `play.py`, `recorded.py` | a session from start to end with its branches; a recording |
+| `prepared.py` | the options, and a run that is ready to begin |
 | `editor.py` | the program's file is saved: loaded beside the scans, taken over between two |
 | `announcing.py` | announces edits and branches to the monitor |
 | `text.py` | the terminal's view |

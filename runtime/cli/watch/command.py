@@ -13,7 +13,8 @@ from ...live.orders import MAX, SPEED_LEAST, SPEED_MOST
 from ..complaints import reported_mistakes
 from ..run import check_ports
 from ..status import BAD_INPUT, complain
-from .play import Wanted, watch_job
+from .play import watch_job
+from .prepared import Wanted
 from .recorded import place_of, watch_trace
 
 

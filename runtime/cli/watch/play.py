@@ -13,9 +13,8 @@ import secrets
 import socket
 import tempfile
 import webbrowser
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from contextlib import ExitStack
-from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
 
@@ -41,78 +40,12 @@ from .announcing import Announcer, programs_of
 from .editor import Editor, Takeover
 from .keeper import Keeper
 from .monitor import About
+from .prepared import Prepared, Start, Wanted
 from .session_monitor import Setup
 from .text import TextView
 
 HOST = "127.0.0.1"
 KEY_BYTES = 16
-
-
-@dataclass(frozen=True, slots=True)
-class Wanted:
-    """The options of the command line.
-
-    Attributes:
-        rack: path of the rack file.
-        port: of the server; 0 = any free one.
-        speed: times real time; None = as fast as possible.
-        paused: begin with a pause.
-        read_only: refuse orders.
-        record: where the recording is kept; None = it is not.
-        scans: how many scans; None = until Ctrl-C.
-        live: real ports may be driven.
-        opened: open the page in the browser.
-        text: show the session in the terminal, too.
-        editable: the program's files are on the disk, and a saved one is taken over.
-    """
-
-    rack: str
-    port: int
-    speed: float | None
-    paused: bool
-    read_only: bool
-    record: Path | None
-    scans: int | None
-    live: bool
-    opened: bool
-    text: bool = False
-    editable: bool = True
-
-
-@dataclass(frozen=True, slots=True)
-class Start:
-    """Where a session begins.
-
-    Attributes:
-        scan: the first scan that is not a repetition; 0 without a parent.
-        orders: of the parent, those before that scan and before earlier ones.
-        metadata: what the recording says of its parent.
-    """
-
-    scan: int = 0
-    orders: Sequence[RecordedOrder] | None = None
-    metadata: dict[str, str] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, slots=True)
-class Prepared:
-    """A run that is ready to begin.
-
-    Attributes:
-        start: where it begins.
-        run: the run.
-        pacer: of its CPU.
-        trace: path of its recording.
-        editions: its programs.
-        ports: closes what it has open.
-    """
-
-    start: Start
-    run: JobRun
-    pacer: Paced
-    trace: Path
-    editions: Editions
-    ports: ExitStack
 
 
 def listen(port: int) -> socket.socket:

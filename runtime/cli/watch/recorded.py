@@ -30,7 +30,8 @@ from ..status import BAD_INPUT, INTERRUPTED, complain, reason
 from ..terminal import say
 from .gate import Gate
 from .monitor import About
-from .play import HOST, KEY_BYTES, Play, Wanted, listen
+from .play import HOST, KEY_BYTES, Play, listen
+from .prepared import Wanted
 from .trace_monitor import Source, TraceMonitor
 
 
