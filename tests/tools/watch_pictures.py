@@ -72,7 +72,8 @@ def whole(look: Look) -> None:
     look.look(1600, 1180)
 
     def then() -> None:
-        look.browser.find_element("css selector", "[data-element='Main.8.2']").click()
+        contact = look.browser.find_element("css selector", "[data-element='Main.8.2']")
+        look.run("arguments[0].dispatchEvent(new MouseEvent('click', { bubbles: true }))", contact)
         look.press("Why")
         look.run(INTO_STRIP, ["OutGo", "Strokes.ACC"])
         look.watch("Strokes.ACC")
