@@ -1,7 +1,7 @@
 """Backwards: the past of a session, another way from a scan of it, and recordings in the same page."""
 
 import pytest
-from watched_page import until, watching
+from watched_page import steadily, until, watching
 
 
 def test_a_branch_goes_another_way_from_a_scan_of_the_past(page, paused):
@@ -43,9 +43,13 @@ def test_a_recording_is_opened_at_a_scan_and_a_rung(page, recording):
         )
         until(lambda: page.power().get("Main.9.2") == "1")  # BackGo since scan 1697
         for name in ("Run", "Program", "Force", "Press External"):
-            controls = page.run("return [...document.querySelectorAll('button')]")
-            named = [each for each in controls if each.accessible_name == name]
-            assert not any(each.is_enabled() for each in named)
+            assert not steadily(lambda name=name: enabled(page, name))
+
+
+def enabled(page, name):
+    """Return the enabled buttons with an accessible name."""
+    controls = page.run("return [...document.querySelectorAll('button')]")
+    return [each for each in controls if each.accessible_name == name and each.is_enabled()]
 
 
 def test_a_recording_is_played(page, recording):

@@ -4,7 +4,7 @@ import json
 
 import pytest
 from contrast import contrast
-from watched_page import until, watching
+from watched_page import steadily, until, watching
 
 TAB, ENTER, RIGHT = "\ue004", "\ue007", "\ue014"
 """Keys as WebDriver names them [W3C WebDriver, 17.4.2]."""
@@ -50,9 +50,12 @@ def text(page, selector):
 
 
 def test_every_control_has_an_accessible_name(opened):
-    controls = opened.run(REACHED)
-    assert len(controls) > 60
-    assert [html(each) for each in controls if not each.accessible_name.strip()] == []
+    def nameless():
+        controls = opened.run(REACHED)
+        assert len(controls) > 60
+        return [html(each) for each in controls if not each.accessible_name.strip()]
+
+    assert steadily(nameless) == []
 
 
 def test_the_keyboard_reaches_every_control(opened):
@@ -71,11 +74,13 @@ def test_the_keyboard_reaches_every_control(opened):
 
 
 def test_instructions_are_chosen_with_arrows_and_enter(opened):
-    first = opened.browser.find_element("css selector", "[data-element='Main.7.0']")
-    opened.run("arguments[0].focus()", first)
-    for _ in range(2):
-        opened.browser.switch_to.active_element.send_keys(RIGHT)
-    opened.browser.switch_to.active_element.send_keys(ENTER)
+    def choose():
+        first = opened.browser.find_element("css selector", "[data-element='Main.7.0']")
+        opened.run("arguments[0].focus()", first)
+        for key in (RIGHT, RIGHT, ENTER):
+            opened.browser.switch_to.active_element.send_keys(key)
+
+    steadily(choose)
     until(lambda: text(opened, "#tag .name") == "Homing")
     assert opened.run("return document.querySelector('[data-element=\"Main.7.2\"]').ariaCurrent") == "true"
 

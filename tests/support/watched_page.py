@@ -117,6 +117,18 @@ def until(holds: Callable[[], Any], patience_s: float = PATIENCE_S) -> Any:
     return found
 
 
+def steadily(action: Callable[[], Any]) -> Any:
+    """Return what an action returns; do it again if the page has exchanged an element meanwhile."""
+    from selenium.common.exceptions import StaleElementReferenceException
+
+    give_up = time.monotonic() + PATIENCE_S
+    while True:
+        try:
+            return action()
+        except StaleElementReferenceException:
+            assert time.monotonic() < give_up, "the page does not come to rest"
+
+
 class Look:
     """The page as a script sees it: the handles of docs/watch.md and nothing else.
 
@@ -174,6 +186,9 @@ class Look:
 
     def control(self, name: str) -> Any:
         """Return the control with an accessible name."""
+        return steadily(lambda: self._control(name))
+
+    def _control(self, name: str) -> Any:
         found: list[Any] = self.run(CALLED, name)
         for each in found:
             if each.accessible_name == name:
