@@ -249,7 +249,9 @@ class Monitor(ABC):
             "lines": self.log.lines_at(past),
             "rules": self.log.rules_at(past),
             **self.state(past=past is not None),
-            **self.subject.places.of(row, self.subject.timeline.between(scan - SPEED_SCANS, scan)[:1]),
+            **self.subject.places.of(
+                row, self.subject.timeline.between(scan - SPEED_SCANS, scan)[:1], past=past is not None
+            ),
             **self._program(page, scan),
         }
 

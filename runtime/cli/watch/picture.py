@@ -35,12 +35,13 @@ class Places:
     slots: Mapping[int, ModuleWords]
     machines: Sequence[int]
 
-    def of(self, row: Row, before: Rows) -> Json:
+    def of(self, row: Row, before: Rows, *, past: bool = False) -> Json:
         """Return what a frame shows of the images and machines of a row.
 
         Args:
             row: the row.
             before: one of some scans before, for speeds; or none.
+            past: the row is not the latest one: machines were looked at some scans before it.
         """
         words = row["words"].tolist()
         shown: Json = {"words": {}, "values": {}, "machine": {}}
@@ -61,6 +62,7 @@ class Places:
             values = shown["values"].get(str(slot), {}) if configured else {}
             if recorded:
                 shaft = encoder = None
+            if recorded or (past and configured):
                 levels = shown["words"][str(slot)][1]  # status LSW: the levels as the module reads them
             commanded = shown["words"][str(slot)][WORDS_PER_IMAGE] >= 0  # else these words configure
             shown["machine"][str(slot)] = {

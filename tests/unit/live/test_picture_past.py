@@ -1,0 +1,20 @@
+"""Of a past scan the levels of inputs are those of its own status: the machine was looked at before it."""
+
+import numpy as np
+import pytest
+from scanrack.io_images.amci3601 import StatusLsw
+from scanrack.io_images.amci3601.words import WORDS_3601
+from scanrack.runtime.app.watched_machines import PER_SLOT
+from scanrack.runtime.cli.watch.picture import Places
+from scanrack.runtime.live.ring import row_type
+
+STATUS = 8  # word of the rack's memory: eight outputs come first
+
+
+@pytest.mark.parametrize(("past", "level"), [(True, True), (False, False)])
+def test_levels_of_inputs(past, level):
+    rows = np.zeros(1, row_type(32, PER_SLOT))
+    rows["wall_ns"] = 1  # of the ring
+    rows["words"][0, STATUS + 1] = StatusLsw.IN_ESTOP.value
+    shown = Places({1: WORDS_3601}, (1,)).of(rows[0], rows[:0], past=past)
+    assert shown["machine"]["1"]["inputs"]["estop"] is level
