@@ -1,5 +1,7 @@
 """Backwards: the past of a session, another way from a scan of it, and recordings in the same page."""
 
+from functools import partial
+
 import pytest
 from watched_page import steadily, until, watching
 
@@ -43,7 +45,7 @@ def test_a_recording_is_opened_at_a_scan_and_a_rung(page, recording):
         )
         until(lambda: page.power().get("Main.9.2") == "1")  # BackGo since scan 1697
         for name in ("Run", "Program", "Force", "Press External"):
-            assert not steadily(lambda name=name: enabled(page, name))
+            assert not steadily(partial(enabled, page, name))
 
 
 def enabled(page, name):
