@@ -95,6 +95,9 @@ COMPUTED_EACH = 16
 MOST = 20_000
 """Elements that a constant can ask for."""
 
+CODE = 4
+"""Characters, at most, that a number can be: `MOV('A',Code)`."""
+
 _BITS = (Use.BIT, Use.COIL, Use.LATCH, Use.STORAGE, Use.TRUTH, Use.SWITCH)
 
 BY_USE: Mapping[Use, DataType] = {
@@ -202,7 +205,8 @@ class Guess:
     @property
     def asks_for_structure(self) -> bool:
         """Whether a use of it, or of one of its members, needs a structure."""
-        return self.needed is not None or any(each.asks_for_structure for each in self.members.values())
+        asks = self.needed is not None or self.weak == [STRING]
+        return asks or any(each.asks_for_structure for each in self.members.values())
 
     @property
     def needed(self) -> DataType | None:
@@ -256,6 +260,7 @@ class Guesses:
         self._of_call, self._specs = of_call, specs
         self._structures = (*_BY_MEMBERS, *structures)
         self.found: dict[str, Guess] = {}
+        self._again = False
 
     def read_all(self, routines: Iterable[tuple[str, Routine]]) -> None:
         """Collect the uses in routines of programs; twice, as a later use may say what an earlier one is.
@@ -266,6 +271,7 @@ class Guesses:
         for _ in range(2):
             for program, routine in owned:
                 self.read(program, routine)
+            self._again = True
             if not any(guess.asks_for_structure for guess in self.found.values()):
                 break
 
@@ -334,6 +340,8 @@ class Guesses:
             return BY_USE[use], None
         if use is Use.RESETTABLE:
             return None, TIMER
+        if use in (Use.TEXT_OR_NUMBER, Use.TEXT_OR_NUMBER_TARGET) and not isinstance(partner, Structure):
+            return None, STRING if _is_code(instruction) else partner  # DINT, too, without another use
         if use in (
             Use.TEXT_OR_NUMBER,
             Use.TEXT_OR_NUMBER_TARGET,
@@ -374,7 +382,7 @@ class Guesses:
         if isinstance(operand, Number):
             return REAL if isinstance(operand.value, float) else None
         if isinstance(operand, Characters):
-            return STRING
+            return STRING if len(operand.value) > CODE else None
         if isinstance(operand, Operation):
             kinds = [self._kind(program, each) for each in operand.operands]
             return REAL if REAL in kinds else None
@@ -396,7 +404,8 @@ class Guesses:
             member = kind.member(step.name) if isinstance(kind, Structure) else None
             here = here.members.get(step.name.upper()) if here else None
             kind = member.type if member is not None else here.needed if here else None
-        return kind
+        likely = self._again and here is not None and kind is None and here.weak == [STRING]
+        return STRING if likely else kind
 
     def _statement(self, program: str, statement: Statement) -> None:
         if isinstance(statement, Invocation):
@@ -480,6 +489,11 @@ class Guesses:
         elif likely is not None:
             _add(here.weak, likely)
         return here
+
+
+def _is_code(instruction: Instruction) -> bool:
+    """Whether an operand is characters that may be a text, or the number of their codes."""
+    return any(isinstance(each, Characters) for each in instruction.operands)
 
 
 def _is_of_structure(use: Use) -> bool:

@@ -5,10 +5,6 @@ from watched_page import until, watching
 NOTICE = "return document.getElementById('notice').textContent"
 
 
-def element(page, name):
-    return page.browser.find_element("css selector", f"[data-element='{name}']")
-
-
 def keys(page, text):
     page.browser.switch_to.active_element.send_keys(text)
 
@@ -72,7 +68,7 @@ def test_a_switch_is_held_against_the_machine_and_given_back(page, feeder):
 def test_a_tag_is_forced_and_released(page, feeder):
     page.open(feeder.link)
     page.until_there("[data-element='Main.2.1']")
-    element(page, "Main.2.1").click()  # OTE(Trouble)
+    page.click("[data-element='Main.2.1']")  # OTE(Trouble)
     until(lambda: page.value("Trouble") == "0")  # the feeder recovers from the test before
     page.press("Force")
     until(lambda: page.value("Trouble") == "1")
@@ -91,7 +87,7 @@ def test_a_tag_is_forced_and_released(page, feeder):
 def test_a_value_is_written_and_nonsense_refused(page, feeder):
     page.open(feeder.link)
     page.watch("Strokes.ACC")
-    page.browser.find_element("xpath", "//section[@id='watch']//tbody//button[text()='Strokes.ACC']").click()
+    page.click("//section[@id='watch']//tbody//button[text()='Strokes.ACC']", "xpath")
     page.control("New value").send_keys("16#40")
     page.press("Write")
     until(lambda: 64 <= int(page.value("Strokes.ACC")) < 70)
@@ -114,7 +110,7 @@ def test_a_breakpoint_on_a_rung_pauses(page, paused):
     until(lambda: page.power()["Main.9.2"] == "1")
     body(page).send_keys("b")
     until(lambda: "Select a rung" in page.run(NOTICE))
-    page.browser.find_element("css selector", "[data-at='Main.9']").click()
+    page.click("[data-at='Main.9']")
     body(page).send_keys("b")
     until(lambda: not page.run("return document.querySelector('[data-breakpoint]')"))
     page.press("Go on")

@@ -11,12 +11,12 @@ def test_why_and_uses_of_a_contact(page, paused):
     page.open(paused.link, paused=True)
     page.step(1500)
     page.until_scan(1499, "paused")
-    page.browser.find_element("css selector", "[data-element='Main.7.0']").click()  # Configure.Done
+    page.click("[data-element='Main.7.0']")  # Configure.Done
     page.press("Why")
     until(lambda: text(page, "#tag .answer").startswith("Configure.Done is 1 since scan"))
     page.press("Uses")
     until(lambda: "Main.5" in text(page, "#tag .answer"))  # XIC(Configure.Done) of rung 5
-    page.browser.find_element("xpath", "//section[@id='tag']//li/button[text()='Main.5']").click()
+    page.click("//section[@id='tag']//li/button[text()='Main.5']", "xpath")
     page.until_there("[data-at='Main.5'][aria-current]")
 
 
@@ -25,7 +25,7 @@ def test_find_opens_the_rung(page, paused):
     page.press("Step")
     page.control("Find").send_keys("Strokes")
     until(lambda: "Main.12" in text(page, ".hits"))  # XIC(Back.Done)CTU(Strokes,0,0)
-    page.browser.find_element("xpath", "//ul[contains(@class, 'hits')]//b[text()='Main.12']").click()
+    page.click("//ul[contains(@class, 'hits')]//b[text()='Main.12']", "xpath")
     page.until_there("[data-at='Main.12'][aria-current]")
     assert "rung=Main.12" in page.browser.current_url
 
@@ -45,12 +45,12 @@ def test_why_of_a_python_program_names_the_line_and_shows_it(page):
         page.until_scan(1199, "paused")  # the recording has not got the latest scans yet
         page.until_there("[data-name='line.step'][data-value='move']")
         chip = "//button[contains(@class, 'chip')]/span[text()='line.step']"
-        page.browser.find_element("xpath", chip).click()
+        page.click(chip, "xpath")
         page.press("Why")
         until(lambda: "line.step is 'move' since scan" in text(page, "#tag .answer"))
         assert 'line.step = "move"' in text(page, "#tag .answer")
         line = text(page, "#tag .answer button").removeprefix("Line ")
-        page.browser.find_element("css selector", "#tag .answer button").click()
+        page.click("#tag .answer button")
         page.until_there(f"[data-at='line.py.{line}'][aria-current]")
 
 
@@ -65,7 +65,7 @@ def test_forces_are_in_sight_and_an_order_in_a_pause_says_when_it_acts(page, pau
     page.open(paused.link, paused=True)
     page.step(10)
     page.until_scan(9, "paused")
-    page.browser.find_element("css selector", "[data-element='Main.2.1']").click()  # OTE(Trouble)
+    page.click("[data-element='Main.2.1']")  # OTE(Trouble)
     page.press("Force")
     until(lambda: "before scan 10" in text(page, "#notice"))
     page.press("Step")

@@ -13,7 +13,7 @@ OPEN = "document.querySelector('.edges').closest('details').open = true"
 def chosen(page, tag):
     """Put a tag into the strip, by the controls."""
     page.watch(tag)
-    page.browser.find_element("xpath", f"//section[@id='watch']//button[text()='{tag}']").click()
+    page.click(f"//section[@id='watch']//button[text()='{tag}']", "xpath")
     page.press("Strip")
 
 
@@ -70,8 +70,6 @@ def test_a_python_program_has_its_steps_in_the_strip(page):
     with watching("examples/three_stations/line.toml") as session:
         page.open(session.link)
         page.until_there("[data-name='line.step'][data-value]")
-        page.browser.find_element(
-            "xpath", "//button[contains(@class, 'chip')]/span[text()='line.step']"
-        ).click()
+        page.click("//button[contains(@class, 'chip')]/span[text()='line.step']", "xpath")
         page.press("Strip")
         until(lambda: "move" in [value for _, value in listed(page, "line.step")], 60)

@@ -221,9 +221,17 @@ class Look:
 
     def press(self, name: str) -> None:
         """Click the control with an accessible name."""
-        control = self.control(name)
-        self.run("arguments[0].scrollIntoView({block: 'center'})", control)
-        control.click()
+
+        def click() -> None:
+            control = self._control(name)
+            self.run("arguments[0].scrollIntoView({block: 'center'})", control)
+            control.click()
+
+        steadily(click)
+
+    def click(self, selector: str, by: str = "css selector") -> None:
+        """Click the first element of a selector."""
+        steadily(lambda: self.browser.find_element(by, selector).click())
 
     def choose(self, name: str, value: str) -> None:
         """Choose a value of the list with an accessible name."""

@@ -34,7 +34,7 @@ LAST_MS = 1500
 INTO_STRIP = "import('/taglanes.js').then(tags => arguments[0].forEach(tags.toggleTag))"
 """Puts tags into the timing strip."""
 
-FILM_SIZE, FILM_WIDTH = (1120, 1090), 800
+FILM_SIZE, FILM_WIDTH = (1480, 880), 1000
 """Of the window, and how wide the film is, CSS pixels."""
 
 FILM_FROM_S, FILM_TO_S, FILM_STEP_S, FILM_SPEED = 0.3, 5.6, 0.08, 0.1

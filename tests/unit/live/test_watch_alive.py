@@ -82,8 +82,9 @@ def test_a_pulse_of_one_scan_is_in_the_strip(session):
 def test_a_tag_is_forced_and_shown(session):
     async def force(page):
         await page.ask("watch", tags=["Homing", "Nothing"])
-        await page.ask("force", tag="Homing", value=True)
-        await page.until(lambda seen: seen.frame.get("tags", {}).get("Homing") is True)
+        acts = (await page.ask("force", tag="Homing", value=True))["scan"]
+        await page.until(lambda seen: seen.frame["scan"] >= acts)
+        await page.until(lambda seen: seen.frame["tags"].get("Homing") is True)
         why = await page.ask("why", tag="Homing")
         await page.ask("unforce", tag="Homing")
         return why

@@ -33,6 +33,20 @@ def test_a_later_use_says_what_an_earlier_one_is(imported):
     assert (found.report.declared["Spare"], found.report.declared["Same"]) == ("STRING", "BOOL")
 
 
+def test_four_characters_are_a_text_unless_another_use_says_number(imported):
+    """`MOV('A',Code)` moves 65 into a DINT; five characters have no number."""
+    rungs = "MOV('A',Code)MOV(Code,Next);", "ADD(Code,1,Code);", "MOV('ON',State)EQU(State,Old)OTE(Same);"
+    more = "MOV('START',Order)EQU(Order,Last)OTE(Equal);"
+    routine = ladder("Main", *rungs, more)
+    found = imported(document(target="Routine", programs=[program("Main", routine, main="")]))
+    assert ([str(each) for each in found.report.refused], found.report.ran) == ([], 4)
+    assert found.report.declared == {
+        **dict.fromkeys(("Code", "Next"), "DINT"),
+        **dict.fromkeys(("State", "Old", "Order", "Last"), "STRING"),
+        **dict.fromkeys(("Same", "Equal"), "BOOL"),
+    }
+
+
 def test_what_is_handed_over_is_what_the_inout_is(imported):
     """Types of modules are not in the file; an add-on's parameters name them."""
     parameters = (
