@@ -42,6 +42,7 @@ def html(control):
 def opened(page, feeder):
     page.open(feeder.link)
     page.until_there("svg.rung [data-element]")
+    page.until_drawn()
     return page
 
 
@@ -83,6 +84,15 @@ def test_instructions_are_chosen_with_arrows_and_enter(opened):
     steadily(choose)
     until(lambda: text(opened, "#tag .name") == "Homing")
     assert opened.run("return document.querySelector('[data-element=\"Main.7.2\"]').ariaCurrent") == "true"
+
+
+def test_the_focus_stays_when_the_rungs_are_drawn_for_another_width(opened):
+    opened.run("document.querySelector(\"[data-element='Main.7.0']\").focus()")
+    opened.run("window.before = document.querySelector('svg.rung')")
+    opened.look(1900, 1000)
+    until(lambda: opened.run("return document.querySelector('svg.rung') !== before"))
+    assert opened.run("return document.activeElement.dataset.element") == "Main.7.0"
+    opened.look(1600, 1000)
 
 
 def test_no_state_is_shown_by_colour_alone(opened):

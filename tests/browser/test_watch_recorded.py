@@ -5,6 +5,7 @@ from scanrack.traces.reader import open_trace
 from watched_page import until, watching
 
 CLICKS = 6
+ENTER = "\ue007"
 ESTOP = StatusLsw.IN_ESTOP.value
 
 
@@ -17,7 +18,7 @@ def test_a_click_is_recorded_and_its_edge_follows_within_two_scans(page, tmp_pat
         page.open(session.link)
         until(lambda: int(page.handle("scan")) > 100)
         for click in range(CLICKS):
-            page.press("Press E-stop")
+            page.control("Press E-stop").send_keys(ENTER)  # a slow click would be a hold
             page.until_value("1.IN_ESTOP", str((click + 1) % 2))
         session.end()
     with open_trace(trace) as recorded:

@@ -219,6 +219,16 @@ class Look:
         """Wait until an element is there."""
         until(lambda: self.run("return document.querySelector(arguments[0]) !== null", selector))
 
+    def until_drawn(self) -> None:
+        """Wait until the rungs stay: they are drawn again for the width that they have found."""
+
+        def stays() -> bool:
+            self.run("window.drawn = document.querySelector('svg.rung')")
+            time.sleep(0.4)  # the page waits 0.2 s for a width to settle
+            return bool(self.run("return document.querySelector('svg.rung') === drawn"))
+
+        until(stays)
+
     def press(self, name: str) -> None:
         """Click the control with an accessible name."""
 

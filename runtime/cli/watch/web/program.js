@@ -64,12 +64,14 @@ async function open(name) {
     return tell(refused.message);
   }
   if (mine !== generation) return;
+  const focused = sheet.contains(document.activeElement) ? document.activeElement.dataset.element : undefined;
   unplace(sheet);
   sheet.replaceChildren(answer.rungs ? buildRungs(name, answer.rungs) : buildText(found, answer));
   sheet.dataset.kind = found.kind;
   paintRungs({ power: run.power, breakpoints: run.breakpoints, faults: run.faults });
   paintText({ power: run.power, tags: run.tags, lines: run.lines });
   mark(selected);
+  if (focused) sheet.querySelector(`[data-element="${CSS.escape(focused)}"]`)?.focus({ preventScroll: true });
   reveal();
 }
 
