@@ -128,6 +128,8 @@ _BLOCKS: Mapping[str, DataType] = {
 }
 
 _REGIONS = frozenset({Use.SOURCE, Use.DESTINATION, Use.ARRAY, Use.TABLE})
+_MAY_BE_TEXT = frozenset({Use.TEXT_OR_NUMBER, Use.TEXT_OR_NUMBER_TARGET})
+_MAY_BE_STRUCTURES = _MAY_BE_TEXT | {Use.SOURCE, Use.DESTINATION, Use.ITEM, Use.ITEM_TARGET}
 _NAMES = frozenset({Use.LABEL, Use.MODE, Use.ROUTINE, Use.PASSES})
 _BY_MEMBERS = (
     *(TIMER, COUNTER, CONTROL, STRING, MOTION_INSTRUCTION, MESSAGE),
@@ -340,17 +342,10 @@ class Guesses:
             return BY_USE[use], None
         if use is Use.RESETTABLE:
             return None, TIMER
-        if use in (Use.TEXT_OR_NUMBER, Use.TEXT_OR_NUMBER_TARGET) and not isinstance(partner, Structure):
+        if use in _MAY_BE_STRUCTURES and isinstance(partner, Structure):
+            return partner, None
+        if use in _MAY_BE_TEXT:
             return None, STRING if _is_code(instruction) else partner  # DINT, too, without another use
-        if use in (
-            Use.TEXT_OR_NUMBER,
-            Use.TEXT_OR_NUMBER_TARGET,
-            Use.SOURCE,
-            Use.DESTINATION,
-            Use.ITEM,
-            Use.ITEM_TARGET,
-        ):
-            return (partner, None) if isinstance(partner, Structure) else (None, partner or DINT)
         if use in (Use.INTEGER, Use.INTEGER_TARGET, Use.CONSTANT):
             return None, DINT
         return None, REAL if partner is REAL else DINT

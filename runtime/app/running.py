@@ -163,9 +163,10 @@ class JobRun:
 
     def following(self, listener: ScanListener) -> ScanListener:
         """Return a listener that also gets the sequences of the program, those of an edited one, too."""
-        if not self._may_be_edited and not sequences_in(self.logic):
+        sequences = sequences_in(self.logic)
+        if not self._may_be_edited and not sequences:
             return listener
-        self._followers.append(WatchesSequences(listener, sequences_in(self.logic)))
+        self._followers.append(WatchesSequences(listener, sequences))
         return self._followers[-1]
 
     @property

@@ -49,11 +49,16 @@ export function takeTags(lanes) {
   for (const [name, items] of Object.entries(lanes ?? {})) {
     const list = points.get(name) ?? [];
     if (list.length && items[0][0] < list.at(-1)[0]) list.length = Math.max(after(list, items[0][0] - 1), 0);
-    for (const item of items) if (!same(list.at(-1), item)) list.push(item);
+    extend(list, items);
     const old = list.at(-1)[0] - KEPT_NS;
     if (list.length > KEPT_POINTS || list[0][0] < old - KEPT_NS / 4) list.splice(0, Math.max(after(list, old) - 1, list.length - KEPT_POINTS));
     points.set(name, list);
   }
+}
+
+// Appends points, without those that repeat the one before.
+function extend(list, items) {
+  for (const item of items) if (!same(list.at(-1), item)) list.push(item);
 }
 
 const same = (one, other) => one !== undefined && one.at(-1) === other.at(-1) && one.length === other.length && (other.length < 4 || other[1] === other[2]);
@@ -79,8 +84,10 @@ export async function fill(from, to) {
 function put(name, from, end, items) {
   if (!items.length) return;
   const period = run.hello.period_ns, list = points.get(name) ?? [];
-  const all = [...list.slice(0, after(list, from * period - 1)), ...items, ...list.slice(after(list, end * period - 1))];
-  points.set(name, all.filter((item, at) => !same(all[at - 1], item)));
+  const all = list.slice(0, after(list, from * period - 1));
+  extend(all, items);
+  extend(all, list.slice(after(list, end * period - 1)));
+  points.set(name, all);
 }
 
 // The stretches of a tag from one time to another: [from, to, value, least, most], the first one from before.
