@@ -84,8 +84,10 @@ def test_every_csv_row_has_every_column(path: Path, tmp_path: Path) -> None:
     assert {len(row) for row in rows} == {len(head)}
 
 
+@pytest.mark.extra("parquet")
 def test_parquet_by_pyarrow(path: Path, scans: list[Scan], tmp_path: Path) -> None:
-    parquet = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed")
+    from pyarrow import parquet
+
     target = tmp_path / "a.parquet"
     with open_trace(path) as trace:
         assert write_parquet(trace, target, SIGNALS, Selection(first=90, last=209)) == 120
@@ -96,8 +98,10 @@ def test_parquet_by_pyarrow(path: Path, scans: list[Scan], tmp_path: Path) -> No
     assert table["slot2.out.word7"] == word7(scans)[90:210]
 
 
+@pytest.mark.extra("frames")
 def test_pandas(path: Path, scans: list[Scan]) -> None:
-    pandas = pytest.importorskip("pandas", reason="pandas is not installed")
+    import pandas
+
     with open_trace(path) as trace:
         frame = to_pandas(trace, SIGNALS)
     assert frame["time_ns"].tolist() == [scan.now_ns for scan in scans]
@@ -107,8 +111,8 @@ def test_pandas(path: Path, scans: list[Scan]) -> None:
     assert rising.tolist() == [150]
 
 
+@pytest.mark.extra("frames")
 def test_polars(path: Path, scans: list[Scan]) -> None:
-    pytest.importorskip("polars", reason="polars is not installed")
     with open_trace(path) as trace:
         frame = to_polars(trace, SIGNALS)
     assert frame["slot1.in.position"].to_list() == positions(scans)

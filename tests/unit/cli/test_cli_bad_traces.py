@@ -188,10 +188,11 @@ WRITING = {
 }
 
 
-@pytest.mark.parametrize("command", WRITING)
+EXTRAS = {"parquet": [pytest.mark.extra("parquet")]}
+
+
+@pytest.mark.parametrize("command", [pytest.param(each, marks=EXTRAS.get(each, [])) for each in WRITING])
 def test_a_disk_that_is_full_is_told_with_the_file_that_was_written(tmp_path: Path, command: str) -> None:
-    if command == "parquet":
-        pytest.importorskip("pyarrow", reason="pyarrow is not installed")
     path = record(tmp_path / "good.mcap", idle(3_000))
     content = path.read_bytes()
     path.write_bytes(content[:-40])

@@ -12,6 +12,7 @@ from scanrack.runtime.app.fuzz.state import State
 from scanrack.runtime.app.fuzz.working import Work
 
 distributed = pytest.importorskip("distributed", reason="the extra 'cluster' is not installed")
+pytestmark = pytest.mark.extra("cluster")
 
 PROGRAM = """
 def logic(scan):

@@ -11,6 +11,7 @@ import pytest
 from scanrack.runtime.app.fuzz.state import read_state
 
 pytest.importorskip("distributed", reason="the extra 'cluster' is not installed")
+pytestmark = pytest.mark.extra("cluster")
 
 PATIENCE_S = 90
 HELPED = """

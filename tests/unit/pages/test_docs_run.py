@@ -98,11 +98,9 @@ READS = r"scanrack (?:show|run|plot|query|export) \S+\.(?:mcap|toml)\b[^`]*"
 INLINE = re.compile(rf"^    (scanrack \S.*)$|`({READS})`", re.MULTILINE)
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/plot.md"])
+@pytest.mark.parametrize("page", ["README.md", pytest.param("docs/plot.md", marks=pytest.mark.extra("plot"))])
 def test_the_commands_of_a_page_run_one_after_the_other(clone, page, monkeypatch):
     monkeypatch.chdir(clone)
-    if page != "README.md":
-        pytest.importorskip("matplotlib")
     text = (ROOT / page).read_text(encoding="utf-8")
     commands = [shell or inline for shell, inline in INLINE.findall(text)]
     concrete = [each for each in commands if re.search(r"\.(mcap|toml)\b", each)]

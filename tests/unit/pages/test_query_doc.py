@@ -71,10 +71,13 @@ def test_a_signal_of_the_page_exists(name: str) -> None:
     assert CATALOG[name].name == name
 
 
-@pytest.mark.parametrize("block", re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL))
+FRAMES = pytest.mark.extra("frames")
+BLOCKS = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
+
+
+@pytest.mark.parametrize(
+    "block", [pytest.param(each, marks=[FRAMES] if "to_pandas" in each else []) for each in BLOCKS]
+)
 def test_the_python_of_the_page_runs(block: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    if "to_pandas" in block:
-        pytest.importorskip("pandas", reason="pandas is not installed")
-        pytest.importorskip("polars", reason="polars is not installed")
     monkeypatch.chdir(folder)
     exec(compile(block, "docs/query.md", "exec"), {})

@@ -83,7 +83,12 @@ def test_an_analog_channel_that_is_named_is_a_curve(trace: Path) -> None:
     assert (name, curve.low.min(), curve.high.max()) == ("level", 0, 6240)
 
 
-@pytest.mark.parametrize("suffix", ["svg", "png", "html"])
+PICTURE = pytest.mark.extra("plot")
+
+
+@pytest.mark.parametrize(
+    "suffix", [pytest.param("svg", marks=PICTURE), pytest.param("png", marks=PICTURE), "html"]
+)
 def test_plot_draws_a_rack_without_a_stepper(trace: Path, suffix: str) -> None:
     picture = trace.with_suffix(f".{suffix}")
     scanrack("plot", trace, "--out", picture)

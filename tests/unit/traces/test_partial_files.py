@@ -11,7 +11,7 @@ from scanrack.traces.export import write_csv, write_parquet, write_vcd
 from scanrack.traces.newfile import new_file
 from scanrack.traces.reader import open_trace
 
-WRITERS = [write_csv, write_parquet, write_vcd]
+WRITERS = [write_csv, pytest.param(write_parquet, marks=pytest.mark.extra("parquet")), write_vcd]
 
 
 @pytest.fixture(scope="module")
@@ -38,8 +38,6 @@ class Broken:
 def test_a_partial_export_is_removed(
     trace: Path, tmp_path: Path, write: Callable[..., Any], error: BaseException
 ) -> None:
-    if write is write_parquet:
-        pytest.importorskip("pyarrow")
     target = tmp_path / "out"
     with open_trace(trace) as opened, pytest.raises(type(error)):
         write(opened, target, progress=Broken(error))
@@ -53,8 +51,6 @@ def test_a_partial_export_is_removed(
 def test_what_fails_before_anything_is_written_keeps_the_file_that_was_there(
     trace: Path, tmp_path: Path, write: Callable[..., Any]
 ) -> None:
-    if write is write_parquet:
-        pytest.importorskip("pyarrow")
     target = tmp_path / "out"
     target.write_text("an older export")
     with open_trace(trace) as opened, pytest.raises(ValueError, match="nothing of the kind"):

@@ -53,9 +53,9 @@ def test_writing(folder):
     assert {"a.csv", "a.vcd", "a.html", "line.mcap", "whole.mcap"} <= made
 
 
+@pytest.mark.extra("parquet")
+@pytest.mark.extra("plot")
 def test_writing_with_the_extras(folder):
-    pytest.importorskip("pyarrow")
-    pytest.importorskip("matplotlib")
     with open_trace("a.mcap") as trace:
         assert write_parquet(trace, "a.parquet") == 20
         save_figure(read_chart(trace, Envelope), "a.svg")
@@ -75,9 +75,12 @@ def test_an_export_to_standard_output(folder):
     assert (folder / "a.csv").read_text(encoding="utf-8") == done.stdout
 
 
-def test_other_formats_go_there_too(folder):
+def test_vcd_goes_there_too(folder):
     assert "$enddefinitions" in export("--vcd", "-", "--quiet").stdout
-    pytest.importorskip("pyarrow")
+
+
+@pytest.mark.extra("parquet")
+def test_parquet_goes_there_too(folder):
     assert export("--parquet", "-").stdout_bytes[:4] == b"PAR1"
 
 

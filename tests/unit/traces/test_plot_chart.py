@@ -191,8 +191,8 @@ def test_rules_get_their_label_before_moves() -> None:
 # -- pictures -----------------------------------------------------------------------------------------
 
 
+@pytest.mark.extra("plot")
 def test_a_picture_names_what_it_shows_and_is_the_same_each_time(path: Path, tmp_path: Path) -> None:
-    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
     for name in ("a.svg", "b.svg"):
         save_figure(chart(path), tmp_path / name)
     text = (tmp_path / "a.svg").read_text(encoding="utf-8")
@@ -203,8 +203,8 @@ def test_a_picture_names_what_it_shows_and_is_the_same_each_time(path: Path, tmp
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
 
 
+@pytest.mark.extra("plot")
 def test_two_slots_are_two_panels(tmp_path: Path) -> None:
-    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
     words = np.concatenate((story(), story()), axis=1)
     path = record(tmp_path / "two.mcap", words, [A3601, SlotInfo(3, "amci3601", "3.1")])
     both = chart(path)

@@ -174,9 +174,11 @@ def test_of_many_tags_those_that_change_are_drawn_as_far_as_there_is_room(tmp_pa
     assert (made.left_out, panel.about, panel.unchanged) == (250 - 32, "32 of 250 tags", [])
     with pytest.raises(ValueError, match=r"\*: 250 tags; a chart shows 200 at most"):
         chart(path, "*")
-    result = CliRunner().invoke(build(), ["plot", str(path)])
+    result = CliRunner().invoke(build(), ["plot", str(path), "--out", str(tmp_path / "a.html")])
     assert result.stderr == "218 recorded tags are not drawn; --tag chooses\n"
-    chosen = CliRunner().invoke(build(), ["plot", str(path), "--tag", "B20?"])
+    chosen = CliRunner().invoke(
+        build(), ["plot", str(path), "--tag", "B20?", "--out", str(tmp_path / "b.html")]
+    )
     assert chosen.stderr == "240 recorded tags are not drawn; --tag chooses\n"
 
 
@@ -215,6 +217,7 @@ def test_the_page_has_every_value_exactly(trace: Path, tmp_path: Path) -> None:
     assert panel["unchanged"] == [["Auto", "on"], ["Fill.PRE", "500"]]
 
 
+@pytest.mark.extra("plot")
 def test_a_picture_names_steps_and_what_does_not_change(trace: Path, tmp_path: Path) -> None:
     save_figure(chart(trace), tmp_path / "a.svg")
     text = (tmp_path / "a.svg").read_text(encoding="utf-8")

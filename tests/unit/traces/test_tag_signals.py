@@ -114,8 +114,9 @@ def test_csv_has_names_for_codes(trace: Path, tmp_path: Path) -> None:
     assert rows[115]["tags.main_lamp"] == "0"
 
 
-def test_parquet_and_frames_have_names_for_codes(trace: Path, tmp_path: Path) -> None:
-    parquet = pytest.importorskip("pyarrow.parquet")
+@pytest.mark.extra("parquet")
+def test_parquet_has_names_for_codes(trace: Path, tmp_path: Path) -> None:
+    from pyarrow import parquet
     from scanrack.traces.export import write_parquet
 
     with open_trace(trace) as opened:

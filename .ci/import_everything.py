@@ -1,0 +1,36 @@
+"""Import every module of the installed package, and what each extra that is named adds.
+
+Run without the checkout on the path (`python -P`): what is imported is what was installed.
+"""
+
+import importlib
+import pkgutil
+import re
+import sys
+from importlib.metadata import requires
+
+import scanrack
+
+MODULE_OF = {"mcap-ros2-support": "mcap_ros2", "pytest-xdist": "xdist", "pyvcd": "vcd"}
+"""Modules that are not called like their distribution."""
+
+
+def added_by(extra: str) -> list[str]:
+    """Return the modules that an extra adds."""
+    lines = [line for line in requires("scanrack") or () if f"extra == '{extra}'" in line.replace('"', "'")]
+    if not lines:
+        raise SystemExit(f"scanrack has no extra {extra!r}")
+    names = [re.split(r"[^\w.-]", line)[0] for line in lines]
+    return [MODULE_OF.get(name, name) for name in names]
+
+
+def main() -> None:
+    """Import, and print how many modules of scanrack there are."""
+    ours = [each.name for each in pkgutil.walk_packages(scanrack.__path__, "scanrack.")]
+    others = [name for extra in sys.argv[1:] for name in added_by(extra)]
+    for name in ours + others:
+        importlib.import_module(name)
+    print(f"{len(ours)} modules imported, and {', '.join(others) or 'no extra'}")
+
+
+main()
