@@ -64,6 +64,9 @@ COMMAND_LAYER = (
     "report",
 )
 
+PROGRAMS = ("io_images/**/*.py", "ladder/**/*.py", "ladder/**/*.rung", "runtime/**/*.py")
+EVERYTHING = (*PROGRAMS, "traces/**/*.py")
+
 ROOMS: dict[str, Room] = {
     "amci3601": Room(
         (LAYER,),
@@ -125,7 +128,131 @@ ROOMS: dict[str, Room] = {
             "tests/properties/test_ladder_*.py",
             "tests/unit/ladder",
         ),
-        sources=("io_images/**/*.py", "ladder/**/*.py", "ladder/**/*.rung", "runtime/**/*.py"),
+        sources=PROGRAMS,
+    ),
+    "instructions": Room(
+        ("ladder/instructions",),
+        (
+            "tests/manual/test_ladder_semantics_*.py",
+            "tests/manual/test_slc_*.py",
+            "tests/manual/test_structured_text_regulation.py",
+            "tests/properties/test_ladder_lockstep.py",
+            "tests/properties/test_timers_against_rungs.py",
+            "tests/unit/ladder/*.py",
+        ),
+        sources=PROGRAMS,
+    ),
+    "st": Room(
+        ("ladder/st",),
+        (
+            "tests/properties/test_ladder_structured_text.py",
+            "tests/unit/ladder/test_structured_text*.py",
+            "tests/unit/ladder/test_messages_in_text.py",
+            "tests/unit/ladder/l5x",
+        ),
+        sources=PROGRAMS,
+    ),
+    "l5x": Room(
+        ("ladder/l5x",),
+        (
+            "tests/properties/test_l5x_mutated.py",
+            "tests/unit/ladder/l5x",
+            "tests/unit/ladder/test_ladder_module_*.py",
+            "tests/unit/ladder/test_ladder_text_of_exports.py",
+        ),
+        sources=PROGRAMS,
+    ),
+    "slc": Room(
+        ("ladder/slc", "ladder/instructions/slc"),
+        (
+            "tests/manual/test_slc_*.py",
+            "tests/properties/test_slc_mutated.py",
+            "tests/unit/ladder/test_slc_import.py",
+        ),
+        sources=PROGRAMS,
+    ),
+    "debug": Room(
+        ("ladder/debug",),
+        (
+            "tests/properties/test_ladder_debugger_agrees.py",
+            "tests/properties/test_ladder_observed_lockstep.py",
+            "tests/unit/app/test_bench*.py",
+            "tests/unit/ladder/test_ladder_*.py",
+            "tests/unit/ladder/test_structured_text_debugged.py",
+        ),
+        sources=PROGRAMS,
+    ),
+    "sequences": Room(
+        ("ladder/sequences",),
+        (
+            "tests/properties/test_waits_against_arithmetic.py",
+            "tests/unit/app/test_edit_sequences.py",
+            "tests/unit/app/test_sequences_seen.py",
+            "tests/unit/sequences",
+        ),
+        sources=PROGRAMS,
+    ),
+    "axis3601": Room(
+        ("ladder/axis3601",),
+        ("tests/properties/test_axis_against_rungs.py", "tests/unit/sequences"),
+        sources=PROGRAMS,
+    ),
+    "cards": Room(
+        ("runtime/modules/cards",),
+        (
+            "tests/manual/test_analog_cards.py",
+            "tests/unit/fuzz/test_fuzz_cards.py",
+            "tests/unit/modules",
+            "tests/unit/traces/test_card_plot.py",
+        ),
+    ),
+    "config": Room(
+        ("runtime/config",),
+        ("tests/unit/config", "tests/unit/machine", "tests/unit/modules"),
+    ),
+    "live": Room(
+        ("runtime/live",),
+        ("tests/unit/app/test_bench_edits.py", "tests/unit/live"),
+        sources=PROGRAMS,
+    ),
+    "watch": Room(
+        ("runtime/cli/watch",),
+        ("tests/unit/live",),
+        sources=EVERYTHING,
+    ),
+    "check": Room(
+        ("runtime/app/check",),
+        ("tests/unit/app/test_check*.py", "tests/unit/pages/test_panel_doc.py"),
+        sources=PROGRAMS,
+    ),
+    "why": Room(
+        ("runtime/app/why",),
+        (
+            "tests/unit/app/test_why_*.py",
+            "tests/unit/app/test_sequences_seen.py",
+            "tests/unit/pages/test_panel_doc.py",
+        ),
+        sources=EVERYTHING,
+    ),
+    "bench": Room(
+        ("runtime/app/bench",),
+        (
+            "tests/unit/app/test_bench*.py",
+            "tests/unit/app/test_steps.py",
+            "tests/unit/sequences/test_examples_*.py",
+        ),
+        sources=PROGRAMS,
+    ),
+    "fuzz": Room(
+        ("runtime/app/fuzz",),
+        ("tests/unit/fuzz",),
+        sources=EVERYTHING,
+    ),
+    "trust": Room(
+        ("runtime/app",),
+        ("tests/unit/traces/test_forged_traces.py", "tests/unit/live/test_watch_security.py"),
+        names=("trust",),
+        sources=EVERYTHING,
     ),
     "traces": Room(
         ("traces",),
