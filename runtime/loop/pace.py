@@ -63,7 +63,7 @@ class Pacer(Protocol):
         ...
 
     def wait(self) -> bool:
-        """Wait until the next scan is due; return whether it already was (an overrun)."""
+        """Wait until the next scan is due; return whether it begins late all the same."""
         ...
 
 
@@ -90,7 +90,8 @@ class RealTime(Pacer):
     """Scans begin in step with the wall clock: scan n of a run at its start + n * period.
 
     A scan that comes late does not shift the ones after it: they follow without
-    a pause until the loop has caught up.
+    a pause until the loop has caught up. It is late whatever the reason: the scan before
+    was not finished (an overrun), or the sleep took too long.
 
     Args:
         spin: sleep only until shortly before a scan is due, and look at the clock from there on. That
@@ -124,9 +125,10 @@ class RealTime(Pacer):
             now_ns = self._wait_until(due_ns, now_ns)
         late_ns = now_ns - due_ns
         self.worst_late_ns = max(self.worst_late_ns, late_ns)
-        self.late[bisect_right(LATE_FROM_NS, late_ns)] += 1
+        size = bisect_right(LATE_FROM_NS, late_ns)
+        self.late[size] += 1
         self.overruns += overrun
-        return overrun
+        return size > 0
 
     def _wait_until(self, due_ns: int, now_ns: int) -> int:
         """Sleep, and spin if that is wanted, until an instant; return when it was over."""

@@ -36,7 +36,7 @@ class ScanFlag(IntFlag):
     INPUT_FORCES = 1 << 3
     OUTPUT_FORCES = 1 << 4
     OVERRUN = 1 << 5
-    """Real time only: the scan began late, because the one before was not finished in time."""
+    """Real time only: the scan began late, by 0.1 ms or more, see `pace.LATE_FROM_NS`."""
 
     FAULT = 1 << 6
     """The CPU faulted in this scan; the outputs shown are the zeros that were sent."""

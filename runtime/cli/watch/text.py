@@ -72,7 +72,7 @@ class TextView:
             "PAUSED" if state.paused else f"{mode} {speed}",
             f"scan {self._scan:,}",
             f"{self._now_ns / 1e9:.3f} s",
-            f"{self._pacer.overruns:,} late",
+            f"{sum(self._pacer.late[1:]):,} late",
         ]
         if self._flags & (ScanFlag.INPUT_FORCES | ScanFlag.OUTPUT_FORCES | ScanFlag.TAGS_FROM_OUTSIDE):
             parts.append("FORCED")

@@ -72,6 +72,19 @@ def test_a_sleep_that_takes_too_long_is_late_but_no_overrun(rack, clock):
     assert clock.slept_ns == [10 * MS, 10 * MS - 70_000]
 
 
+def test_a_scan_that_a_sleep_makes_late_is_marked_like_one_after_an_overrun(rack, clock, diary):
+    # Every sleep takes 0.2 ms too long. Scan 2 follows an overrun of 0.05 ms, which is not late.
+    clock.slack_ns = 200_000
+
+    def logic(scan):
+        clock.now_ns += round(9.85 * MS) if scan.number == 1 else 0
+
+    cpu = Cpu(rack, logic, 10 * MS, pacer=RealTime(), listeners=[diary])
+    cpu.run(4)
+    assert [scan for scan, _, flags in diary.scans if flags & ScanFlag.OVERRUN] == [1, 3]
+    assert (cpu.pacer.overruns, cpu.pacer.late[:2]) == (1, [2, 2])
+
+
 def test_every_run_starts_anew(rack, clock):
     cpu = Cpu(rack, lambda scan: None, 10 * MS, pacer=RealTime())
     cpu.run(1)
