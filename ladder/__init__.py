@@ -20,6 +20,7 @@ which is logic just as well. The files, from the bottom up; each imports only fr
 | `tagref`, `spec`, `operand_checks` | Python operands; one instruction, its uses; what a use accepts |
 | `resolver`, `lowered`, `fault_log`, `view` | addresses to operands; a program ready to run; faults; tags |
 | `interpreter/`, `engine`, `compiler/` | the two back ends: rungs, power, values; one running program |
+| `whereabouts` | the task, routine and rung that a traceback leads to |
 | `instructions/` | what each instruction does in both back ends: one file per family, one row each |
 | `text`, `st/`, `front` | rungs from text; structured text; rungs from Python |
 | `addon`, `calls` | add-on instructions; what a call passes |

@@ -19,6 +19,7 @@ from .memory import Memory, Value
 from .scheduler import Scheduler
 from .tags import program_of, scoped
 from .view import Tags
+from .whereabouts import Compiled, whereabouts
 
 STEP_MS = 10
 """Default time from scan to scan in `step`, ms."""
@@ -33,6 +34,7 @@ class Engine:
         tags: its tags by name.
         scheduler: runs the programs of a controller; None if a scan calls one routine.
         now_ns: virtual time of the last scan.
+        compiled: the routine of each compiled function.
 
     Args:
         lowered: the program.
@@ -53,6 +55,7 @@ class Engine:
         self.tags = Tags(lowered, self.memory)
         self.fault_log = FaultLog(lowered, self.memory)
         self.now_ns = 0
+        self.compiled: Compiled = {}
         self.interpreter = self.interpreter_type(lowered, self.memory, self.fault_log, self.call_python)
         self.scheduler = (
             Scheduler(lowered, lowered.schedule, self.memory, self.fault_log) if lowered.schedule else None
@@ -122,6 +125,12 @@ class Engine:
             site = Site(self.lowered.name, self.lowered.main, 0, "JSR")
             text = "routines in Python call routines without end"
             raise LadderFault(site, "JSR", text, STACK_CODE) from None
+        except Exception:
+            raise
+        except BaseException as stop:  # the watchdog's, or Ctrl-C
+            if place := whereabouts(stop.__traceback__, self.compiled):
+                stop.add_note(place)
+            raise
 
     def _run(self, now_ns: int, *, first: bool) -> None:
         for each in self.lowered.opening:

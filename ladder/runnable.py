@@ -380,6 +380,17 @@ class LadderLogic(ABC):
         """Do one scan of a rack, see `Engine`."""
         (self._engine or self.engine)(scan)
 
+    def __attach_logic__(self, _slots: object) -> None:
+        """Compile it before the first scan, which has the watchdog's limit as every other one.
+
+        Raises:
+            BuildError: see `build`.
+        """
+        _ = self.engine
+
+    def __close_logic__(self) -> None:  # noqa: B027 - nothing is under way between two scans
+        """Do nothing; there is nothing to end."""
+
     def step(self, ms: float = STEP_MS) -> None:
         """Do one scan without a rack, see `Engine.step`."""
         self.engine.step(ms)

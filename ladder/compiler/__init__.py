@@ -73,6 +73,7 @@ def observed_scanner_of(lowered: Lowered, observation: Observation) -> ObservedS
             closure = tuple(engine.memory.cells[name] for name in code.co_freevars)
             function = FunctionType(code, namespace, code.co_name, ((),), closure)
             functions[code.co_name] = namespace[code.co_name] = function
+        engine.compiled = {code: part.routine for code, part in zip(codes, text.parts, strict=True)}
         names = text.functions
         engine.call_routine = lambda name, inputs: functions[names[name]](engine.now_ns, tuple(inputs)) or ()
         if engine.scheduler is not None:

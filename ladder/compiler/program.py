@@ -24,10 +24,12 @@ class FunctionText:
 
     Attributes:
         name: its name.
+        routine: the routine that it runs.
         lines: its lines, each with the line in the file that it is from.
     """
 
     name: str
+    routine: LoweredRoutine
     lines: Sequence[tuple[str, int]]
 
     def used(self) -> set[str]:
@@ -82,17 +84,18 @@ def text_of(lowered: Lowered, observation: Observation = UNOBSERVED) -> ProgramT
     notes = partial(Notes.of, observation, listed)
     functions = _function_names(lowered)
     called: set[tuple[str, bool]] = set()
-    parts = [
-        FunctionText(name, _routine(lowered, lowered.routines[key], functions, name, called, notes(key)))
-        for key, name in functions.items()
-    ]
+    parts = []
+    for key, name in functions.items():
+        routine = lowered.routines[key]
+        lines = _routine(lowered, routine, functions, name, called, notes(key))
+        parts.append(FunctionText(name, routine, lines))
     written: set[tuple[str, bool]] = set()
     while waiting := sorted(called - written):
         for key, based in waiting:
             name = function_name(key, based=based)
             routine = lowered.routines[key]
             lines = _routine(lowered, routine, functions, name, called, notes(key), based=based)
-            parts.append(FunctionText(name, lines))
+            parts.append(FunctionText(name, routine, lines))
         written.update(waiting)
     file = next((line.origin.file for each in lowered.routines.values() for line in each.lines), "")
     idents = tuple(lowered.layout.idents)

@@ -200,7 +200,8 @@ class Sequence:
         while not isinstance(wait, Wait):
             if wait is _OVER:
                 return
-            wait = self._advance(TypeError(f"{self.name} awaits {wait!r}, which is not a wait of scanrack"))
+            text = f"{self.name} awaits {wait!r}, which is not a wait of scanrack; {NO_LOOP}"
+            wait = self._advance(TypeError(text))
         wait.begin(now_ns)
         self._wait = wait
 
@@ -216,6 +217,9 @@ class Sequence:
         except Abort:
             pass  # the end that was asked for
         except RuntimeError as error:
+            if str(error) == "no running event loop":  # asyncio's words
+                text = f"{error}: {self.name} awaits what asyncio runs; {NO_LOOP}"
+                raise RuntimeError(text).with_traceback(error.__traceback__) from None
             if isinstance(error.__cause__, StopIteration):  # Python's name for a StopIteration that escapes
                 error = error.with_traceback(error.__cause__.__traceback__)  # which knows the user's line
             raise error
@@ -225,6 +229,9 @@ class Sequence:
         self._work = None
         return _OVER
 
+
+NO_LOOP = 'a sequence waits for a time with `await dwell("2 s")`, for a condition with `await until(...)`'
+"""What helps who awaits something of asyncio."""
 
 _OVER = object()
 """The coroutine has come to its end."""

@@ -1,10 +1,12 @@
-"""Statements without effect, found in the source of a class when it is made.
+"""Statements without effect and fields without declaration, found in the source of a class when it is made.
 
     dwell("2 s")            a wait that is never awaited: it does nothing
     self.start.rises        likewise
     self.part()             an `async def` that never runs, or a function that returns a wait
     pause = dwell("2 s")    a wait in a variable that nothing reads
+    self.pause = dwell("2 s")   likewise in a field
     self.start = True       would hide an input, an axis or a sequence
+    self.lmp = True         a field that the class does not declare
 
 A command has an effect without `await`: `self.axis.halt()` is carried out. A wait that is kept and read is no
 mistake: it may be awaited later, or only in some case.
@@ -13,6 +15,7 @@ mistake: it may be awaited later, or only in some case.
 from __future__ import annotations
 
 import ast
+import difflib
 import inspect
 import linecache
 import sys
@@ -37,26 +40,45 @@ PROBE = "captured"
 
 _OURS = "scanrack."
 
-Bodies = Mapping[tuple[str, int], ast.AST]
-"""The functions of a file by name and first line, as code objects have them."""
+SETTING_UP = ("__init__", "__post_init__")
+"""Methods that declare a field by assigning it, as the body of the class does."""
+
+
+class _File(NamedTuple):
+    """A file of Python.
+
+    Attributes:
+        bodies: its functions by name and first line, as code objects have them.
+        read: names of the attributes that it reads, other than in a statement of its own.
+    """
+
+    bodies: Mapping[tuple[str, int], ast.AST]
+    read: frozenset[str]
 
 
 def check_statements(cls: type) -> None:
-    """Refuse statements without effect in the methods of a class.
+    """Refuse statements without effect, and fields that are not declared, in the methods of a class.
 
     Raises:
         TypeError: there is one; its file and line.
     """
+    fields = _fields(cls)
     for function in _functions(cls):
         body = _body_of(function)
         if body is not None:
-            _check_body(_Scope(cls, function.__globals__), function.__code__.co_filename, body)
+            scope = _Scope(cls, function.__globals__, fields)
+            _check_body(scope, function.__code__.co_filename, body)
 
 
 def _check_body(scope: _Scope, file: str, body: ast.AST) -> None:
-    read = _names_read(body)
+    read, attributes = _names_read(body), _file(file).read
     for node in ast.walk(body):
-        mistake = _statement(scope, node) or _hidden(scope, node) or _unread(scope, node, read)
+        mistake = (
+            _statement(scope, node)
+            or _hidden(scope, node)
+            or _undeclared(scope, node)
+            or _unread(scope, node, read, attributes)
+        )
         if mistake:
             raise TypeError(f"{file}:{getattr(node, 'lineno', '?')}: {mistake}")
 
@@ -79,15 +101,56 @@ def _hidden(scope: _Scope, node: ast.AST) -> str:
     return ""
 
 
-def _unread(scope: _Scope, node: ast.AST, read: frozenset[str]) -> str:
-    """Return what is wrong with a wait in a variable that nothing reads; empty if it is none."""
+def _undeclared(scope: _Scope, node: ast.AST) -> str:
+    """Return what is wrong with an assignment to a field that the class lacks; empty if it is none."""
+    if not (isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)):
+        return ""
+    if not (isinstance(node.value, ast.Name) and node.value.id == "self") or scope.fields is None:
+        return ""
+    if node.attr in scope.fields:
+        return ""
+    text, name = f"self.{node.attr}", scope.owner.__name__
+    close = difflib.get_close_matches(node.attr, sorted(scope.fields), n=1)
+    meant = f"did you mean self.{close[0]}, or " if close else ""
+    return f"{name} has no field `{text}`: {meant}declare it in the body of {name}"
+
+
+def _fields(cls: type) -> frozenset[str] | None:
+    """Return the names that a class declares, with those of its bases; None if they can't be known."""
+    names = set(dir(cls))
+    for kind in cls.__mro__:
+        names.update(vars(kind).get("__annotations__", ()))
+        for each in SETTING_UP:
+            function = vars(kind).get(each)
+            if not isinstance(function, FunctionType):
+                continue
+            body = _body_of(function)
+            if body is None:
+                return None
+            nodes = [node for node in ast.walk(body) if isinstance(node, ast.Attribute)]
+            names.update(node.attr for node in nodes if isinstance(node.ctx, ast.Store))
+    return None if cls.__setattr__ is not object.__setattr__ else frozenset(names)
+
+
+def _unread(scope: _Scope, node: ast.AST, read: frozenset[str], attributes: frozenset[str]) -> str:
+    """Return what is wrong with a wait that is kept where nothing reads it; empty if it is none.
+
+    Args:
+        scope: what names mean.
+        node: a statement.
+        read: the variables that its function reads.
+        attributes: the attributes that its file reads.
+    """
     value = getattr(node, "value", None)
     if value is None or not scope.is_wait(value):
         return ""
     for target in _targets(node):
-        if isinstance(target, ast.Name) and target.id not in read:
+        known = target.id in read if isinstance(target, ast.Name) else True
+        if isinstance(target, ast.Attribute):
+            known = target.attr in attributes
+        if not known:
             text = ast.unparse(value)
-            return f"`{target.id} = {text}` is never awaited and does nothing: write `await {text}`"
+            return f"`{ast.unparse(target)} = {text}` is never awaited and does nothing: write `await {text}`"
     return ""
 
 
@@ -124,22 +187,26 @@ def _functions(cls: type) -> Iterator[FunctionType]:
 def _body_of(function: FunctionType) -> ast.AST | None:
     """Return the text of a function; None if there is no source, or another than was loaded."""
     code = function.__code__
-    return _bodies_of(code.co_filename).get((code.co_name, code.co_firstlineno))
+    return _file(code.co_filename).bodies.get((code.co_name, code.co_firstlineno))
 
 
-def _bodies_of(file: str) -> Bodies:
-    linecache.checkcache(file)
-    return _parsed("".join(linecache.getlines(file)))
+def _file(name: str) -> _File:
+    linecache.checkcache(name)
+    return _parsed("".join(linecache.getlines(name)))
 
 
 @lru_cache(maxsize=4)
-def _parsed(source: str) -> Bodies:
+def _parsed(source: str) -> _File:
     try:
         tree = ast.parse(source)
     except SyntaxError:
-        return {}
-    functions = [each for each in ast.walk(tree) if isinstance(each, ast.FunctionDef | ast.AsyncFunctionDef)]
-    return {(each.name, _first_line(each)): each for each in functions}
+        return _File({}, frozenset())
+    nodes = list(ast.walk(tree))
+    functions = [each for each in nodes if isinstance(each, ast.FunctionDef | ast.AsyncFunctionDef)]
+    alone = {id(each.value) for each in nodes if isinstance(each, ast.Expr)}
+    attributes = (each for each in nodes if isinstance(each, ast.Attribute) and id(each) not in alone)
+    read = frozenset(each.attr for each in attributes if isinstance(each.ctx, ast.Load))
+    return _File({(each.name, _first_line(each)): each for each in functions}, read)
 
 
 def _first_line(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
@@ -153,10 +220,12 @@ class _Scope(NamedTuple):
     Attributes:
         owner: the class.
         names: the global names.
+        fields: the names that the class declares; None if they can't be known.
     """
 
     owner: type
     names: Mapping[str, Any]
+    fields: frozenset[str] | None = None
 
     def of_self(self, node: ast.expr) -> Any:
         """Return what `self.name` is in the class; None for any other expression."""

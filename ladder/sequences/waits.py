@@ -9,6 +9,7 @@ A wait takes one scan at least, even one that holds already. Times are virtual a
 
 from __future__ import annotations
 
+import inspect
 import threading
 from collections.abc import Callable, Generator
 from typing import Any, Generic, NoReturn, TypeVar
@@ -117,6 +118,25 @@ def check_condition(condition: object, what: str) -> None:
     """
     if not callable(condition):
         raise TypeError(f"{what}({condition!r}) is not allowed: write {what}(lambda: ...), a function")
+    if inspect.iscoroutinefunction(condition):
+        raise TypeError(f"{what}({condition.__name__}) is not allowed: {_never_answers(condition.__name__)}")
+
+
+def holds(condition: Condition) -> bool:
+    """Ask a condition.
+
+    Raises:
+        TypeError: it answers with a coroutine, which would count as true.
+    """
+    answer = condition()
+    if inspect.iscoroutine(answer):
+        answer.close()  # lest Python warns that nobody awaits it
+        raise TypeError(_never_answers(answer.__name__))
+    return bool(answer)
+
+
+def _never_answers(name: str) -> str:
+    return f"{name} is an `async def`, which answers only where it is awaited: make it a `def`"
 
 
 def text_of(condition: Condition) -> str:
@@ -146,7 +166,7 @@ class until(Wait[None]):  # noqa: N801 - it reads as a word of the language
 
     @override
     def poll(self, now_ns: int) -> bool:
-        return bool(self.condition())
+        return holds(self.condition)
 
     def __repr__(self) -> str:
         return self.text or f"until {text_of(self.condition)}"
@@ -211,7 +231,7 @@ class steady(Wait[None]):  # noqa: N801
 
     @override
     def poll(self, now_ns: int) -> bool:
-        if not self.condition():
+        if not holds(self.condition):
             self._since_ns = None
             return False
         if self._since_ns is None:

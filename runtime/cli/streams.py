@@ -14,13 +14,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import IO, TYPE_CHECKING, Any
 
+from ..loop.faults import Ending
 from .status import CANNOT_WRITE, PIPE_CLOSED
 
 if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
 
 
-class OutputLost(BaseException):
+class OutputLost(Ending):
     """Standard output can't be written.
 
     Not an Exception, lest a command takes it for an error of a file of its own.

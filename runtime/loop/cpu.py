@@ -14,7 +14,7 @@ from typing import NoReturn, Self
 
 from .events import Event, JsonValue
 from .exchange import EndOfScan, Exchange
-from .faults import Cause, CpuFault, Fault, place_of, words_of
+from .faults import Cause, CpuFault, Fault, ends_the_run, place_of, words_of
 from .listeners import ScanListener
 from .pace import FreeRun, Pacer, Watchdog, WatchdogExpired, stopping_on_interrupt
 from .phases import IDLE_PHASES, PHASES, Phase, ScanPhases
@@ -211,6 +211,10 @@ class Cpu(ScansAhead):
             self._scan(scans)
         except (Exception, SystemExit, WatchdogExpired) as error:
             self._fail(error, self._present)
+        except BaseException as error:
+            if ends_the_run(error) or self._blame[self._present] is not Cause.PROGRAM:
+                raise
+            self._fail(error, self._present)
 
     def _ask_for_attention(self) -> None:
         self._attention = True
@@ -261,7 +265,7 @@ class Cpu(ScansAhead):
     def _fail(self, error: BaseException, phase: Phase) -> NoReturn:
         """Stop in order after `error` in `phase`: outputs, modules, listeners; raise it as a `CpuFault`."""
         cause = Cause.WATCHDOG if isinstance(error, WatchdogExpired) else self._blame[phase]
-        text = str(error) if cause is Cause.WATCHDOG else words_of(error)
+        text = _watchdog_words(error) if cause is Cause.WATCHDOG else words_of(error)
         self.fault = Fault(self.scan, self.now_ns, cause, place_of(error), text)
         if cause is Cause.LISTENER:
             self._listeners.dismiss_present()
@@ -271,7 +275,9 @@ class Cpu(ScansAhead):
         for step in (self._drop_outputs, last_words, self.close):
             try:
                 step()
-            except Exception as further:
+            except BaseException as further:
+                if ends_the_run(further):
+                    raise
                 failure.add_note(f"while stopping: {words_of(further)}")
         raise failure from error
 
@@ -292,3 +298,8 @@ class Cpu(ScansAhead):
         if self.fault is not None:
             self._listeners.module_events(self.scan, self.rack.slots.values())
             self._listeners.event(self.scan, self.now_ns, "/faults", self.fault.fields)
+
+
+def _watchdog_words(error: BaseException) -> str:
+    """Return what the watchdog says, and where the program was: its engine has noted that."""
+    return ", ".join([str(error), *getattr(error, "__notes__", ())])

@@ -7,6 +7,7 @@ import traceback
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
+from opcode import opmap
 from pathlib import Path
 
 from .events import JsonValue
@@ -67,6 +68,28 @@ class CpuFault(Exception):  # noqa: N818 - what the trade calls it
     def __init__(self, fault: Fault) -> None:
         super().__init__(str(fault))
         self.fault = fault
+
+
+class Ending(BaseException):
+    """Ends the command that runs scans; no fault, whichever code meets it."""
+
+
+def ends_the_run(error: BaseException) -> bool:
+    """Return whether an error of a program is no fault: an `Ending`, or a real Ctrl-C.
+
+    A `raise KeyboardInterrupt` of the program's own is a fault as any other. A real Ctrl-C is raised by a
+    signal handler of ours, or between two instructions of the program.
+    """
+    if not isinstance(error, KeyboardInterrupt):
+        return isinstance(error, Ending)
+    trace = error.__traceback__
+    while trace is not None and trace.tb_next is not None:
+        trace = trace.tb_next
+    if trace is None:
+        return True
+    code = trace.tb_frame.f_code
+    by_statement = code.co_code[trace.tb_lasti] == opmap["RAISE_VARARGS"]
+    return not (by_statement and is_the_users(code.co_filename))
 
 
 def words_of(error: BaseException) -> str:

@@ -22,12 +22,15 @@ from bisect import bisect_right
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import CodeType, FrameType
-from typing import Any, NoReturn, Protocol
+from typing import Any, Protocol
 
 from typing_extensions import override
 
 WATCHDOG_NS = 500_000_000
 """Default watchdog, as a CompactLogix main task has it."""
+
+WAITING = 10
+"""How many times as long as its limit of processor time logic may take on the wall clock."""
 
 TICKS_PER_LIMIT = 4
 """How often the watchdog looks, per limit: logic is ended within 1 to 1.25 limits."""
@@ -216,6 +219,9 @@ class WatchdogExpired(BaseException):
 class Watchdog:
     """Ends logic that does not come back.
 
+    What counts is the processor time that the logic takes: on a busy machine it is not to blame for the
+    time in which others ran. On the wall clock it has ten times as long, for logic that waits.
+
     In the main thread of a system with interval timers it costs the scans nothing: a timer
     looks in now and then whether it still finds the same scan inside the logic, and after the
     limit raises `WatchdogExpired` right there, even in an endless loop. (One long call of a C
@@ -226,7 +232,7 @@ class Watchdog:
     the run, and the time of a scan does not count that is traced or calls `breakpoint()`.
 
     Args:
-        limit_ns: the longest that the logic of one scan may take on the wall clock; 0 = no watchdog.
+        limit_ns: the longest that the logic of one scan may take of the processor; 0 = no watchdog.
 
     Raises:
         ValueError: the limit is negative.
@@ -237,7 +243,7 @@ class Watchdog:
             raise ValueError(f"watchdog of {limit_ns} ns is not allowed: it must be positive, or 0 for none")
         self.limit_ns = limit_ns
         self._seen = -1
-        self._since_ns = 0
+        self._since = (0, 0)
 
     @property
     def timed(self) -> bool:
@@ -272,21 +278,35 @@ class Watchdog:
         Raises:
             WatchdogExpired: it took longer than the limit.
         """
-        start_ns = time.monotonic_ns()
+        since = _clocks()
         with _noticing_breakpoints() as met:
             logic()
-        if time.monotonic_ns() - start_ns > self.limit_ns and not (met or _traced_by_debugger()):
-            self._expire()
+        if not (met or _traced_by_debugger()):
+            self._expire_if_over(since)
 
     def _look(self, scan: int) -> None:
-        now_ns = time.monotonic_ns()
         if scan < 0 or scan != self._seen:
-            self._seen, self._since_ns = scan, now_ns
-        elif now_ns - self._since_ns >= self.limit_ns:
-            self._expire()
+            self._seen, self._since = scan, _clocks()
+        else:
+            self._expire_if_over(self._since)
 
-    def _expire(self) -> NoReturn:
-        raise WatchdogExpired(f"it took longer than {self.limit_ns / 1e6:g} ms")
+    def _expire_if_over(self, since: tuple[int, int]) -> None:
+        """Raise `WatchdogExpired` if the logic has taken too long.
+
+        Args:
+            since: what `_clocks` was when it began.
+        """
+        used_ns, passed_ns = (now - then for now, then in zip(_clocks(), since, strict=True))
+        limit_ms = self.limit_ns / 1e6
+        if used_ns >= self.limit_ns:
+            raise WatchdogExpired(f"it took longer than {limit_ms:g} ms of processor time")
+        if passed_ns >= WAITING * self.limit_ns:
+            raise WatchdogExpired(f"it waited: it took longer than {WAITING * limit_ms:g} ms on the clock")
+
+
+def _clocks() -> tuple[int, int]:
+    """Return the processor time of this thread and the wall clock, ns."""
+    return time.thread_time_ns(), time.monotonic_ns()
 
 
 def _timer_usable() -> bool:

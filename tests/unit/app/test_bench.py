@@ -72,8 +72,18 @@ def test_the_shaft_is_where_it_is_in_mid_move(rack):
     assert 1000 <= bench.slot[1].shaft < 1010  # 5000 steps/s are 10 steps per scan
 
 
+SLOW = """from time import thread_time
+
+
+def logic(scan):
+    end = thread_time() + 0.15
+    while thread_time() < end:
+        pass
+"""
+
+
 def test_the_bench_has_no_watchdog_unless_it_is_asked_for(rack):
-    file = rack("import time\n\n\ndef logic(scan):\n    time.sleep(0.15)\n", "slow.py")
+    file = rack(SLOW, "slow.py")
     file.write_text("watchdog_ms = 50\n" + file.read_text(encoding="utf-8"), encoding="utf-8")
     open_bench(file).scan()
     with pytest.raises(CpuFault, match="it took longer than 50 ms"):

@@ -206,7 +206,7 @@ def test_a_planted_mistake_in_python_is_found(check, rule):
 SEQUENCES_PLANTED = [
     ("not-configured", "CW_LIMIT", "CCW_LIMIT", "line.toml:10"),
     ("unused-terminal", 'start = Input("start")', 'start = Input("stop")', "line.toml:18"),
-    ("unused-terminal", "self.lamp = bool(self.stop)", "self.lmap = bool(self.stop)", "line.toml:25"),
+    ("unused-terminal", "self.lamp = bool(self.stop)", "bool(self.stop)", "line.toml:25"),
     ("unused-terminal", "await self.start.rises", "await dwell('1 s')", "line.toml:18"),
     ("out-of-range", "speed=500, acceleration=1", "speed=500, acceleration=3000", "line.py:12"),
     ("out-of-range", "speed=5000", "speed=499", "line.py:16"),

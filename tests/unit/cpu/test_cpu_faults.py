@@ -1,6 +1,8 @@
 """What ends a run early, and that everything is closed in order."""
 
+import asyncio
 import inspect
+import signal
 from typing import Any
 
 import pytest
@@ -40,6 +42,59 @@ def test_logic_that_raises(rack, module, diary):
         f"scan 2 (t = 0.004 s): the program raised ArithmeticError: the sum is wrong [{fault.where}]"
     )
     assert isinstance(caught.value.__cause__, ArithmeticError)
+
+
+class Odd(BaseException):
+    """No Exception."""
+
+
+ODD = [GeneratorExit, asyncio.CancelledError, KeyboardInterrupt, SystemExit, Odd]
+
+
+@pytest.mark.parametrize("error", ODD, ids=lambda each: each.__name__)
+def test_whatever_logic_raises_faults_the_cpu(rack, module, diary, error):
+    """`raise KeyboardInterrupt` is no Ctrl-C. Outputs are zero; the scan is on record."""
+
+    def logic(scan):
+        scan.slot[1].outputs[0] = 9
+        if scan.number == 2:
+            raise error("odd")
+
+    cpu = Cpu(rack, logic, 2 * MS, listeners=[diary])
+    with pytest.raises(CpuFault) as caught:
+        cpu.run(10)
+    assert (caught.value.fault.cause, caught.value.fault.text) == (Cause.PROGRAM, f"{error.__name__}: odd")
+    assert diary.scans[-1] == (2, 4 * MS, ScanFlag.RUN | ScanFlag.FAULT)
+    assert (diary.word(2), diary.closed) == (0, 1)
+
+
+def test_a_real_ctrl_c_is_no_fault(rack, diary):
+    """The signal arrives while the program runs."""
+
+    def logic(scan):
+        signal.raise_signal(signal.SIGINT)
+
+    cpu = Cpu(rack, logic, listeners=[diary])
+    with pytest.raises(KeyboardInterrupt):
+        cpu.run(10)
+    assert cpu.fault is None
+
+
+def test_what_logic_raises_at_its_end_keeps_nothing_from_being_closed(rack, diary):
+    class Logic:
+        def __call__(self, scan):
+            raise ArithmeticError("first")
+
+        def __attach_logic__(self, slots):
+            """Need nothing."""
+
+        def __close_logic__(self):
+            raise GeneratorExit("last")
+
+    with pytest.raises(CpuFault) as caught:
+        Cpu(rack, Logic(), listeners=[diary]).run(1)
+    assert caught.value.__notes__ == ["while stopping: GeneratorExit: last"]
+    assert diary.closed == 1
 
 
 def test_blame_follows_the_phase_that_ran(rack):

@@ -68,6 +68,7 @@ class Copying(Logic):
     lamp: Output = Output("Local:2:O.Data.0")
     sign: Output = Output("Local:2:O.Data.15")
     value: OutputWord = OutputWord("Local:2:O.Data[1]")
+    seen = None
 
     def every_scan(self):
         self.lamp = self.start

@@ -18,6 +18,7 @@ from scanrack import (
     dwell,
     first_of,
     sequence,
+    steady,
     until,
 )
 from scanrack.ladder.program import ProgramError, load_program
@@ -120,18 +121,92 @@ def test_an_assignment_that_would_hide_a_part_names_its_line(tmp_path, statement
 
 
 @pytest.mark.parametrize(
+    ("statement", "meant"),
+    [
+        ("self.lmp = True", "did you mean self.lamp, or declare it in the body of Line"),
+        ("self.lamp, self.far = True, 1", "`self.far`: declare it in the body of Line"),
+        ("for self.index in range(3): pass", "`self.index`: declare it in the body of Line"),
+    ],
+)
+def test_a_field_that_the_class_does_not_declare_names_its_line(tmp_path, statement, meant):
+    with pytest.raises(ProgramError, match=rf"line\.py:10: Line has no field .*{meant}"):
+        load(tmp_path, f"def every_scan(self):\n    {statement}\n")
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "count = 0\ndef every_scan(self):\n    self.count += 1\n",
+        "count: int\ndef every_scan(self):\n    self.count = 1\n",
+        "def __init__(self):\n    self.count = 0\ndef every_scan(self):\n    self.count += 1\n",
+        "def __setattr__(self, name, value):\n    vars(self)[name] = value\n"
+        "def every_scan(self):\n    self.any = 1\n",
+        "@property\ndef level(self): return 1\n@level.setter\ndef level(self, value): pass\n"
+        "def every_scan(self):\n    self.level = 1\n",
+    ],
+)
+def test_a_field_is_declared_in_the_body_or_in_init(tmp_path, body):
+    load(tmp_path, body)
+
+
+def test_fields_of_a_base_class_are_fields_of_the_class(tmp_path):
+    (tmp_path / "line.py").write_text(
+        "from scanrack import Logic\n\nclass Base(Logic):\n"
+        "    def __init__(self):\n        self.count = 0\n\n"
+        "class Line(Base):\n    def every_scan(self):\n        self.count = 1\n",
+        encoding="utf-8",
+    )
+    load_program("line.py:Line", tmp_path)
+
+
+def test_a_wait_in_a_field_that_nothing_reads_names_its_line(tmp_path):
+    with pytest.raises(ProgramError, match=r"line\.py:11: `self\.pause = dwell\('2 s'\)` is never awaited"):
+        load(tmp_path, "pause = None\ndef every_scan(self):\n    self.pause = dwell('2 s')\n")
+
+
+def test_a_condition_that_is_async_is_refused_where_it_is_made():
+    async def safe():
+        return True
+
+    class Line(Logic):
+        @sequence
+        async def cycle(self):
+            await until(safe)
+
+    fault = fault_of(Line)
+    assert fault.text.startswith("TypeError: until(safe) is not allowed: safe is an `async def`")
+
+
+@pytest.mark.parametrize("wait", [lambda ask: until(ask), lambda ask: steady(ask, "1 s")])
+def test_a_condition_that_answers_with_a_coroutine_faults(wait):
+    """A coroutine would count as true; pytest turns a warning about one that nobody awaits into an error."""
+
+    async def safe():
+        return False
+
+    class Line(Logic):
+        @sequence
+        async def cycle(self):
+            await wait(lambda: safe())
+
+    assert fault_of(Line).text.startswith(
+        "TypeError: safe is an `async def`, which answers only where it is awaited"
+    )
+
+
+@pytest.mark.parametrize(
     "lines",
     [
         ["kept = dwell('2 s')", "await dwell('1 s')", "await kept"],
         ["kept = dwell('2 s')", "if self.start:", "    await kept"],
         ["kept = [dwell('2 s'), self.start.rises]", "await first_of(*kept)"],
         ["kept = self.pause()", "await within('5 s', kept)"],
-        ["self.kept = dwell('2 s')"],
+        ["self.kept = dwell('2 s')", "await self.kept"],
         ["_log = self.axis.halt()"],
     ],
 )
 def test_a_wait_that_is_kept_for_later_is_no_mistake(tmp_path, lines):
-    body = "def pause(self):\n    return self.start.falls\n@sequence\nasync def cycle(self):\n"
+    body = "kept = None\ndef pause(self):\n    return self.start.falls\n@sequence\nasync def cycle(self):\n"
     load(tmp_path, body + "".join(f"    {line}\n" for line in lines))
 
 
@@ -199,7 +274,8 @@ def test_all_mistakes_are_told_at_once(tmp_path):
         ("await dwell('2 ms')\n1 / 0", "ZeroDivisionError", 2),
         ("await until(lambda: 1 / 0)", "ZeroDivisionError", 1),
         ("await dwell('2 ms')\nraise StopIteration", "StopIteration", 2),
-        ("import asyncio\nawait asyncio.sleep(0)", "not a wait of scanrack", 2),
+        ("import asyncio\nawait asyncio.sleep(0)", "not a wait of scanrack; a sequence waits for a time", 2),
+        ("import asyncio\nawait asyncio.sleep(1)", "no running event loop: cycle awaits what asyncio", 2),
         ("await self.axis.set_position(0)", "AxisError", 1),
         ("await within('4 ms', self.start.rises)", "WaitTimeout", 1),
         ("self.lamp = 'on'", "an output is True or False", 1),
@@ -422,7 +498,7 @@ def test_a_loop_that_swallows_everything_can_be_closed():
                 try:
                     await dwell("1 s")
                 except BaseException:
-                    self.runs = True
+                    continue
 
     bench = SequenceBench(Deaf).scan(3)
     bench.cpu.close()
