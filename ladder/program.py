@@ -13,7 +13,7 @@ import importlib.util
 import inspect
 import sys
 import traceback
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path, PurePath
@@ -33,7 +33,9 @@ from .stubs import NO_STUBS, InPython, Stub, Stubs, check_stubbed, parse_stub
 from .types import Structure
 
 if TYPE_CHECKING:
-    from .l5x.report import Refusal
+    from .l5x.records import ModuleRecord
+    from .l5x.report import Report
+    from .slc.records import SlotRecord
 
 DEFAULT_FUNCTION = "logic"
 """The function that is called once per scan, if the address names no other."""
@@ -80,12 +82,16 @@ class Program:
         name: the function's name.
         function: the function itself.
         data: the file's bytes.
+        notices: what is different from an export: a sentence for each.
+        modules: records of the modules of an export.
     """
 
     path: Path
     name: str
     function: Callable[..., Any]
     data: bytes
+    notices: tuple[str, ...] = ()
+    modules: tuple[ModuleRecord | SlotRecord, ...] = ()
 
     @property
     def source(self) -> str:
@@ -296,8 +302,7 @@ def _load_l5x(path: Path, stubs: Stubs, slots: Collection[int] | None) -> Progra
         imported = import_l5x(path, stubs, slots)
     except LadderError as error:
         raise ProgramError(str(error)) from error
-    refused = [*imported.report.refused, *imported.report.objects]
-    return _whole(path, data, imported.controller, refused, stubs)
+    return _whole(path, data, imported.controller, imported.report, imported.document.modules, stubs)
 
 
 def _load_slc(path: Path, stubs: Stubs, slots: Collection[int] | None) -> Program:
@@ -309,24 +314,32 @@ def _load_slc(path: Path, stubs: Stubs, slots: Collection[int] | None) -> Progra
         imported = import_slc(path, stubs, slots)
     except LadderError as error:
         raise ProgramError(str(error)) from error
-    return _whole(path, data, imported.program, imported.report.refused, stubs)
+    modules = tuple(imported.document.slots.values())
+    return _whole(path, data, imported.program, imported.report, modules, stubs)
 
 
 def _whole(
-    path: Path, data: bytes, program: LadderLogic | None, refused: Sequence[Refusal], stubs: Stubs
+    path: Path,
+    data: bytes,
+    program: LadderLogic | None,
+    report: Report,
+    modules: tuple[ModuleRecord | SlotRecord, ...],
+    stubs: Stubs,
 ) -> Program:
     """Return what was imported.
 
     Raises:
         ProgramError: a part of it was refused, and the stubs do not leave it out.
     """
+    refused = [*report.refused, *report.objects]
     if program is None or (refused and not stubs.refused):
         shown = [str(each) for each in refused[:REFUSALS_SHOWN]] or [f"{path}: there is no program in it"]
         more = len(refused) - REFUSALS_SHOWN
         shown += [f"and {more} more: scanrack l5x {path} lists all"] * (more > 0)
         raise ProgramError("\n".join(shown))
     program.refused = [each.place for each in sorted(refused, key=lambda each: each.line)]
-    return Program(path, program.name, program, data)
+    notices = (report.warning,) if report.lost else ()
+    return Program(path, program.name, program, data, notices, modules)
 
 
 def _load_steps(path: Path) -> Program:

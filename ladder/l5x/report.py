@@ -10,6 +10,9 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+LOST_SHOWN = 8
+"""Names that the warning of a run lists."""
+
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
@@ -86,6 +89,7 @@ class Report:
         objects: other things that are not imported.
         declared: tags that the file leaves out and that are declared from their use, with their types.
         notes: what else a reader should know.
+        lost: what starts with another value than in the file, or is not declared; each has a note.
         stubs: instructions that a stub replaces, with the stub.
         faults: major faults and differences in the trial, by program.
     """
@@ -100,6 +104,7 @@ class Report:
     objects: list[Refusal] = field(default_factory=list)
     declared: dict[str, str] = field(default_factory=dict)
     notes: list[Note] = field(default_factory=list)
+    lost: list[str] = field(default_factory=list)
     stubs: dict[str, str] = field(default_factory=dict)
     faults: dict[str, str] = field(default_factory=dict)
     _noted: dict[tuple[str, str], Note] = field(default_factory=dict, repr=False)
@@ -123,6 +128,21 @@ class Report:
         self._noted[name, text] = note = Note(line, name, text)
         self.notes.append(note)
 
+    def lose(self, name: str, text: str, line: int = 0) -> None:
+        """Add a note on something that does not start with the value that it has in the file."""
+        self.note(name, text, line)
+        if name not in self.lost:
+            self.lost.append(name)
+
+    @property
+    def warning(self) -> str:
+        """What a run says of values that are lost, in one line; "" if none is."""
+        if not self.lost:
+            return ""
+        shown = ", ".join(self.lost[:LOST_SHOWN])
+        more = f" and {len(self.lost) - LOST_SHOWN:,} more" * (len(self.lost) > LOST_SHOWN)
+        return f"{self.file}: values of the export are lost: {shown}{more}; scanrack l5x {self.file} says why"
+
     def as_json(self) -> dict[str, Any]:
         """Return it for `--json`."""
         return {
@@ -139,6 +159,7 @@ class Report:
             "stubs": self.stubs,
             "faults": self.faults,
             "notes": [asdict(each) for each in self.notes],
+            "lost": self.lost,
         }
 
     def lines(self) -> Iterator[str]:

@@ -4,8 +4,10 @@
 
 | file | does |
 |---|---|
-| `document` | lines to records: slots, ladder files with rungs, data files |
+| `records` | slots, ladder files with rungs, data files |
+| `lines`, `document` | lines, words and comments; lines to records |
 | `addresses` | `N7:0`, `B3/17`, `N7:[N7:1]`, `#N7:0`, `T4:0/DN` to addresses of the tree, and back |
+| `datavalues` | values as they are printed |
 | `datafiles` | data files to tags with their values |
 | `rungs` | mnemonics and operands of a rung to the tree, and back |
 | `importer` | a document to a program, and the report of its import |

@@ -1,7 +1,10 @@
 """Data files to tags: their types, lengths and values [1747-RM001, "Data files"].
 
 A file is as long as its values, and as the highest element that a rung names; one that is addressed
-indirectly has all its 256 elements.
+indirectly has all its 256 elements. The words of a slot are as many as its SLOT line says, at least.
+
+An element has the values of DATA. Where those are missing or can't be read, a timer, a counter or a control
+has what its rung shows, and any other element is 0.
 """
 
 from __future__ import annotations
@@ -27,9 +30,9 @@ from ..tree import (
     instructions_of,
 )
 from ..types import BOOL, DINT, INT, MESSAGE, REAL, STRING, DataType, Member, Structure
-from .addresses import STRUCTURED
-from .addresses import WORDS as INNER
-from .document import DataRecord
+from .addresses import IMAGES, STRUCTURED
+from .datavalues import joined, value_of
+from .records import DataRecord
 
 MOST = 256
 """Elements of a file."""
@@ -47,6 +50,9 @@ TYPES: Mapping[str, DataType] = {
     "O": INT,
 }
 """Type of an element by the letters of the file."""
+
+UNREAD = frozenset({"MG"})
+"""Files whose values have another order than the elements here."""
 
 _SHOWN = {
     Use.SLC_TIMER: (2, "PRE", "ACC"),
@@ -78,7 +84,6 @@ class _File:
     values: dict[int, Any] = field(default_factory=dict)
     members: dict[str, bool] = field(default_factory=dict)
     shown: dict[int, dict[str, int]] = field(default_factory=dict)
-    given: bool = False
 
     def need(self, length: int) -> None:
         self.length = max(self.length, length)
@@ -101,27 +106,43 @@ class DataFiles:
 
     # --- values
 
-    def data(self, record: DataRecord) -> str:
-        """Take the values of a data file; return what is wrong with them, "" if nothing is."""
-        name, _, first = record.address.partition(":")
-        letters = letters_of(name)
-        place, _, word = first.partition(".")
-        kind = TYPES.get(letters)
-        if kind is None:
-            return f"values of files {letters} are left out"
-        if letters in ("I", "O"):
-            name, place = f"{letters}:{int(place)}", word or "0"
-        file = self._file(STATUS if letters == "S" else name)
-        try:
-            values = list(_elements(letters, record.values))
-        except ValueError as error:
-            return str(error)
-        if int(place) + len(values) > MOST:
-            return f"a file has up to {MOST} elements, these are {int(place) + len(values)}"
-        file.given = True
-        file.values.update(enumerate(values, int(place)))
-        file.need(int(place) + len(values))
-        return ""
+    def image(self, name: str, words: int) -> None:
+        """Let a slot have so many words."""
+        if words:
+            self._file(name).need(words)
+
+    def has(self, name: str) -> bool:
+        """Whether data or a rung names a file; rungs call PTOX0 PTO."""
+        plain = name.rstrip("0123456789")
+        return not self._files.keys().isdisjoint((name, plain, plain.removesuffix("X")))
+
+    def data(self, record: DataRecord) -> Iterator[tuple[str, str, int]]:
+        """Take the values of a data file; yield what is wrong: where, what, and the line."""
+        letters = letters_of(record.file)
+        if letters not in TYPES or letters in UNREAD:
+            if record.rows:
+                yield record.file, f"values of files {letters} are left out", record.line
+            return
+        file = self._file(STATUS if letters == "S" else record.file)
+        words = 3 if letters in STRUCTURED else 1
+        place = record.begin(words)
+        for row in joined(record.rows, words):
+            place = place if row.place is None else row.place
+            if len(row.values) % words:
+                text = f"elements of {letters} have three words, {len(row.values)} values are given"
+                yield f"{record.file}:{place}", text, row.line
+            for at in range(0, len(row.values) - words + 1, words):
+                where = f"{record.file}{'.' if letters in IMAGES else ':'}{place}"
+                if place >= MOST:
+                    count = place + (len(row.values) - at) // words
+                    yield where, f"a file has up to {MOST} elements, these are {count}", row.line
+                    return
+                try:
+                    file.values[place] = value_of(letters, row.values[at : at + words])
+                except ValueError as error:
+                    yield where, str(error), row.line
+                place += 1
+            file.need(place)
 
     # --- uses
 
@@ -226,14 +247,12 @@ class DataFiles:
         return Structure(f"{file.name}_type", members) if members else INT
 
     def _initial(self, file: _File) -> list[Any] | None:
-        if letters_of(file.name) in STRUCTURED and not file.given:
-            values: dict[int, Any] = {place: dict(words) for place, words in file.shown.items()}
-        else:
-            values = file.values
+        values: dict[int, Any] = {**file.shown, **file.values}
         if not values:
             return None
-        empty: Any = {} if isinstance(self._type(file), Structure) and letters_of(file.name) != "ST" else 0
-        empty = "" if letters_of(file.name) == "ST" else empty
+        kind = self._type(file)
+        empty: Any = {} if isinstance(kind, Structure) else 0
+        empty = "" if kind is STRING else empty
         return [values.get(place, empty) for place in range(min(max(values) + 1, file.length, MOST))]
 
 
@@ -242,40 +261,3 @@ def _element(operand: Operand) -> int | None:
     if isinstance(operand, Address) and operand.steps and isinstance(operand.steps[0], WordStep):
         return operand.steps[0].index
     return None
-
-
-def _elements(letters: str, values: list[str]) -> Iterator[Any]:
-    """Yield the elements of a data file from its values.
-
-    Raises:
-        ValueError: they are not those of such a file.
-    """
-    if letters in STRUCTURED:
-        if len(values) % 3:
-            raise ValueError(f"elements of {letters} have three words, {len(values)} values are given")
-        for at in range(0, len(values), 3):
-            yield _three_words(letters, *map(_integer, values[at : at + 3]))
-    elif letters == "ST":
-        yield from (each.strip('"') for each in values)
-    elif letters == "F":
-        yield from map(float, values)
-    else:
-        yield from map(_integer, values)
-
-
-def _three_words(letters: str, flags: int, first: int, second: int) -> dict[str, Any]:
-    bits = {name: True for bit, name in STRUCTURED[letters].items() if flags >> bit & 1}
-    return {**bits, **dict(zip(INNER[letters], (first, second), strict=True))}
-
-
-def _integer(text: str) -> int:
-    """Return a value: decimal, hexadecimal with h or 16#, or sixteen binary digits."""
-    if len(text) == 16 and set(text) <= {"0", "1"}:
-        value = int(text, 2)
-    elif text.upper().endswith("H"):
-        value = int(text[:-1], 16)
-    elif text.startswith("16#"):
-        value = int(text[3:], 16)
-    else:
-        return int(text)
-    return value - (1 << 16) if 1 << 15 <= value < 1 << 16 else value

@@ -1,14 +1,31 @@
 """An export as records: every rung with its line, every data file with its values, every slot.
 
+    START Bul.1766  % MicroLogix 1400 Series B %
+    SLOT 1 OTHER 3 10 25  % an axis %  SCAN_IN 8 SCAN_OUT 8    a 3601: card of vendor 3, type 10, code 25
     PROJECT "feeder"
-    PROCESSOR 1766-L32BXB
-    SLOT 1 OTHER 3 10 25              // an I/O card by vendor, type and code: a 3601
-    LADDER 2 "MAIN"
-    % starts the pump %               // a comment on the rung below
+       2 "MAIN"                                                names of ladder files
+    LADDER 2
+    % Rung: 0 %
     SOR XIC I:0/0 OTE O:0/0 EOR
+    % TITLE/RUNG DESCRIPTION                     of the rung above, up to a line that ends in %
+    RUNG DESCRIPTION: starts the pump
+    %
     DATA N7:0
-    % N7:0 % 0 1 2 3 4 5 6 7 8 9      // values; the address between % % is a comment
-    DATA T4:0 0 500 0                 // bits, PRE, ACC of each timer
+    % N7:0  %      60      0     -3 0XFFF0                       what follows N7:0 on
+    % N7:10 %       7
+    DATA T4:0
+    % .CTL   .PRE   .ACC    %
+    0XA200     60     60 % T4:0  %               bits, PRE, ACC of a timer
+    DATA ST9:0
+    % ST9:0 %
+    "a text"
+    FORCE O:03
+    0X0000 0XFFFF % FORCE O:3.0 %
+
+What is between two % is a comment. In DATA the address in it says where the values of its line lie; without
+one they follow those before. A header has the first element. One with values for just its element and those
+before it is of the older form `DATA N7:5 1 2 3 4 5 6`, which has the last element [9323-PA2E, p. 5-19];
+`DATA ...N7:5` has the first one always.
 
 A rung goes from SOR to EOR, over as many lines as it takes. Other lines are noted.
 """
@@ -16,11 +33,12 @@ A rung goes from SOR to EOR, over as many lines as it takes. Other lines are not
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import replace
 from pathlib import Path
 
 from ..errors import LadderError
+from .lines import WORD, Line, lines_of
+from .records import DataRecord, DataRow, Document, LadderRecord, Other, RungRecord, SlotRecord
 
 MOST_BYTES = 4 * 1024 * 1024
 """Bytes of a file; an SLC 500 has 64 K words for its program."""
@@ -33,108 +51,30 @@ class SlcError(LadderError):
     """A file that is not an export of RSLogix 500."""
 
 
-@dataclass(frozen=True, slots=True)
-class RungRecord:
-    """A rung.
-
-    Attributes:
-        words: the words between SOR and EOR.
-        line: its line.
-        comment: what the comments before it say.
-        whole: whether it ends in EOR.
-    """
-
-    words: tuple[str, ...]
-    line: int
-    comment: str = ""
-    whole: bool = True
-
-    @property
-    def text(self) -> str:
-        """Its text as it is exported."""
-        return " ".join(("SOR", *self.words, *(["EOR"] if self.whole else [])))
-
-
-@dataclass(slots=True)
-class LadderRecord:
-    """A ladder file.
-
-    Attributes:
-        number: its number, 2 for the main one.
-        name: its name, "" without one.
-        rungs: its rungs.
-    """
-
-    number: int
-    name: str = ""
-    rungs: list[RungRecord] = field(default_factory=list)
-
-
-@dataclass(slots=True)
-class DataRecord:
-    """Values of a data file.
-
-    Attributes:
-        address: the first element.
-        line: its line.
-        values: as written.
-    """
-
-    address: str
-    line: int
-    values: list[str] = field(default_factory=list)
-
-
-@dataclass(frozen=True, slots=True)
-class SlotRecord:
-    """What sits in a slot."""
-
-    number: int
-    text: str
-    line: int
-
-    @property
-    def is_3601(self) -> bool:
-        """Whether it is an AMCI 3601: by its name, or as I/O card of vendor 3, type 10, code 25."""
-        numbers = tuple(map(int, re.findall(r"(?<![\w.-])\d+(?![\w.-])", self.text)))
-        card = any(numbers[at : at + 3] == (3, 10, 25) for at in range(len(numbers)))
-        return card or "3601" in self.text
-
-
-@dataclass(slots=True)
-class Document:
-    """An export.
-
-    Attributes:
-        file: its name in messages.
-        name: name of the project.
-        processor: what PROCESSOR says.
-        ladders: by number.
-        data: values of data files, in their order.
-        slots: by number.
-        others: other lines, with their numbers.
-    """
-
-    file: str
-    name: str
-    processor: str = ""
-    ladders: dict[int, LadderRecord] = field(default_factory=dict)
-    data: list[DataRecord] = field(default_factory=list)
-    slots: dict[int, SlotRecord] = field(default_factory=dict)
-    others: list[tuple[int, str]] = field(default_factory=list)
-
-
-_COMMENT = re.compile(r"%([^%]*)%")
-_WORD = re.compile(r'"[^"]*"|\S+')
 _LADDER = re.compile(r'(?:LADDER|LAD)(?:\s+FILE)?\s+(?:LAD\s*)?(\d{1,3})\b[\s:-]*"?([^"]*?)"?', re.IGNORECASE)
 _SLOT = re.compile(r"SLOT\s+(\d{1,3})\b\s*(.*)", re.IGNORECASE)
 _DATA = re.compile(
-    r"(?:DATA(?:\s*FILE)?\s+)?#?([A-Z]{1,3}\d{0,3}:\d{1,3}(?:\.\d{1,2})?)\b\s*(.*)", re.IGNORECASE
+    r"(?:DATA(?:\s*FILE)?\b\s*(?P<dots>\.{3})?\s*#?(?P<file>[A-Z]{1,5}\s*\d{0,3})|#?(?P<bare>[A-Z]{1,3}\d{0,3}))"
+    r"\s*[:;]\s*(?P<element>\d{1,3})(?:\.(?P<word>\d{1,2}))?(?![\w/:.])\s*(?P<values>.*)",
+    re.IGNORECASE,
 )
+_FORCE = re.compile(r"FORCE\s+(?:\.{3}\s*)?[IO]\s*:.*", re.IGNORECASE)
 _PROJECT = re.compile(r'(?:START\s+)?PROJECT\s+"?([^"]*?)"?', re.IGNORECASE)
-_PROCESSOR = re.compile(r'PROC(?:ESSOR)?(?:_TYPE)?[\s=]+"?([^"]*?)"?', re.IGNORECASE)
+_FILE_NAME = re.compile(r'(\d{1,3})\s+"([^"]*)"')
+_PROCESSOR = re.compile(r'(?:START|PROC(?:ESSOR)?(?:_TYPE)?)[\s=]+"?([^"]*?)"?', re.IGNORECASE)
 _ENDS = re.compile(r"(?:START|END)\b.*", re.IGNORECASE)
-_VALUE = re.compile(r'[+-]?[\d.]+(?:E[+-]?\d+)?|[0-9A-F]+h|"[^"]*"|16#[0-9A-F]+', re.IGNORECASE)
+_VALUE = re.compile(
+    r'[+-]?(?:\d+\.?\d*|\.\d+)(?:E[+-]?\d+)?|[+-]?1\.#\w+|0X[0-9A-F]+|[0-9A-F]+h|"[^"]*"|16#[0-9A-F]+',
+    re.IGNORECASE,
+)
+_DESCRIPTION = re.compile(r"^\s*(?:TITLE/RUNG DESCRIPTION|TITLE:|RUNG DESCRIPTION:)", re.MULTILINE)
+"""What begins the parts of a description of a rung."""
+_SETTINGS = re.compile(r"(?:(?:[A-Z][A-Z0-9_]+|[+-]?\d+|0X[0-9A-F]+)\s*)+")
+"""A line below that of a slot: numbers, and what they are."""
+_NOT_FORCED = ["0X0000", "0XFFFF"]
+"""Bits of a word that are forced on, and those that are not forced off."""
+_NUMBERED = re.compile(r"RUNG\s*:?\s*\d+", re.IGNORECASE)
+"""A comment that only numbers the rung below."""
 
 
 def read_document(path: Path | str) -> Document:
@@ -178,27 +118,33 @@ class _Reader:
     """Reads line by line."""
 
     def __init__(self, text: str, document: Document) -> None:
-        self._lines = text.splitlines()
+        self._text = text
         self._document = document
         self._ladder: LadderRecord | None = None
+        self._slot: SlotRecord | None = None
         self._data: DataRecord | None = None
+        self._forcing = self._skipping = False
+        self._place: int | None = None
+        self._names: dict[int, str] = {}
         self._comment: list[str] = []
         self._words: list[str] | None = None
         self._begun = self._count = 0
 
     def read(self) -> Document:
         """Read all lines."""
-        for number, line in enumerate(self._lines, 1):
-            if self._words is None:
-                plain = self._without_comments(line)
-                if not plain.upper().startswith("SOR"):
-                    if plain:
-                        self._line(number, plain)
-                    continue
-            for word in _WORD.findall(_COMMENT.sub(" ", line)):
-                self._word(number, word)
+        for line in lines_of(self._text):
+            if self._words is None and not line.begins_rung:
+                self._line(line)
+                continue
+            for word in line.words:
+                self._word(line.number, word)
         self._end(whole=False)
+        for number, name in self._names.items():
+            if number in self._document.ladders and not self._document.ladders[number].name:
+                self._document.ladders[number].name = name
         return self._document
+
+    # --- rungs
 
     def _word(self, number: int, word: str) -> None:
         """Go on with a rung; SOR begins another one, also where EOR is missing."""
@@ -207,7 +153,7 @@ class _Reader:
             self._end(whole=False)
             self._words, self._begun = [], number
         elif self._words is None:
-            self._document.others.append((number, word))
+            self._document.others.append(Other(number, word))
         elif mark == "EOR":
             self._end(whole=True)
         else:
@@ -220,7 +166,7 @@ class _Reader:
         self._words = None
 
     def _rung(self, words: list[str], line: int, *, whole: bool) -> None:
-        self._data = None
+        self._leave()
         self._count += 1
         if self._count > MOST_RUNGS:
             raise SlcError(f"{self._document.file}:{line}: there are more than {MOST_RUNGS:,} rungs")
@@ -236,34 +182,116 @@ class _Reader:
         self._ladder = self._document.ladders.setdefault(wanted, LadderRecord(wanted, name))
         return self._ladder
 
-    def _without_comments(self, line: str) -> str:
-        """Return what a line says; keep its comments for the next rung."""
-        found = [each.strip() for each in _COMMENT.findall(line)]
-        plain = _COMMENT.sub(" ", line).split("//")[0].strip()
-        if not plain:
-            self._comment += [each for each in found if each]
-        return plain
+    def _note_comment(self, comment: str) -> None:
+        """Keep a comment for the next rung; a description belongs to the rung above it."""
+        described = _DESCRIPTION.sub("\n", comment)
+        text = "\n".join(filter(None, map(str.strip, described.splitlines())))
+        if not text or _NUMBERED.fullmatch(text):
+            return
+        rungs = self._ladder.rungs if self._ladder is not None else []
+        if described != comment and rungs and not self._comment:
+            said = "\n".join(filter(None, (rungs[-1].comment, text)))
+            rungs[-1] = replace(rungs[-1], comment=said)
+        else:
+            self._comment.append(text)
 
-    def _line(self, number: int, line: str) -> None:
+    # --- other lines
+
+    def _leave(self) -> None:
+        """Leave the section that the lines before belong to; no comment in it is on a rung."""
+        self._slot = self._data = self._place = None
+        self._forcing = self._skipping = False
+
+    def _line(self, line: Line) -> None:
+        plain = line.plain
+        if self._data is not None:
+            place = self._place_of(line)
+            self._place = self._place if place is None else place
+        elif not plain:
+            for each in line.comments:
+                self._note_comment(each)
+        if plain and not (self._section(line, plain) or self._more(line, plain)):
+            file = self._data.file if self._data is not None else ""
+            self._leave()
+            self._skipping = True
+            if not _ENDS.fullmatch(plain):
+                self._document.others.append(Other(line.number, plain, file))
+
+    def _section(self, line: Line, plain: str) -> bool:
+        """Begin what a line begins; return whether it begins something."""
         document = self._document
-        if found := _LADDER.fullmatch(line):
-            self._data = None
-            self._file(int(found.group(1)), found.group(2).strip())
-        elif found := _SLOT.fullmatch(line):
-            slot = int(found.group(1))
-            document.slots.setdefault(slot, SlotRecord(slot, found.group(2).strip(), number))
-        elif found := _DATA.fullmatch(line):
-            self._data = DataRecord(found.group(1).upper(), number, list(_values(found.group(2))))
+        if found := _LADDER.fullmatch(plain):
+            self._leave()
+            self._comment = []
+            self._file(int(found[1]), found[2].strip())
+        elif found := _SLOT.fullmatch(plain):
+            self._leave()
+            comment = " ".join(each.strip() for each in line.comments)
+            self._slot = SlotRecord(int(found[1]), found[2].strip(), line.number, comment)
+            if self._slot.number in document.slots:
+                document.others.append(Other(line.number, plain))
+            document.slots.setdefault(self._slot.number, self._slot)
+        elif found := _DATA.fullmatch(plain):
+            self._leave()
+            self._data = _data_record(found, line.number)
             document.data.append(self._data)
-        elif found := _PROJECT.fullmatch(line):
-            document.name = found.group(1).strip() or document.name
-        elif found := _PROCESSOR.fullmatch(line):
-            document.processor = found.group(1).strip()
-        elif self._data is not None and all(map(_VALUE.fullmatch, _WORD.findall(line))):
-            self._data.values += _values(line)
-        elif not _ENDS.fullmatch(line):
-            document.others.append((number, line))
+            self._row(line.number, found["values"], self._place_of(line))
+        elif _FORCE.fullmatch(plain):
+            self._leave()
+            self._forcing = True
+        elif found := _PROJECT.fullmatch(plain):
+            self._leave()
+            document.name = found[1].strip() or document.name
+        elif found := _PROCESSOR.fullmatch(plain):
+            self._leave()
+            said = " ".join((found[1], *line.comments)).split()
+            document.processor = " ".join(dict.fromkeys(said))
+        elif self._data is None and (found := _FILE_NAME.fullmatch(plain)):
+            self._names[int(found[1])] = found[2].strip()
+        else:
+            return False
+        return True
+
+    def _more(self, line: Line, plain: str) -> bool:
+        """Go on with the section of the lines before; return whether the line belongs to it."""
+        are_values = all(map(_VALUE.fullmatch, WORD.findall(plain)))
+        if self._data is not None and are_values:
+            self._row(line.number, plain, self._place)
+            self._place = None
+        elif self._forcing and are_values:
+            if [each.upper() for each in line.words] != _NOT_FORCED:
+                self._document.forces.append((line.number, " ".join(line.comments).strip() or plain))
+        elif self._slot is not None and _SETTINGS.fullmatch(plain):
+            self._slot = replace(self._slot, settings=f"{self._slot.settings} {plain}")
+            self._document.slots[self._slot.number] = self._slot
+        else:
+            return self._skipping and are_values
+        return True
+
+    def _row(self, number: int, text: str, place: int | None) -> None:
+        assert self._data is not None
+        words = WORD.findall(text)
+        values = tuple(each for each in words if _VALUE.fullmatch(each))
+        if values:
+            self._data.rows.append(DataRow(place, number, values))
+        wrong = (each for each in words if not _VALUE.fullmatch(each))
+        self._document.others += [Other(number, each, self._data.file) for each in wrong]
+
+    def _place_of(self, line: Line) -> int | None:
+        """Return the element, or word of an image, that a comment names as the place of values."""
+        assert self._data is not None
+        for each in line.comments:
+            found = _DATA.fullmatch(each.strip())
+            record = None if found is None or found["values"] else _data_record(found, 0)
+            if record is not None and record.file == self._data.file:
+                return record.element
+        return None
 
 
-def _values(text: str) -> Iterator[str]:
-    return (each for each in _WORD.findall(text) if _VALUE.fullmatch(each))
+def _data_record(found: re.Match[str], line: int) -> DataRecord:
+    """Return the record that an address begins; that of an image counts words of a slot."""
+    name = re.sub(r"\s", "", (found["file"] or found["bare"]).upper())
+    element = int(found["element"])
+    if name in ("I", "O"):
+        return DataRecord(f"{name}:{element}", int(found["word"] or 0), line, first=True)
+    return DataRecord(name, element, line, bool(found["dots"]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -12,7 +13,7 @@ from ..tags import Tag
 from .addresses import STRUCTURED
 from .addresses import WORDS as INNER
 from .datafiles import letters_of
-from .document import Document
+from .records import Document
 from .rungs import ROUTINE, rung_text
 
 _PER_LINE = 10
@@ -65,7 +66,14 @@ def _words(tag: Tag) -> Iterator[str]:
         if letters in STRUCTURED:
             yield from map(str, _three_words(letters, value))
         else:
-            yield f'"{value}"' if letters == "ST" else str(value)
+            yield f'"{value}"' if letters == "ST" else _number(value)
+
+
+def _number(value: float) -> str:
+    """Return a number; infinity and NaN as RSLogix prints them."""
+    if isinstance(value, int) or math.isfinite(value):
+        return str(value)
+    return "1.#QNAN" if math.isnan(value) else f"{'-' if value < 0 else ''}1.#INF"
 
 
 def _three_words(letters: str, value: Mapping[str, Any]) -> tuple[int, int, int]:

@@ -16,7 +16,8 @@ from ..logic import Program
 from ..stubs import ALL_MESSAGES, NO_STUBS, Stubs, parse_stub
 from ..tree import Origin, Routine, Rung, Series
 from .datafiles import DataFiles
-from .document import Document, LadderRecord, parse_document, read_document
+from .document import parse_document, read_document
+from .records import Document, LadderRecord
 from .rungs import RungError, RungReader, routine_name
 
 ROUNDS = 30
@@ -91,8 +92,11 @@ class _Importer:
 
     def run(self) -> Imported:
         document, report = self._document, self._report
-        for line, text in document.others:
+        for line, text, data_file in document.others:
             report.note(text.split()[0], f"the line is not understood: {text}"[:200], line)
+            report.lost += [data_file] * (bool(data_file) and data_file not in report.lost)
+        for line, text in document.forces:
+            report.note(text, "the force is not applied: set it in the rack file", line)
         routines = [self._routine(each) for each in document.ladders.values()]
         program = None
         for _ in range(ROUNDS):
@@ -164,24 +168,26 @@ class _Importer:
         program = Program(name, main=main if main in known else None, dialect=SLC)
         program.take_stubs(self._stubs)
         files = DataFiles(self._specs)
-        self._report.notes[:] = [each for each in self._report.notes if each.name != "data"]
-        for record in self._document.data:
-            wrong = files.data(record)
-            if wrong:
-                self._report.note("data", f"{record.address}: {wrong}", record.line)
         for routine in routines:
             files.routine(routine)
             program.add_routine(routine)
+        for record in self._document.data:
+            for where, wrong, line in files.data(record):
+                note = self._report.lose if files.has(record.file) else self._report.note
+                note(where, wrong, line)
         bound = [each for each in files.images if self._is_bound(int(each.split(":")[1]))]
+        for image in files.images:
+            slot = self._document.slots.get(int(image.split(":")[1]))
+            if image not in bound:
+                text = "memory: the rack has no module there; a test or a timeline may set it"
+                self._report.note("data", f"{image} is {text}")
+                if slot is not None:
+                    files.image(image, (slot.inputs if image.startswith("I") else slot.outputs) or 0)
         for tag in files.tags(bound):
             try:
                 program.add(tag)
             except LadderError as error:
-                self._report.note("data", f"{tag.name}: {error}")
-        for image in files.images:
-            if image not in bound:
-                text = "memory: the rack has no module there; a test or a timeline may set it"
-                self._report.note("data", f"{image} is {text}")
+                self._report.lose(tag.name, f"it is not declared: {error}")
         return program
 
     def _is_bound(self, slot: int) -> bool:

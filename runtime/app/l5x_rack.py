@@ -1,9 +1,4 @@
-"""A rack file for an export: what `scanrack l5x machine.L5X --rack` prints.
-
-    a module in the controller's chassis      a slot
-    1769-MODULE with 16 bytes out, a 3601     amci3601
-    a card that exists here                   that card
-    any other                                 a comment: its tags stay memory
+"""A rack file for an export: what `scanrack l5x machine.L5X --rack` prints; `export_slots` has its slots.
 
 The file runs as it is printed: instructions without an implementation have a stub, with a comment that
 lists the alternatives, and what is refused all the same does nothing.
@@ -12,16 +7,16 @@ lists the alternatives, and what is refused all the same does nothing.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 
 from ...ladder.instructions import BY_NAME
 from ...ladder.l5x import Imported
-from ...ladder.l5x.modules import slot_of
+from ...ladder.l5x.modules import prefix_of, slot_of
 from ...ladder.l5x.records import ModuleRecord
 from ...ladder.l5x.report import Refusal
 from ..config.rackspec import DECLARE, EMPTY, MISSING_TAGS, REFUSED
-from ..modules.registry import MODULES
+from .export_slots import STEPPER, ExportSlot, simulated, slot_tables, with_steppers
 from .toml_text import comment, key, text
 
 GENERIC = "1769-MODULE"
@@ -30,22 +25,23 @@ GENERIC = "1769-MODULE"
 BYTES_OUT, BYTES_IN = 16, (16, 20)
 """Sizes of a 3601's connection; 4 more bytes in are the Fault [3601 manual, chapter 2, "16+4"]."""
 
-STEPPER = "amci3601"
-
 _CALL = re.compile(r"\b([A-Z_][A-Z0-9_]*)\(", re.IGNORECASE)
 _US_PER_MS = 1000
 
 
-def rack_of(imported: Imported, program: Path) -> str:
+def rack_of(imported: Imported, program: Path, steppers: Collection[str] = ()) -> str:
     """Return a rack file as text.
 
     Args:
         imported: the export, imported for a trial.
         program: its path, as the rack file is to name it.
+        steppers: modules that are 3601s, by name or slot.
+
+    Raises:
+        ValueError: the export has no such module.
     """
-    return (
-        "\n".join([*_head(imported, program), *_stubs(imported), *_slots(imported.document.modules)]) + "\n"
-    )
+    slots = with_steppers(slots_of(imported.document.modules), steppers)
+    return "\n".join([*_head(imported, program), *_stubs(imported), *slot_tables(slots)]) + "\n"
 
 
 def _head(imported: Imported, program: Path) -> Iterator[str]:
@@ -97,49 +93,19 @@ def _instruction(refused: Refusal) -> str:
     return found[1].upper() if found else ""
 
 
-def _slots(modules: Iterable[ModuleRecord]) -> Iterator[str]:
-    placed = False
-    for module in sorted(modules, key=lambda each: slot_of(each) or 0):
-        slot = slot_of(module)
-        if slot is None:
-            continue
-        catalog = _catalog(module)
-        yield ""
-        if catalog is None:
-            yield comment(f"slot {slot}: {module.catalog} {module.name}: not simulated, its tags are memory")
-            continue
-        placed = True
-        yield f"[[slot]]              {comment(f'{module.name}, {module.catalog}')}"
-        yield f"number = {slot}"
-        yield f"module = {text(catalog)}"
-        yield from _wiring(catalog)
-    if not placed:
-        yield "\n# The export has no module that is simulated here; a rack has one slot at least."
-        yield f'[[slot]]\nnumber = 1\nmodule = "{STEPPER}"'
+def slots_of(modules: Iterable[ModuleRecord]) -> list[ExportSlot]:
+    """Return the slots of the controller's own chassis."""
+    return [_slot(number, each) for each in modules if (number := slot_of(each)) is not None]
 
 
-def _wiring(catalog: str) -> Iterator[str]:
-    """Yield what a user fills in, as comments."""
-    if catalog == STEPPER:
-        yield "# [slot.machine]"
-        yield "# switches = ["
-        yield '#     { input = "home", first = -1500, last = -1300 },'
-        yield '#     { input = "cw_limit", first = 12000 },'
-        yield "# ]"
-    elif MODULES[catalog].words({}).inputs and "I" in catalog.rpartition("-")[2]:
-        yield "# [slot.options]"
-        yield "# inputs = { start = 0 }"
-        yield '# timeline = [{ at_ms = 500, input = "start", for_ms = 200 }]'
-
-
-def _catalog(module: ModuleRecord) -> str | None:
-    """Return what a module is called in a rack file; None if it is not simulated."""
-    name = module.catalog.partition("/")[0]
-    if name in MODULES:
-        return name
-    if "3601" in name or (name == GENERIC and _has_the_sizes_of_a_3601(module)):
-        return STEPPER
-    return None
+def _slot(number: int, module: ModuleRecord) -> ExportSlot:
+    kind, why = simulated(module.catalog), ""
+    if "3601" in module.catalog:
+        kind = STEPPER
+    elif module.catalog.partition("/")[0] == GENERIC and _has_the_sizes_of_a_3601(module):
+        kind, why = STEPPER, "it has the words of one; if it is another module, take these lines out"
+    sizes = [f"{prefix_of(module)}:{each.suffix} of {each.size} bytes" for each in module.tags if each.size]
+    return ExportSlot(number, module.catalog, module.name, ", ".join(sizes), kind, why)
 
 
 def _has_the_sizes_of_a_3601(module: ModuleRecord) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
 
@@ -14,6 +14,7 @@ from ...ladder.axes import AxisSettings
 from ...ladder.errors import LadderError
 from ...ladder.program import (
     EXPORT_SUFFIXES,
+    L5X_SUFFIXES,
     Form,
     Program,
     ProgramError,
@@ -47,6 +48,7 @@ class Job:
         rack_file: the rack file; for a rack in Python it may be the program, too.
         rack_name: the rack file's name, with the function of one in Python.
         retained: the file of tags that the ladder program begins with; None without one.
+        notices: what the program and the rack have other than an export, a sentence for each.
     """
 
     spec: RackSpec
@@ -56,11 +58,13 @@ class Job:
     rack_file: Path
     rack_name: str
     retained: bytes | None = None
+    notices: tuple[str, ...] = ()
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings of a ladder program, such as two coils of one bit."""
-        return tuple(map(str, self.logic.warnings)) if isinstance(self.logic, LadderLogic) else ()
+        """Warnings of an export, and those of a ladder program, such as two coils of one bit."""
+        own = map(str, self.logic.warnings) if isinstance(self.logic, LadderLogic) else ()
+        return (*self.notices, *own)
 
     @property
     def stubs(self) -> tuple[str, ...]:
@@ -282,7 +286,21 @@ def _bound(spec: RackSpec, program: Program, file: Path) -> Program:
 
 def _job(spec: RackSpec, program: Program, rack_file: Path, rack: str) -> Job:
     name = f"{program.path.name}:{program.name}"
-    return Job(spec, program.function, name, program.path, rack_file, _rack_name(rack))
+    notices = (*program.notices, *_other_modules(spec, program))
+    return Job(spec, program.function, name, program.path, rack_file, _rack_name(rack), notices=notices)
+
+
+def _other_modules(spec: RackSpec, program: Program) -> Iterator[str]:
+    """Yield where a rack has another module than the export that runs in it."""
+    if not program.modules:
+        return
+    from .export_slots import differences  # with lxml: most programs are no exports
+    from .l5x_rack import slots_of
+    from .slc_rack import slots_of_slc
+
+    is_l5x = program.path.suffix in L5X_SUFFIXES
+    slots = slots_of(program.modules) if is_l5x else slots_of_slc(program.modules)  # type: ignore[arg-type]
+    yield from differences(slots, [(slot.number, slot.module) for slot in spec.slot])
 
 
 def _call(file: Program) -> RackSpec:

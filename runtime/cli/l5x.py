@@ -72,6 +72,10 @@ def _l5x_command(
         str | None,
         typer.Option(metavar="PROGRAM[.ROUTINE]", help="Print it as an L5X for partial import."),
     ] = None,
+    stepper: Annotated[
+        list[str] | None,
+        typer.Option(metavar="MODULE", help="With --rack: this module, by name or slot, is a 3601."),
+    ] = None,
     scans: Annotated[int, typer.Option("--scans", min=1, help="Scans of the trial.")] = SCANS,
 ) -> None:
     """Report what is in an L5X or SLC export: what is imported, what is refused and why, what runs.
@@ -81,6 +85,7 @@ def _l5x_command(
 
     Example: scanrack l5x machine.L5X
     Example: scanrack l5x machine.L5X --rack > machine.toml
+    Example: scanrack l5x machine.L5X --rack --stepper Feed > machine.toml
 
     Example: scanrack l5x machine.L5X --against before.L5X
     Example: scanrack l5x line.rung --export Main.Sequence > sequence.L5X
@@ -90,8 +95,8 @@ def _l5x_command(
     """
     if against is not None:
         raise typer.Exit(_print_differences(file, against, as_json=as_json))
-    if rack:
-        raise typer.Exit(_print_rack(file))
+    if rack or stepper:
+        raise typer.Exit(_print_rack(file, stepper or []))
     if export is not None:
         raise typer.Exit(_print_export(file, export))
     try:
@@ -140,7 +145,7 @@ def _print_export(file: Path, name: str) -> int:
     return DONE
 
 
-def _print_rack(file: Path) -> int:
+def _print_rack(file: Path, steppers: list[str]) -> int:
     """Print a rack file for an export; return the exit status."""
     from ..app.l5x_rack import rack_of  # racks take time to import, and a report needs none
     from ..app.slc_rack import rack_of_slc
@@ -148,13 +153,14 @@ def _print_rack(file: Path) -> int:
     try:
         if is_slc(file):
             program = import_slc(file)
-            say(rack_of_slc(program, file).rstrip())
-            return DONE if program.report.complete else NO
-        imported = import_l5x(file, trial=True)
-    except LadderError as error:
+            printed, report = rack_of_slc(program, file, steppers), program.report
+        else:
+            imported = import_l5x(file, trial=True)
+            printed, report = rack_of(imported, file, steppers), imported.report
+    except ValueError as error:
         return complain(str(error), BAD_INPUT)
-    say(rack_of(imported, file).rstrip())
-    return DONE if imported.report.complete else NO
+    say(printed.rstrip())
+    return DONE if report.complete else NO
 
 
 def register(app: typer.Typer) -> None:

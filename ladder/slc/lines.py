@@ -1,0 +1,89 @@
+"""Lines of an export: their words, and the comments between two %.
+
+    SOR XIC B3:0/1 OTE O:0/0 EOR        % what it does %        words, and a comment
+    % TITLE/RUNG DESCRIPTION
+    50 % of the speed
+    %                                                            one comment: up to a line that ends in %
+
+A % in quotation marks is a character. A comment of several lines does not reach over a line that begins a
+section: a % that nothing closes is a word.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+_PIECE = re.compile(r'%([^%]*)%|("[^"]*"|(?:(?!//)[^\s%])+)|(//.*)|(%)')
+"""A comment, a word, a comment up to the end of the line, or the beginning of a comment of several lines."""
+
+WORD = re.compile(r'"[^"]*"|\S+')
+"""A word, or a text in quotation marks."""
+
+_SECTION = re.compile(
+    r'\s*(?:SOR\b|DATA\s+\S+\s*[:;]|FORCE\s+\S+\s*:|(?:LADDER|LAD|SLOT)\s+\d|(?:START|PROJECT)\s+[\S"])'
+)
+"""What begins a section or a rung, so that no comment of several lines reaches over it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A line.
+
+    Attributes:
+        number: its number, from 1.
+        words: its words outside of comments.
+        comments: its comments; one of several lines stands where it begins.
+    """
+
+    number: int
+    words: tuple[str, ...]
+    comments: tuple[str, ...]
+
+    @property
+    def plain(self) -> str:
+        """What it says outside of comments."""
+        return " ".join(self.words)
+
+    @property
+    def begins_rung(self) -> bool:
+        """Whether a rung begins in it."""
+        return bool(self.words) and self.words[0].upper().startswith("SOR")
+
+
+def lines_of(text: str) -> Iterator[Line]:
+    """Yield the lines of an export; those inside of a comment are left out."""
+    lines = text.splitlines()
+    at = searched = 0  # no line from `at` up to `searched` ends a comment
+    while at < len(lines):
+        words: list[str] = []
+        comments: list[str] = []
+        after = at + 1
+        for piece in _PIECE.finditer(lines[at]):
+            comment, word, _, opened = piece.groups()
+            if word:
+                words.append(word)
+            elif comment is not None:
+                comments.append(comment)
+            elif opened:
+                searched, ends = (searched, False) if searched > at + 1 else _end_of_comment(lines, at + 1)
+                if not ends:
+                    words.append(opened)
+                    continue
+                inside = [lines[at][piece.end() :], *lines[at + 1 : searched]]
+                comments.append("\n".join((*inside, lines[searched].rstrip()[:-1])))
+                after = searched + 1
+                break
+        yield Line(at + 1, tuple(words), tuple(comments))
+        at = after
+
+
+def _end_of_comment(lines: list[str], at: int) -> tuple[int, bool]:
+    """Return the line that ends a comment of several lines, or a section begins in, and which of them."""
+    for number in range(at, len(lines)):
+        if _SECTION.match(lines[number]):
+            return number, False
+        if lines[number].rstrip().endswith("%"):
+            return number, True
+    return len(lines), False

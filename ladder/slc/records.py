@@ -1,0 +1,173 @@
+"""The parts of an export of RSLogix 500 as plain records; each knows its line."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+
+@dataclass(frozen=True, slots=True)
+class RungRecord:
+    """A rung.
+
+    Attributes:
+        words: the words between SOR and EOR.
+        line: its line.
+        comment: what the comments before it say.
+        whole: whether it ends in EOR.
+    """
+
+    words: tuple[str, ...]
+    line: int
+    comment: str = ""
+    whole: bool = True
+
+    @property
+    def text(self) -> str:
+        """Its text as it is exported."""
+        return " ".join(("SOR", *self.words, *(["EOR"] if self.whole else [])))
+
+
+@dataclass(slots=True)
+class LadderRecord:
+    """A ladder file.
+
+    Attributes:
+        number: its number, 2 for the main one.
+        name: its name, "" without one.
+        rungs: its rungs.
+    """
+
+    number: int
+    name: str = ""
+    rungs: list[RungRecord] = field(default_factory=list)
+
+
+@dataclass(frozen=True, slots=True)
+class DataRow:
+    """A line of values.
+
+    Attributes:
+        place: the element, or of an image the word, at which they begin; None for behind those before.
+        line: its line.
+        values: as written.
+    """
+
+    place: int | None
+    line: int
+    values: tuple[str, ...]
+
+
+@dataclass(slots=True)
+class DataRecord:
+    """Values of a data file.
+
+    Attributes:
+        file: its name: `N7`, `S`, and `I:1` for the words of a slot.
+        element: the one in its header, of an image the word.
+        line: its line.
+        first: whether that is the first one in any case.
+        rows: its values.
+    """
+
+    file: str
+    element: int
+    line: int
+    first: bool = False
+    rows: list[DataRow] = field(default_factory=list)
+
+    def begin(self, words: int) -> int:
+        """Return the element at which values without a place begin.
+
+        Args:
+            words: values of an element.
+        """
+        count = sum(len(each.values) for each in self.rows)
+        placed = any(each.place is not None for each in self.rows)
+        is_last = count == (self.element + 1) * words and not placed
+        return 0 if is_last and not self.first else self.element
+
+
+@dataclass(frozen=True, slots=True)
+class SlotRecord:
+    """What sits in a slot.
+
+    Attributes:
+        number: its number, 0 for the processor.
+        text: what the line says, without comments.
+        line: its line.
+        comment: what it is called.
+        settings: the lines below.
+    """
+
+    number: int
+    text: str
+    line: int
+    comment: str = ""
+    settings: str = ""
+
+    @property
+    def is_3601(self) -> bool:
+        """Whether it is an AMCI 3601: by its name, or as I/O card of vendor 3, type 10, code 25."""
+        numbers = tuple(map(int, re.findall(r"(?<![\w.-])\d{1,9}(?![\w.-])", self.text)))
+        card = any(numbers[at : at + 3] == (3, 10, 25) for at in range(len(numbers)))
+        return card or "3601" in self.text or "3601" in self.comment
+
+    @property
+    def catalog(self) -> str:
+        """Its catalog number, "" without one."""
+        return self.text.split()[0] if self.text else ""
+
+    @property
+    def inputs(self) -> int | None:
+        """Words of its inputs, None if the line does not say."""
+        return self._size("SCAN_IN")
+
+    @property
+    def outputs(self) -> int | None:
+        """Words of its outputs, None if the line does not say."""
+        return self._size("SCAN_OUT")
+
+    def _size(self, key: str) -> int | None:
+        found = re.search(rf"\b{key}\s+(\d{{1,4}})\b", f"{self.text} {self.settings}", re.IGNORECASE)
+        return int(found[1]) if found else None
+
+
+class Other(NamedTuple):
+    """A line, or a word, that is not understood.
+
+    Attributes:
+        line: its number.
+        text: what it says.
+        file: the data file whose values it stands among, "" elsewhere.
+    """
+
+    line: int
+    text: str
+    file: str = ""
+
+
+@dataclass(slots=True)
+class Document:
+    """An export.
+
+    Attributes:
+        file: its name in messages.
+        name: name of the project.
+        processor: what START or PROCESSOR says.
+        ladders: by number.
+        data: values of data files, in their order.
+        slots: by number.
+        forces: lines of forces that are on, with their numbers.
+        others: other lines.
+    """
+
+    file: str
+    name: str
+    processor: str = ""
+    ladders: dict[int, LadderRecord] = field(default_factory=dict)
+    data: list[DataRecord] = field(default_factory=list)
+    slots: dict[int, SlotRecord] = field(default_factory=dict)
+    forces: list[tuple[int, str]] = field(default_factory=list)
+    others: list[Other] = field(default_factory=list)
