@@ -15,7 +15,7 @@ from urllib.parse import urlsplit
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 DRIVER = shutil.which("chromedriver")
-PATIENCE_S = 30
+PATIENCE_S = 120
 FLAGS = (
     "--headless",
     "--no-sandbox",
@@ -209,7 +209,7 @@ class Look:
 
     def until_power(self, wanted: dict[str, str]) -> None:
         """Wait until the page shows this power."""
-        until(lambda: self.power() == wanted, 5)
+        until(lambda: self.power() == wanted)
 
     def until_scan(self, scan: int, state: str) -> None:
         """Wait until the page shows a scan, in a state."""

@@ -100,7 +100,7 @@ class Page:
                 if key in ("words", "values", "machine", "power", "tags"):
                     self.frame.setdefault(key, {}).update(value)
                 elif key == "strip":
-                    for name, edges in value.items():
+                    for name, edges in value["bits"].items():
                         self.edges.setdefault(name, []).extend(edges)
                 elif key == "events":
                     self.frame.setdefault("events", []).extend(value)

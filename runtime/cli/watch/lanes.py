@@ -1,9 +1,12 @@
 """Lanes of tags in the timing strip: the value after each scan, in as few points as show every change.
 
     BOOL       [t, 0 or 1]                    at each edge
+               [t, level, edges]              per stretch of scans, if there are many
     text       [t, text]                      at each change
     number     [t, least, greatest, last]     at each change, or per stretch of scans if there are many
     unknown    [t, None]                      from then on the value is not known
+
+A piece of lanes says from which time to which it is known, and nothing beyond.
 
 Scans of a ladder program are run again, so no pulse is missed. A program in Python is not run again: its
 values come from the recording if the rack file records them, else from looks some 30 times a second.
@@ -11,7 +14,8 @@ values come from the recording if the rack file records them, else from looks so
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 from .catalog import shown_value, value_of
@@ -33,8 +37,8 @@ ANSWER_SCANS = 4096
 MOST_TOLD = 4000
 """Changes of one value of a program in Python that are kept."""
 
+Json = dict[str, Any]
 Point = list[Any]
-Lanes = dict[str, list[Point]]
 Series = tuple[list[int], dict[str, list[Any]]]
 """Times, ns, and the values of each tag at these times."""
 
@@ -57,8 +61,11 @@ def points_of(times: Sequence[int], values: Sequence[Any], before: Any = UNKNOWN
     if len(changes) <= MOST_POINTS:
         return [_point(times[place], values[place]) for place in changes]
     if all(_is_number(values[place]) for place in changes):
-        return _stretches(times, values, changes)
-    return [_point(times[place], values[place]) for place in changes[-MOST_POINTS:]]
+        return _stretches(times, values, changes, _envelope)
+    if all(isinstance(values[place], bool) for place in changes):
+        return _stretches(times, values, changes, _counted)
+    unknown = [times[changes[0]], None]
+    return [unknown, *(_point(times[place], values[place]) for place in changes[1 - MOST_POINTS :])]
 
 
 def _is_number(value: object) -> bool:
@@ -71,14 +78,25 @@ def _point(time: int, value: Any) -> Point:
     return [time, value, value, value] if _is_number(value) else [time, value]
 
 
-def _stretches(times: Sequence[int], values: Sequence[Any], changes: Sequence[int]) -> list[Point]:
-    """Return an envelope of `MOST_POINTS` points."""
+def _stretches(
+    times: Sequence[int],
+    values: Sequence[Any],
+    changes: Sequence[int],
+    said: Callable[[Sequence[Any]], Point],
+) -> list[Point]:
+    """Return `MOST_POINTS` points, each with what is said of the values of its stretch."""
     starts = [changes[0] + place * (len(values) - changes[0]) // MOST_POINTS for place in range(MOST_POINTS)]
-    found = []
-    for start, end in zip(starts, [*starts[1:], len(values)], strict=True):
-        stretch = values[start:end]
-        found.append([times[start], min(stretch), max(stretch), stretch[-1]])
-    return found
+    ends = [*starts[1:], len(values)]
+    return [[times[start], *said(values[start:end])] for start, end in zip(starts, ends, strict=True)]
+
+
+def _envelope(stretch: Sequence[Any]) -> Point:
+    return [min(stretch), max(stretch), stretch[-1]]
+
+
+def _counted(stretch: Sequence[bool]) -> Point:
+    edges = sum(one is not other for one, other in pairwise(stretch))
+    return [int(stretch[-1]), *([edges] if edges else [])]
 
 
 class Told:
@@ -86,10 +104,13 @@ class Told:
 
     Args:
         period_ns: time from scan to scan.
+
+    Attributes:
+        period_ns: the same.
     """
 
     def __init__(self, period_ns: int) -> None:
-        self._period_ns = period_ns
+        self.period_ns = period_ns
         self._changes: dict[str, list[tuple[int, Any]]] = {}
 
     def clear(self) -> None:
@@ -111,7 +132,7 @@ class Told:
         now = [each for each in changes if first <= each[0] <= last]
         starts = [(first, value) for _, value in before if not now or now[0][0] > first]
         shown = [*starts, *now]
-        return points_of([scan * self._period_ns for scan, _ in shown], [value for _, value in shown])
+        return points_of([scan * self.period_ns for scan, _ in shown], [value for _, value in shown])
 
 
 class TagLanes:
@@ -125,10 +146,11 @@ class TagLanes:
 
     def __init__(self, timeline: Timeline, shadow: Shadow | None, told: Told) -> None:
         self._timeline, self._shadow, self._told = timeline, shadow, told
+        self._period_ns = told.period_ns
         self._known: tuple[tuple[int, int, tuple[str, ...]], Series] | None = None
 
-    def live(self, names: Iterable[str], all_names: Iterable[str], first: int, last: int) -> Lanes:
-        """Return the points of the latest scans; of too many, those of the last ones.
+    def live(self, names: Iterable[str], all_names: Iterable[str], first: int, last: int) -> Json:
+        """Return a piece of the latest scans; of too many, that of the last ones.
 
         Args:
             names: the tags.
@@ -137,27 +159,44 @@ class TagLanes:
             last: the last one.
         """
         if self._shadow is None or self._shadow.is_impure:
-            return _there({name: self._told.points(name, first, last) for name in names})
+            return self._looked_at(names, first, last)
         start = max(first, last - LIVE_SCANS + 1)
         times, values = self._repeated(tuple(dict.fromkeys(all_names)), start, last)
-        found = {name: points_of(times, values[name]) for name in names if name in values}
-        if start > first and times:
-            row = self._timeline.row(first)
-            at = times[0] - 1 if row is None else int(row["now_ns"])
-            found = {name: [[at, None], *points] for name, points in found.items()}
-        return _there(found)
+        return self._piece(names, times, values)
 
-    def past(self, names: Sequence[str], first: int, last: int) -> tuple[Lanes, int | None]:
-        """Return the points of past scans, and the scan to ask from for the rest; None if that is all."""
+    def past(self, names: Sequence[str], first: int, last: int) -> tuple[Json, int | None]:
+        """Return a piece of past scans, and the scan to ask from for the rest; None if that is all."""
         end = min(last, first + ANSWER_SCANS - 1)
         following = end + 1 if end < last else None
         if self._shadow is not None and not self._shadow.is_impure:
-            times, values = self._repeated(tuple(names), first, end)
-            return _there({name: points_of(times, values[name]) for name in values}), following
+            return self._piece(names, *self._repeated(tuple(names), first, end)), following
         times, values = self._timeline.recorded(names, first, end)
-        found = {name: points_of(times, values[name]) for name in values}
-        found |= {name: self._told.points(name, first, end) for name in names if name not in found}
-        return _there(found), following
+        looked_at = self._looked_at([name for name in names if name not in values], first, end)
+        if not values:
+            return looked_at, following
+        piece = self._piece(values, times, values)
+        if piece:
+            piece["tags"] |= {
+                name: [each for each in points if each[0] < piece["to"]]
+                for name, points in looked_at["tags"].items()
+            }
+        return piece, following
+
+    def _piece(self, names: Iterable[str], times: list[int], values: Mapping[str, list[Any]]) -> Json:
+        """Return the piece of scans with these values; an empty one without scans."""
+        if not times:
+            return {}
+        tags = {name: points_of(times, values[name]) for name in names if name in values}
+        return {"from": times[0], "to": times[-1] + self._period_ns, "tags": tags}
+
+    def _looked_at(self, names: Iterable[str], first: int, last: int) -> Json:
+        """Return the piece of scans in which values were looked at now and then."""
+        begin = first * self._period_ns
+        tags = {}
+        for name in names:
+            points = self._told.points(name, first, last)
+            tags[name] = points if points and points[0][0] == begin else [[begin, None], *points]
+        return {"from": begin, "to": (last + 1) * self._period_ns, "tags": tags}
 
     def _repeated(self, names: tuple[str, ...], first: int, last: int) -> Series:
         """Return the values after scans that are run again."""
@@ -178,7 +217,3 @@ class TagLanes:
             for name, column in values.items():
                 column.append(shown_value(value_of(tags, name)))
         return times, values
-
-
-def _there(found: Lanes) -> Lanes:
-    return {name: points for name, points in found.items() if points}

@@ -23,13 +23,13 @@ from .catalog import NOTHING_SHOWN, shown_value, value_of
 from .elsewhere import Elsewhere
 from .event_log import EventLog
 from .hello import incidents_of, slots_of
-from .lanes import Lanes, Told
+from .lanes import Told
 from .page import Page
 from .picture import Places, changed, mode_of
 from .questions import QUESTIONS
 from .recent import Recent
 from .stretch import Stretch, Stretches
-from .strip import edges, envelopes, signals_of
+from .strip import piece_of, signals_of
 from .timeline import Timeline
 
 Json = dict[str, Any]
@@ -106,13 +106,13 @@ class Subject:
         """Remember what has been noted of a program."""
         self.programs.kept(record.program).take(record)
 
-    def lanes(self, names: Sequence[str], first: int, last: int) -> tuple[Lanes, int | None]:
-        """Return the points of tags in past scans, and the scan to ask from for the rest; None = no rest."""
+    def lanes(self, names: Sequence[str], first: int, last: int) -> tuple[Json, int | None]:
+        """Return a piece of the lanes of tags in past scans, and the scan to ask from for the rest."""
         program = self.programs.at(first)
-        found, following = program.lanes.past(names, first, min(last, self.programs.end_of(program)))
+        piece, following = program.lanes.past(names, first, min(last, self.programs.end_of(program)))
         if following is None and self.programs.end_of(program) < last:
             following = self.programs.end_of(program) + 1
-        return found, following
+        return piece, following
 
     def described(self, about: About, program: Stretch) -> Json:
         """Return the first message to a page."""
@@ -273,18 +273,16 @@ class Monitor(ABC):
         }
 
     def _strip(self, page: Page) -> Json:
-        """Return edges and envelopes since the last frame; at first the latest rows."""
+        """Return the strip since the last frame; at first that of the latest rows."""
         recent = self.subject.recent
         first = page.place is None
         place = max(recent.begin, recent.count - STRIP_FIRST) if page.place is None else page.place
         page.place = recent.count
         rows = recent.since(place)
         before = rows[:0] if first else recent.since(max(place - 1, recent.begin))[:1]
-        parts = {
-            "strip": edges(rows, before, self.subject.signals),
-            "env": envelopes(rows, self.subject.signals, min(-(-len(rows) // ENVELOPE_ROWS), ENVELOPE_MOST)),
-        }
-        return {name: part for name, part in parts.items() if part}
+        most = min(-(-len(rows) // ENVELOPE_ROWS), ENVELOPE_MOST)
+        piece = piece_of(rows, before, self.subject.signals, self.subject.spec.scan_ns, most)
+        return {"strip": piece} if piece else {}
 
     def _lanes(self, page: Page, scan: int) -> Json:
         """Return the points of the tags in a page's strip since its last frame."""
@@ -294,8 +292,7 @@ class Monitor(ABC):
         if not page.lanes or first > scan:
             return {}
         all_names = [name for each in self.pages for name in each.lanes]
-        found = program.lanes.live(page.lanes, all_names, first, scan)
-        return {"lanes": found} if found else {}
+        return {"lanes": program.lanes.live(page.lanes, all_names, first, scan)}
 
     # --- what pages ask
 

@@ -10,7 +10,7 @@ from .catalog import COLUMNS
 from .lanes import MOST_LANES
 from .page import Page
 from .stretch import Stretch
-from .strip import edges, envelopes
+from .strip import piece_of
 from .timeline import columns_of
 
 if TYPE_CHECKING:
@@ -73,8 +73,8 @@ def steps(monitor: Monitor, page: Page, said: Said) -> Json:
     if extent is None or not names:
         return {"lanes": {}, "next": None}
     first, last = max(first, extent[0]), min(last, extent[1])
-    found, following = monitor.subject.lanes(names, first, last) if first <= last else ({}, None)
-    return {"lanes": found, "next": following}
+    piece, following = monitor.subject.lanes(names, first, last) if first <= last else ({}, None)
+    return {"lanes": piece, "next": following}
 
 
 def _lanes_in(monitor: Monitor, page: Page, said: Said) -> tuple[tuple[str, ...], list[str]]:
@@ -98,7 +98,7 @@ def look(monitor: Monitor, page: Page, said: Said) -> Json:
         if monitor.about.kind == "trace":
             raise ValueError("this is a recording: there is no scan that runs")
         page.past = None
-        page.begin_anew()
+        page.last = {}  # its strip goes on from where it was
         monitor.exchange_program(page)
         return {"scan": "live"}
     if type(scan) is not int:
@@ -113,15 +113,15 @@ def look(monitor: Monitor, page: Page, said: Said) -> Json:
 
 
 def window(monitor: Monitor, _page: Page, said: Said) -> Json:
-    """Return edges and envelopes of past scans."""
+    """Return the strip of past scans, as far as they are there."""
     first, last = _scans_in(said)
-    signals = monitor.subject.signals
-    rows = monitor.subject.timeline.between(first, last)
-    bits = edges(rows, rows[:0], signals)
+    subject = monitor.subject
+    rows = subject.timeline.between(first, last)
+    piece = piece_of(rows, rows[:0], subject.signals, subject.spec.scan_ns, ENVELOPE_STEPS)
     wanted = said.get("signals")
-    if isinstance(wanted, list):
-        bits = {name: each for name, each in bits.items() if name in wanted}
-    return {"strip": bits, "env": envelopes(rows, signals, ENVELOPE_STEPS)}
+    if piece and isinstance(wanted, list):
+        piece["bits"] = {name: each for name, each in piece["bits"].items() if name in wanted}
+    return {"strip": piece}
 
 
 def _scans_in(said: Said) -> tuple[int, int]:

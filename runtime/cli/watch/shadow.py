@@ -15,6 +15,8 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from typing import Any
 
+import numpy as np
+
 from ....io_images.image import IMAGE_BYTES
 from ....ladder import LadderLogic
 from ....ladder.compiler.observed import LineKey
@@ -148,7 +150,7 @@ class Shadow:
     def walk(self, first: int, last: int) -> Iterator[int]:
         """Repeat scans in turn; after each yield its time, ns, while the engine is at its end.
 
-        Nothing is yielded of scans that can't be repeated.
+        It ends before the first scan that can't be repeated.
         """
         start = self._start(first)
         rows = self._timeline.between(first if start is None else start, last)
@@ -157,7 +159,8 @@ class Shadow:
             return
         self.engine.watching = False
         self.engine.note(())
-        for each in _scans_in(rows):
+        gaps = np.flatnonzero(np.diff(rows["scan"]) != 1)
+        for each in _scans_in(rows[: int(gaps[0]) + 1] if len(gaps) else rows):
             self._do(*each)
             self.at = each[0]
             if each[0] >= first:

@@ -72,7 +72,10 @@ class Timeline:
         if self.path is None or len(rows) == last - first + 1:
             return rows
         if begins <= first:  # rows were lost: the session runs faster than the monitor
-            return self._read(first, last)
+            written = self._read(first, last)
+            return (
+                np.concatenate([written, rows[rows["scan"] > written["scan"][-1]]]) if len(written) else rows
+            )
         return np.concatenate([self._read(first, begins - 1), rows])
 
     def values(self, scan: int) -> dict[str, Any]:

@@ -38,6 +38,15 @@ def test_many_changes_of_a_number_become_an_envelope(count):
         assert (least, most, last) == (min(values[start:end]), max(values[start:end]), values[end - 1])
 
 
+def test_many_edges_of_a_bool_are_counted_and_of_a_text_the_last_ones_are_known():
+    count = 10 * MOST_POINTS
+    points = points_of(range(count), [bool(place % 2) for place in range(count)])
+    assert points == [[10 * place, 1, 9] for place in range(MOST_POINTS)]
+    points = points_of(range(count), [f"step {place}" for place in range(count)])
+    assert points[:2] == [[0, None], [count - MOST_POINTS + 1, f"step {count - MOST_POINTS + 1}"]]
+    assert len(points) == MOST_POINTS
+
+
 def test_true_is_another_value_than_one():
     assert points_of([0, 2], [True, 1], UNKNOWN) == [[0, 1], [2, 1, 1, 1]]
 

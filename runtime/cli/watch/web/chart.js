@@ -20,22 +20,25 @@ export function grid(to, x, left, from, end, high) {
   }
 }
 
-// A position: its way between two points is even.
-export function curve(to, points, range, name, x, top, left, present) {
+// A position: the last one of a stretch is that of its last scan, and the way from there to the next one is even.
+export function curve(to, points, range, period, name, x, top, left) {
   to.label(name, left - 8, top + CURVE / 2 + 4, colours.ink);
   if (!points.length) return;
   const y = scale(to, range, top, left, CURVE);
   to.inside(left, top, () => {
     to.begin(colours.curve, 1.5);
-    to.from(x(points[0][0]), y(points[0][3]));
+    let before = null; // where the pen is; null: nowhere
     points.forEach(([time, least, most, last], place) => {
-      const before = points[place - 1]?.[3] ?? last, end = Math.max(points[place + 1]?.[0] ?? present, time);
-      if (least < Math.min(before, last) || most > Math.max(before, last)) { // there and back between two pictures
-        to.to(x(time), y(before));
+      if (least === null || place + 1 === points.length) { before = null; return; } // the point after those in view
+      const end = points[place + 1][0] - period;
+      if (before === null) to.from(x(time), y(end > time ? least : last));
+      if (least < Math.min(before ?? last, last) || most > Math.max(before ?? last, last)) { // there and back in a stretch
+        if (before !== null) to.to(x(time), y(before));
         to.to(x((time + end) / 2), y(least));
         to.to(x((time + end) / 2), y(most));
       }
       to.to(x(end), y(last));
+      before = last;
     });
     to.end();
   });
@@ -53,14 +56,16 @@ export function lane(to, stretches, name, x, top, left, right) {
   to.inside(left, top, () => bars(to, stretches, x, top, left, right));
 }
 
+// Nothing is drawn where the level is not known; half a bar is a stretch with edges that are too many to draw.
 function bars(to, stretches, x, top, left, right) {
-  const high = top + 3, low = top + LANE - 3;
-  to.line(left, low, right, low, colours.grid);
-  for (const [from, end, on] of stretches) {
-    if (!on) continue;
+  const high = top + 3, low = top + LANE - 3, half = (high + low) / 2;
+  for (const [from, end, on, many] of stretches) {
+    if (on === null) continue;
     const wide = x(end) - x(from);
-    to.rect(x(from), high, Math.max(wide, 1.5), low - high, wide < THIN ? colours.mark : colours.bit);
-    if (wide < THIN) to.dot(x(from) + 0.75, high, colours.mark);
+    to.line(Math.max(x(from), left), low, Math.min(x(end), right), low, colours.grid);
+    if (many) to.rect(x(from), half, Math.max(wide, 1.5), low - half, colours.mark);
+    else if (on) to.rect(x(from), high, Math.max(wide, 1.5), low - high, wide < THIN ? colours.mark : colours.bit);
+    if (!many && on && wide < THIN) to.dot(x(from) + 0.75, high, colours.mark);
   }
 }
 

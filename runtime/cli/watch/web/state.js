@@ -3,11 +3,10 @@
 import { setAttribute } from "./dom.js";
 
 const PARTS = ["words", "values", "machine", "power", "tags", "lines"]; // parts that come by what has changed
-const LISTS = ["strip", "env", "lanes"]; // lists that go on
-const MOST = 20000; // entries of a list while nothing is painted
+const MOST = 20000; // events while nothing is painted
 
 export const run = { hello: null, state: "lost", forced: {}, breakpoints: [], faults: [], range: null };
-const painters = [], builders = [], programBuilders = [];
+const painters = [], takers = [], builders = [], programBuilders = [];
 let pending = null, due = false;
 
 // Calls build(hello) for each rack that introduces itself.
@@ -18,6 +17,9 @@ export const onProgram = build => { builders.push(build); programBuilders.push(b
 
 // Calls paint(changes) with what has changed since the last picture.
 export const onPaint = paint => { painters.push(paint); };
+
+// Calls take(frame) with each frame, painted or not.
+export const onFrame = take => { takers.push(take); };
 
 export function greet(hello) {
   pending = null;
@@ -36,9 +38,9 @@ export function exchange(program) {
 
 export function take(frame) {
   pending ??= {};
+  if (run.hello) for (const each of takers) each(frame);
   for (const [name, value] of Object.entries(frame)) {
     if (PARTS.includes(name)) merge(name, value);
-    else if (LISTS.includes(name)) append(pending[name] ??= {}, value);
     else if (name === "events") pending.events = [...(pending.events ?? []), ...value].slice(-MOST);
     else if (name === "forced") pending.forced = Array.isArray(value) ? Object.fromEntries(value.map(tag => [tag, null])) : value;
     else pending[name] = value;
@@ -54,19 +56,13 @@ function merge(part, value) {
   }
 }
 
-function append(lists, value) {
-  for (const [key, items] of Object.entries(value)) {
-    lists[key] = lists[key] ? lists[key].concat(items).slice(-MOST) : items;
-  }
-}
-
 function paint() {
   due = false;
   const changes = pending;
   pending = null;
   if (!changes || !run.hello) return;
   for (const [name, value] of Object.entries(changes)) {
-    if (LISTS.includes(name) || name === "events") continue;
+    if (["strip", "lanes", "events"].includes(name)) continue; // pieces that were taken
     if (name === "machine" || name === "values") {
       for (const [slot, items] of Object.entries(value)) run[name][slot] = { ...run[name][slot], ...items };
     } else if (PARTS.includes(name)) Object.assign(run[name], value);

@@ -4,12 +4,12 @@ import { AXIS, CURVE, LANE, TOP, curve, grid, highOf, lane, said, tagLane } from
 import { at, button, el, heading, setText } from "./dom.js";
 import { clock, count } from "./format.js";
 import { keep, kept } from "./kept.js";
-import { Lanes } from "./lanes.js";
+import { Lanes, missing, range, stretches, valueOf } from "./lanes.js";
 import { pen, colours } from "./pen.js";
 import { lookAt } from "./scrub.js";
 import { ask } from "./socket.js";
-import { onHello, onPaint, run } from "./state.js";
-import { beginTags, fill, pointsOf, rangeOf, stretchesOf, tagNames, takeTags, toggleTag } from "./taglanes.js";
+import { onFrame, onHello, onPaint, run } from "./state.js";
+import { beginTags, fill, forgetAsked, pointsOf, rangeOf, stretchesOf, tagNames, takeTags, toggleTag } from "./taglanes.js";
 import { watchedTags } from "./watchtable.js";
 import { bitName } from "./words.js";
 
@@ -29,12 +29,11 @@ const reduced = matchMedia("(prefers-reduced-motion: reduce)");
 const signals = el("div", { class: "signals", role: "group", "aria-label": "Signals" });
 const choice = el("details", { class: "raw", toggle: () => { if (choice.open) choices(); } }, el("summary", {}, "Signals"), signals);
 
-let live = new Lanes([]), past = null, span = 5, listed = 0, chosen = {}, key = "", room = ROOM, axes = [], asked = "", filling = 0;
+let live = new Lanes([]), past = new Lanes([]), span = 5, listed = 0, chosen = {}, key = "", room = ROOM, axes = [], asking = false, filling = 0;
 
 onHello(hello => {
   live = new Lanes(hello.slots.flatMap(slot => slot.bits.map(bit => bitName(slot, bit))));
-  past = null;
-  asked = "";
+  past = new Lanes(live.order);
   axes = hello.slots.filter(slot => slot.values.some(value => value.name === "position")).map(slot => `${slot.number}.position`);
   room = Math.min(ROOM + ROOM_PER_AXIS * axes.length, MOST_LANES, hello.slots.reduce((sum, slot) => sum + slot.bits.length, 0));
   key = `scanrack signals ${hello.path}`;
@@ -47,12 +46,16 @@ onHello(hello => {
   zoom(0);
 });
 
+// Pieces are taken as they come: a page that is not seen is not painted.
+onFrame(({ strip, lanes }) => {
+  live.take(strip);
+  takeTags(lanes);
+});
+
 onPaint(changes => {
-  takeTags(changes.lanes);
-  if (run.state !== "past") { live.take(changes); past = null; } else if (changes.scan !== undefined) look();
-  if (changes.state && run.state !== "past") asked = "";
-  if (changes.state) fillSoon();
-  if (changes.strip || changes.env || changes.lanes || changes.scan !== undefined) draw();
+  if (run.state === "past") look();
+  if (changes.state || (run.state === "past" && changes.range)) fillSoon();
+  if (changes.strip || changes.lanes || changes.scan !== undefined || changes.range) draw();
   if ((changes.strip || changes.lanes) && details.open && performance.now() - listed > LIST_MS) list();
 });
 
@@ -70,6 +73,8 @@ function zoom(by) {
   const place = SPANS.indexOf(span) + by;
   span = SPANS[Math.min(Math.max(place, 0), SPANS.length - 1)];
   setText(spanText, span < 1 ? `${span * 1000} ms` : `${span} s`);
+  past = new Lanes(live.order); // in as many points as this span has room for
+  forgetAsked();
   if (run.state === "past") look();
   fillSoon();
   draw();
@@ -83,31 +88,36 @@ function view() {
   return [end - wide, end];
 }
 
-const scansInView = () => view().map(time => Math.max(Math.round(time / run.hello.period_ns), 0));
+// The time in view of which there are scans, ns.
+function viewed() {
+  const period = run.hello.period_ns, [from, to] = view(), [first, last] = run.range ?? [0, -1];
+  return [Math.max(Math.floor(from / period), first) * period, Math.min(Math.ceil(to / period), last + 1) * period];
+}
 
-// Asks for the strip around a scan of the past.
+// Asks for what is missing of the strip around a scan of the past, while the rack goes on.
 async function look() {
-  const [from, to] = scansInView(), wish = `${from} ${to}`;
   fillSoon();
-  if (wish === asked) return;
-  asked = wish; // the scans in view
+  if (asking) return; // the answer is drawn, and then what is missing by then is asked for
+  const [from, to] = viewed(), begin = missing(past.have, from, to), period = run.hello.period_ns;
+  if (begin === null || begin >= to) return;
+  asking = true;
+  const into = past;
   try {
-    const answer = await ask("window", { from, to, ...(live.names.length ? { signals: live.names } : {}) });
-    if (wish !== asked) return;
-    past = new Lanes(live.order);
-    past.take(answer);
-    live.learn(past);
+    const answer = await ask("window", { from: begin / period, to: to / period - 1, ...(live.names.length ? { signals: live.names } : {}) });
+    into.take(answer.strip, begin);
+    live.learn(into);
     draw();
-  } catch { /* what the ring still has is shown instead */ }
+  } catch { /* what is there is shown */ }
+  asking = false;
+  if (run.state === "past" && viewed().join() !== [from, to].join()) look();
 }
 
-// Asks for the tags of the scans in view, once the view rests.
+// Asks for the tags of the time in view, now and then.
 function fillSoon() {
-  clearTimeout(filling);
-  if (tagNames().length) filling = setTimeout(() => fill(...scansInView()), FILL_MS);
+  if (tagNames().length) filling ||= setTimeout(() => { filling = 0; fill(...viewed()); }, FILL_MS);
 }
 
-const lanes = () => past ?? live;
+const lanes = () => (run.state === "past" ? past : live);
 
 // The lanes that are drawn: those that were chosen, and those that have changed as far as there is room.
 function drawn() {
@@ -131,22 +141,21 @@ function draw() {
   const wide = canvas.clientWidth, bitsHigh = Math.max(names.length, room) * LANE;
   const high = TOP + axes.length * CURVE + tags.reduce((sum, tag) => sum + highOf(tag.points), 0) + bitsHigh + AXIS;
   if (!wide) return;
-  const newest = run.range ? run.range[1] * run.hello.period_ns : Infinity;
-  const to = pen(canvas, wide, high), left = leftOf(wide), [from, end] = view(), present = Math.min(newest, end);
+  const to = pen(canvas, wide, high), left = leftOf(wide), [from, end] = view();
   const x = time => left + (time - from) / (end - from) * (wide - left - 8);
   grid(to, x, left, from, end, high);
   let top = TOP;
   for (const name of axes) {
-    const source = shown.curves.has(name) ? shown : live;
-    curve(to, source.points(name, from, end), live.range(name, source), name, x, top, left, present);
+    const scale = range(live.curves.get(name) ?? [], past.curves.get(name) ?? []); // one that rests
+    curve(to, shown.points(name, from, end), scale, run.hello.period_ns, name, x, top, left);
     top += CURVE;
   }
   for (const { name, points } of tags) {
-    tagLane(to, { points, range: rangeOf(name), stretches: stretchesOf(name, from, present) }, name, x, top, left, x(end));
+    tagLane(to, { points, range: rangeOf(name), stretches: stretchesOf(name, from, end) }, name, x, top, left, x(end));
     top += highOf(points);
   }
   for (const name of names) {
-    lane(to, shown.stretches(name, from, present), name, x, top, left, x(end));
+    lane(to, stretches(shown.bits.get(name) ?? [], from, end), name, x, top, left, x(end));
     top += LANE;
   }
   if (!names.length && !tags.length && !axes.length) to.text("No bit has changed yet.", left, TOP + 2 * LANE, colours.soft);
@@ -166,12 +175,21 @@ function list() {
   }
   if (!details.open) return;
   const points = tagNames().includes(signal.value) ? pointsOf(signal.value) : lanes().bits.get(signal.value) ?? [];
-  edges.replaceChildren(...points.slice(-ROWS).reverse().map(edgeOf));
+  edges.replaceChildren(...points.filter(isEdge).slice(-ROWS).reverse().map(edgeOf));
+}
+
+// Where a lane ends, or goes on with the same level after a gap, is not an edge.
+function isEdge(point, place, points) {
+  let before = place - 1;
+  while (before >= 0 && valueOf(points[before]) === null) before--;
+  const varies = point.length === 3 || point[1] !== valueOf(point);
+  return valueOf(point) !== null && (varies || before < 0 || valueOf(points[before]) !== valueOf(point));
 }
 
 function edgeOf(point) {
-  const [time] = point, value = point.at(-1), scan = Math.round(time / run.hello.period_ns);
-  return el("li", { "data-scan": scan, "data-value": value ?? "" }, `${clock(time)}  scan ${count(scan)}  ${point.length === 4 ? value : said(value)}`);
+  const [time, , many] = point, value = valueOf(point), scan = Math.round(time / run.hello.period_ns);
+  const says = point.length === 4 ? value : point.length === 3 ? `${said(value)} after ${many} edges` : said(value);
+  return el("li", { "data-scan": scan, "data-value": value }, `${clock(time)}  scan ${count(scan)}  ${says}`);
 }
 
 function clicked(event) {

@@ -1,15 +1,15 @@
 // Tags in the timing strip: which ones, and their points. A point is [t, value] or, of a number, [t, least, most, last].
 
-import { after } from "./lanes.js";
+import { forgetFar, join, missing, put, range, stretches } from "./lanes.js";
 import { keep, kept } from "./kept.js";
 import { tell } from "./notice.js";
 import { ask } from "./socket.js";
 import { run } from "./state.js";
 
 export const MOST = 16;
-const KEPT_NS = 120e9, KEPT_POINTS = 60000;
 
-let names = [], key = "", points = new Map(), wish = "", told = () => {};
+let names = [], key = "", points = new Map(), told = () => {};
+let have = { from: 0, to: 0 }, asking = null; // the time that was asked for, and where the present question begins
 
 export const tagNames = () => names;
 export const pointsOf = name => points.get(name) ?? [];
@@ -19,7 +19,7 @@ export function beginTags(hello, changed) {
   key = `scanrack lanes ${hello.path}`;
   names = kept(key, []).filter(name => typeof name === "string").slice(0, MOST);
   points = new Map();
-  wish = "";
+  forgetAsked();
   told = changed;
   if (names.length) send();
 }
@@ -32,8 +32,14 @@ export function toggleTag(name) {
   told(true);
 }
 
+// Asks for everything in view once more.
+export function forgetAsked() {
+  have = { from: 0, to: 0 };
+  asking = null;
+}
+
 async function send() {
-  wish = "";
+  forgetAsked();
   try {
     const { unknown } = await ask("lanes", { tags: names });
     names = names.filter(name => !unknown.includes(name));
@@ -44,69 +50,33 @@ async function send() {
   }
 }
 
-// Takes what a frame says of the tags.
-export function takeTags(lanes) {
-  for (const [name, items] of Object.entries(lanes ?? {})) {
+// Takes a piece of the tags.
+export function takeTags(piece) {
+  if (!piece?.tags) return;
+  for (const name of names) {
     const list = points.get(name) ?? [];
-    if (list.length && items[0][0] < list.at(-1)[0]) list.length = Math.max(after(list, items[0][0] - 1), 0);
-    extend(list, items);
-    const old = list.at(-1)[0] - KEPT_NS;
-    if (list.length > KEPT_POINTS || list[0][0] < old - KEPT_NS / 4) list.splice(0, Math.max(after(list, old) - 1, list.length - KEPT_POINTS));
+    put(list, piece.from, piece.to, piece.tags[name] ?? [[piece.from, null]]);
+    forgetFar(list, piece.to);
     points.set(name, list);
   }
 }
 
-// Appends points, without those that repeat the one before.
-function extend(list, items) {
-  for (const item of items) if (!same(list.at(-1), item)) list.push(item);
-}
-
-const same = (one, other) => one !== undefined && one.at(-1) === other.at(-1) && one.length === other.length && (other.length < 4 || other[1] === other[2]);
-
-// Asks for the points of the scans in view, piece by piece, unless they are there.
+// Asks for the points of a time in view, piece by piece, as far as it has not been asked for.
 export async function fill(from, to) {
-  if (!names.length || !run.hello) return;
-  const mine = `${from} ${to} ${names.join("\n")}`;
-  if (mine === wish) return;
-  wish = mine;
+  const begin = missing(have, from, to), period = run.hello?.period_ns;
+  if (!names.length || !period || begin === null || begin === asking) return;
+  const mine = asking = begin, end = Math.ceil(to / period) - 1;
   try {
-    for (let next = from; next !== null && mine === wish;) {
-      const answer = await ask("steps", { from: next, to, tags: names });
-      const end = answer.next ?? to + 1;
-      for (const name of names) put(name, next, end, answer.lanes[name] ?? []);
+    for (let next = Math.floor(begin / period); next !== null && next <= end && mine === asking;) {
+      const answer = await ask("steps", { from: next, to: end, tags: names });
+      takeTags(answer.lanes);
+      if (answer.lanes.tags) join(have, { from: next * period, to: answer.lanes.to });
       next = answer.next;
       told(false);
     }
   } catch { /* what is there is shown */ }
+  if (mine === asking) asking = null;
 }
 
-// Puts the points of some scans in the place of those that were there. Each piece begins with a point, changed or not.
-function put(name, from, end, items) {
-  if (!items.length) return;
-  const period = run.hello.period_ns, list = points.get(name) ?? [];
-  const all = list.slice(0, after(list, from * period - 1));
-  extend(all, items);
-  extend(all, list.slice(after(list, end * period - 1)));
-  points.set(name, all);
-}
-
-// The stretches of a tag from one time to another: [from, to, value, least, most], the first one from before.
-export function stretchesOf(name, from, to) {
-  const list = pointsOf(name), found = [];
-  for (let at = Math.max(after(list, from) - 1, 0); at < list.length && list[at][0] <= to; at++) {
-    const [time, ...rest] = list[at], [least, most] = rest.length === 3 ? rest : [];
-    found.push([Math.max(time, from), Math.min(list[at + 1]?.[0] ?? to, to), rest.at(-1), least, most]);
-  }
-  return found;
-}
-
-// The least and the greatest value of a number that are known.
-export function rangeOf(name) {
-  let low = Infinity, high = -Infinity;
-  for (const point of pointsOf(name)) {
-    if (point.length !== 4) continue;
-    low = Math.min(low, point[1]);
-    high = Math.max(high, point[2]);
-  }
-  return low < high ? [low, high] : [low === Infinity ? 0 : low, (low === Infinity ? 0 : low) + 1];
-}
+export const stretchesOf = (name, from, to) => stretches(pointsOf(name), from, to);
+export const rangeOf = name => range(pointsOf(name));
