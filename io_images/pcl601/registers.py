@@ -90,6 +90,11 @@ class Row:
         """Whether a value is in the printed range."""
         return self.low <= value <= self.high
 
+    @property
+    def allowed(self) -> str:
+        """The printed range, in words."""
+        return f"{self.low} to {self.high}"
+
 
 POSITION_LIMIT = 8_388_607
 """Greatest number of steps of an index, and greatest position either side of 0 [Functions]."""

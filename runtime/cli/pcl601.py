@@ -174,7 +174,7 @@ def stop(context: typer.Context) -> None:
 def clear(context: typer.Context) -> None:
     """Clear the error register."""
     with client_at(context) as client:
-        client.command(Code.CLEAR_ERRORS)
+        client.clear()
 
 
 @programs.command("run")

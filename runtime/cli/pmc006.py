@@ -196,8 +196,7 @@ def stop(context: typer.Context) -> None:
 def clear(context: typer.Context) -> None:
     """Clear the emergency stops of EXT1 and EXT2."""
     with client_at(context) as client:
-        client.do("clear_ext1_flag")
-        client.do("clear_ext2_flag")
+        client.clear()
 
 
 FileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="The listing.", show_default=False)]

@@ -67,7 +67,7 @@ class RefusedError(LinkError):
 
 
 class UncertainError(LinkError):
-    """A motion command was sent and not answered, and the motor shows no sign of it; it is not repeated."""
+    """A motion command was sent, and the motor shows no sign of it; it is not repeated."""
 
 
 class StoppedError(LinkError):

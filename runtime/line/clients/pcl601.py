@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from struct import unpack
 
-from ....io_images.pcl601 import NEEDS_IDLE, POSITION_LIMIT, ROWS, Code, Error, Register
-from ....io_images.pcl601.errors import CAUSES
+from typing_extensions import override
+
+from ....io_images.pcl601 import CAUSES, NEEDS_IDLE, POSITION_LIMIT, ROWS, WORDS, Code, Error, Register
 from ....io_images.pcl601.registers import Row, firmware_text, word_of
 from ....io_images.pcl601.terminals import HARD_LIMIT_BIT, OUTPUT_COUNT
 from .. import pcl601_pdus as pdus
-from .link import (
-    POLL_S,
-    BadAnswerError,
-    LinkError,
-    NoAnswerError,
-    Progress,
-    RefusedError,
-    StoppedError,
-    UncertainError,
-    until_answered,
-)
+from .link import BadAnswerError, NoAnswerError, Progress, RefusedError, StoppedError, until_answered
 from .modbus import ModbusLine
-from .watching import stopped_when_lost
+from .names import known, settable
+from .watching import MotionClient, Seen, stopped_when_lost
 
 READABLE: dict[str, Row] = {row.register.name.lower(): row for row in ROWS.values()}
 """The registers by name."""
@@ -31,25 +25,42 @@ SETTABLE: dict[str, Row] = {
 }
 """Those that can be set; commands are `Pcl601Client.command`."""
 
+SHOWN = [(row, word) for row, word in WORDS if Register.POSITION <= row.register <= Register.ERROR_CODE]
+"""Words of a look: all that a motion shows lies between position and errors, and comes in one answer."""
 
-class Pcl601Client:
+MOTIONS = frozenset({Code.GO, Code.GO_SLEW, Code.HOME_TYPE_0, Code.HOME_TYPE_1})
+
+
+@dataclass(frozen=True, slots=True)
+class Registers(Seen):
+    """A look at a PCL601.
+
+    Attributes:
+        values: registers from the position to the errors.
+    """
+
+    values: Mapping[Register, int] = field(compare=False, default_factory=dict)
+
+
+class Pcl601Client(MotionClient[Registers]):
     """A controller at the other end of a line.
 
     Attributes:
         unit: its address, 1 to 99.
-        faults: answers so far that were missing or could not be right.
 
     Args:
         line: Modbus RTU, 38,400 baud 8E1, or Modbus TCP.
         unit: of the controller.
     """
 
+    harmless = Error.ENCODER_CORRECTED
+
     def __init__(self, line: ModbusLine, unit: int = 1) -> None:
         if not 1 <= unit <= 99:
             raise ValueError(f"unit {unit}: allowed is 1 to 99")
+        super().__init__()
         self._line = line
         self.unit = unit
-        self.faults = 0
 
     # -- by name -----------------------------------------------------------------------------
 
@@ -60,12 +71,9 @@ class Pcl601Client:
             ValueError: there is none of that name.
             LinkError: no good answer.
         """
-        row = READABLE.get(name)
-        if row is None:
-            raise ValueError(f"{name} can't be read: can be {', '.join(READABLE)}")
+        row = known(READABLE, name, "read")
         words = unpack(f">{row.words}H", self._asked(pdus.read_registers(row.register, row.words)))
-        value: int = sum(word << 16 * at for at, word in enumerate(words))
-        return value - (1 << 32) if row.low < 0 and value >> 31 else value
+        return value_of(row, words)
 
     def set(self, name: str, value: int) -> None:
         """Set a register by its name in `SETTABLE`, and read it back.
@@ -74,11 +82,7 @@ class Pcl601Client:
             ValueError: it can't be set, or not to that.
             LinkError: no good answer, or the controller refuses it.
         """
-        row = SETTABLE.get(name)
-        if row is None:
-            raise ValueError(f"{name} can't be set: can be {', '.join(SETTABLE)}")
-        if not row.allows(value):
-            raise ValueError(f"{name} {value}: allowed is {row.low} to {row.high}")
+        row = settable(SETTABLE, name, value)
         if row.register is Register.ADDRESS:
             self._set_address(value)
             return
@@ -90,6 +94,17 @@ class Pcl601Client:
     def position(self) -> int:
         """The position register, read; steps."""
         return self.read("position")
+
+    @override
+    def look(self) -> Registers:
+        """Read position, motion and errors in one exchange."""
+        words = unpack(f">{len(SHOWN)}H", self._asked(pdus.read_registers(Register.POSITION, len(SHOWN))))
+        by_row: dict[Row, list[int]] = {}
+        for (row, _), word in zip(SHOWN, words, strict=True):
+            by_row.setdefault(row, []).append(word)
+        values = {row.register: value_of(row, parts) for row, parts in by_row.items()}
+        position, moving = values[Register.POSITION], bool(values[Register.BUSY])
+        return Registers(position, moving, values[Register.ERROR_CODE], values)
 
     @property
     def busy(self) -> bool:
@@ -122,7 +137,7 @@ class Pcl601Client:
         return int.from_bytes(self._asked(pdus.read_outputs()), "little")
 
     def set_output(self, number: int, on: bool) -> None:
-        """Switch an output, 1 to 8.
+        """Switch an output, 1 to 8, and read it back.
 
         Raises:
             ValueError: no such output.
@@ -131,6 +146,9 @@ class Pcl601Client:
         if not 1 <= number <= OUTPUT_COUNT:
             raise ValueError(f"output {number}: allowed is 1 to {OUTPUT_COUNT}")
         self._asked(pdus.write_output(number, on))
+        if bool(self.outputs >> number - 1 & 1) != on:
+            was, is_now = ("on", "off") if on else ("off", "on")
+            raise RefusedError(f"output {number} was switched {was} and reads {is_now}")
 
     # -- commands ----------------------------------------------------------------------------
 
@@ -139,13 +157,23 @@ class Pcl601Client:
 
         Raises:
             RefusedError: the controller refuses it, or sets an error bit for it.
-            UncertainError: it was to start a motion, was not answered, and nothing moves.
+            UncertainError: it was to start a motion, and nothing moves; or it was not answered.
             LinkError: no good answer.
         """
         if code in NEEDS_IDLE:
             self._start(code)
         else:
             self._asked(pdus.command(code))
+
+    def clear(self) -> None:
+        """Clear the error register, and read it.
+
+        Raises:
+            LinkError: no good answer, or errors that stay.
+        """
+        self.command(Code.CLEAR_ERRORS)
+        if left := self.errors:
+            raise RefusedError(f"the errors were cleared and are still set{_told(left)}")
 
     def start_move(self, steps: int) -> int:
         """Start a move over so many steps, its sign the direction; return where it should end.
@@ -159,112 +187,77 @@ class Pcl601Client:
             raise ValueError(f"{steps} steps: allowed is 1 to {POSITION_LIMIT} in either direction")
         self.set("direction", int(steps > 0))
         self.set("steps", abs(steps))
-        target = self.position + steps
-        self._start(Code.GO)
-        return target
+        return self._start(Code.GO).position + steps
 
     def move(self, steps: int, progress: Progress = lambda _: None) -> int:
         """Move over so many steps and wait for the end; return the position.
 
         Raises:
             ValueError: 0, or too many steps.
-            StoppedError: it ended elsewhere, or with the encoder outside its window.
+            StoppedError: it ended elsewhere, with an error, or with the encoder outside its window.
             LostSightError: the line failed when it had been started.
             LinkError: it was refused, or it is not known to have begun.
         """
-        encoder = self.read("encoder_position") if self.read("encoder_autocorrect") else None
+        before = self.look().values
         target = self.start_move(steps)
-        position = self.wait(progress)
+        seen = self.watch(progress)
         with stopped_when_lost(self.stop):
-            if position != target:
-                raise StoppedError(f"the move ended at {position}, not at {target}{self._shown()}")
-            if encoder is not None:
-                self._check_encoder(encoder + steps * self.read("encoder_ratio"))
-        return position
+            self.check_end("move", seen, target)
+            if before[Register.ENCODER_AUTOCORRECT]:
+                counts = steps * before[Register.ENCODER_RATIO]
+                self._check_encoder(seen, before[Register.ENCODER_POSITION] + counts)
+            self.check_errors("move", seen)
+        return seen.position
 
     def home(self, kind: int, progress: Progress = lambda _: None) -> int:
         """Look for the home switch by the manual's home type 0 or 1; return the position at the end.
 
         The position is left as counted: the controller does not set it to 0. It does not show its home
-        input either: a search counts as done if it has ended and no hard limit is active.
+        input either: a search counts as done if a motion was seen, has ended without an error, and no hard
+        limit is active.
 
         Raises:
             ValueError: no such type.
-            StoppedError: it ended on a hard limit.
+            StoppedError: it ended on a hard limit, or with an error.
             LostSightError: the line failed when it had been started.
             LinkError: it was refused, or it is not known to have begun.
         """
         if kind not in (0, 1):
             raise ValueError(f"home type {kind}: allowed are 0 and 1")
         self._start(Code.HOME_TYPE_1 if kind else Code.HOME_TYPE_0)
-        position = self.wait(progress)
+        seen = self.watch(progress)
         with stopped_when_lost(self.stop):
             if self.hard_limit:
-                raise StoppedError(f"the search for home ended at {position}, not at home{self._shown()}")
-        return position
-
-    def wait(self, progress: Progress = lambda _: None) -> int:
-        """Wait for the end of a motion; return the position.
-
-        Raises:
-            LostSightError: the line failed.
-        """
-        with stopped_when_lost(self.stop):
-            while self.busy:
-                progress(self.position)
-                self._line.pause(POLL_S)
-            position = self.position
-        progress(position)
-        return position
-
-    def stop(self) -> None:
-        """Stop motion and program at once; asked again until it is answered.
-
-        Raises:
-            LinkError: no good answer.
-        """
-        self._asked(pdus.command(Code.STOP_MOTION))
+                ended = f"the search for home ended at {seen.position}, not at home"
+                raise StoppedError(f"{ended}{self.reasons(seen.errors)}")
+            self.check_errors("search for home", seen)
+        return seen.position
 
     # -- inside ------------------------------------------------------------------------------
 
-    def _start(self, code: Code) -> None:
-        """Write what starts something, once; without an answer, look whether it has begun."""
-        before, errors = self.position, self.errors
-        if self.busy:
-            raise RefusedError("a motion is under way")
-        with stopped_when_lost(self.stop):
-            failure = self._sent(code, before, errors)
-        if failure is not None:
-            raise failure
+    @override
+    def halt(self) -> None:
+        """Stop motion and program at once; asked again until it is answered."""
+        self._asked(pdus.command(Code.STOP_MOTION))
 
-    def _sent(self, code: Code, before: int, errors: Error) -> LinkError | None:
-        """Write what starts something, once; return why it has not begun, None if it has."""
-        try:
-            self._once(pdus.command(code))
-        except RefusedError as refusal:
-            return refusal
-        except (NoAnswerError, BadAnswerError):
-            if not self._has_begun(before):
-                return UncertainError(f"{code.name} was not answered, and nothing moves; it is not repeated")
-        raised = self.errors & ~errors
-        if raised and not self._has_begun(before):  # a question doubled on the line is refused then
-            return RefusedError(f"{code.name} is refused{_told(raised)}")
-        return None
+    @override
+    def pause(self, seconds: float) -> None:
+        self._line.pause(seconds)
 
-    def _has_begun(self, before: int) -> bool:
-        return self.busy or self.position != before
+    @override
+    def reasons(self, errors: int) -> str:
+        limit = "; a hard limit is active" if self.hard_limit else ""
+        return limit + _told(Error(errors))
 
-    def _check_encoder(self, expected: int) -> None:
+    def _start(self, code: Code) -> Registers:
+        return self.begin(code.name, lambda: self._once(pdus.command(code)), moves=code in MOTIONS)
+
+    def _check_encoder(self, seen: Registers, expected: int) -> None:
         """Raise StoppedError if the encoder is outside its window after a move."""
-        off, window = self.read("encoder_position") - expected, self.read("encoder_window")
+        off, window = seen.values[Register.ENCODER_POSITION] - expected, seen.values[Register.ENCODER_WINDOW]
         if abs(off) > window:
             message = f"the move ended with the encoder {off:+} pulses off, its window is ±{window}"
-            raise StoppedError(f"{message}{self._shown()}")
-
-    def _shown(self) -> str:
-        """Return what the controller shows besides its position, to be put after a sentence."""
-        limit = "; a hard limit is active" if self.hard_limit else ""
-        return limit + _told(self.errors)
+            raise StoppedError(f"{message}{self.reasons(seen.errors)}")
 
     def _set_address(self, value: int) -> None:
         """Change the address: the former one answers, the new one listens afterwards."""
@@ -290,6 +283,12 @@ class Pcl601Client:
         except (NoAnswerError, BadAnswerError):
             self.faults += 1
             raise
+
+
+def value_of(row: Row, words: Sequence[int]) -> int:
+    """Return the value of a row's words, the low one first; signed where its range is."""
+    value = sum(word << 16 * at for at, word in enumerate(words))
+    return value - (1 << 32) if row.low < 0 and value >> 31 else value
 
 
 def _write(row: Row, value: int) -> bytes:

@@ -15,6 +15,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
+from typing_extensions import override
+
 from ....io_images.pmc006.frame import FRAME_BYTES, REPLY, STATE_ERROR, UNKNOWN_ERROR, Framer, command
 from ....io_images.pmc006.instructions import BY_NAME, INSTRUCTIONS, PARAMETERS, Instruction, Kind
 from ....io_images.pmc006.status import Status1, Status2, firmware_text
@@ -25,17 +27,16 @@ from .link import (
     SILENCE_S,
     BadAnswerError,
     Link,
-    LinkError,
     NoAnswerError,
     Progress,
     RefusedError,
     StoppedError,
-    UncertainError,
     checked_answer_s,
     drain,
     until_answered,
 )
-from .watching import stopped_when_lost
+from .names import settable
+from .watching import MotionClient, Seen, stopped_when_lost
 
 _ERRORS = {
     STATE_ERROR: "6: its state does not allow it, or the value is out of range",
@@ -58,9 +59,14 @@ BY_ZERO: dict[str, Instruction] = {
 """What may be readable by its setting instruction with data 0; the manual offers no reading of the rest."""
 
 SETTABLE: dict[str, Instruction] = {
-    row.name: row for row in INSTRUCTIONS if row.kind is Kind.SET and row.name != "speed_mode"
+    row.name: row
+    for row in sorted(INSTRUCTIONS, key=lambda row: row.name)
+    if row.kind is Kind.SET and row.name != "speed_mode"
 }
 """What can be set."""
+
+NAMED = Status1.EXT1 | Status1.EXT2 | Status1.STALL | Status1.UVL
+"""The bits of status register 1 that say why a motion was not made, or not well."""
 
 
 def _unreadable(name: str, readable: Iterable[str]) -> str:
@@ -96,12 +102,11 @@ class _Search:
         self.was_free = went_back or not self._on_switch()
 
 
-class Pmc006Client:
+class Pmc006Client(MotionClient[Seen]):
     """A controller at the other end of a line.
 
     Attributes:
         address: to which it listens, 1 to 120, or 255 as from the factory.
-        faults: answers so far that were missing, damaged or not its own.
 
     Args:
         link: the line, 9,600 baud, 8N1.
@@ -115,11 +120,11 @@ class Pmc006Client:
     ) -> None:
         if not 1 <= address <= 120 and address != 255:
             raise ValueError(f"address {address}: allowed is 1 to 120, or 255 as from the factory")
+        super().__init__()
         self._link = link
         self._answer_s = checked_answer_s(answer_s)
         self._readable = READABLE | BY_ZERO if by_zero else READABLE
         self.address = address
-        self.faults = 0
         self._quiet_s = SILENCE_S
 
     # -- by name -----------------------------------------------------------------------------
@@ -153,11 +158,7 @@ class Pmc006Client:
             ValueError: it can't be set, or not to that.
             LinkError: no good answer, or the controller refuses it.
         """
-        row = SETTABLE.get(name)
-        if row is None:
-            raise ValueError(f"{name} can't be set: can be {', '.join(sorted(SETTABLE))}")
-        if not row.allows(value):
-            raise ValueError(f"{name} {value}: allowed is {row.allowed}")
+        row = settable(SETTABLE, name, value)
         if name == ADDRESS:
             self._set_address(row, value)
             return
@@ -178,6 +179,17 @@ class Pmc006Client:
         if row is None or row.kind is not Kind.ACTION or name in _MOTIONS:
             raise ValueError(f"{name} is not an action that may be carried out twice")
         self._check(row, self._asked(row.code, data), None)
+
+    def clear(self) -> None:
+        """Clear the emergency stops of EXT1 and EXT2, and read them.
+
+        Raises:
+            LinkError: no good answer, or stops that stay.
+        """
+        self.do("clear_ext1_flag")
+        self.do("clear_ext2_flag")
+        if left := self.status1 & (Status1.EXT1 | Status1.EXT2):
+            raise RefusedError(f"the emergency stops were cleared and are still set{self.reasons(left)}")
 
     def save(self) -> None:
         """Keep the parameters in force in the EEPROM, which does not last for ever [4.3.17].
@@ -209,6 +221,12 @@ class Pmc006Client:
 
     # -- motion ------------------------------------------------------------------------------
 
+    @override
+    def look(self) -> Seen:
+        """Read status register 1, then the position, which is final if nothing moved."""
+        status = self.status1
+        return Seen(self.position, bool(status & (Status1.BUSY | Status1.HOME)), status & NAMED)
+
     def start_move(self, steps: int) -> int:
         """Start a move over so many steps, its sign the direction; return where it should end.
 
@@ -220,9 +238,7 @@ class Pmc006Client:
         if not 1 <= abs(steps) <= BY_NAME["step"].high:  # type: ignore[operator]
             raise ValueError(f"{steps} steps: allowed is 1 to {BY_NAME['step'].high} in either direction")
         self.set("direction", int(steps > 0))
-        target = self.position + steps
-        self._start(BY_NAME["step"], abs(steps))
-        return target
+        return self._start(BY_NAME["step"], abs(steps)).position + steps
 
     def move(self, steps: int, progress: Progress = lambda _: None) -> int:
         """Move over so many steps and wait for the end; return the position.
@@ -234,13 +250,11 @@ class Pmc006Client:
             LinkError: it was refused, or it is not known to have begun.
         """
         target = self.start_move(steps)
-        position = self._watch(Status1.BUSY, progress)
+        seen = self.watch(progress)
         with stopped_when_lost(self.stop):
-            if position != target:
-                raise StoppedError(f"the move ended at {position}, not at {target}{self._reason()}")
-            if self.status1 & Status1.STALL:
-                raise StoppedError(f"the move ended at {position}, not well{self._reason()}")
-        return position
+            self.check_end("move", seen, target)
+            self.check_errors("move", seen)
+        return seen.position
 
     def home(self, stroke: int, progress: Progress = lambda _: None) -> int:
         """Go back to the switch on EXT1 and wait for it; return the position there.
@@ -262,15 +276,21 @@ class Pmc006Client:
         if not row.allows(stroke):
             raise ValueError(f"stroke {stroke}: allowed is {row.allowed}")
         search = _Search(self._on_switch)
-        self._start(row, stroke)
-        position = self._watch(Status1.HOME, progress, search.look, 0 if search.began_on_switch else POLL_S)
+        self._start(row, stroke, moves=False)  # short ones are over before a look; the switch shows the end
+
+        def looked(position: int) -> None:
+            search.look(position)
+            progress(position)
+
+        seen = self.watch(looked, 0 if search.began_on_switch else POLL_S)
+        ended = f"zero-back ended at {seen.position}"
         with stopped_when_lost(self.stop):
-            if not self._on_switch() or self.status1 & (Status1.EXT2 | Status1.STALL):
-                raise StoppedError(f"zero-back ended at {position} without the switch{self._reason()}")
+            if not self._on_switch() or seen.errors & (Status1.EXT2 | Status1.STALL):
+                raise StoppedError(f"{ended} without the switch{self.reasons(seen.errors)}")
             if not search.was_free:
                 stuck = "with the switch active all the time, as if it were stuck"
-                raise StoppedError(f"zero-back ended at {position} {stuck}{self._reason()}")
-        return position
+                raise StoppedError(f"{ended} {stuck}{self.reasons(seen.errors)}")
+        return seen.position
 
     def run(self) -> None:
         """Run at the maximum speed in the chosen direction, until `slow_down` or `stop`.
@@ -281,73 +301,38 @@ class Pmc006Client:
         self._start(BY_NAME["speed_mode"], 1)
 
     def slow_down(self) -> None:
-        """Leave speed mode by the ramp.
+        """Leave speed mode by the ramp, and look whether it was left.
 
         Raises:
-            LinkError: no good answer.
+            LinkError: no good answer, or the motor is still in speed mode.
         """
         self._check(BY_NAME["speed_mode"], self._asked(BY_NAME["speed_mode"].code, 0), None)
-
-    def stop(self) -> None:
-        """Stop at once, without a ramp; asked again until it is answered.
-
-        Raises:
-            LinkError: no good answer.
-        """
-        self.do("abort")
+        if self.status2 & Status2.SPEED_MODE:
+            raise RefusedError("speed_mode 0 was answered, and the motor is still in speed mode")
 
     # -- inside ------------------------------------------------------------------------------
 
-    def _start(self, row: Instruction, data: int) -> None:
-        """Send what starts a motion, once; without an answer, look whether it has begun."""
-        before = self.position
-        if self.status1 & Status1.BUSY:
-            raise RefusedError("a motion is under way")
-        with stopped_when_lost(self.stop):
-            failure = self._sent(row, data, before)
-        if failure is not None:
-            raise failure
+    @override
+    def halt(self) -> None:
+        """Stop at once, without a ramp; asked again until it is answered."""
+        self.do("abort")
 
-    def _sent(self, row: Instruction, data: int, before: int) -> LinkError | None:
-        """Send what starts a motion, once; return why it has not begun, None if it has."""
-        try:
-            self._check(row, self._once(row.code, data), None)
-        except RefusedError as refusal:  # also of a question that was doubled on the line
-            return None if self._has_begun(before) else refusal
-        except (NoAnswerError, BadAnswerError):
-            if not self._has_begun(before):
-                return UncertainError(f"{row.name} was not answered, and nothing moves; it is not repeated")
-        return None
+    @override
+    def pause(self, seconds: float) -> None:
+        self._link.pause(seconds)
 
-    def _has_begun(self, before: int) -> bool:
-        return bool(self.status1 & (Status1.BUSY | Status1.HOME)) or self.position != before
+    @override
+    def reasons(self, errors: int) -> str:
+        named = ", ".join(str(bit.name) for bit in Status1(errors))
+        return f": {named}" if named else ""
 
-    def _watch(
-        self,
-        running: Status1,
-        progress: Progress,
-        look: Progress = lambda _: None,
-        pause_s: float = POLL_S,
-    ) -> int:
-        """Wait until a status bit goes; hand every position to `look` and `progress`."""
-        with stopped_when_lost(self.stop):
-            while self.status1 & running:
-                look(position := self.position)
-                progress(position)
-                self._link.pause(pause_s)
-            look(position := self.position)
-        progress(position)
-        return position
+    def _start(self, row: Instruction, data: int, *, moves: bool = True) -> Seen:
+        return self.begin(row.name, lambda: self._check(row, self._once(row.code, data), None), moves=moves)
 
     def _on_switch(self) -> bool:
         """Return whether EXT1 is at the level to which its edge leads."""
         rising = self.read("ext_trigger_mode") & 1
         return (self.read("levels") >> 2 & 1) == rising
-
-    def _reason(self) -> str:
-        named = Status1.EXT1 | Status1.EXT2 | Status1.STALL | Status1.UVL
-        reasons = [str(bit.name) for bit in self.status1 & named]
-        return f": {', '.join(reasons)}" if reasons else ""
 
     def _set_address(self, row: Instruction, value: int) -> None:
         """Change the address, which counts at once: the answer may come from either."""

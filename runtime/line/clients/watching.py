@@ -1,28 +1,49 @@
-"""What a client does when it can no longer see a motor that it has started: it stops it.
+"""What counts as done, and what a client does when it can no longer see a motor that it has started.
 
-fault while watching --> stop, asked for again and again --> answered: the motor stands
-                                                         --> not answered: it may still be moving
+    start, sent once --> a sign of motion --> rest, looked at again --> done
+                       > none: the fault says what was not seen
+    fault while watching --> stop, asked for again and again --> seen to stand
+                                                             --> not seen: it may still be moving
+
+An answer is never taken for what it is not older than: after answers that did not come, rest counts only when
+more looks agree on it than answers may be late.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import ClassVar, Generic, TypeVar
 
-from .link import LinkError, StoppedError
+from .link import (
+    POLL_S,
+    TRIES,
+    BadAnswerError,
+    LinkError,
+    NoAnswerError,
+    Progress,
+    RefusedError,
+    StoppedError,
+    UncertainError,
+)
+
+SIGN_LOOKS = 4
+"""Looks for a sign of a motion whose start was answered, `POLL_S` apart."""
 
 
 class LostSightError(LinkError):
     """A motion was started and can no longer be watched.
 
     Attributes:
-        stopped: whether the controller has answered a stop since.
+        stopped: whether the motor was seen to stand since.
         why: what went wrong, in words.
     """
 
     def __init__(self, why: str, *, stopped: bool, received: bytes = b"") -> None:
         outcome = (
-            "the motor was stopped" if stopped else "a stop was not answered: THE MOTOR MAY STILL BE MOVING"
+            "the motor was stopped" if stopped else "a stop was not confirmed: THE MOTOR MAY STILL BE MOVING"
         )
         super().__init__(f"{why}; {outcome}", received)
         self.stopped = stopped
@@ -30,7 +51,7 @@ class LostSightError(LinkError):
 
 
 def try_to_stop(stop: Callable[[], None]) -> bool:
-    """Stop the motor; return whether the controller has answered."""
+    """Stop the motor; return whether it was seen to stand."""
     try:
         stop()
     except LinkError:
@@ -51,3 +72,172 @@ def stopped_when_lost(stop: Callable[[], None]) -> Iterator[None]:
         raise
     except LinkError as fault:
         raise LostSightError(fault.reason, stopped=try_to_stop(stop), received=fault.received) from fault
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """What a look shows of a controller.
+
+    Attributes:
+        position: steps; final if it does not move.
+        moving: whether it moves.
+        errors: its error bits.
+    """
+
+    position: int
+    moving: bool
+    errors: int
+
+
+SeenType = TypeVar("SeenType", bound=Seen)
+
+
+class MotionClient(ABC, Generic[SeenType]):
+    """A client of something that moves.
+
+    Attributes:
+        faults: answers so far that were missing or could not be right.
+        harmless: error bits with which a motion may be done.
+    """
+
+    harmless: ClassVar[int] = 0
+
+    def __init__(self) -> None:
+        self.faults = 0
+        self._faults_before = 0
+        self._errors_before = 0
+
+    # -- what a controller brings -------------------------------------------------------------
+
+    @abstractmethod
+    def look(self) -> SeenType:
+        """Read position, motion and errors."""
+
+    @abstractmethod
+    def reasons(self, errors: int) -> str:
+        """Return what error bits and the limits say, to be put after a sentence."""
+
+    @abstractmethod
+    def halt(self) -> None:
+        """Ask for a stop at once, until it is answered."""
+
+    @abstractmethod
+    def pause(self, seconds: float) -> None:
+        """Let time pass."""
+
+    # -- motions ------------------------------------------------------------------------------
+
+    def stop(self) -> None:
+        """Stop at once, without a ramp, and look whether it stands.
+
+        Raises:
+            RefusedError: the stop was answered, and the motor still moves.
+            LinkError: no good answer.
+        """
+        if self._rest_soon(self.halt) is None:
+            raise RefusedError("the stop was answered, and the motor still moves")
+
+    def wait(self, progress: Progress = lambda _: None) -> int:
+        """Wait for the end of a motion; return the position.
+
+        Raises:
+            LostSightError: the line failed.
+        """
+        return self.watch(progress).position
+
+    def watch(self, progress: Progress, pause_s: float = POLL_S) -> SeenType:
+        """Wait for the end of a motion; return what is seen of the rest.
+
+        Args:
+            progress: called with every position.
+            pause_s: time between two looks.
+
+        Raises:
+            LostSightError: the line failed.
+        """
+        with stopped_when_lost(self.stop):
+            while (rest := self._rest(1, progress)) is None:
+                self.pause(pause_s)
+            self._faults_before = self.faults
+            return rest
+
+    def _rest(self, again: int, progress: Progress = lambda _: None) -> SeenType | None:
+        """Look, and look again so often, and for each answer that may be late; return what all agree on.
+
+        Answers that have not come since the end of the last motion may be late.
+        """
+        seen = self.look()
+        progress(seen.position)
+        again += self.faults - self._faults_before
+        return None if seen.moving or any(self.look() != seen for _ in range(again)) else seen
+
+    def _rest_soon(self, first: Callable[[], None] = lambda: None) -> SeenType | None:
+        """Return the rest if one of `TRIES` attempts shows it, each after doing something."""
+        for _ in range(TRIES):
+            first()
+            if (rest := self._rest(0)) is not None:
+                return rest
+        return None
+
+    def check_end(self, what: str, seen: SeenType, target: int) -> None:
+        """Raise StoppedError if a motion has ended elsewhere."""
+        if seen.position != target:
+            message = f"the {what} ended at {seen.position}, not at {target}"
+            raise StoppedError(f"{message}{self.reasons(seen.errors)}")
+
+    def check_errors(self, what: str, seen: SeenType) -> None:
+        """Raise StoppedError if a motion has ended with an error that was not there at its start."""
+        if fresh := seen.errors & ~self._errors_before & ~self.harmless:
+            raise StoppedError(f"the {what} ended at {seen.position}, not well{self.reasons(fresh)}")
+
+    def begin(self, name: str, send: Callable[[], object], *, moves: bool = True) -> SeenType:
+        """Send what starts something, once, and look whether it has begun; return the look before.
+
+        Args:
+            name: of the command.
+            send: asks once.
+            moves: it counts as begun only if a motion is seen.
+
+        Raises:
+            RefusedError: the controller refuses it, or moves already.
+            UncertainError: no motion was seen.
+            LostSightError: the line failed when it had been started.
+        """
+        before = self._rest_soon()
+        if before is None:
+            raise RefusedError("a motion is under way")
+        with stopped_when_lost(self.stop):
+            failure = self._sent(name, send, before, moves)
+        if failure is not None:
+            raise failure
+        return before
+
+    def _sent(self, name: str, send: Callable[[], object], before: SeenType, moves: bool) -> LinkError | None:
+        """Send what starts something, once; return why it has not begun, None if it has."""
+        failure: LinkError | None = None
+        try:
+            send()
+        except (RefusedError, NoAnswerError, BadAnswerError) as fault:
+            failure = fault
+        seen = self._sign_of_motion(before, SIGN_LOOKS if moves and failure is None else 1)
+        raised, self._errors_before = seen.errors & ~before.errors, seen.errors
+        if seen.moving or seen.position != before.position:  # also if the question was doubled on the line
+            return None
+        if failure is not None and not isinstance(failure, RefusedError):
+            return UncertainError(f"{name} was not answered, and nothing moves; it is not repeated")
+        if failure is None and raised:
+            return RefusedError(f"{name} is refused{self.reasons(raised)}")
+        if failure is None and moves:
+            what = f"no motion was seen: the position is {seen.position} as before"
+            return UncertainError(f"{name} was answered, but {what}{self.reasons(seen.errors)}")
+        return failure
+
+    def _sign_of_motion(self, before: SeenType, looks: int) -> SeenType:
+        """Look until something moves or has changed, so often at most; return the last look."""
+        seen = self.look()
+        for _ in range(looks - 1):
+            if seen != before:
+                break
+            self.pause(POLL_S)
+            seen = self.look()
+        return seen

@@ -16,6 +16,8 @@ from scanrack.runtime.line.clients.pmc006 import Pmc006Client
 from scanrack.runtime.line.clients.watching import LostSightError
 from typer.testing import CliRunner, Result
 
+STOP_AND_LOOK = ["I", "j", "c"]
+
 
 def test_ctrl_c_stops_the_motor_after_the_present_exchange(capsys: pytest.CaptureFixture[str]) -> None:
     controller = Controller()
@@ -39,7 +41,7 @@ def test_ctrl_c_stops_the_motor_after_the_present_exchange(capsys: pytest.Captur
     with pytest.raises(typer.Exit) as ended:
         interrupted()
     assert ended.value.exit_code == INTERRUPTED
-    assert link.questions[-1][2] == ord("I")
+    assert [chr(question[2]) for question in link.questions[-3:]] == STOP_AND_LOOK
     assert not controller.axis.moving
     assert 5000 < controller.axis.position < 6000
     assert client.faults == 0
@@ -58,7 +60,7 @@ def test_ctrl_c_before_the_move_keeps_it_from_starting() -> None:
 
     with pytest.raises(typer.Exit):
         interrupted()
-    assert [question[2] for question in link.questions] == [ord("I")]
+    assert [chr(question[2]) for question in link.questions] == STOP_AND_LOOK
 
 
 def test_ctrl_c_whose_stop_is_not_answered_says_that_the_motor_may_move_on() -> None:
@@ -78,7 +80,7 @@ def test_ctrl_c_whose_stop_is_not_answered_says_that_the_motor_may_move_on() -> 
                 look()
 
     with pytest.raises(
-        LostSightError, match="Ctrl-C; a stop was not answered: THE MOTOR MAY STILL BE MOVING"
+        LostSightError, match="Ctrl-C; a stop was not confirmed: THE MOTOR MAY STILL BE MOVING"
     ):
         interrupted()
     assert controller.axis.moving
@@ -118,12 +120,12 @@ def test_a_connection_that_is_closed_during_a_move_is_opened_again_to_stop(
     result = moved_over(monkeypatch, [first, again])
     assert result.stderr == "scanrack: the far end has closed the connection; the motor was stopped\n"
     assert result.exit_code == 1
-    assert [question[2] for question in again.questions] == [ord("I")]
+    assert [chr(question[2]) for question in again.questions] == STOP_AND_LOOK
     assert not controller.axis.moving
 
 
 def test_a_connection_that_stays_closed_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     controller = Controller()
     result = moved_over(monkeypatch, [CutLink(Pmc006(controller))])
-    assert "closed the connection; a stop was not answered: THE MOTOR MAY STILL BE MOVING" in result.stderr
+    assert "closed the connection; a stop was not confirmed: THE MOTOR MAY STILL BE MOVING" in result.stderr
     assert (result.exit_code, controller.axis.moving) == (1, True)

@@ -1,0 +1,46 @@
+"""Values by name: which a client knows, and what they may be set to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Protocol, TypeVar
+
+
+class Settable(Protocol):
+    """A row of a controller's table that can be set."""
+
+    @property
+    def allowed(self) -> str:
+        """The values allowed, in words."""
+        ...
+
+    def allows(self, value: int) -> bool:
+        """Whether a value may be sent."""
+        ...
+
+
+RowType = TypeVar("RowType")
+SettableRow = TypeVar("SettableRow", bound=Settable)
+
+
+def known(rows: Mapping[str, RowType], name: str, deed: str) -> RowType:
+    """Return the row of a name that can be "read", or "set".
+
+    Raises:
+        ValueError: there is none of that name.
+    """
+    if name not in rows:
+        raise ValueError(f"{name} can't be {deed}: can be {', '.join(rows)}")
+    return rows[name]
+
+
+def settable(rows: Mapping[str, SettableRow], name: str, value: int) -> SettableRow:
+    """Return the row of a name that can be set to a value.
+
+    Raises:
+        ValueError: there is none of that name, or it does not allow the value.
+    """
+    row = known(rows, name, "set")
+    if not row.allows(value):
+        raise ValueError(f"{name} {value}: allowed is {row.allowed}")
+    return row
