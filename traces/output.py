@@ -15,13 +15,12 @@ from __future__ import annotations
 
 import errno
 import os
-import sys
 import tempfile
 from pathlib import Path
 from typing import BinaryIO, Protocol
 
-if sys.platform != "win32":
-    import fcntl
+from .guard import TRACE, check_output
+from .locking import could_lock
 
 NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT})
 """What a full disk and a used-up quota answer."""
@@ -231,6 +230,7 @@ def open_trace_file(path: Path, ballast_bytes: int) -> TraceFile:
     file is locked until it is closed or the process ends, however it ends (not on Windows).
 
     Raises:
+        OwnedError: what is there is not a recording.
         OSError: the path can't be written, another recording goes there, or the ballast found no
             room; the message says why, and nothing has changed.
     """
@@ -238,6 +238,7 @@ def open_trace_file(path: Path, ballast_bytes: int) -> TraceFile:
         raise _refusal(path, "it is a directory")
     if not path.parent.is_dir():
         raise _refusal(path, f"there is no directory {str(path.parent)!r}")
+    check_output(path, TRACE)
     room = _ballast(path, ballast_bytes)
     try:
         raw = _emptied(path)
@@ -246,17 +247,6 @@ def open_trace_file(path: Path, ballast_bytes: int) -> TraceFile:
             room.release()
         raise _refusal(path, str(error.strerror)) from error
     return TraceFile(raw, str(path), room)
-
-
-def is_being_recorded(path: Path) -> bool:
-    """Return whether a recorder has a file open; never, where the system has no locks."""
-    if not path.is_file():
-        return False
-    try:
-        with path.open("rb") as file:
-            return not could_lock(file.fileno())
-    except OSError:  # reading it reports the error
-        return False
 
 
 def _emptied(path: Path) -> RawFile:
@@ -275,22 +265,6 @@ def _emptied(path: Path) -> RawFile:
 
 def _not_truncating(path: str, flags: int) -> int:
     return os.open(path, flags & ~os.O_TRUNC, 0o666)
-
-
-def could_lock(number: int) -> bool:
-    """Lock an open file by its descriptor; return whether that went well, or the file can't be locked at all.
-
-    The lock belongs to the open file: it goes when that is closed, also by the death of its process.
-    """
-    if sys.platform == "win32":
-        return True
-    try:
-        fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    except OSError:  # a file system without locks
-        return True
-    return True
 
 
 def _refusal(path: Path, why: str) -> OSError:

@@ -13,15 +13,13 @@ from __future__ import annotations
 
 import os
 import shutil
-import tempfile
 import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import count
 from os.path import realpath
 from pathlib import Path
-from typing import BinaryIO
+from typing import IO
 
 import numpy as np
 from mcap.opcode import Opcode
@@ -29,8 +27,9 @@ from mcap.reader import make_reader
 from mcap.records import Channel, Chunk, Header, Metadata, Schema
 
 from .finding import DATA_DAMAGE, data_crc, ends_whole, sound_summary
+from .guard import TRACE
 from .line import PROFILE as LINE_PROFILE
-from .output import is_being_recorded
+from .newfile import Draft, new_file, replacing
 from .reader import Records, Trace, open_records, open_trace
 from .records import (
     BROKEN,
@@ -92,31 +91,24 @@ def repair(
         progress: called at each record with the number of bytes read so far.
 
     Raises:
-        TraceError: the file is not a trace, or not of a version that is known; see `open_trace`. Or it is
-            being recorded.
+        TraceError: the file is not a trace, or not of a version that is known; see `open_trace`.
+        OwnedError: what is to be replaced is not a recording, or is being recorded.
         OSError: the repaired trace can't be written. The original is as it was.
     """
     path = Path(realpath(path))
     target = path if output is None else Path(output)
-    if is_being_recorded(target):
-        raise TraceError(f"{target}: it is being recorded; repair it when that has ended")
     result = Repair()
-    made = _new_file_beside(target)
-    try:
-        with _open(path) as trace:
-            with made.open("wb") as file:
-                rewriter = Rewriter(trace, file, result, progress)
-                rewriter.run()
-                file.flush()
-                os.fsync(file.fileno())
-            whole = trace.spans[-1].end
-            if not result.notes:
-                result.notes += _misfits(trace, rewriter.library, made, path)
+    with _open(path) as trace, replacing(target, TRACE) as draft:
+        rewriter = Rewriter(trace, draft.file, result, progress)
+        rewriter.run()
+        draft.file.flush()
+        if not result.notes:
+            result.notes += _misfits(trace, rewriter.library, draft.place, path)
         if result.needed:
-            keep = bool(result.damaged) or not _begin_alike(made, path, whole)
-            _put_in_place(made, path, target, result, keep=keep)
-    finally:
-        made.unlink(missing_ok=True)
+            whole = trace.spans[-1].end
+            keep = target == path and (result.damaged > 0 or not _begin_alike(draft.place, path, whole))
+            result.original = _free_name(path) if keep else None
+            _put_in_place(draft, path, result.original)
     return result
 
 
@@ -156,12 +148,6 @@ def _misfits(trace: Records, library: str, made: Path, path: Path) -> Iterator[s
         yield f"the stock reader can't read it to its end: {error}"
 
 
-def _new_file_beside(target: Path) -> Path:
-    number, name = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".repair", dir=target.parent)
-    os.close(number)
-    return Path(name)
-
-
 def _begin_alike(one: Path, other: Path, size: int) -> bool:
     """Return whether the first bytes of two files are the same."""
     with one.open("rb") as a, other.open("rb") as b:
@@ -172,18 +158,26 @@ def _begin_alike(one: Path, other: Path, size: int) -> bool:
     return True
 
 
-def _put_in_place(made: Path, path: Path, target: Path, result: Repair, *, keep: bool) -> None:
-    shutil.copymode(path, made)
-    if target == path and keep:
-        result.original = _free_name(path)
-        path.replace(result.original)
-    made.replace(target)
-    with suppress(OSError):  # not every system puts folders on the disk when asked
-        folder = os.open(target.parent, os.O_RDONLY)
-        try:
-            os.fsync(folder)
-        finally:
-            os.close(folder)
+def _put_in_place(draft: Draft, path: Path, original: Path | None) -> None:
+    """Let the repaired trace take its place; keep the original under another name, if there is one for it."""
+    shutil.copymode(path, draft.place)
+    if original is not None:
+        _give_name(path, original)
+    try:
+        draft.put()
+    except OSError:
+        if original is not None:
+            original.unlink()
+        raise
+
+
+def _give_name(path: Path, other: Path) -> None:
+    """Give a file a second name; where the file system knows none, copy it."""
+    try:
+        os.link(path, other)
+    except OSError:
+        with path.open("rb") as source, new_file(other, TRACE, "wb") as file:
+            shutil.copyfileobj(source, file)
 
 
 def _free_name(path: Path) -> Path:
@@ -206,7 +200,7 @@ class Rewriter:
     """
 
     def __init__(
-        self, trace: Records, file: BinaryIO, result: Repair, progress: Callable[[int], None]
+        self, trace: Records, file: IO[bytes], result: Repair, progress: Callable[[int], None]
     ) -> None:
         self._trace, self._file, self._result, self._progress = trace, file, result, progress
         self.library = _header(trace).library

@@ -6,7 +6,9 @@
 | `build` | from a specification to a rack and a CPU |
 | `running`, `recording` | a job, run and recorded |
 | `attachments`, `extracting`, `trust` | the files that travel with a trace, and which of them may be used |
-| `retaining`, `editing`, `editions` | tags from run to run; edits of a running program, and their files |
+| `owned` | the files of a run, which no output replaces |
+| `retaining`, `retained` | tags from run to run |
+| `editing`, `editions` | edits of a running program, and their files |
 | `repeating`, `tag_orders`, `outside` | orders of a recording, given again; tags that are set from outside |
 | `playback`, `replaying`, `levels` | a recording in place of modules, logic or stimuli |
 | `hints` | possible mistakes of a program, found in a run |

@@ -9,6 +9,7 @@ from ...traces.line import LineRecorder, UnitColumns
 from ..controllers.pcl601.line import Pcl601
 from ..line.ports import Segment
 from ..loop.events import JsonValue
+from .owned import line_path
 from .served_units import pcl601_values
 
 
@@ -52,12 +53,3 @@ class UnitsBeside:
         if self._recorder is not None:
             for address, unit in self.units.items():
                 self._recorder.unit(now_ns, address, pcl601_values(unit))
-
-
-def line_path(trace: Path) -> Path:
-    """Return the file for the line beside a trace.
-
-    >>> line_path(Path("out/run.mcap")).name
-    'run.line.mcap'
-    """
-    return trace.with_name(f"{trace.stem}.line.mcap")

@@ -12,6 +12,7 @@ from ..loop.rack import Rack
 from ..loop.scan import Logic
 from .attachments import attachment, files_beside, made_by, program_name, retained_tags
 from .loading import Job
+from .owned import check_recording
 from .sequence_watch import sequences_in
 
 NOTHING: Mapping[str, str] = MappingProxyType({})
@@ -41,9 +42,11 @@ def recorder_for(
         warn: takes a warning about tags that cost much.
 
     Raises:
+        OwnedError: it would replace what somebody owns.
         OSError: the trace can't be written.
         ValueError: a tag that is to be recorded can't be.
     """
+    check_recording(job, trace)
     spec = job.spec
     running = logic or job.logic
     tags = None

@@ -10,6 +10,7 @@ from typing import IO, Annotated, Any
 import typer
 
 from ...traces.export import write_csv, write_mcap, write_parquet, write_vcd
+from ...traces.guard import CSV, PARQUET, TRACE, VCD, check_output
 from ...traces.newfile import Target
 from ...traces.reader import Trace, open_trace
 from ...traces.signals import Selection
@@ -19,15 +20,16 @@ from .trace_options import (
     QuietOption,
     ScansOption,
     TimeOption,
-    check_target,
+    itself,
     reading,
     selection,
     tell_notes,
-    writing,
 )
 
 _TABLES = {"--csv": write_csv, "--parquet": write_parquet, "--vcd": write_vcd}
 """Writers of chosen signals."""
+
+_KINDS = {"--csv": CSV, "--parquet": PARQUET, "--vcd": VCD, "--mcap": TRACE}
 
 STDOUT = Path("-")
 """The file name that means standard output."""
@@ -91,15 +93,13 @@ def _export_command(
         if sum(target == STDOUT for target in targets.values()) > 1:
             raise ValueError("only one of them can go to standard output")
         for option, target in targets.items():
+            if target not in (None, STDOUT):
+                check_output(target, _KINDS[option], itself(trace))
+        for option, target in targets.items():
             if target is None:
                 continue
-            check_target(target, trace)
             to_stdout = target == STDOUT
-            with (
-                open_trace(trace) as opened,
-                reading(opened, wanted, quiet=quiet) as progress,
-                writing(target),
-            ):
+            with open_trace(trace) as opened, reading(opened, wanted, quiet=quiet) as progress:
                 into = _STREAMS[option]() if to_stdout else target
                 count = _write(opened, option, into, signal or (), wanted, progress)
             if not quiet:

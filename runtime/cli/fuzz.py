@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import os
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from ..app.fuzz import STANDARD, Scenario
+from ..app.fuzz.folder_lock import locked
 from ..app.fuzz.job import Setup, bench_of, replay
 from ..app.fuzz.learning import Learned, learn
 from ..app.fuzz.scenarios import Kind, kinds_for, possible_kinds
@@ -111,9 +113,12 @@ def _fuzz_command(
     Exit status: 0 everything held, 1 something is broken, 2 a file or an option can't be used, 3 a file
     can't be written, 130 stopped by Ctrl-C; what is known by then is kept.
     """
-    with reported_mistakes():
+    with reported_mistakes(), ExitStack() as held:
         folder = out or Path(f"{Path(rack.partition(':')[0]).stem}-fuzz")
-        learned = learn(Path(rack), folder / "recording", trust=trust) if rack.endswith(".mcap") else None
+        learned = None
+        if rack.endswith(".mcap"):
+            held.enter_context(locked(folder))
+            learned = learn(Path(rack), folder / "recording", trust=trust)
         rack = rack if learned is None else str(learned.rack)
         job = load_job(rack)
         files = tuple(invariants or ())
@@ -129,6 +134,8 @@ def _fuzz_command(
         bench_of(setup)  # refuse what can't be used before a search begins
         if scenario is not None:
             raise typer.Exit(_replay(setup, scenario))
+        if learned is None:
+            held.enter_context(locked(folder))
         session = Session(
             job=job,
             setup=setup,

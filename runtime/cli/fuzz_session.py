@@ -20,7 +20,7 @@ from ..app.fuzz import Found, Scenario, undisturbed
 from ..app.fuzz.campaign import campaign
 from ..app.fuzz.confirming import Confirmation
 from ..app.fuzz.executors import executor_of
-from ..app.fuzz.folder_lock import locked
+from ..app.fuzz.folder_lock import STATE_NAME
 from ..app.fuzz.job import Setup, bench_of, hand_over
 from ..app.fuzz.report import mended
 from ..app.fuzz.run import NO_FAULT, Bench, Broken
@@ -94,7 +94,7 @@ class Session:
     @property
     def state_file(self) -> Path:
         """The file that keeps the state of the campaign."""
-        return self.folder / "state.json"
+        return self.folder / STATE_NAME
 
     @property
     def examples(self) -> int:
@@ -112,17 +112,12 @@ class Session:
         return min(MOST_RUNS, max(LEAST_RUNS, (LINKED_SCANS if linked else SCANS) // self.setup.scans))
 
     def run(self) -> int:
-        """Search; return the exit status.
+        """Search; return the exit status. The caller holds the folder, see `locked`.
 
         Raises:
             ValueError: something can't be used.
             OSError: a file can't be written.
         """
-        self.folder.mkdir(parents=True, exist_ok=True)
-        with locked(self.folder):
-            return self._run()
-
-    def _run(self) -> int:
         start_ns = wall_ns()
         bench = bench_of(self.setup)
         state = read_state(self.state_file, os.path.relpath(self.setup.rack, self.folder))

@@ -14,11 +14,14 @@ from ...ladder.draw import captions_of, routine_text, routines_svg
 from ...ladder.draw.characters import WIDTH
 from ...ladder.program import load_program
 from ...ladder.tree import Routine
+from ...traces.guard import SVG, Used
+from ...traces.newfile import new_file
 from ..app.bench import Bench
 from ..app.bench.opening import open_bench
 from ..app.loading import load_job
+from ..app.owned import in_use
 from ..config.quantities import parse_time
-from .status import BAD_INPUT, complain
+from .status import BAD_INPUT, CANNOT_WRITE, complain, reason
 from .terminal import say
 
 NARROWEST = 40
@@ -31,10 +34,20 @@ def load_rungs(file: str) -> LadderLogic:
     Raises:
         ValueError: the file can't be used, or its program has no rungs.
     """
-    logic = load_job(file).logic if file.endswith(".toml") else load_program(file).function
+    return rungs_and_files(file)[0]
+
+
+def rungs_and_files(file: str) -> tuple[LadderLogic, Used]:
+    """Return the program of `load_rungs`, and the files that it is from."""
+    if file.endswith(".toml"):
+        job = load_job(file)
+        logic, used = job.logic, in_use(job)
+    else:
+        program = load_program(file)
+        logic, used = program.function, {program.path: "the program"}
     if not isinstance(logic, LadderLogic):
         raise ValueError(f"{file}: the program is a Python function; it has no rungs")
-    return logic
+    return logic, used
 
 
 def chosen(program: LadderLogic, name: str | None) -> list[Routine]:
@@ -109,10 +122,10 @@ def ladder(
 
     Example: scanrack ladder examples/feeder/feeder.toml --at "3 s" --svg feeder.svg
 
-    Exit status: 0 drawn, 2 a file or an option can't be used.
+    Exit status: 0 drawn, 2 a file or an option can't be used, 3 the picture can't be written.
     """
     try:
-        program = load_rungs(file)
+        program, used = rungs_and_files(file)
         routines = chosen(program, routine)
         truths: dict[str, list[tuple[bool, ...] | None]] = {}
         if at is not None:
@@ -122,7 +135,8 @@ def ladder(
         captions = captions_of(program.add_ons.values())
         wanted = with_rung(routines, rung)
         if svg is not None:
-            svg.write_text(routines_svg(wanted, width or WIDTH, truths, captions), encoding="utf-8")
+            with new_file(svg, SVG, used=used, encoding="utf-8") as out:
+                out.write(routines_svg(wanted, width or WIDTH, truths, captions))
         elif source:
             say(program.source())
         elif text:
@@ -135,7 +149,9 @@ def ladder(
                 say(routine_text(each, width or fitting, truths.get(each.name), numbers, captions))
     except LadderError as error:
         raise typer.Exit(complain(f"{file}: {error}", BAD_INPUT)) from error
-    except (ValueError, OSError) as error:
+    except OSError as error:
+        raise typer.Exit(complain(reason(error), BAD_INPUT if svg is None else CANNOT_WRITE)) from error
+    except ValueError as error:
         raise typer.Exit(complain(str(error), BAD_INPUT)) from error
 
 

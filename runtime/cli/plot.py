@@ -8,6 +8,7 @@ from typing import Annotated, NamedTuple
 
 import typer
 
+from ...traces.guard import PAGE, PNG, SVG, check_output
 from ...traces.plot import Envelope, read_chart, save_figure, save_page
 from ...traces.reader import Trace, open_trace
 from ...traces.signals import Selection
@@ -17,15 +18,14 @@ from .trace_options import (
     QuietOption,
     ScansOption,
     TimeOption,
-    check_target,
+    itself,
     reading,
     selection,
     tell_notes,
-    writing,
 )
 
-_PICTURES = (".png", ".svg")
-_PAGES = (".html", ".htm")
+_KINDS = {".html": PAGE, ".htm": PAGE, ".png": PNG, ".svg": SVG}
+"""What is drawn, by the suffix of its file."""
 
 
 def _plot_command(
@@ -73,11 +73,11 @@ def _plot_command(
         wanted = selection(scans, time)
         target = trace.with_suffix(".html") if out is None else out
         kind = target.suffix.lower()
-        if kind not in _PICTURES + _PAGES:
-            allowed = ", ".join(_PICTURES + _PAGES)
+        if kind not in _KINDS:
+            allowed = ", ".join(_KINDS)
             raise ValueError(f"{target}: the file's suffix says what to draw: {allowed}")
-        check_target(target, trace)
-        with open_trace(trace) as opened, reading(opened, wanted, quiet=quiet) as progress, writing(target):
+        check_output(target, _KINDS[kind], itself(trace))
+        with open_trace(trace) as opened, reading(opened, wanted, quiet=quiet) as progress:
             shown = _Shown(slot or (), tag or (), title)
             left_out = _draw(opened, target, wanted, shown, progress)
         if not quiet:
@@ -107,7 +107,7 @@ def _draw(
 ) -> int:
     """Draw a chart; return how many values of recorded tags are not on it."""
     slots, tags, title = shown
-    if target.suffix.lower() in _PAGES:
+    if _KINDS[target.suffix.lower()] is PAGE:
         return save_page(
             trace, target, wanted, slots=slots, tags=tags, title=title, progress=progress
         ).left_out

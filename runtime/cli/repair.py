@@ -11,11 +11,12 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TimeRemainingColumn
 
+from ...traces.guard import TRACE, check_output
 from ...traces.repair import Repair, repair
 from .complaints import reported_mistakes
 from .status import DONE, NO
 from .terminal import say
-from .trace_options import QuietOption, check_target, writing
+from .trace_options import QuietOption, itself
 
 
 def tell(found: Repair, trace: Path, target: Path) -> None:
@@ -70,8 +71,8 @@ def _repair_command(
     """
     with reported_mistakes():
         if output is not None:
-            check_target(output, trace)
-        with _bar(trace, quiet=quiet) as progress, writing(trace if output is None else output):
+            check_output(output, TRACE, itself(trace))
+        with _bar(trace, quiet=quiet) as progress:
             found = repair(trace, output, progress=progress)
     if not quiet:
         tell(found, trace, trace if output is None else output)

@@ -11,6 +11,7 @@ import typer
 
 from ...traces.arrays import extent
 from ...traces.compare import compare
+from ...traces.guard import TRACE, check_output
 from ...traces.reader import Trace, open_trace
 from ..app.attachments import job_of
 from ..app.editions import editions_of
@@ -21,7 +22,7 @@ from .complaints import reported_mistakes
 from .run import run_job
 from .status import BAD_INPUT, DONE
 from .terminal import say
-from .trace_options import QuietOption, reading, tell_notes
+from .trace_options import QuietOption, itself, reading, tell_notes
 
 PARENT = ("parent", "parent_scan")
 """Entries of the metadata of a branch, see `watch.play`."""
@@ -53,8 +54,8 @@ def _rerun_command(
     Exit status: 0 the same, 1 something differs, 2 a file or option can't be used.
     """
     with reported_mistakes():
-        if record is not None and record.exists() and record.samefile(path):
-            raise ValueError(f"{record} is the trace itself: choose another file to write to")
+        if record is not None:
+            check_output(record, TRACE, itself(path))
         with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
             again = record or Path(folder) / "rerun.mcap"
             status = _rerun(path, trace, Path(folder), again, trust=trust, as_json=as_json, quiet=quiet)

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from functools import partial
-from os.path import realpath
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from ..app.loading import DEFAULT_RUN, Job, load_job, scans_to_run, with_tags
+from ..app.owned import check_recording
 from ..app.recording import NOTHING
-from ..app.retaining import Retained
+from ..app.retained import Retained
 from ..app.running import JobRun
 from ..config.rackspec import RackSpec
 from ..loop.cpu import Cpu
@@ -152,16 +152,15 @@ def trace_path(job: Job, record: Path | None, no_record: bool) -> Path | None:
     """Return where the recording goes: the command line's path, the rack file's, or one named after it.
 
     Raises:
-        ValueError: the command line asks for a recording and for none, or it would replace the
-            rack file or the program.
+        ValueError: the command line asks for a recording and for none, or it would replace
+            what somebody owns.
     """
     if record is not None and no_record:
         raise ValueError("--record and --no-record contradict each other: give one of them")
     if no_record:
         return None
     trace = record or _own_path(job)
-    if realpath(trace) in (realpath(job.rack_file), realpath(job.program)):
-        raise ValueError(f"the trace would replace {trace}: give it a name of its own")
+    check_recording(job, trace)
     return trace
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import select
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
 from enum import StrEnum
 from pathlib import Path
@@ -17,6 +17,7 @@ from rich.live import Live
 from rich.table import Table
 
 from ...io_images.pcl601 import Code
+from ...traces.guard import TRACE, check_output
 from ...traces.line import LineRecorder, UnitColumns
 from ..app.served_units import (
     NO_PROGRAM,
@@ -205,15 +206,25 @@ def begin(units: list[Unit], *, ascii_mode: bool, start: bool) -> None:
 
 
 @contextmanager
-def recording(path: Path | None, controller: str, units: list[Unit]) -> Iterator[LineRecorder | None]:
+def recording(
+    path: Path | None, controller: str, units: list[Unit], programs: Sequence[Path]
+) -> Iterator[LineRecorder | None]:
     """Record the line and the units into a file, if there is a path.
 
+    Args:
+        path: of the recording.
+        controller: which one.
+        units: those on the line.
+        programs: files of their stored programs.
+
     Raises:
+        OwnedError: it would replace what somebody owns.
         OSError: it can't be written.
     """
     if path is None:
         yield None
         return
+    check_output(path, TRACE, dict.fromkeys(programs, "a stored program"))
     columns = [UnitColumns(unit.address, tuple(unit.values())) for unit in units]
     with closing(LineRecorder(path, columns, {"controller": controller})) as recorder:
         yield recorder
@@ -311,7 +322,7 @@ def _serve_command(
             wire(units, each)
         begin(units, ascii_mode=ascii_mode, start=start)
         # Ctrl-C may come between the line that says where, and the first step
-        with recording(record, controller, units) as recorder, suppress(KeyboardInterrupt):
+        with recording(record, controller, units, program or ()) as recorder, suppress(KeyboardInterrupt):
             server, place = server_for(
                 units, clock, recorder, pty=pty, serial=serial, tcp=tcp, rtu_over_tcp=rtu_over_tcp
             )

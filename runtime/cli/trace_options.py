@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -13,6 +12,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from ...traces.guard import Used
 from ...traces.reader import Trace
 from ...traces.signals import ALL, Selection, count
 from ..config.quantities import parse_time
@@ -106,22 +106,6 @@ def tell_notes(*traces: Trace) -> None:
             say(on_a_line(f"note: {note}"), err=True)
 
 
-@contextmanager
-def writing(target: Path) -> Iterator[None]:
-    """Let an error that is about no file in particular, such as a full disk, name the file written."""
-    try:
-        yield
-    except OSError as error:
-        if error.filename is not None or error.errno is None:
-            raise
-        raise OSError(error.errno, os.strerror(error.errno), str(target)) from error
-
-
-def check_target(target: Path, trace: Path) -> None:
-    """Refuse to write over the trace that is read.
-
-    Raises:
-        ValueError: both are the same file.
-    """
-    if target.exists() and trace.exists() and target.samefile(trace):
-        raise ValueError(f"{target} is the trace itself: choose another file to write to")
+def itself(trace: Path) -> Used:
+    """Return the trace that a command reads as a file that it does not write to."""
+    return {trace: "the trace itself"}

@@ -7,6 +7,7 @@ from itertools import chain, groupby
 
 import numpy as np
 
+from ..guard import CSV
 from ..newfile import Target, new_file
 from ..reader import Trace
 from ..signals import ALL, Selection
@@ -32,7 +33,7 @@ def write_csv(
     rows = 0
     blocks = table(trace, signals, selection, progress=progress)
     first = next(blocks)
-    with new_file(path, encoding="utf-8", newline="") as file:
+    with new_file(path, CSV, encoding="utf-8", newline="") as file:
         file.write(",".join(column.name for column in first) + "\n")
         for columns in chain([first], blocks):
             file.write(_lines(columns))

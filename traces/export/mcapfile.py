@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from ..batch import message_layout
 from ..chunks import ChunkWriter
 from ..decoded import FIELD, Decoded
+from ..guard import TRACE
 from ..layout import SLOT_BYTES
 from ..newfile import Target, new_file
 from ..reader import Trace, TraceEvent
@@ -78,7 +79,7 @@ def write_mcap(
     layout = message_layout(memory_bytes, tags, decoded.dtype)
     rows = Rows(decoded.rows(block) for block in blocks(trace, selection, progress=progress))
     rows.fill()  # an empty selection is refused before there is a file
-    with new_file(path, "wb") as file:
+    with new_file(path, TRACE, "wb") as file:
         copy = Copy(trace, Counted(file), schema, layout)
         for section in trace.sections:
             for entry in trace.entries(section):

@@ -7,6 +7,7 @@ from itertools import chain
 from typing import Any
 
 from ..extras import need
+from ..guard import PARQUET
 from ..newfile import Target, new_file
 from ..reader import Trace
 from ..signals import ALL, Selection
@@ -38,7 +39,7 @@ def write_parquet(
     first = next(batches)
     rows, held = 0, []
     with (
-        new_file(path, "wb") as file,
+        new_file(path, PARQUET, "wb") as file,
         parquet.ParquetWriter(file, first.schema, compression="zstd") as writer,
     ):
         for batch in chain([first], batches):

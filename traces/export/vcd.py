@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..guard import VCD
 from ..newfile import Target, new_file
 from ..reader import Trace
 from ..signals import ALL, Block, Catalog, Kind, Selection, Signal, blocks
@@ -60,7 +61,7 @@ def write_vcd(
     scans = 0
     stream = blocks(trace, selection, progress=progress)
     first = next(stream)
-    with new_file(path, encoding="ascii", newline="\n") as file:
+    with new_file(path, VCD, encoding="ascii", newline="\n") as file:
         file.writelines(_head(variables))
         for block in chain([first], stream):
             file.writelines(_changes(block, variables))

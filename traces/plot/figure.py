@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from ..extras import need
+from ..guard import PNG, SVG
 from ..newfile import new_file
 from . import axis, colours
 from .chart import Chart, Panel, groups_of
@@ -81,7 +82,7 @@ def save_figure(chart: Chart[Curve], path: Path | str) -> None:
         figure = draw(chart, figures.Figure)
         kind = path.suffix.lower()[1:]
         silent = {"Software": None} if kind == "png" else {"Date": None, "Creator": None}
-        with new_file(path, "wb") as file:
+        with new_file(path, PNG if kind == "png" else SVG, "wb") as file:
             figure.savefig(file, format=kind, dpi=DPI, metadata=silent)
 
 

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..guard import PAGE
 from ..newfile import new_file
 from ..reader import Trace
 from ..signals import ALL, Block, Selection
@@ -145,7 +146,7 @@ def save_page(
         progress=progress,
     )
     text = page(chart, clock.packed())
-    with new_file(path, encoding="utf-8") as file:
+    with new_file(path, PAGE, encoding="utf-8") as file:
         file.write(text)
     return chart
 

@@ -27,10 +27,12 @@ from ...loop.scan import Logic
 from ...machine.spec import input_name
 from ..attachments import forget_imported
 from ..loading import Job, load_job
+from ..owned import in_use
 from ..recording import recorder_for
 from ..sequence_watch import watching
 from . import STANDARD, Bench, Found, Invariant, InvariantError, Scenario, load_invariants
 from .drivescript import DriveScript, obstacle
+from .folder_lock import write_text
 from .rackdoc import rack_text
 from .report import report
 from .scenarios import Kind
@@ -175,18 +177,21 @@ def hand_over(job: Job, setup: Setup, bench: Bench, found: Found, folder: Path) 
         OSError: a file can't be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
+    used = {**in_use(job), **dict.fromkeys(setup.invariants, "a file of invariants")}
     scans = min(bench.scans, found.broken.scan + RESERVE)
-    scenario = _written(folder / "scenario.json", json.dumps(found.scenario.to_json(), indent=1) + "\n")
+    scenario = write_text(
+        folder / "scenario.json", json.dumps(found.scenario.to_json(), indent=1) + "\n", used
+    )
     check = shlex.join(["scanrack", "fuzz", setup.rack, *setup.words, "--scenario", str(scenario)])
     again = []
     if job.rack_file.suffix == ".toml":
         text = rack_text(job.rack_file, bench.spec, found.scenario, scans, folder)
-        rack_file = _written(folder / "rack.toml", text)
+        rack_file = write_text(folder / "rack.toml", text, used)
         job = load_job(str(rack_file))
         again.append(shlex.join(["scanrack", "run", str(rack_file)]))
     again += _recorded(job, bench, found.scenario, scans, folder)
     chart = _drawn(found, folder)
-    _written(folder / "report.txt", report(found, chart, again, check))
+    write_text(folder / "report.txt", report(found, chart, again, check), used)
 
 
 def _drawn(found: Found, folder: Path) -> list[str]:
@@ -225,17 +230,12 @@ def _recorded(job: Job, bench: Bench, scenario: Scenario, scans: int, folder: Pa
     Bench(bench.spec, fresh_logic, (), scans).run(scenario, listeners=listeners)
     modules = {slot.number: slot.module for slot in bench.spec.slot}
     for number, script in scripts.items():
-        file = _written(folder / f"drive-slot{number}.jsonl", script.text())
+        file = write_text(folder / f"drive-slot{number}.jsonl", script.text())
         told.append(f"scanrack drive {modules[number]} < {shlex.quote(str(file))}")
         if script.by_level:
             inputs = ", ".join(map(input_name, script.by_level))
             told.append(f"(up to a scan late where {inputs} is met: the script sets its level)")
     return told
-
-
-def _written(path: Path, text: str) -> Path:
-    path.write_text(text, encoding="utf-8")
-    return path
 
 
 def replay(bench: Bench, scenario: Scenario) -> list[Found]:

@@ -17,6 +17,7 @@ from ..playback import Stimulus
 from ..repeating import is_session, orders_of
 from ..replaying import recorded_stimuli
 from . import Scenario
+from .folder_lock import write_text
 from .ordered import with_orders
 from .rackdoc import bare_rack_text
 from .recorded import recorded_scenario
@@ -68,6 +69,6 @@ def learn(path: Path, folder: Path, *, trust: bool) -> Learned:
     scenario = with_orders(scenario, given, job.spec, end_ns)
     rack = job.rack_file.with_name(f"{job.rack_file.stem}-recorded.toml")
     text = bare_rack_text(job.rack_file, os.path.relpath(program, rack.parent))
-    rack.write_text(text, encoding="utf-8")
-    (folder / SCENARIO).write_text(json.dumps(scenario.to_json(), indent=1) + "\n", encoding="utf-8")
+    write_text(rack, text, {path: "the trace itself"})
+    write_text(folder / SCENARIO, json.dumps(scenario.to_json(), indent=1) + "\n", {path: "the trace itself"})
     return Learned(rack, scenario, len(recording.scans))

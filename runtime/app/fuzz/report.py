@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from .folder_lock import write_text
 from .search import Found
 from .words import told
 
@@ -40,7 +41,7 @@ def mended(file: Path) -> None:
     """Write into a failure's report that the program does it no longer."""
     if file.is_file():
         text = file.read_text(encoding="utf-8")
-        file.write_text(f"{MENDED}\n\n{text.removeprefix(MENDED).lstrip()}", encoding="utf-8")
+        write_text(file, f"{MENDED}\n\n{text.removeprefix(MENDED).lstrip()}")
 
 
 MENDED = "Mended: a later run of the program in these surroundings kept it."

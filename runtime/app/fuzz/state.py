@@ -11,6 +11,8 @@ from pathlib import Path, PurePath
 from typing import Any
 
 from ....io_images.amci3601 import RULES
+from ....traces.guard import beginning
+from ....traces.newfile import new_file
 from ...config.rackspec import RackSpec
 from .run import Bench, Broken
 from .scenario import Scenario
@@ -217,6 +219,9 @@ def _found(given: dict[str, Any]) -> Found:
     return Found(Scenario.from_json(given["scenario"]), broken, _count(given["after"]))
 
 
+STATE = beginning("the state of a campaign", b'{\n "rack"')
+
+
 def read_state(file: Path, rack: str) -> State:
     """Return the state in a file, an empty one if there is no such file.
 
@@ -237,11 +242,10 @@ def read_state(file: Path, rack: str) -> State:
 
 
 def write_state(state: State, file: Path) -> None:
-    """Write a state beside what was there, then put it in its place.
+    """Write a state in place of the one that was there.
 
     Raises:
         OSError: it can't be written.
     """
-    beside = file.with_suffix(".new")
-    beside.write_text(json.dumps(state.to_json(), indent=1) + "\n", encoding="utf-8")
-    beside.replace(file)
+    with new_file(file, STATE, encoding="utf-8") as opened:
+        opened.write(json.dumps(state.to_json(), indent=1) + "\n")

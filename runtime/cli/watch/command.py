@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from os.path import realpath
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from ...app.loading import RACK_FORMS, load_job, scans_to_run
+from ...app.owned import check_recording
 from ...live.orders import MAX, SPEED_LEAST, SPEED_MOST
 from ..complaints import reported_mistakes
 from ..run import check_ports
@@ -86,8 +86,8 @@ def _watch_command(
             raise ValueError("--live: a real controller does not wait: no --paused and no --speed")
         if control and not live:
             raise ValueError("--control goes with --live")
-        if record is not None and realpath(record) in (realpath(job.rack_file), realpath(job.program)):
-            raise ValueError(f"the trace would replace {record}: give it a name of its own")
+        if record is not None:
+            check_recording(job, record)
         endless = scans is None and duration is None
         count = None if endless else scans_to_run(job.spec, duration, scans, endless=True)
     except ValueError as error:

@@ -111,7 +111,7 @@ def test_what_does_not_fit_is_reported(line):
     ("name", "text", "says"),
     [
         ("tags.json", "no", "this is not a file of retained tags"),
-        ("line.rung", None, "--retain would replace"),
+        ("line.rung", None, "is the program: choose another file to write to"),
     ],
 )
 def test_files_that_are_refused(line, name, text, says):

@@ -268,9 +268,9 @@ BAD_INPUT = {
     "two lengths": (["line.toml", "--scans", "1", "--for", "1 s"], "--scans and --for say the same thing"),
     "a trace over the rack file": (
         ["line.toml", "--record", "./line.toml"],
-        "the trace would replace line.toml",
+        "line.toml is the rack file: choose another file to write to",
     ),
-    "a trace over the program": (["line.toml", "--record", "line.py"], "the trace would replace line.py"),
+    "a trace over the program": (["line.toml", "--record", "line.py"], "line.py is the program: choose another file to write to"),
     "two wishes": (["line.toml", "--record", "x.mcap", "--no-record"], "--record and --no-record contradict"),
 }
 

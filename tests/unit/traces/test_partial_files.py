@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from made_traces import idle, record
 from scanrack.traces.export import write_csv, write_parquet, write_vcd
+from scanrack.traces.guard import CSV
 from scanrack.traces.newfile import new_file
 from scanrack.traces.reader import open_trace
 
@@ -52,30 +53,36 @@ def test_what_fails_before_anything_is_written_keeps_the_file_that_was_there(
     trace: Path, tmp_path: Path, write: Callable[..., Any]
 ) -> None:
     target = tmp_path / "out"
-    target.write_text("an older export")
+    with open_trace(trace) as opened:
+        write(opened, target)
+    before = target.read_bytes()
     with open_trace(trace) as opened, pytest.raises(ValueError, match="nothing of the kind"):
         write(opened, target, ["nothing of the kind"])
-    assert target.read_text() == "an older export"
+    assert target.read_bytes() == before
 
 
 def test_a_file_that_fails_as_it_is_closed_is_removed() -> None:
     full = Path("/dev/full")
     if not full.exists():
         pytest.skip("this system has no /dev/full")
-    with pytest.raises(OSError, match="No space left"), new_file(full) as file:
+    with pytest.raises(OSError, match="No space left"), new_file(full, CSV) as file:
         file.write("x")
     assert full.exists()  # a device stays
 
 
-def test_a_link_loses_what_it_leads_to(tmp_path: Path) -> None:
-    (tmp_path / "real").write_text("")
+def test_the_file_that_a_link_leads_to_is_replaced_and_the_link_stays(tmp_path: Path) -> None:
+    (tmp_path / "real").write_text("scan,time_ns\n")
     (tmp_path / "link").symlink_to("real")
 
-    def write() -> None:
-        with new_file(tmp_path / "link") as file:
-            file.write("x")
-            raise ValueError("no")
+    def write(error: Exception | None) -> None:
+        with new_file(tmp_path / "link", CSV) as file:
+            file.write("scan,time_ns,x\n")
+            if error is not None:
+                raise error
 
     with pytest.raises(ValueError, match="no"):
-        write()
-    assert not (tmp_path / "real").exists()
+        write(ValueError("no"))
+    assert (tmp_path / "real").read_text() == "scan,time_ns\n"
+    write(None)
+    assert (tmp_path / "real").read_text() == "scan,time_ns,x\n"
+    assert (tmp_path / "link").is_symlink()

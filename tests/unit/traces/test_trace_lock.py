@@ -9,7 +9,8 @@ import pytest
 from scanrack.runtime.cli import build
 from scanrack.traces.layout import SlotInfo
 from scanrack.traces.line import LineRecorder, UnitColumns
-from scanrack.traces.output import is_being_recorded, open_trace_file
+from scanrack.traces.locking import is_being_recorded
+from scanrack.traces.output import open_trace_file
 from scanrack.traces.reader import open_trace
 from scanrack.traces.recorder import ScanRecorder
 from scanrack.traces.repair import repair
@@ -17,14 +18,14 @@ from typer.testing import CliRunner
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no advisory locks")
 
-REFUSED = "another recording goes there; give this one a file of its own"
+REFUSED = "is being recorded: choose another file to write to, or wait for its end"
 
 HOLDER = """
 import sys
 from pathlib import Path
 from scanrack.traces.output import open_trace_file
 file = open_trace_file(Path(sys.argv[1]), 0)
-file.write(b"mine")
+file.write(b"\x89MCAP0\r\nmine")
 print("locked", flush=True)
 sys.stdin.read()
 """
@@ -40,7 +41,7 @@ def test_a_second_recording_to_the_same_file_is_refused_and_the_first_goes_on(tm
     for scan in range(10):
         first.scan(scan, scan, 0)
     for second in (recorder_of, lambda where: LineRecorder(where, [UnitColumns(1, ["x"])], {})):
-        with pytest.raises(OSError, match=REFUSED):
+        with pytest.raises(ValueError, match=REFUSED):
             second(path)
     assert is_being_recorded(path)
     first.close()
@@ -58,9 +59,9 @@ def test_the_lock_goes_with_the_process(tmp_path: Path, number: signal.Signals) 
     )
     assert process.stdout is not None
     assert process.stdout.readline() == "locked\n"
-    with pytest.raises(OSError, match=REFUSED):
+    with pytest.raises(ValueError, match=REFUSED):
         open_trace_file(path, 0)
-    assert path.read_bytes() == b"mine"
+    assert path.read_bytes() == b"\x89MCAP0\r\nmine"
     process.send_signal(number)
     process.communicate(timeout=30)
     open_trace_file(path, 0).close()
@@ -74,8 +75,8 @@ def test_the_command_run_says_so_in_one_line(tmp_path: Path) -> None:
     first = recorder_of(path)
     result = CliRunner().invoke(build(), ["run", str(tmp_path / "line.toml"), "--record", str(path)])
     first.close()
-    assert result.exit_code == 3
-    assert result.stderr == f"scanrack: the trace can't be written: {path}: {REFUSED}\n"
+    assert result.exit_code == 2
+    assert result.stderr == f"scanrack: {path} {REFUSED}\n"
 
 
 def test_a_trace_that_is_being_recorded_is_not_replaced_by_its_repair(tmp_path: Path) -> None:
@@ -83,10 +84,10 @@ def test_a_trace_that_is_being_recorded_is_not_replaced_by_its_repair(tmp_path: 
     recorder = recorder_of(path)
     for scan in range(10_000):
         recorder.scan(scan, scan, 0)
-    with pytest.raises(ValueError, match="it is being recorded"):
+    with pytest.raises(ValueError, match="is being recorded"):
         repair(path)
     assert repair(path, tmp_path / "so far.mcap").scans
-    with pytest.raises(ValueError, match="it is being recorded"):
+    with pytest.raises(ValueError, match="is being recorded"):
         repair(tmp_path / "so far.mcap", path)
     recorder.close()
     assert repair(path).scans == 10_000

@@ -1,0 +1,242 @@
+"""No output of any command replaces a file that somebody owns.
+
+Every parameter of every command is an input, an output, or a word; one that stands in none of the tables
+fails the first test. Every output is then given each file that its command reads, imports or finds named in the rack,
+and a file of another kind.
+"""
+
+from __future__ import annotations
+
+import enum
+import inspect
+import shutil
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple, get_args
+
+import pytest
+import typer
+from scanrack.runtime.app.fuzz import folder_lock
+from scanrack.runtime.cli import build
+from typer.testing import CliRunner
+
+INPUTS = {
+    "run rack", "watch rack", "show trace", "query trace", "plot trace", "export trace", "compare a", "compare b",
+    "repair trace", "replay path", "replay rack", "replay program", "rerun path", "ladder file", "l5x file",
+    "l5x against", "why file", "xref file", "fuzz rack", "fuzz invariants", "fuzz scenario", "check rack",
+    "serve program", "pclt check files", "pclt list file", "pcl601 program write file",
+    "pmc006 program check file", "pmc006 program write file",
+}  # fmt: skip
+"""Parameters that name files to be read."""
+
+WORDS = {
+    "run duration", "run tag", "watch speed", "watch duration", "show scans", "query text", "query show",
+    "plot tag", "plot title", "plot scans", "plot time", "export signal", "export scans", "export time",
+    "compare tolerance_time", "compare align_at", "compare realign_at", "replay tolerance_time",
+    "ladder routine", "ladder at", "l5x export", "why what", "why at", "why until", "xref tag", "fuzz check",
+    "fuzz duration", "fuzz time", "fuzz only", "fuzz without", "fuzz dask", "drive target", "serve serial",
+    "serve tcp", "serve address", "serve pin", "serve thumbwheel", "pcl601 read name", "pcl601 set name",
+    "pmc006 read name", "pmc006 set name", "probe port", "probe address", "rules ids", "rules bit",
+    "rules firmware",
+}  # fmt: skip
+"""Parameters of type str that name no file."""
+
+
+class Output(NamedTuple):
+    """An output of a command.
+
+    Attributes:
+        words: the command, where {} is the output.
+        name: that an output of its kind has.
+        used: files that the command reads, imports or finds named, in the folder below.
+        target: where the output goes, if the words do not say so.
+    """
+
+    words: str
+    name: str
+    used: Sequence[str]
+    target: str = "{}"
+
+
+RUN = ("line.toml", "line.py", "lib.py", "unit.pclt")
+RUNGS = ("rungs.toml", "line.rung")
+ONE = "--scans 1 -q"
+
+OUTPUTS = {
+    "run record": Output(f"run line.toml {ONE} --record {{}}", "new.mcap", RUN),
+    "run retain": Output(f"run rungs.toml {ONE} --record x.mcap --retain {{}}", "new.tags", (*RUNGS, "x.mcap")),
+    "watch record": Output("watch line.toml --for 10ms --record {}", "new.mcap", RUN),
+    "plot out": Output("plot run.mcap -q --out {}", "new.html", ("run.mcap",)),
+    "export csv": Output("export run.mcap -q --csv {}", "new.csv", ("run.mcap",)),
+    "export parquet": Output("export run.mcap -q --parquet {}", "new.parquet", ("run.mcap",)),
+    "export vcd": Output("export run.mcap -q --vcd {}", "new.vcd", ("run.mcap",)),
+    "export mcap": Output("export run.mcap -q --mcap {}", "new.mcap", ("run.mcap",)),
+    "repair output": Output("repair torn.mcap -q --output {}", "new.mcap", ("torn.mcap",)),
+    "rerun record": Output("rerun run.mcap -q --trust --record {}", "new.mcap", ("run.mcap",)),
+    "ladder svg": Output("ladder rungs.toml --svg {}", "new.svg", RUNGS),
+    "ladder svg of a program": Output("ladder line.rung --svg {}", "new.svg", ("line.rung",)),
+    "serve record": Output("serve pcl601 --pty --program unit.pclt --record {}", "new.mcap", ("unit.pclt",)),
+    "show folder": Output("show run.mcap --extract {}", "new", ("run.mcap",)),
+    "fuzz out": Output("fuzz line.toml --runs 1 -j 1 -q --out {}", "new", RUN),
+}
+"""The outputs by command and parameter."""
+
+DEFAULTS = {
+    "run": Output(f"run line.toml {ONE}", "line.mcap", (), "line.mcap"),
+    "run with units": Output(f"run line.toml {ONE} --record a.mcap", "a.line.mcap", (), "a.line.mcap"),
+    "run, trace in the rack file": Output(f"run named.toml {ONE}", "named.trace", (), "named.trace"),
+    "plot": Output("plot run.mcap -q", "run.html", (), "run.html"),
+    "fuzz": Output("fuzz line.toml --runs 1 -j 1 -q", "line-fuzz", (), "line-fuzz"),
+}
+"""Outputs that no option names."""
+
+ELSEWHERE = ("serve record", "watch record", "export parquet", "fuzz out")
+"""Commands that take long to end, or need more than is installed for sure: tests of theirs let them run."""
+
+FOLDERS = ("show folder", "fuzz out")
+"""Outputs that are a folder; the system says that a file is none."""
+
+RACK = 'program = "{}"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n'
+UNIT = '[[unit]]\naddress = 1\nprogram = "unit.pclt"\n'
+
+
+def commands(group: Any = None, path: tuple[str, ...] = ()) -> Iterator[tuple[str, Callable[..., object]]]:
+    """Yield every command with its function."""
+    group = group or typer.main.get_command(build())
+    for name in group.list_commands(None):
+        command = group.get_command(None, name)
+        if hasattr(command, "list_commands"):
+            yield from commands(command, (*path, name))
+        else:
+            yield " ".join((*path, name)), command.callback
+
+
+def types_of(annotation: Any) -> set[Any]:
+    """Return the types in an annotation: of `Annotated[list[Path] | None, ...]` they are list, Path and None."""
+    inner = get_args(annotation)
+    if hasattr(annotation, "__metadata__"):
+        return types_of(inner[0])
+    return set().union({annotation}, *map(types_of, inner))
+
+
+def test_every_parameter_is_an_input_an_output_or_a_word() -> None:
+    files, words = set(), set()
+    for command, function in commands():
+        for each in inspect.signature(inspect.unwrap(function), eval_str=True).parameters.values():
+            kinds = types_of(each.annotation)
+            if Path in kinds:
+                files.add(f"{command} {each.name}")
+            elif any(kind is str for kind in kinds) and not any(_is_enum(kind) for kind in kinds):
+                words.add(f"{command} {each.name}")
+    known = {name.partition(" of ")[0] for name in OUTPUTS}
+    assert files - INPUTS == known - words
+    assert words - INPUTS - known == WORDS
+    assert INPUTS <= files | words
+
+
+def _is_enum(kind: object) -> bool:
+    return isinstance(kind, type) and issubclass(kind, enum.Enum)
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a rack of Python, one of rungs, and recordings."""
+    folder = tmp_path_factory.mktemp("made")
+    (folder / "line.toml").write_text(RACK.format("line.py") + UNIT)
+    (folder / "named.toml").write_text('trace = "named.trace"\n' + RACK.format("line.py"))
+    (folder / "line.py").write_text("import lib\n\n\ndef logic(scan):\n    lib.step(scan)\n")
+    (folder / "lib.py").write_text("def step(scan):\n    pass\n")
+    (folder / "unit.pclt").write_text("END\n")
+    (folder / "rungs.toml").write_text(RACK.format("line.rung"))
+    (folder / "line.rung").write_text("PROGRAM line\nTAG A : BOOL\nROUTINE Main\nOTE(A);\nEND\n")
+    with pytest.MonkeyPatch.context() as here:
+        here.chdir(folder)
+        assert scanrack("run named.toml --scans 50 -q --record run.mcap") == (0, "")
+    (folder / "torn.mcap").write_bytes((folder / "run.mcap").read_bytes()[:-40])
+    return folder
+
+
+@pytest.fixture
+def folder(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    shutil.copytree(made, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def scanrack(words: str) -> tuple[int, str]:
+    result = CliRunner().invoke(build(), words.split())
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exc_info
+    return result.exit_code, result.stderr
+
+
+@pytest.mark.parametrize("name", OUTPUTS)
+def test_a_file_in_use_is_never_replaced(folder: Path, name: str) -> None:
+    output = OUTPUTS[name]
+    for used in output.used:
+        ways = [used, f"symbolic-{used}"]
+        (folder / ways[1]).symlink_to(used)
+        if (folder / used).exists():
+            ways.append(f"hard-{used}")
+            (folder / ways[2]).hardlink_to(folder / used)
+        before = content(folder)
+        for way in ways:
+            status, said = scanrack(output.words.format(way))
+            assert status == (3 if name in FOLDERS else 2), (way, said)
+            assert way in said
+            assert content(folder) == before, way
+
+
+@pytest.mark.parametrize("output", [*OUTPUTS.values(), *DEFAULTS.values()], ids=[*OUTPUTS, *DEFAULTS])
+def test_a_file_of_another_kind_is_never_replaced(folder: Path, output: Output) -> None:
+    target = folder / output.target.format(output.name)
+    if target.suffix:
+        target.write_text("Call the customer about the feeder.\n")
+    else:
+        target.mkdir()
+        (target / "state.txt").write_text("mine")
+    before = content(folder)
+    status, said = scanrack(output.words.format(target.name))
+    if output.words.startswith("show"):
+        assert status == 0  # its own files stand beside the others
+        assert (target / "state.txt").read_text() == "mine"
+        return
+    assert status == 2
+    assert target.name in said
+    assert "another" in said
+    assert content(folder) == before
+
+
+@pytest.mark.parametrize("name", [name for name in OUTPUTS if name not in ELSEWHERE])
+def test_a_new_file_is_written_and_replaced_by_its_like(folder: Path, name: str) -> None:
+    output = OUTPUTS[name]
+    for _ in range(2):
+        assert scanrack(output.words.format(output.name)) == (0, "")
+        assert (folder / output.name).exists()
+
+
+def test_an_extracted_file_replaces_nothing(folder: Path) -> None:
+    (folder / "out").mkdir()
+    (folder / "out" / "lib.py").write_text("mine")
+    status, said = scanrack("show run.mcap --extract out")
+    assert status == 2
+    assert "lib.py is there already" in said
+    assert (folder / "out" / "lib.py").read_text() == "mine"
+
+
+def test_the_folder_of_a_campaign_is_known_by_its_files(folder: Path) -> None:
+    with folder_lock.locked(folder / "new"):
+        assert (folder / "new" / folder_lock.NAME).exists()
+    (folder / "new" / "more").mkdir()
+    with folder_lock.locked(folder / "new"):
+        pass
+    with pytest.raises(ValueError, match="files in it that are not of a campaign"), folder_lock.locked(folder):
+        pass
+    assert not (folder / folder_lock.NAME).exists()
+
+
+def content(folder: Path) -> dict[str, bytes]:
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in folder.rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }

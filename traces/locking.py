@@ -1,0 +1,106 @@
+"""Advisory locks: one process at a time records into a file, or replaces it.
+
+    a recording     the file itself is locked until it is closed
+    a replacement   .NAME.lock beside the file, for as long as it is read, changed and replaced
+
+A lock belongs to an open file: it goes when that is closed, also by the death of its process.
+Windows has none.
+"""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+if sys.platform != "win32":
+    import fcntl
+
+NO_LINK = getattr(os, "O_NOFOLLOW", 0)
+"""Opens no symbolic link, where the system knows that."""
+
+_NAME_BYTES = 200
+"""Longest name to which a beginning and an ending are added: file systems take 255 bytes."""
+
+
+def beside(path: Path, ending: str) -> Path:
+    """Return a hidden name beside a file, with the file's own in it.
+
+    >>> beside(Path("out/tags.json"), "lock").name
+    '.tags.json.lock'
+    """
+    name = os.fsencode(path.name)
+    own = path.name if len(name) <= _NAME_BYTES else hashlib.sha256(name).hexdigest()
+    return path.with_name(f".{own}.{ending}")
+
+
+def could_lock(number: int) -> bool:
+    """Lock an open file by its descriptor; return whether it is locked now, or can't be locked at all."""
+    if sys.platform == "win32":
+        return True
+    try:
+        fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:  # a file system without locks
+        return True
+    return True
+
+
+def is_being_recorded(path: Path) -> bool:
+    """Return whether a recorder has a file open; never, where the system has no locks."""
+    if not path.is_file():
+        return False
+    try:
+        with path.open("rb") as file:
+            return not could_lock(file.fileno())
+    except OSError:  # reading it reports the error
+        return False
+
+
+@contextmanager
+def held(path: Path) -> Iterator[None]:
+    """Hold the right to replace a file; it need not exist.
+
+    Args:
+        path: the file; not a link, or processes that use another name of it do not see the lock.
+
+    Raises:
+        OSError: another process holds it, or its folder takes no new files.
+    """
+    lock = beside(path, "lock")
+    number = _locked(lock, path)
+    try:
+        yield
+    finally:
+        with suppress(OSError):  # Windows removes no open file
+            lock.unlink()
+        os.close(number)
+
+
+def _locked(lock: Path, path: Path) -> int:
+    """Open a lock file, an empty one, and lock it; return its descriptor."""
+    while True:
+        number = os.open(lock, os.O_RDWR | os.O_CREAT | NO_LINK, 0o666)
+        try:
+            if os.fstat(number).st_size:
+                raise OSError(errno.EEXIST, "it is in the way of a lock: move it away", str(lock))
+            if not could_lock(number):
+                raise OSError(errno.EBUSY, "another process is about to replace it", str(path))
+            if _is_still_there(lock, number):
+                return number
+        except OSError:
+            os.close(number)
+            raise
+        os.close(number)  # the one before has just removed it
+
+
+def _is_still_there(path: Path, number: int) -> bool:
+    try:
+        return os.path.samestat(os.stat(path), os.fstat(number))
+    except FileNotFoundError:
+        return False
