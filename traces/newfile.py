@@ -105,7 +105,7 @@ def replacing(
     """
     target = check_output(path, kind, used)
     place = beside(target, f"{secrets.token_hex(8)}.part")
-    with naming(path, place), nullcontext() if locked else held(target):
+    with naming(path, place, beside(target, "lock")), nullcontext() if locked else held(target):
         try:
             with open(place, mode, opener=_exclusive, **options) as file:
                 if target.exists():

@@ -24,7 +24,7 @@ from .trace_options import (
     tell_notes,
 )
 
-_KINDS = {".html": PAGE, ".htm": PAGE, ".png": PNG, ".svg": SVG}
+_KINDS = {".png": PNG, ".svg": SVG, ".html": PAGE, ".htm": PAGE}
 """What is drawn, by the suffix of its file."""
 
 

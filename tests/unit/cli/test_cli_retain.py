@@ -110,7 +110,7 @@ def test_what_does_not_fit_is_reported(line):
 @pytest.mark.parametrize(
     ("name", "text", "says"),
     [
-        ("tags.json", "no", "this is not a file of retained tags"),
+        ("tags.json", "no", "is not a file of retained tags, and would be lost: choose another file"),
         ("line.rung", None, "is the program: choose another file to write to"),
     ],
 )

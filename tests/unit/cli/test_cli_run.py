@@ -270,7 +270,10 @@ BAD_INPUT = {
         ["line.toml", "--record", "./line.toml"],
         "line.toml is the rack file: choose another file to write to",
     ),
-    "a trace over the program": (["line.toml", "--record", "line.py"], "line.py is the program: choose another file to write to"),
+    "a trace over the program": (
+        ["line.toml", "--record", "line.py"],
+        "line.py is the program: choose another file to write to",
+    ),
     "two wishes": (["line.toml", "--record", "x.mcap", "--no-record"], "--record and --no-record contradict"),
 }
 

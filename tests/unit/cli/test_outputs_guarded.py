@@ -1,8 +1,8 @@
 """No output of any command replaces a file that somebody owns.
 
 Every parameter of every command is an input, an output, or a word; one that stands in none of the tables
-fails the first test. Every output is then given each file that its command reads, imports or finds named in the rack,
-and a file of another kind.
+fails the first test. Every output is then given each file that its command reads, imports or finds named in
+the rack, and a file of another kind.
 """
 
 from __future__ import annotations
@@ -21,8 +21,9 @@ from scanrack.runtime.cli import build
 from typer.testing import CliRunner
 
 INPUTS = {
-    "run rack", "watch rack", "show trace", "query trace", "plot trace", "export trace", "compare a", "compare b",
-    "repair trace", "replay path", "replay rack", "replay program", "rerun path", "ladder file", "l5x file",
+    "run rack", "watch rack", "show trace", "query trace", "plot trace", "export trace", "compare a",
+    "compare b", "repair trace",
+    "replay path", "replay rack", "replay program", "rerun path", "ladder file", "l5x file",
     "l5x against", "why file", "xref file", "fuzz rack", "fuzz invariants", "fuzz scenario", "check rack",
     "serve program", "pclt check files", "pclt list file", "pcl601 program write file",
     "pmc006 program check file", "pmc006 program write file",
@@ -64,7 +65,7 @@ ONE = "--scans 1 -q"
 
 OUTPUTS = {
     "run record": Output(f"run line.toml {ONE} --record {{}}", "new.mcap", RUN),
-    "run retain": Output(f"run rungs.toml {ONE} --record x.mcap --retain {{}}", "new.tags", (*RUNGS, "x.mcap")),
+    "run retain": Output(f"run rungs.toml {ONE} --record x.mcap --retain {{}}", "a.tags", (*RUNGS, "x.mcap")),
     "watch record": Output("watch line.toml --for 10ms --record {}", "new.mcap", RUN),
     "plot out": Output("plot run.mcap -q --out {}", "new.html", ("run.mcap",)),
     "export csv": Output("export run.mcap -q --csv {}", "new.csv", ("run.mcap",)),
@@ -112,7 +113,7 @@ def commands(group: Any = None, path: tuple[str, ...] = ()) -> Iterator[tuple[st
 
 
 def types_of(annotation: Any) -> set[Any]:
-    """Return the types in an annotation: of `Annotated[list[Path] | None, ...]` they are list, Path and None."""
+    """Return the types in an annotation: `Annotated[list[Path] | None, ...]` has list, Path, None."""
     inner = get_args(annotation)
     if hasattr(annotation, "__metadata__"):
         return types_of(inner[0])
@@ -131,7 +132,7 @@ def test_every_parameter_is_an_input_an_output_or_a_word() -> None:
     known = {name.partition(" of ")[0] for name in OUTPUTS}
     assert files - INPUTS == known - words
     assert words - INPUTS - known == WORDS
-    assert INPUTS <= files | words
+    assert files | words >= INPUTS
 
 
 def _is_enum(kind: object) -> bool:
@@ -229,7 +230,7 @@ def test_the_folder_of_a_campaign_is_known_by_its_files(folder: Path) -> None:
     (folder / "new" / "more").mkdir()
     with folder_lock.locked(folder / "new"):
         pass
-    with pytest.raises(ValueError, match="files in it that are not of a campaign"), folder_lock.locked(folder):
+    with pytest.raises(ValueError, match="files in it that are not of a camp"), folder_lock.locked(folder):
         pass
     assert not (folder / folder_lock.NAME).exists()
 

@@ -25,7 +25,7 @@ import sys
 from pathlib import Path
 from scanrack.traces.output import open_trace_file
 file = open_trace_file(Path(sys.argv[1]), 0)
-file.write(b"\x89MCAP0\r\nmine")
+file.write(b"\\x89MCAP0\\r\\nmine")
 print("locked", flush=True)
 sys.stdin.read()
 """

@@ -360,10 +360,10 @@ def test_a_disk_without_room_for_the_ballast_is_refused_and_an_old_trace_kept(
 
     monkeypatch.setattr(Ballast, "grow", no_room)
     path = tmp_path / "run.mcap"
-    path.write_text("the old one")
+    path.write_bytes(MAGIC + b"the old one")
     with pytest.raises(OSError, match="No space left on device; 1,000 bytes are needed for its end"):
         open_trace_file(path, 1000)
-    assert path.read_text() == "the old one"
+    assert path.read_bytes() == MAGIC + b"the old one"
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
