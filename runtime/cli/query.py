@@ -73,7 +73,9 @@ def _text(value: float | bool | None) -> str:
         return "-"
     if isinstance(value, bool):
         return str(int(value))
-    return f"{value:,.0f}" if value == int(value) else f"{value:,.1f}"
+    if isinstance(value, int) or value.is_integer():
+        return f"{int(value):,}"
+    return f"{value:,.1f}"
 
 
 def _query_command(

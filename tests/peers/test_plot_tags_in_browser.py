@@ -19,6 +19,8 @@ from scanrack.traces.tagplan import Tag
 SCANS = 3000
 TAGS = [
     Tag("Level", "LREAL"),
+    Tag("Signed", "LINT"),
+    Tag("Unsigned", "ULINT"),
     Tag(r"\Main.a_very_long_name_of_a_counter_that_nobody_wants_to_type", "DINT"),
     Tag("Step", "ENUM", 0, ("IDLE", "FILL", "HOLD")),
     Tag("Lamp", "BOOL"),
@@ -26,7 +28,8 @@ TAGS = [
 
 
 def row(scan: int) -> bytes:
-    return pack("<diH?", scan * 1e-6, scan * 700_000, scan // 1000, scan % 100 < 50)
+    wide = scan - 2**63, 2**64 - 1 - scan  # no double has these
+    return pack("<dqQiH?", scan * 1e-6, *wide, scan * 700_000, scan // 1000, scan % 100 < 50)
 
 
 @pytest.fixture(scope="module")
@@ -74,8 +77,8 @@ def test_steps_and_names_are_drawn_within_the_chart(page: Path, browser: Chromiu
     drawn = browser.evaluate(DRAWN)
     says = [text for text, _, _ in drawn]
     assert [text for text in says if text in ("IDLE", "FILL", "HOLD")] == ["IDLE", "FILL", "HOLD"]
-    assert {"program", "4 tags", "Level", "Lamp", "Step"} <= set(says)
-    (long,) = [text for text in says if text.startswith("…")]
+    assert {"program", "6 tags", "Level", "Lamp", "Step"} <= set(says)
+    (long,) = [text for text in says if text.startswith("…") and text.endswith("type")]
     assert r"\Main.a_very_long_name_of_a_counter_that_nobody_wants_to_type".endswith(long[1:])
     edge = browser.evaluate("canvas.clientWidth")
     assert all(left >= 0 and right <= edge + 15 for _, left, right in drawn)
@@ -92,6 +95,8 @@ def test_the_readout_has_the_tags_of_the_scan_under_the_pointer(page: Path, brow
     assert "scan1,250" in text
     assert "Level0.00125" in text
     assert "875,000,000" in text  # 1,250 * 700,000
+    assert "Signed-9,223,372,036,854,774,558" in text
+    assert "Unsigned18,446,744,073,709,550,365" in text
     assert "StepFILL" in text
     assert "on: –" in text  # 1250 % 100 is 50
     assert browser.evaluate("readout.scrollWidth <= readout.clientWidth")

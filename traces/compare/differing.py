@@ -178,10 +178,10 @@ def _extent(name: str, numbers: NDArray[np.int64], rows: Rows, most: int | None)
 
 
 def _numbers(field: Field, images: Array) -> Array:
-    """Return the values of a field as numbers, NaN where it has none."""
+    """Return the values of a field as numbers: whole ones, or floats with NaN where it has none."""
     if field.kind in (Kind.COUNT, Kind.VALUE):
         return field.values(images)
-    return field.key(images).astype(np.float64)
+    return field.key(images).astype(np.int64)
 
 
 def _words(field: Field, image: Array) -> tuple[int, ...]:

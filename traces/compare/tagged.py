@@ -22,6 +22,9 @@ from .fields import Field, Kind
 
 Array = NDArray[Any]
 
+WIDE = "<c16"
+"""Pairs of floats: the type of numbers for which numpy has no common one."""
+
 
 class CommonTags:
     """The tags that two traces share.
@@ -60,6 +63,7 @@ class CommonTags:
                 values = columns.tags[field.name]
                 if field.tag.type in CODES:
                     values = self._shared(values, code_names(field, self._texts[side]))
+                values = wide(values) if _are_mixed(*pair) else values
                 for place in range(field.tag.length):
                     tags[f"{name}[{place}]"] = values[:, place]
                 if not field.tag.length:
@@ -71,7 +75,7 @@ class CommonTags:
         for pair in self._pairs.values():
             codes = pair[0].tag.type in CODES
             for value, _ in _values(*pair):
-                key, text = partial(_key, value), self._name if codes else str
+                key, text = partial(_key, value), self._name if codes else _number
                 yield Field(None, "tags", value, Kind.TAG, 0, 0, key, text=partial(_text, value, text))
 
     def _shared(self, codes: Array, names: Mapping[int, str]) -> Array:
@@ -99,12 +103,58 @@ def _alike(name: str, one: Mapping[str, TagField], other: Mapping[str, TagField]
 
 def _values(one: TagField, other: TagField) -> Iterator[tuple[str, str]]:
     """Yield name and numpy type of each value of a shared tag."""
-    kinds = [np.dtype(f"<{field.letters[-1]}") for field in (one, other)]
-    kind = "<i8" if one.tag.type in CODES else np.result_type(*kinds).str
+    kind = "<i8" if one.tag.type in CODES else np.result_type(*_dtypes(one, other)).str
+    kind = WIDE if _are_mixed(one, other) else kind
     if not one.tag.length:
         yield one.tag.name, kind
     for place in range(one.tag.length):
         yield f"{one.tag.name}[{place}]", kind
+
+
+def _dtypes(*fields: TagField) -> list[np.dtype[Any]]:
+    return [np.dtype(f"<{field.letters[-1]}") for field in fields]
+
+
+def _are_mixed(one: TagField, other: TagField) -> bool:
+    """Return whether numpy has no type for the values of both: LINT with ULINT, either with a float."""
+    kinds = _dtypes(one, other)
+    widest = any(kind.kind in "iu" and kind.itemsize == 8 for kind in kinds)
+    return widest and np.result_type(*kinds).kind == "f"
+
+
+def wide(values: Array) -> Array:
+    """Return numbers of any type as pairs of floats that are equal where the numbers are, exactly.
+
+    The real part counts 2**32, the imaginary part the rest, of the same sign.
+
+    >>> wide(np.array([2**64 - 1], np.uint64)), wide(np.array([-0.5]))
+    (array([4.2949673e+09+4.2949673e+09j]), array([0.-0.5j]))
+    """
+    result = np.zeros(values.shape, WIDE)
+    if values.dtype.kind == "f":
+        floats = values.astype(np.float64)
+        finite = np.isfinite(floats)
+        rest = np.fmod(floats, 2.0**32, where=finite, out=np.zeros_like(floats))
+        result.real = np.where(np.isnan(floats), np.inf, (floats - rest) / 2.0**32)
+        result.imag = np.where(np.isnan(floats), 1, rest)
+    else:
+        whole = values.astype(np.uint64 if values.dtype.kind == "u" else np.int64)
+        high, low = whole >> whole.dtype.type(32), whole & whole.dtype.type(0xFFFF_FFFF)
+        negative = (values < 0) & (low != 0)
+        result.real = high.astype(np.float64) + negative
+        result.imag = low.astype(np.float64) - negative * 2.0**32
+    return result + 0.0  # -0.0 is 0.0
+
+
+def _number(value: Any) -> str:
+    """Return a number, or a pair of `wide`, as text."""
+    if not isinstance(value, complex):
+        return str(value)
+    if np.isinf(value.real):
+        return "nan" if value.imag else str(value.real)
+    if value.imag.is_integer() and abs(value.real) <= 2**32:
+        return str((int(value.real) << 32) + int(value.imag))
+    return str(value.real * 2.0**32 + value.imag)
 
 
 def _key(name: str, rows: Array) -> Array:

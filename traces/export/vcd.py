@@ -5,8 +5,10 @@
       $var wire 1 ! COMMAND_ERROR $end           a bit
       $var wire 16 " status_msw [15:0] $end      a word
       $var integer 32 # position $end            a decoded value; x where there is none
-    $var real 64 $ fill_acc $end               a number of the program's
-    $var string 1 % step $end                  the name that a code stands for
+      $var integer 64 $ total $end               a signed integer of the program's
+      $var wire 8 % dial [7:0] $end              an unsigned one
+      $var real 64 & level $end                  a number with a fraction
+      $var string 1 ' step $end                  the name that a code stands for
 
 The timescale is 1 ns, and only what changes is written.
 """
@@ -81,9 +83,7 @@ class Variable:
 
     def declaration(self) -> str:
         """Return its declaration."""
-        kind, size, bounds = _DECLARED[self.signal.kind]
-        if self.signal.path == ("cpu", "flags"):
-            size, bounds = 32, " [31:0]"
+        kind, size, bounds = _declared(self.signal)
         name = self.signal.path[-1] if len(self.signal.path) < 4 else "_".join(self.signal.path[2:])
         return f"$var {kind} {size} {self._identifier} {name}{bounds} $end\n"
 
@@ -103,7 +103,7 @@ class Variable:
             return rows, [
                 f"s{_word(name)} {self._identifier}\n" for name in named(values[rows], self.signal.names)
             ]
-        return rows, _lines(values[rows], self.signal.kind, self._identifier)
+        return rows, _lines(values[rows], self.signal, self._identifier)
 
 
 _DECLARED = {
@@ -116,6 +116,15 @@ _DECLARED = {
 }
 
 
+def _declared(signal: Signal) -> tuple[str, int, str]:
+    """Return a variable's type, size and bounds: viewers show an integer with its sign, a wire without."""
+    if signal.path == ("cpu", "flags"):
+        return "wire", 32, " [31:0]"
+    if signal.kind is not Kind.NUMBER or not signal.bits:
+        return _DECLARED[signal.kind]
+    return ("integer", signal.bits, "") if signal.signed else ("wire", signal.bits, f" [{signal.bits - 1}:0]")
+
+
 def _word(text: str) -> str:
     """Return a text as a word of ASCII, as a dump has it.
 
@@ -126,20 +135,20 @@ def _word(text: str) -> str:
     return plain or '""'
 
 
-def _lines(values: Array, kind: Kind, identifier: str) -> list[str]:
+def _lines(values: Array, signal: Signal, identifier: str) -> list[str]:
     """Return a line per value."""
-    if kind is Kind.BIT:
+    if signal.kind is Kind.BIT:
         return [f"{value:d}{identifier}\n" for value in values.tolist()]
-    if kind in (Kind.MEASURED, Kind.NUMBER):
-        return [f"r{value:.16g} {identifier}\n" for value in values.tolist()]
-    if kind is Kind.WORD:
-        mask = 0xFFFF if values.dtype == np.int16 else 0xFFFF_FFFF
-        return [f"b{value & mask:b} {identifier}\n" for value in values.tolist()]
-    numbers, missing = whole_numbers(values)
-    return [
-        f"bx {identifier}\n" if none else f"b{number & 0xFFFF_FFFF:b} {identifier}\n"
-        for number, none in zip(numbers.tolist(), missing.tolist(), strict=True)
-    ]
+    if signal.kind is Kind.VALUE:
+        numbers, missing = whole_numbers(values)
+        return [
+            f"bx {identifier}\n" if none else f"b{number & 0xFFFF_FFFF:b} {identifier}\n"
+            for number, none in zip(numbers.tolist(), missing.tolist(), strict=True)
+        ]
+    if values.dtype.kind == "f":
+        return [f"r{value!r} {identifier}\n" for value in values.tolist()]
+    mask = (1 << 8 * values.itemsize) - 1
+    return [f"b{value & mask:b} {identifier}\n" for value in values.tolist()]
 
 
 def _changes(block: Block, variables: Sequence[Variable]) -> Iterator[str]:

@@ -38,7 +38,7 @@ class Packed(NamedTuple):
     """The values of all scans.
 
     Attributes:
-        kind: what a value is in the page: "Int32", "Float32" or "Float64".
+        kind: what a value is in the page: "Int32", "Float32", "Float64", "BigInt64" or "BigUint64".
         differences: whether it holds differences from scan to scan.
         curve: the packed column.
     """
@@ -64,27 +64,32 @@ class PackedCurve:
 
 
 class PackedNumbers:
-    """Packs the values of all scans as they are; 64-bit integers beyond 2**53 to the next double."""
+    """Packs the values of all scans as they are."""
 
     def __init__(self) -> None:
-        self._packer = Packer(np.float64)
         self._kind, self._differences = "Float64", True
+        self._packer: Packer | None = None
 
     def add(self, time_ns: NDArray[np.int64], values: NDArray[Any]) -> None:
         """Take the values of a block, always of the same type."""
-        if self._kind == "Float64" and self._differences and not _adds_up(values.dtype):
-            self._kind, self._differences = "Float32" if values.dtype == np.float32 else "Float64", False
-            self._packer = Packer(self._kind.lower(), differences=False)
+        if self._packer is None:
+            self._kind, self._differences = _packed_as(values.dtype)
+            self._packer = Packer(self._kind.lower().removeprefix("big"), differences=self._differences)
         self._packer.add(values)
 
     def curve(self) -> Packed:
-        """Return them packed."""
+        """Return them packed; there must be some."""
+        assert self._packer is not None
         return Packed(self._kind, self._differences, self._packer.text())
 
 
-def _adds_up(kind: np.dtype[Any]) -> bool:
-    """Return whether sums of differences of such values are exact in doubles."""
-    return kind.kind in "iu" and kind.itemsize <= 4
+def _packed_as(kind: np.dtype[Any]) -> tuple[str, bool]:
+    """Return the type of values in the page, and whether sums of their differences are exact."""
+    if kind.kind not in "iu":
+        return ("Float32" if kind == np.float32 else "Float64"), False
+    if kind.itemsize == 8:
+        return ("BigInt64" if kind.kind == "i" else "BigUint64"), True
+    return "Float64", True
 
 
 class TooLongError(ValueError):

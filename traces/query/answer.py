@@ -24,7 +24,7 @@ class Occurrence:
     start_ns: int
     end_ns: int
     open: bool
-    shown: Mapping[str, float | bool | None]
+    shown: Mapping[str, int | float | bool | None]
 
     @property
     def duration_ns(self) -> int:

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..reader import Trace
-from ..signals import Catalog, Kind, Signal, blocks
+from ..signals import Catalog, Signal, blocks
 from .answer import Answer, Occurrence
-from .columns import Scans
+from .columns import Column, Scans
 from .language import TOO_DEEP, QueryError, parse
+from .numbers import Numbers
 from .patterns import Found
 
 Array = NDArray[Any]
@@ -23,7 +24,8 @@ def query(
 ) -> Answer:
     """Ask a trace.
 
-    Memory is taken for the columns that the query names only: per scan 16 bytes, 1 for a bit, 8 for a number.
+    Memory is taken for the columns that the query names only: per scan 16 bytes, 1 for a bit, at most
+    8 for a number.
 
     Args:
         trace: the open trace.
@@ -43,6 +45,8 @@ def query(
         found = asked.pattern(scans)
     except RecursionError as error:
         raise QueryError(TOO_DEEP) from error
+    except OverflowError as error:
+        raise QueryError(f"a product is too large for a sum with a fraction: {error}") from error
     wanted = found.some(_PICKS[asked.aggregate](found, scans))
     return Answer(asked.aggregate, len(found), tuple(_occurrences(wanted, scans, shown)))
 
@@ -56,8 +60,7 @@ def read_scans(trace: Trace, signals: Iterable[Signal], progress: Callable[[int]
         numbers.append(block.scan)
         times.append(block.time_ns)
         for name, signal in wanted.items():
-            values = signal.read(block)
-            columns[name].append(values if signal.kind is Kind.BIT else values.astype(np.float64))
+            columns[name].append(signal.read(block))
     joined = {name: np.concatenate(parts) for name, parts in columns.items()}
     return Scans(np.concatenate(numbers), np.concatenate(times), joined)
 
@@ -104,9 +107,9 @@ _PICKS: Mapping[str | None, Callable[[Found, Scans], slice]] = {
 
 
 def _occurrences(found: Found, scans: Scans, shown: Sequence[Signal]) -> Iterable[Occurrence]:
-    columns = [scans.values[signal.name][found.first] for signal in shown]
+    shown_at = [list(_values(scans.column(signal)[found.first])) for signal in shown]
     for place in range(len(found)):
-        values = {signal.name: _value(column[place]) for signal, column in zip(shown, columns, strict=True)}
+        values = {signal.name: column[place] for signal, column in zip(shown, shown_at, strict=True)}
         first, last, end = (int(rows[place]) for rows in (found.first, found.last, found.end))
         yield Occurrence(
             first=int(scans.scan[first]),
@@ -118,7 +121,5 @@ def _occurrences(found: Found, scans: Scans, shown: Sequence[Signal]) -> Iterabl
         )
 
 
-def _value(value: Any) -> float | bool | None:
-    if isinstance(value, np.bool_):
-        return bool(value)
-    return None if np.isnan(value) else float(value)
+def _values(column: Column) -> Iterable[int | float | bool | None]:
+    return column if isinstance(column, Numbers) else column.tolist()

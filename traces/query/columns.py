@@ -9,8 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..signals import Kind, Signal
+from ..signals.signal import whole_numbers
+from . import numbers
+from .numbers import Numbers
+
 Array = NDArray[Any]
 Condition = NDArray[np.bool_]
+Column = Condition | Numbers
+"""What an expression has in every scan."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +27,7 @@ class Scans:
     Attributes:
         scan: number of each scan.
         time_ns: its virtual time.
-        values: columns by signal name: bool for bits, float64 with NaN for "none" otherwise.
+        values: columns by signal name, of the signals' own types.
     """
 
     scan: NDArray[np.int64]
@@ -29,6 +36,15 @@ class Scans:
 
     def __len__(self) -> int:
         return len(self.scan)
+
+    def column(self, signal: Signal) -> Column:
+        """Return the values of a signal."""
+        values = self.values[signal.name]
+        if signal.kind is Kind.BIT:
+            return values
+        if signal.kind is Kind.VALUE:
+            return Numbers(*whole_numbers(values))
+        return numbers.numbers(values)
 
 
 def rose(condition: Condition) -> Condition:
@@ -47,32 +63,20 @@ def fell(condition: Condition) -> Condition:
     return rose(~condition)
 
 
-def changed(values: Array) -> Condition:
-    """True where values differ from the scan before; never in the first scan.
-
-    A value that appears or goes has changed; none after none has not.
-
-    >>> changed(np.array([1.0, 1.0, np.nan, np.nan, 2.0])).tolist()
-    [False, False, True, False, True]
-    """
+def changed(values: Column) -> Condition:
+    """True where a value differs from the scan before; never in the first scan."""
+    if isinstance(values, Numbers):
+        return numbers.changed(values)
     result = np.zeros(len(values), bool)
-    result[1:] = values[1:] != values[:-1]
-    if values.dtype.kind == "f":
-        none = np.isnan(values)
-        result[1:] &= ~(none[1:] & none[:-1])
+    np.not_equal(values[1:], values[:-1], out=result[1:])
     return result
 
 
-def compared(operator: Callable[[Array, Array], Array], left: Array, right: Array) -> Condition:
-    """Compare; false wherever either side has no value.
-
-    >>> compared(np.not_equal, np.array([1.0, np.nan]), np.array([2.0, 2.0])).tolist()
-    [True, False]
-    """
+def compared(operator: Callable[[Any, Any], Any], left: Column, right: Column) -> Condition:
+    """Compare two conditions, or two columns of numbers: false wherever either side has no value."""
+    if isinstance(left, Numbers) and isinstance(right, Numbers):
+        return numbers.compared(operator, left, right)
     result: Condition = operator(left, right)
-    for side in (left, right):
-        if side.dtype.kind == "f":
-            result = result & ~np.isnan(side)
     return result
 
 

@@ -10,13 +10,10 @@ from functools import reduce
 from typing import Any
 
 from lark import Token
-from numpy.typing import NDArray
 
 from ...io_images.times import UNITS_NS
 from ..signals import Signal
 from .columns import Scans
-
-Array = NDArray[Any]
 
 
 class Type(Enum):
@@ -35,14 +32,14 @@ class Expression:
         type: what its values are.
         column: where it begins in the text, from 1.
         text: what it begins with, for a message.
-        evaluate: returns its values, one per scan.
+        evaluate: returns its values, one per scan: conditions, or `Numbers`.
         signals: the signals it reads.
     """
 
     type: Type
     column: int
     text: str
-    evaluate: Callable[[Scans], Array]
+    evaluate: Callable[[Scans], Any]
     signals: tuple[Signal, ...] = ()
 
 
@@ -54,18 +51,18 @@ class MeaningError(Exception):
         self.column = column
 
 
-def leaf(kind: Type, token: Token, evaluate: Callable[[Scans], Array], *signals: Signal) -> Expression:
+def leaf(kind: Type, token: Token, evaluate: Callable[[Scans], Any], *signals: Signal) -> Expression:
     """Make an expression of a single token."""
     return Expression(kind, column_of(token), str(token), evaluate, signals)
 
 
-def derived(kind: Type, part: Expression, evaluate: Callable[[Scans], Array]) -> Expression:
+def derived(kind: Type, part: Expression, evaluate: Callable[[Scans], Any]) -> Expression:
     """Make an expression of another one."""
     return Expression(kind, part.column, part.text, evaluate, part.signals)
 
 
 def joined(
-    kind: Type, left: Expression, right: Expression, operator: Callable[[Array, Array], Array]
+    kind: Type, left: Expression, right: Expression, operator: Callable[[Any, Any], Any]
 ) -> Expression:
     """Make an expression of two."""
     return Expression(
@@ -77,7 +74,7 @@ def joined(
     )
 
 
-def combined(operator: Callable[[Array, Array], Array], parts: tuple[Expression, ...]) -> Expression:
+def combined(operator: Callable[[Any, Any], Any], parts: tuple[Expression, ...]) -> Expression:
     """Make a condition of several."""
     for part in parts:
         want(part, Type.CONDITION)
@@ -125,17 +122,22 @@ def duration_ns(token: Token) -> int:
     return duration
 
 
-def number_of(token: Token) -> float:
-    """Return a number of the text.
+def number_of(token: Token) -> int | float:
+    """Return a number of the text: an integer unless it has a fraction.
 
-    >>> number_of(Token("NUMBER", "4_000")), number_of(Token("NUMBER", "0x4000"))
-    (4000.0, 16384.0)
+    >>> [number_of(Token("NUMBER", text)) for text in ("4_000", "0x4000", "1.5")]
+    [4000, 16384, 1.5]
     """
     text = token.replace("_", "")
-    try:
-        return float(int(text, 16) if text[:2].lower() == "0x" else text)
-    except OverflowError:
-        raise MeaningError(column_of(token), f"{token} is too large a number") from None
+    if len(text) > DIGITS_MAX:
+        raise MeaningError(column_of(token), f"{token} is too large a number")
+    if text[:2].lower() == "0x":
+        return int(text, 16)
+    return float(text) if "." in text else int(text)
+
+
+DIGITS_MAX = 200
+"""Most digits of a number: its square is still a float."""
 
 
 DURATION_MAX = 2**62

@@ -10,19 +10,19 @@ mistake is reported with its column before the first scan is read:
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
 from lark import Lark, Token, Transformer, v_args
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken, VisitError
-from numpy.typing import NDArray
 
 from ..signals import Catalog, Kind, Signal
 from ..signals.catalog import UnknownSignalError
-from . import columns
+from . import columns, numbers
 from .columns import Condition, Scans
 from .expression import (
     Expression,
@@ -40,8 +40,6 @@ from .expression import (
 )
 from .grammar import GRAMMAR, TERMS
 from .patterns import Found, Pattern, response, runs, silence
-
-Array = NDArray[Any]
 
 
 class QueryError(ValueError):
@@ -111,20 +109,20 @@ def _allowed(error: UnexpectedInput) -> str:
     return ", ".join(said for name, said in TERMS.items() if name in names)
 
 
-_COMPARE: Mapping[str, Callable[[Array, Array], Array]] = {
-    "==": np.equal,
-    "!=": np.not_equal,
-    "<": np.less,
-    "<=": np.less_equal,
-    ">": np.greater,
-    ">=": np.greater_equal,
+_COMPARE: Mapping[str, Callable[[Any, Any], Any]] = {
+    "==": operator.eq,
+    "!=": operator.ne,
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
 }
-_ARITHMETIC: Mapping[str, Callable[[Array, Array], Array]] = {
-    "+": np.add,
-    "-": np.subtract,
-    "*": np.multiply,
+_ARITHMETIC: Mapping[str, Callable[[Any, Any], Any]] = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
 }
-_EDGES: Mapping[str, Callable[[Array], Array]] = {
+_EDGES: Mapping[str, Callable[[Any], Condition]] = {
     "rose": columns.rose,
     "fell": columns.fell,
     "changed": columns.changed,
@@ -204,8 +202,7 @@ class _Builder(Transformer[Token, Any]):
         same(left, right, sign)
         if left.type is Type.CONDITION and sign not in ("==", "!="):
             raise MeaningError(column_of(sign), f"conditions are compared with == and !=, not with {sign}")
-        operator = _COMPARE[sign]
-        return joined(Type.CONDITION, left, right, lambda a, b: columns.compared(operator, a, b))
+        return joined(Type.CONDITION, left, right, partial(columns.compared, _COMPARE[sign]))
 
     # -- numbers and times --------------------------------------------------------------------------
 
@@ -217,36 +214,36 @@ class _Builder(Transformer[Token, Any]):
             want(right, Type.NUMBER, "*")
             want(left, Type.NUMBER, "*")
         same(left, right, sign)
-        return joined(left.type, left, right, _ARITHMETIC[sign])
+        return joined(left.type, left, right, partial(numbers.calculated, _ARITHMETIC[sign]))
 
     def signed(self, sign: Token, part: Expression) -> Expression:
         if part.type is Type.CONDITION:
             want(part, Type.NUMBER, str(sign))
         if sign == "+":
             return part
-        return derived(part.type, part, lambda scans: -part.evaluate(scans))
+        return derived(part.type, part, lambda scans: numbers.negated(part.evaluate(scans)))
 
     def absolute(self, part: Expression) -> Expression:
         if part.type is Type.CONDITION:
             want(part, Type.NUMBER, "abs()")
-        return derived(part.type, part, lambda scans: np.abs(part.evaluate(scans)))
+        return derived(part.type, part, lambda scans: numbers.absolute(part.evaluate(scans)))
 
     def duration(self, token: Token) -> Expression:
-        value = np.int64(duration_ns(token))
-        return leaf(Type.DURATION, token, lambda scans: np.full(len(scans), value))
+        value = duration_ns(token)
+        return leaf(Type.DURATION, token, lambda scans: numbers.constant(value, len(scans)))
 
     def number(self, token: Token) -> Expression:
         value = number_of(token)
-        return leaf(Type.NUMBER, token, lambda scans: np.full(len(scans), value))
+        return leaf(Type.NUMBER, token, lambda scans: numbers.constant(value, len(scans)))
 
     def name(self, token: Token) -> Expression:
         if token == "time":
-            return leaf(Type.DURATION, token, lambda scans: scans.time_ns)
+            return leaf(Type.DURATION, token, lambda scans: numbers.numbers(scans.time_ns))
         if token == "scan":
-            return leaf(Type.NUMBER, token, lambda scans: scans.scan.astype(np.float64))
+            return leaf(Type.NUMBER, token, lambda scans: numbers.numbers(scans.scan))
         try:
             signal = self._catalog[str(token)]
         except UnknownSignalError as error:
             raise MeaningError(column_of(token), str(error)) from error
         kind = Type.CONDITION if signal.kind is Kind.BIT else Type.NUMBER
-        return leaf(kind, token, lambda scans: scans.values[signal.name], signal)
+        return leaf(kind, token, lambda scans: scans.column(signal), signal)

@@ -48,6 +48,7 @@ class Signal:
         names: of kind CODE: what the codes stand for.
         bits: of kind NUMBER: the bits of an integer; 0 for a float.
         title: of a tag: its full name in the program, with the subscript of an element.
+        signed: of an integer: whether it has a sign.
     """
 
     name: str
@@ -56,6 +57,7 @@ class Signal:
     names: Mapping[int, str] = field(default_factory=dict)
     bits: int = 0
     title: str = ""
+    signed: bool = True
 
     @property
     def path(self) -> tuple[str, ...]:

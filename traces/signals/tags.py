@@ -29,7 +29,8 @@ def tag_signals(plan: TagPlan, texts: Mapping[int, str]) -> Iterator[Signal]:
             name = f"{FIELD}.{field.name}" if element is None else f"{FIELD}.{field.name}.{element}"
             title = field.tag.name if element is None else f"{field.tag.name}[{element}]"
             read = partial(_values, field.name, element)
-            yield Signal(name, _kind(field), read, names, _bits(field), title)
+            signed = FORMATS[field.tag.type].letter.islower()
+            yield Signal(name, _kind(field), read, names, _bits(field), title, signed)
 
 
 def code_names(field: TagField, texts: Mapping[int, str]) -> Mapping[int, str]:

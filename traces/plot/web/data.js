@@ -30,9 +30,15 @@ async function unpack(text, Kind, differences = true) {
   return values;
 }
 
-const KINDS = { Int32: Int32Array, Float32: Float32Array, Float64: Float64Array };
+const KINDS = {
+  Int32: Int32Array, Float32: Float32Array, Float64: Float64Array, BigInt64: BigInt64Array, BigUint64: BigUint64Array,
+};
 
-const unpackCurve = async packed => curve(await unpack(packed.curve, KINDS[packed.kind], packed.differences));
+// 64-bit integers are drawn as doubles and told as they are.
+async function unpackCurve(packed) {
+  const values = await unpack(packed.curve, KINDS[packed.kind], packed.differences);
+  return packed.kind.startsWith("Big") ? { ...curve(Float64Array.from(values, Number)), whole: values } : curve(values);
+}
 
 function curve(values) {
   const groups = Math.ceil(values.length / GROUP), whole = values instanceof Int32Array;

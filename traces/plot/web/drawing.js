@@ -154,19 +154,20 @@ function labelled(low, high, most, least = 1) {
     return found;
   };
   let values = multiples(niceStep(high - low, most, least));
-  for (let more = most + 1; values.length < 2; more++) values = multiples(niceStep(high - low, more, least));
+  for (let more = most + 1; values.length < 2 && more < 50; more++) values = multiples(niceStep(high - low, more, least));
   return values;
 }
 
 // The range of values that a curve is drawn in: somewhat more than its own.
 function rangeOf(least, most, fractional) {
   const usual = (most - least) * 0.08;
-  const pad = fractional ? usual || Math.abs(most) * 0.08 || 1 : Math.max(1, usual);
+  const own = fractional ? usual || Math.abs(most) * 0.08 || 1 : Math.max(1, usual);
+  const pad = Math.max(own, Math.abs(most) * 2 ** -40, Math.abs(least) * 2 ** -40); // doubles tell its parts apart
   return [least - pad, most + pad];
 }
 
-// A value on an axis: 12 digits at most, so that 0.1 + 0.2 is 0.3.
-const axisNumber = value => number(Number(value.toPrecision(12)));
+// A value on an axis: 12 digits at most, so that 0.1 + 0.2 is 0.3; few of what is too long for the margin.
+const axisNumber = value => Math.abs(value) >= 1e15 ? value.toExponential(3) : number(Number(value.toPrecision(12)));
 
 function drawCurve({ name, curve, fractional }, top, height, isTag) {
   const first = rowAt(view.start), end = Math.min(time.length, rowAt(view.end) + 2);

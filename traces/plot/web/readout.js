@@ -11,6 +11,7 @@ function tellPanel(panel, row) {
   const shown = ({ name, curve, fractional }) => {
     const [title, unit] = name.split(", "), value = curve.values[row];
     if (curve.isMissing(value)) return [title, fractional ? String(value) : "–"];
+    if (curve.whole) return [title, curve.whole[row].toLocaleString("en")];
     const digits = fractional ? exact(value, curve.values) : number(value);
     return [title, unit && title !== "position" ? `${digits} ${unit}` : digits];
   };

@@ -1,0 +1,172 @@
+"""Numbers of whole columns, exact as Python's: integers stay integers, whatever their width and sign.
+
+    int64      integers that fit, as nearly all do
+    object     Python's integers, where a value or a result does not fit int64
+    float64    numbers with fractions
+
+An integer meets a float as in Python: a comparison is exact, a sum is a float.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import product
+from operator import ne, sub
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[Any]
+Condition = NDArray[np.bool_]
+Operator = Callable[[Any, Any], Any]
+
+EXACT_MAX = 2**53
+"""Up to here every integer is a float64."""
+
+_LEAST, _MOST = -(2**63), 2**63 - 1
+
+
+@dataclass(frozen=True, slots=True)
+class Numbers:
+    """A number per scan, or none.
+
+    Attributes:
+        values: int64, Python's integers (object) or float64.
+        none: where there is no number.
+    """
+
+    values: Array
+    none: Condition
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def __getitem__(self, rows: Any) -> Numbers:
+        return Numbers(self.values[rows], self.none[rows])
+
+    def __iter__(self) -> Iterator[int | float | None]:
+        for value, none in zip(self.values.tolist(), self.none.tolist(), strict=True):
+            yield None if none else value
+
+    @property
+    def are_whole(self) -> bool:
+        """Whether they are integers."""
+        return self.values.dtype.kind != "f"
+
+
+def numbers(values: Array) -> Numbers:
+    """Return an array of numbers of any type; NaN is none.
+
+    >>> list(numbers(np.array([2**64 - 1, 1], np.uint64))), list(numbers(np.array([1.5, np.nan])))
+    ([18446744073709551615, 1], [1.5, None])
+    """
+    if values.dtype.kind == "f":
+        wide = values.astype(np.float64)
+        return Numbers(wide, np.isnan(wide))
+    return Numbers(_narrow(values), np.zeros(len(values), bool))
+
+
+def constant(value: int | float, count: int) -> Numbers:
+    """Return the same number for each of so many scans."""
+    if isinstance(value, float):
+        return numbers(np.full(count, value))
+    return numbers(np.full(count, value, np.int64 if _LEAST <= value <= _MOST else object))
+
+
+def calculated(operator: Operator, left: Numbers, right: Numbers) -> Numbers:
+    """Add, subtract or multiply, without overflow of integers.
+
+    >>> from operator import add
+    >>> most = numbers(np.array([2**63 - 1]))
+    >>> list(calculated(add, most, most))
+    [18446744073709551614]
+
+    Raises:
+        OverflowError: an integer is too large to meet a float.
+    """
+    none = left.none | right.none
+    if not (left.are_whole and right.are_whole):
+        with np.errstate(all="ignore"):
+            found = operator(_floats(left), _floats(right))
+        return Numbers(found, none | np.isnan(found))
+    if _fits(operator, left.values, right.values):
+        return Numbers(operator(left.values, right.values), none)
+    return Numbers(_narrow(operator(left.values.astype(object), right.values.astype(object))), none)
+
+
+def compared(operator: Operator, left: Numbers, right: Numbers) -> Condition:
+    """Compare exactly; false wherever either side has no value.
+
+    >>> from operator import eq
+    >>> wide = numbers(np.array([2**53 + 1]))
+    >>> compared(eq, wide, numbers(np.array([2.0**53]))).tolist()
+    [False]
+    """
+    values = left.values, right.values
+    kinds = {each.dtype.kind for each in values}
+    if len(kinds) > 1 and not ("O" not in kinds and all(map(_exact_as_float, values))):
+        values = values[0].astype(object), values[1].astype(object)
+    result: Condition = operator(*values).astype(bool)
+    return result & ~(left.none | right.none)
+
+
+def negated(found: Numbers) -> Numbers:
+    """Return the numbers with the other sign."""
+    return calculated(sub, constant(0, len(found)), found)
+
+
+def absolute(found: Numbers) -> Numbers:
+    """Return the numbers without their sign.
+
+    >>> list(absolute(numbers(np.array([-(2**63), 3]))))
+    [9223372036854775808, 3]
+    """
+    values = np.where(found.values < 0, negated(found).values, found.values)
+    return Numbers(values if values.dtype.kind == "f" else _narrow(values), found.none)
+
+
+def changed(found: Numbers) -> Condition:
+    """True where a number differs from the scan before; never in the first scan.
+
+    A number that appears or goes has changed; none after none has not.
+
+    >>> changed(numbers(np.array([1.0, 1.0, np.nan, np.nan, 2.0]))).tolist()
+    [False, False, True, False, True]
+    """
+    result = np.zeros(len(found), bool)
+    now, before = found[1:], found[:-1]
+    result[1:] = compared(ne, now, before) | (now.none != before.none)
+    return result
+
+
+def _narrow(values: Array) -> Array:
+    """Return integers as int64 if they fit, else as Python's."""
+    if values.dtype.kind == "O" or values.dtype == np.uint64:
+        fits = not len(values) or (values.min() >= _LEAST and values.max() <= _MOST)
+        return values.astype(np.int64) if fits else values.astype(object)
+    return values.astype(np.int64)
+
+
+def _fits(operator: Operator, left: Array, right: Array) -> bool:
+    """Return whether results of integers fit int64: these operators are greatest and least at the corners."""
+    if "O" in (left.dtype.kind, right.dtype.kind):
+        return False
+    if not len(left):
+        return True
+    corners = product(*((int(each.min()), int(each.max())) for each in (left, right)))
+    return all(_LEAST <= operator(*corner) <= _MOST for corner in corners)
+
+
+def _exact_as_float(values: Array) -> bool:
+    """Return whether a comparison with floats may go by floats."""
+    if values.dtype.kind == "f" or not len(values):
+        return True
+    return bool(values.min() >= -EXACT_MAX and values.max() <= EXACT_MAX)
+
+
+def _floats(found: Numbers) -> Array:
+    if found.values.dtype.kind == "O":
+        return np.array([float(value) for value in found.values])
+    return found.values.astype(np.float64)
