@@ -48,7 +48,7 @@ export function curve(to, points, range, period, name, x, top, left) {
 function scale(to, [low, high], top, left, tall) {
   to.small(count(high), left - 8, top + 9);
   to.small(count(low), left - 8, top + tall - 4);
-  return value => top + 5 + (high - value) / (high - low) * (tall - 14);
+  return value => top + 5 + (high - Number(value)) / (high - low) * (tall - 14);
 }
 
 export function lane(to, stretches, name, x, top, left, right) {

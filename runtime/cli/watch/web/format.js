@@ -1,5 +1,7 @@
 // Values as people read them: digits of fixed width, groups of three, radixes.
 
+import { integer } from "./exact.js";
+
 export const count = value => Math.trunc(value).toLocaleString("en");
 
 const two = number => String(number).padStart(2, "0");
@@ -45,10 +47,13 @@ function letters(value, bits) {
   return `'${text}'`;
 }
 
+const isWhole = value => typeof value === "bigint" || Number.isInteger(value);
+const isNumber = value => typeof value === "bigint" || typeof value === "number";
+
 // A value in a radix; what a radix can't say is said in decimal.
 export function inRadix(value, radix = "decimal", type = "DINT") {
-  if (radix === "exponential" && typeof value === "number") return value.toExponential(6);
-  if (typeof value === "number" && Number.isInteger(value) && !type.endsWith("REAL")) {
+  if (radix === "exponential" && isNumber(value)) return Number(value).toExponential(6);
+  if (isWhole(value) && !type.endsWith("REAL")) {
     const bits = WHOLE[type] || 32;
     if (radix === "hex") return based(value, bits, 16, "16#", 4);
     if (radix === "binary") return based(value, bits, 2, "2#", 4);
@@ -72,10 +77,12 @@ export function parsed(text, type = "") {
     return { 1: true, 0: false, true: true, false: false }[said.toLowerCase()];
   }
   if (type === "STRING") return text;
-  const based = /^(-?)(16|8|2)#([0-9a-f]+)$/i.exec(said);
+  const based = /^(-?)(?:16#([0-9a-f]+)|8#([0-7]+)|2#([01]+))$/i.exec(said);
   if (based) {
-    const number = parseInt(based[3], Number(based[2]));
-    return Number.isNaN(number) ? undefined : based[1] ? -number : number;
+    const [, sign, hex, octal, binary] = based;
+    const value = integer(hex ? `0x${hex}` : octal ? `0o${octal}` : `0b${binary}`);
+    return sign ? -value : value;
   }
+  if (/^-?\d+$/.test(said)) return integer(said);
   return /^-?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(said) ? Number(said) : undefined;
 }

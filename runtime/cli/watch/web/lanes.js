@@ -61,8 +61,8 @@ export function range(...lists) {
   let low = Infinity, high = -Infinity;
   for (const point of lists.flat()) {
     if (point.length !== 4) continue;
-    low = Math.min(low, point[1]);
-    high = Math.max(high, point[2]);
+    low = Math.min(low, Number(point[1]));
+    high = Math.max(high, Number(point[2]));
   }
   return low < high ? [low, high] : [low === Infinity ? 0 : low, (low === Infinity ? 0 : low) + 1];
 }

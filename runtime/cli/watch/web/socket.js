@@ -1,5 +1,7 @@
 // The connection: the key first, then questions and orders with their answers, and what the rack sends.
 
+import { read, written } from "./exact.js";
+
 const RETRY_MS = [250, 500, 1000, 2000]; // waits between attempts, the last one over and over
 
 const waiting = new Map(); // id -> [resolve, reject]
@@ -13,7 +15,7 @@ export function connect(key, heard) {
   const opened = new WebSocket(`ws://${location.host}/socket`);
   socket = opened;
   opened.onopen = () => { opened.send(JSON.stringify({ key })); };
-  opened.onmessage = message => hear(JSON.parse(message.data));
+  opened.onmessage = message => hear(read(message.data));
   opened.onclose = event => closed(key, event);
 }
 
@@ -44,6 +46,6 @@ export function ask(what, fields = {}) {
     if (socket?.readyState !== WebSocket.OPEN) return reject(new Refused("There is no connection to the rack."));
     const id = next++;
     waiting.set(id, [resolve, reject]);
-    socket.send(JSON.stringify({ id, do: what, ...fields }));
+    socket.send(written({ id, do: what, ...fields }));
   });
 }
