@@ -8,7 +8,7 @@ from dataclasses import replace
 from .addon import AddOn
 from .operand_checks import OperandError, described
 from .operands import Constant, Group, Place, first_leaf
-from .resolver import Resolver
+from .resolver import AddressError, Resolver
 from .tags import OPEN, Tag
 from .tree import Address, Instruction, Number, Operand, Series, SubscriptStep
 from .types import Elementary, Structure
@@ -52,10 +52,27 @@ def handed_over(
     inouts = {each.name: each for each in definition.inouts}
     found = {}
     for name, argument in arguments.items():
-        resolved = resolver.address(argument)
+        resolved = _passed(inouts[name], argument, resolver)
         _check(definition, inouts[name], argument, resolved)
         found[name.upper()] = resolved
     return found
+
+
+MODULE = "MODULE"
+"""Type of an InOut to which a call passes a module of the I/O tree by its name."""
+
+MODULE_TAG = "scanrack_module_"
+"""What the tag of a module begins with that has the name of another tag."""
+
+
+def _passed(inout: Tag, argument: Address, resolver: Resolver) -> Place | Group:
+    """Resolve an argument; the name of a module where one is wanted, whatever tag has the same name."""
+    if inout.type.name.upper() == MODULE and not argument.steps:
+        try:
+            return resolver.address(Address(f"{MODULE_TAG}{argument.name}"))
+        except AddressError:
+            pass  # no tag has the name of the module
+    return resolver.address(argument)
 
 
 def _check(definition: AddOn, wanted: Tag, argument: Address, given: Place | Group) -> None:

@@ -18,7 +18,7 @@ from .arithmetic import real
 from .expressions import parse_address
 from .stretches import Spot
 from .tags import Layout, Leaf, Presets
-from .tree import BitStep, MemberStep, SubscriptStep
+from .tree import BitStep, MemberStep, Number, Operand, Step, SubscriptStep
 from .types import BOOL, DataType, Elementary, Member, Structure, count_of
 
 Value = bool | int | float
@@ -457,23 +457,56 @@ def meant_by(path: str, kind: Structure, member: Member, index: int) -> Meant:
     Raises:
         ValueError: there is no such part.
     """
-    address = parse_address(member.at)
     here: DataType = kind
     dims: tuple[int, ...] = ()
     bit = None
-    for step in (MemberStep(address.name), *address.steps):
+    steps = _steps_of(member)
+    for _ in range(_DEEPEST):
+        if not steps:
+            return Meant(path, here, dims, index, bit)
+        step, *steps = steps
+        where = f"{member.name} of {kind.name} is at {member.at}"
         if isinstance(step, MemberStep):
-            found = here.member(step.name) if isinstance(here, Structure) else None
+            found = here.member(step.name) if isinstance(here, Structure) and not dims else None
             if found is None:
-                raise ValueError(f"{member.name} of {kind.name} is at {member.at}: there is no {step.name}")
+                raise ValueError(f"{where}: there is no {step.name}")
+            if found.at:
+                steps = [*_steps_of(found), *steps]
+                continue
             path, here, dims = f"{path}.{found.name}", found.type, found.dims
         elif isinstance(step, SubscriptStep):
-            for given, length in zip(step.indices, dims, strict=False):
-                index = index * length + int(str(given))
-            dims = ()
+            index, dims = _element_at(index, dims, step, where), ()
         elif isinstance(step, BitStep):
-            bit = int(str(step.index))
-    return Meant(path, here, dims, index, bit)
+            bit = _number_of(step.index, where)
+            if not isinstance(here, Elementary) or dims or bit >= here.bits:
+                raise ValueError(f"{where}: there is no bit {bit}")
+    raise ValueError(f"{member.name} of {kind.name} leads to more than {_DEEPEST} others")
+
+
+_DEEPEST = 64
+"""Steps to what a member is another name of."""
+
+
+def _steps_of(member: Member) -> list[Step]:
+    address = parse_address(member.at)
+    return [MemberStep(address.name), *address.steps]
+
+
+def _element_at(index: int, dims: tuple[int, ...], step: SubscriptStep, where: str) -> int:
+    if len(step.indices) != len(dims):
+        raise ValueError(f"{where}: {len(step.indices)} subscripts are given, it has {len(dims)} dimensions")
+    for given, length in zip(step.indices, dims, strict=True):
+        at = _number_of(given, where)
+        if at >= length:
+            raise ValueError(f"{where}: there is no element {at}, it has {length}")
+        index = index * length + at
+    return index
+
+
+def _number_of(operand: Operand, where: str) -> int:
+    if not isinstance(operand, Number) or not isinstance(operand.value, int):
+        raise ValueError(f"{where}: {operand} is no number")
+    return operand.value
 
 
 def element_text(path: str, dims: tuple[int, ...], index: int) -> str:

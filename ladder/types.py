@@ -403,11 +403,22 @@ def fields_of(kind: DataType) -> tuple[Field, ...]:
     return tuple(_Layout(kind).fields)
 
 
+@lru_cache(maxsize=1024)
+def members_at(kind: Structure) -> tuple[tuple[Member, int, int | None], ...]:
+    """Members with memory of their own: each with its byte, and its bit in that for a BOOL.
+
+    >>> [(each.name, at, bit) for each, at, bit in members_at(COUNTER)][-3:]
+    [('UN', 3, 3), ('PRE', 4, None), ('ACC', 8, None)]
+    """
+    return tuple(_Layout(kind).places)
+
+
 class _Layout:
     """Walks a type once; BOOLs in a row share bytes, other members are aligned to their size."""
 
     def __init__(self, kind: DataType) -> None:
         self.fields: list[Field] = []
+        self.places: list[tuple[Member, int, int | None]] = []
         self.size = 0
         self._open_byte: int | None = None
         self._bits_used = 0
@@ -423,6 +434,7 @@ class _Layout:
         for member in kind.own:
             if member.bit is not None:
                 self.fields.append(Field(member.name, BOOL, member.bit // 8, member.bit % 8))
+                self.places.append((member, member.bit // 8, member.bit % 8))
             elif member.type is BOOL and not member.dims:
                 self._packed_bool(member)
             else:
@@ -436,11 +448,13 @@ class _Layout:
             self._open_byte, self._bits_used = self.size, 0
             self.size += 1
         self.fields.append(Field(member.name, BOOL, self._open_byte, self._bits_used))
+        self.places.append((member, self._open_byte, self._bits_used))
         self._bits_used += 1
 
     def _member(self, member: Member) -> None:
         alignment = _alignment(member.type)
         self.size = -(-self.size // alignment) * alignment
+        self.places.append((member, self.size, None))
         inner = _Layout(member.type)
         repeats: dict[str, int] = {}
         for item in range(count_of(member.dims)):

@@ -19,7 +19,7 @@ from .datatypes import NAME, Types
 from .records import AddOnRecord, TagRecord
 from .report import Refusal, Report
 from .routines import RoutineReader
-from .values import ValueTextError, initial_of
+from .scopes import read_initial
 
 _WAYS = {"INPUT": Way.INPUT, "OUTPUT": Way.OUTPUT, "INOUT": Way.INOUT}
 
@@ -29,6 +29,8 @@ class AddOns:
 
     Attributes:
         made: by name in capitals.
+        records: of two with one name the first, by name in capitals.
+        again: the other ones, which are refused.
 
     Args:
         records: their records.
@@ -37,7 +39,11 @@ class AddOns:
     """
 
     def __init__(self, records: tuple[AddOnRecord, ...], types: Types, report: Report) -> None:
-        self.records = {each.name.upper(): each for each in records}
+        self.records: dict[str, AddOnRecord] = {}
+        self.again: list[AddOnRecord] = []
+        for each in records:
+            if self.records.setdefault(each.name.upper(), each) is not each:
+                self.again.append(each)
         self._types, self._report = types, report
         self._shapes: dict[str, AddOn] = {}
         self._wrong: dict[str, str] = {}
@@ -91,15 +97,15 @@ class AddOns:
             raise LadderError(f"{record.name!r} is not a name of a parameter")
         if len(record.dims) > MAX_DIMENSIONS:
             raise LadderError(f"{record.name} has more than {MAX_DIMENSIONS} dimensions")
+        if record.wrong_dims or min(record.dims, default=1) < 1:
+            raise LadderError(f"{record.name} has dimensions {record.wrong_dims or record.dims}")
         if record.target:
             return self._alias(record, way)
         kind = self._types.find(record.type)
         initial = None
         if way is not Way.INOUT:
-            try:
-                initial = initial_of(record.data, kind, record.dims)
-            except ValueTextError as error:
-                self._report.note(record.name, f"its default is not used: {error}", record.line)
+            what = "its default is not used"
+            initial = read_initial(record, kind, self._types, self._report, record.name, what)
         return Parameter(record.name, kind, way, record.dims, record.required, record.comment, initial)
 
     def _alias(self, record: TagRecord, way: Way) -> Parameter:
@@ -115,6 +121,11 @@ class AddOns:
             inouts = {each.name.upper() for each in record.parameters if _way_of(each) is Way.INOUT}
             read = [(each.name, reader.routine(record.name, each, inouts)) for each in record.routines]
             self._routines[name] = [each for _, each in read if each is not None]
+        for record in self.again:
+            text = f"there are two add-ons {record.name}; the first one is used"
+            self._refuse(record, text, _RENAME)
+            for each in record.routines:
+                reader.skipped(record.name, each, text, _RENAME)
 
     def routines(self) -> Iterator[tuple[str, Routine]]:
         """Yield the routines that have been read, each with its add-on."""
@@ -195,5 +206,6 @@ def _spec_of(record: AddOnRecord) -> Spec:
 
 _ENCODED = "the source of this add-on is encoded, so that it is not in the file"
 _CORRECT = "correct the definition"
+_RENAME = "rename it, or take it out"
 _PARAMETER = "pass it as a parameter"
 _DECODE = "export it without source protection, or stub it"

@@ -221,7 +221,8 @@ def harness_of(parts: Parts) -> Parts:
         programs[key] = ProgramPart(
             definition.name, declarations=list(tags), routines={"MAIN": Routine("Main", (rung,))}
         )
-    return Parts(parts.name, [], programs, [], parts.add_ons, parts.stubs)
+    tasks = trial_tasks(parts, [each.name for each in programs.values()])
+    return Parts(parts.name, [], programs, tasks, parts.add_ons, parts.stubs)
 
 
 def _values(kind: DataType, counts: dict[int, int]) -> int:
@@ -252,6 +253,12 @@ def does_nothing(name: str) -> Callable[..., Any]:
 
     routine.__name__ = name
     return routine
+
+
+def trial_tasks(parts: Parts, programs: Iterable[str]) -> list[Task]:
+    """Return a task that runs programs, and the tasks that EVENT may trigger, which run nothing then."""
+    events = (each for each in parts.tasks if each.kind is TaskKind.EVENT)
+    return [*implicit_task(programs), *(replace(each, programs=()) for each in events)]
 
 
 def implicit_task(programs: Iterable[str]) -> list[Task]:

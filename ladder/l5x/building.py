@@ -12,7 +12,7 @@ from ..tags import Tag
 from ..tree import Routine
 from .assembly import Parts, does_nothing, without
 from .report import Report
-from .routines import RoutineReader
+from .routines import RoutineReader, line_of
 
 ROUNDS = 30
 """Attempts to build what is left after refusals; each refuses at least one rung."""
@@ -111,8 +111,9 @@ class Builder:
         if found.statements is not None:
             if not found.statements:
                 return False
-            line = record.lines[min(max(number - 1, 0), len(record.lines) - 1)][1] if record.lines else 0
-            self._reader.refuse_object(owner, routine, f"line {number}: {text}", line, remedy)
+            self._reader.refuse_object(
+                owner, routine, f"line {number}: {text}", line_of(record, number), remedy
+            )
         elif number >= len(record.rungs) or not found.rungs[number].series:
             return False
         else:
@@ -171,10 +172,21 @@ class Builder:
         for scope in (parts.declarations, *(each.declarations for each in parts.programs.values())):
             for place, each in enumerate(scope):
                 if isinstance(each, Tag) and each.initial is not None and each.name in name:
-                    self._report.note(each.name, f"it starts with zeros: {text}")
+                    self._report.lose(each.name, f"it starts with zeros: {text}")
                     scope[place] = replace(each, initial=None)
                     return True
-        return False
+        return self._drop_defaults(text)
+
+    def _drop_defaults(self, text: str) -> bool:
+        """Take the defaults out of all add-ons, of which one does not fit; return whether there were some."""
+        something = False
+        for key, definition in self._parts.add_ons.items():
+            parameters = tuple(replace(each, initial=None) for each in definition.parameters)
+            if parameters != definition.parameters:
+                self._parts.add_ons[key] = replace(definition, parameters=parameters)
+                self._report.lose(definition.name, f"its defaults are not used: {text}")
+                something = True
+        return something
 
 
 def _owner_of(routine: str) -> tuple[str, str]:

@@ -13,6 +13,7 @@ from typing import Any
 from ..errors import LadderError
 from ..predefined import PREDEFINED_TYPES
 from ..types import BOOL, MAX_DIMENSIONS, TYPES, DataType, Elementary, Member, Structure, count_of
+from .raw import has_known_bytes
 from .records import Data, DataTypeRecord, MemberRecord, number_of
 
 MOST_VALUES = 100_000
@@ -20,6 +21,9 @@ MOST_VALUES = 100_000
 
 MOST_IN_ALL = 8_000_000
 """Values of all tags together: 64 MiB of Python for each engine; controllers have less than half of that."""
+
+EIGHTS_SINCE = 27
+"""The software revision from which on values of 8 bytes lie at multiples of 8 [1756-RM100F, chapter 5]."""
 
 DEEPEST = 64
 """Depth of types in types."""
@@ -51,11 +55,17 @@ class Types:
         wrong: types that can't be used, with what is wrong, by name in capitals.
 
     Args:
-        records: the document's types.
+        records: the document's types; of two with one name the first one counts.
+        revision: software revision of the document.
     """
 
-    def __init__(self, records: Iterable[DataTypeRecord]) -> None:
-        self._records = {each.name.upper(): each for each in records}
+    def __init__(self, records: Iterable[DataTypeRecord], revision: str = "") -> None:
+        self._records: dict[str, DataTypeRecord] = {}
+        for each in records:
+            self._records.setdefault(each.name.upper(), each)
+        major = number_of(revision.partition(".")[0])
+        self._eights = major is None or major >= EIGHTS_SINCE
+        self._bytes: dict[int, tuple[DataType, bool]] = {}
         self._known: dict[str, DataType] = {name.upper(): kind for name, kind in TYPES.items()}
         self._open: list[str] = []
         self._shown: dict[str, DataType] = {}
@@ -136,6 +146,16 @@ class Types:
             known = self._counts[id(kind)] = kind, total
         return known[1]
 
+    def has_known_bytes(self, kind: DataType) -> bool:
+        """Whether the order of a type's bytes is known, see `raw`."""
+        known = self._bytes.get(id(kind))
+        if known is None:
+            known = self._bytes[id(kind)] = (
+                kind,
+                has_known_bytes(kind, self._records, eights=self._eights),
+            )
+        return known[1]
+
     def take(self, kind: DataType, dims: tuple[int, ...]) -> None:
         """Count the values of a tag.
 
@@ -153,6 +173,8 @@ class Types:
             raise LadderError(f"{where}: that is not a name")
         if len(member.dims) > MAX_DIMENSIONS:
             raise LadderError(f"{where} has dimensions {member.dims}")
+        if member.wrong_dims:
+            raise LadderError(f"{where}: {member.wrong_dims!r} are no dimensions")
         if member.type.upper() == "BIT" and member.target:
             return Member(member.name, BOOL, at=f"{member.target}.{member.bit}", hidden=member.hidden)
         try:

@@ -171,10 +171,18 @@ def _text(element: Any) -> str:
     return "".join(chosen.itertext()).strip()
 
 
+_DIMS = re.compile(r"\d{1,9}(?:[\s,]+\d{1,9})*")
+
+
 def _dims(text: str) -> tuple[int, ...]:
     """Return dimensions: `4 3 2`, `4,3,2`, `0` and "" for none."""
-    lengths = tuple(int(each) for each in _NUMBER.findall(text))
+    lengths = tuple(map(int, _NUMBER.findall(text))) if _DIMS.fullmatch(text) else ()
     return lengths if any(lengths) else ()
+
+
+def _wrong_dims(text: str) -> str:
+    """Return a text that is not that of dimensions, "" if it is."""
+    return "" if not text or _DIMS.fullmatch(text) else text
 
 
 def _is_true(text: str) -> bool:
@@ -273,14 +281,16 @@ class _Reader:
 
     def _member(self, element: Any) -> MemberRecord:
         get = element.get
+        dims = get("Dimension", get("Dimensions", "")).strip()
         return MemberRecord(
             get("Name", ""),
             get("DataType", ""),
-            _dims(get("Dimension", get("Dimensions", ""))),
+            _dims(dims),
             _is_true(get("Hidden", "")),
             get("Target", ""),
             _whole(get("BitNumber", "")),
             element.sourceline,
+            _wrong_dims(dims),
         )
 
     def _tag(self, element: Any) -> TagRecord:
@@ -288,6 +298,7 @@ class _Reader:
         data: list[Data] = []
         comment = ""
         comments: tuple[tuple[str, str], ...] = ()
+        dims = get("Dimensions", get("Dimension", "")).strip()
         for each in element:
             if each.tag == "Data" or each.tag == "DefaultData":
                 data.append(each)
@@ -299,7 +310,7 @@ class _Reader:
             get("Name", ""),
             get("TagType", "Base"),
             get("DataType", ""),
-            _dims(get("Dimensions", get("Dimension", ""))),
+            _dims(dims),
             get("AliasFor", ""),
             get("Usage", ""),
             _is_true(get("Required", "")),
@@ -307,6 +318,7 @@ class _Reader:
             comments,
             data,
             element.sourceline,
+            _wrong_dims(dims),
         )
 
     # --- logic
@@ -360,7 +372,8 @@ class _Reader:
         )
 
     def _rung(self, element: Any, place: int) -> RungRecord:
-        text = element.find("Text")
+        texts = element.findall("Text")
+        text = texts[0] if texts else None
         number = element.get("Number", "")
         return RungRecord(
             int(number) if _NUMBER.fullmatch(number) else place,
@@ -368,6 +381,7 @@ class _Reader:
             _text(text),
             _text(element.find("Comment")),
             element.sourceline if text is None else _line_of_text(text),
+            len(texts),
         )
 
     def _task(self, element: Any) -> TaskRecord:

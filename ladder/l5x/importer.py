@@ -11,6 +11,7 @@ from ..controller import Controller
 from ..instructions.stubbed import specs_of_stubs
 from ..spec import Spec
 from ..stubs import ALL_MESSAGES, NO_STUBS, Power, Stubs, parse_stub
+from ..tree import Routine
 from ..types import Structure
 from .addons import AddOns
 from .assembly import Parts, ProgramPart, does_nothing, harness_of
@@ -91,11 +92,12 @@ class Importer:
         self._document, self._stubs, self._slots = document, stubs, slots
         self.report = Report(document.file, document.revision, document.target, document.name)
         self._reader = RoutineReader(self.report)
-        self._types = Types(document.data_types)
+        self._types = Types(document.data_types, document.revision)
         self._add_ons = AddOns(document.add_ons, self._types, self.report)
         self._parts = Parts(document.name, stubs=dict(stubs.by_name))
         self._builder = Builder(self._parts, self._reader, self.report)
         self._completes = stubs.missing_tags
+        self._absent: dict[str, str] = {}
 
     def run(self, *, trial: bool) -> Imported:
         """Import it."""
@@ -134,6 +136,12 @@ class Importer:
         """Note the parts of the document that nothing here reads."""
         for name, line in self._document.others:
             self.report.note(name, "this part of the controller is not read", line)
+        seen: set[str] = set()
+        for each in self._document.data_types:
+            if each.name.upper() in seen:
+                text = "there are two data types of that name; the first one is used"
+                self.report.note(f"data type {each.name}", text, each.line)
+            seen.add(each.name.upper())
 
     def _define_types(self) -> None:
         """Define types that the document leaves out, from their use."""
@@ -152,11 +160,7 @@ class Importer:
         """Refuse the rungs that call add-ons that can't be used."""
         if not withheld:
             return
-        owned = [
-            (part.name, each) for part in self._parts.programs.values() for each in part.routines.values()
-        ]
-        owned += [(each.name, routine) for each in self._parts.add_ons.values() for routine in each.routines]
-        for owner, routine in owned:
+        for owner, routine in self._owned():
             for number, instruction in numbered_instructions(routine):
                 reason = withheld.get(instruction.name.upper())
                 if reason is not None:
@@ -166,11 +170,34 @@ class Importer:
         self._builder.empty()
 
     def _stub_absent_add_ons(self, shapes: Mapping[str, Spec]) -> None:
-        """Let add-on instructions whose definition was not exported do nothing."""
+        """Let add-on instructions whose definition was not exported do nothing; see `_refuse_absent`."""
         for name in instruction_names(self._document):
             if name.upper() not in shapes and name.upper() not in (MNEMONICS | self._parts.stubs.keys()):
                 self._parts.stubs[name.upper()] = Power(True)
+                self._absent[name.upper()] = name
                 self.report.declared[f"add-on {name}"] = "instruction that does nothing"
+
+    def _refuse_absent(self) -> None:
+        """Refuse what calls add-ons whose definition was not exported; statements of a routine stay."""
+        for owner, routine in self._owned() if self._absent else ():
+            for number, instruction in numbered_instructions(routine):
+                name = self._absent.get(instruction.name.upper())
+                if name is None:
+                    continue
+                text = f"{name}: there is no instruction {name}, and no add-on in the export"
+                if routine.statements is None:
+                    self._builder.refuse(owner, routine.name, number, text, UNKNOWN)
+                else:
+                    self._reader.refuse_statement(owner, routine.name, number, text, UNKNOWN)
+        self._builder.empty()
+
+    def _owned(self) -> list[tuple[str, Routine]]:
+        """Return all routines, each with its program or add-on."""
+        programs = [
+            (part.name, each) for part in self._parts.programs.values() for each in part.routines.values()
+        ]
+        definitions = self._parts.add_ons.values()
+        return [*programs, *((each.name, routine) for each in definitions for routine in each.routines)]
 
     def _program(self, record: ProgramRecord) -> None:
         key = record.name.upper()
@@ -207,22 +234,23 @@ class Importer:
     def _declare(self) -> None:
         document, parts = self._document, self._parts
         parts.declarations += scope_of(document.tags, self._types, self.report)
-        parts.declarations += list(module_objects(document, self._types, parts.declarations))
+        declared = list(parts.declarations)
         for program in document.programs:
             part = parts.programs.get(program.name.upper())
             if part is not None:
                 part.declarations += scope_of(program.tags, self._types, self.report, program.name)
+                declared += part.declarations
+        parts.declarations += list(module_objects(document, self._types, declared))
         completion = Completion(parts, self._reader, self.report, self._slots, all_of_it=self._completes)
         completion.tags()
         if self._completes:
             completion.routines()
+        self._refuse_absent()
         document.release()
         parts.tasks = tasks_of(document, [each.name for each in parts.programs.values()], self.report)
         if self._completes:
             completion.tasks()
 
     def _note_stubs(self) -> None:
-        routines = [each for part in self._parts.programs.values() for each in part.routines.values()]
-        routines += [each for definition in self._parts.add_ons.values() for each in definition.routines]
-        if any(each.name == ALL_MESSAGES for each in all_instructions(routines)):
+        if any(each.name == ALL_MESSAGES for each in all_instructions(each for _, each in self._owned())):
             self.report.stubs[ALL_MESSAGES] = str(self._parts.stubs[ALL_MESSAGES])

@@ -13,6 +13,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterator, Mapping
 
+from ..calls import MODULE, MODULE_TAG
 from ..errors import LadderError
 from ..expressions import parse_address
 from ..resolver import slot_of_image
@@ -21,7 +22,8 @@ from ..types import DataType, Structure
 from .datatypes import NAME, Types
 from .records import Document, ModuleRecord, ModuleTagRecord, number_of
 from .report import Report
-from .values import ValueTextError, initial_of
+from .value_texts import ValueTextError
+from .values import initial_of
 
 NETWORKS = ("ETHERNET", "CONTROLNET", "DEVICENET", "RHINOBP", "SERCOS", "USB", "RIO", "DH")
 """Types of ports whose addresses are not slots."""
@@ -91,10 +93,6 @@ def module_tags(
     return list(found.values())
 
 
-MODULE = "MODULE"
-"""Type of an InOut to which a call passes a module by its name, for GSV to ask for its state."""
-
-
 def module_objects(
     document: Document, types: Types, declared: Collection[Declaration]
 ) -> Iterator[Declaration]:
@@ -103,17 +101,20 @@ def module_objects(
     Args:
         document: the document.
         types: its types; they have `MODULE` if something takes a module.
-        declared: the tags of the controller, which keep their names.
+        declared: the tags of the controller and of its programs, which keep their names.
     """
     try:
         kind = types.find(MODULE)
     except LadderError:
         return
     taken = {each.name.upper() for each in declared}
+    seen: set[str] = set()
     for module in document.modules:
-        if NAME.fullmatch(module.name) and module.name.upper() not in taken:
-            taken.add(module.name.upper())
-            yield Tag(module.name, kind, (), None, f"{module.catalog} {module.name}".strip())
+        key = module.name.upper()
+        if NAME.fullmatch(module.name) and key not in seen:
+            seen.add(key)
+            name = f"{MODULE_TAG}{module.name}" if key in taken else module.name
+            yield Tag(name, kind, (), None, f"{module.catalog} {module.name}".strip())
 
 
 def _tag(module: ModuleRecord, tag: ModuleTagRecord, types: Types, report: Report) -> Tag | None:
@@ -122,9 +123,9 @@ def _tag(module: ModuleRecord, tag: ModuleTagRecord, types: Types, report: Repor
     if kind is None:
         return None
     try:
-        initial = initial_of(tag.data, kind, ()) if tag.kind == "ConfigTag" else None
+        initial = initial_of(tag.data, kind, (), types) if tag.kind == "ConfigTag" else None
     except (ValueTextError, LadderError) as error:
-        report.note(name, f"it starts with zeros: {error}", tag.line)
+        report.lose(name, f"it starts with zeros: {error}", tag.line)
         initial = None
     return Tag(name, kind, (), initial, f"{module.catalog} {module.name}".strip())
 

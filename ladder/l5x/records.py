@@ -36,6 +36,7 @@ class MemberRecord:
         target: of a packed bit: the member in which it lies.
         bit: of a packed bit: its number there.
         line: its line.
+        wrong_dims: a text in place of dimensions that is not one, "" without one.
     """
 
     name: str
@@ -45,6 +46,7 @@ class MemberRecord:
     target: str
     bit: int
     line: int
+    wrong_dims: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +84,7 @@ class TagRecord:
         comments: descriptions of its parts, by what follows its name.
         data: the elements that hold its values, until `Document.release`.
         line: its line.
+        wrong_dims: a text in place of dimensions that is not one, "" without one.
     """
 
     name: str
@@ -95,6 +98,7 @@ class TagRecord:
     comments: tuple[tuple[str, str], ...]
     data: list[Data]
     line: int
+    wrong_dims: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +111,7 @@ class RungRecord:
         text: its text.
         comment: its comment.
         line: the line on which its text begins.
+        texts: how many texts it has; the first one is read.
     """
 
     number: int
@@ -114,6 +119,7 @@ class RungRecord:
     text: str
     comment: str
     line: int
+    texts: int = 1
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+_COUNTED = ("total", "imported", "refused", "ran")
+
 LOST_SHOWN = 8
 """Names that the warning of a run lists."""
 
@@ -75,6 +77,39 @@ class Note:
 
 
 @dataclass(slots=True)
+class StructuredRoutine:
+    """Structured text of one routine.
+
+    Attributes:
+        owner: the program, or the add-on instruction.
+        name: the routine.
+        lines: its lines.
+        statements: statements in it, those in blocks included.
+        refused: those that are not imported.
+        ran: whether those that are imported ran in the trial.
+    """
+
+    owner: str
+    name: str
+    lines: int
+    statements: int
+    refused: int = 0
+    ran: bool = False
+
+    @property
+    def is_refused(self) -> bool:
+        """Whether nothing of it is imported."""
+        return self.refused >= self.statements and bool(self.refused)
+
+    def counts(self) -> Iterator[tuple[str, int, int]]:
+        """Yield routines, lines and statements: how many there are, and how many are refused."""
+        whole = self.is_refused
+        yield "routines", 1, int(whole)
+        yield "lines", self.lines, self.lines if whole else min(self.refused, self.lines)
+        yield "statements", self.statements, self.refused
+
+
+@dataclass(slots=True)
 class Report:
     """The result of an import.
 
@@ -92,6 +127,7 @@ class Report:
         lost: what starts with another value than in the file, or is not declared; each has a note.
         stubs: instructions that a stub replaces, with the stub.
         faults: major faults and differences in the trial, by program.
+        texts: routines of structured text.
     """
 
     file: str
@@ -107,6 +143,7 @@ class Report:
     lost: list[str] = field(default_factory=list)
     stubs: dict[str, str] = field(default_factory=dict)
     faults: dict[str, str] = field(default_factory=dict)
+    texts: list[StructuredRoutine] = field(default_factory=list)
     _noted: dict[tuple[str, str], Note] = field(default_factory=dict, repr=False)
 
     @property
@@ -118,6 +155,16 @@ class Report:
     def complete(self) -> bool:
         """Whether nothing is refused."""
         return not (self.refused or self.objects)
+
+    def structured(self) -> dict[str, dict[str, int]]:
+        """Count routines, lines and statements of structured text: in all, imported, refused, ran."""
+        counted = {name: dict.fromkeys(_COUNTED, 0) for name in ("routines", "lines", "statements")}
+        for each in self.texts:
+            for name, total, refused in each.counts():
+                imported = total - refused
+                for key, count in zip(_COUNTED, (total, imported, refused, imported * each.ran), strict=True):
+                    counted[name][key] += count
+        return counted
 
     def note(self, name: str, text: str, line: int = 0) -> None:
         """Add a note; one that is there already is counted."""
@@ -153,6 +200,7 @@ class Report:
             "rungs": self.rungs,
             "imported": self.imported,
             "ran": self.ran,
+            "structured_text": self.structured(),
             "refused": [asdict(each) for each in self.refused],
             "objects": [asdict(each) for each in self.objects],
             "declared": self.declared,
@@ -162,11 +210,21 @@ class Report:
             "lost": self.lost,
         }
 
+    def _structured_line(self) -> str:
+        counted = self.structured()
+        routines, lines = (counted[name]["total"] for name in ("routines", "lines"))
+        total, imported, refused, ran = counted["statements"].values()
+        head = f"structured text, {routines} routines of {lines} lines"
+        return f"{head}: {total} statements, {imported} imported, {refused} refused, {ran} ran"
+
     def lines(self) -> Iterator[str]:
         """Yield it as text."""
         revision = f", software revision {self.revision}" if self.revision else ""
         yield f"{self.file}: {self.target or 'L5X'} of {self.controller}{revision}"
-        yield f"{self.rungs} rungs: {self.imported} imported, {len(self.refused)} refused, {self.ran} ran"
+        if self.rungs or not self.texts:
+            yield f"{self.rungs} rungs: {self.imported} imported, {len(self.refused)} refused, {self.ran} ran"
+        if self.texts:
+            yield self._structured_line()
         for title, listed in (
             ("refused rungs", self.refused),
             ("refused objects", self.objects),

@@ -11,12 +11,13 @@ from collections.abc import Collection, Mapping
 from ..errors import RungTextError
 from ..instructions import BY_NAME
 from ..spec import Spec
+from ..statements import Empty, Region, statements_in
 from ..text import parse_rung
-from ..tree import Origin, Routine, Rung
+from ..tree import Block, Origin, Routine, Rung
 from .limits import MOST_IN_RUNG, instructions_in
 from .presets import Presets
 from .records import Document, EncodedRecord, RoutineRecord, RungRecord
-from .report import Refusal, Report
+from .report import Refusal, Report, StructuredRoutine
 
 DIAGRAMS = {"FBD": "a function block diagram", "SFC": "a sequential function chart"}
 """Kinds of routines that do not run here."""
@@ -39,7 +40,7 @@ _ASIDE = re.compile(
 _INVOKED = re.compile(r"(?:\A|;|:(?!=)|\b(?:THEN|ELSE|DO|REPEAT)\b)\s*([A-Za-z_]\w*+)\s*\(", re.IGNORECASE)
 """A call at the beginning of a statement."""
 
-_STATEMENTS = frozenset({"IF", "WHILE", "UNTIL", "CASE"})
+_STATEMENTS = frozenset({"IF", "ELSIF", "WHILE", "UNTIL", "CASE"})
 """Keywords of statements that an expression in parentheses may follow."""
 
 
@@ -63,6 +64,25 @@ def _column(text: str, reason: str) -> int:
     return (at if at >= 0 else text.find(shown.partition("(")[0])) + 1 or 1
 
 
+def line_of(record: RoutineRecord, number: int) -> int:
+    """Return the line in the file of a line of structured text; of an empty routine its own."""
+    numbers = _lines_of(record)[1] or [record.line]
+    return numbers[min(max(number - 1, 0), len(numbers) - 1)]
+
+
+def _lines_of(record: RoutineRecord) -> tuple[list[str], list[int]]:
+    """Return the lines of structured text, and their numbers in the file."""
+    lines: list[str] = []
+    numbers: list[int] = []
+    for text, number in record.lines:
+        body = text.lstrip("\r\n")
+        start = number + text[: len(text) - len(body)].count("\n")
+        for offset, part in enumerate(body.rstrip("\r\n").split("\n")):
+            lines.append(part.rstrip("\r"))
+            numbers.append(start + offset)
+    return lines, numbers
+
+
 class RoutineReader:
     """Reads routines and keeps account of rungs.
 
@@ -79,6 +99,7 @@ class RoutineReader:
         self._records: dict[tuple[str, str], RoutineRecord] = {}
         self._refused: set[tuple[str, str, int]] = set()
         self._presets: dict[str, Presets] = {}
+        self._texts: dict[tuple[str, str], StructuredRoutine] = {}
         self.specs: Mapping[str, Spec] = BY_NAME
         self.stubbed: frozenset[str] = frozenset()
 
@@ -102,11 +123,18 @@ class RoutineReader:
         return Routine(record.name, rungs, record.comment)
 
     def skipped(self, owner: str, record: RoutineRecord, reason: str, remedy: str) -> None:
-        """Refuse all rungs of a routine that is not read."""
-        self._records[owner.upper(), record.name.upper()] = record
+        """Refuse all rungs of a routine that is not read; there may be another one of its name."""
         self._report.rungs += len(record.rungs)
-        for place in range(len(record.rungs)):
-            self.refuse(owner, record.name, place, reason, remedy)
+        for rung in record.rungs:
+            self._report.refused.append(
+                Refusal(
+                    *(self._report.file, rung.line, owner, record.name, rung.number),
+                    *(1, rung.text, reason, remedy),
+                )
+            )
+        if record.lines:
+            self._count_text(owner, record)
+            self.refuse_object(owner, record.name, reason, record.line, remedy)
 
     def encoded(self, owner: str, record: EncodedRecord) -> None:
         """Refuse a routine whose source is not in the file."""
@@ -115,6 +143,9 @@ class RoutineReader:
 
     def _rung(self, owner: str, record: RoutineRecord, place: int, rung: RungRecord) -> Rung:
         origin = Origin(self._report.file, rung.line)
+        if rung.texts > 1:
+            name = f"{owner}.{record.name} rung {rung.number}"
+            self._report.note(name, f"it has {rung.texts} texts; the first one is read", rung.line)
         if rung.kind.upper() != "N":
             reason = f"it is of type {rung.kind}, an edit in progress"
             self.refuse(owner, record.name, place, reason, _PENDING)
@@ -142,23 +173,30 @@ class RoutineReader:
     def _statements(self, owner: str, record: RoutineRecord) -> Routine | None:
         from ..st import parse_statements  # lark takes time to import, and most files have none
 
-        lines: list[str] = []
-        numbers: list[int] = []
-        for text, number in record.lines:
-            body = text.lstrip("\r\n")
-            start = number + text[: len(text) - len(body)].count("\n")
-            for offset, part in enumerate(body.rstrip("\r\n").split("\n")):
-                lines.append(part.rstrip("\r"))
-                numbers.append(start + offset)
+        lines, numbers = _lines_of(record)
         try:
             block = parse_statements(
                 "\n".join(lines), file=self._report.file, lines=numbers, specs=self.specs
             )
         except RungTextError as error:
             reason = f"column {error.column}: " + str(error).partition(f"column {error.column}: ")[2]
+            self._count_text(owner, record)
             self.refuse_object(owner, record.name, reason, error.line, "correct the line")
             return None
+        self._count_text(owner, record, block)
         return Routine(record.name, (), record.comment, block)
+
+    def _count_text(self, owner: str, record: RoutineRecord, block: Block | None = None) -> None:
+        """Count the statements of a routine; of one that is not read all are refused."""
+        lines, _ = _lines_of(record)
+        if block is None:
+            refused = count = _ASIDE.sub(" ", "\n".join(lines)).count(";")
+        else:
+            refused = 0
+            count = sum(not isinstance(each, Empty | Region) for each in statements_in(block))
+        counted = StructuredRoutine(owner, record.name, len(lines), count, refused)
+        self._texts.setdefault((owner.upper(), record.name.upper()), counted)
+        self._report.texts.append(counted)
 
     # --- refusing
 
@@ -192,12 +230,30 @@ class RoutineReader:
         self, owner: str, routine: str, reason: str, line: int, remedy: str = _ANOTHER_LANGUAGE
     ) -> None:
         """Refuse a routine, or something else that is not a rung, unless a stub replaces it."""
+        counted = self._texts.get((owner.upper(), routine.upper()))
+        if counted is not None:
+            counted.refused = counted.statements
         if routine.upper() in self.stubbed:
             self._report.stubs[routine] = "the routine does nothing"
             return
         self._report.objects.append(
             Refusal(self._report.file, line, owner, routine, None, 1, "", reason, remedy)
         )
+
+    def refuse_statement(self, owner: str, routine: str, number: int, reason: str, remedy: str) -> None:
+        """Refuse a statement by its line in a routine whose other statements are imported."""
+        record, counted = self.record(owner, routine), self._texts.get((owner.upper(), routine.upper()))
+        if record is None or counted is None:
+            return
+        before = counted.refused
+        self.refuse_object(owner, routine, f"line {number}: {reason}", line_of(record, number), remedy)
+        counted.refused = min(before + 1, counted.statements)
+
+    def ran(self, owner: str, routine: str) -> None:
+        """Note that structured text ran."""
+        counted = self._texts.get((owner.upper(), routine.upper()))
+        if counted is not None:
+            counted.ran = True
 
     def record(self, owner: str, routine: str) -> RoutineRecord | None:
         """Return the record of a routine that was read."""

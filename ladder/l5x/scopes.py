@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from typing import Any
 
 from ..errors import LadderError
 from ..expressions import parse_address
@@ -11,7 +12,8 @@ from ..types import MAX_DIMENSIONS, DataType
 from .datatypes import Types
 from .records import Data, TagRecord
 from .report import Report
-from .values import ValueTextError, initial_of
+from .value_texts import ValueTextError
+from .values import initial_of
 
 _FILLED = {
     "PRODUCED": "it is produced, and has no consumer here",
@@ -44,7 +46,7 @@ def scope_of(
             kind = type_of(record, types)
             declarations.append(tag_of(record, kind, types, report, owner))
         except LadderError as error:
-            report.note(_named(owner, record.name), f"it is not declared: {error}", record.line)
+            report.lose(_named(owner, record.name), f"it is not declared: {error}", record.line)
     return declarations
 
 
@@ -82,15 +84,43 @@ def tag_of(record: TagRecord, kind: DataType, types: Types, report: Report, owne
     Raises:
         LadderError: its dimensions are not allowed.
     """
+    if record.wrong_dims:
+        raise LadderError(f"{record.wrong_dims!r} are no dimensions")
     if len(record.dims) > MAX_DIMENSIONS or min(record.dims, default=1) < 1:
         raise LadderError(f"it has dimensions {record.dims}")
     types.take(kind, record.dims)
-    try:
-        initial = initial_of(record.data, kind, record.dims)
-    except ValueTextError as error:
-        report.note(_named(owner, record.name), f"it starts with zeros: {error}", record.line)
-        initial = None
+    initial = read_initial(record, kind, types, report, _named(owner, record.name))
     return Tag(record.name, kind, record.dims, initial, record.comment)
+
+
+def read_initial(
+    record: TagRecord,
+    kind: DataType,
+    types: Types,
+    report: Report,
+    name: str,
+    what: str = "it starts with zeros",
+) -> Any:
+    """Return what a tag or a parameter starts with; what can't be read is noted.
+
+    Args:
+        record: its record.
+        kind: its type.
+        types: the document's types.
+        report: gets the note.
+        name: what the note calls it.
+        what: what a value does that can't be read.
+    """
+    said: list[str] = []
+    try:
+        initial = initial_of(record.data, kind, record.dims, types, said.append)
+    except ValueTextError as error:
+        report.lose(name, f"{what}: {error}", record.line)
+        return None
+    if said:
+        more = f", and {len(said) - 1} more" * (len(said) > 1)
+        report.lose(name, f"{said[0]}{more}", record.line)
+    return initial
 
 
 def _named(owner: str, name: str) -> str:

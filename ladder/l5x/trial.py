@@ -16,11 +16,11 @@ from typing import Any
 
 from ..controller import Controller
 from ..engine import Engine
-from ..errors import WATCHDOG_TYPE, LadderFault, OutOfLinesError
+from ..errors import WATCHDOG_TYPE, BuildError, LadderFault, OutOfLinesError
 from ..memory import same
 from ..runnable import LadderLogic
 from ..schedule import Task
-from .assembly import Parts, harness_of, implicit_task
+from .assembly import Parts, harness_of, implicit_task, trial_tasks
 from .importer import Imported
 
 SCANS = 100
@@ -42,10 +42,10 @@ def run_trial(imported: Imported, scans: int = SCANS) -> None:
         others = [each.name for name, each in parts.programs.items() if name not in run]
         _run(imported, parts, tasks, imported.controller, work)
         if others:
-            _run(imported, parts, implicit_task(others), None, work)
+            _run(imported, parts, trial_tasks(parts, others), None, work)
     if parts.add_ons:
         harness = harness_of(parts)
-        _run(imported, harness, implicit_task([each.name for each in harness.programs.values()]), None, work)
+        _run(imported, harness, harness.tasks, None, work)
     report.ran = min(report.ran, report.imported)
 
 
@@ -89,7 +89,13 @@ def _run(
     """
     names = [name for task in tasks for name in task.programs]
     report = imported.report
-    outcome = lockstep(controller or parts.assemble(report, tasks), work)
+    try:
+        outcome = lockstep(controller or parts.assemble(report, tasks), work)
+    except BuildError as error:  # one of the programs, since each rung can be built
+        report.faults[names[0] if names else parts.name] = f"it can't be tried: {error.problems[0].text}"
+        for name in names if len(names) > 1 else ():
+            _run(imported, parts, trial_tasks(parts, [name]), None, work)
+        return
     if outcome.fault:
         report.faults[outcome.program or parts.name] = outcome.fault
         if len(names) > 1:
@@ -100,7 +106,7 @@ def _run(
         report.faults[names[0]] = outcome.difference or outcome.fault
     else:
         for name in names:
-            _run(imported, parts, implicit_task([name]), None, work)
+            _run(imported, parts, trial_tasks(parts, [name]), None, work)
 
 
 def _count(imported: Imported, names: Iterable[str]) -> None:
@@ -109,7 +115,9 @@ def _count(imported: Imported, names: Iterable[str]) -> None:
         part = imported.parts.programs.get(name.upper())
         definition = imported.parts.add_ons.get(name.upper())
         routines = part.routines.values() if part else definition.routines if definition else ()
-        imported.report.ran += sum(imported.reader.accepted(name, each.name) for each in routines)
+        for each in routines:
+            imported.report.ran += imported.reader.accepted(name, each.name)
+            imported.reader.ran(name, each.name)
 
 
 class Outcome:

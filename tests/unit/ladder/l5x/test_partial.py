@@ -98,7 +98,7 @@ def test_what_is_only_referred_to_is_declared_from_its_use(imported):
         tasks=['<Task Use="Reference" Name="Fast"></Task>'],
     )
     found = imported(text)
-    assert (found.report.refused, found.report.ran) == ([], 5)
+    assert ([(each.rung, each.column) for each in found.report.refused], found.report.ran) == ([(3, 1)], 4)
     assert found.report.declared == {
         "add-on Mixer": "instruction that does nothing",
         "type Piece": "Good, Counts",
@@ -124,12 +124,21 @@ def test_structured_text_calls_add_ons_that_were_not_exported(imported):
     found = imported(
         document(target="Routine", programs=[program("Main", structured("Main", text), main="")])
     )
-    assert found.report.objects == []
+    assert [each.reason.partition(":")[0] for each in found.report.objects] == ["line 2", "line 4", "line 5"]
+    assert found.report.structured()["statements"] == {"total": 7, "imported": 4, "refused": 3, "ran": 4}
     assert [each for each in found.report.declared if each.startswith("add-on")] == [
         "add-on Mixer",
         "add-on Blender",
         "add-on Feeder",
     ]
+
+
+def test_words_of_statements_are_no_instructions(imported):
+    text = "IF (A) THEN\n    B := 1;\nELSIF (C) THEN\n    B := 2;\nEND_IF;"
+    found = imported(
+        document(target="Routine", programs=[program("Main", structured("Main", text), main="")])
+    )
+    assert (found.report.declared, found.report.objects) == ({"A": "BOOL", "C": "BOOL", "B": "DINT"}, [])
 
 
 @pytest.mark.parametrize("text", ["'$" * 200_000, "(*" * 200_000, "a" * 400_000, "'" * 400_000])
