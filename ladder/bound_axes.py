@@ -91,7 +91,7 @@ def lower_axes(lowering: Lowering, axes: Axes | None) -> list[Problem]:
         assert isinstance(found, Group)
         bound[tag.path.upper()] = BoundAxis(settings, tag, found)
         images = ",".join(f"Local:{settings.slot}:{way}.Data[0]" for way in "IO")
-        text = f"Amci3601({module},{state},{images});"
+        text = f"MOV(Local:{settings.slot}:I.Fault,{module}.Fault)Amci3601({module},{state},{images});"
         rungs.append(parse_rung(text, specs=specs_of(with_blocks({}, axes))))
     lowering.lowered.axes = bound
     lowering.routine(Routine(ROUTINE, tuple(rungs), "the blocks of the axes"))

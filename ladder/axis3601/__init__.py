@@ -4,6 +4,7 @@
 |---|---|
 | `kinds` | one row for each command: in which states it is allowed, what ends it, how it yields |
 | `errors` | ErrorID, and what is raised |
+| `link`, `evidence` | the link to the module; whether it has taken a command |
 | `command` | one command and its outcome |
 | `stop`, `motions`, `blending` | commands with something of their own |
 | `probe` | the touch probe |

@@ -41,6 +41,7 @@ from .kinds import (
     Kind,
     State,
 )
+from .link import Link
 from .motions import Gear, Homing, Registration, Velocity
 from .probe import Captured
 from .stop import Stop
@@ -113,6 +114,11 @@ class Axis3601(Device):
         """Whether the module says that it moves."""
         word: int = self._words[0]
         return word & _MOVING != 0 and word >= 0
+
+    @property
+    def phase(self) -> int:
+        """Output word 1 as it is sent: it changes while a blend is programmed."""
+        return self._drive.out[1]
 
     @property
     def position(self) -> int:
@@ -354,7 +360,7 @@ class Axis3601(Device):
             self._refuse(f"slot {self.slot} has a {words.message}, which does not have a 3601's words")
         slot = slots[self.slot]
         self._drive = self._new_drive(getattr(slot, "round_trip_ms", 0))
-        self._drive.attach(slot.inputs, slot.outputs, clock)
+        self._drive.attach(slot.inputs, slot.outputs, clock, Link(self.slot, slot))
         self._words, self.status = slot.inputs.words, StatusView(slot.inputs)
 
     def _refuse(self, why: str) -> NoReturn:

@@ -15,6 +15,7 @@ from .kinds import Kind
 
 if TYPE_CHECKING:
     from .drive import Drive
+    from .link import Link
 
 
 class Outcome(Enum):
@@ -42,7 +43,18 @@ class Command(Wait[None]):
         text: the call, as in "move_to(4000)".
     """
 
-    __slots__ = ("_axis", "_is_active", "detail", "error_id", "kind", "outcome", "text", "words")
+    __slots__ = (
+        "_axis",
+        "_is_active",
+        "_link",
+        "_link_changes",
+        "detail",
+        "error_id",
+        "kind",
+        "outcome",
+        "text",
+        "words",
+    )
 
     attended = False
     """Whether it acts in each scan while it is under way."""
@@ -59,6 +71,8 @@ class Command(Wait[None]):
         self.error_id = ErrorId(0)
         self.detail = ""
         self._is_active = False
+        self._link: Link | None = None
+        self._link_changes = 0
 
     @property
     def busy(self) -> bool:
@@ -85,6 +99,12 @@ class Command(Wait[None]):
         """Whether it failed or was refused."""
         return self.outcome is Outcome.ERROR
 
+    @property
+    @override
+    def moved(self) -> int:
+        """How often the link was lost or came back since: what it waits for reads otherwise then."""
+        return 0 if self._link is None else self._link.changes - self._link_changes
+
     @override
     def poll(self, now_ns: int) -> bool:
         return self.outcome is not Outcome.BUSY
@@ -103,13 +123,18 @@ class Command(Wait[None]):
             raise CommandAborted(f"{self!r}: another command has taken the axis")
 
     def __repr__(self) -> str:
-        return f"{self._axis}.{self.text}"
+        call = f"{self._axis}.{self.text}"
+        return f"{call} ({self._link})" if self._link is not None and self._link.down else call
 
     # -- what the drive does
 
     def take(self, image: Image) -> None:
         """Take the words of an image as those that start it."""
         self.words = array("h", image.words)
+
+    def follow(self, link: Link) -> None:
+        """Say of this link when it is lost."""
+        self._link, self._link_changes = link, link.changes
 
     def attend(self, drive: Drive, now_ns: int) -> None:
         """Act in a scan while it is under way."""

@@ -11,8 +11,9 @@
     ZEROS         zeros, so that the next command is      when they have crossed the backplane
                   a transition from 0 to 1
 
-A step is settled when it has lasted for the round trip and two scans: words have crossed the backplane both
-ways. The steps are those of the add-on instruction Amci3601 in `ladder/blocks/axis3601.rung`.
+A step is settled when it has lasted for the round trip and two scans, with a good link: words have crossed
+the backplane both ways. The steps are those of the add-on instruction Amci3601 in
+`ladder/blocks/axis3601.rung`.
 
 `judge` reads the inputs at the beginning of a scan, `send` writes the words at its end.
 """
@@ -24,11 +25,12 @@ from collections.abc import Sequence
 from enum import IntEnum
 from typing import NoReturn
 
-from ...io_images.amci3601.bits import CommandLsw, CommandMsw, StatusMsw
+from ...io_images.amci3601.bits import CommandLsw, CommandMsw, StatusMsw, status_names
 from ...io_images.image import WORDS, Image
 from ..sequences.parts import Clock
 from .command import Command, Outcome
 from .errors import ErrorId
+from .evidence import Evidence
 from .kinds import (
     ABSOLUTE,
     CONFIGURE,
@@ -39,6 +41,7 @@ from .kinds import (
     State,
     Way,
 )
+from .link import Link
 from .stop import Stop
 
 
@@ -55,6 +58,7 @@ class Step(IntEnum):
 
 
 _REST, _SENT, _UNDER_WAY = Step.REST, Step.SENT, Step.UNDER_WAY
+_IN_FORCE = (_SENT, _UNDER_WAY)
 
 _MOVING = (StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW).value
 _COMMAND_ERROR = StatusMsw.COMMAND_ERROR.value
@@ -94,6 +98,7 @@ class Drive:
         error_stop: a command has failed, and nothing has reset it.
         msw: status word 0 as it was judged.
         lsw: status word 1 likewise.
+        link: the link to the module.
 
     Args:
         trip_ns: how long words take to cross the backplane both ways.
@@ -109,11 +114,11 @@ class Drive:
         self.owner = owner
         self.parameters_first = parameters_first
         self.late = late
-        self.attach(Image(), Image(), Clock())
+        self.attach(Image(), Image(), Clock(), Link())
 
-    def attach(self, inputs: Image, outputs: Image, clock: Clock) -> None:
-        """Take the images of a slot, and reset."""
-        self._clock = clock
+    def attach(self, inputs: Image, outputs: Image, clock: Clock, link: Link) -> None:
+        """Take the images of a slot and its link, and reset."""
+        self._clock, self.link = clock, link
         self.inputs, self._in = inputs, inputs.words
         self._words, self._raw = outputs.words, outputs.raw
         self.reset()
@@ -132,8 +137,9 @@ class Drive:
         self._locked = False
         self._last = _REST
         self._since_ns: int | None = None
-        self._settled = False
+        self._settled = self._stuck = False
         self._quiet = False
+        self._evidence = Evidence(self._in, 2 * self.trip_ns)
 
     # -- what is asked of it
 
@@ -180,6 +186,7 @@ class Drive:
         if self.newest is not None:
             self.newest.end(Outcome.ABORTED)
         self.newest = self.pending = command
+        command.follow(self.link)
         self._quiet = False
 
     def keep(self, stop: Stop) -> None:
@@ -191,7 +198,7 @@ class Drive:
 
     def judge(self, now_ns: int) -> None:
         """Read the inputs, before the logic."""
-        if self.late or (self._quiet and self._in[0] == self.msw):
+        if self.late or (not self.link.look(now_ns) and self._quiet and self._in[0] == self.msw):
             return
         self._judge(now_ns)
 
@@ -210,6 +217,7 @@ class Drive:
             running.attend(self, now_ns)
         if self.late:
             self._locked = any(each.keeps for each in self._stops)
+            self.link.look(now_ns)
             self._judge(now_ns)
         self._take(now_ns)
         self._quiet = self._nothing_to_come()
@@ -228,7 +236,7 @@ class Drive:
         if self.late or self.pending is not None or self.step != self._last:
             return False
         attended = self.running is not None and self.running.attended
-        return self.step == _REST or (self.step == _UNDER_WAY and not attended)
+        return self.step == _REST or (self.step == _UNDER_WAY and self.moving and not attended)
 
     # -- judging the inputs
 
@@ -238,6 +246,8 @@ class Drive:
         self.lsw = self._in[1]
         self._settle(now_ns)
         moving = self.moving
+        if self.step in _IN_FORCE:
+            self._evidence.look(self.kind, self.out, moving=moving, down=self.link.down)
         if self.step == _SENT and self._has_begun(moving):
             self._begin()
         under_way = self.step == _UNDER_WAY
@@ -245,16 +255,18 @@ class Drive:
         faults = faults_of(msw) if under_way or lost else 0
         if under_way and self.kind.alone:
             self.out[0] = 0
+        stuck = self._is_stuck(now_ns)
         if lost or (under_way and faults):
-            self.error_stop = True
-            self._finish(Outcome.ERROR, faults or ErrorId.CONFIG_ERROR)
+            self._fail(faults or ErrorId.CONFIG_ERROR)
         elif under_way and not moving and self._is_done(msw):
             self.error_stop = self.error_stop and self.kind not in (RESET, CONFIGURE)
             self._finish(Outcome.DONE, 0)
+        elif stuck and (under_way or (self.step == _SENT and self.kind is CONFIGURE)):
+            self._fail(faults_of(msw) | ErrorId.NOT_DONE)
 
     def _settle(self, now_ns: int) -> None:
         """Measure how long the step has lasted."""
-        if self.step != self._last:
+        if self.step != self._last or self.link.down:
             self._since_ns = None
         elif self._since_ns is None:
             self._since_ns = now_ns
@@ -277,11 +289,32 @@ class Drive:
         if self.running is not None and not self.running.handshake_over:
             return False
         done = self.kind.done
-        return done is not None and (done == 0 or msw & done != 0)
+        if done is None or (done and not msw & done):
+            return False
+        return self._evidence.proves(self.kind, self.out)
 
-    def _finish(self, outcome: Outcome, error_id: int) -> None:
+    def _is_stuck(self, now_ns: int) -> bool:
+        """Return whether the axis rests for so long that the step will not end by itself."""
+        idle = (self.step in _IN_FORCE or self.step == Step.RESETTING) and not (self.moving or self.link.down)
+        self._stuck = self._evidence.rests_too_long(self.kind, self.out[1], now_ns, idle=idle)
+        return self._stuck
+
+    def _fail(self, error_id: int) -> None:
+        self.error_stop = True
+        if self._evidence.broken:
+            error_id |= ErrorId.LINK_LOST
+        self._finish(Outcome.ERROR, error_id, self._what_happened(error_id))
+
+    def _what_happened(self, error_id: int) -> str:
+        """Return the link and its instants, and the status of an axis at rest."""
+        told = [str(self.link)] if error_id & ErrorId.LINK_LOST else []
+        if error_id & ErrorId.NOT_DONE:
+            told.append(f"the status is {' '.join(status_names(self.msw, self.lsw))}")
+        return "; ".join(told)
+
+    def _finish(self, outcome: Outcome, error_id: int, detail: str = "") -> None:
         if self.running is not None:
-            self.running.end(outcome, error_id)
+            self.running.end(outcome, error_id, detail)
         self.running = None
         self._clear(Step.ZEROS)
 
@@ -326,7 +359,7 @@ class Drive:
             if command_error:  # a Hold that reached a move at its very end
                 self.out[0] = _RESET_ERRORS
                 self.step = Step.RESETTING
-        elif self.step == Step.RESETTING and not command_error:
+        elif self.step == Step.RESETTING and (self._stuck or not command_error):
             self._clear(Step.ZEROS)
         elif self.step == Step.ZEROS:
             self.step = _REST
@@ -374,6 +407,8 @@ class Drive:
         return ErrorId.POSITION_INVALID if kind is ABSOLUTE and not self.position_valid else 0
 
     def _start(self, command: Command, now_ns: int) -> None:
+        if self.step != _UNDER_WAY:
+            self._evidence.begin()
         self.out = array("h", command.words)
         self.running, self.pending = command, None
         command.activate(now_ns)

@@ -22,6 +22,10 @@ class ErrorId(IntFlag):
     """Refused: a parameter is out of range."""
     POSITION_INVALID = 256
     """Refused: an absolute move needs a valid position, see `home` and `set_position`."""
+    LINK_LOST = 512
+    """The link to the module was lost during the command."""
+    NOT_DONE = 1024
+    """The axis is at rest, and the command has not begun or has ended otherwise."""
 
 
 WORDS = {
@@ -34,6 +38,8 @@ WORDS = {
     ErrorId.WRONG_STATE: "the state of the axis does not allow it",
     ErrorId.PARAMETER: "a parameter is out of range",
     ErrorId.POSITION_INVALID: "the position is not valid",
+    ErrorId.LINK_LOST: "the link was lost",
+    ErrorId.NOT_DONE: "the axis is at rest and the command is not done",
 }
 """What each bit says."""
 

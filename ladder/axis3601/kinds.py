@@ -54,6 +54,7 @@ class Kind:
         way: how it makes room for a newer one.
         alone: its command word is zeroed once it is under way; the module goes on by itself.
         keeps_out: whether a `stop` that keeps the axis refuses it.
+        ends_at_rest: whether it is a motion whose end is rest, without a bit of its own.
     """
 
     name: str
@@ -64,6 +65,7 @@ class Kind:
     way: Way = Way.WAIT
     alone: bool = False
     keeps_out: bool = True
+    ends_at_rest: bool = False
 
 
 _REST = (State.STANDSTILL,)
@@ -97,7 +99,7 @@ PRESET = Kind("set_position", "MC_SetPosition", _REST)
 GEAR = Kind("gear", "MC_GearIn", _FREE, State.SYNCHRONIZED_MOTION, None, Way.RELEASE)
 PROGRAM_BLEND = Kind("program_blend", "ProgramBlend3601", _REST, way=Way.NOTHING)
 RUN_BLEND = Kind("run_blend", "RunBlend3601", _REST, _MOVING, _COMPLETE, Way.STOP, alone=True)
-REGISTRATION = Kind("run", "MoveRegistration3601", _FREE, _MOVING, 0, Way.STOP)
+REGISTRATION = Kind("run", "MoveRegistration3601", _FREE, _MOVING, 0, Way.STOP, ends_at_rest=True)
 CONFIGURE = Kind("configure", "Configure3601", _NOT_MOVING, done=None)
 MINIMUM = Kind("store_minimum", "StoreMinimum3601", _REST)
 # fmt: on

@@ -23,7 +23,7 @@ from .fuzz_summary import failure
 from .status import DONE, NO
 from .terminal import say
 
-DEFAULT_CHECKS = ("no-command-error", "no-invalid-profile", "one-motion")
+DEFAULT_CHECKS = ("no-command-error", "no-invalid-profile", "one-motion", "commands-end")
 """The checks without --check and --invariants."""
 
 

@@ -3,7 +3,8 @@
 The blocks are an oracle of another make: ladder text, compiled. They judge the inputs after the blocks, so an
 axis that does so too (`late`) has to be equal in every image and result. The axis as it is used judges before
 the sequences: its images are equal until a command meets a state that the blocks see one scan later; only the
-handshake of a blend is faster, by a scan for each phase.
+handshake of a blend is faster, by a scan for each phase. Whatever happens, no command is busy on either side
+while the axis rests for a second and the link is good.
 """
 
 import pytest
@@ -14,6 +15,9 @@ from hypothesis import strategies as st
 
 pauses = st.integers(1, 5) | st.integers(1, 40) | st.integers(1, 400)
 """A command one to five scans after another meets the axis in each of its steps."""
+
+LAST = 600
+"""Scans behind the last deed: more than the second that a command may rest."""
 
 commands = st.sampled_from([*ASKS, *ASKS, *OTHERS])
 with_blends = st.sampled_from([*ASKS, *OTHERS, *["blend"] * 6])
@@ -27,9 +31,9 @@ def scripts(deeds):
 @settings(max_examples=amount(15))
 @given(script=scripts(with_blends))
 def test_late_judging_is_equal_in_every_image_and_result(rpi_ms, script):
-    deeds = dict(legal([*READY, *script]))
+    deeds = dict(legal([*READY, *script, ("found", 1)]))
     rungs, python = RungSide(rpi_ms=rpi_ms), PythonSide(late=True, rpi_ms=rpi_ms)
-    for scan in range(max(deeds) + 200):
+    for scan in range(max(deeds) + LAST):
         deed = deeds.get(scan)
         assert python.scan(deed) == rungs.scan(deed), (scan, deed)
     assert {block: python.outcome(block) for block in rungs.results} == rungs.results

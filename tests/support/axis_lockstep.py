@@ -17,6 +17,7 @@ from scanrack import Axis3601, Configuration, Direction, Logic
 from scanrack.io_images.amci3601 import Acceleration, BlendSegment, InputBit
 from scanrack.io_images.image import Image
 from scanrack.ladder.axis3601.drive import Drive
+from scanrack.runtime.app.fuzz.busy import Rests, axes_in
 from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi
 from scanrack.runtime.loop.rack import Card, Rack
@@ -111,8 +112,7 @@ OTHERS = (
     "estop on",
     "estop off",
     "power",
-    "lost",
-    "found",
+    *("lost", "found") * 3,
     "turn encoder",
 )
 """Deeds that are no commands."""
@@ -132,7 +132,19 @@ def machine() -> Machine:
     return Machine(MachineSpec(switches=switches))
 
 
-class PythonSide:
+class Lawful:
+    """A side on which no command is busy while the axis rests for a second and the link is good."""
+
+    module: Amci3601
+    cpu: Cpu
+    rests: Rests
+
+    def check_the_law(self) -> None:
+        """Check it at the end of a scan."""
+        assert self.rests.too_long(self.cpu.now_ns, linked=self.module.linked) is None
+
+
+class PythonSide(Lawful):
     """A rack with one 3601, and an axis in Python that does the deed of the scan."""
 
     def __init__(self, *, late: bool, scan_ms: int = 2, rpi_ms: int | None = None, **options: Any) -> None:
@@ -151,6 +163,7 @@ class PythonSide:
         self.logic = Script()
         exchange = EndOfScan() if rpi_ms is None else EveryRpi(rpi_ms * 1_000_000)
         self.cpu = Cpu(self.rack, self.logic, scan_ms * 1_000_000, exchange=exchange)
+        self.rests = Rests(axes_in(self.logic, {}))
         self.deed: str | None = None
         self.last: dict[str, Any] = {}
         self.near = False
@@ -175,6 +188,7 @@ class PythonSide:
         self.deed = deed
         happen(self.module, self.cpu, deed)
         self.cpu.run(1)
+        self.check_the_law()
         return list(self.rack.slots[1].outputs)
 
     def outcome(self, block: str) -> tuple[str, int]:
@@ -182,12 +196,13 @@ class PythonSide:
         return ("none", 0) if command is None else (command.outcome.value, int(command.error_id))
 
 
-class RungSide:
+class RungSide(Lawful):
     """The bench of the function blocks, with the same deeds."""
 
     def __init__(self, *, scan_ms: int = 2, rpi_ms: int | None = None) -> None:
         self.bench = BlocksBench(scan_ms=scan_ms, rpi_ms=rpi_ms, machine=SWITCHES)
-        self.module = self.bench.module
+        self.module, self.cpu = self.bench.module, self.bench.cpu
+        self.rests = Rests(axes_in(self.bench.engine, self.bench.tags))
         for number, word in enumerate(WORDS):
             self.bench.tags[f"Configuration[{number}]"] = (word ^ 0x8000) - 0x8000
         for number, values in enumerate(SEGMENTS):
@@ -214,6 +229,7 @@ class RungSide:
             self.bench.tags["Register.Register"] = True
         happen(self.module, self.bench.cpu, deed)
         self.bench.scan()
+        self.check_the_law()
         self._note()
         return list(self.bench.rack.slots[1].outputs)
 

@@ -11,7 +11,10 @@ told otherwise, as in `bench3601`.
 
 from __future__ import annotations
 
+from functools import cache
+
 from bench3601 import CONFIGURATION
+from scanrack import Program
 from scanrack.io_images.amci3601 import InputBit, StatusView
 from scanrack.ladder.addon import Way
 from scanrack.ladder.rungfile import parse_program
@@ -56,11 +59,16 @@ OUTPUTS = ("Busy", "Active", "Done", "CommandAborted", "Error", "InVelocity", "I
 DISABLED, STANDSTILL, DISCRETE, CONTINUOUS, HOMING, STOPPING, ERROR_STOP, SYNCHRONIZED = range(8)
 
 
-def program_text() -> str:
-    """Return a program that calls every block once, then the axis."""
+@cache
+def program_of(*, told: bool = True) -> Program:
+    """Return a program that calls every block once, then the axis.
+
+    Args:
+        told: whether it tells the axis of the connection fault.
+    """
     tags = ["TAG Axis : AXIS_3601", "TAG Drive : Amci3601", "SLOT module : 1"]
     tags += [f"TAG {name} : {kind}" for name, kind in ARRAYS.items()]
-    rungs = []
+    rungs = ["MOV(module.I.Fault,Drive.Fault);"] if told else []
     for name, block in INSTANCES.items():
         tags.append(f"TAG {name} : {block}")
         operands = [name]
@@ -72,10 +80,9 @@ def program_text() -> str:
                 tags.append(f"TAG {name}_{each.name} : {each.type.name}")
         rungs.append(f"{block}({','.join(operands)});")
     rungs.append("Amci3601(Drive,Axis,module.I.Data[0],module.O.Data[0]);")
-    return "\n".join(["PROGRAM bench", "USE axis3601", *tags, "ROUTINE Main", *rungs, "END", ""])
+    lines = ["PROGRAM bench", "USE axis3601", *tags, "ROUTINE Main", *rungs, "END", ""]
+    return parse_program("\n".join(lines))
 
-
-PROGRAM = parse_program(program_text())
 
 SAYING = {
     name: [
@@ -116,6 +123,7 @@ class BlocksBench:
         rpi_ms: period of an asynchronous exchange; None exchanges at the end of the scan.
         machine: switch ranges by input name.
         interpreted: whether the interpreter runs the program.
+        told: whether the program tells the axis of the connection fault.
     """
 
     def __init__(
@@ -126,13 +134,15 @@ class BlocksBench:
         rpi_ms: int | None = None,
         machine: dict[str, tuple[int | None, int | None]] | None = None,
         interpreted: bool = False,
+        told: bool = True,
     ) -> None:
         switches = tuple(
             Switch(InputBit[name.upper()], first, last) for name, (first, last) in (machine or {}).items()
         )
         self.module = Amci3601(firmware, Machine(MachineSpec(switches=switches)))
         self.rack = Rack([Card(1, self.module, "amci3601", firmware)])
-        self.engine = PROGRAM.interpret() if interpreted else PROGRAM.compile()
+        program = program_of(told=told)
+        self.engine = program.interpret() if interpreted else program.compile()
         self.diary = Diary(self.rack)
         exchange = EndOfScan() if rpi_ms is None else EveryRpi(rpi_ms * 1_000_000)
         self.cpu = Cpu(self.rack, self.engine, scan_ms * 1_000_000, exchange=exchange, listeners=[self.diary])

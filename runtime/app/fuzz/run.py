@@ -25,6 +25,7 @@ from ...loop.scan import Logic
 from ..build import build_cpu, build_rack
 from ..sequence_watch import sequences_in, standing
 from ..wrapped import Wrapped
+from .busy import axes_in
 from .invariants import Invariant, Watch
 from .place import Places
 from .scan_view import Moment
@@ -343,7 +344,8 @@ class _Run:
         self._timed = _Timed(logic if self._places is None else self._places)
         asked = [_Asked(each) for each in bench.invariants if each.name not in without]
         self._watcher = _Watcher(asked, without, self._place)
-        self._watcher.moment = Moment(self._rack, bench.tags_of(logic))
+        tags = bench.tags_of(logic)
+        self._watcher.moment = Moment(self._rack, tags, axes_in(logic, tags))
         self._watcher.sequences = sequences_in(logic)
 
     def go(self, listeners: Listeners, *, aloud: bool) -> Verdict:

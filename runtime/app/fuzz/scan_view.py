@@ -10,6 +10,7 @@ from ....io_images.amci3601.words import may_be_stepper
 from ....io_images.image import UNSIGNED_MAX, Image
 from ...loop.rack import Rack, Slot
 from ...loop.scan import MODE_MASK, CpuMode, mode_name
+from .busy import Question
 
 NO_WORDS = Image().words
 """What is in force while the CPU sends nothing, and on a card, whose words are not commands."""
@@ -24,9 +25,10 @@ class SlotMoment:
         status: the bits and values of `inputs` by name; a card has none of them, so all are off and 0.
     """
 
-    __slots__ = ("_axis", "_in_force", "inputs", "outputs", "status")
+    __slots__ = ("_axis", "_in_force", "_slot", "inputs", "outputs", "status")
 
     def __init__(self, slot: Slot) -> None:
+        self._slot = slot
         self.outputs: Image = slot.outputs
         self.inputs: Image = slot.inputs
         self._axis = may_be_stepper(slot.words)
@@ -44,6 +46,11 @@ class SlotMoment:
         commands = "configuration" if self.configuring else " ".join(self.commands) or "none"
         status = " ".join(status_names(self.inputs[0], self.inputs[1])) or "none"
         return f"commands {commands}; status {status}; position {self.position}"
+
+    @property
+    def linked(self) -> bool:
+        """Whether the PLC reaches the module."""
+        return self._slot.fault == 0
 
     @property
     def moving(self) -> bool:
@@ -112,16 +119,18 @@ class Moment:
         slot: the modules by slot number.
         tags: the tags of a ladder program by name; empty if the logic is a plain function.
         mode: the CPU's mode: "run", "test", "program" or "single scan".
+        axes: asks the axes of the program for their commands, one question each.
         resting: whether the logic was not called in this scan, which is so in program mode.
     """
 
-    __slots__ = ("_mode", "mode", "ns", "resting", "scan", "slot", "tags")
+    __slots__ = ("_mode", "axes", "mode", "ns", "resting", "scan", "slot", "tags")
 
-    def __init__(self, rack: Rack, tags: Mapping[str, Any]) -> None:
+    def __init__(self, rack: Rack, tags: Mapping[str, Any], axes: tuple[Question, ...] = ()) -> None:
         self.scan = 0
         self.ns = 0
         self.slot = Slots((number, SlotMoment(slot)) for number, slot in rack.slots.items())
         self.tags = tags
+        self.axes = axes
         self._mode = CpuMode.RUN.value
         self.mode = mode_name(CpuMode.RUN)
         self.resting = False

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from .invariants import Invariant, always, never
+from .busy import Rests
+from .invariants import Invariant, Watch, always, never
 from .scan_view import Moment, SlotMoment
 
 
@@ -40,6 +41,22 @@ def one_motion(now: Moment) -> bool:
     return all(map(_one_motion, now.slot.values()))
 
 
+def _commands_end() -> Watch:
+    rests: list[Rests] = []
+
+    def watch(now: Moment) -> str | None:
+        if not rests or now.resting:  # the axes begin anew when the PLC runs again
+            rests[:] = [Rests(now.axes)]
+        return rests[0].too_long(now.ns, linked=all(slot.linked for slot in now.slot.values()))
+
+    return watch
+
+
+commands_end = Invariant(
+    "commands_end", "No command is busy while its axis rests for a second and the link is good", _commands_end
+)
+
+
 STANDARD: dict[str, Invariant] = {
     name: replace(invariant, name=name)
     for name, invariant in (
@@ -47,6 +64,7 @@ STANDARD: dict[str, Invariant] = {
         ("no-invalid-profile", invalid_profile),
         ("no-home-invalid", home_invalid),
         ("one-motion", one_motion),
+        ("commands-end", commands_end),
     )
 }
 """The invariants by name. That the program does not fault the CPU is checked in any case."""

@@ -62,7 +62,7 @@ def test_what_is_mended_is_told_once_and_becomes_a_seed(line):
         "mended: The program does not fault the CPU [no-fault]",
     )
     assert state_of(rack).corpus[key] == broken.scenario
-    assert "held          no-command-error, no-fault," in second.stdout
+    assert "held          commands-end, no-command-error, no-fault," in second.stdout
     report = rack.parent / "out" / "no-fault" / "report.txt"
     assert report.read_text(encoding="utf-8").startswith("Mended: ")
     assert "mended" not in fuzz(rack, "--runs", 5, "--only", "inputs").stdout

@@ -4,84 +4,25 @@ Starting speed 1000, speed 5000, rates 20 up and 10 down: 0.2 s and 600 steps up
 """
 
 import pytest
-from bench3601 import BACKPLANE_PROXIMITY, ENCODER, configuration
+from axis_hand import Geared, Hand, OneAxis, setup
+from bench3601 import BACKPLANE_PROXIMITY
 from scanrack import (
     Axis3601,
     AxisError,
     CommandAborted,
-    Configuration,
     Direction,
     ErrorId,
-    Logic,
     State,
     dwell,
     sequence,
     until,
 )
 from scanrack.io_images.amci3601 import Acceleration, BlendSegment, InputBit
-from scanrack.io_images.image import Image
 from scanrack.ladder.axis3601 import kinds
 from scanrack.ladder.rungreader import load_library
-from sequence_bench import RATES, SETUP, SLOW, SequenceBench
+from sequence_bench import RATES, SETUP, SLOW
 
 SEGMENTS = [BlendSegment(3_000, 5_000, 20), BlendSegment(2_200, 2_000, 10)]
-
-
-def setup(add=0):
-    return Configuration.from_image(Image(configuration(add=add)))
-
-
-class OneAxis(Logic):
-    """An axis that a test commands: `ask` is called with the axis in the next scan."""
-
-    axis = Axis3601(1, SETUP)
-
-    def __init__(self):
-        self.ask = None
-        self.command = None
-
-    def every_scan(self):
-        if self.ask is not None:
-            ask, self.ask = self.ask, None
-            self.command = ask(self.axis)
-
-
-class Hand:
-    """The axis in the hand of a test."""
-
-    def __init__(self, kind=OneAxis, **options):
-        self.bench = SequenceBench(kind, **options)
-        self.axis = self.bench.logic.axis
-
-    @classmethod
-    def configured(cls, kind=OneAxis, **options):
-        hand = cls(kind, **options)
-        hand.bench.scan()
-        hand.does(lambda axis: axis.configure())
-        return hand
-
-    @classmethod
-    def ready(cls, kind=OneAxis, **options):
-        hand = cls.configured(kind, **options)
-        hand.does(lambda axis: axis.set_position(0))
-        return hand
-
-    def ask(self, ask):
-        """Ask for a command in the next scan; return it."""
-        self.bench.logic.ask = ask
-        self.bench.scan()
-        return self.bench.logic.command
-
-    def does(self, ask, scans=20_000):
-        """Ask for a command and let it end well."""
-        command = self.ask(ask)
-        self.bench.until(lambda: not command.busy, scans)
-        command.result()
-        return command
-
-    def run(self, ms):
-        self.bench.scan(ms // 2)
-        return self
 
 
 def test_states_from_power_up_on():
@@ -168,10 +109,6 @@ def test_a_registration_input_before_the_minimum_is_ignored():
     run.register()
     hand.bench.until(lambda: run.done)
     assert 9_000 <= hand.axis.position <= 9_050
-
-
-class Geared(OneAxis):
-    axis = Axis3601(1, setup(ENCODER))
 
 
 @pytest.mark.parametrize(("numerator", "moved"), [(3, 300), (-3, -300)])

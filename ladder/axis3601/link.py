@@ -1,0 +1,54 @@
+"""The link to a module: whether its images are exchanged, and since when they are not."""
+
+from __future__ import annotations
+
+from ..sequences.parts import Slot
+
+
+class Link:
+    """The link to a module, as its connection fault shows it [`I.Fault` of a CompactLogix].
+
+    Attributes:
+        down: whether the PLC does not reach the module.
+        changes: how often it has been lost or has come back.
+        lost_ns: when it was lost last, ns.
+        back_ns: when it came back last, ns.
+
+    Args:
+        number: of the slot.
+        slot: with the attribute `fault`; without it the module always answers.
+    """
+
+    def __init__(self, number: int = 0, slot: Slot | None = None) -> None:
+        self.number = number
+        self.down = False
+        self.changes = 0
+        self.lost_ns = self.back_ns = 0
+        self._slot = slot
+
+    def look(self, now_ns: int) -> bool:
+        """Read the connection fault; return whether the link has been lost or has come back."""
+        down = getattr(self._slot, "fault", 0) != 0
+        if down is self.down:
+            return False
+        self.down = down
+        self.changes += 1
+        if down:
+            self.lost_ns = now_ns
+        else:
+            self.back_ns = now_ns
+        return True
+
+    def __str__(self) -> str:
+        """Return when it was lost last, in words."""
+        lost = f"the link to slot {self.number} was lost at {_seconds(self.lost_ns)}"
+        return lost if self.down else f"{lost} and came back at {_seconds(self.back_ns)}"
+
+
+def _seconds(time_ns: int) -> str:
+    """Return a virtual time.
+
+    >>> _seconds(1_204_000_000), _seconds(250_000)
+    ('1.204 s', '0.00025 s')
+    """
+    return f"{time_ns / 1e9:.6f}".rstrip("0").rstrip(".") + " s"
