@@ -24,6 +24,7 @@ from ..loop.phases import IDLE_PHASES
 from ..loop.rack import SLOT_BYTES, Rack
 from ..loop.scan import MODE_MASK, CpuMode, Logic, Scan, ScanFlag
 from ..machine import MachineSpec, TimelineEntry
+from .links import LinkChange
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,15 +133,20 @@ class RecordedInputs:
     Args:
         images: 16 bytes per scan.
         times: when each was shown, ns, ascending.
+        links: when its link was lost and when it came back, ascending.
     """
 
-    def __init__(self, images: Sequence[bytes], times: Sequence[int]) -> None:
+    def __init__(
+        self, images: Sequence[bytes], times: Sequence[int], links: Iterable[LinkChange] = ()
+    ) -> None:
         self.events: list[Event] = []
         self._images = images
         self._times = times
         self._last = len(times) - 1
         self._row = -1
         self._image = Image()
+        self._links = list(links)
+        self.linked = True
 
     def update(self, now_ns: int, outputs: Image) -> Image:
         """Return the image in force at `now_ns`; see `Module.update`."""
@@ -150,6 +156,8 @@ class RecordedInputs:
         if row != self._row:
             self._row = row
             self._image.raw[:] = self._images[row]
+        while self._links and self._links[0].now_ns <= now_ns:
+            self.linked = self._links.pop(0).good
         return self._image
 
     def plc_run(self, running: bool) -> None:

@@ -18,6 +18,7 @@ from ..loop.rack import Card, Rack
 from ..loop.scan import CpuMode, Logic
 from .build import build_playback, build_rack, round_trip_ms
 from .levels import recorded_levels
+from .links import link_changes
 from .playback import RecordedInputs, Score, Stimulus, recorded_outputs, stimulated
 from .running import Observer, unobserved
 from .tag_orders import TagOrders, first_few
@@ -107,7 +108,11 @@ def recorded_rack(recording: Recording, spec: RackSpec) -> Rack:
     return Rack(
         Card(
             slot.number,
-            RecordedInputs(recording.images((slot.number, "in")), recording.times),
+            RecordedInputs(
+                recording.images((slot.number, "in")),
+                recording.times,
+                link_changes(recording.events, slot.number),
+            ),
             slot.module,
             slot.firmware,
             known[slot.number] if known.get(slot.number) == slot.words else slot.words,

@@ -1,5 +1,6 @@
 """What a module with the words of a 3601 waits for, read from its two images and their past.
 
+    out of reach             for its link
     in configuration mode    for a valid configuration, or for bit 15 of output word 0 to go back to 0
     moving                   MOVE_COMPLETE not yet: which command, where it is, where it goes
     a command bit is on      for it to go back to 0: a command is taken when its bit goes from 0 to 1
@@ -29,6 +30,8 @@ from ....io_images.amci3601 import (
 )
 from ....io_images.thousands import join_reported
 from ....traces.event_text import describe
+from ....traces.image_text import short_seconds
+from ..links import link_changes
 from .past import SlotPast
 
 MOVING = StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW
@@ -55,6 +58,16 @@ def waits(past: SlotPast) -> list[str]:
     """Return what a module waits for, in sentences."""
     state = next(said for each in STATES if (said := each(past)) is not None)
     return [state, *_errors(past)]
+
+
+def _out_of_reach(past: SlotPast) -> str | None:
+    changes = link_changes(past.past.events, past.slot.number)
+    if not changes or changes[-1].good:
+        return None
+    lost = next((each for each in changes[::-1] if each.good), None)
+    since = changes[changes.index(lost) + 1 if lost is not None else 0]
+    at = f"scan {since.scan} ({short_seconds(since.now_ns)} s)"
+    return f"the link to it is lost since {at}: its inputs are those of before, and no command reaches it"
 
 
 def _answers_not(past: SlotPast) -> str | None:
@@ -201,6 +214,7 @@ def _idle(past: SlotPast) -> str:
 
 
 STATES: Sequence[Callable[[SlotPast], str | None]] = (
+    _out_of_reach,
     _answers_not,
     _configuring,
     _enters_configuration,

@@ -159,3 +159,18 @@ def test_a_trace_that_does_not_say_what_made_it_answers_from_its_images(tmp_path
     assert "slot 1: moving CW, at 0: ABSOLUTE_MOVE since scan 2 (0.004 s)" in result.stdout
     bit = CliRunner().invoke(build(), ["why", str(path), "slot1.command.ABSOLUTE_MOVE"])
     assert "slot1.command.ABSOLUTE_MOVE is 1 since scan 2 (0.004 s)." in bit.stdout
+
+
+def test_a_lost_link_is_named_with_its_instant(bench):
+    """Its inputs are frozen, so they say nothing of the present."""
+    ready(bench)
+    send(bench, "ABSOLUTE", 10)  # scans 4 to 13
+    bench.slot[1].fail("link-lost")
+    bench.scan(3)
+    assert state(bench)[0] == (
+        "the link to it is lost since scan 14 (0.028 s): its inputs are those of before, "
+        "and no command reaches it"
+    )
+    bench.slot[1].fail(None)
+    bench.scan(3)
+    assert state(bench)[0].startswith("at rest at ")
