@@ -1,4 +1,4 @@
-"""When the link to a module was lost, as a recording shows it: its Module light goes off [chapter 1, Front Panel]."""
+"""When the link to a module was lost: its Module light is off on the record [chapter 1, Front Panel]."""
 
 from __future__ import annotations
 

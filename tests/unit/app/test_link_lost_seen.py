@@ -1,7 +1,7 @@
 """A link that is lost in a move, seen from outside: recorded, shown, asked for, run again and replayed.
 
-Scans of 2 ms: the link is lost at 0.3 s for 40 ms; the axis rests then, and the move has ended after two round
-trips of 10 ms.
+Scans of 2 ms: the link is lost at 0.3 s for 40 ms; the axis rests then, and the move has ended after two
+round trips of 10 ms.
 """
 
 import pytest
@@ -74,7 +74,8 @@ def test_the_recorded_wait_names_the_link_while_it_is_lost(trace):
 
 def test_why_says_so_of_the_module(trace):
     said = invoke("why", trace, "--trust", "--at", "0.32 s")
-    assert "cycle waits at line 16 of line.py for axis.move_to(9000) (the link to slot 1 was lost" in said.stdout
+    wait = "axis.move_to(9000) (the link to slot 1 was lost at 0.3 s)"
+    assert f"cycle waits at line 16 of line.py for {wait}" in said.stdout
     assert "slot 1: the link to it is lost since scan 150 (0.3 s)" in said.stdout, said.output
 
 
