@@ -129,7 +129,8 @@ def _fields(cls: type) -> frozenset[str] | None:
                 return None
             nodes = [node for node in ast.walk(body) if isinstance(node, ast.Attribute)]
             names.update(node.attr for node in nodes if isinstance(node.ctx, ast.Store))
-    return None if cls.__setattr__ is not object.__setattr__ else frozenset(names)
+    sets_its_own = any("__setattr__" in vars(kind) for kind in cls.__mro__[:-1])
+    return None if sets_its_own else frozenset(names)
 
 
 def _unread(scope: _Scope, node: ast.AST, read: frozenset[str], attributes: frozenset[str]) -> str:

@@ -119,7 +119,8 @@ def check_condition(condition: object, what: str) -> None:
     if not callable(condition):
         raise TypeError(f"{what}({condition!r}) is not allowed: write {what}(lambda: ...), a function")
     if inspect.iscoroutinefunction(condition):
-        raise TypeError(f"{what}({condition.__name__}) is not allowed: {_never_answers(condition.__name__)}")
+        name = getattr(condition, "__name__", "the condition")
+        raise TypeError(f"{what}({name}) is not allowed: {_never_answers(name)}")
 
 
 def holds(condition: Condition) -> bool:

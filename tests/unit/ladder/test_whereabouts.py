@@ -1,6 +1,7 @@
 """What stops a program from outside names task, routine and rung or line, in both back ends."""
 
 import pytest
+from scanrack.ladder import Controller
 from scanrack.ladder.rungfile import parse_program
 from scanrack.runtime.loop.cpu import Cpu, CpuFault
 from scanrack.runtime.loop.pace import WatchdogExpired
@@ -50,6 +51,7 @@ def made(text, error):
         raise error
 
     stop.__name__ = "Stop"
+    assert isinstance(controller, Controller)
     controller.programs[0].function(stop)
     return controller
 
