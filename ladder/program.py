@@ -108,6 +108,10 @@ class ProgramError(ValueError):
     """A program that can't be loaded; the message names file, line and what is allowed."""
 
 
+class MissingNameError(ProgramError):
+    """A file without the name that is loaded from it."""
+
+
 def split_address(address: str, default: str = DEFAULT_FUNCTION) -> tuple[str, str]:
     """Split `path[:function]` into path and function name.
 
@@ -390,7 +394,9 @@ def _execute(path: Path, data: bytes) -> ModuleType:
     _put_on_import_path(path.parent)
     try:
         exec(code, module.__dict__)
-    except (Exception, SystemExit) as error:
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
         raise ProgramError(_while_loading(path, error)) from error
     return module
 
@@ -421,7 +427,8 @@ def _pick(path: Path, module: ModuleType, name: str) -> Callable[..., Any]:
     ]
     close = difflib.get_close_matches(name, there, n=1)
     hint = f"; did you mean {close[0]}?" if close else ""
-    raise ProgramError(f"{path}: there is no function {name} among {', '.join(there) or 'none'}{hint}")
+    named = f"no function {name} among {', '.join(there)}" if there else f"no function {name} in it"
+    raise MissingNameError(f"{path}: there is {named}{hint}")
 
 
 def _check_signature(

@@ -16,6 +16,7 @@ from ...ladder.program import (
     EXPORT_SUFFIXES,
     L5X_SUFFIXES,
     Form,
+    MissingNameError,
     Program,
     ProgramError,
     as_logic,
@@ -112,7 +113,11 @@ def load_spec(rack: str) -> tuple[RackSpec, Path]:
     path = _rack_path(rack)
     if rack_form(path) is Form.DATA:
         return load_rack_file(path).spec, path
-    file = load_function(_address(rack), Path(), default=RACK_FUNCTION, arguments=())
+    try:
+        file = load_function(_address(rack), Path(), default=RACK_FUNCTION, arguments=())
+    except MissingNameError as error:
+        says = f'a program is run by a rack file that names it: program = "{path.name}"'
+        raise RackFileError(f"{error}; {says}") from error
     return _call(file), file.path
 
 

@@ -6,7 +6,9 @@ A command's module is imported when the command is used: a run does not wait for
 from __future__ import annotations
 
 import difflib
+import re
 import sys
+from collections.abc import Sequence
 from contextlib import suppress
 from importlib import import_module
 from typing import Any, NamedTuple
@@ -17,7 +19,8 @@ from typer.core import TyperGroup
 from ..loop.pace import ending_as_interrupt, interrupted_by
 from .limiting import limit_traces
 from .status import BAD_INPUT, INTERRUPTED, PIPE_CLOSED, complain, reason
-from .streams import OutputLost, guarded_output
+from .streams import OutputLost, closed_streams_plugged, guarded_output
+from .terminal import say
 
 __all__ = ["build", "main"]
 
@@ -33,6 +36,9 @@ class Entry(NamedTuple):
     module: str
     sentence: str
 
+
+UsageMistake: type[Exception] = typer.BadParameter.__mro__[2]
+"""What the parser raises for words that it can't use; Typer exports only its most special kind."""
 
 COMMANDS = {
     "run": Entry("run", "Run a rack's logic scan by scan, and record every scan."),
@@ -79,6 +85,24 @@ class Lazy(TyperGroup):
         import_module(f".{entry.module}", __package__).register(app)
         return typer.main.get_group(app).commands[cmd_name]
 
+    def main(
+        self, args: Sequence[str] | None = None, prog_name: str | None = None, *_: Any, **options: Any
+    ) -> Any:
+        """Parse words and run a command; options that can't be used are one line of ours and its status.
+
+        Raises:
+            SystemExit: always, with a status of `cli.status`.
+        """
+        words = sys.argv[1:] if args is None else list(args)
+        options["standalone_mode"] = False
+        try:
+            sys.exit(super().main(words, prog_name, **options))
+        except UsageMistake as error:
+            if type(error).__name__ == "NoArgsIsHelpError":  # the page of the command, which takes words
+                say(error, err=True)
+                sys.exit(BAD_INPUT)
+            sys.exit(complain(_usage(error, words), BAD_INPUT))
+
     def invoke(self, ctx: Any) -> Any:
         """Run a command; a signal to end the process interrupts it, with one message.
 
@@ -102,6 +126,37 @@ def _unknown(name: str) -> str:
     return f"there is no command {name!r}: {meant}"
 
 
+SPEECH = (
+    ("Value error, ", ""),
+    (r"^Invalid value for '?(.+?)'?: ", r"\1: "),
+    ("Input should be a valid integer.*", "a whole number is needed"),
+    ("Input should be a valid number.*", "a number is needed"),
+    (r"Input should be greater than or equal to (\S+)", r"\1 or more is allowed"),
+    (r"Input should be less than or equal to (\S+)", r"\1 or less is allowed"),
+)
+"""Patterns of the libraries' sentences, and ours in their place."""
+
+
+def _usage(error: Any, words: Sequence[str]) -> str:
+    """Return what is wrong with the words of a command, and where its page is.
+
+    Args:
+        error: what the parser says.
+        words: the words.
+    """
+    said = error.format_message().rstrip(".")
+    for theirs, ours in SPEECH:
+        said = re.sub(theirs, ours, said)
+    option, possible = getattr(error, "option_name", ""), getattr(error, "possibilities", None)
+    if possible:
+        said = f"no such option: {option}; did you mean {' or '.join(sorted(possible))}?"
+    path = error.ctx.command_path if error.ctx else "scanrack"
+    number = next((word for word in words if option and word.startswith(option)), "")
+    if re.fullmatch(r"-\d.*", number):
+        said = f"{number} looks like an option; put -- before a negative number: {path} -- {number}"
+    return f"{said[:1].lower()}{said[1:]} ('{path} --help' lists what there is)"
+
+
 def build() -> typer.Typer:
     """Return the command-line application."""
     return _application(Lazy)
@@ -118,6 +173,7 @@ def _application(group: type[TyperGroup]) -> typer.Typer:
         no_args_is_help=True,
         pretty_exceptions_enable=False,
         rich_markup_mode=None,
+        context_settings={"help_option_names": ["-h", "--help"]},
     )
     app.callback()(limit_traces)
     return app
@@ -129,6 +185,7 @@ def main() -> None:
     Raises:
         SystemExit: always, with a status of `cli.status`.
     """
+    closed_streams_plugged()
     try:
         with guarded_output():
             _run()

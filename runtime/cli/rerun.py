@@ -20,7 +20,7 @@ from ..app.replaying import lost_edits, lost_notes
 from .compare import JsonOption, tell
 from .complaints import reported_mistakes
 from .run import run_job
-from .status import BAD_INPUT, DONE
+from .status import DONE, NO
 from .terminal import say
 from .trace_options import QuietOption, itself, reading, tell_notes
 
@@ -79,8 +79,8 @@ def _rerun(
     status = run_job(
         job, scans, again, quiet=quiet, summarised=False, orders=orders, editions=editions, metadata=parent
     )
-    if status == BAD_INPUT:
-        return BAD_INPUT
+    if status not in (DONE, NO):
+        return status
     if not as_json and filecmp.cmp(path, again, shallow=False):
         if not quiet:
             say(f"{path.name}: {ends[-1] - ends[0] + 1:,} scans, the same byte for byte")

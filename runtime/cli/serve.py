@@ -46,7 +46,7 @@ from ..line.ports import (
 from ..line.wire import Device
 from ..loop.pace import Clock, wall_ns
 from .complaints import reported_mistakes
-from .status import complain
+from .status import INTERRUPTED, complain
 from .tables import Cells
 from .terminal import say
 from .trace_options import QuietOption
@@ -310,8 +310,8 @@ def _serve_command(
 
     Example: scanrack serve pcl601 --tcp 5020 --program examples/pcl601/sample1.pclt
 
-    Exit status: 0 ended by Ctrl-C, 2 an option, a file or a port can't be used, 3 the recording can't
-    be written.
+    Exit status: 130 ended by Ctrl-C, SIGTERM or SIGHUP, 2 an option, a file or a port can't be used, 3 the
+    recording can't be written.
     """
     with reported_mistakes():
         clock = Clock(speed)
@@ -331,6 +331,7 @@ def _serve_command(
             say(f"{place}  {controller} at address {names}, {units[0].device.line_format}; Ctrl-C ends")
             sys.stdout.flush()  # who reads the path through a pipe waits for it
             _serve(server, units, clock, recorder, quiet=quiet)
+        raise typer.Exit(INTERRUPTED)
 
 
 def _serve(

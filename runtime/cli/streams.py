@@ -60,6 +60,16 @@ class _Guarded(io.FileIO):
         return memoryview(data).nbytes
 
 
+def closed_streams_plugged() -> None:
+    """Keep the numbers of closed standard streams from files that are opened later.
+
+    A socket with number 0 would be closed as standard input is. Writing to the plug of an output fails.
+    """
+    while (fd := os.open(os.devnull, os.O_RDONLY)) < 3:
+        pass
+    os.close(fd)
+
+
 @contextmanager
 def guarded_output() -> Iterator[None]:
     """Let what can't be written to standard output end the block with `OutputLost`.
@@ -68,7 +78,10 @@ def guarded_output() -> Iterator[None]:
     not the process's own, are left as they are.
     """
     before = sys.stdout, sys.stderr
-    sys.stdout, sys.stderr = _guarded(sys.stdout, told=True), _guarded(sys.stderr, told=False)
+    sys.stdout, sys.stderr = (
+        _guarded(sys.stdout or _closed(1), told=True),
+        _guarded(sys.stderr or _closed(2), told=False),
+    )
     try:
         yield
     finally:
@@ -77,6 +90,11 @@ def guarded_output() -> Iterator[None]:
         for stream in ours:
             if stream is not None:
                 stream.flush()
+
+
+def _closed(number: int) -> IO[str]:
+    """Return a stream on the plug of an output that was closed."""
+    return open(number, "w", encoding="utf-8", closefd=False)
 
 
 def _guarded(stream: Any, *, told: bool) -> Any:

@@ -75,7 +75,12 @@ def _watch_command(
     trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with a trace.")] = False,
 ) -> None:
     if Path(rack.partition("#")[0].partition(":")[0]).suffix not in RACK_FORMS:
+        of_racks = {"--speed": speed != "1", "--paused": paused, "--record": record, "--for": duration}
+        of_racks |= {"--scans": scans is not None, "--live": live, "--control": control, "--text": text}
+        given = [option for option, is_given in of_racks.items() if is_given]
         with reported_mistakes():
+            if given:
+                raise ValueError(f"{given[0]} is for a rack that runs; {rack} is a recording")
             status = watch_trace(place_of(rack), port=port, trust=trust, opened=opened)
         raise typer.Exit(status)
     try:

@@ -38,7 +38,7 @@ def serving(*arguments: str) -> Iterator[str]:
         yield process.stdout.readline().split("  ")[0]
         process.send_signal(signal.SIGINT)
         assert process.communicate(timeout=10) == ("", "")
-        assert process.returncode == 0
+        assert process.returncode == 130
     finally:
         process.kill()
         process.communicate()

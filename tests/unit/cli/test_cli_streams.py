@@ -39,6 +39,7 @@ def shell(folder, line):
     return (folder / "statuses").read_text().split(), done.stderr
 
 
+CLOSED = "scanrack: standard output can't be written: Bad file descriptor\n"
 FULL = "scanrack: standard output can't be written: No space left on device\n"
 
 LINES = {
@@ -55,7 +56,14 @@ LINES = {
     "a list read no further": ("scanrack xref long.rung | head -1", "141", ""),
     "rules read no further": ("scanrack rules amci3601 | head -1", "141", ""),
     "replies read no further": ("yes '{}' | scanrack drive amci3601 | head -1", "141", ""),
-    "no standard output": ("scanrack run line.toml --no-record >&-", "0", ""),
+    "no standard output": ("scanrack run line.toml --no-record >&-", "3", CLOSED),
+    "no standard output behind a table": ("scanrack rules amci3601 >&-", "3", CLOSED),
+    "no standard output behind an export": (
+        "scanrack run line.toml -q --record a.mcap; scanrack export a.mcap --csv - >&-",
+        "3",
+        CLOSED,
+    ),
+    "no standard stream at all": ("scanrack run line.toml --no-record <&- >&- 2>&-", "3", ""),
 }
 
 

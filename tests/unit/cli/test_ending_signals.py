@@ -86,7 +86,7 @@ def test_a_served_controller_leaves_a_whole_recording(folder: Path, number: sign
         assert "Ctrl-C ends" in process.stdout.readline()
         process.send_signal(number)
         _, err = process.communicate(timeout=30)
-    assert (process.returncode, err) == (0, "")
+    assert (process.returncode, err) == (130, "")
     assert stock_count(folder / "line.mcap") >= 1
 
 

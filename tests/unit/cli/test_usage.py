@@ -1,0 +1,88 @@
+"""Words of a command that can't be used: one line in our own style, with the way on, and status 2."""
+
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+from scanrack import __main__
+from scanrack.runtime.cli import COMMANDS, build, rerun, status
+from typer.testing import CliRunner
+
+LINES = {
+    "run line.toml --scanz": "no such option: --scanz; "
+    "did you mean --scans or --spin? ('scanrack run --help'{})",
+    "pcl601 move -100": "-100 looks like an option; put -- before a negative number: "
+    "scanrack pcl601 move -- -100 ('scanrack pcl601 move --help'{})",
+    "serve pcl602": "controller: 'pcl602' is not one of 'pcl601', 'pmc006' ('scanrack serve --help'{})",
+    "run line.toml --scans x": "--scans: a whole number is needed ('scanrack run --help'{})",
+    "watch line.toml --port -1": "--port: 0 or more is allowed ('scanrack watch --help'{})",
+    "watch a.mcap --scans 4": "--scans is for a rack that runs; a.mcap is a recording",
+    "run press.py": "press.py: there is no function rack in it; "
+    'a program is run by a rack file that names it: program = "press.py"',
+}
+"""What is typed, and what is said; the page lists what there is."""
+
+PRESS = """from scanrack import Logic
+
+
+class Press(Logic):
+    lamp = False
+"""
+
+
+def run(*words: str) -> tuple[int, str, str]:
+    """Return exit status, standard output and standard error of a command."""
+    done = CliRunner().invoke(build(), words, prog_name="scanrack")
+    return done.exit_code, done.stdout, done.stderr
+
+
+@pytest.mark.parametrize("line", LINES)
+def test_what_is_wrong_is_one_line_of_ours(
+    line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("press.py").write_text(PRESS, encoding="utf-8")
+    said = LINES[line].format(" lists what there is")
+    assert run(*line.split()) == (2, "", f"scanrack: {said}\n")
+
+
+@pytest.mark.parametrize("command", ["", *COMMANDS])
+def test_h_is_help(command: str) -> None:
+    words = command.split()
+    short, long = run(*words, "-h"), run(*words, "--help")
+    assert short == long
+    assert short[0] == 0
+    assert short[1].startswith(f"Usage: scanrack {command}".strip())
+
+
+def test_a_command_without_words_prints_its_page() -> None:
+    code, out, err = run("query")
+    assert (code, out) == (2, "")
+    assert err.startswith("Usage: scanrack query")
+
+
+def test_ctrl_c_while_the_commands_are_imported(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(name: str) -> None:
+        raise KeyboardInterrupt
+
+    module = ModuleType("scanrack.runtime.cli")
+    module.__getattr__ = interrupted  # type: ignore[method-assign]
+    monkeypatch.setitem(sys.modules, "scanrack.runtime.cli", module)
+    with pytest.raises(SystemExit) as caught:
+        __main__.main()
+    assert caught.value.code == status.INTERRUPTED
+    assert capsys.readouterr().err == "scanrack: stopped by Ctrl-C\n"
+
+
+def test_a_rerun_that_is_stopped_does_not_say_that_it_differs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("line.py").write_text("def logic(scan):\n    pass\n", encoding="utf-8")
+    Path("line.toml").write_text('program = "line.py"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n', "utf-8")
+    assert run("run", "line.toml", "--scans", "20", "--record", "a.mcap", "-q")[0] == 0
+    monkeypatch.setattr(rerun, "run_job", lambda *_, **__: status.INTERRUPTED)
+    assert run("rerun", "a.mcap") == (130, "", "")
