@@ -9,10 +9,8 @@ These are the names that a program, a test or a notebook needs. Each is imported
 [2, 0, 4, 0, 5, 0, 20, 10]
 """
 
-from __future__ import annotations
-
-from importlib import import_module
-from typing import TYPE_CHECKING
+# Nothing is imported here: with `python -m scanrack` the current folder leads the search path still.
+TYPE_CHECKING = False  # what a type checker takes for true
 
 if TYPE_CHECKING:
     from .io_images import Image, strategies
@@ -209,6 +207,8 @@ def __dir__() -> list[str]:
 
 
 def _find(name: str) -> object:
+    from importlib import import_module
+
     if name == "__version__":
         return import_module("importlib.metadata").version(__name__)
     if name == "strategies":
@@ -220,5 +220,7 @@ def _find(name: str) -> object:
 
 
 def _nearest(name: str) -> str:
-    close = import_module("difflib").get_close_matches(name, __all__, n=1)
+    from difflib import get_close_matches
+
+    close = get_close_matches(name, __all__, n=1)
     return f"did you mean {close[0]}?" if close else f"its names are {', '.join(__all__)}"

@@ -1,4 +1,4 @@
-"""`python -m scanrack`, and the `scanrack` command."""
+"""`python -m scanrack`, and the `scanrack` command; neither imports anything from the current folder."""
 
 import sys
 
@@ -18,4 +18,6 @@ def main() -> None:
 
 
 if __name__ == "__main__":
+    if not sys.flags.safe_path:  # with -m the current folder is first
+        del sys.path[0]  # noqa: TID251 - before anything is imported
     main()

@@ -33,7 +33,7 @@ which is logic just as well. The files, from the bottom up; each imports only fr
 | `sequences/`, `axis3601/` | logic in plain Python: sequences; the 3601's axis |
 | `rungreader`, `rungfile`, `steps` | `.rung` and `.st` files; `.steps` files |
 | `blocks/` | the motion blocks of `USE axis3601`, as rung text |
-| `program` | any program from a file |
+| `modules_beside`, `program` | modules beside a program's file; any program from a file |
 | `tag_values` | tags by pattern, for a recorder |
 | `debug/`, `draw/` | breakpoints, forces, why, cross reference; rungs as characters and SVG |
 

@@ -16,6 +16,7 @@ import traceback
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+from importlib.machinery import ModuleSpec
 from pathlib import Path, PurePath
 from types import FunctionType, ModuleType
 from typing import TYPE_CHECKING, Any
@@ -23,6 +24,7 @@ from typing import TYPE_CHECKING, Any
 from .axes import AxisSettings
 from .bound_axes import Axes
 from .errors import LadderError
+from .modules_beside import find_beside, shadowed
 from .rungfile import STRUCTURED_SUFFIX, SUFFIX, parse_program, parse_structured
 from .rungreader import load_library
 from .runnable import REFUSALS_SHOWN, LadderLogic
@@ -141,8 +143,7 @@ def load_program(
 ) -> Program:
     """Load the function that a scan loop calls once per scan.
 
-    The file is run once, as a module of its own; its folder is put on the import path, so that
-    files beside it can be imported.
+    The file is run once, as a module of its own; it can import files beside it, see `modules_beside`.
 
     Args:
         address: `path[:function]`, the path relative to `folder`.
@@ -390,8 +391,8 @@ def _execute(path: Path, data: bytes) -> ModuleType:
         raise ProgramError(f"{path}:{line}: the program has a syntax error: {text}") from None
     module = ModuleType(f"scanrack_program_{path.stem}")
     module.__file__ = str(path)
+    module.__spec__ = find_beside(path, ModuleSpec(module.__name__, None, origin=str(path)))
     sys.modules[module.__name__] = module
-    _put_on_import_path(path.parent)
     try:
         exec(code, module.__dict__)
     except KeyboardInterrupt:
@@ -401,17 +402,12 @@ def _execute(path: Path, data: bytes) -> ModuleType:
     return module
 
 
-def _put_on_import_path(folder: Path) -> None:
-    entry = str(folder.resolve())
-    if entry not in sys.path:
-        sys.path.insert(0, entry)
-
-
 def _while_loading(path: Path, error: BaseException) -> str:
     """Say what went wrong, at the innermost line of the program's own file."""
     steps = traceback.extract_tb(error.__traceback__)
     lines = [step.lineno for step in steps if step.filename == str(path)]
-    return f"{path}:{lines[-1] if lines else 1}: the program can't be loaded: {type(error).__name__}: {error}"
+    what = f"{type(error).__name__}: {error}{shadowed(path, error)}"
+    return f"{path}:{lines[-1] if lines else 1}: the program can't be loaded: {what}"
 
 
 def _pick(path: Path, module: ModuleType, name: str) -> Callable[..., Any]:

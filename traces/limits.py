@@ -47,6 +47,11 @@ def limits() -> Limits:
     return _limits.get()
 
 
+def set_limits(to: Limits) -> None:
+    """Put other limits in force for good: at the beginning of a process."""
+    _limits.set(to)
+
+
 @contextmanager
 def limited(to: Limits) -> Iterator[None]:
     """Put other limits in force."""

@@ -15,6 +15,7 @@
 | `tag_names`, `tag_source` | the tags of a run: their names; one function that reads them |
 | `sequence_watch` | where a program's sequences wait |
 | `watched_program`, `watched_python`, `watched_machines` | what a monitor gets of a run |
+| `launcher` | starts helper processes |
 | `limits` | `within`, in logic and for the search |
 | `l5x_rack`, `slc_rack`, `toml_text` | rack files for exports |
 | `wrapped`, `bare_slots` | a logic around another one; slots without modules |

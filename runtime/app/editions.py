@@ -10,7 +10,6 @@ Each can be loaded again: for a rerun, for a branch, and by a monitor that shows
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -206,15 +205,13 @@ def _recorded(files: Mapping[str, bytes], number: int, rack: str, program: str, 
 
 
 def forget(folders: Iterable[Path]) -> None:
-    """Let Python find no modules of programs that ran before.
+    """Drop the modules of programs that ran before.
 
     Args:
         folders: absolute paths without symbolic links.
     """
     for folder in folders:
         forget_imported(folder)
-        if str(folder) in sys.path:
-            sys.path.remove(str(folder))
 
 
 def folders_of(job: Job) -> set[Path]:

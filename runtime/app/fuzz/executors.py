@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import logging
-import os
-import signal
-from collections.abc import Callable
-from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExecutor
+from collections.abc import Callable, Sequence
+from concurrent.futures import CancelledError, Executor, Future
 from contextlib import suppress
-from multiprocessing import active_children, get_context, parent_process
+from queue import SimpleQueue
 from threading import Event, Thread
 from typing import Any
 
 from ...loop.pace import wall_ns
+from .fresh import Worker
 from .state import CampaignError
 
 
@@ -33,32 +32,40 @@ class Processes(Executor):
     """Runs tasks in processes, and ends the processes at shutdown, in the middle of their work."""
 
     def __init__(self, jobs: int) -> None:
-        self._others = set(active_children())
-        self._pool = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_end_in_time)
+        self._waiting: SimpleQueue[tuple[Future[Any], Asked] | None] = SimpleQueue()
+        self._workers = [Worker() for _ in range(jobs)]
+        self._threads = [Thread(target=self._serve, args=(each,), daemon=True) for each in self._workers]
+        for each in self._threads:
+            each.start()
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Send it to a process."""
-        return self._pool.submit(fn, *args, **kwargs)
+        future: Future[Any] = Future()
+        self._waiting.put((future, (fn, args, kwargs)))
+        return future
+
+    def _serve(self, worker: Worker) -> None:
+        """Give a process one task after the other; after its death all tasks are broken."""
+        while (task := self._waiting.get()) is not None:
+            future, asked = task
+            try:
+                future.set_result(worker.run(*asked))
+            except Exception as error:  # it is raised where the result is asked for
+                future.set_exception(error)
+        worker.close()
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the processes; with `cancel_futures` in the middle of their work."""
-        if cancel_futures:
-            for process in set(active_children()) - self._others:
-                process.terminate()
-        self._pool.shutdown(wait=wait, cancel_futures=cancel_futures)
+        """End the processes; tasks without a result are broken."""
+        for worker in self._workers:
+            worker.kill()
+            self._waiting.put(None)
+        if wait:
+            for thread in self._threads:
+                thread.join()
 
 
-def _end_in_time() -> None:
-    """End a worker silently on Ctrl-C, which a terminal sends to all, and when its parent dies."""
-    signal.signal(signal.SIGINT, lambda _number, _frame: os._exit(130))
-    Thread(target=_end_with_the_parent, daemon=True).start()
-
-
-def _end_with_the_parent() -> None:
-    parent = parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
+Asked = tuple[Callable[..., Any], Sequence[Any], dict[str, Any]]
+"""A function and its arguments."""
 
 
 class OnCluster(Executor):

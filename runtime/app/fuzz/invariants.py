@@ -12,6 +12,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
+from ....ladder.modules_beside import find_beside
 from ...config.quantities import parse_duration
 from .scan_view import Moment
 
@@ -186,7 +187,7 @@ def load_invariants(path: Path | str) -> list[Invariant]:
     spec = importlib.util.spec_from_file_location(f"scanrack_invariants_{path.stem}", path)
     if spec is None or spec.loader is None:
         raise InvariantError(f"{path}: invariants are in a Python file (.py)")
-    module = importlib.util.module_from_spec(spec)
+    module = importlib.util.module_from_spec(find_beside(path, spec))
     sys.modules[spec.name] = module
     try:
         spec.loader.exec_module(module)

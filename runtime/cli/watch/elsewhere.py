@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 import pickle
-import subprocess
-import sys
 import tempfile
 from dataclasses import dataclass
 from typing import Any
 
 from ....traces.columns import Columns
+from ...app.launcher import PIPE, Helper, launch
 from ...loop.pace import wall_ns
 from .page import Page
 
@@ -24,7 +23,7 @@ class _Open:
 
     page: Page
     number: object
-    process: subprocess.Popen[bytes]
+    process: Helper
     until_ns: int
     command: str
 
@@ -49,11 +48,11 @@ class Elsewhere:
         for each in [each for each in self._open if each.page is page]:
             self._end(each, "another question was asked meanwhile")
         command = f"scanrack why {trace} {what} --at {scan} --trust"
-        words = [sys.executable, "-m", f"{__package__}.why_process", trace, what, str(scan)]
         with tempfile.TemporaryFile() as given:  # not a pipe: this must not wait for the process
             pickle.dump(more, given)
             given.seek(0)
-            process = subprocess.Popen(words, stdin=given, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+            main = f"{__package__}.why_process:main"
+            process = launch(main, trace, what, scan, stdin=given, stdout=PIPE, stderr=PIPE)
         self._open.append(_Open(page, number, process, wall_ns() + PATIENCE_NS, command))
 
     def tick(self) -> None:

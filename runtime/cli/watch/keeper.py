@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import pickle
 import socket
-import subprocess
-import sys
 import threading
 from collections.abc import Callable
 from dataclasses import replace
 from multiprocessing.connection import Connection
 from typing import Protocol
 
+from ...app.launcher import TimeoutExpired, launch
 from ...live.ring import Ring
 from ...loop.pace import wall_ns
 from .session_monitor import Ran, Setup
 
-MAIN = f"from {__package__}.server import main; main()"
+MAIN = f"{__package__}.server:main"
 """The program of a monitor process. It is not this program again, whose main module may do anything."""
 
 PATIENCE_S = 2
@@ -92,12 +91,8 @@ class Keeper:
     def _start(self) -> Connection:
         mine, theirs = socket.socketpair()
         given = (theirs.fileno(), self._listening.fileno(), self._ring.file)
-        self._process = subprocess.Popen(
-            [sys.executable, "-c", MAIN, *map(str, given)],
-            stdin=subprocess.DEVNULL,
-            pass_fds=given,
-            start_new_session=True,  # Ctrl-C is for the scan process, which ends this one
-        )
+        # its own session: Ctrl-C is for the scan process, which ends this one
+        self._process = launch(MAIN, *given, pass_fds=given, own_session=True)
         theirs.close()
         pipe = Connection(mine.detach())
         pipe.send_bytes(pickle.dumps(self._setup))
@@ -130,7 +125,7 @@ class Keeper:
         self.pipe.close()  # the monitor notices it
         try:
             self._process.wait(PATIENCE_S)
-        except subprocess.TimeoutExpired:
+        except TimeoutExpired:
             self._process.kill()
             self._process.wait()
         self._listening.close()

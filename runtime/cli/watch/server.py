@@ -8,7 +8,6 @@ import os
 import pickle
 import signal
 import socket
-import sys
 import traceback
 from contextlib import suppress
 from http import HTTPStatus
@@ -194,15 +193,20 @@ def _json(message: object) -> str:
     return json.dumps(message, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
 
 
-def main() -> None:
-    """Run a monitor until the scan process ends: the main function of its process, see `keeper`."""
+def main(orders: str, listening: str, ring: str) -> None:
+    """Run a monitor until the scan process ends: the main function of its process, see `keeper`.
+
+    Args:
+        orders: number of the file descriptor of the pipe to the scan process.
+        listening: that of the socket.
+        ring: that of the shared memory.
+    """
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)  # signals are for the scan process, which ends this one
     if hasattr(os, "sched_setscheduler"):  # the scans may have priority, their monitor has none
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
-    orders, listening, file = map(int, sys.argv[1:])
-    pipe = Connection(orders)
+    pipe = Connection(int(orders))
     setup: Setup = pickle.loads(pipe.recv_bytes())
-    monitor = SessionMonitor(setup, Ring.opened(setup.shape, file), pipe)
+    monitor = SessionMonitor(setup, Ring.opened(setup.shape, int(ring)), pipe)
     gate = Gate(setup.host, setup.port, setup.key)
-    asyncio.run(Server(monitor, gate, pipe).run(socket.socket(fileno=listening)))
+    asyncio.run(Server(monitor, gate, pipe).run(socket.socket(fileno=int(listening))))

@@ -1,9 +1,7 @@
 """Why a value of a Python program is what it is, in a process of its own, since the program runs again.
 
-    python -m scanrack.runtime.cli.watch.why_process TRACE WHAT SCAN
-
-prints one line of JSON: `{"text", "scan"}` or `{"refused"}`. The recording may still grow: its latest scans
-come on the standard input, as pickled columns.
+`main` prints one line of JSON: `{"text", "scan"}` or `{"refused"}`. The recording may still grow: its latest
+scans come on the standard input, as pickled columns.
 """
 
 from __future__ import annotations
@@ -45,13 +43,8 @@ def answer(path: str, what: str, scan: str, more: Columns) -> dict[str, Any]:
     return {"text": "\n".join([asked.text, *asked.notes]), "scan": asked.scan}
 
 
-def main() -> None:
-    """Answer the question of the command line."""
+def main(path: str, what: str, scan: str) -> None:
+    """Answer a question: the function of this process, see `elsewhere`."""
     if hasattr(os, "nice"):
         os.nice(MODESTY)  # scans and pictures go first
-    path, what, scan = sys.argv[1:]
     sys.stdout.write(json.dumps(answer(path, what, scan, pickle.load(sys.stdin.buffer))))
-
-
-if __name__ == "__main__":
-    main()

@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes in /proc")
 
-PATIENCE_S = 60
+PATIENCE_S = 300
 PROGRAM = """
 from scanrack.io_images.amci3601 import Configuration, Idle, StatusView
 

@@ -1,0 +1,97 @@
+"""Finds modules beside the Python files that are executed, for these files only.
+
+    who imports                                  finds
+    a program, a rack file, a stub, invariants   installed modules, then those in its own folder
+    a module from such a folder                  installed modules, then those in the same folder
+    Python, scanrack, the libraries              installed modules
+
+So a `json.py` beside a program never takes the place of Python's own, and only the program runs its helpers.
+The folder is in the spec of the importing module; `sys.path` stays as it is.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping, Sequence
+from importlib.abc import MetaPathFinder
+from importlib.machinery import ModuleSpec, PathFinder
+from pathlib import Path
+from types import FrameType, ModuleType
+from typing import Any
+
+
+class _Folder(str):
+    """The folder of an executed file, as `loader_state` of a spec."""
+
+    __slots__ = ()
+
+
+class _Finder(MetaPathFinder):
+    """Looks in the folder of the module that imports."""
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """Return the spec of a module beside the one that imports it."""
+        folder = None if path is not None else _folder_of(_importer(sys._getframe(1)))
+        if folder is None:
+            return None
+        spec = PathFinder.find_spec(fullname, [folder])
+        if spec is not None:
+            spec.loader_state = folder
+        return spec
+
+
+_FINDER = _Finder()
+
+
+def find_beside(path: Path, spec: ModuleSpec) -> ModuleSpec:
+    """Let the module of an executed file find the modules beside that file.
+
+    Args:
+        path: the file.
+        spec: of its module.
+
+    Returns:
+        The spec, for `module.__spec__`.
+    """
+    if _FINDER not in sys.meta_path:
+        sys.meta_path.append(_FINDER)
+    spec.loader_state = _Folder(path.parent.resolve())
+    return spec
+
+
+def shadowed(path: Path, error: BaseException) -> str:
+    """Return a hint if an import failed because an installed module has the name of one beside a file.
+
+    Args:
+        path: the executed file.
+        error: what it raised.
+    """
+    owner = error.obj if isinstance(error, AttributeError) else None
+    name = error.name if isinstance(error, ImportError) else getattr(owner, "__name__", None)
+    module = sys.modules.get(name or "")
+    if module is None or _folder_of(vars(module)) is not None:
+        return ""
+    beside = path.parent / f"{name}.py"
+    return f"; {beside} is not imported: an installed module has its name" if beside.is_file() else ""
+
+
+def _importer(frame: FrameType | None) -> Mapping[str, Any]:
+    """Return the globals of the code that imports, above the import system's own frames."""
+    while frame is not None:
+        name = frame.f_globals.get("__name__")
+        if name is not None and name.partition(".")[0] != "importlib":
+            return frame.f_globals
+        frame = frame.f_back
+    return {}
+
+
+def _folder_of(module: Mapping[str, Any]) -> _Folder | None:
+    """Return the folder in which a module finds others; that of a package for the modules in it."""
+    spec = module.get("__spec__")
+    package, dot, _rest = getattr(spec, "name", "").partition(".")
+    if dot:
+        spec = getattr(sys.modules.get(package), "__spec__", None)
+    folder = getattr(spec, "loader_state", None)
+    return folder if isinstance(folder, _Folder) else None
