@@ -59,7 +59,7 @@ def main(*words):
 
 DRIVER = """
 import contextlib, io, json, os, sys
-from scanrack.runtime.cli import main
+from scanrack.__main__ import main
 
 told = {}
 for words in json.load(sys.stdin):
