@@ -34,7 +34,7 @@ def orders_of(events: Iterable[TraceEvent]) -> list[RecordedOrder]:
             except ValueError as error:
                 says = f"the order before scan {event.scan} can't be given again: {error}"
                 raise ValueError(says) from error
-            found.append(RecordedOrder(event.scan, event.now_ns, order))
+            found.append(RecordedOrder(event.scan, order))
     return found
 
 
@@ -72,9 +72,9 @@ class Repeated:
 
     def _give(self, scan: int) -> None:
         while self._next < len(self._orders) and self._orders[self._next].scan <= scan:
-            number, at_ns, order = self._orders[self._next]
+            number, order = self._orders[self._next]
             self._next += 1
             try:
-                self._hands.act(order, at_ns, number)
+                self._hands.act(order, number * self._cpu.period_ns, number)
             except ValueError as error:
                 self.refused.append(f"the order before scan {number} is not carried out: {error}")

@@ -85,7 +85,7 @@ def _of_forces(events: Sequence[TraceEvent]) -> Iterator[GivenOrder]:
             gone: list[Force | Unforce] = [Unforce(tag) for tag in before if tag not in after]
             come = [Force(tag, after[tag]) for tag in after if before.get(tag) != after[tag]]
             for order in gone + come:
-                yield GivenOrder(event.scan, event.now_ns, order)
+                yield GivenOrder(event.scan, order)
             before = after
 
 

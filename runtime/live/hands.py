@@ -1,7 +1,13 @@
 """Carries out orders on a rack, between two scans, and announces each for the recording.
 
-An order is announced with the scan before which it acts. Orders of the session itself, such as a pause,
-change no image: they are only announced. So the orders of a recording, given again, make the same images.
+    scan          n           n+1
+    time          t           t + period
+    order         | acts      its scan, in the recording
+    a switch      | closes: the modules stand at t
+
+An order is announced with the scan before which it acts, n + 1, and with the time behind which it acts, t.
+Orders of the session itself, such as a pause, change no image: they are only announced. So the orders of a
+recording, given again, make the same images.
 """
 
 from __future__ import annotations
@@ -28,12 +34,10 @@ class GivenOrder(NamedTuple):
 
     Attributes:
         scan: number of the scan before which it acted.
-        at_ns: virtual time of that scan.
         order: the order.
     """
 
     scan: int
-    at_ns: int
     order: Order
 
 
@@ -93,9 +97,9 @@ class Hands:
         act = _ACTS.get(type(order))
         if act is not None:
             act(self, order, at_ns)
-        self.given.append(GivenOrder(scan, at_ns, order))
-        name = NAMES[type(order)]
-        self._cpu.announce(Event(at_ns, "order", name, sentence(order), {"order": text_of(order)}))
+        self.given.append(GivenOrder(scan, order))
+        name, behind_ns = NAMES[type(order)], max(at_ns - self._cpu.period_ns, 0)
+        self._cpu.announce(Event(behind_ns, "order", name, sentence(order), {"order": text_of(order)}))
 
     def is_image(self, tag: str) -> bool:
         """Tell whether an address means a word or bit of an image."""

@@ -173,7 +173,7 @@ class Session:
             KeyboardInterrupt: a second Ctrl-C.
         """
         end = None if scans is None else self._cpu.scan + scans
-        self.state.paused = paused
+        self.state.paused = paused or self._fault is not None
         with stopping_on_interrupt(self.end, inside=ScanPhases.logic.__code__):
             self._show()
             while not self.over and (end is None or self._cpu.scan < end):

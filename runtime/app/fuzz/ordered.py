@@ -26,25 +26,26 @@ def with_orders(scenario: Scenario, given: Sequence[RecordedOrder], spec: RackSp
         spec: the rack.
         end_ns: when the session ended.
     """
-    incidents = [*scenario.incidents, *_incidents(given), *_turns(given, end_ns)]
+    incidents = [*scenario.incidents, *_incidents(given, spec), *_turns(given, spec, end_ns)]
     incidents.sort(key=lambda each: each.at_ns)
     pushes = (*scenario.pushes, *_pushes(given, spec, end_ns))
     return replace(scenario, incidents=tuple(incidents), pushes=pushes)
 
 
-def _incidents(given: Iterable[RecordedOrder]) -> Iterator[Incident]:
-    for _scan, at_ns, order in given:
+def _incidents(given: Iterable[RecordedOrder], spec: RackSpec) -> Iterator[Incident]:
+    for scan, order in given:
         if isinstance(order, Happen):
             for_ns = round(order.for_ms * 1_000_000)
-            yield Incident(at_ns, FaultKind(order.kind), order.slot, for_ns, order.late_words)
+            yield Incident(scan * spec.scan_ns, FaultKind(order.kind), order.slot, for_ns, order.late_words)
 
 
-def _turns(given: Iterable[RecordedOrder], end_ns: int) -> Iterator[Incident]:
+def _turns(given: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Iterator[Incident]:
     """Yield the times in which the key was at program."""
     since: int | None = None
-    for _scan, at_ns, order in given:
+    for scan, order in given:
         if not isinstance(order, Mode):
             continue
+        at_ns = scan * spec.scan_ns
         if order.mode == "program":
             since = at_ns if since is None else since
         elif since is not None:
@@ -59,11 +60,11 @@ def _pushes(given: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Iter
     cards = [slot for slot in spec.slot if _is_card(slot.words.groups)]
     closed = {slot.number: slot.options.get("normally_closed", ()) for slot in cards}
     levels: dict[tuple[int, str], list[tuple[int, bool]]] = defaultdict(list)
-    for _scan, at_ns, order in given:
+    for scan, order in given:
         if isinstance(order, Press) and order.slot in closed and order.on is not None:
             at_rest = closed[order.slot]
             rest = isinstance(at_rest, list | tuple) and order.name in at_rest
-            levels[order.slot, order.name].append((at_ns, order.on is not rest))
+            levels[order.slot, order.name].append((scan * spec.scan_ns, order.on is not rest))
     for (slot, name), changes in levels.items():
         ends = [at_ns for at_ns, _operated in changes[1:]] + [end_ns]
         for (at_ns, operated), until_ns in zip(changes, ends, strict=True):

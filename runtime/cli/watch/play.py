@@ -128,7 +128,7 @@ class Play:
         """
         editions = Editions(self._folder / "programs", self._wanted.rack)
         editions.keep(0, editions.with_copy(edition_of(job)), job)
-        return self._prepared(Start(), editions)
+        return self._prepared(Start(paused=self._wanted.paused), editions)
 
     def _prepared(self, start: Start, editions: Editions) -> Prepared:
         with ExitStack() as ports:
@@ -151,7 +151,13 @@ class Play:
             return Prepared(start, run, pacer, trace, editions, ports.pop_all())
 
     def prepare_branch(
-        self, scan: int, orders: Iterable[RecordedOrder], editions: Editions, parent: Path
+        self,
+        scan: int,
+        orders: Iterable[RecordedOrder],
+        editions: Editions,
+        parent: Path,
+        *,
+        paused: bool = False,
     ) -> None:
         """Prepare a branch: a new rack, which the orders up to a scan will lead there.
 
@@ -160,13 +166,14 @@ class Play:
             orders: of the parent.
             editions: its programs.
             parent: path of its recording.
+            paused: the branch stands where it begins; else it goes on.
 
         Raises:
             ValueError: that can't be; nothing has changed.
         """
         given = [each for each in orders if each.scan <= scan]
         edits = sum(isinstance(each.order, Edit) for each in given)
-        start = Start(scan, given, {"parent": parent.name, "parent_scan": str(scan)})
+        start = Start(scan, given, {"parent": parent.name, "parent_scan": str(scan)}, paused)
         try:
             self._next = self._prepared(start, editions.up_to(edits))
         except OSError as error:
@@ -211,9 +218,11 @@ class Play:
             stops=program,
             live=wanted.live,
             reload=editor.load_soon if wanted.editable else None,
-            prepare=lambda scan: self.prepare_branch(scan, hands.given, prepared.editions, prepared.trace),
+            prepare=lambda scan: self.prepare_branch(
+                scan, hands.given, prepared.editions, prepared.trace, paused=session.state.paused
+            ),
         )
-        if wanted.editable and not (wanted.live and wanted.read_only):  # a saved file controls a real motor
+        if wanted.editable and not wanted.read_only:
             editor.start()
             prepared.ports.callback(editor.end)
         tap.session, session.attend, session.give = session, tap.attend, tap.give
@@ -265,7 +274,7 @@ class Play:
                     session.repeat_to(start.scan)
                     session.set_speed(wanted.speed)
                 try:
-                    session.run(wanted.scans, paused=wanted.paused or start.orders is not None)
+                    session.run(wanted.scans, paused=start.paused)
                 except CpuFault:
                     if not faulted:
                         raise

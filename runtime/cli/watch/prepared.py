@@ -22,7 +22,7 @@ class Wanted:
         port: of the server; 0 = any free one.
         speed: times real time; None = as fast as possible.
         paused: begin with a pause.
-        read_only: refuse orders.
+        read_only: refuse orders, and edits of the program.
         record: where the recording is kept; None = it is not.
         scans: how many scans; None = until Ctrl-C.
         live: real ports may be driven.
@@ -52,11 +52,13 @@ class Start:
         scan: the first scan that is not a repetition; 0 without a parent.
         orders: of the parent, those before that scan and before earlier ones.
         metadata: what the recording says of its parent.
+        paused: it begins with a pause.
     """
 
     scan: int = 0
     orders: Sequence[RecordedOrder] | None = None
     metadata: dict[str, str] = field(default_factory=dict)
+    paused: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -82,7 +82,7 @@ def watch_trace(place: Place, *, port: int, trust: bool, opened: bool) -> int:
             complain(f"note: {note}")
         key, number = secrets.token_hex(KEY_BYTES), listening.getsockname()[1]
         wanted = Wanted(
-            str(place.path), port, 1.0, True, False, place.path, None, False, False, editable=False
+            str(place.path), port, 1.0, False, False, place.path, None, False, False, editable=False
         )
         play = Play(wanted, listening, folder, stack, key)
         recording = _Recording(trace, place, folder, trust=trust)

@@ -175,11 +175,28 @@ def test_a_session_of_fifty_orders_runs_again_byte_for_byte(tmp_path, seed):
     orders = [*fifty_orders(seed), (3000, {"do": "unbreak", "at": "all"}), (3000, {"do": "go"})]
     session = LiveSession(orders, path).play(4000)
     assert session.run.cpu.scan == 4000
+    assert effects_before_their_order(path) == []
     late = scans_of(path).flags >> 5 & 1
     done = CliRunner().invoke(build(), ["rerun", str(path), "--record", str(again), "-q"])
     assert done.exit_code == 0, done.output
     if not late.any():
         assert path.read_bytes() == again.read_bytes()
+
+
+def effects_before_their_order(path):
+    """Return what a recording stamps earlier than an order of the same scan."""
+    with open_trace(path) as trace:
+        told = [(each.scan, each.now_ns, each.topic, each.fields) for each in trace.events()]
+    given = {scan: now_ns for scan, now_ns, topic, _ in told if topic == "/orders"}
+    return [each for each in told if each[1] < given.get(each[0], 0)]
+
+
+def test_a_switch_that_is_pressed_changes_at_the_time_of_the_order(tmp_path):
+    path = tmp_path / "live.mcap"
+    LiveSession([(1711, {"do": "press", "slot": 1, "name": "estop", "on": True})], path).play(1720)
+    with open_trace(path) as trace:
+        told = {each.topic: (each.scan, each.now_ns) for each in trace.events() if each.scan == 1712}
+    assert told["/orders"] == told["/stimuli"] == (1712, 1711 * 2_000_000)
 
 
 def test_orders_are_recorded_with_the_scan_before_which_they_act(tmp_path):

@@ -60,6 +60,22 @@ def test_a_saved_program_goes_on_with_its_values(feeder):
     assert event.fields["new"] == ["Brand"]
 
 
+def test_a_read_only_session_goes_on_with_the_program_that_it_began_with(feeder):
+    """Longer than the editor takes; a busy machine can't make it fail."""
+
+    async def edit(session):
+        async with page_of(session) as page:
+            await page.until(lambda seen: "scan" in seen.frame)
+            edited(feeder, "TAG Trouble : BOOL", "TAG Trouble : BOOL\nTAG Brand : DINT := 7")
+            begun, taken = page.frame["scan"], []
+            while page.frame["scan"] < begun + 1000:
+                taken += [key for key in await page.hear() if key != "frame"]
+            return taken, (await page.ask("watch", tags=["Brand"]))["unknown"]
+
+    with watched("--read-only", rack=feeder / "feeder.toml") as session:
+        assert asyncio.run(edit(session)) == ([], ["Brand"])
+
+
 def test_a_mistake_is_shown_at_its_line_and_the_program_goes_on(feeder):
     async def edit(session):
         async with page_of(session) as page:

@@ -94,9 +94,11 @@ def test_a_branch_equals_its_parent_up_to_its_scan_and_goes_its_own_way(tmp_path
             await page.ask("force", tag="Local:1:I.Data[6]", value=99)
             forced = (await page.ask("press", slot=1, name="estop", on=True))["scan"]
             await page.until(lambda seen: seen.frame["scan"] > forced + 500)
+            await page.ask("pause")
             page.hello = {}
             await page.ask("branch", scan=forced + 200)
-            await page.until(lambda seen: seen.hello and seen.frame.get("state") == "paused")
+            await page.until(lambda seen: seen.hello and "scan" in seen.frame)
+            assert page.frame["state"] == "paused"
             begun = page.frame["scan"]
             await page.ask("unforce", tag="all")
             await page.ask("step", scans=100)
@@ -116,6 +118,19 @@ def test_a_branch_equals_its_parent_up_to_its_scan_and_goes_its_own_way(tmp_path
     for each in (path, record):
         done = CliRunner().invoke(build(), ["rerun", str(each)])
         assert done.exit_code == 0, done.output
+
+
+def test_a_branch_of_a_session_that_runs_goes_on():
+    async def branch(session):
+        async with page_of(session) as page:
+            await page.until(lambda seen: seen.frame.get("scan", 0) > 300)
+            page.hello = {}
+            await page.ask("branch", scan=200)
+            await page.until(lambda seen: seen.hello and seen.frame.get("scan", 0) > 250)
+            return page.frame["state"]
+
+    with watched("--speed", "5") as session:
+        assert asyncio.run(branch(session)) == "live"
 
 
 def test_a_scan_that_was_not_run_is_no_place_for_a_branch():

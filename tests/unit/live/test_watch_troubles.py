@@ -140,8 +140,9 @@ def test_a_program_that_is_gone_ends_nothing(tmp_path):
             (tmp_path / "feeder.rung").unlink()
             (tmp_path / "feeder.toml").unlink()
             assert (await page.ask("reload"))["ok"]
+            page.hello = {}
             branch = await page.ask("branch", scan=3)
-            await page.until(lambda seen: seen.frame.get("state") == "paused")
+            await page.until(lambda seen: seen.hello and seen.frame.get("scan", 0) > 10)
             return branch
 
     with watched(rack=tmp_path / "feeder.toml") as session:
