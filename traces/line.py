@@ -17,6 +17,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from .chunks import ChunkWriter
+from .keeping import Keeping
 from .output import SUMMARY_ROOM, open_trace_file
 from .schema import LIBRARY
 
@@ -57,13 +58,20 @@ class LineRecorder:
         target: path of the file, replaced if it exists.
         units: those on the line.
         metadata: what is worth knowing about the recording.
+        keeping: keeps the recordings before this one; without, `target` is replaced.
 
     Raises:
         OSError: the target can't be written.
     """
 
-    def __init__(self, target: Path | str, units: Sequence[UnitColumns], metadata: Mapping[str, str]) -> None:
-        self._file = open_trace_file(Path(target), 2 * CHUNK_BYTES + SUMMARY_ROOM)
+    def __init__(
+        self,
+        target: Path | str,
+        units: Sequence[UnitColumns],
+        metadata: Mapping[str, str],
+        keeping: Keeping | None = None,
+    ) -> None:
+        self._file = open_trace_file(Path(target), 2 * CHUNK_BYTES + SUMMARY_ROOM, keeping)
         self._writer = ChunkWriter(
             self._file, profile=PROFILE, library=LIBRARY + _version(), chunk_bytes=CHUNK_BYTES
         )

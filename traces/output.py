@@ -16,11 +16,13 @@ from __future__ import annotations
 import errno
 import os
 import tempfile
+from contextlib import nullcontext
 from pathlib import Path
 from typing import BinaryIO, Protocol
 
-from .guard import TRACE, check_output
-from .locking import could_lock
+from .guard import TRACE, OwnedError, check_output
+from .keeping import Keeping, check_recordings
+from .locking import could_lock, held
 
 NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT})
 """What a full disk and a used-up quota answer."""
@@ -119,14 +121,18 @@ class TraceFile:
         name: what messages call it.
         room: the ballast, None to do without. Without one, a full disk costs the open chunk
             and the summary.
+        keeping: keeps the recordings before it; None to keep none.
     """
 
-    def __init__(self, raw: RawFile, name: str, room: Room | None = None) -> None:
+    def __init__(
+        self, raw: RawFile, name: str, room: Room | None = None, keeping: Keeping | None = None
+    ) -> None:
         self.name = name
         self.full = False
         self.failure: TraceFull | None = None
         self._raw = raw
         self._room = room
+        self._keeping = keeping
         self._whole = 0
         self._summary_room = SUMMARY_ROOM
 
@@ -178,6 +184,9 @@ class TraceFile:
             self._room.release()
             self._room = None
         self._raw.close()
+        if self._keeping is not None:
+            self._keeping.end()
+            self._keeping = None
 
     def _push(self, rest: memoryview) -> None:
         while rest:
@@ -223,14 +232,14 @@ class TraceFile:
         raise self.failure from error
 
 
-def open_trace_file(path: Path, ballast_bytes: int) -> TraceFile:
-    """Open `path` for a new trace, replacing what is there.
+def open_trace_file(path: Path, ballast_bytes: int, keeping: Keeping | None = None) -> TraceFile:
+    """Open `path` for a new trace, replacing what is there, or keeping it under another name.
 
     A device or pipe has no ballast, nor has a file in a directory that takes no new files. The
     file is locked until it is closed or the process ends, however it ends (not on Windows).
 
     Raises:
-        OwnedError: what is there is not a recording.
+        OwnedError: what is there is not a recording, or would have to be moved while it is being recorded.
         OSError: the path can't be written, another recording goes there, or the ballast found no
             room; the message says why, and nothing has changed.
     """
@@ -238,15 +247,31 @@ def open_trace_file(path: Path, ballast_bytes: int) -> TraceFile:
         raise _refusal(path, "it is a directory")
     if not path.parent.is_dir():
         raise _refusal(path, f"there is no directory {str(path.parent)!r}")
-    check_output(path, TRACE)
+    if path.exists() and not path.is_file():
+        keeping = None
+    target = check_output(path, TRACE)
     room = _ballast(path, ballast_bytes)
     try:
-        raw = _emptied(path)
-    except OSError as error:
+        with nullcontext() if keeping is None else held(target):
+            raw = _emptied(path) if keeping is None else _beginning(path, keeping)
+    except (OSError, OwnedError) as error:
         if room is not None:
             room.release()
+        if isinstance(error, OwnedError):
+            raise
         raise _refusal(path, str(error.strerror)) from error
-    return TraceFile(raw, str(path), room)
+    return TraceFile(raw, str(path), room, keeping)
+
+
+def _beginning(path: Path, keeping: Keeping) -> RawFile:
+    """Move the recordings before it aside, and open a new one."""
+    check_recordings([path], keeping)
+    keeping.begin()
+    try:
+        return _emptied(path)
+    except OSError:
+        keeping.undo()
+        raise
 
 
 def _emptied(path: Path) -> RawFile:

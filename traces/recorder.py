@@ -23,6 +23,7 @@ from typing import Never
 
 from .batch import ScanBatch, TagBatch, message_layout
 from .chunks import ChunkWriter
+from .keeping import Keeping
 from .layout import SLOT_BYTES, SlotInfo, check_slots
 from .named_words import names_key, names_text
 from .output import SUMMARY_ROOM, TraceFile, TraceFull, open_trace_file
@@ -85,6 +86,7 @@ class ScanRecorder:
         tags: where the values of recorded tags come from; None = no tags.
         orders: whether the rack can be operated while it runs: the trace has /orders then.
         sequences: whether events of /sequences will come.
+        keeping: keeps the recordings before this one; without, `target` is replaced.
 
     Raises:
         ValueError: slots and memory block do not fit, or a slot is given twice.
@@ -107,6 +109,7 @@ class ScanRecorder:
         tags: TagSource | None = None,
         orders: bool = False,
         sequences: bool = False,
+        keeping: Keeping | None = None,
     ) -> None:
         self._sequences = sequences
         self._slots = check_slots(slots)
@@ -134,7 +137,7 @@ class ScanRecorder:
         self._chunk_bytes = chunk_bytes = self._batch_scans * message
         if not isinstance(target, TraceFile):
             ballast = 2 * chunk_bytes + sum(len(file.data) for file in files) + SUMMARY_ROOM
-            target = open_trace_file(Path(target), ballast)
+            target = open_trace_file(Path(target), ballast, keeping)
         self._file = target
         self._begin(chunk_bytes, head, files)
 

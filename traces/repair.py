@@ -28,6 +28,7 @@ from mcap.records import Channel, Chunk, Header, Metadata, Schema
 
 from .finding import DATA_DAMAGE, data_crc, ends_whole, sound_summary
 from .guard import TRACE
+from .keeping import begin_alike
 from .line import PROFILE as LINE_PROFILE
 from .newfile import Draft, new_file, replacing
 from .reader import Records, Trace, open_records, open_trace
@@ -106,7 +107,7 @@ def repair(
             result.notes += _misfits(trace, rewriter.library, draft.place, path)
         if result.needed:
             whole = trace.spans[-1].end
-            keep = target == path and (result.damaged > 0 or not _begin_alike(draft.place, path, whole))
+            keep = target == path and (result.damaged > 0 or not begin_alike(draft.place, path, whole))
             result.original = _free_name(path) if keep else None
             _put_in_place(draft, path, result.original)
     return result
@@ -137,7 +138,7 @@ def _misfits(trace: Records, library: str, made: Path, path: Path) -> Iterator[s
     Ours are compared with what they would be if written again; others are read by the stock reader.
     """
     if library.startswith(LIBRARY):
-        if made.stat().st_size != path.stat().st_size or not _begin_alike(made, path, trace.size):
+        if made.stat().st_size != path.stat().st_size or not begin_alike(made, path, trace.size):
             yield "its indexes or its end do not fit its contents"
         return
     try:
@@ -146,16 +147,6 @@ def _misfits(trace: Records, library: str, made: Path, path: Path) -> Iterator[s
             pass
     except BROKEN as error:
         yield f"the stock reader can't read it to its end: {error}"
-
-
-def _begin_alike(one: Path, other: Path, size: int) -> bool:
-    """Return whether the first bytes of two files are the same."""
-    with one.open("rb") as a, other.open("rb") as b:
-        for start in range(0, size, _COMPARED_BYTES):
-            count = min(_COMPARED_BYTES, size - start)
-            if a.read(count) != b.read(count):
-                return False
-    return True
 
 
 def _put_in_place(draft: Draft, path: Path, original: Path | None) -> None:
@@ -345,8 +336,6 @@ def _guarded(trace: Records) -> Iterator[Schema | Channel]:
         yield from (schema for schema in schemas if schema.id == channel.schema_id)
         yield channel
 
-
-_COMPARED_BYTES = 1 << 20
 
 _NOT_COPIED = frozenset({Opcode.MESSAGE, Opcode.MESSAGE_INDEX, Opcode.FOOTER, Opcode.STATISTICS}) | {
     Opcode.DATA_END,

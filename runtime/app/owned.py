@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ...traces.guard import NOTHING, TRACE, Used, check_output
+from ...traces.guard import NOTHING, Used
+from ...traces.keeping import Keeping, check_recordings
 from .attachments import files_beside
 from .loading import Job
 
@@ -29,16 +30,37 @@ def recording_of(job: Job, trace: Path) -> list[Path]:
     return [trace, line_path(trace)] if job.spec.unit else [trace]
 
 
-def check_recording(job: Job, trace: Path, used: Used = NOTHING) -> None:
-    """Refuse a recording that would replace what somebody owns.
+def keeping_of(job: Job, trace: Path, keep: int | None = None) -> Keeping | None:
+    """Return what keeps the recordings before a job's new one.
+
+    Args:
+        job: what is to be recorded.
+        trace: where to.
+        keep: how many are kept; None = as the rack file says.
+
+    Returns:
+        None if none is kept.
+    """
+    most = job.spec.keep_traces if keep is None else keep
+    return Keeping(trace, most, recording_of(job, trace)[1:]) if most else None
+
+
+def check_recording(job: Job, trace: Path, used: Used = NOTHING, keep: int | None = None) -> None:
+    """Refuse a recording that would replace what somebody owns, or move what is in use.
 
     Args:
         job: what is to be recorded.
         trace: where to.
         used: files in use beside those of the job.
+        keep: see `keeping_of`.
 
     Raises:
         OwnedError: see `check_output`.
     """
-    for path in recording_of(job, trace):
-        check_output(path, TRACE, {**in_use(job), **used})
+    check_recordings(recording_of(job, trace), keeping_of(job, trace, keep), {**in_use(job), **used})
+
+
+def names_of(job: Job, trace: Path, keep: int | None = None) -> list[Path]:
+    """Return the files of a recording, and those of the recordings that are kept; arguments as above."""
+    keeping = keeping_of(job, trace, keep)
+    return recording_of(job, trace) + ([] if keeping is None else keeping.names())

@@ -12,7 +12,7 @@ from ..loop.rack import Rack
 from ..loop.scan import Logic
 from .attachments import attachment, files_beside, made_by, program_name, retained_tags
 from .loading import Job
-from .owned import check_recording
+from .owned import check_recording, keeping_of
 from .sequence_watch import sequences_in
 
 NOTHING: Mapping[str, str] = MappingProxyType({})
@@ -27,6 +27,7 @@ def recorder_for(
     orders: bool = False,
     sequences: bool = False,
     metadata: Mapping[str, str] = NOTHING,
+    keep: int | None = None,
     warn: Callable[[str], None] = lambda _cost: None,
 ) -> ScanRecorder:
     """Return the recorder of a run; `sequence_watch` tells it of the program's sequences.
@@ -39,6 +40,7 @@ def recorder_for(
         orders: whether the rack can be operated while it runs.
         sequences: whether there may be sequences though the program has none: an edit may bring some.
         metadata: further entries of the metadata record.
+        keep: how many earlier recordings are kept; None = as the rack file says.
         warn: takes a warning about tags that cost much.
 
     Raises:
@@ -46,7 +48,7 @@ def recorder_for(
         OSError: the trace can't be written.
         ValueError: a tag that is to be recorded can't be.
     """
-    check_recording(job, trace)
+    check_recording(job, trace, keep=keep)
     spec = job.spec
     running = logic or job.logic
     tags = None
@@ -80,5 +82,6 @@ def recorder_for(
         },
         tags=tags,
         orders=orders,
+        keeping=keeping_of(job, trace, keep),
         sequences=sequences or bool(sequences_in(running)),
     )

@@ -70,6 +70,7 @@ class JobRun:
         warn: takes a hint, at once.
         handled: the rack can be operated while it runs: tags are set and forced, incidents happen.
         metadata: further entries of the recording's metadata.
+        keep: how many earlier recordings are kept; None = as the rack file says.
         orders: of a recorded session, given again; the rack can then be operated.
         editions: brings the programs of edits; without them there can be none.
 
@@ -90,6 +91,7 @@ class JobRun:
         warn: Callable[[str], None] = lambda _hint: None,
         handled: bool = False,
         metadata: Mapping[str, str] = NOTHING,
+        keep: int | None = None,
         orders: Iterable[RecordedOrder] | None = None,
         editions: Editions | None = None,
     ) -> None:
@@ -106,6 +108,7 @@ class JobRun:
         self._edits = 0
         self._followers: list[WatchesSequences] = []
         self.on_edit: Callable[[Edited], object] = lambda _edited: None
+        recording: list[ScanListener] = []
         if trace is not None:
             recorder = recorder_for(
                 job,
@@ -115,13 +118,15 @@ class JobRun:
                 orders=handled,
                 sequences=self._may_be_edited,
                 metadata=metadata,
+                keep=keep,
                 warn=warn,
             )
-            heard.append(self.following(self._with_edits(recorder)))
+            recording.append(self.following(self._with_edits(recorder)))
         if units:
             from .rack_units import UnitsBeside  # the controllers take time to import
 
             heard.append(UnitsBeside(units, trace))
+        heard += recording  # closed last: its end looks at all files of the recording
         self._pacer = pacer or FreeRun()
         self.cpu = build_cpu(job.spec, self.logic, self.rack, listeners=heard, pacer=self._pacer)
         if self.debugger is not None:

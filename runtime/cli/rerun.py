@@ -11,10 +11,10 @@ import typer
 
 from ...traces.arrays import extent
 from ...traces.compare import compare
-from ...traces.guard import TRACE, check_output
 from ...traces.reader import Trace, open_trace
 from ..app.attachments import job_of
 from ..app.editions import editions_of
+from ..app.owned import check_recording
 from ..app.repeating import is_session, orders_of
 from ..app.replaying import lost_edits, lost_notes
 from .compare import JsonOption, tell
@@ -22,7 +22,7 @@ from .complaints import reported_mistakes
 from .run import run_job
 from .status import DONE, NO
 from .terminal import say
-from .trace_options import QuietOption, itself, reading, tell_notes
+from .trace_options import QuietOption, ReplaceOption, itself, reading, tell_notes
 
 PARENT = ("parent", "parent_scan")
 """Entries of the metadata of a branch, see `watch.play`."""
@@ -39,6 +39,7 @@ def _rerun_command(
         Path | None,
         typer.Option("--record", help="Keep the trace of the rerun there.", show_default=False),
     ] = None,
+    replace: ReplaceOption = False,
     trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
@@ -53,19 +54,28 @@ def _rerun_command(
 
     Exit status: 0 the same, 1 something differs, 2 a file or option can't be used.
     """
-    with reported_mistakes():
-        if record is not None:
-            check_output(record, TRACE, itself(path))
-        with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
-            again = record or Path(folder) / "rerun.mcap"
-            status = _rerun(path, trace, Path(folder), again, trust=trust, as_json=as_json, quiet=quiet)
+    with reported_mistakes(), open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
+        again = record or Path(folder) / "rerun.mcap"
+        keep = 0 if replace else None
+        status = _rerun(
+            path, trace, Path(folder), again, trust=trust, as_json=as_json, quiet=quiet, keep=keep
+        )
     raise typer.Exit(status)
 
 
 def _rerun(
-    path: Path, trace: Trace, folder: Path, again: Path, *, trust: bool, as_json: bool, quiet: bool
+    path: Path,
+    trace: Trace,
+    folder: Path,
+    again: Path,
+    *,
+    trust: bool,
+    as_json: bool,
+    quiet: bool,
+    keep: int | None,
 ) -> int:
     job = job_of(trace, folder / "files", trust=trust)
+    check_recording(job, again, itself(path), keep)
     ends = extent(trace).scan.tolist()
     if not ends:
         raise ValueError(f"{path}: the trace has no scans to compare with")
@@ -77,7 +87,15 @@ def _rerun(
     scans = ends[-1] + 1
     parent = {key: trace.head.metadata[key] for key in PARENT if key in trace.head.metadata}
     status = run_job(
-        job, scans, again, quiet=quiet, summarised=False, orders=orders, editions=editions, metadata=parent
+        job,
+        scans,
+        again,
+        quiet=quiet,
+        summarised=False,
+        orders=orders,
+        editions=editions,
+        metadata=parent,
+        keep=keep,
     )
     if status not in (DONE, NO):
         return status

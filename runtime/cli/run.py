@@ -24,6 +24,7 @@ from .progress import shown_progress
 from .status import BAD_INPUT, CANNOT_WRITE, DONE, INTERRUPTED, NO, complain, reason
 from .summary import Tally, summary
 from .terminal import say
+from .trace_options import ReplaceOption
 
 if TYPE_CHECKING:  # imported late: a run without a session does not need it
     from ..app.editions import Editions
@@ -48,6 +49,7 @@ def run_job(
     orders: Sequence[RecordedOrder] | None = None,
     editions: Editions | None = None,
     metadata: Mapping[str, str] = NOTHING,
+    keep: int | None = None,
 ) -> int:
     """Run a job and say what it came to; return the exit status.
 
@@ -62,6 +64,7 @@ def run_job(
         orders: of a recorded session, given again; None if it was none.
         editions: brings the programs of that session's edits.
         metadata: further entries of the recording's metadata.
+        keep: how many earlier recordings are kept; None = as the rack file says.
     """
     with ExitStack() as ports:
         if realtime is not None:
@@ -81,6 +84,7 @@ def run_job(
                 orders=orders,
                 editions=editions,
                 metadata=metadata,
+                keep=keep,
             )
         except ValueError as error:
             return complain(str(error), BAD_INPUT)
@@ -148,7 +152,7 @@ def check_ports(spec: RackSpec, *, realtime: bool, live: bool) -> None:
             )
 
 
-def trace_path(job: Job, record: Path | None, no_record: bool) -> Path | None:
+def trace_path(job: Job, record: Path | None, no_record: bool, keep: int | None = None) -> Path | None:
     """Return where the recording goes: the command line's path, the rack file's, or one named after it.
 
     Raises:
@@ -160,7 +164,7 @@ def trace_path(job: Job, record: Path | None, no_record: bool) -> Path | None:
     if no_record:
         return None
     trace = record or _own_path(job)
-    check_recording(job, trace)
+    check_recording(job, trace, keep=keep)
     return trace
 
 
@@ -226,6 +230,7 @@ def _run_command(
         Path | None, typer.Option("--record", help="Where the trace goes.", show_default=False)
     ] = None,
     no_record: Annotated[bool, typer.Option("--no-record", help="Record nothing.")] = False,
+    replace: ReplaceOption = False,
     live: Annotated[
         bool,
         typer.Option(
@@ -254,28 +259,33 @@ def _run_command(
     try:
         job = with_tags(load_job(rack), tag or ())
         count = scans_to_run(job.spec, duration, scans, endless=realtime)
-        trace = trace_path(job, record, no_record)
+        keep = 0 if replace else None
+        trace = trace_path(job, record, no_record, keep)
         check_ports(job.spec, realtime=realtime, live=live)
         if spin and not realtime:
             raise ValueError("--spin goes with --realtime only: virtual time does not wait")
-        retained = None if retain is None else Retained(job, retain, trace)
+        retained = None if retain is None else Retained(job, retain, trace, keep)
     except ValueError as error:
         raise typer.Exit(complain(str(error), BAD_INPUT)) from error
-    if retained is not None:
-        job = retained.job
+    except OSError as error:
+        raise typer.Exit(complain(reason(error), CANNOT_WRITE)) from error
+    pacer = RealTime(spin=spin) if realtime else None
+    run = partial(run_job, scans=count, trace=trace, quiet=quiet, realtime=pacer, live=live, keep=keep)
+    raise typer.Exit(run(job) if retained is None else _run_retained(retained, run))
+
+
+def _run_retained(retained: Retained, run: Callable[[Job], int]) -> int:
+    """Run a job that begins with retained tags, and write them; return the exit status."""
+    with retained:
         for said in retained.begin():
             complain(said)
-    pacer = RealTime(spin=spin) if realtime else None
-    status = run_job(job, count, trace, quiet=quiet, realtime=pacer, live=live)
-    raise typer.Exit(status if retained is None else _retained(retained, status))
-
-
-def _retained(retained: Retained, status: int) -> int:
-    """Write the retained tags; return the exit status."""
-    try:
-        retained.end()
-    except OSError as error:
-        return complain(f"the tags can't be written to {retained.path}: {reason(error)}", CANNOT_WRITE)
+        status = run(retained.job)
+        try:
+            retained.end()
+        except ValueError as error:
+            return complain(f"the tags can't be written: {error}", BAD_INPUT)
+        except OSError as error:
+            return complain(f"the tags can't be written to {retained.path}: {reason(error)}", CANNOT_WRITE)
     return status
 
 

@@ -17,7 +17,7 @@ from rich.live import Live
 from rich.table import Table
 
 from ...io_images.pcl601 import Code
-from ...traces.guard import TRACE, check_output
+from ...traces.keeping import Keeping, check_recordings
 from ...traces.line import LineRecorder, UnitColumns
 from ..app.served_units import (
     NO_PROGRAM,
@@ -28,6 +28,7 @@ from ..app.served_units import (
     pcl601_units,
     pmc006_units,
 )
+from ..config.rackspec import KEPT_TRACES
 from ..line.hosts import split_address
 from ..line.ports import (
     LONGEST_S,
@@ -49,7 +50,7 @@ from .complaints import reported_mistakes
 from .status import INTERRUPTED, complain
 from .tables import Cells
 from .terminal import say
-from .trace_options import QuietOption
+from .trace_options import QuietOption, ReplaceOption
 
 LOOPBACK = "127.0.0.1"
 BROADCAST = 0
@@ -207,7 +208,7 @@ def begin(units: list[Unit], *, ascii_mode: bool, start: bool) -> None:
 
 @contextmanager
 def recording(
-    path: Path | None, controller: str, units: list[Unit], programs: Sequence[Path]
+    path: Path | None, controller: str, units: list[Unit], programs: Sequence[Path], *, replace: bool
 ) -> Iterator[LineRecorder | None]:
     """Record the line and the units into a file, if there is a path.
 
@@ -216,6 +217,7 @@ def recording(
         controller: which one.
         units: those on the line.
         programs: files of their stored programs.
+        replace: keep no earlier recordings.
 
     Raises:
         OwnedError: it would replace what somebody owns.
@@ -224,9 +226,11 @@ def recording(
     if path is None:
         yield None
         return
-    check_output(path, TRACE, dict.fromkeys(programs, "a stored program"))
+    used = dict.fromkeys(programs, "a stored program")
+    keeping = None if replace else Keeping(path, KEPT_TRACES)
+    check_recordings([path], keeping, used)
     columns = [UnitColumns(unit.address, tuple(unit.values())) for unit in units]
-    with closing(LineRecorder(path, columns, {"controller": controller})) as recorder:
+    with closing(LineRecorder(path, columns, {"controller": controller}, keeping)) as recorder:
         yield recorder
 
 
@@ -294,6 +298,7 @@ def _serve_command(
     record: Annotated[
         Path | None, typer.Option("--record", metavar="FILE", help="Record line and registers as MCAP.")
     ] = None,
+    replace: ReplaceOption = False,
     ascii_mode: Annotated[
         bool, typer.Option("--ascii", help="PCL601: the line is in AA ASCII, as after code 11.")
     ] = False,
@@ -322,7 +327,10 @@ def _serve_command(
             wire(units, each)
         begin(units, ascii_mode=ascii_mode, start=start)
         # Ctrl-C may come between the line that says where, and the first step
-        with recording(record, controller, units, program or ()) as recorder, suppress(KeyboardInterrupt):
+        with (
+            recording(record, controller, units, program or (), replace=replace) as recorder,
+            suppress(KeyboardInterrupt),
+        ):
             server, place = server_for(
                 units, clock, recorder, pty=pty, serial=serial, tcp=tcp, rtu_over_tcp=rtu_over_tcp
             )

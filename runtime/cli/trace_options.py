@@ -31,6 +31,9 @@ TimeOption = Annotated[
         "--time", metavar="A:B", help="Only this time, such as 1.5s:3s or 10min: .", show_default="all"
     ),
 ]
+ReplaceOption = Annotated[
+    bool, typer.Option("--replace", help="Keep no earlier recording under rack.1.mcap and so on.")
+]
 QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")]
 
 

@@ -238,6 +238,10 @@ class IncidentSpec(Table):
         return self
 
 
+KEPT_TRACES = 3
+"""How many earlier recordings are kept, unless the rack file says otherwise."""
+
+
 class RackSpec(Table):
     """A rack and how it is run.
 
@@ -254,6 +258,7 @@ class RackSpec(Table):
             declares tags that it uses and does not have, `refused = "empty"` runs an export without what
             is refused.
         trace: path of the recording, relative to the rack file.
+        keep_traces: how many recordings before it are kept under numbers; 0 = none.
         axes: axes of a ladder program's motion instructions, by tag: the 3601 behind each.
         seed: of what is left to chance.
         mode: the CPU's mode at power-up.
@@ -271,6 +276,7 @@ class RackSpec(Table):
     watchdog_ms: Annotated[Number, between("0", "3600000")] = Decimal(500)
     run_for_s: Annotated[Number, between("0.00001", "1000000000")] | None = None
     trace: str | None = None
+    keep_traces: Annotated[int, Field(ge=0, le=1000)] = KEPT_TRACES
     tags: Annotated[tuple[str, ...], Field(strict=False)] = ()
     stubs: dict[str, str] = Field(default_factory=dict)
     axes: dict[str, AxisTable] = Field(default_factory=dict)

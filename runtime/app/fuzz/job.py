@@ -221,7 +221,7 @@ def _recorded(job: Job, bench: Bench, scenario: Scenario, scans: int, folder: Pa
                 yield scripts[slot.number]
             else:
                 told.append(f"(slot {slot.number} has no drive script: the bench can't do {why})")
-        yield watching(recorder_for(job, rack, folder / "trace.mcap", made[-1]), made[-1])
+        yield watching(recorder_for(job, rack, folder / "trace.mcap", made[-1], keep=0), made[-1])
 
     def fresh_logic() -> Logic:
         made.append(bench.fresh_logic())

@@ -13,6 +13,7 @@ from ...live.orders import MAX, SPEED_LEAST, SPEED_MOST
 from ..complaints import reported_mistakes
 from ..run import check_ports
 from ..status import BAD_INPUT, complain
+from ..trace_options import ReplaceOption
 from .play import watch_job
 from .prepared import Wanted
 from .recorded import place_of, watch_trace
@@ -55,6 +56,7 @@ def _watch_command(
     record: Annotated[
         Path | None, typer.Option("--record", help="Keep the recording there.", show_default=False)
     ] = None,
+    replace: ReplaceOption = False,
     duration: Annotated[
         str | None,
         typer.Option("--for", metavar="TIME", help="Machine time to run for; without it until Ctrl-C."),
@@ -92,13 +94,15 @@ def _watch_command(
         if control and not live:
             raise ValueError("--control goes with --live")
         if record is not None:
-            check_recording(job, record)
+            check_recording(job, record, keep=0 if replace else None)
         endless = scans is None and duration is None
         count = None if endless else scans_to_run(job.spec, duration, scans, endless=True)
     except ValueError as error:
         raise typer.Exit(complain(str(error), BAD_INPUT)) from error
     looking = read_only or (live and not control)
-    wanted = Wanted(rack, port, factor, paused, looking, record, count, live, opened, text)
+    wanted = Wanted(
+        rack, port, factor, paused, looking, record, count, live, opened, text, keep=0 if replace else None
+    )
     raise typer.Exit(watch_job(job, wanted))
 
 

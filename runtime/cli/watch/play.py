@@ -145,6 +145,7 @@ class Play:
                 warn=_warn,
                 handled=True,
                 metadata=start.metadata,
+                keep=self._wanted.keep,
                 orders=start.orders,
                 editions=editions,
             )

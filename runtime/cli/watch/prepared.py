@@ -29,6 +29,7 @@ class Wanted:
         opened: open the page in the browser.
         text: show the session in the terminal, too.
         editable: the program's files are on the disk, and a saved one is taken over.
+        keep: how many earlier recordings are kept; None = as the rack file says.
     """
 
     rack: str
@@ -42,6 +43,7 @@ class Wanted:
     opened: bool
     text: bool = False
     editable: bool = True
+    keep: int | None = None
 
 
 @dataclass(frozen=True, slots=True)

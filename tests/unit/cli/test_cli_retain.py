@@ -1,10 +1,13 @@
 """`scanrack run --retain FILE`: tags from run to run, in the trace as well; warnings of a ladder program."""
 
 import json
+import sys
 
 import pytest
 from scanrack import open_trace
 from scanrack.runtime.app.extracting import attached_files
+from scanrack.runtime.app.loading import load_job
+from scanrack.runtime.app.retained import Retained
 from scanrack.runtime.app.trust import Given, Use, uses_of
 from scanrack.runtime.cli import build
 from typer.testing import CliRunner
@@ -139,3 +142,41 @@ def test_a_run_shows_the_warnings_of_its_program(line):
     assert result.exit_code == 0
     assert "Lamp is written by a coil in " in result.stderr
     assert "join the two as branches of one rung" in result.stderr
+
+
+def test_neither_a_name_beside_it_nor_a_link_is_written_to(line):
+    """Once the tags went to the fixed name `tags.json.part`, through a link if there was one."""
+    (line / "notes").write_text("mine", encoding="utf-8")
+    (line / "tags.json.part").symlink_to("notes")
+    trace = line / "t.part"
+    words = ["run", str(line / "line.toml"), "--scans", "3", "-q", "--record", str(trace)]
+    for tags in ("tags.json", "t"):
+        assert CliRunner().invoke(build(), [*words, "--retain", str(line / tags)]).exit_code == 0
+    assert (line / "notes").read_text(encoding="utf-8") == "mine"
+    with open_trace(trace) as opened:
+        assert len(list(opened.scans())) == 3
+
+
+def test_the_file_that_a_link_leads_to_takes_the_tags(line):
+    (line / "tags").symlink_to("real")
+    for count in (3, 6):
+        assert run(line, "--retain", str(line / "tags")).exit_code == 0
+        assert json.loads((line / "real").read_text(encoding="utf-8"))["tags"]["Count"] == ["DINT", count]
+    assert (line / "tags").is_symlink()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no advisory locks")
+def test_a_second_run_with_the_same_file_is_refused(line):
+    job = load_job(str(line / "line.toml"))
+    with Retained(job, line / "tags.json"):
+        result = run(line, "--retain", str(line / "tags.json"))
+        assert result.exit_code == 3
+        assert "tags.json: another process is about to replace it" in result.stderr
+    assert sorted(path.name for path in line.iterdir()) == ["line.rung", "line.toml"]
+    assert run(line, "--retain", str(line / "tags.json")).exit_code == 0
+
+
+def test_a_folder_that_is_missing_is_told_before_the_first_scan(line):
+    result = run(line, "--retain", str(line / "no" / "tags.json"))
+    assert result.exit_code == 3
+    assert result.stderr == f"scanrack: {line}/no/tags.json: No such file or directory\n"
