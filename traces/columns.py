@@ -115,6 +115,12 @@ class Selection:
             min(_beyond(columns.scan, self.last), _beyond(columns.time_ns, self.end_ns)),
         )
 
+    def has(self, scan: Any, time_ns: Any) -> Any:
+        """Return whether it has a scan; of columns, a column of answers."""
+        after = (scan >= self.first) & (time_ns >= self.start_ns)
+        before = (self.last is None or scan <= self.last) & (self.end_ns is None or time_ns <= self.end_ns)
+        return after & before
+
     def says(self) -> str:
         """Return it in words, for a message.
 

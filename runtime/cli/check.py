@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import Annotated
 
 import typer
@@ -10,21 +9,22 @@ import typer
 from ...ladder import LadderError
 from ..app.check import Report, check_rack
 from ..app.loading import load_job
+from .as_json import JsonOption, say_json
 from .status import BAD_INPUT, NO, complain
 from .terminal import say
 
 
-def _as_json(report: Report) -> str:
+def _as_json(report: Report) -> dict[str, object]:
     findings = [
         {"rule": each.rule, "file": each.place.file, "line": each.place.line, "text": each.text}
         for each in report.findings
     ]
-    return json.dumps({"findings": findings, "not_seen": list(report.not_seen)}, indent=2)
+    return {"findings": findings, "not_seen": report.not_seen}
 
 
 def _check_command(
     rack: Annotated[str, typer.Argument(metavar="RACK", help="Rack file, TOML or Python.")],
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Check a rack without running it: wiring, tags, coils, command bits, ranges.
 
@@ -37,7 +37,7 @@ def _check_command(
     except (LadderError, ValueError) as error:
         raise typer.Exit(complain(str(error), BAD_INPUT)) from error
     if as_json:
-        say(_as_json(report))
+        say_json(_as_json(report))
     else:
         for finding in report.findings:
             say(str(finding))

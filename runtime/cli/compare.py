@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
@@ -12,6 +11,7 @@ import typer
 from ...traces.compare import SAME_CLOCK, Clock, Comparison, Tolerance, align, compare, realign, report
 from ...traces.reader import Trace, open_trace
 from ..config.quantities import parse_time
+from .as_json import JsonOption, say_json
 from .complaints import reported_mistakes
 from .status import DONE, NO
 from .terminal import on_a_line, say
@@ -32,7 +32,6 @@ ToleranceCountsOption = Annotated[
         help="By how much position, encoder and captured may differ.",
     ),
 ]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
 
 
 def tolerance(time: str, counts: int) -> Tolerance:
@@ -50,11 +49,9 @@ def tolerance(time: str, counts: int) -> Tolerance:
 def tell(found: Comparison, names: tuple[str, str], *, as_json: bool) -> int:
     """Print a comparison; return the exit status."""
     if as_json:
-        text = json.dumps({"same": found.same, "names": names, **asdict(found)}, indent=1)
-        text = text.replace("\x7f", "\\u007f")  # the one control character that JSON leaves as it is
+        say_json({"same": found.same, "names": names, **asdict(found)})
     else:
-        text = "\n".join(map(on_a_line, report(found, names)))
-    say(text)
+        say("\n".join(map(on_a_line, report(found, names))))
     return DONE if found.same else NO
 
 

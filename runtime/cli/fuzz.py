@@ -17,9 +17,10 @@ from ..app.fuzz.learning import Learned, learn
 from ..app.fuzz.scenarios import Kind, kinds_for, possible_kinds
 from ..app.loading import Job, load_job, scans_to_run
 from ..config.quantities import parse_duration
+from .as_json import JsonOption, say_json
 from .complaints import reported_mistakes
 from .fuzz_session import Session
-from .fuzz_summary import failure
+from .fuzz_summary import failure, failure_row
 from .status import DONE, NO
 from .terminal import say
 
@@ -98,6 +99,7 @@ def _fuzz_command(
         Path | None, typer.Option("--scenario", metavar="FILE", help="Run just this scenario.")
     ] = None,
     trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False,
+    as_json: JsonOption = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False,
 ) -> None:
     """Look for surroundings in which a rack's program breaks what must hold.
@@ -133,7 +135,7 @@ def _fuzz_command(
         bench_of.cache_clear()  # the files may have changed since another call in this process
         bench_of(setup)  # refuse what can't be used before a search begins
         if scenario is not None:
-            raise typer.Exit(_replay(setup, scenario))
+            raise typer.Exit(_replay(setup, scenario, as_json=as_json))
         if learned is None:
             held.enter_context(locked(folder))
         session = Session(
@@ -146,6 +148,7 @@ def _fuzz_command(
             dask=dask,
             base=None if learned is None else learned.scenario,
             quiet=quiet,
+            as_json=as_json,
         )
         status = session.run()
     raise typer.Exit(status)
@@ -160,9 +163,12 @@ def _scans(job: Job, duration: str | None, learned: Learned | None) -> int:
     return scans
 
 
-def _replay(setup: Setup, file: Path) -> int:
+def _replay(setup: Setup, file: Path, *, as_json: bool) -> int:
     found = replay(bench_of(setup), read_scenario(file, setup))
-    say("\n".join(map(failure, found)) or "everything held")
+    if as_json:
+        say_json({"broken": [failure_row(each) for each in found]})
+    else:
+        say("\n".join(map(failure, found)) or "everything held")
     return NO if found else DONE
 
 

@@ -31,7 +31,8 @@ from ..app.loading import Job
 from ..loop.pace import interrupted_by, wall_ns
 from ..modules.record import Trait
 from ..modules.registry import has
-from .fuzz_summary import failure, held, summary
+from .as_json import say_json
+from .fuzz_summary import failure, failure_row, held, summary, summary_row
 from .status import DONE, INTERRUPTED, NO, complain
 from .terminal import say, visible
 
@@ -79,6 +80,7 @@ class Session:
         dask: address of a Dask scheduler, or None.
         base: the scenario of a recording, or None.
         quiet: print only what is broken.
+        as_json: print one JSON object.
     """
 
     job: Job
@@ -90,6 +92,7 @@ class Session:
     dask: str | None
     base: Scenario | None
     quiet: bool
+    as_json: bool = False
 
     @property
     def state_file(self) -> Path:
@@ -122,7 +125,9 @@ class Session:
         bench = bench_of(self.setup)
         state = read_state(self.state_file, os.path.relpath(self.setup.rack, self.folder))
         for old in state.leave_out_impossible(bench.spec):
-            say(f"left out: {old.sentence.rstrip('.')} [{old.invariant}]: the program needs newer firmware")
+            self._tell(
+                f"left out: {old.sentence.rstrip('.')} [{old.invariant}]: the program needs newer firmware"
+            )
         before = replace(state)
         if self.base is not None:
             state.corpus = {RECORDING: self.base, **state.corpus}
@@ -132,9 +137,14 @@ class Session:
         if self._can_be_searched(state):
             status = self._search(bench, state, start_ns)
         broken = [each for _, each in sorted(state.found.items()) if each.broken.invariant in bench.names]
+        others = bench.names - {each.broken.invariant for each in broken}
+        if self.as_json:
+            rows = [failure_row(each, self._folder_of(state, each.broken)) for each in broken]
+            say_json({"broken": rows, **summary_row(state, before, others)})
+            return status or (NO if broken else DONE)
         if not self.quiet:
             say(summary(state, before, (wall_ns() - start_ns) / 1e9))
-            say(held(bench.names - {each.broken.invariant for each in broken}, state))
+            say(held(others, state))
         for each in broken:
             say(f"{failure(each)}\n  see {self._folder_of(state, each.broken)}")
         return status or (NO if broken else DONE)
@@ -149,10 +159,14 @@ class Session:
             complain(f"the program uses {uses}: it may not do the same twice in the same surroundings")
         return found
 
+    def _tell(self, text: str) -> None:
+        """Say something beside the result."""
+        say(text, err=self.as_json)
+
     def _look_again(self, bench: Bench, state: State) -> None:
         """Run known failures again, and report those that are gone."""
         for broken in state.recheck(bench):
-            say(f"mended: {broken.sentence.rstrip('.')} [{broken.invariant}]")
+            self._tell(f"mended: {broken.sentence.rstrip('.')} [{broken.invariant}]")
             mended(self._folder_of(state, broken) / "report.txt")
 
     def _can_be_searched(self, state: State) -> bool:

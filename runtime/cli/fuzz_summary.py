@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Set
+from dataclasses import asdict
+from pathlib import Path
 from textwrap import wrap
 
 from ...io_images.amci3601 import ERROR_BITS, RULES
@@ -23,6 +25,36 @@ def failure(found: Found) -> str:
     broken = found.broken
     lines = [*told(found.scenario), *broken.shows, *broken.rules]
     return "\n  ".join([str(broken), *lines])
+
+
+def failure_row(found: Found, folder: Path | None = None) -> dict[str, object]:
+    """Return a failure for --json.
+
+    Args:
+        found: the failure.
+        folder: where its files are; None of one that was only run again.
+    """
+    row = {**asdict(found.broken), "scenario": told(found.scenario)}
+    return row if folder is None else {**row, "after_runs": found.after, "folder": str(folder)}
+
+
+def summary_row(state: State, before: State, others: Set[str]) -> dict[str, object]:
+    """Return the figures of a campaign for --json.
+
+    Args:
+        state: after this call.
+        before: before it.
+        others: names of the invariants that were not broken.
+    """
+    return {
+        "runs": state.runs - before.runs,
+        "scans": state.scans - before.scans,
+        "runs_in_all": state.runs,
+        "scans_in_all": state.scans,
+        "held": sorted(others - _untried(others, state)),
+        "never_tested": sorted(_untried(others, state)),
+        "rules": dict(state.rules),
+    }
 
 
 def summary(state: State, before: State, seconds: float) -> str:
@@ -57,6 +89,11 @@ def _rules(state: State) -> Iterator[str]:
 
 def held(names: Collection[str], state: State) -> str:
     """Return a line with the invariants that held, and those that were never tested."""
-    untried = {name for name in names if name not in state.applied and name != NO_FAULT and state.runs}
+    untried = _untried(names, state)
     told_of = [f"{name} (its clock never started)" if name in untried else name for name in sorted(names)]
     return f"held          {', '.join(told_of) or 'nothing'}"
+
+
+def _untried(names: Collection[str], state: State) -> set[str]:
+    """Return the invariants whose clock never started."""
+    return {name for name in names if name not in state.applied and name != NO_FAULT and state.runs}

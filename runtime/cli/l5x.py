@@ -5,7 +5,6 @@ An L5X of Studio 5000, or the text of RSLogix 500 (`SOR ... EOR`), under any suf
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -25,6 +24,7 @@ from ...ladder.program import L5X_SUFFIXES, SLC_SUFFIXES
 from ...ladder.rungfile import read_program
 from ...ladder.slc import import_slc
 from ...ladder.slc.trial import run_trial as run_slc_trial
+from .as_json import JsonOption, say_json
 from .status import BAD_INPUT, DONE, NO, complain, reason
 from .terminal import say
 
@@ -63,7 +63,7 @@ def is_slc(path: Path) -> bool:
 
 def _l5x_command(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="An L5X or SLC export.", show_default=False)],
-    as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
+    as_json: JsonOption = False,
     rack: Annotated[bool, typer.Option("--rack", help="Print a rack file for it.")] = False,
     against: Annotated[
         Path | None, typer.Option(metavar="OLDER", help="List what differs from an older version.")
@@ -104,7 +104,7 @@ def _l5x_command(
     except LadderError as error:
         raise typer.Exit(complain(str(error), BAD_INPUT)) from None
     if as_json:
-        say(json.dumps(report.as_json(), indent=2))
+        say_json(report.as_json())
     else:
         for line in report.lines():
             say(line)
@@ -121,7 +121,7 @@ def _print_differences(file: Path, older: Path, *, as_json: bool) -> int:
     except LadderError as error:
         return complain(str(error), BAD_INPUT)
     if as_json:
-        say(json.dumps([each.as_json() for each in found], indent=2))
+        say_json([each.as_json() for each in found])
         return NO if found else DONE
     for difference in found:
         for line in difference.lines():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
@@ -11,6 +12,7 @@ from rich.table import Table
 from ...traces.image_text import seconds
 from ...traces.query import Answer, Occurrence, query
 from ...traces.reader import open_trace
+from .as_json import JsonOption, say_json
 from .complaints import reported_mistakes
 from .show import new_table, print_block
 from .status import DONE, NO
@@ -44,6 +46,12 @@ def tell(answer: Answer, limit: int | None) -> None:
         say(f"of {answer.count:,}")
     elif answer.count != 1:
         say(f"{answer.count:,} times" if answer.count else "never")
+
+
+def _as_json(answer: Answer, limit: int | None) -> dict[str, object]:
+    """Return an answer, with as many occurrences as are wanted."""
+    occurrences = [{**asdict(each), "duration_ns": each.duration_ns} for each in answer.occurrences[:limit]]
+    return {"aggregate": answer.aggregate, "count": answer.count, "occurrences": occurrences}
 
 
 def _table(occurrences: tuple[Occurrence, ...]) -> Table:
@@ -90,12 +98,16 @@ def _query_command(
     limit: Annotated[
         int | None, typer.Option("--limit", min=0, help="Most rows to print.", show_default="all")
     ] = None,
+    as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
     with reported_mistakes():
         with open_trace(trace) as opened, reading(opened, quiet=quiet) as progress:
             answer = query(opened, text, show=show or (), progress=progress)
-        tell(answer, limit)
+        if as_json:
+            say_json(_as_json(answer, limit))
+        else:
+            tell(answer, limit)
         tell_notes(opened)
     raise typer.Exit(DONE if answer.count else NO)
 

@@ -12,6 +12,7 @@ import typer
 
 from ...io_images.amci3601 import RULES, Firmware, StatusLsw, StatusMsw, bit_names
 from ...io_images.amci3601.rules import Rule
+from .as_json import JsonOption, say_json
 from .complaints import reported_mistakes
 from .terminal import say
 
@@ -138,6 +139,21 @@ def entry(rule: Rule) -> Iterator[str]:
             yield from _paragraph(f"{title}: {words}")
 
 
+def as_row(rule: Rule) -> dict[str, object]:
+    """Return a rule for --json: a list for every list, the words of its firmware or null."""
+    return {
+        "id": rule.id,
+        "section": rule.section,
+        "text": rule.text,
+        "sets": bit_names(rule.sets),
+        "clears": bit_names(rule.clears),
+        "with": rule.together_with,
+        "firmware": firmware_words(rule) or None,
+        "readings": rule.reading,
+        "in_no_image": rule.untestable_because or None,
+    }
+
+
 def _paragraph(text: str) -> list[str]:
     return wrap(
         text,
@@ -171,6 +187,7 @@ def _rules_command(
     firmware: Annotated[
         str | None, typer.Option("--firmware", metavar="VERSION", help="Only rules that this version knows.")
     ] = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Print the rules of a module's manual: section, words and status bits.
 
@@ -182,7 +199,10 @@ def _rules_command(
         rules = with_ids(RULES.values(), ids or ())
         rules = rules if bit is None else with_bit(rules, bit)
         rules = rules if firmware is None else of_firmware(rules, firmware)
-    say(listing(rules))
+    if as_json:
+        say_json({"table": table.value, "rules": [as_row(rule) for rule in rules]})
+    else:
+        say(listing(rules))
 
 
 def register(app: typer.Typer) -> None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, nullcontext, redirect_stdout
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -20,9 +21,10 @@ from ..loop.cpu import Cpu
 from ..loop.faults import Cause, CpuFault
 from ..loop.pace import FreeRun, Pacer, RealTime, interrupted_by, wall_ns
 from ..loop.realtime import Outcome, real_time
+from .as_json import JsonOption, say_json
 from .progress import shown_progress
 from .status import BAD_INPUT, CANNOT_WRITE, DONE, INTERRUPTED, NO, complain, reason
-from .summary import Tally, summary
+from .summary import Tally, summary, summary_row
 from .terminal import say
 from .trace_options import ReplaceOption
 
@@ -46,6 +48,7 @@ def run_job(
     realtime: RealTime | None = None,
     live: bool = False,
     summarised: bool = True,
+    as_json: bool = False,
     orders: Sequence[RecordedOrder] | None = None,
     editions: Editions | None = None,
     metadata: Mapping[str, str] = NOTHING,
@@ -61,6 +64,7 @@ def run_job(
         realtime: keeps step with the wall clock; None = as fast as possible.
         live: real ports may be driven.
         summarised: whether what is not quiet ends in a summary.
+        as_json: whether the summary is one JSON object, and what the program prints goes to standard error.
         orders: of a recorded session, given again; None if it was none.
         editions: brings the programs of that session's edits.
         metadata: further entries of the recording's metadata.
@@ -94,14 +98,23 @@ def run_job(
             complain(each)
         start_ns = wall_ns()
         observed = partial(shown_progress, quiet=quiet)
-        status = run_to_end(
-            run.cpu, partial(run.run, scans, observed=observed), lambda: run.cpu.stop_requested
-        )
+        with redirect_stdout(sys.stderr) if as_json else nullcontext():
+            status = run_to_end(
+                run.cpu, partial(run.run, scans, observed=observed), lambda: run.cpu.stop_requested
+            )
         for each in () if run.repeated is None else run.repeated.refused:
             complain(each)
-        if summarised and not quiet:
-            say(_summary(run, tally, wall_ns() - start_ns, pacer, trace))
+        took_ns = wall_ns() - start_ns
+        tally.end(run.rack)
+        if as_json:
+            say_json({"ended": ENDED[status], **summary_row(run, tally, took_ns, trace)})
+        elif summarised and not quiet:
+            say(_summary(run, tally, took_ns, pacer, trace))
         return status
+
+
+ENDED = {DONE: "done", NO: "fault", CANNOT_WRITE: "trace not written", INTERRUPTED: "stopped"}
+"""How a run ended, by exit status, for --json."""
 
 
 def _tell_of_real_time(outcomes: list[Outcome], *, quiet: bool) -> None:
@@ -120,7 +133,6 @@ def _quiet(_hint: str) -> None:
 
 
 def _summary(run: JobRun, tally: Tally, took_ns: int, pacer: Pacer, trace: Path | None) -> str:
-    tally.end(run.rack)
     return summary(
         tally,
         run.cpu.period_ns,
@@ -254,6 +266,7 @@ def _run_command(
             show_default=False,
         ),
     ] = None,
+    as_json: JsonOption = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False,
 ) -> None:
     try:
@@ -270,7 +283,16 @@ def _run_command(
     except OSError as error:
         raise typer.Exit(complain(reason(error), CANNOT_WRITE)) from error
     pacer = RealTime(spin=spin) if realtime else None
-    run = partial(run_job, scans=count, trace=trace, quiet=quiet, realtime=pacer, live=live, keep=keep)
+    run = partial(
+        run_job,
+        scans=count,
+        trace=trace,
+        quiet=quiet,
+        realtime=pacer,
+        live=live,
+        keep=keep,
+        as_json=as_json,
+    )
     raise typer.Exit(run(job) if retained is None else _run_retained(retained, run))
 
 

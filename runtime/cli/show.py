@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import asdict
 from io import StringIO
 from itertools import islice
 from pathlib import Path
@@ -21,15 +21,15 @@ from ...traces.flags import flag_names
 from ...traces.image_text import seconds
 from ...traces.reader import Trace, TraceEvent, open_trace
 from ...traces.sections import Section
+from ...traces.signals import ALL, Selection
 from ...traces.tag_text import TagText
 from ..app.extracting import attached_files, extract
+from .as_json import JsonOption, say_json
 from .complaints import reported_mistakes
 from .status import DONE
 from .tables import Cells
 from .terminal import on_a_line, say
-from .trace_options import ScanRange, parse_range
-
-ALL_SCANS: ScanRange = (0, None)
+from .trace_options import ScansOption, TimeOption, selection
 
 CHECKED_BYTES = 256 * 1024 * 1024
 """Up to this size the CRC of a trace is checked though not all of it is to be printed."""
@@ -37,22 +37,33 @@ CHECKED_BYTES = 256 * 1024 * 1024
 T = TypeVar("T")
 
 
-def show(trace: Path, *, every: bool = False, limit: int | None = None, scans: ScanRange = ALL_SCANS) -> None:
+def show(
+    trace: Path,
+    *,
+    every: bool = False,
+    limit: int | None = None,
+    wanted: Selection = ALL,
+    as_json: bool = False,
+) -> None:
     """Print a trace.
 
     Args:
         trace: its path.
         every: a row for every change, not only where more than position and counts changed.
         limit: most rows and most events to print; None = all.
-        scans: which scans to print, and which events.
+        wanted: which scans to print, and which events.
+        as_json: print one JSON object.
 
     Raises:
         TraceError: it can't be read.
     """
     with open_trace(trace) as opened:
-        contents = Contents(opened, every=every, limit=limit, scans=scans)
+        contents = Contents(opened, every=every, limit=limit, wanted=wanted)
         if opened.size <= CHECKED_BYTES or not contents.rows.stopped:
             opened.check_data()
+        if as_json:
+            say_json(_as_json(trace, opened, contents))
+            return
         for block in _blocks(trace, opened, contents):
             print_block(block)
 
@@ -104,10 +115,10 @@ class Contents:
         events: events, likewise.
     """
 
-    def __init__(self, trace: Trace, *, every: bool, limit: int | None, scans: ScanRange) -> None:
+    def __init__(self, trace: Trace, *, every: bool, limit: int | None, wanted: Selection = ALL) -> None:
         self.rows: Capped[Row] = Capped(limit)
         self.events: Capped[TraceEvent] = Capped(limit)
-        self._first, self._last = scans[0], sys.maxsize if scans[1] is None else scans[1]
+        self._wanted = wanted
         self._every = every
         self._scans = 0
         tags = None if trace.head.tags is None else TagText(trace.head.tags, trace.texts(), every=every)
@@ -134,11 +145,11 @@ class Contents:
     def _read(self, trace: Trace, section: Section) -> None:
         for entry in trace.entries(section):
             if isinstance(entry, TraceEvent):
-                if self._first <= entry.scan <= self._last and (self._every or entry.topic not in ASIDE):
+                if self._wanted.has(entry.scan, entry.now_ns) and (self._every or entry.topic not in ASIDE):
                     self.events.add([entry])
             else:
                 self._scans += len(entry)
-                inside = (entry["scan"] >= self._first) & (entry["scan"] <= self._last)
+                inside = self._wanted.has(entry["scan"], entry["log_time"])
                 self.rows.add(self._changes.rows_of(entry, inside, trace.as_scans))
 
 
@@ -154,6 +165,33 @@ def _blocks(path: Path, trace: Trace, contents: Contents) -> Iterator[str | Tabl
     yield from ("", _pairs_table({f"attached: {name}": size for name, size in attachments.items()}))
     yield ""
     yield from story(contents)
+
+
+def _as_json(path: Path, trace: Trace, contents: Contents) -> dict[str, object]:
+    """Return all that is printed for --json; `more` is null where reading stopped at the limit."""
+    head = trace.head
+    return {
+        "trace": str(path),
+        "bytes": trace.size,
+        "library": head.library,
+        "notes": trace.notes,
+        "metadata": head.metadata,
+        "slots": [
+            {"number": slot.number, "module": slot.module, "firmware": slot.firmware} for slot in head.slots
+        ],
+        "attached": {each.name: len(each.data) for each in trace.attachments()},
+        "scans": contents.count,
+        "first": contents.first,
+        "last": contents.last,
+        "end_ns": contents.end_ns,
+        "events": [
+            {**asdict(each), "text": describe(each.topic, each.scan, each.fields)}
+            for each in contents.events.kept
+        ],
+        "more_events": None if contents.events.stopped else contents.events.more,
+        "changes": [asdict(row) for row in contents.rows.kept],
+        "more_changes": None if contents.rows.stopped else contents.rows.more,
+    }
 
 
 def story(contents: Contents) -> Iterator[str | Table]:
@@ -267,12 +305,8 @@ def _show_command(
         int | None,
         typer.Option("--limit", min=0, help="Most rows and most events to print.", show_default="all"),
     ] = None,
-    scans: Annotated[
-        str,
-        typer.Option(
-            "--scans", metavar="A:B", help="Which scans to print, both ends included.", show_default="all"
-        ),
-    ] = "0:",
+    scans: ScansOption = None,
+    time: TimeOption = None,
     folder: Annotated[
         Path | None,
         typer.Option(
@@ -282,6 +316,7 @@ def _show_command(
             show_default=False,
         ),
     ] = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Print a trace: its head, its slots, what happened, and the scans in which something changed.
 
@@ -295,12 +330,8 @@ def _show_command(
             for path in extract(attached_files(opened), folder):
                 say(path)
         raise typer.Exit(DONE)
-    try:
-        wanted = parse_range(scans)
-    except ValueError as error:
-        raise typer.BadParameter(str(error), param_hint="--scans") from error
     with reported_mistakes():
-        show(trace, every=every, limit=limit, scans=wanted)
+        show(trace, every=every, limit=limit, wanted=selection(scans, time), as_json=as_json)
 
 
 def register(app: typer.Typer) -> None:

@@ -6,11 +6,15 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ...traces.event_text import OF_ADAPTERS, describe, move_wording
 from ..loop.events import JsonValue
 from ..loop.pace import LATE_FROM_NS, Pacer
 from ..loop.rack import Rack
+
+if TYPE_CHECKING:
+    from ..app.running import JobRun
 
 WIDTH = 14
 """Columns of the titles."""
@@ -122,6 +126,39 @@ def summary(
         for first, line in ((index == 0, text) for index, text in enumerate(paragraph))
     ]
     return "\n".join(lines)
+
+
+def summary_row(run: JobRun, tally: Tally, took_ns: int, trace: Path | None) -> dict[str, object]:
+    """Return the summary for --json; times are in ns."""
+    cpu = run.cpu
+    fault = cpu.fault and {"scan": cpu.fault.scan, "now_ns": cpu.fault.now_ns, **cpu.fault.fields}
+    moves = [
+        {"slot": slot, "kind": kind, "outcome": outcome, "count": count}
+        for (slot, kind, outcome), count in tally.moves.items()
+    ]
+    return {
+        "scans": tally.scans,
+        "time_ns": tally.scans * cpu.period_ns,
+        "took_ns": took_ns,
+        "overruns": cpu.pacer.overruns,
+        "worst_late_ns": cpu.pacer.worst_late_ns,
+        "fault": fault,
+        "moves": moves,
+        "errors": _rows(tally.errors),
+        "every_start": _rows(tally.of_start),
+        "sequences": run.steps,
+        "stubs": run.stubs,
+        "hints": run.hints.sentences(),
+        "trace": None if trace is None else str(trace),
+    }
+
+
+def _rows(seen: Mapping[tuple[JsonValue, JsonValue], SeenError]) -> list[dict[str, object]]:
+    """Return errors for --json."""
+    return [
+        {"slot": slot, "rule": rule, "text": error.sentence, "count": error.count}
+        for (slot, rule), error in seen.items()
+    ]
 
 
 def _scans(scans: int, wall_ns: int) -> Iterator[str]:

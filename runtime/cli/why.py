@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import typer
 
 from ...ladder import LadderError
 from ...ladder.debug import cross_reference
+from ...ladder.debug.crossref import Mention
 from ...ladder.program import split_address
 from ...ladder.resolver import AddressError
 from ...traces.image_text import short_seconds
@@ -20,6 +22,7 @@ from ..app.loading import RACK_FORMS
 from ..app.why.moment import Moment
 from ..app.why.of_trace import why_of_trace
 from ..loop.faults import CpuFault
+from .as_json import JsonOption, say_json
 from .ladder import load_rungs
 from .status import BAD_INPUT, NO, complain, reason
 from .terminal import say
@@ -60,6 +63,7 @@ def _why_command(
         str | None, typer.Option("--until", metavar="BIT", help="Ask when this tag or bit of an image is on.")
     ] = None,
     trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Say why something is as it is: since which scan, by which rung or line, and what that had read.
 
@@ -76,39 +80,62 @@ def _why_command(
     try:
         moment = Moment(at, scans, until)
         if Path(split_address(file)[0]).suffix in RACK_FORMS:
-            _ask_bench(open_bench(file, watched=True), what, moment)
+            asked = _ask_bench(open_bench(file, watched=True), what, moment)
         else:
-            _ask_trace(Path(file), what, moment, trust=trust)
+            asked = _ask_trace(Path(file), what, moment, trust=trust)
     except NotReachedError as error:
         raise typer.Exit(complain(str(error), NO)) from error
     except (LadderError, ValueError) as error:
         raise _refused(error) from error
     except OSError as error:
         raise typer.Exit(complain(f"{file}: {reason(error)}", BAD_INPUT)) from error
+    if as_json:
+        say_json({"what": what, **asked._asdict()})
+    else:
+        gap = "\n" if what is None else " "  # about the whole rack, its scan has a line of its own
+        say(f"{asked.when}{gap}{asked.text}")
 
 
-def _ask_bench(bench: Bench, what: str | None, moment: Moment) -> None:
+class _Asked(NamedTuple):
+    """An answer.
+
+    Attributes:
+        scan: number of the scan that it is about.
+        now_ns: virtual time of that scan.
+        fault: why the CPU stopped before, None if it did not.
+        notes: what is left out, a sentence each.
+        when: the scan and its time, in words.
+        text: the answer.
+    """
+
+    scan: int
+    now_ns: int
+    fault: str | None
+    notes: Sequence[str]
+    when: str
+    text: str
+
+
+def _ask_bench(bench: Bench, what: str | None, moment: Moment) -> _Asked:
     bench.check(*(each for each in (what, moment.until) if each is not None))
+    fault = None
     try:
         _run(bench, moment)
     except CpuFault as error:
+        fault = str(error)
         say(f"the CPU has faulted in {error}", err=True)
-    _say(f"after {bench.scans:,} scans, {short_seconds(bench.now_ns)} s:", bench.why(what), what)
+    when = f"after {bench.scans:,} scans, {short_seconds(bench.now_ns)} s:"
+    return _Asked(bench.scans - 1, bench.now_ns, fault, (), when, bench.why(what))
 
 
-def _ask_trace(path: Path, what: str | None, moment: Moment, *, trust: bool) -> None:
+def _ask_trace(path: Path, what: str | None, moment: Moment, *, trust: bool) -> _Asked:
     with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
         tell_notes(trace)
         asked = why_of_trace(trace, Path(folder), what, moment, trust=trust)
     for note in asked.notes:
         say(f"note: {note}", err=True)
-    _say(f"scan {asked.scan:,}, {short_seconds(asked.now_ns)} s:", asked.text, what)
-
-
-def _say(when: str, answer: str, what: str | None) -> None:
-    """Say an answer; about the whole rack, its scan has a line of its own."""
-    gap = "\n" if what is None else " "
-    say(f"{when}{gap}{answer}")
+    when = f"scan {asked.scan:,}, {short_seconds(asked.now_ns)} s:"
+    return _Asked(asked.scan, asked.now_ns, None, asked.notes, when, asked.text)
 
 
 def _xref_command(
@@ -118,6 +145,7 @@ def _xref_command(
     tag: Annotated[
         str | None, typer.Argument(metavar="[TAG]", help="Only this tag and what it is a part of.")
     ] = None,
+    as_json: JsonOption = False,
 ) -> None:
     """List where the tags of a ladder program are read and written.
 
@@ -130,12 +158,23 @@ def _xref_command(
         mentions = found.mentions if tag is None else found.of(tag)
     except (LadderError, ValueError, OSError) as error:
         raise _refused(error) from error
-    for each in sorted(mentions, key=lambda mention: mention.text.upper()) if tag is None else mentions:
+    if tag is None:
+        mentions = tuple(sorted(mentions, key=lambda mention: mention.text.upper()))
+    if as_json:
+        say_json({"tag": tag, "mentions": [_mention(each) for each in mentions]})
+    for each in () if as_json else mentions:
         site = each.site
         say(f"{each.text:<28} {each.way:<14} {site.routine}, {site.place}: {site.instruction}")
     if not mentions:
         say(f"nothing in the program mentions {tag}", err=True)
         raise typer.Exit(NO)
+
+
+def _mention(each: Mention) -> dict[str, object]:
+    """Return a mention for --json; `number` is that of the rung or line."""
+    site = each.site
+    where = {"program": site.program, "routine": site.routine, "unit": site.unit, "number": site.rung}
+    return {"tag": each.text, "reads": each.reads, "writes": each.writes, **where, "text": site.instruction}
 
 
 def _refused(error: Exception) -> typer.Exit:

@@ -52,7 +52,7 @@ def test_rows_of_arrays(
 def test_a_limit_stops_at_the_end_of_the_chunk_in_which_it_is_reached(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from scanrack.runtime.cli.show import ALL_SCANS, Contents
+    from scanrack.runtime.cli.show import Contents
     from scanrack.traces.reader import Trace
 
     words = np.zeros((1000, 16), np.int16)
@@ -67,7 +67,7 @@ def test_a_limit_stops_at_the_end_of_the_chunk_in_which_it_is_reached(
 
     monkeypatch.setattr(Trace, "entries", counted)
     with open_trace(path) as trace:
-        contents = Contents(trace, every=False, limit=1, scans=ALL_SCANS)
+        contents = Contents(trace, every=False, limit=1)
     assert len(read) == 1
     assert len(contents.rows.kept) == len(contents.events.kept) == 1
     assert contents.rows.stopped

@@ -22,7 +22,7 @@ from scanrack.runtime.app.extracting import attached_files
 from scanrack.runtime.app.loading import load_job
 from scanrack.runtime.app.trust import stored_programs
 from scanrack.runtime.cli.run import run_job
-from scanrack.runtime.cli.show import ALL_SCANS, Contents, plain_lines, story
+from scanrack.runtime.cli.show import Contents, plain_lines, story
 from scanrack.runtime.cli.status import DONE
 from scanrack.runtime.cli.summary import RULES_OF_START
 from scanrack.runtime.config.rackfile import load_rack_file
@@ -152,7 +152,7 @@ def make(library: Library, scenario: Scenario, folder: Path) -> Made:
 
 def text_of(scenario: Scenario, trace: Trace) -> str:
     """Return what is told of a recording."""
-    contents = Contents(trace, every=False, limit=None, scans=ALL_SCANS)
+    contents = Contents(trace, every=False, limit=None)
     lines = [scenario.says, "", *(line for block in story(contents) for line in plain_lines(block))]
     return "\n".join(lines) + "\n"
 

@@ -1,0 +1,33 @@
+"""The option --json: one JSON object on standard output instead of text; messages stay on standard error.
+
+Keys are those of the page of the command. Times are in ns, counts and positions as integers; a float that is
+no number is null.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+import typer
+
+from .terminal import say
+
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
+
+
+def say_json(value: object) -> None:
+    """Print a value; what JSON has no form for is printed as text."""
+    text = json.dumps(_plain(value), indent=2, default=str, allow_nan=False)
+    say(text.replace("\x7f", "\\u007f"))  # the one control character that JSON leaves as it is
+
+
+def _plain(value: Any) -> Any:
+    """Return a value without floats that JSON does not have."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
