@@ -16,7 +16,8 @@ from ..app.loading import load_job, load_spec
 from ..app.replaying import Into, Replay, Stimuli, check_slots, with_stimuli
 from ..config.rackspec import RackSpec
 from ..loop.scan import Logic
-from .compare import JsonOption, ToleranceCountsOption, ToleranceTimeOption, tell, tolerance
+from .as_json import JsonOption
+from .compare import ToleranceCountsOption, ToleranceTimeOption, tell, tolerance
 from .complaints import reported_mistakes
 from .progress import shown_progress
 from .terminal import say

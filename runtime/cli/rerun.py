@@ -17,7 +17,8 @@ from ..app.editions import editions_of
 from ..app.owned import check_recording
 from ..app.repeating import is_session, orders_of
 from ..app.replaying import lost_edits, lost_notes
-from .compare import JsonOption, tell
+from .as_json import JsonOption
+from .compare import tell
 from .complaints import reported_mistakes
 from .run import run_job
 from .status import DONE, NO
